@@ -1,7 +1,9 @@
-//! Accelerations and motions, timed by Criterion: what has changed since the last run on this machine. `cargo bench --bench criterion`.
+//! Accelerations and motions, timed by Criterion: what has changed since the last run on this machine.
+//! `cargo bench --bench criterion`.
 //!
-//! Ratios beside code by hand, with errors, are in `evaluation`, which takes its candidates in turn; error against cost of the methods is in
-//! `examples/work_precision.rs`; what does not depend on the machine's mood, instructions, in `benches/instructions/`.
+//! Ratios beside code by hand, with errors, are in `evaluation`, which takes its candidates in turn; error
+//! against cost of the methods is in `examples/work_precision.rs`; what does not depend on the machine's
+//! mood, instructions, in `benches/instructions/`.
 
 #[path = "evaluation/by_hand.rs"]
 #[allow(dead_code, reason = "masses and lengths are wanted here, not what is timed beside")]
@@ -31,7 +33,12 @@ use models::{Chain5, Chain10, DoublePendulum};
 use states::{states, states_near};
 
 /// Accelerations at all states, one after the other as an integrator asks for them.
-fn accelerations<M: Simulate>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, model: &M, states: &[M::State]) {
+fn accelerations<M: Simulate>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    model: &M,
+    states: &[M::State],
+) {
     let constants = model.constants().expect("a regular model");
     group.throughput(Throughput::Elements(states.len() as u64));
     group.bench_function(name, |bencher| {
@@ -53,17 +60,32 @@ fn evaluation(criterion: &mut Criterion) {
     accelerations(&mut group, "chain 10", &Chain10 { cart: 2.0, m, l, g: 9.81 }, &states::<_, 11>());
     let near = states_near(&loops::andrews::START, 0.05);
     accelerations(&mut group, "Andrews", &loops::andrews::PUBLISHED, &near);
-    accelerations(&mut group, "slider-crank", &loops::slider_crank(), &states_near(&loops::SLIDER_START, 0.3));
+    accelerations(
+        &mut group,
+        "slider-crank",
+        &loops::slider_crank(),
+        &states_near(&loops::SLIDER_START, 0.3),
+    );
     group.finish();
 }
 
 /// A motion of which nothing is kept, by methods at two tolerances.
-fn motion<M: Simulate>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, model: &M, start: M::State, end: f64) {
-    for method in [methods::Dop853.into(), methods::DormandPrince5.into(), methods::Any::from(methods::Radau5)] {
+fn motion<M: Simulate>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    model: &M,
+    start: M::State,
+    end: f64,
+) {
+    for method in
+        [methods::Dop853.into(), methods::DormandPrince5.into(), methods::Any::from(methods::Radau5)]
+    {
         for tolerance in [1e-6, 1e-9] {
             let simulation = || model.simulate(start).until(end).method(&method).tolerance(tolerance);
             group.bench_function(format!("{name}, {method} at {tolerance:e}"), |bencher| {
-                bencher.iter(|| simulation().run_with(|_| {}).map_err(|error| error.to_string()).expect("it ends"));
+                bencher.iter(|| {
+                    simulation().run_with(|_| {}).map_err(|error| error.to_string()).expect("it ends")
+                });
             });
         }
     }
@@ -79,7 +101,15 @@ fn integration(criterion: &mut Criterion) {
     motion(&mut group, "Kepler e = 0.9, t = 20", &model, start, 20.0);
     let model = loops::andrews::PUBLISHED;
     let [beta, theta, gamma, phi, delta, omega, epsilon] = loops::andrews::START;
-    let start = model.state().beta(beta).theta(theta).gamma(gamma).phi(phi).delta(delta).omega(omega).epsilon(epsilon);
+    let start = model
+        .state()
+        .beta(beta)
+        .theta(theta)
+        .gamma(gamma)
+        .phi(phi)
+        .delta(delta)
+        .omega(omega)
+        .epsilon(epsilon);
     motion(&mut group, "Andrews, 0.03 s", &model, start.build().expect("it is assembled"), 0.03);
     group.finish();
 }

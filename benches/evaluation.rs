@@ -1,8 +1,10 @@
-//! Accelerations of derived models beside hand-written Rust: nanoseconds per call and the error of the results in units of rounding.
-//! `cargo bench --bench evaluation`; with `RUSTFLAGS="-C target-cpu=native"` what the machine at hand can do.
+//! Accelerations of derived models beside hand-written Rust: nanoseconds per call and the error of the
+//! results in units of rounding. `cargo bench --bench evaluation`; with `RUSTFLAGS="-C target-cpu=native"`
+//! what the machine at hand can do.
 //!
-//! The machine decides the nanoseconds; the ratios inside one run are what can be compared. Other people's work disturbs one way only, so
-//! that the quickest of many passes counts, taken in turn with those of the other candidates.
+//! The machine decides the nanoseconds; the ratios inside one run are what can be compared. Other people's
+//! work disturbs one way only, so that the quickest of many passes counts, taken in turn with those of the
+//! other candidates.
 
 #[path = "evaluation/arm.rs"]
 mod arm;
@@ -39,8 +41,8 @@ const PASS: f64 = 0.5e6;
 /// A state as (q, u).
 type Place<const N: usize> = ([f64; N], [f64; N]);
 
-/// Writes the accelerations at all states, one after the other as an integrator asks for them: each is a black box, or two would be
-/// evaluated side by side.
+/// Writes the accelerations at all states, one after the other as an integrator asks for them: each is a
+/// black box, or two would be evaluated side by side.
 type Evaluate<const N: usize> = Box<dyn Fn(&mut [[f64; N]])>;
 
 /// One way to evaluate accelerations.
@@ -109,12 +111,15 @@ fn compare<const N: usize>(
     }
     for (index, candidate) in candidates.iter().enumerate() {
         let (ratio, [error, worst]) = (best[index] / best[0], errors(&results[index], exact));
-        println!("{model:<16} {:<30} {:>8.1} ns {ratio:>6.2} {error:>6.1} {worst:>8.1}", candidate.name, best[index]);
+        println!(
+            "{model:<16} {:<30} {:>8.1} ns {ratio:>6.2} {error:>6.1} {worst:>8.1}",
+            candidate.name, best[index]
+        );
     }
 }
 
-/// The largest difference at each state, in units of 2⁻⁵² of the state's largest acceleration: their median, and the largest. NaN counts as
-/// large.
+/// The largest difference at each state, in units of 2⁻⁵² of the state's largest acceleration: their median,
+/// and the largest. NaN counts as large.
 fn errors<const N: usize>(results: &[[f64; N]], exact: &[[f64; N]]) -> [f64; 2] {
     let of_state = |(result, exact): (&[f64; N], &[f64; N])| {
         let scale = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -135,7 +140,9 @@ macro_rules! derived {
             name: $name,
             evaluate: Box::new(move |results| {
                 for (state, result) in states.iter().zip(results) {
-                    *result = model.accelerations_with(&constants, black_box(state)).map_or([f64::NAN; _], Into::into);
+                    *result = model
+                        .accelerations_with(&constants, black_box(state))
+                        .map_or([f64::NAN; _], Into::into);
                 }
             }),
         }
@@ -165,7 +172,10 @@ fn by_hand<T: Real + 'static, const N: usize>(
 }
 
 /// What is right.
-fn exact<const N: usize>(places: &[Place<N>], function: impl Fn(&[Pair; N], &[Pair; N]) -> [Pair; N]) -> Vec<[f64; N]> {
+fn exact<const N: usize>(
+    places: &[Place<N>],
+    function: impl Fn(&[Pair; N], &[Pair; N]) -> [Pair; N],
+) -> Vec<[f64; N]> {
     places.iter().map(|(q, u)| function(&q.map(Pair::of), &u.map(Pair::of)).map(Real::to_f64)).collect()
 }
 
@@ -204,7 +214,8 @@ macro_rules! compare_chain {
                     $accurate { cart: 2.0, m, l, g: 9.81 },
                     states::<State<$accurate>, $n>()
                 ),)?
-                by_hand("rod tensions, inlined sines", &places, by_hand::chain_tensions::<Inlined, $links, $n>),
+                by_hand("rod tensions, inlined \
+                    sines", &places, by_hand::chain_tensions::<Inlined, $links, $n>),
                 by_hand("rod tensions", &places, by_hand::chain_tensions::<Standard, $links, $n>),
                 by_hand("dense LDLᵀ", &places, by_hand::chain_dense::<Standard, $links, $n>),
             ],
@@ -290,7 +301,10 @@ fn mechanisms() {
 
 pub(crate) fn main() {
     println!("errors at {} states, in eps of the largest acceleration there", states::STATES);
-    println!("{:<16} {:<30} {:>11} {:>6} {:>6} {:>8}", "model", "accelerations", "time", "ratio", "median", "largest");
+    println!(
+        "{:<16} {:<30} {:>11} {:>6} {:>6} {:>8}",
+        "model", "accelerations", "time", "ratio", "median", "largest"
+    );
     double_pendulum();
     compare_chain!(Chain5, 5, 6, "chain 5", Chain5Accurate);
     compare_chain!(Chain10, 10, 11, "chain 10", Chain10Accurate);

@@ -1,9 +1,11 @@
-//! Andrews' squeezing mechanism: a motor turns a crank of 7 mm; seven bodies in three closed loops squeeze a spring.
+//! Andrews' squeezing mechanism: a motor turns a crank of 7 mm; seven bodies in three closed loops squeeze a
+//! spring.
 //!
 //!     T = Σ ½ mᵢ|ṙᵢ|² + ½ Iᵢ ωᵢ²,        V = ½ c₀ (|D − C| − l₀)²,        E₂ = E₃ = E₄ = E₆: four bodies meet in one pin
 //!
-//! Seven angles and six constraints leave one freedom. The best known test of solvers for constrained motion (Schiehlen, Multibody Systems Handbook,
-//! 1990): 2.5 turns in 0.03 s; the pin carries up to hundreds of newtons, which are the multipliers.
+//! Seven angles and six constraints leave one freedom. The best known test of solvers for constrained motion
+//! (Schiehlen, Multibody Systems Handbook, 1990): 2.5 turns in 0.03 s; the pin carries up to hundreds of
+//! newtons, which are the multipliers.
 
 mod common;
 use dynamics::prelude::*;
@@ -110,10 +112,12 @@ impl Andrews {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         let centres = self.centres(q);
-        let angles = [q.beta, q.beta + q.theta, q.gamma, q.phi + q.delta, q.delta, q.omega + q.epsilon, q.epsilon];
+        let angles =
+            [q.beta, q.beta + q.theta, q.gamma, q.phi + q.delta, q.delta, q.omega + q.epsilon, q.epsilon];
         let mut sum = Expr::ZERO;
         for k in 0..7 {
-            sum += 0.5 * self.m[k] * centres[k].dt().norm_squared() + 0.5 * self.i[k] * angles[k].dt().powi(2);
+            sum +=
+                0.5 * self.m[k] * centres[k].dt().norm_squared() + 0.5 * self.i[k] * angles[k].dt().powi(2);
         }
         sum
     }
@@ -232,8 +236,16 @@ fn main() -> common::Outcome {
     println!("\ntolerance  evaluations   errors of q, λ at t = 0.03 s");
     for tolerance in [1e-6, 1e-8, 1e-10, 1e-12] {
         let motion = mechanism.simulate(start).until(0.03).tolerance(tolerance).run()?;
-        let errors = [largest(motion.end().q.as_slice(), &q), largest(motion.multipliers_at(0.03).as_slice(), &lambda)];
-        println!("{tolerance:<10.0e} {:<13} {:.1e} {:.1e}", motion.counts().evaluations, errors[0], errors[1]);
+        let errors = [
+            largest(motion.end().q.as_slice(), &q),
+            largest(motion.multipliers_at(0.03).as_slice(), &lambda),
+        ];
+        println!(
+            "{tolerance:<10.0e} {:<13} {:.1e} {:.1e}",
+            motion.counts().evaluations,
+            errors[0],
+            errors[1]
+        );
         assert!(errors[0] < 1e3 * tolerance && errors[1] < 1e6 * tolerance);
     }
 
@@ -246,8 +258,9 @@ fn main() -> common::Outcome {
     assert!((change - work).abs() < 1e-9);
 
     let mut files = common::Files::of("andrews");
-    let over_time =
-        |value: fn(&State<Andrews>) -> f64| motion.sample(common::times(0.03, 1500)).map(move |s| (s.t, value(&s)));
+    let over_time = |value: fn(&State<Andrews>) -> f64| {
+        motion.sample(common::times(0.03, 1500)).map(move |s| (s.t, value(&s)))
+    };
     let angles = Panel::new(Axis::new("time in s"), Axis::new("angles in rad"))
         .line("γ", over_time(|s| s.gamma()))
         .line("Φ", over_time(|s| s.phi()))

@@ -2,8 +2,9 @@
 //!
 //!     τ = M(q) (q̈_d + 2 ω ė + ω² e) − Q(q, q̇),        e = q_d − q        ⇒        ë + 2 ω ė + ω² e = 0
 //!
-//! With M and Q of the model itself the torques undo all coupling: an error at the start dies away as e₀ (1 + ω t) e^{−ω t}, in every joint by
-//! itself. With a load in the hand that the model does not know of, it does not.
+//! With M and Q of the model itself the torques undo all coupling: an error at the start dies away as e₀ (1 +
+//! ω t) e^{−ω t}, in every joint by itself. With a load in the hand that the model does not know of, it does
+//! not.
 
 #[path = "../tests/models/arm7.rs"]
 mod arm7;
@@ -14,7 +15,8 @@ use dynamics::prelude::*;
 const DURATION: f64 = 3.0;
 const OMEGA: f64 = 6.0;
 
-/// Angle, rate and acceleration of a joint that goes from one angle to another and rests there: 10 s³ − 15 s⁴ + 6 s⁵.
+/// Angle, rate and acceleration of a joint that goes from one angle to another and rests there: 10 s³ − 15
+/// s⁴ + 6 s⁵.
 fn planned(t: f64, from: f64, to: f64) -> [f64; 3] {
     let (s, way) = ((t / DURATION).clamp(0.0, 1.0), to - from);
     [
@@ -34,7 +36,8 @@ fn main() -> common::Outcome {
         });
         let mut loose = *s;
         loose.inputs = [0.0; 7].into();
-        let torques = known.mass_matrix(&loose) * nalgebra::SVector::from(wanted) - known.generalized_force(&loose);
+        let torques =
+            known.mass_matrix(&loose) * nalgebra::SVector::from(wanted) - known.generalized_force(&loose);
         torques.into()
     };
     // Not where the plan begins.
@@ -60,7 +63,10 @@ fn main() -> common::Outcome {
     let sags = (0..7).map(|i| error(&misled.end(), i).abs()).fold(0.0, f64::max);
     println!("with a load that is not in the model it ends {:.2}° beside the plan", sags.to_degrees());
     assert!(sags > 1e-3);
-    println!("\naccelerations: {}", Arm::LISTING.lines().find(|l| l.starts_with("accelerations")).unwrap_or_default());
+    println!(
+        "\naccelerations: {}",
+        Arm::LISTING.lines().find(|l| l.starts_with("accelerations")).unwrap_or_default()
+    );
 
     let mut files = common::Files::of("arm");
     let samples: Vec<_> = motion.sample(common::times(DURATION, 600)).collect();
@@ -71,7 +77,10 @@ fn main() -> common::Outcome {
         errors = errors.line(&name, samples.iter().map(|s| (s.t, error(s, i).to_degrees())));
         torques = torques.line(&name, samples.iter().map(|s| (s.t, control(s.t, s)[i])));
     }
-    Chart::new("Seven joints follow a plan").panel(errors).panel(torques).write_svg(files.path("errors.svg"))?;
+    Chart::new("Seven joints follow a plan")
+        .panel(errors)
+        .panel(torques)
+        .write_svg(files.path("errors.svg"))?;
     motion.animate(files.path("arm.html"))?;
     files.list();
     Ok(())

@@ -2,9 +2,10 @@
 //!
 //!     L = ½ m (ẋ² + ẏ²) − m g y,        Φ = y − a cos k x = 0,        F = −μ |λ| ‖∇Φ‖ v/|v|
 //!
-//! λ and q̈ are solved for together. Three facts: on the smooth wire the reaction is m (g cos α + κ v²) at slope angle α and curvature κ; without gravity
-//! the rough wire slows the bead by e^{−μ·(angle turned)}, whatever the wire's shape and the bead's speed; with gravity the bead comes to rest where the
-//! slope is less than μ.
+//! λ and q̈ are solved for together. Three facts: on the smooth wire the reaction is m (g cos α + κ v²) at
+//! slope angle α and curvature κ; without gravity the rough wire slows the bead by e^{−μ·(angle turned)},
+//! whatever the wire's shape and the bead's speed; with gravity the bead comes to rest where the slope is
+//! less than μ.
 
 mod common;
 use dynamics::prelude::*;
@@ -84,8 +85,10 @@ impl Bead {
     fn turned(&self, from: f64, to: f64) -> f64 {
         // It turns monotonically between crests and troughs' flanks, where sin k x = ±1.
         let quarter = std::f64::consts::FRAC_PI_2 / self.k;
-        let flanks =
-            (-99..100).filter(|i| i % 2 != 0).map(|i| f64::from(i) * quarter).filter(|x| (from..to).contains(x));
+        let flanks = (-99..100)
+            .filter(|i| i % 2 != 0)
+            .map(|i| f64::from(i) * quarter)
+            .filter(|x| (from..to).contains(x));
         let places: Vec<f64> = std::iter::once(from).chain(flanks).chain([to]).collect();
         places.windows(2).map(|p| (self.angle(p[1]) - self.angle(p[0])).abs()).sum()
     }
@@ -93,7 +96,13 @@ impl Bead {
         let angle = self.angle(x);
         let (rate, climb) = (speed * angle.cos(), speed * angle.sin());
         let direction = if rate < 0.0 { -1.0 } else { 1.0 };
-        self.state().x(x).y(self.a * (self.k * x).cos()).x_rate(rate).y_rate(climb).direction(direction).build()
+        self.state()
+            .x(x)
+            .y(self.a * (self.k * x).cos())
+            .x_rate(rate)
+            .y_rate(climb)
+            .direction(direction)
+            .build()
     }
 }
 
@@ -127,7 +136,10 @@ fn main() -> common::Outcome {
     }
     let end = run.end();
     let turned = weightless.turned(-3.0, end.x()).to_degrees();
-    println!("rough, without gravity: {:.3} m/s after {turned:.0}° of turns, e^(−μ·angle) to {worst:.0e}", speed(&end));
+    println!(
+        "rough, without gravity: {:.3} m/s after {turned:.0}° of turns, e^(−μ·angle) to {worst:.0e}",
+        speed(&end)
+    );
     assert!(worst < 1e-8);
 
     // With gravity it swings in a trough until it stops on a slope that friction can hold.
@@ -156,7 +168,10 @@ fn main() -> common::Outcome {
     let end_time = settle.end_time();
     let sample = || settle.sample(common::times(end_time, 1500));
     Chart::new("A bead on a rough wire")
-        .panel(Panel::new(Axis::new("time in s"), Axis::new("x in m")).line("bead", sample().map(|s| (s.t, s.x()))))
+        .panel(
+            Panel::new(Axis::new("time in s"), Axis::new("x in m"))
+                .line("bead", sample().map(|s| (s.t, s.x()))),
+        )
         .panel(
             Panel::new(Axis::new("time in s"), Axis::new("push of the wire in weights"))
                 .line("push", sample().map(|s| (s.t, settle.outputs_of(&s)[0] / (rough.mass * rough.g)))),

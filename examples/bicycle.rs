@@ -2,8 +2,9 @@
 //!
 //!     M q̈ + v C₁ q̇ + (g K₀ + v² K₂) q = 0,        q = (lean, steer)
 //!
-//! The model is nonlinear: four rigid bodies, wheels that roll (F. J. W. Whipple, Q. J. Pure Appl. Math. 30 (1899) 312). Its small motions beside straight
-//! running give the weave speed 4.292 m/s and the capsize speed 6.024 m/s of J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955.
+//! The model is nonlinear: four rigid bodies, wheels that roll (F. J. W. Whipple, Q. J. Pure Appl. Math. 30
+//! (1899) 312). Its small motions beside straight running give the weave speed 4.292 m/s and the capsize
+//! speed 6.024 m/s of J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955.
 
 #[path = "../tests/models/bicycle.rs"]
 mod bicycle;
@@ -20,7 +21,8 @@ fn eigenvalues(bicycle: &Bicycle, speed: f64) -> Result<Vec<(f64, f64)>, Lineari
     Ok(all.iter().filter(|x| x.norm() > 0.0).map(|x| (x.re, x.im)).collect())
 }
 
-/// The speed between two at which the fastest growth of an eigenvalue, of a pair or of a real one, changes its sign.
+/// The speed between two at which the fastest growth of an eigenvalue, of a pair or of a real one, changes
+/// its sign.
 fn critical(bicycle: &Bicycle, of_pair: bool, mut between: [f64; 2]) -> Result<f64, LinearizeError> {
     let growth = |speed: f64| -> Result<f64, LinearizeError> {
         let found = eigenvalues(bicycle, speed)?;
@@ -41,8 +43,8 @@ fn critical(bicycle: &Bicycle, of_pair: bool, mut between: [f64; 2]) -> Result<f
 /// Speed (m/s), lean and steer (°) of a turn.
 type Turn = (f64, f64, f64);
 
-/// The steady turns that begin where straight running capsizes, each found from the two before (P. Basu-Mandal, A. Chatterjee & J. M. Papadopoulos, Proc. R. Soc. A 463
-/// (2007) 1983).
+/// The steady turns that begin where straight running capsizes, each found from the two before (P.
+/// Basu-Mandal, A. Chatterjee & J. M. Papadopoulos, Proc. R. Soc. A 463 (2007) 1983).
 fn turns(bicycle: &Bicycle, capsize: f64) -> Result<Vec<Turn>, Box<dyn std::error::Error>> {
     let (mut found, mut place, mut before) = (Vec::new(), [0.019, 0.0055], [0.0; 2]);
     for k in 1..=70 {
@@ -64,7 +66,8 @@ fn main() -> common::Outcome {
     println!("weave speed {weave:.10} m/s, capsize speed {capsize:.10} m/s");
     assert!((weave - 4.292_382_536_341_11).abs() < 1e-9 && (capsize - 6.024_262_015_388_37).abs() < 1e-9);
 
-    // Pushed sideways at a speed between them it wavers, and runs upright again, in another direction and a little faster than before.
+    // Pushed sideways at a speed between them it wavers, and runs upright again, in another direction and a
+    // little faster than before.
     let pushed = |speed: f64, push: f64| {
         let [rear, front] = bicycle.radius.map(|radius| -speed / radius);
         bicycle.state().x_rate(speed).rear_rate(rear).front_rate(front).roll_rate(push).build()
@@ -100,11 +103,14 @@ fn main() -> common::Outcome {
     let turns = turns(&bicycle, capsize)?;
     let last = turns.last().ok_or("slow turns")?;
     println!(
-        "turns without hands go from {capsize:.3} m/s down to {:.3} m/s, where it leans by {:.2}° and steers by {:.2}°",
+        "turns without hands go from {capsize:.3} m/s down to {:.3} m/s, where it leans by {:.2}° and steers \
+         by {:.2}°",
         last.0, last.1, last.2
     );
     let mut files = common::Files::of("bicycle");
-    let over = |value: fn(&(f64, f64, f64)) -> f64| turns.iter().map(|turn| (turn.0, value(turn))).collect::<Vec<_>>();
+    let over = |value: fn(&(f64, f64, f64)) -> f64| {
+        turns.iter().map(|turn| (turn.0, value(turn))).collect::<Vec<_>>()
+    };
     Chart::new("Turns without hands")
         .panel(
             Panel::new(Axis::new("speed of the rear wheel in m/s"), Axis::new("in °"))

@@ -1,10 +1,12 @@
-//! A rigid column on a hinge, held by a spring, a little out of the upright: the same column buckles gently or without warning, by where its spring is.
+//! A rigid column on a hinge, held by a spring, a little out of the upright: the same column buckles gently
+//! or without warning, by where its spring is.
 //!
 //!     spring at the hinge:  P l sin θ = k (θ − ε)                       level spring at the head:  P l sin θ = c l² (sin θ − ε) cos θ
-//!     buckles at k/l, carries more beyond it                            buckles at c l, carries P = c l (1 − ε^⅔)^{3/2} only
+//!     buckles at k/l, carries more beyond it buckles at c l, carries P = c l (1 − ε^⅔)^{3/2} only
 //!
-//! (Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.5). The second is sensitive to imperfections as shells are: a hundredth out of the upright takes 7 % of its
-//! strength, by the two-thirds law of W. T. Koiter (1945).
+//! (Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.5). The second is sensitive to imperfections as
+//! shells are: a hundredth out of the upright takes 7 % of its strength, by the two-thirds law of W. T.
+//! Koiter (1945).
 
 mod common;
 use dynamics::analysis::Page;
@@ -68,7 +70,15 @@ impl Column {
 }
 
 fn main() -> common::Outcome {
-    let column = Column { mass: 1.0, length: 1.0, hinge: 100.0, level: 0.0, damper: 3.0, imperfection: 0.0, load: 0.0 };
+    let column = Column {
+        mass: 1.0,
+        length: 1.0,
+        hinge: 100.0,
+        level: 0.0,
+        damper: 3.0,
+        imperfection: 0.0,
+        load: 0.0,
+    };
     let level = Column { hinge: 0.0, level: 100.0, ..column.clone() };
     let critical = 100.0;
     let mut page = Page::new("A column buckles");
@@ -84,7 +94,8 @@ fn main() -> common::Outcome {
                 .map_err(Box::<dyn std::error::Error>::from)
         };
         // The perfect column: the load from the eigenvalue problem, and located; with both bent branches.
-        let family = continuation(of(0.0)).from(&from(0.0)?.state, 0.0).until(0.0..=2.0 * critical).named("load in N");
+        let family =
+            continuation(of(0.0)).from(&from(0.0)?.state, 0.0).until(0.0..=2.0 * critical).named("load in N");
         let buckling = family.buckling()?;
         let diagram = family.branches(3)?;
         println!("{name}: {}\n{diagram}\n", buckling.loads[0].parameter);
@@ -121,9 +132,13 @@ fn main() -> common::Outcome {
     }
     let lost = |limit: f64| 1.0 - limit / critical;
     let panel = Panel::new(Axis::log("imperfection ε"), Axis::log("part of the strength that is lost"))
-        .line("limit loads", curve.points.iter().map(|([limit, imperfection], _)| (*imperfection, lost(*limit))))
+        .line(
+            "limit loads",
+            curve.points.iter().map(|([limit, imperfection], _)| (*imperfection, lost(*limit))),
+        )
         .line("3/2 ε^(2/3)", [1e-4, 1e-1].map(|e: f64| (e, 1.5 * e.powf(2.0 / 3.0))));
-    // Both columns, 0.03 rad out of the upright, under a load that comes at once: nine tenths of the critical one. One bends, the other falls.
+    // Both columns, 0.03 rad out of the upright, under a load that comes at once: nine tenths of the critical
+    // one. One bends, the other falls.
     let [bends, falls] =
         [&column, &level].map(|column| Column { imperfection: 0.03, load: 0.9 * critical, ..column.clone() });
     let fall = |column: &Column| column.state().theta(0.03).build();
@@ -140,7 +155,8 @@ fn main() -> common::Outcome {
     let words = "The limit load of the column with the level spring, followed over its imperfection.";
     let mut files = common::Files::of("buckling_column");
     page.panels("Imperfections", words, [panel]).write_html(files.path("buckling_column.html"))?;
-    let film = Animation::new().add(&bending, "spring at the hinge").add(&falling, "level spring at the head");
+    let film =
+        Animation::new().add(&bending, "spring at the hinge").add(&falling, "level spring at the head");
     film.speed(0.5).write_html(files.path("under_load.html"))?;
     files.list();
     Ok(())

@@ -1,9 +1,11 @@
-//! A car axis over a bumpy road: the right wheel goes up and down, the left spring stays at right angles to the line between the wheels.
+//! A car axis over a bumpy road: the right wheel goes up and down, the left spring stays at right angles to
+//! the line between the wheels.
 //!
 //!     Φ₁ = r_l·w(t) = 0,        Φ₂ = |r_l − r_r|² − l² = 0,        w(t) = (√(l² − y²), y),  y = 0.1 sin 10 t
 //!
-//! A moving constraint does work: the energy changes by exactly −λ₁ ∂Φ₁/∂t and by what the moving end of the right spring takes. From the Test Set
-//! for IVP Solvers, where index-3 codes get 5 digits of the positions and 3 of the multipliers at a tolerance of 1e-8.
+//! A moving constraint does work: the energy changes by exactly −λ₁ ∂Φ₁/∂t and by what the moving end of the
+//! right spring takes. From the Test Set for IVP Solvers, where index-3 codes get 5 digits of the positions
+//! and 3 of the multipliers at a tolerance of 1e-8.
 
 mod common;
 use dynamics::prelude::*;
@@ -74,7 +76,8 @@ impl CarAxis {
 #[allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 fn main() -> common::Outcome {
     let eps: f64 = 1e-2;
-    let car = CarAxis { mass: 10.0 * eps * eps / 2.0, length: 1.0, rest: 0.5, bump: 0.1, frequency: 10.0, g: 1.0 };
+    let car =
+        CarAxis { mass: 10.0 * eps * eps / 2.0, length: 1.0, rest: 0.5, bump: 0.1, frequency: 10.0, g: 1.0 };
     let start = car.state().yl(0.5).xr(1.0).yr(0.5).xl_rate(-0.5).xr_rate(-0.5).build()?;
 
     // 25 digits by two formulations; the published values are right to 9 in the velocities.
@@ -118,8 +121,14 @@ fn main() -> common::Outcome {
         .panel(panel("height").line("left", of(|s| s.yl())).line("right", of(|s| s.yr())))
         .panel(
             panel("multipliers")
-                .line("upright", motion.sample(common::times(3.0, 1500)).map(|s| (s.t, motion.multipliers_at(s.t)[0])))
-                .line("bar", motion.sample(common::times(3.0, 1500)).map(|s| (s.t, motion.multipliers_at(s.t)[1]))),
+                .line(
+                    "upright",
+                    motion.sample(common::times(3.0, 1500)).map(|s| (s.t, motion.multipliers_at(s.t)[0])),
+                )
+                .line(
+                    "bar",
+                    motion.sample(common::times(3.0, 1500)).map(|s| (s.t, motion.multipliers_at(s.t)[1])),
+                ),
         )
         .panel(panel("energy").line("energy", energies()))
         .write_svg(files.path("car_axis.svg"))?;

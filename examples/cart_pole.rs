@@ -2,8 +2,9 @@
 //!
 //!     L = ½ M ẋ² + ½ m |ṙ|² − m g y,        r = (x + l sin θ, l cos θ),        θ from the upright, force F on the cart
 //!
-//! Far from the upright the cart pumps energy into the pole (Åström and Furuta 2000). Near it the state feedback F = −K (x, θ, ẋ, θ̇)
-//! takes over, with K from the exact linearization at the upright by Ackermann's formula.
+//! Far from the upright the cart pumps energy into the pole (Åström and Furuta 2000). Near it the state
+//! feedback F = −K (x, θ, ẋ, θ̇) takes over, with K from the exact linearization at the upright by
+//! Ackermann's formula.
 
 mod common;
 use dynamics::prelude::*;
@@ -52,7 +53,8 @@ impl CartPole {
     }
 }
 
-/// K that puts the poles of the linearization at the upright to `poles`: K = (0 0 0 1) C⁻¹ p(A), C = (b Ab A²b A³b).
+/// K that puts the poles of the linearization at the upright to `poles`: K = (0 0 0 1) C⁻¹ p(A), C = (b Ab
+/// A²b A³b).
 fn feedback(model: &CartPole, poles: [f64; 4]) -> Result<RowVector4<f64>, Box<dyn std::error::Error>> {
     let upright = model.state().force(0.0).build()?;
     let (by_state, by_input) = (model.state_jacobian(&upright)?, model.input_jacobian(&upright)?);
@@ -83,7 +85,8 @@ fn main() -> common::Outcome {
         }
         // Energy of the pole, 0 at rest upright; an acceleration of the cart along −θ̇ cos θ raises it.
         let energy = 0.5 * bob * length * length * s.theta_rate().powi(2) + bob * g * length * (cos - 1.0);
-        let acceleration = (8.0 * energy * s.theta_rate() * cos).clamp(-6.0, 6.0) - 1.5 * s.x() - 1.0 * s.x_rate();
+        let acceleration =
+            (8.0 * energy * s.theta_rate() * cos).clamp(-6.0, 6.0) - 1.5 * s.x() - 1.0 * s.x_rate();
         [(cart + bob * sin * sin) * acceleration + bob * sin * (g * cos - length * s.theta_rate().powi(2))]
     };
     let start = model.state().theta(std::f64::consts::PI - 0.05).build()?;

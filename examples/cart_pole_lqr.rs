@@ -2,8 +2,9 @@
 //!
 //!     L = ½ M ẋ² + ½ m |ṙ|² − m g y,        r = (x + l sin θ, l cos θ),        F = −K (x, θ, ẋ, θ̇)
 //!
-//! K makes ∫ (x²/x₀² + θ²/θ₀² + F²/F₀²) dt least for the exact linearisation at the upright (Anderson & Moore, *Optimal Control*). The nonlinear model is then let go from a tilt, and
-//! from a grid of tilts and rates: those from which it comes back are the basin of attraction.
+//! K makes ∫ (x²/x₀² + θ²/θ₀² + F²/F₀²) dt least for the exact linearisation at the upright (Anderson &
+//! Moore, *Optimal Control*). The nonlinear model is then let go from a tilt, and from a grid of tilts and
+//! rates: those from which it comes back are the basin of attraction.
 
 mod common;
 use dynamics::prelude::*;
@@ -67,14 +68,23 @@ fn main() -> common::Outcome {
     assert!(control.gain_of("force", "theta").is_some_and(|k| k < 0.0));
 
     let start = |tilt: f64, rate: f64| model.state().theta(tilt).theta_rate(rate).force(0.0).build();
-    let caught =
-        model.simulate(start(0.6, 0.0)?).until(8.0).tolerance(1e-9).inputs(|_, s| control.inputs_at(s)).run()?;
+    let caught = model
+        .simulate(start(0.6, 0.0)?)
+        .until(8.0)
+        .tolerance(1e-9)
+        .inputs(|_, s| control.inputs_at(s))
+        .run()?;
     println!("{}", caught.summary());
     let end = caught.end();
-    println!("let go at 34° it stands after 8 s within {:.1e} rad, {:.1e} m", end.theta().abs(), end.x().abs());
+    println!(
+        "let go at 34° it stands after 8 s within {:.1e} rad, {:.1e} m",
+        end.theta().abs(),
+        end.x().abs()
+    );
     assert!(end.theta().abs() < 1e-4 && end.x().abs() < 1e-3);
 
-    // Tilt and rate from which it comes back, the cart at rest in the middle: on all cores where the feature `parallel` is there.
+    // Tilt and rate from which it comes back, the cart at rest in the middle: on all cores where the feature
+    // `parallel` is there.
     let sweep = model.sweep(upright).over("theta", (-24..=24).map(|i| f64::from(i) * 0.06));
     let sweep = sweep.over("theta_rate", (-16..=16).map(|j| f64::from(j) * 0.5));
     let sweep = sweep.run(["stands"], |model, start| {
@@ -92,7 +102,8 @@ fn main() -> common::Outcome {
     println!("{} of {} starts come back", back.len(), back.len() + lost.len());
     // What comes back from one side does from the other: the model has no sides.
     assert!(
-        back.iter().all(|(tilt, rate)| back.iter().any(|(t, r)| (t + tilt).abs() < 1e-9 && (r + rate).abs() < 1e-9))
+        back.iter()
+            .all(|(tilt, rate)| back.iter().any(|(t, r)| (t + tilt).abs() < 1e-9 && (r + rate).abs() < 1e-9))
     );
     assert!(back.contains(&(0.0, 0.0)) && back.iter().any(|(tilt, rate)| *rate == 0.0 && *tilt > 0.6));
 

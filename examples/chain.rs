@@ -2,7 +2,8 @@
 //!
 //!     L = ½ M ẋ² + Σ ½ mᵢ |ṙᵢ|² − Σ mᵢ g yᵢ,        rᵢ = (x, 0) + Σ_{k≤i} lₖ (sin θₖ, −cos θₖ)
 //!
-//! Nothing pushes horizontally, so the centre of mass of cart and chain keeps its place x whatever the chain does.
+//! Nothing pushes horizontally, so the centre of mass of cart and chain keeps its place x whatever the chain
+//! does.
 
 mod common;
 use dynamics::prelude::*;
@@ -92,7 +93,11 @@ fn main() -> common::Outcome {
                 .line("cart", motion.sample(times()).map(|s| (s.t, s.x())))
                 .line("centre of mass", motion.sample(times()).map(|s| (s.t, motion.outputs_of(&s)[0]))),
         )
-        .panel(Panel::new(Axis::new("x in m"), Axis::new("y in m")).equal_axes().line("end of the chain", end_of_chain))
+        .panel(
+            Panel::new(Axis::new("x in m"), Axis::new("y in m"))
+                .equal_axes()
+                .line("end of the chain", end_of_chain),
+        )
         .write_svg(files.path("cart.svg"))?;
     motion.animate(files.path("chain.html"))?;
     files.list();

@@ -2,9 +2,10 @@
 //!
 //!     L = ½ m (ẋ² + ẏ²) + ½ I φ̇²,        n·v = 0 at the skate, a behind the centre of mass
 //!
-//! No force does work and the energy is kept, yet the sleigh forgets how it was pushed off: it ends on a straight line with the skate behind.
-//! In closed form v = V tanh(k t + c), φ̇ = √(m/D) V sech(k t + c) with D = I + m a², k = m a V/D; pushed off backward it turns about
-//! (Chaplygin 1911; Bloch, Nonholonomic Mechanics and Control, 2015, 1.7).
+//! No force does work and the energy is kept, yet the sleigh forgets how it was pushed off: it ends on a
+//! straight line with the skate behind. In closed form v = V tanh(k t + c), φ̇ = √(m/D) V sech(k t + c) with
+//! D = I + m a², k = m a V/D; pushed off backward it turns about (Chaplygin 1911; Bloch, Nonholonomic
+//! Mechanics and Control, 2015, 1.7).
 
 mod common;
 use dynamics::prelude::*;
@@ -73,7 +74,9 @@ fn main() -> common::Outcome {
     let backward = sleigh.simulate(push(-1.0, 0.2)?).until(30.0).tolerance(1e-11).run()?;
     println!("{}", forward.summary());
 
-    for (name, motion, v0, spin0) in [("forward", &forward, 1.0_f64, 2.0_f64), ("backward", &backward, -1.0, 0.2)] {
+    for (name, motion, v0, spin0) in
+        [("forward", &forward, 1.0_f64, 2.0_f64), ("backward", &backward, -1.0, 0.2)]
+    {
         let summary = motion.summary();
         assert!(summary.energy_drift < 1e-9, "{summary}");
         assert!(summary.constraints.iter().all(|c| c.velocity_residual < 1e-12));
@@ -88,7 +91,9 @@ fn main() -> common::Outcome {
             worst = worst.max((state.phi_rate() - spin / (k * state.t + c).cosh()).abs());
         }
         let turned = spin / k * (std::f64::consts::FRAC_PI_2 - c.sinh().atan());
-        println!("pushed {name}: ends at {top:.4} m/s after turning by {turned:.4} rad; closed form to {worst:.0e}");
+        println!(
+            "pushed {name}: ends at {top:.4} m/s after turning by {turned:.4} rad; closed form to {worst:.0e}"
+        );
         assert!(worst < 1e-8);
         assert!((motion.end().phi() - turned).abs() < 1e-6);
     }

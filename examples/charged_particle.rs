@@ -2,8 +2,9 @@
 //!
 //!     L = ½ m |ṙ|² + e ṙ·A − e φ,        A = ½ B × r,        φ = −E·r
 //!
-//! No T − V: the magnetic field enters with the velocity, so the Lagrangian is written down directly. Without E the proton circles
-//! with the radius m v / (e B) and the period 2π m / (e B); with E it drifts at right angles to both, with E × B / B².
+//! No T − V: the magnetic field enters with the velocity, so the Lagrangian is written down directly. Without
+//! E the proton circles with the radius m v / (e B) and the period 2π m / (e B); with E it drifts at right
+//! angles to both, with E × B / B².
 
 mod common;
 use dynamics::prelude::*;
@@ -39,24 +40,31 @@ impl Particle {
 
 fn main() -> common::Outcome {
     let zero = Vec3::new(0.0, 0.0, 0.0);
-    let proton =
-        Particle { mass: 1.672_621_9e-27, charge: 1.602_176_6e-19, magnetic: Vec3::new(0.0, 0.0, 0.5), electric: zero };
+    let proton = Particle {
+        mass: 1.672_621_9e-27,
+        charge: 1.602_176_6e-19,
+        magnetic: Vec3::new(0.0, 0.0, 0.5),
+        electric: zero,
+    };
     let b = proton.magnetic.z;
     let omega = proton.charge * b / proton.mass;
     let period = std::f64::consts::TAU / omega;
 
     // Without E: a circle, closed after one period, two radii wide after half of it.
     let speed = 1e5;
-    let circle = proton.simulate(proton.state().x_rate(speed).build()?).until(period).tolerance(1e-12).run()?;
+    let circle =
+        proton.simulate(proton.state().x_rate(speed).build()?).until(period).tolerance(1e-12).run()?;
     let radius = proton.mass * speed / (proton.charge * b);
     assert!(f64::hypot(circle.end().x(), circle.end().y()) < 1e-9 * radius);
     let half = circle.at(0.5 * period);
     assert!((f64::hypot(half.x(), half.y()) / (2.0 * radius) - 1.0).abs() < 1e-9);
     println!("radius {:.4} mm, period {:.4} ns", radius * 1e3, period * 1e9);
 
-    // With E along x, from rest but for a speed along B: the cycloid x = R (1 − cos ωt), y = R (sin ωt − ωt) with R = E / (B ω).
+    // With E along x, from rest but for a speed along B: the cycloid x = R (1 − cos ωt), y = R (sin ωt − ωt)
+    // with R = E / (B ω).
     let crossed = Particle { electric: Vec3::new(2e4, 0.0, 0.0), ..proton.clone() };
-    let cycloid = crossed.simulate(crossed.state().z_rate(2e4).build()?).until(6.0 * period).tolerance(1e-12).run()?;
+    let cycloid =
+        crossed.simulate(crossed.state().z_rate(2e4).build()?).until(6.0 * period).tolerance(1e-12).run()?;
     let drift = crossed.electric.cross(crossed.magnetic) / crossed.magnetic.norm_squared();
     let size = crossed.electric.x / (b * omega);
     for state in cycloid.steps() {

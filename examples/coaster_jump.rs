@@ -1,9 +1,11 @@
-//! A cart on a track without a second rail: it flies off a hill that is too sharp for its speed, and lands behind it.
+//! A cart on a track without a second rail: it flies off a hill that is too sharp for its speed, and lands
+//! behind it.
 //!
 //!     T = ½ m (ẋ² + ẏ²)        V = m g y        y − f(x) ≥ 0        λ ≥ 0        λ (y − f(x)) = 0
 //!
-//! Here, unlike in `roller_coaster`, the cart has both coordinates of the plane and the track is a constraint that holds while its
-//! multiplier pushes. It lets go where v² κ = g cos α, and takes the velocity across the track away where the cart comes down.
+//! Here, unlike in `roller_coaster`, the cart has both coordinates of the plane and the track is a constraint
+//! that holds while its multiplier pushes. It lets go where v² κ = g cos α, and takes the velocity across the
+//! track away where the cart comes down.
 
 mod common;
 use dynamics::prelude::*;
@@ -91,7 +93,8 @@ fn main() -> common::Outcome {
         .run()?;
     println!("{}\n", ride.summary());
     assert!(ride.summary().energy_drift < 1e-9);
-    let [off, landing] = ride.events().iter().filter(|event| event.name == "rail contact").collect::<Vec<_>>()[..]
+    let [off, landing] =
+        ride.events().iter().filter(|event| event.name == "rail contact").collect::<Vec<_>>()[..]
     else {
         return Err("it does not jump once".into());
     };
@@ -100,7 +103,10 @@ fn main() -> common::Outcome {
     let (start, gravity) = (off.after, vec2(0.0, -coaster.g));
     let (_, slope, curvature) = coaster.at(start.x());
     let (needed, weight) = (curvature * speed(&start).powi(2), coaster.g * slope.cos());
-    println!("it flies off at x = {:.3} m, where v² κ = {needed:.6} m/s² and g cos α = {weight:.6} m/s²", start.x());
+    println!(
+        "it flies off at x = {:.3} m, where v² κ = {needed:.6} m/s² and g cos α = {weight:.6} m/s²",
+        start.x()
+    );
     assert!((needed / weight - 1.0).abs() < 1e-8 && off.impacts.is_empty());
     let on_track = ride.sample(common::times(off.time(), 500)).take(500);
     assert!(on_track.into_iter().all(|state| ride.outputs_of(&state)[0] > 0.0), "the track pulls");
@@ -109,7 +115,8 @@ fn main() -> common::Outcome {
     let flight = landing.time() - off.time();
     for state in ride.sample(common::times(flight, 200).skip(1).take(199).map(|t| off.time() + t)) {
         let t = state.t - off.time();
-        let parabola = vec2(start.x(), start.y()) + t * vec2(start.x_rate(), start.y_rate()) + 0.5 * t * t * gravity;
+        let parabola =
+            vec2(start.x(), start.y()) + t * vec2(start.x_rate(), start.y_rate()) + 0.5 * t * t * gravity;
         assert!((parabola - vec2(state.x(), state.y())).norm() < 1e-9);
         assert!(state.y() > coaster.at(state.x()).0 && ride.outputs_of(&state)[0] == 0.0);
     }
@@ -121,7 +128,8 @@ fn main() -> common::Outcome {
     let kept = down.x_rate() * angle.cos() + down.y_rate() * angle.sin();
     let lost = 0.5 * coaster.mass * across * across;
     println!(
-        "after {flight:.3} s it lands at x = {:.3} m with {:.2} m/s across the track: ½ m vₙ² = {lost:.4} J, lost {:.4} J",
+        "after {flight:.3} s it lands at x = {:.3} m with {:.2} m/s across the track: ½ m vₙ² = {lost:.4} J, \
+         lost {:.4} J",
         down.x(),
         across.abs(),
         landing.energy_lost()
@@ -137,7 +145,11 @@ fn main() -> common::Outcome {
     let over_way = |title| Panel::new(Axis::new("x in m"), Axis::new(title));
     let surface = common::times(end, 400).map(|x| (x, coaster.at(x).0));
     Chart::new("A jump")
-        .panel(over_way("height in m").line("track", surface).line("cart", instants.iter().map(|s| (s.x(), s.y()))))
+        .panel(
+            over_way("height in m")
+                .line("track", surface)
+                .line("cart", instants.iter().map(|s| (s.x(), s.y()))),
+        )
         .panel(over_way("speed in m/s").line("speed", instants.iter().map(|s| (s.x(), speed(s)))))
         .panel(
             over_way("track / weight")

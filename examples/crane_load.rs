@@ -5,9 +5,10 @@
 //!     body               (L + J/(m L)) φ̈ + g sin φ = −a(t) cos φ     the same
 //!     elastic rope       m r̈ = S + m g with S = k (r − l) + c ṙ, J φ̈ joins in
 //!
-//! A trolley carries a load of five tonnes, 4 m high, over 12 m in 6 s and stops. `compare` runs all four from the same rest and says which of
-//! them suffices for the place of the load and for the force in the cable. The program asserts what tells them apart: the body's inertia makes the swing
-//! slower by √(1 + J/(m L²)); swinging through, the load pulls with m g (3 − 2 cos φ₀), of which the small swing knows nothing.
+//! A trolley carries a load of five tonnes, 4 m high, over 12 m in 6 s and stops. `compare` runs all four
+//! from the same rest and says which of them suffices for the place of the load and for the force in the
+//! cable. The program asserts what tells them apart: the body's inertia makes the swing slower by √(1 + J/(m
+//! L²)); swinging through, the load pulls with m g (3 − 2 cos φ₀), of which the small swing knows nothing.
 
 mod common;
 use std::f64::consts::TAU;
@@ -15,7 +16,8 @@ use std::f64::consts::TAU;
 use dynamics::analysis::{Rung, compare};
 use dynamics::prelude::*;
 
-/// From rest to rest: x(t) = D (τ − sin 2πτ / 2π) with τ = t/T, and D from then on. Its acceleration is a full sine.
+/// From rest to rest: x(t) = D (τ − sin 2πτ / 2π) with τ = t/T, and D from then on. Its acceleration is a
+/// full sine.
 #[derive(Clone, Debug)]
 struct Travel {
     distance: f64,
@@ -209,7 +211,8 @@ struct Models {
     sag: f64,
 }
 
-/// Five tonnes whose centre hangs 9 m below the trolley: a box 4 m high and 1.6 m wide on four falls of steel rope.
+/// Five tonnes whose centre hangs 9 m below the trolley: a box 4 m high and 1.6 m wide on four falls of steel
+/// rope.
 fn models(trolley: &Travel) -> Models {
     let (mass, length, stiffness, damping, g) = (5000.0, 9.0, 4.0e6, 8.0e3, 9.81);
     let (inertia, sag) = (mass * (4.0f64.powi(2) + 1.6f64.powi(2)) / 12.0, mass * g / stiffness);
@@ -241,7 +244,11 @@ fn main() -> common::Outcome {
     for (accuracy, rung) in [(0.1, "point mass"), (0.01, "body"), (0.001, "elastic rope")] {
         assert_eq!(comparison.sufficient(accuracy)?.rung, rung);
     }
-    assert!(comparison.difference("small swing", "cable_force").is_some_and(|d| d.largest > 0.25 * body.mass * body.g));
+    assert!(
+        comparison
+            .difference("small swing", "cable_force")
+            .is_some_and(|d| d.largest > 0.25 * body.mass * body.g)
+    );
     physics()?;
 
     let mut files = common::Files::of("crane_load");
@@ -265,7 +272,10 @@ fn physics() -> common::Outcome {
     // A quarter of a swing.
     let (quick, slow) = (of_point.events()[0].time(), of_body.events()[0].time());
     let ratio = (1.0 + body.inertia / (body.mass * body.length.powi(2))).sqrt();
-    println!("\nthe body swings {:.4} times as slowly as the point mass; √(1 + J/(m L²)) = {ratio:.4}", slow / quick);
+    println!(
+        "\nthe body swings {:.4} times as slowly as the point mass; √(1 + J/(m L²)) = {ratio:.4}",
+        slow / quick
+    );
     assert!((slow / quick / ratio - 1.0).abs() < 1e-9);
     let force = of_point.output("cable_force", quick)?;
     let known = point.mass * point.g * (3.0 - 2.0 * swing.cos());

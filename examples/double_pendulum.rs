@@ -2,7 +2,8 @@
 //!
 //!     L = ½ m₁ |ṙ₁|² + ½ m₂ |ṙ₂|² − g (m₁ y₁ + m₂ y₂)
 //!
-//! The motion is chaotic: the distance of two neighbours grows as e^{λt} with λ ≈ 0.9/s, so that 25 seconds turn 10⁻⁹ into 1.
+//! The motion is chaotic: the distance of two neighbours grows as e^{λt} with λ ≈ 0.9/s, so that 25 seconds
+//! turn 10⁻⁹ into 1.
 
 mod common;
 use dynamics::prelude::*;
@@ -63,7 +64,8 @@ fn main() -> common::Outcome {
         .map(|(a, b)| (a.t, ((a.q - b.q).norm_squared() + (a.u - b.u).norm_squared()).sqrt()))
         .collect();
 
-    // λ is the slope of ln(separation) where it grows: above the first transient and below the size of the motion itself.
+    // λ is the slope of ln(separation) where it grows: above the first transient and below the size of the
+    // motion itself.
     let growing: Vec<_> =
         separation.iter().filter(|(_, s)| (1e-8..1e-1).contains(s)).map(|&(t, s)| (t, s.ln())).collect();
     let (exponent, offset) = straight_line(&growing);
@@ -77,7 +79,10 @@ fn main() -> common::Outcome {
         .panel(
             Panel::new(Axis::new("time in s"), Axis::log("separation in the state space"))
                 .line("separation", separation)
-                .line(format!("e^({exponent:.2} t)"), growing.iter().map(|&(t, _)| (t, (offset + exponent * t).exp()))),
+                .line(
+                    format!("e^({exponent:.2} t)"),
+                    growing.iter().map(|&(t, _)| (t, (offset + exponent * t).exp())),
+                ),
         )
         .write_svg(files.path("separation.svg"))?;
     Animation::new()

@@ -2,8 +2,9 @@
 //!
 //!     ω² = (2 ∓ √2) g/l with θ₂ = ±√2 θ₁,        then closed motions by growing energy, each by shooting from the last
 //!
-//! Families of closed motions begin with the linear modes (A. M. Lyapunov, 1892). Frequencies fall as the energy grows, and where multipliers leave the unit circle neighbours part from the
-//! motion, though nothing in it tells. What is beyond that is the beginning of chaos in [double_pendulum](double_pendulum.rs).
+//! Families of closed motions begin with the linear modes (A. M. Lyapunov, 1892). Frequencies fall as the
+//! energy grows, and where multipliers leave the unit circle neighbours part from the motion, though nothing
+//! in it tells. What is beyond that is the beginning of chaos in [double_pendulum](double_pendulum.rs).
 
 #[path = "../tests/models/double_pendulum.rs"]
 #[allow(dead_code)]
@@ -67,7 +68,8 @@ fn main() -> common::Outcome {
         }
         page = page.panels(
             &format!("The {name} mode"),
-            "One angle over the other, in closed motions of four energies: a straight line while the motion is small.",
+            "One angle over the other, in closed motions of four energies: a straight line while the motion \
+             is small.",
             [panel],
         );
     }

@@ -2,9 +2,9 @@
 //!
 //!     T = ½ J θ̇² + ½ m_r |ṙ_G|² + ½ J_r φ̇² + ½ m_p ẋ²        closure: crank pin + rod − piston pin = 0        load torque −c θ̇
 //!
-//! Crank angle, rod angle and piston place are three coordinates; that the rod joins them is two constraints, whose multipliers are the
-//! force of the rod on the piston pin: its y-component is the side thrust on the cylinder wall. The gas is a law of pressure
-//! over the crank angle: intake, compression, expansion, exhaust.
+//! Crank angle, rod angle and piston place are three coordinates; that the rod joins them is two constraints,
+//! whose multipliers are the force of the rod on the piston pin: its y-component is the side thrust on the
+//! cylinder wall. The gas is a law of pressure over the crank angle: intake, compression, expansion, exhaust.
 
 mod common;
 use std::f64::consts::{PI, TAU};
@@ -96,7 +96,8 @@ impl Engine {
     }
 }
 
-/// Pressure above the atmosphere's: 1 bar in the intake, polytropic compression 9:1 and expansion from 35 bar.
+/// Pressure above the atmosphere's: 1 bar in the intake, polytropic compression 9:1 and expansion from 35
+/// bar.
 fn pressure(model: &Engine, theta: f64) -> f64 {
     let atmosphere = 1e5;
     let stroke = 2.0 * model.crank;
@@ -158,8 +159,9 @@ fn main() -> common::Outcome {
     };
     let parts = 200_000;
     let at = |k: u32| 2.0 * TAU * f64::from(k) / f64::from(parts);
-    let work: f64 =
-        (0..parts).map(|k| pressure(&model, 0.5 * (at(k) + at(k + 1))) * (volume(at(k + 1)) - volume(at(k)))).sum();
+    let work: f64 = (0..parts)
+        .map(|k| pressure(&model, 0.5 * (at(k) + at(k + 1))) * (volume(at(k + 1)) - volume(at(k))))
+        .sum();
     let (mean, fluctuation) = speed(&motion, 4.0);
     let expected = work / (model.load * 2.0 * TAU);
     println!(
@@ -172,7 +174,11 @@ fn main() -> common::Outcome {
     // The flywheel smooths in proportion to its inertia.
     let heavy = Engine { flywheel: 0.6, ..model.clone() };
     let (_, smoother) = speed(&run(&heavy, 2.0 * end)?, 4.0);
-    println!("speed fluctuates by {:.2} %, with twice the flywheel by {:.2} %", 100.0 * fluctuation, 100.0 * smoother);
+    println!(
+        "speed fluctuates by {:.2} %, with twice the flywheel by {:.2} %",
+        100.0 * fluctuation,
+        100.0 * smoother
+    );
     assert!((smoother / fluctuation - 0.5).abs() < 0.05);
 
     let mut files = common::Files::of("engine");
@@ -184,7 +190,11 @@ fn main() -> common::Outcome {
     Chart::new("Two cycles of an engine")
         .panel(panel("gas pressure in bar").line("p", history.iter().map(|s| (s.t, 1e-5 * s.pressure()))))
         .panel(panel("ω in rad/s").line("ω", history.iter().map(|s| (s.t, s.theta_rate()))))
-        .panel(panel("rod on piston pin in N").line("along the cylinder", force(0)).line("side thrust", force(1)))
+        .panel(
+            panel("rod on piston pin in N")
+                .line("along the cylinder", force(0))
+                .line("side thrust", force(1)),
+        )
         .write_svg(files.path("cycles.svg"))?;
     let last = run(&model, 0.4)?;
     last.animation().plot(["pin_force.y"]).speed(0.02).write_html(files.path("engine.html"))?;

@@ -2,8 +2,9 @@
 //!
 //!     r = (R sin θ cos ωt, R sin θ sin ωt, −R cos θ),        L = ½ m |ṙ|² − m g z
 //!
-//! Below ω² = g/R the bead rests at the bottom. There the bottom loses its stability, and two positions aside take it over, cos θ = g/(R ω²): a pitchfork
-//! (Strogatz, *Nonlinear Dynamics and Chaos*, §3.5). Nothing of this is put in: each speed is asked for all equilibria, and each of these for its stability.
+//! Below ω² = g/R the bead rests at the bottom. There the bottom loses its stability, and two positions aside
+//! take it over, cos θ = g/(R ω²): a pitchfork (Strogatz, *Nonlinear Dynamics and Chaos*, §3.5). Nothing of
+//! this is put in: each speed is asked for all equilibria, and each of these for its stability.
 
 mod common;
 use dynamics::prelude::*;
@@ -60,10 +61,14 @@ fn main() -> common::Outcome {
             assert!(judged.is_stable() || judged.is_unstable(), "{judged}");
             if judged.is_stable() && theta.abs() > 1e-6 {
                 let square = (hoop.speed * theta.sin()).powi(2);
-                assert!((judged.least_omega_squared.unwrap_or(f64::NAN) / square - 1.0).abs() < 1e-9, "{judged}");
+                assert!(
+                    (judged.least_omega_squared.unwrap_or(f64::NAN) / square - 1.0).abs() < 1e-9,
+                    "{judged}"
+                );
                 assert!((theta.cos() * hoop.speed.powi(2) * radius / g - 1.0).abs() < 1e-12, "{rest}");
             }
-            (if judged.is_stable() { &mut stable } else { &mut unstable }).push((hoop.speed / critical, theta));
+            (if judged.is_stable() { &mut stable } else { &mut unstable })
+                .push((hoop.speed / critical, theta));
         }
     }
     println!("\n{} stable and {} unstable equilibria at 60 speeds", stable.len(), unstable.len());

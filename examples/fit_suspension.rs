@@ -2,8 +2,10 @@
 //!
 //!     m_s ẍ_s = −k (x_s − x_u) − c (ẋ_s − ẋ_u),        m_u ẍ_u = k (x_s − x_u) + c (ẋ_s − ẋ_u) − k_t (x_u − road)
 //!
-//! The masses were weighed; spring, damper and tyre are to be found from the travel of the suspension and the acceleration of the body. The data come from the model itself, with noise: what made
-//! them is known. The derivatives of the motion by the parameters come from its variational equations, and how well each parameter is known from them, too; 100 fits of resampled data agree.
+//! The masses were weighed; spring, damper and tyre are to be found from the travel of the suspension and the
+//! acceleration of the body. The data come from the model itself, with noise: what made them is known. The
+//! derivatives of the motion by the parameters come from its variational equations, and how well each
+//! parameter is known from them, too; 100 fits of resampled data agree.
 
 mod common;
 use dynamics::motion::MotionError;
@@ -94,9 +96,10 @@ fn main() -> common::Outcome {
     let (of_travel, of_felt, end) = (0.001, 0.15, 3.0);
     let truth = car.simulate(car.state().build()?).until(end).run()?;
     let (mut first, mut second) = (noise(1), noise(2));
-    let measure = |name: &str, sigma: f64, noise: &mut dyn FnMut() -> f64| -> Result<Vec<(f64, f64)>, MotionError> {
-        common::times(end, 120).map(|t| Ok((t, truth.output(name, t)? + sigma * noise()))).collect()
-    };
+    let measure =
+        |name: &str, sigma: f64, noise: &mut dyn FnMut() -> f64| -> Result<Vec<(f64, f64)>, MotionError> {
+            common::times(end, 120).map(|t| Ok((t, truth.output(name, t)? + sigma * noise()))).collect()
+        };
     let (travel, felt) = (measure("travel", of_travel, &mut first)?, measure("felt", of_felt, &mut second)?);
 
     // A guess that is wrong by half.
@@ -112,7 +115,10 @@ fn main() -> common::Outcome {
     for (found, value) in fit.found.iter().zip([car.spring, car.damper, car.tyre]) {
         let error = found.standard_error.unwrap_or(f64::NAN);
         let [low, high] = sampled.interval(&found.name, 0.95).unwrap_or([f64::NAN; 2]);
-        println!("{:<7} truth {value:>9.1}, 95 % of the resampled fits from {low:.1} to {high:.1}", found.name);
+        println!(
+            "{:<7} truth {value:>9.1}, 95 % of the resampled fits from {low:.1} to {high:.1}",
+            found.name
+        );
         assert!((found.value - value).abs() < 4.0 * error && error < 0.04 * value, "{fit}");
         assert!(((high - low) / (3.92 * error) - 1.0).abs() < 0.4, "{low} {high} {error}");
     }
@@ -121,10 +127,12 @@ fn main() -> common::Outcome {
     let value = |name: &str| fit.get(name).map_or(f64::NAN, |found| found.value);
     let fitted = Suspension { spring: value("spring"), damper: value("damper"), tyre: value("tyre"), ..car };
     let after = fitted.simulate(fitted.state().build()?).until(end).run()?;
-    let curve = |motion: &Motion<'_, Suspension>, name: &str, unit: f64| -> Result<Vec<(f64, f64)>, MotionError> {
-        common::times(end, 600).map(|t| Ok((t, unit * motion.output(name, t)?))).collect()
-    };
-    let scaled = |points: &[(f64, f64)], unit: f64| points.iter().map(|(t, y)| (*t, unit * y)).collect::<Vec<_>>();
+    let curve =
+        |motion: &Motion<'_, Suspension>, name: &str, unit: f64| -> Result<Vec<(f64, f64)>, MotionError> {
+            common::times(end, 600).map(|t| Ok((t, unit * motion.output(name, t)?))).collect()
+        };
+    let scaled =
+        |points: &[(f64, f64)], unit: f64| points.iter().map(|(t, y)| (*t, unit * y)).collect::<Vec<_>>();
     let mut chart = Chart::new("A suspension, measured and fitted");
     for (name, unit, title, points) in
         [("travel", 1e3, "travel in mm", &travel), ("felt", 1.0, "acceleration of the body in m/s²", &felt)]

@@ -2,11 +2,14 @@
 //!
 //!     T = ½ m |d/dt (R(Ω t) r)|²,        V = −m μ/|r|,        r from the center of the Earth
 //!
-//! Nothing is left out: neither the centrifugal force nor the change of gravity with place, and Coriolis' force is nowhere named. A plumb line does not point to the
-//! center, and the pendulum hangs along it: axes east, north, up are those of the plumb line at the geographic latitude φ. The plane of the swing turns clockwise
-//! at Ω sin φ. A pendulum released from rest swings on a narrow ellipse, which by itself turns back by 3/8 (a/l)² of that (Airy 1851).
-//! And as the centrifugal force grows to the east with Ω², to the north with Ω² sin² φ, swings in these directions take different times, by Ω² cos² φ/(2 ω): that widens the
-//! ellipse, and Airy's formula turns it further. Over a time in which the plane turns by ψ this takes 3/64 (a/l)² cot² φ (1 − sin 2ψ/2ψ) of the rate, in the mean.
+//! Nothing is left out: neither the centrifugal force nor the change of gravity with place, and Coriolis'
+//! force is nowhere named. A plumb line does not point to the center, and the pendulum hangs along it: axes
+//! east, north, up are those of the plumb line at the geographic latitude φ. The plane of the swing turns
+//! clockwise at Ω sin φ. A pendulum released from rest swings on a narrow ellipse, which by itself turns back
+//! by 3/8 (a/l)² of that (Airy 1851). And as the centrifugal force grows to the east with Ω², to the north
+//! with Ω² sin² φ, swings in these directions take different times, by Ω² cos² φ/(2 ω): that widens the
+//! ellipse, and Airy's formula turns it further. Over a time in which the plane turns by ψ this takes 3/64
+//! (a/l)² cot² φ (1 − sin 2ψ/2ψ) of the rate, in the mean.
 
 mod common;
 use dynamics::prelude::*;
@@ -60,7 +63,8 @@ impl Foucault {
     }
 }
 
-/// Where on a sphere the plumb line has this latitude: along it pull gravity and the centrifugal force together.
+/// Where on a sphere the plumb line has this latitude: along it pull gravity and the centrifugal force
+/// together.
 fn plumb(mu: f64, radius: f64, rotation: f64, latitude: f64) -> [f64; 2] {
     let pull = mu / radius.powi(3);
     let geocentric = f64::atan((pull - rotation * rotation) / pull * latitude.tan());
@@ -101,12 +105,21 @@ fn main() -> common::Outcome {
     let turned = 2.0 * (plane * (turns[last].time() - turns[first].time())).abs();
     let centrifugal =
         3.0 / 64.0 * (amplitude / pantheon.length / latitude.tan()).powi(2) * (1.0 - turned.sin() / turned);
-    println!("       which is off by {:.2e} of it; the centrifugal force takes {centrifugal:.2e}", rate / airy - 1.0);
+    println!(
+        "       which is off by {:.2e} of it; the centrifugal force takes {centrifugal:.2e}",
+        rate / airy - 1.0
+    );
     assert!((rate / airy - 1.0 + centrifugal).abs() < 2e-6);
 
     // The same with a wire of 10 m on a planet of 20 km and a day of ten minutes, to be seen.
     let (mu, rotation) = (9.81 * 2e4_f64.powi(2), std::f64::consts::TAU / 600.0);
-    let toy = Foucault { length: 10.0, mu, place: plumb(mu, 2e4, rotation, latitude), rotation, ..pantheon.clone() };
+    let toy = Foucault {
+        length: 10.0,
+        mu,
+        place: plumb(mu, 2e4, rotation, latitude),
+        rotation,
+        ..pantheon.clone()
+    };
     let seen = toy.simulate(toy.state().east(4.0).build()?).until(300.0).tolerance(1e-10).run()?;
     let mut files = common::Files::of("foucault");
     let hour = |k: usize| turns[k].time() / 3600.0;
@@ -117,12 +130,10 @@ fn main() -> common::Outcome {
                 .line("−Ω t sin φ", [0.0, hours].map(|h| (h, (plane * 3600.0 * h).to_degrees())))
                 .points("computed", every.map(|k| (hour(k), direction(k).to_degrees()))),
         )
-        .panel(
-            Panel::new(Axis::new("east in m"), Axis::new("north in m")).equal_axes().line(
-                "with a day of ten minutes",
-                seen.sample(common::times(300.0, 6000)).map(|s| (s.east(), s.north())),
-            ),
-        )
+        .panel(Panel::new(Axis::new("east in m"), Axis::new("north in m")).equal_axes().line(
+            "with a day of ten minutes",
+            seen.sample(common::times(300.0, 6000)).map(|s| (s.east(), s.north())),
+        ))
         .panel_height(420.0)
         .write_svg(files.path("from_above.svg"))?;
     seen.animate(files.path("short_day.html"))?;

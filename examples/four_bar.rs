@@ -2,8 +2,9 @@
 //!
 //!     crank + coupler − rocker − ground = 0        crank − Ω t = 0
 //!
-//! Hoecken's proportions 1 : 2 : 2.5 : 2.5 carry a point of the coupler along a straight line for half of the turn. A linkage whose shortest link is too
-//! long (Grashof) locks up, one with equal opposite links comes to a change point, where two assemblies meet: both are found and named.
+//! Hoecken's proportions 1 : 2 : 2.5 : 2.5 carry a point of the coupler along a straight line for half of the
+//! turn. A linkage whose shortest link is too long (Grashof) locks up, one with equal opposite links comes to
+//! a change point, where two assemblies meet: both are found and named.
 
 mod common;
 use std::f64::consts::{PI, TAU};
@@ -98,7 +99,8 @@ fn main() -> common::Outcome {
     println!("100 turns: rocker against Freudenstein's equation {worst:.1e} rad");
     assert!(worst < 1e-12);
 
-    // Hoecken: while the crank turns through half of its turn the point stays on a line to a hundredth of the way.
+    // Hoecken: while the crank turns through half of its turn the point stays on a line to a hundredth of the
+    // way.
     let at = |t: f64| -> [f64; 2] { std::array::from_fn(|i| motion.outputs_at(t)[i]) };
     let path: Vec<[f64; 2]> = (0..=360).map(|k| at(turn * f64::from(k) / 360.0)).collect();
     let half = &path[90..=270];
@@ -112,7 +114,9 @@ fn main() -> common::Outcome {
     println!("\nlinks that do not fit:");
     let stuck = FourBar::new([0.3, 0.2, 0.15, 0.15]);
     let start = stuck.state().coupler_guess(0.9).rocker_guess(2.2).assemble()?;
-    let Err(stop) = stuck.kinematics(start).until(1.0).run() else { return Err("it turned all the way".into()) };
+    let Err(stop) = stuck.kinematics(start).until(1.0).run() else {
+        return Err("it turned all the way".into());
+    };
     println!("  {} at {:.6}°", stop.kind, stop.state.crank() * 180.0 / PI);
     assert!(matches!(stop.kind, KinematicsErrorKind::LockUp { .. }));
     // Coupler and rocker in line: a triangle of sides 0.3, 0.2, 0.3.
@@ -120,9 +124,14 @@ fn main() -> common::Outcome {
 
     let parallel = FourBar::new([0.3, 0.1, 0.3, 0.1]);
     let start = parallel.state().at_time(0.1).coupler(0.0).rocker_guess(0.6).assemble()?;
-    let Err(stop) = parallel.kinematics(start).until(1.0).run() else { return Err("it did not notice".into()) };
+    let Err(stop) = parallel.kinematics(start).until(1.0).run() else {
+        return Err("it did not notice".into());
+    };
     println!("  {} at {:.6}°", stop.kind, stop.state.crank() * 180.0 / PI);
-    assert!(matches!(stop.kind, KinematicsErrorKind::Bifurcation { .. }) && (stop.state.crank() - PI).abs() < 1e-10);
+    assert!(
+        matches!(stop.kind, KinematicsErrorKind::Bifurcation { .. })
+            && (stop.state.crank() - PI).abs() < 1e-10
+    );
     let on = parallel.kinematics(start).until(3.0).through_bifurcations().run()?;
     println!("{}", on.summary());
     assert!((on.end().rocker() - on.end().crank()).abs() < 1e-9, "a parallelogram stays one");
@@ -132,7 +141,11 @@ fn main() -> common::Outcome {
     let sample: Vec<State<FourBar>> = motion.sample(common::times(turn, 360)).collect();
     let degrees = |s: &State<FourBar>| s.crank() * 180.0 / PI;
     Chart::new("Hoecken's straight line")
-        .panel(Panel::new(Axis::new("x in m"), Axis::new("y in m")).line("point of the coupler", point).equal_axes())
+        .panel(
+            Panel::new(Axis::new("x in m"), Axis::new("y in m"))
+                .line("point of the coupler", point)
+                .equal_axes(),
+        )
         .panel(
             Panel::new(Axis::new("crank in degrees"), Axis::new("velocity ratio"))
                 .line("rocker", sample.iter().map(|s| (degrees(s), s.rocker_rate() / s.crank_rate()))),

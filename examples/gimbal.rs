@@ -1,11 +1,14 @@
-//! A wheel in a gimbal, and the acceleration of a point on its rim (after problem P1.4 of Schmerr's textbook).
+//! A wheel in a gimbal, and the acceleration of a point on its rim (after problem P1.4 of Schmerr's
+//! textbook).
 //!
-//! The outer ring turns by ψ about the vertical, the inner ring by ϑ about an axis of the outer one, the wheel by φ in the inner one. Seen from the inner
-//! ring, which turns with w = (ϑ̇, ψ̇ sin ϑ, ψ̇ cos ϑ), the point moves in a circle; the transport theorem says the rest:
+//! The outer ring turns by ψ about the vertical, the inner ring by ϑ about an axis of the outer one, the
+//! wheel by φ in the inner one. Seen from the inner ring, which turns with w = (ϑ̇, ψ̇ sin ϑ, ψ̇ cos ϑ), the
+//! point moves in a circle; the transport theorem says the rest:
 //!
 //!     a = a_rel + ẇ × r + w × (w × r) + 2 w × v_rel
 //!
-//! A weight on the axle does not tip a fast wheel over: it goes round. No bearing has friction, so p_φ of the wheel and p_ψ of all are kept.
+//! A weight on the axle does not tip a fast wheel over: it goes round. No bearing has friction, so p_φ of the
+//! wheel and p_ψ of all are kept.
 
 mod common;
 use dynamics::prelude::*;
@@ -105,7 +108,8 @@ fn main() -> common::Outcome {
     let (mut apart, mut largest) = (0.0_f64, 0.0_f64);
     for s in motion.sample(common::times(5.0, 500)) {
         let [outer, inner, wheel]: [f64; 3] = gimbal.accelerations(&s)?.into();
-        let ((sin, cos), (psi, theta, phi)) = (s.inner().sin_cos(), (s.outer_rate(), s.inner_rate(), s.spin_rate()));
+        let ((sin, cos), (psi, theta, phi)) =
+            (s.inner().sin_cos(), (s.outer_rate(), s.inner_rate(), s.spin_rate()));
         let w = Vec3::new(theta, psi * sin, psi * cos);
         let w_rate = Vec3::new(inner, outer * sin + psi * theta * cos, outer * cos - psi * theta * sin);
         let (along, across) =
@@ -118,7 +122,9 @@ fn main() -> common::Outcome {
         apart = apart.max((Vec3::from(found) - by_hand).norm());
         largest = largest.max(by_hand.norm());
     }
-    println!("the rim is accelerated by up to {largest:.1} m/s²; closed form and model differ by {apart:.1e} m/s²");
+    println!(
+        "the rim is accelerated by up to {largest:.1} m/s²; closed form and model differ by {apart:.1e} m/s²"
+    );
     assert!(apart < 1e-11 * largest);
 
     // A fast wheel goes round with m g l/p_φ in the mean, and keeps its tilt but for a tremble.
@@ -139,7 +145,11 @@ fn main() -> common::Outcome {
         .panel(panel("tilt ϑ in degrees").line("ϑ", samples.iter().map(|s| (s.t, s.inner().to_degrees()))))
         .panel(panel("ψ in degrees").line("ψ", samples.iter().map(|s| (s.t, s.outer().to_degrees()))))
         .write_svg(files.path("precession.svg"))?;
-    Animation::new().add(&motion, "").plot(["outer", "inner"]).speed(0.25).write_html(files.path("gimbal.html"))?;
+    Animation::new()
+        .add(&motion, "")
+        .plot(["outer", "inner"])
+        .speed(0.25)
+        .write_html(files.path("gimbal.html"))?;
     files.list();
     Ok(())
 }

@@ -1,9 +1,11 @@
-//! Porter's governor holds the speed of an engine: balls on arms fly out as the shaft turns, lift a heavy sleeve and close the valve.
+//! Porter's governor holds the speed of an engine: balls on arms fly out as the shaft turns, lift a heavy
+//! sleeve and close the valve.
 //!
 //!     ball: l sin θ from the shaft, l cos θ below the top;        links of length l from the balls to the sleeve:  |ball − sleeve|² − l² = 0
 //!
-//! At a steady speed  ω² = (m + M) g / (m l cos θ)  (Porter 1858; Watt's for M = 0), and each link carries the weight M g/(2 cos θ). A governor
-//! of this kind is proportional: a heavier load is carried at a lower speed. With too little damping it hunts, as Vyshnegradsky found (1877).
+//! At a steady speed ω² = (m + M) g / (m l cos θ) (Porter 1858; Watt's for M = 0), and each link carries the
+//! weight M g/(2 cos θ). A governor of this kind is proportional: a heavier load is carried at a lower speed.
+//! With too little damping it hunts, as Vyshnegradsky found (1877).
 
 mod common;
 use dynamics::prelude::*;
@@ -100,7 +102,8 @@ fn main() -> common::Outcome {
     let hunting = Governor { dashpot: 3.0, ..damped.clone() };
     // It carries 10 N m, and at t = 0 the load drops to 6 N m.
     let (theta, height, speed) = steady(&damped, 10.0);
-    let start = |governor: &Governor| governor.state().theta(theta).height(height).psi_rate(speed).load(6.0).build();
+    let start =
+        |governor: &Governor| governor.state().theta(theta).height(height).psi_rate(speed).load(6.0).build();
     let settles = damped.simulate(start(&damped)?).until(40.0).tolerance(1e-9).run()?;
     let hunts = hunting.simulate(start(&hunting)?).until(12.0).tolerance(1e-9).run()?;
     println!("{}", settles.summary());
@@ -121,7 +124,8 @@ fn main() -> common::Outcome {
     assert!(settles.summary().constraints.iter().all(|c| c.residual < 1e-12));
 
     let swing = |motion: &Motion<'_, Governor>, from: f64, to: f64| {
-        let heights = motion.sample(common::times(1.0, 400).map(|part| from + part * (to - from))).map(|s| s.height());
+        let heights =
+            motion.sample(common::times(1.0, 400).map(|part| from + part * (to - from))).map(|s| s.height());
         let (least, most) = heights.fold((f64::MAX, f64::MIN), |(l, m), h| (l.min(h), m.max(h)));
         most - least
     };
@@ -145,10 +149,10 @@ fn main() -> common::Outcome {
     Chart::new("Porter's governor after the load has dropped")
         .panel(both("speed in rad/s", |s| s.psi_rate()))
         .panel(both("sleeve in m", |s| s.height()))
-        .panel(
-            panel("tension in N")
-                .line("one link", settles.sample(common::times(12.0, 1200)).map(|s| (s.t, settles.outputs_of(&s)[0]))),
-        )
+        .panel(panel("tension in N").line(
+            "one link",
+            settles.sample(common::times(12.0, 1200)).map(|s| (s.t, settles.outputs_of(&s)[0])),
+        ))
         .write_svg(files.path("governor.svg"))?;
     let short = damped.simulate(start(&damped)?).until(8.0).tolerance(1e-9).run()?;
     short.animation().plot(["height"]).speed(0.25).write_html(files.path("governor.html"))?;

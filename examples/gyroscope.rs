@@ -2,8 +2,9 @@
 //!
 //!     T = ½ A (ϑ̇² + φ̇² sin²ϑ) + ½ C (ψ̇ + φ̇ cos ϑ)²,        V = m g l cos ϑ
 //!
-//! Both p_φ and p_ψ are kept. The axis falls to where p_ψ² (cos ϑ₀ − cos ϑ) = 2 A m g l sin²ϑ, a quadratic in cos ϑ, and comes back. A fast one precesses with m g l/p_ψ
-//! in the mean. In angles about a vertical line, singular only where the axis is upright, which it is not.
+//! Both p_φ and p_ψ are kept. The axis falls to where p_ψ² (cos ϑ₀ − cos ϑ) = 2 A m g l sin²ϑ, a quadratic in
+//! cos ϑ, and comes back. A fast one precesses with m g l/p_ψ in the mean. In angles about a vertical line,
+//! singular only where the axis is upright, which it is not.
 
 mod common;
 use dynamics::prelude::*;
@@ -50,7 +51,11 @@ impl Gyroscope {
             .cone([0.0, 0.0, -1.2 * self.arm], [0.0; 3], 0.3 * self.radius)
             .cylinder([0.0; 3], along(1.4 * self.arm), 0.04 * self.radius)
             .plain()
-            .cylinder(along(self.arm - 0.5 * self.thickness), along(self.arm + 0.5 * self.thickness), self.radius)
+            .cylinder(
+                along(self.arm - 0.5 * self.thickness),
+                along(self.arm + 0.5 * self.thickness),
+                self.radius,
+            )
             .color(Color::Red)
             .disc(mark, 0.12 * self.radius)
             .plain()
@@ -70,9 +75,14 @@ fn main() -> common::Outcome {
     let (momentum, moment) = (along * spin, gyroscope.mass * gyroscope.g * gyroscope.arm);
     // λ (u₀ − u) = 1 − u², the root between −1 and u₀.
     let (lambda, upper) = (momentum.powi(2) / (2.0 * across * moment), tilt.cos());
-    let lower = 2.0 * (lambda * upper - 1.0) / (lambda + (lambda * lambda - 4.0 * (lambda * upper - 1.0)).sqrt());
-    let lowest: Vec<f64> =
-        motion.events().iter().filter(|e| e.direction == Direction::Falling).map(|e| e.after.angles(1)).collect();
+    let lower =
+        2.0 * (lambda * upper - 1.0) / (lambda + (lambda * lambda - 4.0 * (lambda * upper - 1.0)).sqrt());
+    let lowest: Vec<f64> = motion
+        .events()
+        .iter()
+        .filter(|e| e.direction == Direction::Falling)
+        .map(|e| e.after.angles(1))
+        .collect();
     println!(
         "{} times it falls to {:.6}°, by the closed form {:.6}°",
         lowest.len(),

@@ -1,10 +1,12 @@
-//! A bead on a hoop that is turned about a diameter, and about a line beside it: a pitchfork, what becomes of it, and where it is born.
+//! A bead on a hoop that is turned about a diameter, and about a line beside it: a pitchfork, what becomes of
+//! it, and where it is born.
 //!
 //!     T = ½ m (R² θ̇² + (e + R sin θ)² ω²),  V = −m g R cos θ:        m R (e + R sin θ) cos θ ω² = m g R sin θ
 //!
-//! On the diameter, e = 0, the bottom loses its stability at ω² = g/R to two positions aside, cos θ = g/(R ω²). With the slightest offset no branches meet any more: one goes
-//! over into the position aside smoothly, and the others are born together in a fold. The folds of all offsets lie on a curve with a cusp in the pitchfork
-//! (S. H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5 and §3.6).
+//! On the diameter, e = 0, the bottom loses its stability at ω² = g/R to two positions aside, cos θ = g/(R
+//! ω²). With the slightest offset no branches meet any more: one goes over into the position aside smoothly,
+//! and the others are born together in a fold. The folds of all offsets lie on a curve with a cusp in the
+//! pitchfork (S. H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5 and §3.6).
 
 mod common;
 use dynamics::analysis::Page;
@@ -61,7 +63,8 @@ fn main() -> common::Outcome {
 
     // About the diameter.
     let start = hoop(0.0, 0.0).state().build()?;
-    let family = continuation(|speed| hoop(speed, 0.0)).from(&start, 0.0).until(0.0..=10.0).named("speed in rad/s");
+    let family =
+        continuation(|speed| hoop(speed, 0.0)).from(&start, 0.0).until(0.0..=10.0).named("speed in rad/s");
     let perfect = family.branches(5)?;
     println!("{perfect}\n");
     let [point] = &perfect.branches[0].special[..] else { return Err(perfect.to_string().into()) };
@@ -78,12 +81,18 @@ fn main() -> common::Outcome {
         model.equilibrium(&model.state().theta(theta).build()?).map_err(Box::<dyn std::error::Error>::from)
     };
     let family = |speed: f64| hoop(speed, offset);
-    let near =
-        continuation(family).from(&from(0.0, 0.0)?.state, 0.0).until(0.0..=10.0).named("speed in rad/s").run()?;
+    let near = continuation(family)
+        .from(&from(0.0, 0.0)?.state, 0.0)
+        .until(0.0..=10.0)
+        .named("speed in rad/s")
+        .run()?;
     let far = continuation(family).from(&from(10.0, -1.3)?.state, 10.0).until(0.0..=10.0).run()?;
     assert!(near.special.is_empty() && far.folds().count() == 1);
     let fold = far.folds().next().ok_or("the far branches are born in a fold")?;
-    println!("1 cm beside the diameter, positions on the far side exist from {:.9} rad/s on\n", fold.parameter);
+    println!(
+        "1 cm beside the diameter, positions on the far side exist from {:.9} rad/s on\n",
+        fold.parameter
+    );
 
     // Folds over the offset, to both sides: sin³θ = −e/R and ω² cos³θ = g/R, through the cusp.
     let folds = || fold_curve(hoop, fold, offset).until(3.0..=10.0, -0.05..=0.05);
@@ -98,13 +107,15 @@ fn main() -> common::Outcome {
     assert!(least >= critical - 1e-9 && least < 1.01 * critical);
     println!("{} folds from offset 0.05 m through the cusp to −0.05 m", curve.len());
 
-    // Let go a little beside the bottom: slower than the pitchfork it stays there, faster it leaves, and swings about the position aside.
+    // Let go a little beside the bottom: slower than the pitchfork it stays there, faster it leaves, and
+    // swings about the position aside.
     let [slow, fast] = [0.8, 1.4].map(|part| hoop(part * critical, 0.0));
     let swing = |hoop: &Hoop| hoop.state().theta(0.05).build();
     let (stays, leaves) =
         (slow.simulate(swing(&slow)?).until(6.0).run()?, fast.simulate(swing(&fast)?).until(6.0).run()?);
-    let highest =
-        |motion: &Motion<'_, Hoop>| motion.sample(common::times(6.0, 3000)).map(|s| s.theta()).fold(0.0, f64::max);
+    let highest = |motion: &Motion<'_, Hoop>| {
+        motion.sample(common::times(6.0, 3000)).map(|s| s.theta()).fold(0.0, f64::max)
+    };
     // By the energy in axes that turn, which is kept: cos θ = 2 g/(R ω²) − cos 0.05 where it turns back.
     let farthest = (2.0 * g / (radius * fast.speed.powi(2)) - 0.05f64.cos()).acos();
     println!(
@@ -119,13 +130,20 @@ fn main() -> common::Outcome {
     let mut files = common::Files::of("hoop_pitchfork");
     let born = Panel::new(Axis::new("speed in rad/s"), Axis::new("offset in m"));
     let born = born.line("folds", curve.iter().map(|([speed, offset], _)| (*speed, *offset)));
-    let imperfect = dynamics::analysis::Diagram { branches: vec![near, far], failures: Vec::new(), left_out: 0 };
+    let imperfect =
+        dynamics::analysis::Diagram { branches: vec![near, far], failures: Vec::new(), left_out: 0 };
     Page::new("A bead on a hoop that is turned")
         .diagram("About its diameter", &perfect, [perfect.panel("θ in rad", angle)])
         .diagram("About a line 1 cm beside it", &imperfect, [imperfect.panel("θ in rad", angle)])
-        .panels("Where three positions are possible", "Right of the curve, whose cusp is the pitchfork.", [born])
+        .panels(
+            "Where three positions are possible",
+            "Right of the curve, whose cusp is the pitchfork.",
+            [born],
+        )
         .write_html(files.path("hoop_pitchfork.html"))?;
-    let film = Animation::new().add(&stays, "0.8 of the critical speed").add(&leaves, "1.4 times the critical speed");
+    let film = Animation::new()
+        .add(&stays, "0.8 of the critical speed")
+        .add(&leaves, "1.4 times the critical speed");
     film.speed(0.25).write_html(files.path("bead.html"))?;
     files.list();
     Ok(())

@@ -2,9 +2,10 @@
 //!
 //!     crank pin + upper rod = hip + triangle      crank pin + lower rod = hip + strut      hip + triangle + coupler = hip + strut + shin
 //!
-//! Each leg is three closed loops of thirteen lengths (Jansen's "holy numbers"); with the crank driven nothing is free, and everything is
-//! solved from Φ(q, t) = 0. The machine's twelve legs hang on one crankshaft, six throws at 60°, a leg to either side. It walks in the
-//! frame of its body: the lowest foot stands on the track, so the track moves backward as that foot does.
+//! Each leg is three closed loops of thirteen lengths (Jansen's "holy numbers"); with the crank driven
+//! nothing is free, and everything is solved from Φ(q, t) = 0. The machine's twelve legs hang on one
+//! crankshaft, six throws at 60°, a leg to either side. It walks in the frame of its body: the lowest foot
+//! stands on the track, so the track moves backward as that foot does.
 
 mod common;
 use std::f64::consts::TAU;
@@ -142,7 +143,8 @@ macro_rules! linkage {
         }
 
         impl $name {
-            /// Jansen's lengths, in parts of a metre, at one turn per second; `legs` are throw and side of each.
+            /// Jansen's lengths, in parts of a metre, at one turn per second; `legs` are throw and side of
+            /// each.
             fn holy(legs: impl Fn(usize) -> [f64; 2]) -> Self {
                 let leg: [[f64; 2]; $legs] = std::array::from_fn(legs);
                 Self {
@@ -218,7 +220,8 @@ impl Walk<'_, '_> {
         for state in motion.states() {
             let mut standing = walk.stands[walk.stands.len() - 1].1;
             while walk.lowest(&state) != standing {
-                // Whichever is lowest now, an earlier one may have been lowest in between: the first to come down counts.
+                // Whichever is lowest now, an earlier one may have been lowest in between: the first to come
+                // down counts.
                 let mut next = walk.lowest(&state);
                 let mut touch = motion.at(walk.crossing(before, state.t, standing, next));
                 while ![standing, next].contains(&walk.lowest(&touch)) {
@@ -295,7 +298,8 @@ fn main() -> common::Outcome {
     let account = turn.work();
     println!("{account}\n");
     assert!(
-        account.closure_error.abs() < 1e-10 * account.scale && account.forces[0].work.abs() < 1e-10 * account.scale
+        account.closure_error.abs() < 1e-10 * account.scale
+            && account.forces[0].work.abs() < 1e-10 * account.scale
     );
 
     let machine = Machine::holy(|n| [TAU * (n / 2) as f64 / 6.0, if n % 2 == 0 { -1.0 } else { 1.0 }]);
@@ -306,10 +310,11 @@ fn main() -> common::Outcome {
     let walk = Walk::of(&motion);
     let way = |t: f64| walk.body(&motion.at(t));
     let stride = way(1.0) - way(0.0);
-    let drift = (1..=60).map(|turn| (way(f64::from(turn)) - f64::from(turn) * stride).abs()).fold(0.0, f64::max);
+    let drift =
+        (1..=60).map(|turn| (way(f64::from(turn)) - f64::from(turn) * stride).abs()).fold(0.0, f64::max);
     println!(
-        "60 turns of the machine: loops closed to {gap:.1e} m, {:.3} m in strides of {stride:.6} m that differ by {drift:.1e} m at most, \
-         {} footfalls",
+        "60 turns of the machine: loops closed to {gap:.1e} m, {:.3} m in strides of {stride:.6} m that \
+         differ by {drift:.1e} m at most, {} footfalls",
         way(60.0),
         walk.stands.len() - 1
     );
@@ -320,7 +325,11 @@ fn main() -> common::Outcome {
     let curve = |points: &[[f64; 2]]| points.iter().map(|p| (p[0], p[1])).collect::<Vec<_>>();
     let samples: Vec<State<Machine>> = motion.sample(common::times(1.0, 600)).collect();
     Chart::new("Jansen's linkage")
-        .panel(Panel::new(Axis::new("x in m"), Axis::new("y in m")).line("path of a foot", curve(&path)).equal_axes())
+        .panel(
+            Panel::new(Axis::new("x in m"), Axis::new("y in m"))
+                .line("path of a foot", curve(&path))
+                .equal_axes(),
+        )
         .panel(
             Panel::new(Axis::new("time in s"), Axis::new("height of the crank in m"))
                 .line("walking", samples.iter().map(|s| (s.t, -walk.foot(s, walk.lowest(s)).y))),

@@ -2,8 +2,8 @@
 //!
 //!     r = (0, a cos Ωt) + l (sin θ, cos θ),        L = ½ m |ṙ|² − m g y,        θ from the upright
 //!
-//! Averaged over the fast shaking, the upright is a minimum of the effective potential where a² Ω² > 2 g l (Kapitza 1951); there
-//! it swings slowly at √(a² Ω² / 2 l² − g / l). Below the threshold it falls.
+//! Averaged over the fast shaking, the upright is a minimum of the effective potential where a² Ω² > 2 g l
+//! (Kapitza 1951); there it swings slowly at √(a² Ω² / 2 l² − g / l). Below the threshold it falls.
 
 mod common;
 use dynamics::prelude::*;
@@ -62,11 +62,16 @@ fn main() -> common::Outcome {
     assert!(reach(&stands) < 0.11, "it stands");
     assert!(reach(&falls) > std::f64::consts::FRAC_PI_2, "it falls");
 
-    // The slow swing about the upright, against the averaged equation, whose next terms are of order θ² and (a/l)².
-    let times: Vec<_> = stands.events().iter().filter(|e| e.direction == Direction::Rising).map(|e| e.time()).collect();
+    // The slow swing about the upright, against the averaged equation, whose next terms are of order θ² and
+    // (a/l)².
+    let times: Vec<_> =
+        stands.events().iter().filter(|e| e.direction == Direction::Rising).map(|e| e.time()).collect();
     let period = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
     let effective = ((amplitude * fast.frequency / length).powi(2) / 2.0 - g / length).sqrt();
-    println!("slow swing: {:.3} rad/s, averaged equation {effective:.3} rad/s", std::f64::consts::TAU / period);
+    println!(
+        "slow swing: {:.3} rad/s, averaged equation {effective:.3} rad/s",
+        std::f64::consts::TAU / period
+    );
     assert!((std::f64::consts::TAU / period / effective - 1.0).abs() < 5e-3);
 
     let mut files = common::Files::of("kapitza");
@@ -78,7 +83,11 @@ fn main() -> common::Outcome {
         .panel(panel().line("1.5 times the threshold", history(&stands, 4.0)))
         .panel(panel().line("0.9 times the threshold", history(&falls, 4.0)))
         .write_svg(files.path("angle.svg"))?;
-    Animation::new().add(&stands, "stands").add(&falls, "falls").speed(0.25).write_html(files.path("kapitza.html"))?;
+    Animation::new()
+        .add(&stands, "stands")
+        .add(&falls, "falls")
+        .speed(0.25)
+        .write_html(files.path("kapitza.html"))?;
     files.list();
     Ok(())
 }

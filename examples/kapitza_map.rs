@@ -1,10 +1,12 @@
-//! Where a pendulum stands upright on a shaken pivot: the map over amplitude and frequency, by Floquet multipliers.
+//! Where a pendulum stands upright on a shaken pivot: the map over amplitude and frequency, by Floquet
+//! multipliers.
 //!
 //!     l θ̈ = (g − A Ω² cos Ωt) sin θ,        θ from the upright
 //!
-//! Beside the upright this is Mathieu's equation with a = −4g/(lΩ²) and q = 2A/l: it stands where a₀(q) < a < b₁(q). Below the first curve it falls over (μ = 1); beyond the second,
-//! with large amplitudes, it swings more and more at half the frequency (μ = −1). For small amplitudes the first is Kapitza's A²Ω² = 2gl.
-//! A. B. Pippard, Eur. J. Phys. 8 (1987) 203; Butikov, Am. J. Phys. 69 (2001) 755.
+//! Beside the upright this is Mathieu's equation with a = −4g/(lΩ²) and q = 2A/l: it stands where a₀(q) < a <
+//! b₁(q). Below the first curve it falls over (μ = 1); beyond the second, with large amplitudes, it swings
+//! more and more at half the frequency (μ = −1). For small amplitudes the first is Kapitza's A²Ω² = 2gl. A.
+//! B. Pippard, Eur. J. Phys. 8 (1987) 203; Butikov, Am. J. Phys. 69 (2001) 755.
 
 mod common;
 use dynamics::analysis::{FloquetVerdict, Threshold};
@@ -26,7 +28,8 @@ struct Shaken {
 #[dynamics]
 impl Shaken {
     fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
-        vec2(0.0, self.amplitude * (self.frequency * q.t).cos()) + self.length * vec2(q.theta.sin(), q.theta.cos())
+        vec2(0.0, self.amplitude * (self.frequency * q.t).cos())
+            + self.length * vec2(q.theta.sin(), q.theta.cos())
     }
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
@@ -47,10 +50,15 @@ impl Shaken {
     }
 }
 
-/// a₀(q), or b₁(q): the least eigenvalue of the tridiagonal matrix of Fourier coefficients (Abramowitz & Stegun 20.2), by bisection on Sturm's count.
+/// a₀(q), or b₁(q): the least eigenvalue of the tridiagonal matrix of Fourier coefficients (Abramowitz &
+/// Stegun 20.2), by bisection on Sturm's count.
 fn characteristic(q: f64, even: bool) -> f64 {
     let diagonal = |k: u32| {
-        if even { f64::from(2 * k).powi(2) } else { f64::from(2 * k + 1).powi(2) - if k == 0 { q } else { 0.0 } }
+        if even {
+            f64::from(2 * k).powi(2)
+        } else {
+            f64::from(2 * k + 1).powi(2) - if k == 0 { q } else { 0.0 }
+        }
     };
     let beside = |k: u32| if even && k == 0 { 2.0 * q * q } else { q * q };
     let is_below = |x: f64| {
@@ -124,8 +132,13 @@ fn main() -> common::Outcome {
     assert!((low / theory - 1.0).abs() < 1e-9);
 
     // One motion of each region, let go 0.02 rad beside the upright, until it is level.
-    let of =
-        |part: f64, speed: f64| Shaken { mass: 0.1, length, amplitude: part * length, frequency: speed * natural, g };
+    let of = |part: f64, speed: f64| Shaken {
+        mass: 0.1,
+        length,
+        amplitude: part * length,
+        frequency: speed * natural,
+        g,
+    };
     let models = [of(0.2, 11.0), of(0.2, 5.0), of(0.6, 12.0)];
     let from = |model: &Shaken| model.state().theta(0.02).build();
     let motions = (
@@ -166,7 +179,10 @@ fn main() -> common::Outcome {
         .panel(panel)
         .panel_height(460.0)
         .write_svg(files.path("map.svg"))?;
-    let film = Animation::new().add(&motions.0, "stands").add(&motions.1, "falls over").add(&motions.2, "swings out");
+    let film = Animation::new()
+        .add(&motions.0, "stands")
+        .add(&motions.1, "falls over")
+        .add(&motions.2, "swings out");
     film.speed(0.15).write_html(files.path("three.html"))?;
     files.list();
     Ok(())

@@ -1,10 +1,12 @@
 //! A million revolutions: q̈ = −μ q/|q|³ with steps of fixed size.
 //!
-//! Methods that preserve the structure of the motion make energy errors that stay where they are; with RK4 they grow with every revolution, until the
-//! orbit is another one. What the errors are is a matter of order and step: the higher order pays as long as the steps are short.
+//! Methods that preserve the structure of the motion make energy errors that stay where they are; with RK4
+//! they grow with every revolution, until the orbit is another one. What the errors are is a matter of order
+//! and step: the higher order pays as long as the steps are short.
 //!
-//! Where the method makes none, rounding is left, here on an orbit with e = 0.9 for 100,000 revolutions. Brouwer's law: what has no bias grows with the root of the time; the smallest errors of a
-//! method of fixed order have one, and grow with the time.
+//! Where the method makes none, rounding is left, here on an orbit with e = 0.9 for 100,000 revolutions.
+//! Brouwer's law: what has no bias grows with the root of the time; the smallest errors of a method of fixed
+//! order have one, and grow with the time.
 
 mod common;
 
@@ -45,7 +47,8 @@ fn errors(
     let mut found: Errors = Vec::new();
     let mut limit = 10.0;
     let mut worst = 0.0f64;
-    let run = model.simulate(start).until(turn * revolutions).fixed_step(turn / (steps + 0.618)).method(method);
+    let run =
+        model.simulate(start).until(turn * revolutions).fixed_step(turn / (steps + 0.618)).method(method);
     run.max_steps(u64::MAX).run_with(|state| {
         if state.t > turn * limit {
             found.push((limit, std::mem::take(&mut worst)));
@@ -57,7 +60,8 @@ fn errors(
     Ok(found)
 }
 
-/// Largest |E − E₀| up to each of some numbers of revolutions, of an orbit with e = 0.9 and E₀ = −½, at the smallest tolerance that there is.
+/// Largest |E − E₀| up to each of some numbers of revolutions, of an orbit with e = 0.9 and E₀ = −½, at the
+/// smallest tolerance that there is.
 fn rounding(
     model: &Kepler,
     method: &methods::Any<Kepler>,
@@ -66,15 +70,19 @@ fn rounding(
     let start = model.state().x(0.1).y_rate(19f64.sqrt()).build()?;
     let (energy, turn) = (model.energy_function(&start), std::f64::consts::TAU);
     let (mut found, mut worst, mut mark) = (Errors::new(), 0.0f64, 1.0);
-    model.simulate(start).until(turn * revolutions).tolerance(1e-15).method(method).max_steps(u64::MAX).run_with(
-        |state| {
+    model
+        .simulate(start)
+        .until(turn * revolutions)
+        .tolerance(1e-15)
+        .method(method)
+        .max_steps(u64::MAX)
+        .run_with(|state| {
             worst = worst.max((model.energy_function(state) - energy).abs());
             if state.t >= turn * mark {
                 found.push((mark, worst));
                 mark *= 10f64.sqrt();
             }
-        },
-    )?;
+        })?;
     Ok(found)
 }
 
@@ -126,7 +134,9 @@ fn main() -> common::Outcome {
         panel = panel.line(method.to_string(), found);
     }
     let mut files = common::Files::of("long_motions");
-    Chart::new("Energy error of a Kepler orbit, e = 0.2").panel(panel).write_svg(files.path("long_motions.svg"))?;
+    Chart::new("Energy error of a Kepler orbit, e = 0.2")
+        .panel(panel)
+        .write_svg(files.path("long_motions.svg"))?;
     let title = "Rounding: energy error of a Kepler orbit, e = 0.9, smallest tolerance";
     Chart::new(title).panel(brouwer(&model)?).write_svg(files.path("rounding.svg"))?;
     files.list();

@@ -1,7 +1,8 @@
 //! A four-bar linkage and a slider-crank, put together from planar bodies and joints.
 //!
-//! Every body has its place and its angle, every joint its rows; nobody works out a closed form. The motion obeys one all the same: the output angle of the
-//! four-bar Freudenstein's equation, with links a, b, c on a base d,
+//! Every body has its place and its angle, every joint its rows; nobody works out a closed form. The motion
+//! obeys one all the same: the output angle of the four-bar Freudenstein's equation, with links a, b, c on a
+//! base d,
 //!
 //!     d/a cos ψ − d/c cos φ + (a² − b² + c² + d²)/(2 a c) = cos(φ − ψ),
 //!
@@ -94,7 +95,8 @@ impl SliderCrank {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         let size = self.lengths[0];
-        let slider = PlanarBody::new(self.slider, Vec2::ZERO, self.slider * size * size / 24.0, self.frame(q, 2));
+        let slider =
+            PlanarBody::new(self.slider, Vec2::ZERO, self.slider * size * size / 24.0, self.frame(q, 2));
         self.bar(q, 0).kinetic_energy() + self.bar(q, 1).kinetic_energy() + slider.kinetic_energy()
     }
     #[holonomic]
@@ -136,7 +138,8 @@ fn main() -> common::Outcome {
     let ([a, b, c], d) = (four_bar.lengths, four_bar.base);
     let freudenstein = |s: &State<FourBar>| {
         let (phi, psi) = (s.crank(), s.rocker());
-        d / a * psi.cos() - d / c * phi.cos() + (a * a - b * b + c * c + d * d) / (2.0 * a * c) - (phi - psi).cos()
+        d / a * psi.cos() - d / c * phi.cos() + (a * a - b * b + c * c + d * d) / (2.0 * a * c)
+            - (phi - psi).cos()
     };
     let off = motion.sample(common::times(4.0, 800)).map(|s| freudenstein(&s).abs()).fold(0.0, f64::max);
     let turns = motion.end().crank() / std::f64::consts::TAU;
@@ -155,18 +158,20 @@ fn main() -> common::Outcome {
     let sliding = engine.simulate(start).until(4.0).tolerance(1e-11).run()?;
     println!("{}", sliding.summary());
     let [a, b] = engine.lengths;
-    let closed_form = |s: &State<SliderCrank>| a * s.crank().cos() + (b * b - (a * s.crank().sin()).powi(2)).sqrt();
-    let off = sliding.sample(common::times(4.0, 800)).map(|s| (s.x(2) - closed_form(&s)).abs()).fold(0.0, f64::max);
+    let closed_form =
+        |s: &State<SliderCrank>| a * s.crank().cos() + (b * b - (a * s.crank().sin()).powi(2)).sqrt();
+    let off =
+        sliding.sample(common::times(4.0, 800)).map(|s| (s.x(2) - closed_form(&s)).abs()).fold(0.0, f64::max);
     println!("the slider is where the closed form says to {off:.1e} m");
     assert!(off < 1e-9 && sliding.summary().energy_drift < 1e-8);
 
     let mut files = common::Files::of("planar_bodies");
     let times = || common::times(2.0, 1000);
     Chart::new("Linkages from planar bodies and joints")
-        .panel(
-            Panel::new(Axis::new("crank in degrees"), Axis::new("rocker in degrees"))
-                .line("four-bar", motion.sample(times()).map(|s| (s.crank().to_degrees(), s.rocker().to_degrees()))),
-        )
+        .panel(Panel::new(Axis::new("crank in degrees"), Axis::new("rocker in degrees")).line(
+            "four-bar",
+            motion.sample(times()).map(|s| (s.crank().to_degrees(), s.rocker().to_degrees())),
+        ))
         .panel(
             Panel::new(Axis::new("crank in degrees"), Axis::new("slider in m"))
                 .line("slider-crank", sliding.sample(times()).map(|s| (s.crank().to_degrees(), s.x(2)))),

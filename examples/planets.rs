@@ -2,8 +2,8 @@
 //!
 //!     L = Σ ½ mᵢ |ṙᵢ|² + Σ_{i<j} G mᵢ mⱼ / |rᵢ − rⱼ|,        G = 4π²
 //!
-//! Energy, momentum and angular momentum are kept. Jupiter, a thousandth of the Sun, disturbs the others; on the average the
-//! periods follow Kepler's third law T² = a³ / (1 + m) all the same.
+//! Energy, momentum and angular momentum are kept. Jupiter, a thousandth of the Sun, disturbs the others; on
+//! the average the periods follow Kepler's third law T² = a³ / (1 + m) all the same.
 
 mod common;
 use dynamics::prelude::*;
@@ -35,7 +35,8 @@ impl Planets {
         let mut sum = Expr::ZERO;
         for i in 0..5 {
             for j in 0..i {
-                sum -= self.gravitation * self.mass[i] * self.mass[j] / (self.place(q, i) - self.place(q, j)).norm();
+                sum -= self.gravitation * self.mass[i] * self.mass[j]
+                    / (self.place(q, i) - self.place(q, j)).norm();
             }
         }
         sum
@@ -77,7 +78,8 @@ fn main() -> common::Outcome {
         let (sin, cos) = directions[i].sin_cos();
         (x[i], y[i], vx[i], vy[i]) = (distance * cos, distance * sin, -speed * sin, speed * cos);
     }
-    // These are motions about the Sun; in the frame of the centre of mass everything keeps its place on the page.
+    // These are motions about the Sun; in the frame of the centre of mass everything keeps its place on the
+    // page.
     for v in [&mut vx, &mut vy] {
         let mean = (0..5).map(|i| model.mass[i] * v[i]).sum::<f64>() / model.mass.iter().sum::<f64>();
         v.iter_mut().for_each(|v| *v -= mean);

@@ -63,16 +63,23 @@ fn main() -> common::Outcome {
     let mut flights = Vec::new();
     for ball in [&ball, &in_vacuum] {
         let start = ball.state().x_rate(component).y_rate(component).build()?;
-        flights.push(ball.simulate(start).until(60.0).tolerance(1e-10).stop_at("ground", Direction::Falling).run()?);
+        flights.push(
+            ball.simulate(start).until(60.0).tolerance(1e-10).stop_at("ground", Direction::Falling).run()?,
+        );
     }
     let [air, vacuum] = &flights[..] else { unreachable!("two flights") };
 
-    // Without drag the range at 45° is v²/g; with drag the work of the force "drag" is what is missing at landing.
+    // Without drag the range at 45° is v²/g; with drag the work of the force "drag" is what is missing at
+    // landing.
     let range = vacuum.end().x();
     assert!((range - speed * speed / ball.g).abs() < 1e-7);
     assert!(air.end().x() < 0.6 * range);
     println!("range at {speed} m/s and 45°: {:.1} m in air, {range:.1} m in vacuum", air.end().x());
-    println!("speed at landing: {:.1} m/s in air, {:.1} m/s in vacuum\n", air.output("speed", air.end_time())?, speed);
+    println!(
+        "speed at landing: {:.1} m/s in air, {:.1} m/s in vacuum\n",
+        air.output("speed", air.end_time())?,
+        speed
+    );
     println!("{}", air.work());
 
     // Dropped from rest, against the closed form.
@@ -81,7 +88,10 @@ fn main() -> common::Outcome {
     for t in [1.0, 3.0, 10.0, 30.0] {
         assert!((drop.at(t).y_rate() + terminal * (ball.g * t / terminal).tanh()).abs() < 1e-7);
     }
-    println!("dropped from 3 km: {:.4} m/s after 30 s; terminal speed {terminal:.4} m/s", -drop.end().y_rate());
+    println!(
+        "dropped from 3 km: {:.4} m/s after 30 s; terminal speed {terminal:.4} m/s",
+        -drop.end().y_rate()
+    );
 
     let mut files = common::Files::of("projectile");
     let path = |flight: &Motion<'_, Ball>| -> Vec<(f64, f64)> {

@@ -2,8 +2,9 @@
 //!
 //!     crank pin = pivot + s (sin φ, cos φ)        arm's end + link = ram        crank − Ω t = 0
 //!
-//! The crank's pin slides in the slot of an arm that swings about a pivot below; the arm drives the ram through a link. A cutting force acts on the ram
-//! on its way forth. Everything is solved from the constraints; the multiplier of the drive is the torque of the motor.
+//! The crank's pin slides in the slot of an arm that swings about a pivot below; the arm drives the ram
+//! through a link. A cutting force acts on the ram on its way forth. Everything is solved from the
+//! constraints; the multiplier of the drive is the torque of the motor.
 
 mod common;
 use std::f64::consts::{PI, TAU};
@@ -137,10 +138,15 @@ fn main() -> common::Outcome {
     }
     println!("against the closed form: {worst:.1e}");
     assert!(worst < 1e-14);
-    // The arm turns round where the pin's circle touches it: sin ψ = radius/depth = ½, so 240° there, 120° back.
+    // The arm turns round where the pin's circle touches it: sin ψ = radius/depth = ½, so 240° there, 120°
+    // back.
     let states: Vec<State<QuickReturn>> = motion.sample(common::times(turn, 720)).collect();
     let forth = states.iter().filter(|now| now.arm_rate() < 0.0).count() as f64 / 721.0;
-    println!("the arm swings forth for {:.1}° of the turn, back for {:.1}°", 360.0 * forth, 360.0 * (1.0 - forth));
+    println!(
+        "the arm swings forth for {:.1}° of the turn, back for {:.1}°",
+        360.0 * forth,
+        360.0 * (1.0 - forth)
+    );
     assert!((forth - 2.0 / 3.0).abs() < 2e-3);
     // The motor gives what the tool takes: the energy is what it was after a turn.
     let account = motion.work();

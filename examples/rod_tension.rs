@@ -2,8 +2,8 @@
 //!
 //!     L = ½ m (ẋ² + ẏ²) − m g y,        Φ = √(x² + y²) − l = 0,        m r̈ = −m g e_y + λ ∇Φ
 //!
-//! ∇Φ is the unit vector away from the pivot, so −λ is the tension: m g (3 cos θ − 2 cos θ₀) for a start at rest. Index reduction alone lets the
-//! length drift; the projection after each step does not.
+//! ∇Φ is the unit vector away from the pivot, so −λ is the tension: m g (3 cos θ − 2 cos θ₀) for a start at
+//! rest. Index reduction alone lets the length drift; the projection after each step does not.
 
 mod common;
 use dynamics::prelude::*;
@@ -76,7 +76,8 @@ fn main() -> common::Outcome {
 
     let drift = |formulation| -> Result<Vec<(f64, f64)>, Box<dyn std::error::Error>> {
         let motion = model.simulate(start).until(100.0).tolerance(1e-8).formulation(formulation).run()?;
-        let length = |state: State<Pendulum>| (state.t, (state.x().hypot(state.y()) - model.length).abs().max(1e-17));
+        let length =
+            |state: State<Pendulum>| (state.t, (state.x().hypot(state.y()) - model.length).abs().max(1e-17));
         Ok(motion.steps().map(length).collect())
     };
     let (projected, augmented, baumgarte) = (
@@ -87,16 +88,17 @@ fn main() -> common::Outcome {
     let largest = |drift: &[(f64, f64)]| drift.iter().fold(0.0, |m: f64, (_, d)| m.max(*d));
     let (kept, lost, held) = (largest(&projected), largest(&augmented), largest(&baumgarte));
     println!(
-        "largest error of the length in 100 s: projected {kept:.0e}, stabilised {held:.0e}, left alone {lost:.0e} m"
+        "largest error of the length in 100 s: projected {kept:.0e}, stabilised {held:.0e}, left alone \
+         {lost:.0e} m"
     );
     assert!(kept < 1e-14 && kept < held && held < lost);
 
     let mut files = common::Files::of("rod_tension");
     Chart::new("What the rod does")
-        .panel(
-            Panel::new(Axis::new("time in s"), Axis::new("tension in N"))
-                .line("−λ of the rod", swing.sample(common::times(5.0, 1000)).map(|s| (s.t, swing.outputs_of(&s)[0]))),
-        )
+        .panel(Panel::new(Axis::new("time in s"), Axis::new("tension in N")).line(
+            "−λ of the rod",
+            swing.sample(common::times(5.0, 1000)).map(|s| (s.t, swing.outputs_of(&s)[0])),
+        ))
         .panel(
             Panel::new(Axis::new("time in s"), Axis::log("error of the length in m"))
                 .line("projected", projected)

@@ -2,8 +2,8 @@
 //!
 //!     r(s) = (x(s), y(s)),        L = ½ m |r′(s)|² ṡ² − m g y(s)
 //!
-//! The track is the definition of the position, not a constraint: one coordinate, no multiplier. The rail pushes with
-//! N = m n·(r̈ + g e_y); as long as N > 0 all the way around the loop, no belt is needed.
+//! The track is the definition of the position, not a constraint: one coordinate, no multiplier. The rail
+//! pushes with N = m n·(r̈ + g e_y); as long as N > 0 all the way around the loop, no belt is needed.
 
 mod common;
 use dynamics::prelude::*;
@@ -60,11 +60,13 @@ impl RollerCoaster {
 fn track() -> Vec<[f64; 2]> {
     use std::f64::consts::{PI, TAU};
     let wave = |from: f64, length: f64, height: f64, turns: f64| {
-        let place = move |part: f64| [from + part * length, 0.5 * height * (1.0 + (part * turns * TAU).cos())];
+        let place =
+            move |part: f64| [from + part * length, 0.5 * height * (1.0 + (part * turns * TAU).cos())];
         (0..12).map(move |k| place(f64::from(k) / 12.0))
     };
     let mut points: Vec<[f64; 2]> = wave(0.0, 40.0, 24.0, 0.5).chain([[40.0, 0.0]]).collect();
-    // The heading grows as the square of the way to the top, so that the rail's push grows gently; then mirrored.
+    // The heading grows as the square of the way to the top, so that the rail's push grows gently; then
+    // mirrored.
     let (half, parts) = (28.0, 640);
     let [mut x, mut y] = [45.0, 0.0];
     for k in 0..2 * parts {
@@ -99,7 +101,8 @@ fn main() -> common::Outcome {
         *sum += f64::hypot(p[1][0] - p[0][0], p[1][1] - p[0][1]);
         Some(*sum)
     }));
-    let spline = |axis: usize| CubicSpline::not_a_knot(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>());
+    let spline =
+        |axis: usize| CubicSpline::not_a_knot(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>());
     // An event looks beyond the end of the track before it says that the end was passed.
     let (x, y) = (spline(0)?.extrapolate_linearly(), spline(1)?.extrapolate_linearly());
     let coaster = RollerCoaster { mass: 600.0, g: 9.81, x, y };
@@ -113,7 +116,8 @@ fn main() -> common::Outcome {
         .stop_at("end of the track", Direction::Rising)
         .run()?;
     println!("{}", ride.summary());
-    // Third derivatives of the spline jump at its points: steps end there, and the tolerance keeps its promise.
+    // Third derivatives of the spline jump at its points: steps end there, and the tolerance keeps its
+    // promise.
     assert!(ride.summary().energy_drift < 1e-9);
 
     let weight = coaster.mass * coaster.g;

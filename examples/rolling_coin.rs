@@ -2,7 +2,8 @@
 //!
 //!     ṙ + ω × (contact − r) = 0,        T = ½ m |ṙ|² + ½ ω·I ω,        V = m g r cos(lean)
 //!
-//! Leaning by β on a circle of radius R it spins with γ̇² = 4 g sin β / ((6 − 5 ρ sin β) ρ r cos β), ρ = r/R (C. Le Saux, R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27).
+//! Leaning by β on a circle of radius R it spins with γ̇² = 4 g sin β / ((6 − 5 ρ sin β) ρ r cos β), ρ = r/R
+//! (C. Le Saux, R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27).
 
 mod common;
 use dynamics::prelude::*;
@@ -27,7 +28,12 @@ impl Coin {
     fn coin(&self, q: &Coordinates<Self>) -> RigidBody {
         let across = 0.25 * self.mass * self.radius.powi(2);
         let inertia = Mat3::diagonal(across, 2.0 * across, across);
-        RigidBody::new(self.mass, Vec3::ZERO, inertia, self.leaning(q).frame(Vec3::ZERO, Mat3::rotation_y(q.spin)))
+        RigidBody::new(
+            self.mass,
+            Vec3::ZERO,
+            inertia,
+            self.leaning(q).frame(Vec3::ZERO, Mat3::rotation_y(q.spin)),
+        )
     }
     fn contact(&self, q: &Coordinates<Self>) -> Vec3 {
         self.leaning(q).point(-self.radius * Vec3::Z)
@@ -66,15 +72,21 @@ fn main() -> common::Outcome {
     // 25° of lean on a circle of 5 cm.
     let (lean, circle) = (25.0_f64.to_radians(), 0.05);
     let ratio = coin.radius / circle;
-    let spin =
-        (4.0 * coin.g * lean.sin() / ((6.0 - 5.0 * ratio * lean.sin()) * ratio * coin.radius * lean.cos())).sqrt();
+    let spin = (4.0 * coin.g * lean.sin()
+        / ((6.0 - 5.0 * ratio * lean.sin()) * ratio * coin.radius * lean.cos()))
+    .sqrt();
     // The contact describes the circle; the center of mass is nearer to its middle by r sin β.
     let yaw = -ratio * spin;
     let speed = coin.radius * (spin + yaw * lean.sin());
     let steady = coin.state().lean(lean).x_rate(speed).yaw_rate(yaw).spin_rate(spin).build()?;
     // From a guess: turning and spin stay, the lean is looked for.
     let guess = 0.9 * lean;
-    let near = coin.state().lean(guess).x_rate(coin.radius * (spin + yaw * guess.sin())).yaw_rate(yaw).spin_rate(spin);
+    let near = coin
+        .state()
+        .lean(guess)
+        .x_rate(coin.radius * (spin + yaw * guess.sin()))
+        .yaw_rate(yaw)
+        .spin_rate(spin);
     let found = coin.steady(&near.build()?)?;
     println!("with this spin it rolls steadily at {:.10}° of lean", found.state.lean().to_degrees());
     assert!((found.state.lean() - lean).abs() < 1e-12);

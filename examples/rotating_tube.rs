@@ -2,8 +2,8 @@
 //!
 //!     L = ½ m (ṙ² + Ω² r²),        r̈ = Ω² r,        r(t) = r₀ cosh Ω t
 //!
-//! The position r (cos Ωt, sin Ωt) contains time, so the energy function E = q̇ ∂L/∂q̇ − L = ½ m (ṙ² − Ω² r²) is not the energy
-//! T + V: E is kept, while T grows by the work of whatever turns the tube.
+//! The position r (cos Ωt, sin Ωt) contains time, so the energy function E = q̇ ∂L/∂q̇ − L = ½ m (ṙ² − Ω² r²)
+//! is not the energy T + V: E is kept, while T grows by the work of whatever turns the tube.
 
 mod common;
 use dynamics::prelude::*;
@@ -72,7 +72,8 @@ fn main() -> common::Outcome {
     // The work of the torque by Simpson's rule, against the change of T.
     let h = leaves / 400.0;
     let torques: Vec<f64> = motion.sample(times()).map(|s| motion.outputs_of(&s)[0]).collect();
-    let work: f64 = torques.windows(3).step_by(2).map(|m| h / 3.0 * (m[0] + 4.0 * m[1] + m[2]) * tube.omega).sum();
+    let work: f64 =
+        torques.windows(3).step_by(2).map(|m| h / 3.0 * (m[0] + 4.0 * m[1] + m[2]) * tube.omega).sum();
     let gained = tube.kinetic_energy(&motion.end()) - tube.kinetic_energy(&motion.start());
     println!("kinetic energy gained {gained:.6} J, work of the torque {work:.6} J");
     println!("energy function {:.6} J, then {:.6} J", motion.energy_at(0.0), motion.energy_at(leaves));

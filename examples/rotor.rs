@@ -3,8 +3,10 @@
 //!     m ẍ = −k_x x − c_e ẋ − c_i (ẋ + Ω y) + m e Ω² cos Ωt        m ÿ = −k_y y − c_e ẏ − c_i (ẏ − Ω x) + m e Ω² sin Ωt
 //!     I_t α̈ + I_p Ω β̇ + k_t α = 0        I_t β̈ − I_p Ω α̇ + k_t β = 0
 //!
-//! Damping in what turns drives forward whirl once Ω exceeds the whirl's own frequency (A. L. Kimball 1924; D. M. Smith 1933): with equal bearings above ω_n (1 + c_e/c_i). Bearings of unequal stiffness
-//! put that off, as they hinder circles. The disk's tilting splits into a slow backward and a fast forward whirl (G. Genta, *Dynamics of Rotating Systems*).
+//! Damping in what turns drives forward whirl once Ω exceeds the whirl's own frequency (A. L. Kimball 1924;
+//! D. M. Smith 1933): with equal bearings above ω_n (1 + c_e/c_i). Bearings of unequal stiffness put that
+//! off, as they hinder circles. The disk's tilting splits into a slow backward and a fast forward whirl (G.
+//! Genta, *Dynamics of Rotating Systems*).
 
 mod common;
 use dynamics::analysis::Campbell;
@@ -112,7 +114,8 @@ fn main() -> common::Outcome {
         assert!(found.is_some_and(|c| c.mode.direction() == direction), "{wanted}");
     }
 
-    // Run up to each side of the onset with a small unbalance: below, the whirl dies away to the circle of the unbalance; above, it grows.
+    // Run up to each side of the onset with a small unbalance: below, the whirl dies away to the circle of
+    // the unbalance; above, it grows.
     let rotors = [20.0, 32.0].map(|speed| Rotor::at(speed, [100.0; 2], 2e-4));
     let lengths = [300.0, 60.0];
     let whirl = |k: usize| -> Result<_, Box<dyn std::error::Error>> {
@@ -120,7 +123,8 @@ fn main() -> common::Outcome {
     };
     let (below, above) = (whirl(0)?, whirl(1)?);
     let radius = |motion: &Motion<Rotor>, t: f64| motion.at(t).x().hypot(motion.at(t).y());
-    // Beyond its critical speed the rotor turns about its centre of mass, and its material, which turns along, feels nothing of it.
+    // Beyond its critical speed the rotor turns about its centre of mass, and its material, which turns
+    // along, feels nothing of it.
     let wanted = 2e-4 * 400.0 / f64::hypot(100.0 - 400.0, 0.3 * 20.0);
     let [circle, grown] = [radius(&below, 300.0), radius(&above, 60.0)];
     println!(
@@ -139,10 +143,13 @@ fn main() -> common::Outcome {
             .map(|s| (1e3 * s.x(), 1e3 * s.y()))
             .collect::<Vec<_>>()
     };
-    let panel = |name: &str| Panel::new(Axis::new("x in mm"), Axis::new(format!("{name}, y in mm"))).equal_axes();
+    let panel =
+        |name: &str| Panel::new(Axis::new("x in mm"), Axis::new(format!("{name}, y in mm"))).equal_axes();
     Chart::new("Whirl of the centre below and above the onset")
         .panel(panel("20 rad/s").line("first 4 s", orbit(&below, 0.0)).line("last 4 s", orbit(&below, 296.0)))
-        .panel(panel("32 rad/s").line("first 4 s", orbit(&above, 0.0)).line("after 20 s", orbit(&above, 20.0)))
+        .panel(
+            panel("32 rad/s").line("first 4 s", orbit(&above, 0.0)).line("after 20 s", orbit(&above, 20.0)),
+        )
         .panel_height(330.0)
         .write_svg(files.path("orbits.svg"))?;
     let [slow, fast] = rotors.each_ref().map(|rotor| -> Result<_, Box<dyn std::error::Error>> {

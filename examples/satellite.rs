@@ -2,9 +2,10 @@
 //!
 //!     hub and wheels: Σ (I ω + J (Ω + ω·a) a) = H, a constant vector of the world
 //!
-//! Nothing acts from outside. The motors between hub and wheels carry momentum to and fro: the satellite turns through 130° about an axis askew and stops
-//! there, with H in the wheels, as it was before. The law is that of Wie, Weiss and Arapostathis (J. Guidance 12 (1989) 375): torque −k ε − d ω with the vector ε of the
-//! error's Euler parameters. Four Euler parameters have no singular place on the way.
+//! Nothing acts from outside. The motors between hub and wheels carry momentum to and fro: the satellite
+//! turns through 130° about an axis askew and stops there, with H in the wheels, as it was before. The law is
+//! that of Wie, Weiss and Arapostathis (J. Guidance 12 (1989) 375): torque −k ε − d ω with the vector ε of
+//! the error's Euler parameters. Four Euler parameters have no singular place on the way.
 
 mod common;
 use dynamics::prelude::*;
@@ -73,10 +74,17 @@ impl Satellite {
         let (frame, [a, b, c]) = (self.hub(q).frame, self.size);
         let mut drawing = Drawing::new().cuboid(frame, Vec3::ZERO, self.size).color(Color::Blue);
         for side in [-1.0, 1.0] {
-            drawing = drawing.cuboid(frame, vec3(0.0, side * (0.5 * b + 0.9 * a), 0.0), [0.8 * a, 1.6 * a, 0.02 * a]);
+            drawing = drawing.cuboid(
+                frame,
+                vec3(0.0, side * (0.5 * b + 0.9 * a), 0.0),
+                [0.8 * a, 1.6 * a, 0.02 * a],
+            );
         }
         let tip = frame.point(vec3(0.0, 0.0, 1.4 * c));
-        drawing.color(Color::Red).cylinder(frame.point(vec3(0.0, 0.0, 0.5 * c)), tip, 0.03 * a).trace("antenna", tip)
+        drawing
+            .color(Color::Red)
+            .cylinder(frame.point(vec3(0.0, 0.0, 0.5 * c)), tip, 0.03 * a)
+            .trace("antenna", tip)
     }
 }
 
@@ -88,8 +96,9 @@ fn main() -> common::Outcome {
 
     // Critically damped in the small, all axes alike.
     let frequency = 0.4;
-    let rotation =
-        |s: &State<Satellite>| EulerParameters::new(std::array::from_fn(|i| s.e(i).into())).rotation().value();
+    let rotation = |s: &State<Satellite>| {
+        EulerParameters::new(std::array::from_fn(|i| s.e(i).into())).rotation().value()
+    };
     let reading = |s: &State<Satellite>| -> Result<[f64; 6], SolveError> {
         let mut outputs = [0.0; 6];
         satellite.outputs(s, &mut outputs).map(|()| outputs)
@@ -113,7 +122,8 @@ fn main() -> common::Outcome {
     let (_, left) = missing(&motion.end())?;
     let still = Vec3::new(last[3], last[4], last[5]).norm();
     println!(
-        "angular momentum drifts by {drift:.1e} of itself; {left:.1e} rad are missing, it turns with {still:.1e} rad/s"
+        "angular momentum drifts by {drift:.1e} of itself; {left:.1e} rad are missing, it turns with \
+         {still:.1e} rad/s"
     );
     assert!(drift < 1e-9 && left.abs() < 1e-5 && still < 1e-5);
 

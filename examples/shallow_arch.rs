@@ -1,9 +1,11 @@
-//! A shallow arch of two bars under a load at its apex: the curve of its equilibria through both limit points, and the jump when the load exceeds the first.
+//! A shallow arch of two bars under a load at its apex: the curve of its equilibria through both limit
+//! points, and the jump when the load exceeds the first.
 //!
 //!     V = k (ℓ − ℓ₀)² − P (h − z),   ℓ² = b² + z²:        P(z) = 2 k z (ℓ₀/ℓ − 1),        limit load where ℓ³ = ℓ₀ b²
 //!
-//! (R. von Mises, ZAMM 3 (1923) 406; Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.4). Weights that are added one by one end at the limit load: statics
-//! has no answer beyond it, and says so. Dynamics has one: the arch snaps through to the equilibrium on the other side.
+//! (R. von Mises, ZAMM 3 (1923) 406; Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.4). Weights
+//! that are added one by one end at the limit load: statics has no answer beyond it, and says so. Dynamics
+//! has one: the arch snaps through to the equilibrium on the other side.
 
 mod common;
 use dynamics::analysis::{Diagram, Page};
@@ -91,7 +93,8 @@ fn main() -> common::Outcome {
     let statics = diagram.panel("height of the apex in m", |state| state.z());
     let statics = statics.line("jump", jump.map(|z| (above.load, z)));
     let motion = Panel::new(Axis::new("time in s"), Axis::new("height of the apex in m"));
-    let motion = motion.line("a thousandth above the limit load", common::times(3.0, 600).map(|t| (t, snap.at(t).z())));
+    let motion = motion
+        .line("a thousandth above the limit load", common::times(3.0, 600).map(|t| (t, snap.at(t).z())));
     let motion = motion.line("equilibrium", [(0.0, rest), (3.0, rest)]);
     Page::new("A shallow arch snaps through")
         .diagram("Equilibria", &diagram, [statics])

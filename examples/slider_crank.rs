@@ -2,9 +2,10 @@
 //!
 //!     closure: crank pin + rod − slider pin = 0        drive: θ − Ω t = 0        M q̈ = Q + Φ_qᵀ λ
 //!
-//! Three coordinates, three constraints: positions, velocities and accelerations are solved, not integrated. The multipliers say what it
-//! takes: that of the drive is the torque on the crank, that of the closure the force of the rod on the slider. The same crank driven from the slider
-//! locks up at its dead point, which is located.
+//! Three coordinates, three constraints: positions, velocities and accelerations are solved, not integrated.
+//! The multipliers say what it takes: that of the drive is the torque on the crank, that of the closure the
+//! force of the rod on the slider. The same crank driven from the slider locks up at its dead point, which is
+//! located.
 
 mod common;
 use std::f64::consts::{PI, TAU};
@@ -84,7 +85,8 @@ struct Pulled {
 impl Pulled {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.inertia * (q.theta.dt().powi(2) + q.phi.dt().powi(2)) + 0.5 * self.slider * q.x.dt().powi(2)
+        0.5 * self.inertia * (q.theta.dt().powi(2) + q.phi.dt().powi(2))
+            + 0.5 * self.slider * q.x.dt().powi(2)
     }
     #[holonomic]
     fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
@@ -122,7 +124,8 @@ fn main() -> common::Outcome {
         for (far, (found, exact)) in farthest.iter_mut().zip(found.iter().zip(exact)) {
             *far = far.max((found - exact).abs());
         }
-        // Steady turning: the torque of the drive gives the kinetic energy its changes, and over a turn nothing.
+        // Steady turning: the torque of the drive gives the kinetic energy its changes, and over a turn
+        // nothing.
         work += motion.reaction_of("drive", &now)?[0] * model.omega * turn / 180.0;
     }
     println!(
@@ -135,7 +138,9 @@ fn main() -> common::Outcome {
 
     let pulled = Pulled { crank: 0.1, rod: 0.3, inertia: 2e-3, slider: 1.2, speed: 0.5, from: 0.25 };
     let guess = pulled.state().theta_guess(1.5).x_guess(0.25).assemble()?;
-    let Err(stop) = pulled.kinematics(guess).until(1.0).run() else { return Err("went through its dead point".into()) };
+    let Err(stop) = pulled.kinematics(guess).until(1.0).run() else {
+        return Err("went through its dead point".into());
+    };
     println!("\npulled at the slider: {}", stop.kind);
     // In line at x = crank + rod.
     assert!(matches!(stop.kind, KinematicsErrorKind::LockUp { .. }));
@@ -143,7 +148,8 @@ fn main() -> common::Outcome {
 
     let mut files = common::Files::of("slider_crank");
     let curve = |name: &str, value: &dyn Fn(&State<SliderCrank>) -> f64| {
-        let points: Vec<(f64, f64)> = motion.states().map(|now| (now.theta() / PI * 180.0, value(&now))).collect();
+        let points: Vec<(f64, f64)> =
+            motion.states().map(|now| (now.theta() / PI * 180.0, value(&now))).collect();
         (name.to_string(), points)
     };
     let torque = curve("torque of the drive", &|now| motion.multipliers_of(now)[2]);
@@ -153,7 +159,9 @@ fn main() -> common::Outcome {
     Chart::new("What it takes to turn a slider-crank steadily")
         .panel(Panel::new(angle(), Axis::new("torque in N·m")).line(&torque.0, torque.1))
         .panel(
-            Panel::new(angle(), Axis::new("force of the rod in N")).line(&along.0, along.1).line(&across.0, across.1),
+            Panel::new(angle(), Axis::new("force of the rod in N"))
+                .line(&along.0, along.1)
+                .line(&across.0, across.1),
         )
         .write_svg(files.path("torque.svg"))?;
     let film = motion.animation().title("A driven slider-crank").plot(["phi"]);

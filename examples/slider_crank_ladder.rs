@@ -1,14 +1,16 @@
 //! How much model does a connecting rod need? A ladder of four slider-cranks.
 //!
 //!     massless rod      T = ½ J θ̇² + ½ m_s ẋ²
-//!     two masses        m (1 − s/l) on the crank pin, m s/l on the slider: mass and centre of the rod, not its inertia
-//!     rigid rod         T = … + ½ m |ċ|² + ½ J_r φ̇²           x(θ), φ(θ) put in: one coordinate
-//!     with its pins     the same rod in θ, φ, x and with its closure as a constraint
+//!     two masses m (1 − s/l) on the crank pin, m s/l on the slider: mass and centre of the rod, not its
+//!     inertia rigid rod T = … + ½ m |ċ|² + ½ J_r φ̇² x(θ), φ(θ) put in: one coordinate with its pins the
+//!     same rod in θ, φ, x and with its closure as a constraint
 //!
-//! A motor turns the crank against its inertia at some 100 rad/s. What do the bearing of the crank and the guide of the slider carry? By the theorems
-//! of momentum, F = ṗ − N and x N = L̇ − τ, whatever the rod is made of. Two masses have the rod's momentum, so that they are right about the bearing
-//! force along the guide, and not its spin, so that they are wrong about the guide. One coordinate and three are the same model: `compare`
-//! says that they agree as far as their numerical errors can tell, and what each costs; the program asserts all of this.
+//! A motor turns the crank against its inertia at some 100 rad/s. What do the bearing of the crank and the
+//! guide of the slider carry? By the theorems of momentum, F = ṗ − N and x N = L̇ − τ, whatever the rod is
+//! made of. Two masses have the rod's momentum, so that they are right about the bearing force along the
+//! guide, and not its spin, so that they are wrong about the guide. One coordinate and three are the same
+//! model: `compare` says that they agree as far as their numerical errors can tell, and what each costs; the
+//! program asserts all of this.
 
 mod common;
 use std::f64::consts::TAU;
@@ -189,7 +191,8 @@ impl Rigid {
     }
     #[output]
     fn bearing_force(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.rod_mass * self.center(q).dt().dt() + vec2(self.slider * self.x(q).dt().dt(), -self.guide_force(q))
+        self.rod_mass * self.center(q).dt().dt()
+            + vec2(self.slider * self.x(q).dt().dt(), -self.guide_force(q))
     }
 }
 
@@ -290,11 +293,15 @@ fn main() -> common::Outcome {
         println!("{sentence}");
     }
     let off = |rung: &str, output: &str| {
-        let scale =
-            comparison.outputs().iter().find(|known| known.name == output).map_or(f64::NAN, |known| known.scale);
+        let scale = comparison
+            .outputs()
+            .iter()
+            .find(|known| known.name == output)
+            .map_or(f64::NAN, |known| known.scale);
         comparison.difference(rung, output).map_or(f64::NAN, |difference| difference.bound() / scale)
     };
-    // Right about the momentum along the guide but for the unsteady speed, wrong about the spin; the massless rod is wrong about both.
+    // Right about the momentum along the guide but for the unsteady speed, wrong about the spin; the massless
+    // rod is wrong about both.
     assert!(off("two masses", "bearing_force.x") < 0.01 && off("two masses", "guide_force") > 0.2);
     assert!(off("massless rod", "bearing_force.x") > 0.2 && off("massless rod", "guide_force") > 0.2);
     assert_eq!(comparison.sufficient_for("bearing_force.x", 0.01)?.rung, "two masses");

@@ -2,8 +2,9 @@
 //!
 //!     r̈ = r θ̇² + g cos θ − (k/m)(r − l),        r θ̈ = −2 ṙ θ̇ − g sin θ
 //!
-//! The bouncing modulates the length of the pendulum. Where it is twice as fast as the swinging, √(k/m) = 2 √(g/r₀), a bob that
-//! only bounces gives its energy to the swing and takes it back (Vitt and Gorelik 1933); elsewhere it goes on bouncing.
+//! The bouncing modulates the length of the pendulum. Where it is twice as fast as the swinging, √(k/m) = 2
+//! √(g/r₀), a bob that only bounces gives its energy to the swing and takes it back (Vitt and Gorelik 1933);
+//! elsewhere it goes on bouncing.
 
 mod common;
 use dynamics::prelude::*;
@@ -70,7 +71,10 @@ fn main() -> common::Outcome {
                 .line("r − r₀", samples.iter().map(|s| (s.t, s.r() - equilibrium))),
         );
         if *name == models[0].0 {
-            Animation::new().add(&motion, "").plot(["r", "theta"]).write_html(files.path("resonance.html"))?;
+            Animation::new()
+                .add(&motion, "")
+                .plot(["r", "theta"])
+                .write_html(files.path("resonance.html"))?;
         }
     }
     assert!(swings[0] > 0.25, "resonance moves the energy of the bounce into the swing");

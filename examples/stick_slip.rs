@@ -2,8 +2,9 @@
 //!
 //!     m ẍ + k x = friction        sticks: ẋ = v while |λ| ≤ μₛ m g        slips: friction = −μₖ m g · sign of (ẋ − v)
 //!
-//! This is how a violin string sounds and a brake squeals. The belt's grip is a switched constraint on the velocity; its multiplier
-//! is the static friction, and where the limit is reached it lets go, until the slip is zero again.
+//! This is how a violin string sounds and a brake squeals. The belt's grip is a switched constraint on the
+//! velocity; its multiplier is the static friction, and where the limit is reached it lets go, until the slip
+//! is zero again.
 
 mod common;
 use std::f64::consts::TAU;
@@ -93,11 +94,13 @@ fn main() -> common::Outcome {
     println!("{}\n{}\n", motion.summary(), motion.work());
     assert!(motion.summary().energy_drift < 1e-8);
 
-    // While it slips it swings about μₖ m g/k at ω, from where it was torn off to the mirror image of that place, where its
-    // speed is the belt's again; while it sticks it rides back.
+    // While it slips it swings about μₖ m g/k at ω, from where it was torn off to the mirror image of that
+    // place, where its speed is the belt's again; while it sticks it rides back.
     let omega = (block.stiffness / block.mass).sqrt();
-    let (torn, centre) =
-        (block.static_mu * block.weight() / block.stiffness, block.kinetic_mu * block.weight() / block.stiffness);
+    let (torn, centre) = (
+        block.static_mu * block.weight() / block.stiffness,
+        block.kinetic_mu * block.weight() / block.stiffness,
+    );
     let caught = 2.0 * centre - torn;
     let slips = (TAU - 2.0 * ((torn - centre) * omega / block.belt).atan()) / omega;
     let sticks = (torn - caught) / block.belt;
@@ -132,7 +135,8 @@ fn main() -> common::Outcome {
     let mut files = common::Files::of("stick_slip");
     let instants: Vec<_> = motion.sample(common::times(8.0, 4000)).collect();
     let panel = |title| Panel::new(Axis::new("time in s"), Axis::new(title));
-    let over_time = |value: &dyn Fn(&State<Block>) -> f64| instants.iter().map(|s| (s.t, value(s))).collect::<Vec<_>>();
+    let over_time =
+        |value: &dyn Fn(&State<Block>) -> f64| instants.iter().map(|s| (s.t, value(s))).collect::<Vec<_>>();
     Chart::new("A block on a belt")
         .panel(panel("x in m").line("block", over_time(&|s| s.x())))
         .panel(
@@ -141,7 +145,8 @@ fn main() -> common::Outcome {
                 .line("belt", [(0.0, block.belt), (8.0, block.belt)]),
         )
         .panel(
-            panel("friction / weight").line("belt on block", over_time(&|s| motion.outputs_of(s)[0] / block.weight())),
+            panel("friction / weight")
+                .line("belt on block", over_time(&|s| motion.outputs_of(s)[0] / block.weight())),
         )
         .panel(
             Panel::new(Axis::new("x in m"), Axis::new("velocity in m/s"))

@@ -1,8 +1,11 @@
-//! When a double pendulum first flips, over all angles from which it is let go: a picture of as many runs as it has points.
+//! When a double pendulum first flips, over all angles from which it is let go: a picture of as many runs as
+//! it has points.
 //!
-//! A rod flips where it passes the top. Let go at rest none can where the energy does not suffice even for the lower one, which takes less: 2 cos θ₁ + cos θ₂ > 1 for equal bobs and
-//! rods. Outside of this region the time is sensitive to the start (J. S. Heyl, *The Double Pendulum Fractal*, 2008, of uniform bars). Each run ends with its first flip or after 10 s; the grid is shared by all
-//! cores where the feature `parallel` is there, and the picture is the same however many they are:
+//! A rod flips where it passes the top. Let go at rest none can where the energy does not suffice even for
+//! the lower one, which takes less: 2 cos θ₁ + cos θ₂ > 1 for equal bobs and rods. Outside of this region the
+//! time is sensitive to the start (J. S. Heyl, *The Double Pendulum Fractal*, 2008, of uniform bars). Each
+//! run ends with its first flip or after 10 s; the grid is shared by all cores where the feature `parallel`
+//! is there, and the picture is the same however many they are:
 //!
 //!     cargo run --release --features parallel,progress --example sweep -- 317
 //!
@@ -48,8 +51,10 @@ const LONGEST: f64 = 10.0;
 /// When one of the angles first reaches ±π; infinite where none does.
 fn first_flip(model: &DoublePendulum, start: State<DoublePendulum>) -> Result<[f64; 1], RunFailure> {
     let run = model.simulate(start).until(LONGEST).tolerance(1e-6);
-    let run = run.event("upper", |state| state.theta1().powi(2) - PI * PI).stop_at("upper", Direction::Rising);
-    let run = run.event("lower", |state| state.theta2().powi(2) - PI * PI).stop_at("lower", Direction::Rising);
+    let run =
+        run.event("upper", |state| state.theta1().powi(2) - PI * PI).stop_at("upper", Direction::Rising);
+    let run =
+        run.event("lower", |state| state.theta2().powi(2) - PI * PI).stop_at("lower", Direction::Rising);
     let end = run.run_with(|_| {})?.t();
     Ok([if end < LONGEST { end } else { f64::INFINITY }])
 }
@@ -72,7 +77,10 @@ fn main() -> common::Outcome {
         let [flip] = result.as_ref().map_err(Clone::clone)?;
         let [theta2, theta1] = sweep.at(k)[..] else { return Err("two axes".into()) };
         let bound = 2.0 * theta1.cos() + theta2.cos() > 1.0;
-        assert!(!bound || flip.is_infinite(), "no energy to flip from {theta1}, {theta2}, and it does at {flip}");
+        assert!(
+            !bound || flip.is_infinite(),
+            "no energy to flip from {theta1}, {theta2}, and it does at {flip}"
+        );
         times.push(*flip);
     }
     let flipped = times.iter().filter(|t| t.is_finite()).count();
@@ -92,7 +100,8 @@ fn main() -> common::Outcome {
     Ok(())
 }
 
-/// How many times faster all cores are than one, each measured three times on a grid of its own; and that both write the same bytes.
+/// How many times faster all cores are than one, each measured three times on a grid of its own; and that
+/// both write the same bytes.
 #[cfg(feature = "parallel")]
 fn scaling(model: &DoublePendulum, across: u32) -> common::Outcome {
     let cores = std::thread::available_parallelism()?.get();
@@ -115,7 +124,8 @@ fn scaling(model: &DoublePendulum, across: u32) -> common::Outcome {
     let (runs, times) = (across * across, one / all);
     let part = 100.0 * times / cores as f64;
     println!(
-        "{runs} runs: {one:.3} s on one core, {all:.3} s on {cores}, {times:.2} times as fast ({part:.0} % of {cores}), the same bytes"
+        "{runs} runs: {one:.3} s on one core, {all:.3} s on {cores}, {times:.2} times as fast ({part:.0} % \
+         of {cores}), the same bytes"
     );
     Ok(())
 }
@@ -132,7 +142,8 @@ fn page(times: &[f64], across: u32) -> String {
             let of = shade(&line[from]);
             let count = line[from..].iter().take_while(|t| shade(t) == of).count();
             if let Some(of) = of {
-                let _ = write!(cells, "<path d=\"M{from} {row}h{count}v1h-{count}z\" fill=\"{}\"/>", shades[of]);
+                let _ =
+                    write!(cells, "<path d=\"M{from} {row}h{count}v1h-{count}z\" fill=\"{}\"/>", shades[of]);
             }
             from += count;
         }
@@ -144,12 +155,8 @@ fn page(times: &[f64], across: u32) -> String {
         before = edge;
     }
     format!(
-        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
-         <title>First flips of a double pendulum</title><style>body{{font:16px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;max-width:720px;margin:1em auto;padding:0 1em;color:#222;background:#fff}}\
-         svg{{width:100%;border:1px solid #999}}i{{display:inline-block;width:1em;height:1em;margin:0 .3em 0 0;vertical-align:-.15em}}\
-         span{{white-space:nowrap;margin-right:1em}}p.axis{{text-align:center;margin:.3em}}</style>\
-         <h1>First flips of a double pendulum</h1><p>Let go at rest: θ₁ to the right, θ₂ upwards, both from −π to π. White: no flip within {LONGEST} s.</p>\
-         <svg viewBox=\"0 0 {across} {across}\" shape-rendering=\"crispEdges\" role=\"img\" aria-label=\"time to the first flip\">{cells}</svg>\
-         <p class=\"axis\">θ₁ from −π to π</p><p>{legend}</p></html>\n"
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
+         content=\"width=device-width\"><title>First flips of a double \
+         pendulum</title><style>body{{font:16px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;max-width:720px;margin:1em auto;padding:0 1em;color:#222;background:#fff}}svg{{width:100%;border:1px solid #999}}i{{display:inline-block;width:1em;height:1em;margin:0 .3em 0 0;vertical-align:-.15em}}span{{white-space:nowrap;margin-right:1em}}p.axis{{text-align:center;margin:.3em}}</style><h1>First flips of a double pendulum</h1><p>Let go at rest: θ₁ to the right, θ₂ upwards, both from −π to π. White: no flip within {LONGEST} s.</p><svg viewBox=\"0 0 {across} {across}\" shape-rendering=\"crispEdges\" role=\"img\" aria-label=\"time to the first flip\">{cells}</svg><p class=\"axis\">θ₁ from −π to π</p><p>{legend}</p></html>\n"
     )
 }

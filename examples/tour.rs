@@ -1,4 +1,5 @@
-//! A tour: the double pendulum, from its energies to equations, to a motion, to the error of the methods against their cost.
+//! A tour: the double pendulum, from its energies to equations, to a motion, to the error of the methods
+//! against their cost.
 //!
 //!     T = ½ m₁ |ṙ₁|² + ½ m₂ |ṙ₂|²,        V = g (m₁ y₁ + m₂ y₂)
 //!
@@ -39,8 +40,8 @@ impl DoublePendulum {
     }
 }
 
-/// (θ₁, θ₂) after 5 s and after 10 s from (2π/3, −π/18) at rest with unit masses and lengths and g = 9.8, from Taylor series in
-/// 260-bit arithmetic; the same problem in Cartesian coordinates agrees to 54 digits.
+/// (θ₁, θ₂) after 5 s and after 10 s from (2π/3, −π/18) at rest with unit masses and lengths and g = 9.8,
+/// from Taylor series in 260-bit arithmetic; the same problem in Cartesian coordinates agrees to 54 digits.
 const AFTER_5: [f64; 2] = [-0.440_219_745_366_664_76, 7.049_578_950_150_24];
 const AFTER_10: [f64; 2] = [-0.792_596_116_598_799_5, -2.469_494_509_759_272];
 
@@ -53,7 +54,11 @@ struct Run {
 
 fn main() -> common::Outcome {
     let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 };
-    let start = model.state().theta1(2.0 * std::f64::consts::PI / 3.0).theta2(-std::f64::consts::PI / 18.0).build()?;
+    let start = model
+        .state()
+        .theta1(2.0 * std::f64::consts::PI / 3.0)
+        .theta2(-std::f64::consts::PI / 18.0)
+        .build()?;
     let mut files = common::Files::of("tour");
 
     heading("the equations, derived while this program was compiled");
@@ -73,7 +78,11 @@ fn main() -> common::Outcome {
     heading("error against cost: the first five seconds by five methods");
     let tolerances = || (2..=13).map(|k| 10f64.powi(-k));
     let all = [
-        ("RK4, fixed steps", methods::Any::from(methods::Rk4), (7..=16).map(|k| 5.0 / 2f64.powi(k)).collect()),
+        (
+            "RK4, fixed steps",
+            methods::Any::from(methods::Rk4),
+            (7..=16).map(|k| 5.0 / 2f64.powi(k)).collect(),
+        ),
         ("Dormand–Prince 5(4)", methods::DormandPrince5.into(), tolerances().collect()),
         ("DOP853", methods::Dop853.into(), tolerances().collect()),
         ("Verner 9(8)", methods::Verner9.into(), tolerances().collect()),
@@ -83,7 +92,8 @@ fn main() -> common::Outcome {
     let (mut by_work, mut by_time) = (panel("evaluations of the accelerations"), panel("time in µs"));
     println!("{:22}{:>14}{:>14}{:>14}", "µs to an error of", "1e-3", "1e-6", "1e-9");
     for (name, method, settings) in all {
-        let runs: Vec<Run> = settings.iter().map(|e| measure(&model, start, &method, *e)).collect::<Result<_, _>>()?;
+        let runs: Vec<Run> =
+            settings.iter().map(|e| measure(&model, start, &method, *e)).collect::<Result<_, _>>()?;
         let cost = |error| time_to(error, &runs).map_or("–".to_string(), |t| format!("{t:.0}"));
         println!("{name:22}{:>14}{:>14}{:>14}", cost(1e-3), cost(1e-6), cost(1e-9));
         by_work = by_work.curve(name, runs.iter().map(|r| (r.evaluations, r.error)));
@@ -108,7 +118,8 @@ fn error(end: &State<DoublePendulum>, reference: [f64; 2]) -> f64 {
     (end.theta1() - reference[0]).abs().max((end.theta2() - reference[1]).abs())
 }
 
-/// Runs a method with a step size (RK4) or a tolerance; the time is the shortest of several runs that keep nothing.
+/// Runs a method with a step size (RK4) or a tolerance; the time is the shortest of several runs that keep
+/// nothing.
 fn measure(
     model: &DoublePendulum,
     start: State<DoublePendulum>,

@@ -2,8 +2,9 @@
 //!
 //!     I ω̇ + ω × I ω = 0
 //!
-//! The component along the intermediate axis is a Jacobi elliptic sine; it changes its sign every 2 K(m)/τ (Landau & Lifshitz, Mechanics, §37). About the other
-//! two axes nothing of the kind happens. Four Euler parameters have no singular place on the way.
+//! The component along the intermediate axis is a Jacobi elliptic sine; it changes its sign every 2 K(m)/τ
+//! (Landau & Lifshitz, Mechanics, §37). About the other two axes nothing of the kind happens. Four Euler
+//! parameters have no singular place on the way.
 
 mod common;
 use dynamics::prelude::*;
@@ -85,12 +86,13 @@ fn main() -> common::Outcome {
 
     // Landau's formulas; where L² < 2 E I₂ the least and the most moment change places.
     let omega = [spin * 1e-3, spin, spin * 1e-3];
-    let sum = |power: i32| [least, middle, most].iter().zip(omega).map(|(i, w)| i.powi(power) * w * w).sum::<f64>();
+    let sum =
+        |power: i32| [least, middle, most].iter().zip(omega).map(|(i, w)| i.powi(power) * w * w).sum::<f64>();
     let (double_energy, momentum) = (sum(1), sum(2));
     let (first, last) = if momentum > double_energy * middle { (least, most) } else { (most, least) };
     let tau = ((last - middle) * (momentum - double_energy * first) / (first * middle * last)).sqrt();
-    let m =
-        (middle - first) * (double_energy * last - momentum) / ((last - middle) * (momentum - double_energy * first));
+    let m = (middle - first) * (double_energy * last - momentum)
+        / ((last - middle) * (momentum - double_energy * first));
     let interval = 2.0 * elliptic_k(m) / tau;
 
     let flips: Vec<f64> = motion.events().iter().map(|e| e.time()).collect();
@@ -121,7 +123,8 @@ fn main() -> common::Outcome {
         }
         line
     };
-    let mut panel = Panel::new(Axis::new("time in s"), Axis::new("spin about the axis it was spun about, in rad/s"));
+    let mut panel =
+        Panel::new(Axis::new("time in s"), Axis::new("spin about the axis it was spun about, in rad/s"));
     for (axis, name) in [(0, "least moment"), (1, "intermediate"), (2, "most")] {
         let motion = book.simulate(spun(axis)?).until(30.0).tolerance(1e-11).run()?;
         let line = component(&motion, axis);

@@ -2,8 +2,9 @@
 //!
 //!     M ẍ + C ẋ + K x = forces,        roof mass μ of the first mode's, tuned to ω₁/(1 + μ), ζ² = 3μ/(8(1 + μ)³)
 //!
-//! Five storeys shear against each other; wind shakes the roof, or the ground moves. With den Hartog's tuning (*Mechanical Vibrations*, §3.3) the one tall peak of the first mode becomes two
-//! low ones of nearly one height, and a gust dies away in a few swings.
+//! Five storeys shear against each other; wind shakes the roof, or the ground moves. With den Hartog's tuning
+//! (*Mechanical Vibrations*, §3.3) the one tall peak of the first mode becomes two low ones of nearly one
+//! height, and a gust dies away in a few swings.
 
 mod common;
 use dynamics::analysis::{Load, Spectrum, Window, frequencies};
@@ -105,7 +106,8 @@ fn main() -> common::Outcome {
     for (name, space) in ["without", "with"].into_iter().zip(&spaces) {
         let most = space.largest_response("wind", "x[4]")?;
         println!(
-            "{name:>8} absorber: roof sways most at {:.4} rad/s, {:.3e} m/N; no frequency has more than {:.3e}",
+            "{name:>8} absorber: roof sways most at {:.4} rad/s, {:.3e} m/N; no frequency has more than \
+             {:.3e}",
             most.frequency, most.magnitude, most.bound
         );
     }
@@ -114,9 +116,14 @@ fn main() -> common::Outcome {
     let ratio = spaces[0].largest_response("wind", "x[4]")?.magnitude / low.magnitude.max(high.magnitude);
     println!("two peaks, {:.4} and {:.4} rad/s, {ratio:.2} times lower", low.frequency, high.frequency);
     assert!(ratio > 4.0 && (low.magnitude / high.magnitude - 1.0).abs() < 0.12, "{low:?} {high:?}");
-    // Den Hartog: √(1 + 2/μ) of the static deflection, of the first mode alone and without damping of its own.
+    // Den Hartog: √(1 + 2/μ) of the static deflection, of the first mode alone and without damping of its
+    // own.
     let shaken = |k: usize| {
-        spaces[k].frequency_response(dynamics::analysis::Excitation::moved("ground", "ground_rate"), "x[4]", &grid)
+        spaces[k].frequency_response(
+            dynamics::analysis::Excitation::moved("ground", "ground_rate"),
+            "x[4]",
+            &grid,
+        )
     };
     let (ground_before, ground_after) = (shaken(0)?, shaken(1)?);
 
@@ -125,25 +132,33 @@ fn main() -> common::Outcome {
     let gust = || [Load::new("wind", [(0.0, 0.0), (1.0, 1e6), (3.0, 1e6), (4.0, 0.0)])];
     let sway = |k: usize| spaces[k].response(&gust(), &["x[4]", "roof"], &[], &times);
     let (sway_before, sway_after) = (sway(0)?, sway(1)?);
-    let late =
-        |points: &[(f64, f64)]| points.iter().filter(|(t, _)| *t > 10.0).map(|(_, x)| x.abs()).fold(0.0, f64::max);
+    let late = |points: &[(f64, f64)]| {
+        points.iter().filter(|(t, _)| *t > 10.0).map(|(_, x)| x.abs()).fold(0.0, f64::max)
+    };
     let of = |response: &dynamics::analysis::TimeResponse, name: &str| response.of(name).unwrap_or_default();
     let (then, now) = (late(&of(&sway_before, "x[4]")), late(&of(&sway_after, "x[4]")));
     println!("6 s after the gust the roof sways by {:.2} mm instead of {:.1} mm", 1e3 * now, 1e3 * then);
     assert!(now < 0.2 * then);
     // The simulation of the model itself agrees.
     let law = |t: f64, _: &State<Building>| [1e6 * t.min(4.0 - t).clamp(0.0, 1.0), 0.0, 0.0];
-    let motion = tuned.simulate(tuned.rest()?).until(30.0).tolerance(1e-9).max_step(0.05).inputs(law).run()?;
-    let worst = of(&sway_after, "x[4]").iter().map(|(t, x)| (motion.at(*t).x(4) - x).abs()).fold(0.0, f64::max);
+    let motion =
+        tuned.simulate(tuned.rest()?).until(30.0).tolerance(1e-9).max_step(0.05).inputs(law).run()?;
+    let worst =
+        of(&sway_after, "x[4]").iter().map(|(t, x)| (motion.at(*t).x(4) - x).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-6, "{worst:e} m");
 
-    // A hammer's blow of 1 N s on the roof, simulated: its spectrum is the response to wind, |H| = ½ T · amplitude.
+    // A hammer's blow of 1 N s on the roof, simulated: its spectrum is the response to wind, |H| = ½ T ·
+    // amplitude.
     let (until, count) = (80.0, 8000);
     let blow = tuned.state().x_rate([0.0, 0.0, 0.0, 0.0, 1.0 / tuned.floor]);
-    let struck =
-        tuned.simulate(blow.wind(0.0).ground(0.0).ground_rate(0.0).build()?).until(until).tolerance(1e-10).run()?;
+    let struck = tuned
+        .simulate(blow.wind(0.0).ground(0.0).ground_rate(0.0).build()?)
+        .until(until)
+        .tolerance(1e-10)
+        .run()?;
     let interval = until / f64::from(count);
-    let samples: Vec<f64> = struck.sample((0..count).map(|k| interval * f64::from(k))).map(|s| s.x(4)).collect();
+    let samples: Vec<f64> =
+        struck.sample((0..count).map(|k| interval * f64::from(k))).map(|s| s.x(4)).collect();
     let spectrum = Spectrum::of(&samples, interval, Window::Rectangular)?;
     let hammered: Vec<(f64, f64)> = spectrum
         .frequencies
@@ -152,8 +167,11 @@ fn main() -> common::Outcome {
         .map(|(w, a)| (*w, 0.5 * until * a))
         .filter(|(w, _)| (1.0..40.0).contains(w))
         .collect();
-    let analytic =
-        spaces[1].frequency_response("wind", "x[4]", &hammered.iter().map(|(w, _)| *w).collect::<Vec<_>>())?;
+    let analytic = spaces[1].frequency_response(
+        "wind",
+        "x[4]",
+        &hammered.iter().map(|(w, _)| *w).collect::<Vec<_>>(),
+    )?;
     let off = hammered.iter().zip(analytic.magnitude()).map(|((_, a), h)| (a - h).abs()).fold(0.0, f64::max);
     println!("the spectrum of a hammer's blow is the response to {:.1e} of its peak", off / low.magnitude);
     assert!(off < 2e-3 * low.magnitude);
@@ -170,7 +188,9 @@ fn main() -> common::Outcome {
                 .line("with", line(&after))
                 .line("with, by a hammer", hammered),
         )
-        .panel(panel("roof by ground").line("without", line(&ground_before)).line("with", line(&ground_after)))
+        .panel(
+            panel("roof by ground").line("without", line(&ground_before)).line("with", line(&ground_after)),
+        )
         .panel(
             Panel::new(Axis::new("time in s"), Axis::new("a gust in m"))
                 .line("roof without", of(&sway_before, "x[4]"))

@@ -2,10 +2,11 @@
 //!
 //!     error of q, q̇, λ, E at the end   over   time (median of repeats) and evaluations
 //!
-//! The double pendulum, Kepler's problem with e = 0.9, Andrews' mechanism with its six constraints, a stiff spring pendulum, the flyball governor and the
-//! car axis. Each is measured against a reference whose uncertainty is drawn as a line. Where `benches/peers/run.sh` has measured other solvers on
-//! this machine, their curves stand beside, and what was wanted of this library against them is compared with what is. `--quick` takes few
-//! tolerances and three repeats.
+//! The double pendulum, Kepler's problem with e = 0.9, Andrews' mechanism with its six constraints, a stiff
+//! spring pendulum, the flyball governor and the car axis. Each is measured against a reference whose
+//! uncertainty is drawn as a line. Where `benches/peers/run.sh` has measured other solvers on this machine,
+//! their curves stand beside, and what was wanted of this library against them is compared with what is.
+//! `--quick` takes few tolerances and three repeats.
 
 #[path = "../tests/models/andrews.rs"]
 #[allow(dead_code, reason = "tests use more of it")]
@@ -60,8 +61,14 @@ impl Session {
         Ok(Self { quick, outside, page, files: common::Files::of("work_precision"), verdicts: Vec::new() })
     }
 
-    /// Runs a study down to tolerances of ten to the minus `finest`, adds what was measured elsewhere, shows it.
-    fn study<'m, M: Simulate>(&mut self, name: &str, finest: i32, study: WorkPrecision<'m, M>) -> Result<Study<'m, M>> {
+    /// Runs a study down to tolerances of ten to the minus `finest`, adds what was measured elsewhere, shows
+    /// it.
+    fn study<'m, M: Simulate>(
+        &mut self,
+        name: &str,
+        finest: i32,
+        study: WorkPrecision<'m, M>,
+    ) -> Result<Study<'m, M>> {
         let tolerances = decades(self.quick, if self.quick { 12 } else { finest });
         let effort = if self.quick { Duration::ZERO } else { Duration::from_millis(100) };
         let mut study = study.problem(name).tolerances(tolerances).effort(effort).run()?;
@@ -89,13 +96,15 @@ impl Session {
                     true => others.iter().any(|other| curve.name.contains(other)),
                     false => own(&curve.name),
                 });
-                let costs = named.filter_map(|c| Some((study.cost(&c.name, part, error, Cost::Time)?, &c.name)));
+                let costs =
+                    named.filter_map(|c| Some((study.cost(&c.name, part, error, Cost::Time)?, &c.name)));
                 costs.min_by(|(a, _), (b, _)| a.total_cmp(b))
             };
             let (Some((ours, own)), Some((theirs, other))) = (best(false), best(true)) else { continue };
             let (ratio, verdict) = (ours / theirs, if ours <= most * theirs { "reached" } else { "missed" });
             self.verdicts.push(format!(
-                "{} to {error:e} in {part}: {own} {:.1} µs, {other} {:.1} µs: ratio {ratio:.2}, wanted {most}: {verdict}",
+                "{} to {error:e} in {part}: {own} {:.1} µs, {other} {:.1} µs: ratio {ratio:.2}, wanted \
+                 {most}: {verdict}",
                 study.problem(),
                 1e6 * ours,
                 1e6 * theirs,
@@ -119,7 +128,8 @@ fn series_and_columns<M: Simulate>() -> [methods::Any<M>; 2] {
     [methods::Taylor::default().into(), methods::GraggBulirschStoer.into()]
 }
 
-/// Adds implicit methods of lower order at the tolerances that they are made for: for the finest ones of the others they would need millions of steps.
+/// Adds implicit methods of lower order at the tolerances that they are made for: for the finest ones of the
+/// others they would need millions of steps.
 fn few_digits<'m, M: Simulate>(study: WorkPrecision<'m, M>, quick: bool) -> WorkPrecision<'m, M> {
     let study = study.methods_at(decades(quick, 9), [methods::Esdirk4.into()]);
     study.methods_at(decades(quick, 6), [methods::GeneralizedAlpha::default().into()])
@@ -158,7 +168,8 @@ fn smooth(session: &mut Session) -> Result<()> {
     wins(&study, 1e-9);
     let heyoka = |ratios| Wanted { others: &["heyoka"], part: ErrorOf::State, ratios };
     session.wanted(&study, |_| true, &heyoka(&[(1e-6, 0.7), (1e-9, 0.8), (1e-12, 0.8)]));
-    let rk4 = study.cost("RK4 (order 4)", ErrorOf::State, 1e-7, Cost::Evaluations).ok_or("RK4 reaches 1e-7")?;
+    let rk4 =
+        study.cost("RK4 (order 4)", ErrorOf::State, 1e-7, Cost::Evaluations).ok_or("RK4 reaches 1e-7")?;
     let dop853 = study.cost(DOP853, ErrorOf::State, 1e-7, Cost::Evaluations).ok_or("DOP853 reaches 1e-7")?;
     println!("RK4 needs {:.1} times the evaluations of DOP853 for an error of 1e-7", rk4 / dop853);
     assert!(rk4 > 2.0 * dop853);
@@ -166,19 +177,25 @@ fn smooth(session: &mut Session) -> Result<()> {
     let model = Kepler { mu: 1.0 };
     let start = model.state().x(0.1).y_rate(19f64.sqrt()).build()?;
     let known = [-1.2952662509874838, 0.4003938963792514, -0.6775390924708295, -0.12708381542784494];
-    let study = model.work_precision(start).until(20.0).reference(end(&model, 20.0, known)).methods(explicit());
-    // What preserves structure does so with steps of one size, and that is what an eccentric orbit makes it pay for.
+    let study =
+        model.work_precision(start).until(20.0).reference(end(&model, 20.0, known)).methods(explicit());
+    // What preserves structure does so with steps of one size, and that is what an eccentric orbit makes it
+    // pay for.
     let even = [methods::Composition8.into(), methods::Gauss6.into()];
     let steps = if session.quick { 9..11 } else { 8..14 };
     let steps = steps.map(|k| 20.0 / f64::from(1 << k));
-    let study = session.study("Kepler e = 0.9", 14, study.methods(series_and_columns()).methods(even).steps(steps))?;
+    let study = session.study(
+        "Kepler e = 0.9",
+        14,
+        study.methods(series_and_columns()).methods(even).steps(steps),
+    )?;
     wins(&study, 1e-9);
     session.wanted(&study, |_| true, &heyoka(&[(1e-3, 1.0), (1e-6, 1.0), (1e-9, 1.0), (1e-12, 1.0)]));
     Ok(())
 }
 
-/// A known end: Taylor series in 80-bit arithmetic, at tolerances 1e-18 and 1e-20, from the start and parameters as `f64` has them; the two differ by 3e-16
-/// at most.
+/// A known end: Taylor series in 80-bit arithmetic, at tolerances 1e-18 and 1e-20, from the start and
+/// parameters as `f64` has them; the two differ by 3e-16 at most.
 fn end<M: Simulate>(_: &M, t: f64, [q1, q2, u1, u2]: [f64; 4]) -> Reference<M> {
     let (mut q, mut u) = (M::Vector::zeros(), M::Vector::zeros());
     q.as_mut_slice().copy_from_slice(&[q1, q2]);
@@ -187,16 +204,26 @@ fn end<M: Simulate>(_: &M, t: f64, [q1, q2, u1, u2]: [f64; 4]) -> Reference<M> {
 }
 
 fn wins<M: Simulate>(study: &Study<'_, M>, error: f64) {
-    let evaluations =
-        |method: &str| study.cost(method, ErrorOf::State, error, Cost::Evaluations).expect("it reaches so far");
+    let evaluations = |method: &str| {
+        study.cost(method, ErrorOf::State, error, Cost::Evaluations).expect("it reaches so far")
+    };
     assert!(evaluations(DOP853) < 0.8 * evaluations(DP5), "order 8 wins at {error:e}");
 }
 
-/// Mechanisms: multipliers are as good as positions, because they are solved from the state and not carried along.
+/// Mechanisms: multipliers are as good as positions, because they are solved from the state and not carried
+/// along.
 fn constrained(session: &mut Session) -> Result<()> {
     let model = andrews::PUBLISHED;
     let [beta, theta, gamma, phi, delta, omega, epsilon] = andrews::START;
-    let start = model.state().beta(beta).theta(theta).gamma(gamma).phi(phi).delta(delta).omega(omega).epsilon(epsilon);
+    let start = model
+        .state()
+        .beta(beta)
+        .theta(theta)
+        .gamma(gamma)
+        .phi(phi)
+        .delta(delta)
+        .omega(omega)
+        .epsilon(epsilon);
     let start = start.build()?;
     let study = model.work_precision(start).until(0.03).methods(explicit());
     // Radau IIA solves for q̈ and λ with Φ̈ = 0 and is projected.
@@ -205,15 +232,21 @@ fn constrained(session: &mut Session) -> Result<()> {
     // What other solvers are given: accelerations, and nothing that holds the constraints.
     let study = study.variant(AS_ODE[0], methods::Dop853, |s| s.formulation(Formulation::Augmented));
     let study = study.variant(AS_ODE[1], methods::Verner9, |s| s.formulation(Formulation::Augmented));
-    let study = study.variant(AS_ODE[2], methods::Taylor::default(), |s| s.formulation(Formulation::Augmented));
-    let study = study.variant(AS_ODE[3], methods::GraggBulirschStoer, |s| s.formulation(Formulation::Augmented));
+    let study =
+        study.variant(AS_ODE[2], methods::Taylor::default(), |s| s.formulation(Formulation::Augmented));
+    let study =
+        study.variant(AS_ODE[3], methods::GraggBulirschStoer, |s| s.formulation(Formulation::Augmented));
     let study = session.study("Andrews", 13, study)?;
     // Forces of up to hundreds of newtons.
     digits(&study, 100.0);
     let right_hand_sides = &["ode_solvers", "differential-equations", "diffsol", "heyoka"];
     let part = ErrorOf::Positions;
     let [ode, dae] = [0.4, 0.05].map(|ratio| [(1e-6, ratio), (1e-9, ratio)]);
-    session.wanted(&study, |name| AS_ODE.contains(&name), &Wanted { others: right_hand_sides, part, ratios: &ode });
+    session.wanted(
+        &study,
+        |name| AS_ODE.contains(&name),
+        &Wanted { others: right_hand_sides, part, ratios: &ode },
+    );
     session.wanted(&study, |name| !AS_ODE.contains(&name), &Wanted { others: &["IDA"], part, ratios: &dae });
 
     let model = car_axis::model();
@@ -224,7 +257,8 @@ fn constrained(session: &mut Session) -> Result<()> {
     Ok(())
 }
 
-/// Six correct digits of the multipliers at tolerance 1e-8, where the index-3 code RADAU5 has 0.2 (Andrews) and 2.7 (car axis).
+/// Six correct digits of the multipliers at tolerance 1e-8, where the index-3 code RADAU5 has 0.2 (Andrews)
+/// and 2.7 (car axis).
 fn digits<M: Simulate>(study: &Study<'_, M>, scale: f64) {
     for method in [Method::Dop853, Method::Radau5].map(|method| method.to_string()) {
         let error = run(study, &method, 1e-8).errors.of(ErrorOf::Multipliers).expect("it is constrained");
@@ -237,7 +271,8 @@ fn digits<M: Simulate>(study: &Study<'_, M>, scale: f64) {
 /// What a method did at a tolerance.
 fn run<'a, M: Simulate>(study: &'a Study<'_, M>, method: &str, tolerance: f64) -> &'a Measured {
     let points = &study.curve(method).expect("it ran").points;
-    let point = points.iter().find(|point| (point.setting / tolerance - 1.0).abs() < 1e-9).expect("it ran so");
+    let point =
+        points.iter().find(|point| (point.setting / tolerance - 1.0).abs() < 1e-9).expect("it ran so");
     point.outcome.as_ref().expect("it reached the end")
 }
 
@@ -246,7 +281,8 @@ fn stiff(session: &mut Session) -> Result<()> {
     let model = StiffSpring { mass: 1.0, stiffness: 1e8, damping: 2e4, length: 1.0, g: 9.81 };
     let start = model.state().x(1.0).build()?;
     let known = [0.27509447648273956, -0.961417492433867, -4.175584765727931, -1.1947781965932027];
-    let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known)).methods(explicit());
+    let study =
+        model.work_precision(start).until(10.0).reference(end(&model, 10.0, known)).methods(explicit());
     let study = study.methods([methods::Radau5.into(), methods::Taylor::default().into()]);
     let study = session.study("stiff spring pendulum", 13, few_digits(study, session.quick))?;
     bound(&study);
@@ -266,6 +302,9 @@ fn bound<M: Simulate>(study: &Study<'_, M>) {
     let steps = |run: &Measured| run.steps.unwrap_or_default();
     let (many, few) = (steps(explicit), steps(implicit));
     println!("{}: {many} steps of {DP5} at 1e-4, {few} of Radau IIA", study.problem());
-    assert!(explicit.stiff_at.is_some() && implicit.stiff_at.is_none(), "the summary of the explicit run says so");
+    assert!(
+        explicit.stiff_at.is_some() && implicit.stiff_at.is_none(),
+        "the summary of the explicit run says so"
+    );
     assert!(many > 5 * few, "stability costs, not accuracy");
 }

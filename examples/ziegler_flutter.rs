@@ -1,9 +1,11 @@
-//! Flutter of Ziegler's column: a force that follows its end takes energy from nowhere, and a little damping makes it worse.
+//! Flutter of Ziegler's column: a force that follows its end takes energy from nowhere, and a little damping
+//! makes it worse.
 //!
 //!     undamped P = (7/2 − √2) k/l,        with dampers P = 41/28 k/l + ½ c²/(m l³)        (H. Ziegler, Ing.-Arch. 20 (1952) 49)
 //!
-//! However small the damping, it takes away a third of the load that the column bears without any. No stiffness vanishes: statics knows nothing of it. Beyond it
-//! the column swings ever wider, until the angles are large.
+//! However small the damping, it takes away a third of the load that the column bears without any. No
+//! stiffness vanishes: statics knows nothing of it. Beyond it the column swings ever wider, until the angles
+//! are large.
 
 mod common;
 use dynamics::analysis::{Page, SpecialKind};
@@ -65,8 +67,11 @@ fn main() -> common::Outcome {
     let with = |load: f64, damper: f64| Column { load, damper, ..column.clone() };
     let upright = column.state().build()?;
     let flutter = |damper: f64| {
-        let branch =
-            continuation(|load| with(load, damper)).from(&upright, 0.0).until(0.0..=6.0).named("load in N").run()?;
+        let branch = continuation(|load| with(load, damper))
+            .from(&upright, 0.0)
+            .until(0.0..=6.0)
+            .named("load in N")
+            .run()?;
         let kind = |kind| matches!(kind, SpecialKind::Hopf { .. } | SpecialKind::FrequenciesMeet { .. });
         let found = branch.special.iter().find(|one| kind(one.kind)).cloned();
         found.ok_or_else(|| Box::<dyn std::error::Error>::from("it flutters"))
@@ -88,7 +93,10 @@ fn main() -> common::Outcome {
         assert!((load - (41.0 / 28.0 + 0.5 * damper * damper)).abs() < 1e-10, "{load} at {damper}");
     }
     let least = border[0].1;
-    println!("with a damper of 1e-4 N m s at {least:.9} N: {:.1} % less", 100.0 * (1.0 - least / undamped.parameter));
+    println!(
+        "with a damper of 1e-4 N m s at {least:.9} N: {:.1} % less",
+        100.0 * (1.0 - least / undamped.parameter)
+    );
 
     // What the verdict says at 2 N, and what the column does: a load between the two.
     for damper in [0.0, 0.01] {
@@ -113,15 +121,16 @@ fn main() -> common::Outcome {
         .line("flutter begins", border)
         .points("without damping", [(0.0, undamped.parameter)]);
     // Eigenvalues over the load.
-    let of_loads = |damper: f64, part: fn(&nalgebra::Complex<f64>) -> f64| -> Result<Vec<(f64, f64)>, LinearizeError> {
-        let mut all = Vec::new();
-        for k in 0..=300 {
-            let load = 0.01 * f64::from(k);
-            let found = with(load, damper).linearize(&upright)?.eigenvalues()?;
-            all.extend(found.iter().filter(|x| x.im >= 0.0).map(|x| (load, part(x))));
-        }
-        Ok(all)
-    };
+    let of_loads =
+        |damper: f64, part: fn(&nalgebra::Complex<f64>) -> f64| -> Result<Vec<(f64, f64)>, LinearizeError> {
+            let mut all = Vec::new();
+            for k in 0..=300 {
+                let load = 0.01 * f64::from(k);
+                let found = with(load, damper).linearize(&upright)?.eigenvalues()?;
+                all.extend(found.iter().filter(|x| x.im >= 0.0).map(|x| (load, part(x))));
+            }
+            Ok(all)
+        };
     let parts = |damper: f64| -> Result<[Panel; 2], LinearizeError> {
         let panel = |what: &str| Panel::new(Axis::new("load in N"), Axis::new(what));
         Ok([
@@ -140,7 +149,11 @@ fn main() -> common::Outcome {
             [region],
         )
         .panels("Without damping", "Two frequencies meet, and one of the pair then grows.", parts(0.0)?)
-        .panels("With a damper of 0.1 N m s", "One pair leaves the left half plane much earlier.", parts(0.1)?)
+        .panels(
+            "With a damper of 0.1 N m s",
+            "One pair leaves the left half plane much earlier.",
+            parts(0.1)?,
+        )
         .panels("A load of 2 N, a damper of 0.1 N m s", "Pushed by a hundredth of a radian.", [motion])
         .write_html(files.path("flutter.html"))?;
     swinging.animate(files.path("swinging.html"))?;

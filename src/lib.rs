@@ -1,7 +1,9 @@
-//! Mechanical systems as energies, forces and constraints in ordinary Rust; specialised solver code at compile time; and then they move.
+//! Mechanical systems as energies, forces and constraints in ordinary Rust; specialised solver code at
+//! compile time; and then they move.
 //!
-//! You write *positions, energies, forces*. The macros derive the equations of motion while your crate is compiled, check the model, and emit
-//! straight-line code without allocation for exactly that system; the runtime integrates it, watches its conserved quantities and shows it moving.
+//! You write *positions, energies, forces*. The macros derive the equations of motion while your crate is
+//! compiled, check the model, and emit straight-line code without allocation for exactly that system; the
+//! runtime integrates it, watches its conserved quantities and shows it moving.
 //!
 //! ```
 //! use dynamics::prelude::*;
@@ -49,8 +51,8 @@
 //! ```
 //!
 //! The whole language and all that can be done with a motion are in `docs/guide.md`, the words of a model in
-//! `docs/vocabulary.md`; `examples/README.md` is a gallery. With the feature `progress` long runs show a bar; without `std` the crate is
-//! `no_std`, and without `alloc` it does not allocate.
+//! `docs/vocabulary.md`; `examples/README.md` is a gallery. With the feature `progress` long runs show a bar;
+//! without `std` the crate is `no_std`, and without `alloc` it does not allocate.
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub use dynamics_macros::{Dynamics, dynamics};
@@ -60,16 +62,16 @@ pub use dynamics_runtime::*;
 pub mod prelude {
     pub use dynamics_macros::{Dynamics, dynamics};
     pub use dynamics_macros::{
-        dissipation, drawing, event, force, holonomic, kinematic, kinetic, lagrangian, nonholonomic, output, potential,
-        redundant,
+        dissipation, drawing, event, force, holonomic, kinematic, kinetic, lagrangian, nonholonomic, output,
+        potential, redundant,
     };
     pub use dynamics_runtime::TimeDerivative as _;
     #[cfg(feature = "std")]
     pub use dynamics_runtime::analysis::{
-        Analyze as _, BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, FitError,
-        Linearization, LinearizeError, Loss, NonlinearModes as _, PeriodicError, PeriodicMotions as _,
-        SensitivityError, SmallMotions as _, Stability, StabilityVerdict, StateSpace, Undecided, Vary as _,
-        Vibration as _, VibrationError, continuation, fold_curve, hopf_curve,
+        Analyze as _, BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
+        FitError, Linearization, LinearizeError, Loss, NonlinearModes as _, PeriodicError,
+        PeriodicMotions as _, SensitivityError, SmallMotions as _, Stability, StabilityVerdict, StateSpace,
+        Undecided, Vary as _, Vibration as _, VibrationError, continuation, fold_curve, hopf_curve,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;
@@ -82,8 +84,8 @@ pub mod prelude {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
-        ConstraintKind, Constraints, Coordinates, Dynamics, Energies, Events, Linearize, Model, ModelState, Modes,
-        Outputs, Parameters, Powers, Quantity, State, StateJacobian,
+        ConstraintKind, Constraints, Coordinates, Dynamics, Energies, Events, Linearize, Model, ModelState,
+        Modes, Outputs, Parameters, Powers, Quantity, State, StateJacobian,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::motion::{
@@ -94,12 +96,12 @@ pub mod prelude {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::{CubicSpline, SplineError};
     pub use dynamics_runtime::{
-        Cylindrical, EulerParameters, Frame, Inertia, Joint, PlanarBody, PlanarFrame, PlanarJoint, Polar, RigidBody,
-        Spherical,
+        Cylindrical, EulerParameters, Frame, Inertia, Joint, PlanarBody, PlanarFrame, PlanarJoint, Polar,
+        RigidBody, Spherical,
     };
     pub use dynamics_runtime::{
-        EulerAngles, EulerSequence, Expr, Force, MassProperties, Mat3, NotARotation, SmoothFunction, Vec2, Vec3, vec2,
-        vec3,
+        EulerAngles, EulerSequence, Expr, Force, MassProperties, Mat3, NotARotation, SmoothFunction, Vec2,
+        Vec3, vec2, vec3,
     };
 }
 
@@ -131,9 +133,9 @@ pub mod __private {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
-        AngleSet, Block, Branches, Claim, Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events,
-        Expansion, Kink, Linearize, Model, ModelState, Modes, Outputs, Parameters, Powers, Premise, Quantity, Route,
-        Solved, StateJacobian, Terms, Vector, WideOf,
+        AngleSet, Block, Branches, Claim, Constraint, ConstraintKind, Constraints, Dynamics, Energies,
+        Events, Expansion, Kink, Linearize, Model, ModelState, Modes, Outputs, Parameters, Powers, Premise,
+        Quantity, Route, Solved, StateJacobian, Terms, Vector, WideOf,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Places, Point};

@@ -1,4 +1,5 @@
-//! Derived models on solvers of others: the first-order system is the model's, and what comes back agrees with this library's own motions.
+//! Derived models on solvers of others: the first-order system is the model's, and what comes back agrees
+//! with this library's own motions.
 #![allow(clippy::float_cmp, reason = "the very same numbers are expected")]
 
 use dynamics::adapters::{AdapterError, FirstOrder};
@@ -144,7 +145,8 @@ fn the_first_order_system_is_the_models() {
     assert_eq!(rate, [0.3, 0.0, a[0], a[1]]);
     assert_eq!(system.state(0.0, &y).unwrap(), start);
 
-    let driven = FirstOrder::new(&CART_POLE, start).unwrap().inputs(|t, state| [2.0 * t - 3.0 * state.theta()]);
+    let driven =
+        FirstOrder::new(&CART_POLE, start).unwrap().inputs(|t, state| [2.0 * t - 3.0 * state.theta()]);
     driven.rate(0.5, &y, &mut rate);
     let mut pushed = start;
     pushed.t = 0.5;
@@ -179,7 +181,10 @@ fn what_is_no_state_is_said() {
     system.rate_along(0.0, &[0.0; 4], &[0.0; 3], &mut rate);
     assert!(rate.iter().all(|x| x.is_nan()));
     let error = system.state(1.5, &[0.0, 0.0, 0.0, f64::NAN]).unwrap_err();
-    assert!(matches!(error, AdapterError::NotFinite { name: "theta", rate: true, failure: None, .. }), "{error}");
+    assert!(
+        matches!(error, AdapterError::NotFinite { name: "theta", rate: true, failure: None, .. }),
+        "{error}"
+    );
     assert!(error.to_string().contains("the velocity of `theta` is not finite at t = 1.5"), "{error}");
 
     // Without a value of its input nothing moves.
@@ -208,7 +213,8 @@ fn what_is_no_state_is_said() {
 /// RK4 by hand, for a solver that nobody has written an adapter for.
 fn by_hand<M: Simulate>(system: &FirstOrder<'_, M>, end: f64, steps: usize) -> Vec<f64> {
     let (mut y, h) = (system.initial(), end / steps as f64);
-    let moved = |y: &[f64], k: &[f64], by: f64| -> Vec<f64> { y.iter().zip(k).map(|(y, k)| y + by * k).collect() };
+    let moved =
+        |y: &[f64], k: &[f64], by: f64| -> Vec<f64> { y.iter().zip(k).map(|(y, k)| y + by * k).collect() };
     for step in 0..steps {
         let t = h * step as f64;
         let slope = |t: f64, y: &[f64]| {
@@ -370,7 +376,10 @@ mod with_diffsol {
             ("bdf", end_of!(problem.bdf::<NalgebraLU<f64>>(), system, 5.0), 1e-4),
         ];
         for (name, end, bound) in ends {
-            assert!((end.q - own.q).amax() < bound && (end.u - own.u).amax() < bound, "{name}: {end:?} {own:?}");
+            assert!(
+                (end.q - own.q).amax() < bound && (end.u - own.u).amax() < bound,
+                "{name}: {end:?} {own:?}"
+            );
         }
         let problem = builder::<FaerMat<f64>, _>(&system).rtol(1e-9).atol([1e-9]).build().unwrap();
         let end = end_of!(problem.bdf::<FaerLU<f64>>(), system, 5.0);
@@ -384,7 +393,8 @@ mod with_diffsol {
         let system = FirstOrder::new(&model, start).unwrap();
         let problem = builder::<NalgebraMat<f64>, _>(&system).rtol(1e-6).atol([1e-6]).build().unwrap();
         let end = end_of!(problem.tr_bdf2::<NalgebraLU<f64>>(), system, 1.0);
-        let own = model.simulate(start).until(1.0).method(methods::Radau5).tolerance(1e-10).run().unwrap().end();
+        let own =
+            model.simulate(start).until(1.0).method(methods::Radau5).tolerance(1e-10).run().unwrap().end();
         assert!((end.q - own.q).amax() < 1e-4 && (end.u - own.u).amax() < 1e-3, "{end:?} {own:?}");
     }
 }

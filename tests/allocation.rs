@@ -1,4 +1,5 @@
-//! However long a run of a derived model with constraints is, it allocates a fixed number of times: on the code that the macro emitted.
+//! However long a run of a derived model with constraints is, it allocates a fixed number of times: on the
+//! code that the macro emitted.
 
 use allocation_counter::measure;
 use dynamics::model::Route;
@@ -53,8 +54,15 @@ impl SliderCrank {
 
 #[test]
 fn steps_of_unrolled_constraints_do_not_allocate() {
-    let model =
-        SliderCrank { crank: 0.1, rod: 0.3, inertia: 0.02, rod_mass: 0.3, slider: 0.5, stiffness: 40.0, moment: 0.05 };
+    let model = SliderCrank {
+        crank: 0.1,
+        rod: 0.3,
+        inertia: 0.02,
+        rod_mass: 0.3,
+        slider: 0.5,
+        stiffness: 40.0,
+        moment: 0.05,
+    };
     assert!(matches!(SliderCrank::ROUTE, Route::Unrolled { .. }));
     let start = model.state().theta(0.5).theta_rate(20.0).x_guess(0.4).assemble().unwrap();
     let formulations = [
@@ -65,8 +73,14 @@ fn steps_of_unrolled_constraints_do_not_allocate() {
         Formulation::Embedded,
     ];
     for formulation in formulations {
-        let recorded = model.simulate(start).until(10.0).tolerance(1e-8).formulation(formulation).run().unwrap();
-        assert_eq!(recorded.summary().upkept.general, 0, "generated code alone is looked at: {}", recorded.summary());
+        let recorded =
+            model.simulate(start).until(10.0).tolerance(1e-8).formulation(formulation).run().unwrap();
+        assert_eq!(
+            recorded.summary().upkept.general,
+            0,
+            "generated code alone is looked at: {}",
+            recorded.summary()
+        );
         let taylor = methods::Any::from(methods::Taylor { order: None });
         for method in &[
             methods::Any::from(methods::Rk4),
@@ -75,14 +89,20 @@ fn steps_of_unrolled_constraints_do_not_allocate() {
             methods::GraggBulirschStoer.into(),
             taylor,
         ] {
-            if method.method() == Method::Taylor && !formulation.is_exact() && formulation != Formulation::Augmented {
+            if method.method() == Method::Taylor
+                && !formulation.is_exact()
+                && formulation != Formulation::Augmented
+            {
                 continue;
             }
             let observed = |end: f64| {
                 let mut states = 0_u64;
                 let simulation = model.simulate(start).until(end).formulation(formulation).method(method);
-                let simulation =
-                    if method.is_adaptive() { simulation.tolerance(1e-8) } else { simulation.fixed_step(1e-3) };
+                let simulation = if method.is_adaptive() {
+                    simulation.tolerance(1e-8)
+                } else {
+                    simulation.fixed_step(1e-3)
+                };
                 let info = measure(|| {
                     simulation.run_with(|_| states += 1).unwrap();
                 });

@@ -53,13 +53,21 @@ fn the_engine_knows_no_tokens_and_no_spans() {
         "the engine works on opaque origins and is usable without a macro",
     );
     let manifest = include_str!("../dynamics-symbolic/Cargo.toml");
-    let dependencies = manifest.split("\n[dependencies]").nth(1).unwrap_or("").split("\n[").next().unwrap_or("");
-    assert!(dependencies.trim().is_empty(), "the engine depends on the standard library alone, not on {dependencies}");
+    let dependencies =
+        manifest.split("\n[dependencies]").nth(1).unwrap_or("").split("\n[").next().unwrap_or("");
+    assert!(
+        dependencies.trim().is_empty(),
+        "the engine depends on the standard library alone, not on {dependencies}"
+    );
 }
 
 #[test]
 fn the_runtime_knows_no_engine() {
-    forbid("dynamics-runtime/src", &["dynamics_symbolic", "dynamics_macros"], "the runtime sees only what is emitted");
+    forbid(
+        "dynamics-runtime/src",
+        &["dynamics_symbolic", "dynamics_macros"],
+        "the runtime sees only what is emitted",
+    );
     let manifest = include_str!("../dynamics-runtime/Cargo.toml");
     assert!(!manifest.contains("dynamics-symbolic") && !manifest.contains("dynamics-macros"));
 }
@@ -67,8 +75,14 @@ fn the_runtime_knows_no_engine() {
 #[test]
 fn the_engine_is_layered() {
     let engine = "dynamics-symbolic/src";
-    let layers =
-        ["crate::calculus", "crate::algebra", "crate::mechanics", "crate::check", "crate::schedule", "crate::text"];
+    let layers = [
+        "crate::calculus",
+        "crate::algebra",
+        "crate::mechanics",
+        "crate::check",
+        "crate::schedule",
+        "crate::text",
+    ];
     forbid(&format!("{engine}/graph"), &layers, "the graph is the bottom layer");
     forbid(&format!("{engine}/calculus"), &layers[1..], "differentiation needs the graph alone");
     forbid(&format!("{engine}/algebra"), &layers[2..], "linear algebra needs the graph alone");
@@ -91,11 +105,14 @@ fn no_result_depends_on_the_order_of_a_hash_map() {
             let lookup = path.ends_with("graph/arena.rs");
             assert!(
                 lookup || !(code.contains("HashMap") || code.contains("HashSet")),
-                "{} uses a hash container: iterate a BTreeMap or a Vec so that the same tokens give the same bytes",
+                "{} uses a hash container: iterate a BTreeMap or a Vec so that the same tokens give the same \
+                 bytes",
                 path.display()
             );
             if lookup {
-                for use_ in [".0.iter", ".0.keys", ".0.values", ".0.drain", ".0.into_iter", "in &self.0", "in self.0"] {
+                for use_ in
+                    [".0.iter", ".0.keys", ".0.values", ".0.drain", ".0.into_iter", "in &self.0", "in self.0"]
+                {
                     assert!(!code.contains(use_), "the lookup of {} is iterated", path.display());
                 }
             }
@@ -114,7 +131,8 @@ fn macros_are_pure_functions_of_their_tokens() {
     }
 }
 
-/// What the macro elaborates of frames, bodies and joints is the text that the compiler makes run; `UPDATE_LIBRARY=1` copies it.
+/// What the macro elaborates of frames, bodies and joints is the text that the compiler makes run;
+/// `UPDATE_LIBRARY=1` copies it.
 #[test]
 fn the_macro_reads_the_library_that_runs() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -129,11 +147,16 @@ fn the_macro_reads_the_library_that_runs() {
             fs::write(copies.join(&name), &text).expect("the copy can be written");
         }
         let copy = fs::read_to_string(copies.join(&name)).unwrap_or_default();
-        assert!(copy == text, "{} differs from its copy; run this test with UPDATE_LIBRARY=1", name.display());
+        assert!(
+            copy == text,
+            "{} differs from its copy; run this test with UPDATE_LIBRARY=1",
+            name.display()
+        );
         names.push(name);
     }
     let copied = sources("dynamics-macros/src/library").into_iter();
-    let copied: Vec<_> = copied.map(|(path, _)| path.strip_prefix(&copies).expect("a file below").to_owned()).collect();
+    let copied: Vec<_> =
+        copied.map(|(path, _)| path.strip_prefix(&copies).expect("a file below").to_owned()).collect();
     assert_eq!(copied, names, "no copy without its original");
 }
 

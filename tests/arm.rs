@@ -1,5 +1,5 @@
-//! Bodies that hang on one another: the arm of seven hinges at the cost of an expert's derivation, and trees of bodies against the same energies
-//! written out, from which they are derived by other means.
+//! Bodies that hang on one another: the arm of seven hinges at the cost of an expert's derivation, and trees
+//! of bodies against the same energies written out, from which they are derived by other means.
 
 #[path = "models/arm7.rs"]
 mod arm7;
@@ -11,7 +11,8 @@ use proptest::prelude::*;
 
 /// Operations of a program of a listing, per evaluation.
 fn operations(listing: &str, program: &str) -> u32 {
-    let line = listing.lines().find_map(|line| line.strip_prefix(&format!("{program}: "))).expect("it is listed");
+    let line =
+        listing.lines().find_map(|line| line.strip_prefix(&format!("{program}: "))).expect("it is listed");
     line.split(' ').next().and_then(|count| count.parse().ok()).expect("a count comes first")
 }
 
@@ -19,7 +20,8 @@ fn is_derived_from_bodies(report: &str) -> bool {
     report.contains("bodies that hang on one another")
 }
 
-/// Findings: 1511 operations by an expert's choice of composite inertias, 978 for inverse dynamics; 8606 from velocities in the world.
+/// Findings: 1511 operations by an expert's choice of composite inertias, 978 for inverse dynamics; 8606 from
+/// velocities in the world.
 #[test]
 fn the_arm_costs_what_an_expert_pays() {
     assert!(is_derived_from_bodies(Arm::REPORT), "{}", Arm::REPORT);
@@ -28,7 +30,8 @@ fn the_arm_costs_what_an_expert_pays() {
     assert!(Arm::REPORT.contains("state_jacobian") && !Arm::REPORT.contains("Jacobians           none"));
 }
 
-/// Torques at the hinges by Newton and Euler in the world's axes, link by link: nothing of the library but the numbers of the model.
+/// Torques at the hinges by Newton and Euler in the world's axes, link by link: nothing of the library but
+/// the numbers of the model.
 fn torques(model: &Arm, q: [f64; 7], u: [f64; 7], a: [f64; 7]) -> [f64; 7] {
     let vector = |v: Vec3<f64>| Vector3::from(v);
     let inertia = Matrix3::from(model.inertia);
@@ -41,15 +44,16 @@ fn torques(model: &Arm, q: [f64; 7], u: [f64; 7], a: [f64; 7]) -> [f64; 7] {
         let arm: Vector3<f64> = rotation * vector(model.hinges[k]);
         acceleration += alpha.cross(&arm) + omega.cross(&omega.cross(&arm));
         origin += arm;
-        let quarter =
-            [0.0, 1.0, -1.0][if k == 0 { 0 } else { 2 - usize::from(k % 2 == 0) }] * core::f64::consts::FRAC_PI_2;
+        let quarter = [0.0, 1.0, -1.0][if k == 0 { 0 } else { 2 - usize::from(k % 2 == 0) }]
+            * core::f64::consts::FRAC_PI_2;
         rotation *= Rotation3::from_axis_angle(&Vector3::x_axis(), quarter);
         rotation *= Rotation3::from_axis_angle(&Vector3::z_axis(), q[k]);
         let axis = rotation * Vector3::z();
         alpha += axis * a[k] + omega.cross(&(axis * u[k]));
         omega += axis * u[k];
         let center = rotation * vector(model.centers[k]);
-        let force = model.masses[k] * (acceleration + alpha.cross(&center) + omega.cross(&omega.cross(&center)));
+        let force =
+            model.masses[k] * (acceleration + alpha.cross(&center) + omega.cross(&omega.cross(&center)));
         let turned = rotation.matrix() * inertia * rotation.matrix().transpose();
         let moment = turned * alpha + omega.cross(&(turned * omega));
         origins.push(origin);
@@ -57,8 +61,9 @@ fn torques(model: &Arm, q: [f64; 7], u: [f64; 7], a: [f64; 7]) -> [f64; 7] {
         loads.push((origin + center, force, moment));
     }
     core::array::from_fn(|k| {
-        let about =
-            |(at, force, moment): &(Vector3<f64>, Vector3<f64>, Vector3<f64>)| moment + (at - origins[k]).cross(force);
+        let about = |(at, force, moment): &(Vector3<f64>, Vector3<f64>, Vector3<f64>)| {
+            moment + (at - origins[k]).cross(force)
+        };
         axes[k].dot(&loads[k..].iter().map(about).sum())
     })
 }
@@ -90,7 +95,8 @@ proptest! {
     }
 }
 
-/// The same bodies twice: said as bodies, and with their energies written out, of which nobody knows that they are those of bodies.
+/// The same bodies twice: said as bodies, and with their energies written out, of which nobody knows that
+/// they are those of bodies.
 macro_rules! twice {
     ($module:ident, [$($coordinate:ident),*], |$s:ident, $q:ident| $frames:expr) => {
         mod $module {
@@ -228,7 +234,8 @@ twice!(branches, [a, b, c, d], |s, q| {
     [base, left, right, hand]
 });
 
-// A cam that lifts by the sine of an angle that turns nothing, a stroke by an exponential, and hinges that turn by products.
+// A cam that lifts by the sine of an angle that turns nothing, a stroke by an exponential, and hinges that
+// turn by products.
 twice!(cam, [a, b, c, d], |s, q| {
     let lifted = Frame::new(vec3(0.0, s.l * q.a.sin(), 0.3 * q.d.exp()), Mat3::rotation_z(q.b * q.c));
     let first = lifted.frame(vec3(s.l, 0.0, 0.0), Mat3::rotation_x(q.c.powi(2) + q.b));
@@ -250,7 +257,12 @@ struct Wings {
 impl Wings {
     fn wing(&self, q: &Coordinates<Self>, root: Frame) -> RigidBody {
         let flapping = root.frame(vec3(0.2, 0.5, 0.1), Mat3::rotation_x(q.flap));
-        RigidBody::new(self.m, self.center, self.inertia, flapping.frame(0.3 * Vec3::Y, Mat3::rotation_y(q.twist)))
+        RigidBody::new(
+            self.m,
+            self.center,
+            self.inertia,
+            flapping.frame(0.3 * Vec3::Y, Mat3::rotation_y(q.twist)),
+        )
     }
     fn left(&self, q: &Coordinates<Self>, mirror: Mat3) -> RigidBody {
         let body = Frame::turned(Mat3::rotation_z(q.body));
@@ -268,7 +280,8 @@ impl Wings {
     }
     #[output]
     fn angular_momentum(&self, q: &Coordinates<Self>) -> Vec3 {
-        let said = self.left(q, Mat3::diagonal(Expr::ONE, -Expr::ONE, Expr::ONE)).angular_momentum(Vec3::ZERO);
+        let said =
+            self.left(q, Mat3::diagonal(Expr::ONE, -Expr::ONE, Expr::ONE)).angular_momentum(Vec3::ZERO);
         said + self.left(q, self.mirror.into()).angular_momentum(Vec3::ZERO)
     }
 }
@@ -294,7 +307,8 @@ proptest! {
         let momentum = wings.angular_momentum(&jets);
         let seen = wings.spins(&jets).into_iter().chain([momentum]).flat_map(|v| v.value().to_array());
         let seen: Vec<f64> = seen.collect();
-        // All turns about z with the body, and no force does: L_z is the momentum of its angle, which comes from T alone, and stays.
+        // All turns about z with the body, and no force does: L_z is the momentum of its angle, which comes
+        // from T alone, and stays.
         let of_angle = (wings.mass_matrix(&state) * state.u)[0];
         prop_assert!((momentum.z.value() - of_angle).abs() < 1e-13 * 10.0, "{} and {of_angle}", momentum.z.value());
         prop_assert!(momentum.z.rate().abs() < 1e-12 * 10.0, "{} is left", momentum.z.rate());

@@ -1,4 +1,5 @@
-//! Charts that change: tumbling through the poles in three angles whose reference is turned in time, beside Euler parameters; and models whose charts are not of one motion.
+//! Charts that change: tumbling through the poles in three angles whose reference is turned in time, beside
+//! Euler parameters; and models whose charts are not of one motion.
 
 #[path = "models/parametrised.rs"]
 mod parametrised;
@@ -114,7 +115,8 @@ impl Parametrised {
         let rates = [-0.5 * v.dot(omega), rate.x, rate.y, rate.z];
         let start = model.state().e(e).e_rate(rates).build().expect("a unit quadruple");
         let end = times[times.len() - 1];
-        let motion = model.simulate(start).until(end).tolerance(tolerance).run().expect("no place is singular");
+        let motion =
+            model.simulate(start).until(end).tolerance(tolerance).run().expect("no place is singular");
         let at = |t: &f64| model.body(&motion.coordinates_at(*t)).frame.rotation().value();
         times.iter().map(at).collect()
     }
@@ -127,14 +129,17 @@ fn apart(a: Mat3<f64>, b: Mat3<f64>) -> f64 {
 const TUMBLING: [f64; 3] = [10.0, 6.0, 14.0];
 const TIMES: [f64; 5] = [0.5, 1.0, 2.5, 5.0, 10.0];
 
-/// How far the rotation is from that of Euler parameters at [`TIMES`], how far these are from themselves at another tolerance, and how often charts changed.
+/// How far the rotation is from that of Euler parameters at [`TIMES`], how far these are from themselves at
+/// another tolerance, and how often charts changed.
 fn followed<M: Heavy>(rotation: Mat3<f64>, omega: Vec3<f64>) -> (f64, f64, usize) {
     let (g, inertia) = (1.5, TUMBLING);
     let model = M::new(g, inertia);
     let start = model.start(rotation, omega);
     let atlas = model.atlas();
-    let motion = atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
-    let right = [1e-13, 1e-11].map(|tolerance| Parametrised::run(g, inertia, rotation, omega, &TIMES, tolerance));
+    let motion =
+        atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
+    let right =
+        [1e-13, 1e-11].map(|tolerance| Parametrised::run(g, inertia, rotation, omega, &TIMES, tolerance));
     let at = |t: &f64| motion.at(*t).model.rotation(&motion.coordinates_at(*t));
     let largest = |m: f64, x: f64| if x <= m { m } else { x };
     let error = TIMES.iter().zip(&right[0]).map(|(t, right)| apart(at(t), *right)).fold(0.0, largest);
@@ -153,7 +158,8 @@ fn every_set_tumbles_through_its_poles() {
             for omega in [Vec3::new(2.0, -1.5, 1.0), Vec3::new(-1.0, 2.5, 3.5), Vec3::new(3.0, 0.5, -2.5)] {
                 let (error, spread, changes) = followed::<$Name>(rotation, omega);
                 println!("{}: {error:.1e} beside {spread:.1e} after {changes} changes", stringify!($Name));
-                assert!(error < spread.max(1e-10) && spread < 1e-7, "{}: {error:.1e} beside {spread:.1e}", stringify!($Name));
+                assert!(error < spread.max(1e-10) && spread < 1e-7, "{}: {error:.1e} beside \
+                    {spread:.1e}", stringify!($Name));
                 changed += changes;
             }
             assert!(changed > 0, "{}: no chart is changed", stringify!($Name));
@@ -164,13 +170,21 @@ fn every_set_tumbles_through_its_poles() {
     assert!(all > 50, "{all} changes");
 }
 
-/// The heavy top of Brüls and Cardona passes within 7.24e-7 rad of where its 3-1-2 set locks, at t = 0.3726: the published digits, to where angles that do not lock at all have them.
+/// The heavy top of Brüls and Cardona passes within 7.24e-7 rad of where its 3-1-2 set locks, at t = 0.3726:
+/// the published digits, to where angles that do not lock at all have them.
 #[test]
 fn the_heavy_top_passes_its_pole() {
-    let model = Zxy { m: 15.0, length: 1.0, inertia: Vec3::new(0.234375, 0.46875, 0.234375), g: 9.81, reference: 0.0 };
+    let model = Zxy {
+        m: 15.0,
+        length: 1.0,
+        inertia: Vec3::new(0.234375, 0.46875, 0.234375),
+        g: 9.81,
+        reference: 0.0,
+    };
     let start = model.state().angles_rate([-4.61538, 0.0, 150.0]).build().expect("finite");
     let atlas = model.atlas();
-    let motion = atlas.simulate(start).until(2.0).with(|run, _| run.tolerance(1e-13)).run().expect("no chart locks");
+    let motion =
+        atlas.simulate(start).until(2.0).with(|run, _| run.tolerance(1e-13)).run().expect("no chart locks");
     let reference = [
         (0.1, [0.421296658925402, 0.894571974345593, -0.1491647005618996]),
         (0.5, [-0.7024682970565856, -0.021165184702323328, -0.7114002576517344]),
@@ -197,7 +211,8 @@ fn what_is_seen_goes_on() {
     let model = Zxz::new(1.5, TUMBLING);
     let start = model.start(Mat3::euler(EulerSequence::Zyx, [0.4, 0.8, -0.6]), Vec3::new(-1.0, 2.5, 3.5));
     let atlas = model.atlas();
-    let motion = atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-10)).run().expect("no chart locks");
+    let motion =
+        atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-10)).run().expect("no chart locks");
     assert!(motion.changes().len() > 2, "{}", motion.summary());
     let mut jumps = 0;
     for pair in motion.legs().windows(2) {
@@ -224,12 +239,18 @@ fn what_is_seen_goes_on() {
         (1..heights.len()).filter(|k| heights[k - 1] * heights[*k] < 0.0).map(|k| times[k]).collect();
     let found: Vec<f64> = motion.events().map(|event| event.time()).collect();
     assert_eq!(found.len(), crossings.len(), "{found:?} instead of {crossings:?}");
-    assert!(found.iter().zip(&crossings).all(|(a, b)| (b - a) >= 0.0 && (b - a) < 0.0025), "{found:?}, {crossings:?}");
+    assert!(
+        found.iter().zip(&crossings).all(|(a, b)| (b - a) >= 0.0 && (b - a) < 0.0025),
+        "{found:?}, {crossings:?}"
+    );
     assert!(found.len() > 3);
     // The table says in which chart its angles are; the chart has a line for each change.
     let table = motion.to_csv();
     assert!(table.starts_with("chart,t [s],"), "{}", table.lines().next().unwrap_or_default());
-    assert_eq!(table.lines().count(), 1 + motion.legs().iter().map(|leg| leg.motion.steps().len()).sum::<usize>());
+    assert_eq!(
+        table.lines().count(),
+        1 + motion.legs().iter().map(|leg| leg.motion.steps().len()).sum::<usize>()
+    );
     assert!(motion.outputs_chart().to_svg().contains("change of chart"));
     let page = motion.animation().to_html().expect("a page");
     assert!(page.contains("axis.x") && !page.contains("angles[0]"));
@@ -247,15 +268,18 @@ fn backwards_in_time() {
     let model = Zyx::new(1.5, TUMBLING);
     let start = model.start(Mat3::euler(EulerSequence::Zyx, [0.4, 0.8, -0.6]), Vec3::new(2.0, -1.5, 1.0));
     let atlas = model.clone().atlas();
-    let there = atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
+    let there =
+        atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
     let end = there.end();
     let turned = end.model.clone();
     assert!(there.changes().len() > 1);
     // Read anew in the chart that was given.
-    let (rotation, omega) = (turned.body(&there.coordinates_at(10.0)).frame.rotation().value(), there.outputs_at(10.0));
+    let (rotation, omega) =
+        (turned.body(&there.coordinates_at(10.0)).frame.rotation().value(), there.outputs_at(10.0));
     let mut back = model.start(rotation, Vec3::new(omega[3], omega[4], omega[5]));
     back.t = 10.0;
-    let motion = atlas.simulate(back).until(0.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
+    let motion =
+        atlas.simulate(back).until(0.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
     let first = motion.end();
     let found = first.model.rotation(&motion.coordinates_at(0.0));
     let error = apart(found, Mat3::euler(EulerSequence::Zyx, [0.4, 0.8, -0.6]));
@@ -269,14 +293,17 @@ fn a_start_in_gimbal_lock() {
     let start = model.state().angles([0.3, 0.0, 0.4]).angles_rate([1.0, 0.5, 2.0]).build().expect("finite");
     let error = model.simulate(start).until(1.0).run().expect_err("the angles are locked").to_string();
     assert!(
-        error.contains("gimbal lock") && error.contains("Atlas") && error.contains("EulerParameters::new(q.e)"),
+        error.contains("gimbal lock")
+            && error.contains("Atlas")
+            && error.contains("EulerParameters::new(q.e)"),
         "{error}"
     );
     let rotation = Mat3::rotation_z(0.7);
     // ω = ψ̇ z + ϑ̇ (x turned by the first angle) + φ̇ z.
     let omega = Vec3::new(0.5 * 0.3_f64.cos(), 0.5 * 0.3_f64.sin(), 3.0);
     let atlas = model.atlas();
-    let motion = atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
+    let motion =
+        atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
     assert_eq!(motion.changes()[0].time, 0.0);
     let right = Parametrised::run(1.5, TUMBLING, rotation, omega, &TIMES, 1e-12);
     for (t, right) in TIMES.into_iter().zip(right) {
@@ -285,7 +312,8 @@ fn a_start_in_gimbal_lock() {
     }
 }
 
-/// A body with a wheel and a motor, and with what must not be said by the angles: each where its parameter is not 0.
+/// A body with a wheel and a motor, and with what must not be said by the angles: each where its parameter is
+/// not 0.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(yaw: rad, pitch: rad, roll: rad, wheel: rad)]
 #[inputs(motor: N * m)]
@@ -348,8 +376,15 @@ fn right(model: &mut Craft, turn: f64) {
 #[test]
 fn a_wheel_with_a_law() {
     let atlas = Atlas::new(CRAFT).turning("pitch", right).expect("a set with a reference");
-    let start =
-        CRAFT.state().yaw_rate(0.4).pitch_rate(1.0).roll_rate(0.3).wheel_rate(5.0).motor(0.0).build().expect("finite");
+    let start = CRAFT
+        .state()
+        .yaw_rate(0.4)
+        .pitch_rate(1.0)
+        .roll_rate(0.3)
+        .wheel_rate(5.0)
+        .motor(0.0)
+        .build()
+        .expect("finite");
     let law = |model: &Craft, state: &State<Craft>| {
         let q = Craft::coordinates_with(state, &nalgebra::SVector::zeros(), &[]);
         [0.2 * model.frame(&q).x().value().z]
@@ -375,21 +410,33 @@ fn a_wheel_with_a_law() {
     // One that reads the angles does not.
     let run = atlas.simulate(start).until(10.0);
     let error = run.with(|run, _| run.inputs(|_, state| [state.pitch()])).run().expect_err("the law jumps");
-    let AtlasErrorKind::Chart(ChartError::Disagree { what: Compared::Input, name: "motor", .. }) = error.kind else {
+    let AtlasErrorKind::Chart(ChartError::Disagree { what: Compared::Input, name: "motor", .. }) = error.kind
+    else {
         panic!("{error}");
     };
     assert!(error.to_string().contains("have the law ask the model"), "{error}");
     let motion = error.motion(&atlas).expect("a part was run");
     // Seen where the charts first differ; the part that was run is in hand.
-    assert!(motion.end_time() > 0.1 && error.time < motion.end_time(), "{} of {}", error.time, motion.end_time());
+    assert!(
+        motion.end_time() > 0.1 && error.time < motion.end_time(),
+        "{} of {}",
+        error.time,
+        motion.end_time()
+    );
 }
 
 #[test]
 fn charts_of_different_motions_are_refused() {
     let refused = |model: Craft, turn: fn(&mut Craft, f64)| {
         let atlas = Atlas::new(model).turning("pitch", turn).expect("a set with a reference");
-        let start =
-            atlas.charts()[0].state().pitch(0.3).yaw_rate(0.4).pitch_rate(1.0).motor(0.0).build().expect("finite");
+        let start = atlas.charts()[0]
+            .state()
+            .pitch(0.3)
+            .yaw_rate(0.4)
+            .pitch_rate(1.0)
+            .motor(0.0)
+            .build()
+            .expect("finite");
         let error = atlas.simulate(start).until(10.0).run().expect_err("the charts disagree");
         assert!(error.motion(&atlas).is_none() && error.time == 0.0);
         match error.kind {
@@ -411,7 +458,9 @@ fn charts_of_different_motions_are_refused() {
 
 #[test]
 fn what_makes_no_atlas_is_refused() {
-    let of = |model: Craft, name: &str, turn: fn(&mut Craft, f64)| Atlas::new(model).turning(name, turn).map(|_| ());
+    let of = |model: Craft, name: &str, turn: fn(&mut Craft, f64)| {
+        Atlas::new(model).turning(name, turn).map(|_| ())
+    };
     let error = of(CRAFT, "yaw", right).expect_err("it is the first");
     assert!(error.to_string().contains("those of this model are `pitch`"), "{error}");
     assert_eq!(of(CRAFT, "pitch", |_, _| ()), Err(ChartError::Unturned { name: "pitch" }));
@@ -427,9 +476,15 @@ fn what_makes_no_atlas_is_refused() {
     };
     assert_eq!(refused(atlas.simulate(start).run().expect_err("no end").kind), ChartError::NoEnd);
     let every = atlas.simulate(start).until(3.0).with(|run, _| run.every(0.1)).run();
-    assert_eq!(refused(every.expect_err("times of a part").kind), ChartError::NotByParts { option: "output times" });
+    assert_eq!(
+        refused(every.expect_err("times of a part").kind),
+        ChartError::NotByParts { option: "output times" }
+    );
     let estimated = atlas.simulate(start).until(3.0).with(|run, _| run.estimate_error()).run();
-    assert_eq!(refused(estimated.expect_err("of a part").kind), ChartError::NotByParts { option: "estimate_error" });
+    assert_eq!(
+        refused(estimated.expect_err("of a part").kind),
+        ChartError::NotByParts { option: "estimate_error" }
+    );
     // What stops a part stops all, with what there is in hand.
     let limited = atlas
         .simulate(start)
@@ -438,7 +493,8 @@ fn what_makes_no_atlas_is_refused() {
         .run()
         .expect_err("few steps");
     assert!(
-        matches!(limited.kind, AtlasErrorKind::Run { .. }) && limited.to_string().contains("more than 2 steps"),
+        matches!(limited.kind, AtlasErrorKind::Run { .. })
+            && limited.to_string().contains("more than 2 steps"),
         "{limited}"
     );
     let motion = limited.motion(&atlas).expect("some steps were made");
@@ -449,11 +505,13 @@ fn what_makes_no_atlas_is_refused() {
     assert!(motion.changes().is_empty() && motion.legs().len() == 1);
 }
 
-/// Instants late in time are known less closely than the distance to locking: a chart changes all the same, once each time.
+/// Instants late in time are known less closely than the distance to locking: a chart changes all the same,
+/// once each time.
 #[test]
 fn late_in_time() {
     let model = Zxz::new(0.0, TUMBLING);
-    let mut start = model.state().angles([0.0, 1.5, 0.0]).angles_rate([300.0, 1000.0, 0.0]).build().expect("finite");
+    let mut start =
+        model.state().angles([0.0, 1.5, 0.0]).angles_rate([300.0, 1000.0, 0.0]).build().expect("finite");
     let changes = [0.0, 1e9].map(|time| {
         start.t = time;
         let atlas = model.clone().atlas();
@@ -469,15 +527,20 @@ fn goes_on_from_a_place() {
     let model = Zyx::new(1.5, TUMBLING);
     let start = model.start(Mat3::euler(EulerSequence::Zyx, [0.4, 0.8, -0.6]), Vec3::new(2.0, -1.5, 1.0));
     let atlas = model.atlas();
-    let whole = atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
+    let whole =
+        atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
     let turned = whole.legs().iter().find(|leg| leg.chart == 1).expect("a part in the turned chart");
     let time = 0.5 * (turned.motion.start_time() + turned.motion.end_time());
     let place = whole.at(time);
-    let rest = atlas.resume(&place).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
+    let rest =
+        atlas.resume(&place).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
     assert_eq!((rest.legs()[0].chart, rest.start_time()), (1, time));
     let wanted: Vec<f64> = whole.changes().iter().map(|change| change.time).filter(|t| *t > time).collect();
     let found: Vec<f64> = rest.changes().iter().map(|change| change.time).collect();
-    assert!(found.len() == wanted.len() && found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-8), "{found:?}");
+    assert!(
+        found.len() == wanted.len() && found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-8),
+        "{found:?}"
+    );
     for (a, b) in whole.outputs_at(10.0).iter().zip(rest.outputs_at(10.0)) {
         assert!((a - b).abs() < 1e-9, "{a} and {b}");
     }
@@ -487,11 +550,14 @@ fn goes_on_from_a_place() {
     assert!(error.contains("resume a motion with the atlas that made it"), "{error}");
 }
 
-/// A free body moves alike whichever way its reference is turned: a turn that is not the one that was asked for is seen from the parameter.
+/// A free body moves alike whichever way its reference is turned: a turn that is not the one that was asked
+/// for is seen from the parameter.
 #[test]
 fn another_turn_is_refused() {
     let of = |turn: fn(&mut Craft, f64)| Atlas::new(CRAFT).turning("pitch", turn).map(|_| ());
-    for turn in [|m: &mut Craft, t: f64| m.reference = -t, |m: &mut Craft, t: f64| m.reference = t.to_degrees()] {
+    for turn in
+        [|m: &mut Craft, t: f64| m.reference = -t, |m: &mut Craft, t: f64| m.reference = t.to_degrees()]
+    {
         let error = of(turn).expect_err("another turn");
         assert!(matches!(error, ChartError::NotTheTurn { parameter: "reference", .. }), "{error}");
     }
@@ -499,14 +565,17 @@ fn another_turn_is_refused() {
     assert!(error.contains("`reference` is set to NaN where the turn of the reference is 0"), "{error}");
 }
 
-/// What is given with the simulation has to be the same in all charts, too, however small it is beside others.
+/// What is given with the simulation has to be the same in all charts, too, however small it is beside
+/// others.
 #[test]
 fn closures_that_read_angles_are_refused() {
     let atlas = Atlas::new(CRAFT).turning("pitch", right).expect("a set with a reference");
     let start = CRAFT.state().pitch(0.3).pitch_rate(1.0).motor(0.0).build().expect("finite");
     let run = atlas.simulate(start).until(3.0).with(|run, _| run.event("steep", |state| state.pitch() - 0.7));
     let error = run.run().expect_err("the event depends on the chart");
-    assert!(matches!(&error.kind, AtlasErrorKind::Chart(ChartError::EventDisagrees { event, .. }) if event == "steep"));
+    assert!(
+        matches!(&error.kind, AtlasErrorKind::Chart(ChartError::EventDisagrees { event, .. }) if event == "steep")
+    );
     assert!(error.to_string().contains("have it ask the model that `with` gives"), "{error}");
     let place = |model: &Craft, state: &State<Craft>| {
         let q = Craft::coordinates_with(state, &nalgebra::SVector::zeros(), &[]);
@@ -515,10 +584,15 @@ fn closures_that_read_angles_are_refused() {
     let run = atlas.simulate(start).until(3.0);
     let run = run.with(|run, model| run.event("steep", move |state| place(model, state))).run();
     let motion = run.unwrap_or_else(|error| panic!("{error}"));
-    assert!(!motion.changes().is_empty() && motion.events().any(|event| event.name == "steep"), "{}", motion.summary());
+    assert!(
+        !motion.changes().is_empty() && motion.events().any(|event| event.name == "steep"),
+        "{}",
+        motion.summary()
+    );
 }
 
-/// A body in angles and one in Euler parameters, whose mass matrix the constraint alone makes regular, and two inputs of different size.
+/// A body in angles and one in Euler parameters, whose mass matrix the constraint alone makes regular, and
+/// two inputs of different size.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(yaw: rad, pitch: rad, roll: rad, e: [_; 4], s)]
 #[inputs(motor, push)]
@@ -531,7 +605,9 @@ struct Pair {
 #[dynamics]
 impl Pair {
     fn frame(&self, q: &Coordinates<Self>) -> Frame {
-        Frame::turned(Mat3::rotation_y(self.reference) * Mat3::euler(EulerSequence::Zyx, [q.yaw, q.pitch, q.roll]))
+        Frame::turned(
+            Mat3::rotation_y(self.reference) * Mat3::euler(EulerSequence::Zyx, [q.yaw, q.pitch, q.roll]),
+        )
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
@@ -562,7 +638,8 @@ fn a_singular_mass_matrix_hides_nothing() {
     let model = Pair { inertia: Vec3::new(2.0, 3.0, 4.0), mass: 1.0, spring: 0.0, reference: 0.0 };
     let run = |model: Pair, small: f64| {
         let atlas = Atlas::new(model).turning("pitch", |model, turn| model.reference = turn).expect("a set");
-        let start = atlas.charts()[0].state().pitch(0.3).pitch_rate(1.0).yaw_rate(0.2).e([1.0, 0.0, 0.0, 0.0]);
+        let start =
+            atlas.charts()[0].state().pitch(0.3).pitch_rate(1.0).yaw_rate(0.2).e([1.0, 0.0, 0.0, 0.0]);
         let start = start.e_rate([0.0, 0.2, 0.1, 0.0]).motor(0.0).push(0.0).build().expect("of norm 1");
         let law = move |_: f64, state: &State<Pair>| [small * state.pitch(), 1e6];
         let motion = atlas.simulate(start).until(3.0).with(|run, _| run.tolerance(1e-8).inputs(law)).run();
@@ -576,7 +653,8 @@ fn a_singular_mass_matrix_hides_nothing() {
     assert_eq!(run(Pair { spring: 0.1, ..model }, 0.0), Err((Compared::AngularAcceleration, "pitch")));
 }
 
-/// What acts only in a band of an angle, or for a time, and not where a part begins: along the angle, which is another axis in another chart, or about an axis of the body.
+/// What acts only in a band of an angle, or for a time, and not where a part begins: along the angle, which
+/// is another axis in another chart, or about an axis of the body.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(yaw: rad, pitch: rad, roll: rad)]
 #[inputs(motor: N * m)]
@@ -593,7 +671,8 @@ struct Pushed {
 impl Pushed {
     fn body(&self, q: &Coordinates<Self>) -> RigidBody {
         let [a, b, c] = self.inertia.to_array();
-        let turned = Mat3::rotation_y(self.reference) * Mat3::euler(EulerSequence::Zyx, [q.yaw, q.pitch, q.roll]);
+        let turned =
+            Mat3::rotation_y(self.reference) * Mat3::euler(EulerSequence::Zyx, [q.yaw, q.pitch, q.roll]);
         RigidBody::new(1.0, Vec3::ZERO, Mat3::diagonal(a, b, c), Frame::turned(turned))
     }
     #[kinetic]
@@ -642,7 +721,8 @@ fn what_acts_only_on_the_way_is_seen() {
     // A law in time, with steps that meet it.
     let run = |model: Pushed, law: fn(f64, &State<Pushed>) -> [f64; 1]| {
         let atlas = Atlas::new(model).turning("pitch", |model, turn| model.reference = turn).expect("a set");
-        let start = atlas.charts()[0].state().pitch(0.3).yaw_rate(1.0).pitch_rate(0.1).roll_rate(0.2).motor(0.0);
+        let start =
+            atlas.charts()[0].state().pitch(0.3).yaw_rate(1.0).pitch_rate(0.1).roll_rate(0.2).motor(0.0);
         let start = start.build().expect("finite");
         let run = atlas.simulate(start).until(6.0);
         let motion = run.with(|run, _| run.tolerance(1e-9).max_step(0.05).inputs(law)).run();
@@ -664,16 +744,22 @@ fn what_acts_only_on_the_way_is_seen() {
         let found = run(model, idle);
         assert!(found.is_ok(), "{found:?}");
     }
-    let (what, name, time) = run(Pushed { band: 1.0, ..none.clone() }, idle).expect_err("a band of one chart");
+    let (what, name, time) =
+        run(Pushed { band: 1.0, ..none.clone() }, idle).expect_err("a band of one chart");
     assert!((what, name) == angular && time > 0.2, "{what:?} of {name} at {time}");
-    let (what, name, time) = run(Pushed { pulse: 1.0, ..none.clone() }, idle).expect_err("a pulse along an angle");
+    let (what, name, time) =
+        run(Pushed { pulse: 1.0, ..none.clone() }, idle).expect_err("a pulse along an angle");
     assert!((what, name) == angular && (1.0..1.1).contains(&time), "{what:?} of {name} at {time}");
     let pulsed = |t: f64, state: &State<Pushed>| [if (1.0..1.3).contains(&t) { state.yaw() } else { 0.0 }];
     let (what, name, time) = run(none, pulsed).expect_err("a pulse of a law that reads an angle");
-    assert!((what, name) == (Compared::Input, "motor") && (1.0..1.1).contains(&time), "{what:?} of {name} at {time}");
+    assert!(
+        (what, name) == (Compared::Input, "motor") && (1.0..1.1).contains(&time),
+        "{what:?} of {name} at {time}"
+    );
 }
 
-/// In steady spin, at rest, and hanging at rest, accelerations and inputs are zero but for rounding, which differs from chart to chart and is no disagreement.
+/// In steady spin, at rest, and hanging at rest, accelerations and inputs are zero but for rounding, which
+/// differs from chart to chart and is no disagreement.
 #[test]
 fn rounding_alone_is_no_disagreement() {
     let atlas = Atlas::new(CRAFT).turning("pitch", right).expect("a set with a reference");
@@ -685,7 +771,8 @@ fn rounding_alone_is_no_disagreement() {
         let start = CRAFT.state().yaw(0.7).pitch(pitch).yaw_rate(rate).motor(0.0).build().expect("finite");
         for driven in [false, true] {
             let run = atlas.simulate(start).until(5.0);
-            let run = run.with(|run, model| if driven { run.inputs(move |_, state| law(model, state)) } else { run });
+            let run = run
+                .with(|run, model| if driven { run.inputs(move |_, state| law(model, state)) } else { run });
             let motion = run.run();
             assert!(motion.is_ok(), "pitch {pitch}, rate {rate}: {:?}", motion.err());
         }

@@ -1,5 +1,6 @@
-//! Whipple's bicycle from bodies and rolling, nonlinear; linearised beside straight running against the matrices and eigenvalues of J. P. Meijaard,
-//! J. M. Papadopoulos, A. Ruina and A. L. Schwab, Proc. R. Soc. A 463 (2007) 1955.
+//! Whipple's bicycle from bodies and rolling, nonlinear; linearised beside straight running against the
+//! matrices and eigenvalues of J. P. Meijaard, J. M. Papadopoulos, A. Ruina and A. L. Schwab, Proc. R. Soc. A
+//! 463 (2007) 1955.
 
 #[path = "models/bicycle.rs"]
 mod bicycle;
@@ -38,7 +39,15 @@ fn the_published_matrices() {
 
 /// v; the two real eigenvalues or the first pair, then the second pair. Rounded from 28 digits.
 const EIGENVALUES: [(f64, [(f64, f64); 4]); 11] = [
-    (0.0, [(-5.530943717653934, 0.0), (-3.1316432479065557, 0.0), (3.1316432479065557, 0.0), (5.530943717653934, 0.0)]),
+    (
+        0.0,
+        [
+            (-5.530943717653934, 0.0),
+            (-3.1316432479065557, 0.0),
+            (3.1316432479065557, 0.0),
+            (5.530943717653934, 0.0),
+        ],
+    ),
     (
         1.0,
         [
@@ -137,7 +146,8 @@ fn the_published_eigenvalues() {
         let found = lean_and_steer(speed).eigenvalues().expect("straight running is steady");
         assert_eq!(found.len(), 10);
         for (re, im) in wanted {
-            let nearest = found.iter().map(|x| (x - Complex::new(re, im)).norm()).fold(f64::INFINITY, f64::min);
+            let nearest =
+                found.iter().map(|x| (x - Complex::new(re, im)).norm()).fold(f64::INFINITY, f64::min);
             assert!(nearest < 1e-13, "v = {speed}: {re} + {im}i is missed by {nearest:.1e}: {found:?}");
         }
         // The other six: place, yaw, the wheels' angles, speed.
@@ -150,10 +160,13 @@ fn the_published_speeds() {
     let at = |speed: f64| lean_and_steer(speed).eigenvalues().expect("straight running is steady");
     // At the weave speed a pair lies on the axis.
     let weave = at(4.292_382_536_341_104);
-    let nearest =
-        weave.iter().map(|x| (x - Complex::new(0.0, 3.435_033_848_661_436_3)).norm()).fold(f64::INFINITY, f64::min);
+    let nearest = weave
+        .iter()
+        .map(|x| (x - Complex::new(0.0, 3.435_033_848_661_436_3)).norm())
+        .fold(f64::INFINITY, f64::min);
     assert!(nearest < 1e-12, "{nearest:.1e}: {weave:?}");
-    // Where two real ones meet each has the root of rounding, their mean has not; a pair above, two apart below.
+    // Where two real ones meet each has the root of rounding, their mean has not; a pair above, two apart
+    // below.
     let (double, value) = (0.684_283_078_892_455_8, 3.782_904_051_293_203);
     for part in [1.0 - 1e-9, 1.0, 1.0 + 1e-9] {
         let found = at(double * part);
@@ -206,7 +219,8 @@ fn linearised_where_it_turns() {
     }
 }
 
-/// Turns without hands at a speed: two to each side below the capsize speed, one above (P. Basu-Mandal, A. Chatterjee & J. M. Papadopoulos, Proc. R. Soc. A 463 (2007) 1983).
+/// Turns without hands at a speed: two to each side below the capsize speed, one above (P. Basu-Mandal, A.
+/// Chatterjee & J. M. Papadopoulos, Proc. R. Soc. A 463 (2007) 1983).
 #[test]
 fn turns_without_hands() {
     let model = model();
@@ -217,7 +231,8 @@ fn turns_without_hands() {
     for (speed, count) in [(6.0, 5), (6.3, 3)] {
         let found = at(speed);
         // What hangs below the plane rolls, too.
-        let above = || found.equilibria.iter().filter(|one| one.state.roll().abs() < std::f64::consts::FRAC_PI_2);
+        let above =
+            || found.equilibria.iter().filter(|one| one.state.roll().abs() < std::f64::consts::FRAC_PI_2);
         assert_eq!(above().count(), count, "{speed}: {found}");
         for one in above() {
             let rolling = one.state;
@@ -229,23 +244,28 @@ fn turns_without_hands() {
             assert!(rolling.roll_rate() == 0.0 && rolling.steer_rate() == 0.0, "{one}");
             // To the other side as well.
             let mirror = |other: &Equilibrium<State<bicycle::Bicycle>>| {
-                (other.state.roll() + rolling.roll()).abs() + (other.state.steer() + rolling.steer()).abs() < 1e-10
+                (other.state.roll() + rolling.roll()).abs() + (other.state.steer() + rolling.steer()).abs()
+                    < 1e-10
             };
             assert!(found.equilibria.iter().any(mirror), "{found}");
             let a = model.accelerations(&rolling).expect("regular");
             assert!([2, 3, 4, 5, 6, 7].into_iter().all(|i| a[i].abs() < 1e-9), "{one}\n{a}");
         }
     }
-    // The family that runs forward begins where straight running capsizes: v over lean², carried on to no lean.
+    // The family that runs forward begins where straight running capsizes: v over lean², carried on to no
+    // lean.
     let lean = |speed: f64| {
         let guess = (0.37 * (6.024_262 - speed)).sqrt();
-        let one = model.steady_in(&leaning(speed, [guess, 0.29 * guess]), &["roll", "steer", "rear"]).expect("a turn");
+        let one = model
+            .steady_in(&leaning(speed, [guess, 0.29 * guess]), &["roll", "steer", "rear"])
+            .expect("a turn");
         assert!(one.state.roll() > 1e-3, "{one}");
         one.state.roll().powi(2)
     };
     let points = [6.0215, 6.0228, 6.0238].map(|speed| (lean(speed), speed));
-    let weight =
-        |k: usize| (0..3).filter(|j| *j != k).map(|j| points[j].0 / (points[j].0 - points[k].0)).product::<f64>();
+    let weight = |k: usize| {
+        (0..3).filter(|j| *j != k).map(|j| points[j].0 / (points[j].0 - points[k].0)).product::<f64>()
+    };
     let capsize: f64 = (0..3).map(|k| weight(k) * points[k].1).sum();
     assert!((capsize - 6.024_262_015_388_37).abs() < 1e-7, "{capsize}");
 }
@@ -267,10 +287,14 @@ fn a_turn_goes_on() {
     assert!(worst < 1e-9 && fastest < 1e-9, "off by {worst:.1e}, {fastest:.1e} per second squared");
     assert!(motion.end().yaw().abs() > std::f64::consts::TAU, "{}", motion.end().yaw());
     // A name that is not independent of the others, and one that is none.
-    let error = model.steady_in(&leaning(5.8, [0.26, 0.08]), &["roll", "steer", "rear", "front"]).unwrap_err();
+    let error =
+        model.steady_in(&leaning(5.8, [0.26, 0.08]), &["roll", "steer", "rear", "front"]).unwrap_err();
     assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::Dependent { .. })), "{error}");
     let error = model.steady_in(&leaning(5.8, [0.26, 0.08]), &["lean"]).unwrap_err();
-    assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::UnknownCoordinate { .. })), "{error}");
+    assert!(
+        matches!(error, EquilibriumError::Derivatives(LinearizeError::UnknownCoordinate { .. })),
+        "{error}"
+    );
 }
 
 /// Upright and straight on, whatever the heading, it runs on generated code.
@@ -305,8 +329,8 @@ fn generated_code_agrees_with_the_general_solver() {
         let start = start.rear_rate(rates[0] / 0.3).roll_rate(rates[1]).steer_rate(rates[2]);
         let state = start.assemble().expect("both wheels touch the ground");
         let found = model.solve_unrolled(&constants, &state).expect("no pivot vanishes");
-        let wanted =
-            with_workspace::<bicycle::Bicycle, _>(|memory| solve_general(&model, &state, memory)).expect("regular");
+        let wanted = with_workspace::<bicycle::Bicycle, _>(|memory| solve_general(&model, &state, memory))
+            .expect("regular");
         let off = |a: &[f64], b: &[f64]| {
             let size = b.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             a.iter().zip(b).fold(0.0, |most: f64, (x, y)| most.max((x - y).abs())) / size

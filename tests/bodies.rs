@@ -1,4 +1,5 @@
-//! Frames, bodies and joints in derived models: every word compiled against the same functions on jets, and what each joint leaves of a fall.
+//! Frames, bodies and joints in derived models: every word compiled against the same functions on jets, and
+//! what each joint leaves of a fall.
 
 use dynamics::prelude::*;
 use proptest::prelude::*;
@@ -33,7 +34,12 @@ impl Words {
     }
     fn plate(&self, q: &Coordinates<Self>) -> PlanarBody {
         let frame = self.flat(q).frame(Vec2::X * self.size[0], q.b);
-        PlanarBody { mass: self.m.into(), center: vec2(q.z, self.size[1]), inertia: self.inertia[(2, 2)].into(), frame }
+        PlanarBody {
+            mass: self.m.into(),
+            center: vec2(q.z, self.size[1]),
+            inertia: self.inertia[(2, 2)].into(),
+            frame,
+        }
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
@@ -85,7 +91,10 @@ impl Words {
         let body = self.body(q);
         let other = vec3(q.y, q.x, self.size[0]);
         let omega = body.angular_velocity();
-        [body.momentum() + self.m * omega.cross(body.center_of_mass()), body.angular_momentum(other) / self.size[0]]
+        [
+            body.momentum() + self.m * omega.cross(body.center_of_mass()),
+            body.angular_momentum(other) / self.size[0],
+        ]
     }
     #[output]
     fn plane(&self, q: &Coordinates<Self>) -> [Vec2; 5] {
@@ -117,7 +126,9 @@ impl Words {
         let flat = polar.point() + polar.r * (polar.radial() + polar.transverse());
         [
             round.point() + ball.point() + vec3(flat.x, flat.y, round.r * ball.theta),
-            round.r * (round.radial() + round.transverse()).cross(ball.polar() + ball.azimuthal() + ball.radial()),
+            round.r
+                * (round.radial() + round.transverse())
+                    .cross(ball.polar() + ball.azimuthal() + ball.radial()),
             round.velocity() + ball.velocity(),
             round.acceleration() + ball.acceleration(),
             vec3(polar.velocity().dt().x, polar.acceleration().y, polar.acceleration().x),
@@ -128,13 +139,19 @@ impl Words {
         let ((s, c), (s2, c2)) = (q.a.sin_cos(), q.b.sin_cos());
         let e = EulerParameters::new([c * c2, c * s2, -s * s2, s * c2]);
         let point = vec3(q.x, q.y, q.z);
-        [e.rotation() * point, e.angular_velocity() + e.angular_velocity_in_body(), e.norm_constraint() * Vec3::X]
+        [
+            e.rotation() * point,
+            e.angular_velocity() + e.angular_velocity_in_body(),
+            e.norm_constraint() * Vec3::X,
+        ]
     }
     #[output]
     fn solids(&self, q: &Coordinates<Self>) -> [Vec3; 4] {
         let [a, b, c] = self.size;
-        let sum = Inertia::cuboid(self.m, a, b, c) + Inertia::cylinder(self.m, a, q.x) - Inertia::tube(self.m, a, b, c);
-        let round = Inertia::sphere(self.m, q.y) + Inertia::shell(self.m, a) - Inertia::ellipsoid(self.m, b, q.z, a);
+        let sum = Inertia::cuboid(self.m, a, b, c) + Inertia::cylinder(self.m, a, q.x)
+            - Inertia::tube(self.m, a, b, c);
+        let round =
+            Inertia::sphere(self.m, q.y) + Inertia::shell(self.m, a) - Inertia::ellipsoid(self.m, b, q.z, a);
         let thin = Inertia::cone(self.m, c, q.y) + Inertia::rod(self.m, b) - Inertia::plate(self.m, q.x, c);
         let moved = Inertia::turned(sum, Mat3::rotation_y(q.b)) - Inertia::offset(self.m, vec3(q.x, q.y, c));
         let v = vec3(0.3, 1.0, -0.7);
@@ -235,7 +252,8 @@ proptest! {
         let scale = 1.0 + accelerations.norm();
         for ((quantity, compiled), by_jets) in Words::OUTPUTS.iter().zip(&compiled).zip(&all) {
             let error = (compiled - by_jets).abs();
-            prop_assert!(error < 1e-12 * scale, "{}: {} compiled, {} by jets", quantity.name, compiled, by_jets);
+            prop_assert!(error < 1e-12 * scale, "{}: {} compiled, {} by \
+                jets", quantity.name, compiled, by_jets);
         }
         prop_assert!((model.kinetic_energy(&state) - model.kinetic(&q).value()).abs() < 1e-13 * scale);
         prop_assert!((model.potential_energy(&state) - model.potential(&q).value()).abs() < 1e-13 * scale);
@@ -296,7 +314,8 @@ macro_rules! on_a_joint {
                 let Fall { m, inertia, gravity, anchor, axes, corner } = fall();
                 let model = Self { m, inertia, gravity, anchor, axes, corner };
                 let (place, e) = (anchor - axes * corner, axes.to_euler_parameters().expect("a rotation"));
-                let state = model.state().place(place.to_array()).e(e).build().expect("the frames of the joint are one");
+                let state = model.state().place(place.to_array()).e(e).build().expect("the frames of the \
+                    joint are one");
                 let accelerations = model.accelerations(&state).expect("the joint is regular");
                 let q = Self::coordinates_with(&state, &accelerations, &[0.0; 1 + $rows]);
                 let body = model.body(&q);
@@ -406,7 +425,8 @@ mod symmetric_top {
 
     /// Operations of the accelerations, per evaluation.
     fn operations(listing: &str) -> u32 {
-        let line = listing.lines().find_map(|line| line.strip_prefix("accelerations: ")).expect("they are listed");
+        let line =
+            listing.lines().find_map(|line| line.strip_prefix("accelerations: ")).expect("they are listed");
         line.split(' ').next().and_then(|count| count.parse().ok()).expect("a count comes first")
     }
 
@@ -417,14 +437,17 @@ mod symmetric_top {
         let (across, along, moment) = (0.05, 0.01, 0.5);
         let (said, by_hand) = (Said { across, along, moment }, ByHand { across, along, moment });
         let (angles, rates) = ([0.3, 1.1, -0.7], [0.9, -0.4, 30.0]);
-        let said = said.accelerations(&said.state().angles(angles).angles_rate(rates).build().expect("finite"));
-        let hand = by_hand.accelerations(&by_hand.state().angles(angles).angles_rate(rates).build().expect("finite"));
+        let said =
+            said.accelerations(&said.state().angles(angles).angles_rate(rates).build().expect("finite"));
+        let hand = by_hand
+            .accelerations(&by_hand.state().angles(angles).angles_rate(rates).build().expect("finite"));
         let (said, hand) = (said.expect("regular"), hand.expect("regular"));
         assert!((said - hand).norm() < 1e-13 * hand.norm(), "{said} and {hand}");
     }
 }
 
-/// Parameters without nominal values are guessed where the equations are looked at. A matrix that was guessed is rarely an inertia: the model is not to blame for it.
+/// Parameters without nominal values are guessed where the equations are looked at. A matrix that was guessed
+/// is rarely an inertia: the model is not to blame for it.
 mod guessed_inertia {
     use super::*;
 
@@ -449,8 +472,10 @@ mod guessed_inertia {
     #[test]
     fn a_body_needs_no_nominal_values() {
         let thrown = Thrown { inertia: Mat3::diagonal(2.0, 3.0, 4.0) };
-        // ω = (0, 0.1, 0.2) in the body: ė = ω/2 at e = (1, 0, 0, 0). Euler: ω̇ₓ = (I_y − I_z) ω_y ω_z / I_x, and ë = ω̇/2 across e.
-        let start = thrown.state().e([1.0, 0.0, 0.0, 0.0]).e_rate([0.0, 0.0, 0.05, 0.1]).build().expect("unit");
+        // ω = (0, 0.1, 0.2) in the body: ė = ω/2 at e = (1, 0, 0, 0). Euler: ω̇ₓ = (I_y − I_z) ω_y ω_z / I_x,
+        // and ë = ω̇/2 across e.
+        let start =
+            thrown.state().e([1.0, 0.0, 0.0, 0.0]).e_rate([0.0, 0.0, 0.05, 0.1]).build().expect("unit");
         let found = thrown.accelerations(&start).expect("regular");
         let expected = [-(0.05 * 0.05 + 0.1 * 0.1), (3.0 - 4.0) / 2.0 * 0.1 * 0.2 / 2.0, 0.0, 0.0];
         for (found, expected) in found.iter().zip(expected) {
@@ -459,7 +484,8 @@ mod guessed_inertia {
     }
 }
 
-/// Masses, inertia and rotations that are known only where the program runs: what is none is refused by the name of what it is made of, before anything moves.
+/// Masses, inertia and rotations that are known only where the program runs: what is none is refused by the
+/// name of what it is made of, before anything moves.
 mod premises {
     use dynamics::mass_properties::UnphysicalInertia;
     use dynamics::model::{Claim, Refuted};
@@ -487,10 +513,17 @@ mod premises {
             let hinge = Frame::turned(self.mount).frame(Vec3::X, Mat3::axis_angle(self.axis, q.angle));
             // What a matrix of one's own makes of angles is not known to turn.
             let (s, c) = q.turned.sin_cos();
-            let own =
-                Mat3::from([[c, -s, 0.0.into()], [s, c, self.skew * q.turned], [0.0.into(), 0.0.into(), 1.0.into()]]);
-            let disk =
-                RigidBody::new(1.0, Vec3::ZERO, Inertia::cylinder(2.0, self.radius, 0.0), hinge.frame(Vec3::Y, own));
+            let own = Mat3::from([
+                [c, -s, 0.0.into()],
+                [s, c, self.skew * q.turned],
+                [0.0.into(), 0.0.into(), 1.0.into()],
+            ]);
+            let disk = RigidBody::new(
+                1.0,
+                Vec3::ZERO,
+                Inertia::cylinder(2.0, self.radius, 0.0),
+                hinge.frame(Vec3::Y, own),
+            );
             RigidBody::new(1.0 + self.growth * q.t, Vec3::X, self.inertia, hinge).kinetic_energy()
                 + disk.kinetic_energy()
         }
@@ -532,7 +565,8 @@ mod premises {
     fn what_bodies_have_is_accepted() {
         let mirror = Mat3::diagonal(1.0, -1.0, 1.0);
         let mounted = wheel();
-        // Nothing is as thin as a rod or a plate, and a point has no inertia; what mirrors is meant; rounding is no mistake.
+        // Nothing is as thin as a rod or a plate, and a point has no inertia; what mirrors is meant; rounding
+        // is no mistake.
         for (inertia, mount) in [
             (Mat3::diagonal(0.0, 0.1, 0.1), mounted.mount * mirror),
             (Mat3::diagonal(0.0, 0.0, 0.0), Mat3::diagonal(-1.0, -1.0, 1.0)),
@@ -552,7 +586,9 @@ mod premises {
         assert_eq!(claim, Claim::Inertia);
         assert!(matches!(why, Refuted::Body(UnphysicalInertia::NotSymmetric { i: 0, j: 1, .. })), "{said}");
         assert!(
-            said.starts_with("the inertia of a body in `kinetic`, given by `inertia`: an inertia matrix is symmetric"),
+            said.starts_with(
+                "the inertia of a body in `kinetic`, given by `inertia`: an inertia matrix is symmetric"
+            ),
             "{said}"
         );
         for (inertia, negative) in [((0.1, 0.1, 0.201), false), ((-0.1, 0.3, 0.2), true)] {
@@ -597,7 +633,8 @@ mod premises {
     /// Inertia of solids is that of bodies, and turns by angles turn: nothing is asked of them at run time.
     #[test]
     fn what_is_so_as_it_is_written_is_not_asked_again() {
-        let asked: Vec<(Claim, &[&str], bool)> = Wheel::PREMISES.iter().map(|p| (p.claim, p.of, p.constant)).collect();
+        let asked: Vec<(Claim, &[&str], bool)> =
+            Wheel::PREMISES.iter().map(|p| (p.claim, p.of, p.constant)).collect();
         let all: [(Claim, &[&str], bool); 6] = [
             (Claim::Rotation, &["mount"], true),
             (Claim::Axis, &["axis"], true),
@@ -607,6 +644,8 @@ mod premises {
             (Claim::Moment, &["moment"], true),
         ];
         assert_eq!(asked, all);
-        assert!(Hinged::PREMISES.iter().all(|premise| premise.claim != Claim::Rotation || premise.of == ["axes"]));
+        assert!(
+            Hinged::PREMISES.iter().all(|premise| premise.claim != Claim::Rotation || premise.of == ["axes"])
+        );
     }
 }

@@ -1,8 +1,10 @@
-//! Bricard's loop of six hinges from rigid bodies and joints, with its redundancy named; R. Bricard, J. Math. Pures Appl. 3 (1897) 113, problem
-//! A04 of M. González, D. Dopico, U. Lugrís and J. Cuadrado, Multibody Syst. Dyn. 16 (2006) 83.
+//! Bricard's loop of six hinges from rigid bodies and joints, with its redundancy named; R. Bricard, J. Math.
+//! Pures Appl. 3 (1897) 113, problem A04 of M. González, D. Dopico, U. Lugrís and J. Cuadrado, Multibody
+//! Syst. Dyn. 16 (2006) 83.
 //!
-//! Five rods on six hinges that each stand at right angles to the next: by counting 30 freedoms less 30 rows, and it moves all the same. The
-//! reference values come from two routes in multi-precision arithmetic, two angles with a closed condition and five with four equations.
+//! Five rods on six hinges that each stand at right angles to the next: by counting 30 freedoms less 30 rows,
+//! and it moves all the same. The reference values come from two routes in multi-precision arithmetic, two
+//! angles with a closed condition and five with four equations.
 
 #[path = "common/singular_values.rs"]
 mod singular_values;
@@ -87,7 +89,8 @@ mod by_angles {
 
     #[dynamics]
     impl Linkage {
-        /// Links in the world's axes as they stand at the start: each frame at the hinge that carries the link.
+        /// Links in the world's axes as they stand at the start: each frame at the hinge that carries the
+        /// link.
         fn links(&self, q: &Coordinates<Self>) -> [Frame; 5] {
             let l = self.length;
             let first = Frame::turned(Mat3::rotation_y(q.turn[0]));
@@ -104,7 +107,8 @@ mod by_angles {
         fn rods(&self, q: &Coordinates<Self>) -> [RigidBody; 5] {
             let (m, l, a) = (self.mass, self.length, self.side);
             let [first, second, third, fourth, fifth] = self.links(q);
-            let (x, y, z) = (Inertia::cuboid(m, l, a, a), Inertia::cuboid(m, a, l, a), Inertia::cuboid(m, a, a, l));
+            let (x, y, z) =
+                (Inertia::cuboid(m, l, a, a), Inertia::cuboid(m, a, l, a), Inertia::cuboid(m, a, a, l));
             [
                 RigidBody::new(m, 0.5 * l * Vec3::X, x, first),
                 RigidBody::new(m, -0.5 * l * Vec3::Y, y, second),
@@ -135,7 +139,10 @@ mod by_angles {
         fn closure(&self, q: &Coordinates<Self>) -> [Expr; 5] {
             let toward_x = Mat3::rotation_y(FRAC_PI_2);
             let [_, _, _, _, last] = self.links(q);
-            Joint::revolute(Frame::new(self.length * Vec3::Z, toward_x), last.frame(self.length * Vec3::Y, toward_x))
+            Joint::revolute(
+                Frame::new(self.length * Vec3::Z, toward_x),
+                last.frame(self.length * Vec3::Y, toward_x),
+            )
         }
     }
 
@@ -284,12 +291,15 @@ fn names_redundancy(summary: &str) {
     assert!(summary.contains("constraints repeat each other") && summary.contains("not unique"), "{summary}");
 }
 
-/// 30 freedoms, 30 rows of hinges of which 29 are independent, and one freedom: the report says it, and every reaction that it is shared out.
+/// 30 freedoms, 30 rows of hinges of which 29 are independent, and one freedom: the report says it, and every
+/// reaction that it is shared out.
 #[test]
 fn bodies_in_hinges() {
     use by_joints::{LINKAGE, Linkage};
     let report = in_one_line(Linkage::REPORT);
-    for said in ["last: 5 rows, holonomic, fixed, 1 of them repeat others", "34 on others", "reactions unique: none"] {
+    for said in
+        ["last: 5 rows, holonomic, fixed, 1 of them repeat others", "34 on others", "reactions unique: none"]
+    {
         assert!(report.contains(said), "{said}\n{report}");
     }
     let (mut e, model) = ([0.0; 20], LINKAGE);
@@ -310,8 +320,11 @@ fn bodies_in_hinges() {
 fn links_on_links() {
     use by_angles::{LINKAGE, Linkage};
     let report = in_one_line(Linkage::REPORT);
-    for said in ["closure: 5 rows, holonomic, fixed, 1 of them repeat others", "4 on others", "reactions unique: none"]
-    {
+    for said in [
+        "closure: 5 rows, holonomic, fixed, 1 of them repeat others",
+        "4 on others",
+        "reactions unique: none",
+    ] {
         assert!(report.contains(said), "{said}\n{report}");
     }
     let model = LINKAGE;

@@ -12,18 +12,39 @@ const WITHOUT_CASE: &[(&str, &str)] = &[
 /// Cases that show several errors on purpose.
 const SEVERAL: &[&str] = &["several_mistakes_at_once", "several_mistakes_of_several_kinds"];
 
-/// Cases where the two macros miss each other, which neither can see: the words are rustc's. With the number of errors.
+/// Cases where the two macros miss each other, which neither can see: the words are rustc's. With the number
+/// of errors.
 const RUSTC: &[(&str, usize, &str)] = &[
-    ("function_of_the_library", 1, "only the library's function mixes numbers and expressions; a name has the remedy"),
+    (
+        "function_of_the_library",
+        1,
+        "only the library's function mixes numbers and expressions; a name has the remedy",
+    ),
     ("no_attribute", 1, "a trait that only the attribute implements; the message has the remedy"),
-    ("no_derive", 2, "the attribute calls a macro of the struct's name, which the derive would have left there"),
+    (
+        "no_derive",
+        2,
+        "the attribute calls a macro of the struct's name, which the derive would have left there",
+    ),
     ("no_impl", 1, "a trait that only the impl block implements; the message has the remedy"),
     ("private_model", 1, "the struct is private where it is imported, and so is the macro beside it"),
     ("type_of_the_library", 1, "a trait that only the library's type fulfils; the message has the remedy"),
-    ("two_models_of_a_name", 4, "the structs, and the modules that derive and block make; the other error is ours"),
-    ("two_impls", 2, "a module that is made by each block exists twice; the other error is ours, at the second block"),
+    (
+        "two_models_of_a_name",
+        4,
+        "the structs, and the modules that derive and block make; the other error is ours",
+    ),
+    (
+        "two_impls",
+        2,
+        "a module that is made by each block exists twice; the other error is ours, at the second block",
+    ),
     ("two_impls_identical", 2, "as of two blocks that differ"),
-    ("two_impls_in_two_modules", 14, "whatever a block implements exists twice; the name of a trait says why"),
+    (
+        "two_impls_in_two_modules",
+        14,
+        "whatever a block implements exists twice; the name of a trait says why",
+    ),
 ];
 
 /// How many errors a case shows where the words are rustc's.

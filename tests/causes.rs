@@ -4,8 +4,8 @@ use dynamics::constrain::solve_once;
 use dynamics::motion::{Contact, Jumping, SimulationErrorKind};
 use dynamics::prelude::*;
 
-/// A slider-crank whose crank may lack a flywheel. With the platform's sines: with others a run of equal bars comes so near to its dead point
-/// that a constraint is not finite there, and that is what it names.
+/// A slider-crank whose crank may lack a flywheel. With the platform's sines: with others a run of equal bars
+/// comes so near to its dead point that a constraint is not finite there, and that is what it names.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, phi: rad, x: m)]
 #[units(crank: m, rod: m, flywheel: kg * m^2, slider: kg)]
@@ -25,7 +25,8 @@ impl SliderCrank {
     }
     #[holonomic]
     fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.crank * vec2(q.theta.cos(), q.theta.sin()) + self.rod * vec2(q.phi.cos(), -q.phi.sin()) - vec2(q.x, 0.0)
+        self.crank * vec2(q.theta.cos(), q.theta.sin()) + self.rod * vec2(q.phi.cos(), -q.phi.sin())
+            - vec2(q.x, 0.0)
     }
 }
 
@@ -34,7 +35,10 @@ mod inertia {
 
     fn fails(model: &SliderCrank, start: State<SliderCrank>, tolerance: f64) -> SimulationError<SliderCrank> {
         let error = model.simulate(start).until(5.0).tolerance(tolerance).run().unwrap_err();
-        assert!(error.to_string().contains("the mass matrix becomes singular on the motions that are left"), "{error}");
+        assert!(
+            error.to_string().contains("the mass matrix becomes singular on the motions that are left"),
+            "{error}"
+        );
         error
     }
 
@@ -43,11 +47,14 @@ mod inertia {
     fn a_crank_without_flywheel_has_no_inertia_at_its_dead_point() {
         for rod in [0.2, 0.5] {
             let model = SliderCrank { crank: 0.2, rod, flywheel: 0.0, slider: 0.5 };
-            let start = model.state().theta(0.5).theta_rate(2.0).phi_guess(0.5).x_guess(0.3).assemble().unwrap();
+            let start =
+                model.state().theta(0.5).theta_rate(2.0).phi_guess(0.5).x_guess(0.3).assemble().unwrap();
             for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
                 let error = fails(&model, start, tolerance);
                 assert!((error.state.theta() - core::f64::consts::PI).abs() < 1e-5, "{error}");
-                let SimulationErrorKind::InertiaVanishes { coordinates, share, .. } = error.kind else { panic!() };
+                let SimulationErrorKind::InertiaVanishes { coordinates, share, .. } = error.kind else {
+                    panic!()
+                };
                 assert!(coordinates.contains("theta") && coordinates.contains("phi"), "{coordinates}");
                 assert!(!coordinates.contains("x") && share.abs() < 1e-10, "{share:e}");
             }
@@ -218,13 +225,15 @@ mod corners {
         (what, jump)
     }
 
-    /// Steps of implicit methods came back to the corner, ever shorter, 100,000 times; the motion on a peak went to the side that is called positive.
+    /// Steps of implicit methods came back to the corner, ever shorter, 100,000 times; the motion on a peak
+    /// went to the side that is called positive.
     #[test]
     fn rest_in_a_corner_is_told_before_any_step() {
         let methods: [methods::Any<Bent>; 3] =
             [methods::Dop853.into(), methods::Radau5.into(), methods::Esdirk4.into()];
         let cases = [(9.81, false, "lead back from both sides"), (-9.81, true, "lead away on both sides")];
-        for ((g, away, words), formulation) in cases.iter().flat_map(|case| FORMULATIONS.map(|f| (*case, f))) {
+        for ((g, away, words), formulation) in cases.iter().flat_map(|case| FORMULATIONS.map(|f| (*case, f)))
+        {
             let model = Bent { m: 1.0, g };
             for method in &methods {
                 let run = model.simulate(model.state().build().unwrap()).until(5.0).method(method);
@@ -267,7 +276,12 @@ mod corners {
                 assert!(error.state.x().abs() < if settles { 1e-12 } else { 0.2 }, "{error}");
             }
             for h in [0.01, 0.001] {
-                let run = model.simulate(start).until(5.0).method(methods::Rk4).fixed_step(h).formulation(formulation);
+                let run = model
+                    .simulate(start)
+                    .until(5.0)
+                    .method(methods::Rk4)
+                    .fixed_step(h)
+                    .formulation(formulation);
                 named(&run.run().unwrap_err(), "wire", "corner");
             }
         }
@@ -282,12 +296,15 @@ mod corners {
     fn two_wires_with_an_impact_between_them_are_passed() {
         let model = TwoWires { m: 1.0, g: 9.81 };
         let start = model.state().x(1.0).y(0.5).release("left").build().unwrap();
-        let run =
-            model.simulate(start).until(0.95).tolerance(1e-10).on_event_with("corner", Direction::Falling, |change| {
+        let run = model.simulate(start).until(0.95).tolerance(1e-10).on_event_with(
+            "corner",
+            Direction::Falling,
+            |change| {
                 change.release("right");
                 change.engage("left");
                 Flow::Continue
-            });
+            },
+        );
         let motion = run.run().unwrap_or_else(|e| panic!("{e}"));
         let [event] = motion.events() else { panic!("{:?}", motion.events()) };
         // Down: x = 1 − a t²/2 with a = g s c, s/c = 1/2; then u·(−1, 1)/√2 along the other side.
@@ -338,7 +355,11 @@ mod corners {
         let before = parked(1.0, 0.3, 0.0);
         let event = &motion.events()[0];
         let rate = before.theta_rate() - 2.0 * before.theta().cos() / 0.8;
-        assert!((event.after.theta_rate() - rate).abs() < 1e-9 && event.after.x_rate() == 2.0, "{:?}", event.after);
+        assert!(
+            (event.after.theta_rate() - rate).abs() < 1e-9 && event.after.x_rate() == 2.0,
+            "{:?}",
+            event.after
+        );
         // Beside a cart at constant speed it swings as beside one at rest.
         let after = parked(2.0, before.theta(), rate);
         assert!((motion.end().theta() - after.theta()).abs() < 1e-8);
@@ -406,8 +427,8 @@ impl OnString {
     }
 }
 
-/// At a speed of √(5 g l) at the bottom the tension is just zero at the top: the string neither slackens for a time that anything resolves, nor pulls there. It
-/// swings on as on a rod.
+/// At a speed of √(5 g l) at the bottom the tension is just zero at the top: the string neither slackens for
+/// a time that anything resolves, nor pulls there. It swings on as on a rod.
 #[test]
 fn a_tension_that_grazes_zero_is_passed() {
     let model = OnString { m: 0.3, l: 1.0, g: 9.81 };
@@ -418,10 +439,12 @@ fn a_tension_that_grazes_zero_is_passed() {
         for contact in contacts {
             for off in near {
                 let start = model.state().y(-1.0).x_rate(((5.0 + off) * 9.81).sqrt()).build().unwrap();
-                let run = |until: f64| model.simulate(start).until(until).tolerance(tolerance).max_steps(5000);
+                let run =
+                    |until: f64| model.simulate(start).until(until).tolerance(tolerance).max_steps(5000);
                 let rod = run(3.0).run().unwrap().end();
                 let case = format!("5 {off:+e}, {tolerance:e}, {contact:?}");
-                let motion = run(3.0).contact("string", contact).run().unwrap_or_else(|e| panic!("{case}: {e}"));
+                let motion =
+                    run(3.0).contact("string", contact).run().unwrap_or_else(|e| panic!("{case}: {e}"));
                 let apart = (motion.end().q - rod.q).norm();
                 assert!(apart < 1e-7 + 30.0 * tolerance, "{case}: {apart:e}");
             }
@@ -433,7 +456,8 @@ fn a_tension_that_grazes_zero_is_passed() {
     assert!(motion.events().len() == 4 && motion.summary().energy_lost > 5e-5, "{}", motion.summary());
 }
 
-/// A bar whose ends run on a floor, and its middle on a shelf: that repeats the ends where the shelf is no higher than the floor.
+/// A bar whose ends run on a floor, and its middle on a shelf: that repeats the ends where the shelf is no
+/// higher than the floor.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, tilt: rad)]
 #[units(mass: kg, inertia: kg * m^2, half: m, shelf: m, g: m / s^2)]
@@ -467,7 +491,8 @@ impl Shelved {
     }
 }
 
-/// What is declared to repeat others, and does at the nominal values, contradicts them at other values alone: there a start says so.
+/// What is declared to repeat others, and does at the nominal values, contradicts them at other values alone:
+/// there a start says so.
 #[test]
 fn a_repetition_at_nominal_values_is_no_contradiction() {
     let model = Shelved { mass: 2.0, inertia: 0.1, half: 0.5, shelf: 0.0, g: 9.81 };
@@ -504,7 +529,10 @@ impl Truss {
     fn sides(&self, q: &Coordinates<Self>) -> [Expr; 2] {
         let bob = vec2(q.x, q.y);
         let place = vec2(self.l, 0.0);
-        [(bob - place).norm_squared() - 2.0 * self.l.powi(2), (bob + place).norm_squared() - 2.0 * self.l.powi(2)]
+        [
+            (bob - place).norm_squared() - 2.0 * self.l.powi(2),
+            (bob + place).norm_squared() - 2.0 * self.l.powi(2),
+        ]
     }
     #[holonomic]
     #[redundant]
@@ -513,7 +541,8 @@ impl Truss {
     }
 }
 
-/// What is missed counts beside what forces would do: 10⁻⁹⁶ m/s² of it, from velocities of 10⁻⁴⁸ m/s, is none, though nothing moves.
+/// What is missed counts beside what forces would do: 10⁻⁹⁶ m/s² of it, from velocities of 10⁻⁴⁸ m/s, is
+/// none, though nothing moves.
 #[test]
 fn a_contradiction_is_larger_than_rounding() {
     let model = Truss { mass: 1.0, l: 1.0, g: 9.81 };
@@ -581,7 +610,9 @@ mod squeezed {
             for tolerance in [1e-6, 1e-10] {
                 let error = pressed(start, restitution, tolerance);
                 assert!((error.time - 5.0).abs() < 1e-12, "{error}");
-                let SimulationErrorKind::Change { error: change, .. } = &error.kind else { panic!("{error}") };
+                let SimulationErrorKind::Change { error: change, .. } = &error.kind else {
+                    panic!("{error}")
+                };
                 assert!(
                     matches!(**change, ChangeError::Solve(SolveError::ImpactSqueezes { row: "lid", .. })),
                     "{error}"
@@ -641,8 +672,11 @@ mod hauled_in {
     fn spin_has_no_end_before_the_rope_is_gone() {
         let start = HOIST.state().x(0.3).y_guess(-1.0).assemble().unwrap();
         for formulation in [Formulation::Projected, Formulation::Augmented] {
-            let error = HOIST.simulate(start).until(3.0).tolerance(1e-8).formulation(formulation).run().unwrap_err();
-            let SimulationErrorKind::StepsVanish { at, rows, coordinates } = error.kind else { panic!("{error}") };
+            let error =
+                HOIST.simulate(start).until(3.0).tolerance(1e-8).formulation(formulation).run().unwrap_err();
+            let SimulationErrorKind::StepsVanish { at, rows, coordinates } = error.kind else {
+                panic!("{error}")
+            };
             assert!((at - 2.0).abs() < 1e-6 && rows.contains("rope"), "{error}");
             assert!(coordinates.contains("x") && coordinates.contains("y"), "{error}");
             // It is not called so before it is clear, nor long after that.
@@ -651,17 +685,22 @@ mod hauled_in {
         }
     }
 
-    /// Straight up it is the length at the ring that has the corner; also where the constraint drifts, and a step ends far beyond.
+    /// Straight up it is the length at the ring that has the corner; also where the constraint drifts, and a
+    /// step ends far beyond.
     #[test]
     fn the_corner_is_at_the_ring() {
         let start = HOIST.state().y(-1.0).assemble().unwrap();
-        let drifting =
-            [Formulation::BaumgarteTied, Formulation::Augmented, Formulation::Baumgarte { alpha: 5.0, beta: 5.0 }];
+        let drifting = [
+            Formulation::BaumgarteTied,
+            Formulation::Augmented,
+            Formulation::Baumgarte { alpha: 5.0, beta: 5.0 },
+        ];
         for formulation in drifting.into_iter().chain([Formulation::Projected, Formulation::Embedded]) {
             for tolerance in [1e-6, 1e-8, 1e-10] {
                 let run = HOIST.simulate(start).until(3.0).tolerance(tolerance).formulation(formulation);
                 let error = run.run().unwrap_err();
-                let SimulationErrorKind::ConstraintJumps { row: "rope", what: Jumping::Velocities, .. } = error.kind
+                let SimulationErrorKind::ConstraintJumps { row: "rope", what: Jumping::Velocities, .. } =
+                    error.kind
                 else {
                     panic!("{formulation} {tolerance:e}: {error}")
                 };
@@ -674,7 +713,8 @@ mod hauled_in {
                 assert!((motion.at(1.5).y() + 0.25).abs() < 1e-5, "{formulation} {tolerance:e}");
             }
             // An event before it that acts is not passed over.
-            let run = HOIST.simulate(start).until(3.0).formulation(formulation).event("near", |s| s.y() + 0.1);
+            let run =
+                HOIST.simulate(start).until(3.0).formulation(formulation).event("near", |s| s.y() + 0.1);
             let motion = run.stop_at("near", Direction::Rising).run().unwrap();
             assert!((motion.end_time() - 1.8).abs() < 1e-9, "{formulation}");
         }

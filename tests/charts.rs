@@ -76,7 +76,8 @@ macro_rules! top {
             }
             fn later(case: &Case) -> Option<(Mat3<f64>, Vec3<f64>)> {
                 let (model, state) = Self::placed(case, 0.5)?;
-                let motion = model.simulate(state).until(WHILE).tolerance(1e-13).run().expect("the chart is regular nearby");
+                let motion = model.simulate(state).until(WHILE).tolerance(1e-13).run().expect("the chart is \
+                    regular nearby");
                 let q = Self::coordinates_with(&motion.end(), &nalgebra::SVector::zeros(), &[]);
                 let frame = model.body(&q).frame;
                 Some((frame.rotation().value(), frame.angular_velocity_in_body().value()))
@@ -206,7 +207,8 @@ fn by_euler(case: &Case) -> Vec3<f64> {
 }
 
 proptest! {
-    /// Angular velocities in the body are no true velocities, and every chart writes them differently: all give the acceleration of Euler's equations.
+    /// Angular velocities in the body are no true velocities, and every chart writes them differently: all
+    /// give the acceleration of Euler's equations.
     #[test]
     fn every_chart_moves_alike(
         angles in proptest::array::uniform3(-3.0..3.0_f64),
@@ -220,9 +222,11 @@ proptest! {
         macro_rules! compare {
             ($($Name:ident)*) => {$(
                 if let Some(found) = $Name::angular_acceleration(&case) {
-                    // Next to where a chart is singular it loses digits: at most a factor of a hundred is let in.
+                    // Next to where a chart is singular it loses digits: at most a factor of a hundred is let
+                    // in.
                     let error = (found - expected).norm();
-                    prop_assert!(error < 1e-11 * (1.0 + expected.norm()), "{}: {:?} instead of {:?}", stringify!($Name), found, expected);
+                    prop_assert!(error < 1e-11 * (1.0 + expected.norm()), "{}: {:?} instead of \
+                        {:?}", stringify!($Name), found, expected);
                 }
             )*};
         }

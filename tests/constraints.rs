@@ -1,4 +1,5 @@
-//! Constraints as the language declares them: what the macro emits against hand results and against the model's own functions on jets.
+//! Constraints as the language declares them: what the macro emits against hand results and against the
+//! model's own functions on jets.
 #![allow(missing_docs)]
 
 use dynamics::constrain::{solve_general, solve_once, with_workspace};
@@ -64,7 +65,8 @@ fn the_cartesian_pendulum() {
     assert_eq!(Pendulum::OUTPUTS[0].unit, "N");
 }
 
-/// Every shape that a constraint can have, fixed, moving and nonholonomic; outputs of everything that constraints add.
+/// Every shape that a constraint can have, fixed, moving and nonholonomic; outputs of everything that
+/// constraints add.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(a: [_; 3], b: [_; 3], theta, s)]
 pub struct Linkage {
@@ -84,7 +86,8 @@ impl Linkage {
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let turning = self.m[2] * (q.theta.dt().powi(2) + q.s.dt().powi(2) + 0.3 * q.s.cos() * q.s.dt() * q.theta.dt());
+        let turning =
+            self.m[2] * (q.theta.dt().powi(2) + q.s.dt().powi(2) + 0.3 * q.s.cos() * q.s.dt() * q.theta.dt());
         0.5 * self.m[0] * self.first(q).dt().norm_squared()
             + 0.5 * self.m[1] * self.second(q).dt().norm_squared()
             + turning
@@ -146,7 +149,8 @@ fn near(a: f64, b: f64, scale: f64, what: &str) {
 fn rows_are_in_the_order_of_the_contract() {
     let names: Vec<&str> = Linkage::ROWS.iter().map(|r| r.name).collect();
     assert_eq!(names, ["link", "crank.x", "crank.y", "gears[0]", "skate[0]"]);
-    let listed: Vec<(&str, usize, usize)> = Linkage::CONSTRAINTS.iter().map(|c| (c.name, c.first, c.rows)).collect();
+    let listed: Vec<(&str, usize, usize)> =
+        Linkage::CONSTRAINTS.iter().map(|c| (c.name, c.first, c.rows)).collect();
     assert_eq!(listed, [("link", 0, 1), ("crank", 1, 2), ("gears", 3, 1), ("skate", 4, 1)]);
     assert_eq!(Linkage::CONSTRAINTS[3].kind, ConstraintKind::Nonholonomic);
 }
@@ -178,7 +182,8 @@ proptest! {
         prop_assert_eq!(velocity.row(0), jacobian.row(4));
     }
 
-    /// M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ; by the general solver as by the route that was chosen; outputs and events read that solution.
+    /// M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ; by the general solver as by the route that was chosen; outputs and
+    /// events read that solution.
     #[test]
     fn the_solution_solves_and_is_read(values in proptest::collection::vec(-1.5..1.5f64, 17)) {
         let (model, state) = (linkage(), state(&values));
@@ -231,7 +236,8 @@ proptest! {
         (0..5).for_each(|i| near((jacobian * delta)[i], right[i], size, "Φ_q δ = r"));
     }
 
-    /// ∂q̈/∂q and ∂q̈/∂q̇ of the constrained motion, off the manifold too, against central differences of sixth order.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ of the constrained motion, off the manifold too, against central differences of
+    /// sixth order.
     #[test]
     fn linearisations_agree_with_differences(values in proptest::collection::vec(-1.5..1.5f64, 17)) {
         let (model, state) = (linkage(), state(&values));
@@ -252,7 +258,8 @@ proptest! {
                 let expected = (d(1.0) * 45.0 - d(2.0) * 9.0 + d(3.0)) / (60.0 * h);
                 let found = if along_u { jacobian.by_u.column(j) } else { jacobian.by_q.column(j) };
                 let size = 1.0 + jacobian.by_q.norm() + jacobian.by_u.norm();
-                prop_assert!((found - expected).norm() <= 1e-6 * size * size, "{along_u} {j}: {found} {expected}");
+                prop_assert!((found - expected).norm() <= 1e-6 * size * size, "{along_u} {j}: {found} \
+                    {expected}");
             }
         }
     }
@@ -423,7 +430,10 @@ fn forces_that_depend_on_reactions_come_with_their_derivative() {
     near(force[1], -weight * model.slope.cos(), 1.0, "Q₂(λ)");
     assert_eq!(by, [-model.friction, 0.0, 0.0, 0.0]);
     let (mut mass, mut jacobian, mut gamma) = ([0.0; 4], [0.0; 4], [0.0; 2]);
-    model.terms(&state, &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma });
+    model.terms(
+        &state,
+        &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma },
+    );
     near(force[0], weight * model.slope.sin(), 1.0, "without reactions");
 }
 
@@ -544,7 +554,8 @@ impl Plank {
     }
 }
 
-/// Whatever is released, generated code gives what the general solver gives: accelerations, multipliers, corrections.
+/// Whatever is released, generated code gives what the general solver gives: accelerations, multipliers,
+/// corrections.
 #[test]
 fn every_set_of_released_constraints_has_code_of_its_own() {
     let model = Plank { m: 2.0, inertia: 0.3, half: 0.7, g: 9.81, drag: 1.5, speed: 0.1 };

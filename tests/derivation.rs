@@ -1,5 +1,5 @@
-//! Every derived quantity by two routes: what the macro emitted against the model's own functions run on time jets and differentiated
-//! numerically, and against equations derived by hand.
+//! Every derived quantity by two routes: what the macro emitted against the model's own functions run on time
+//! jets and differentiated numerically, and against equations derived by hand.
 
 #[path = "models/double_pendulum.rs"]
 mod two_bobs;
@@ -65,9 +65,14 @@ fn near(a: f64, b: f64, scale: f64, tolerance: f64, what: &str) {
     assert!((a - b).abs() <= tolerance * (1.0 + scale.abs()), "{what}: emitted {a}, independently {b}");
 }
 
-/// Lagrange's equations from nothing but values of the Lagrangian `l` and of the applied power, compared with everything emitted.
-fn verify<M>(model: &M, center: f64, l: impl Fn(&M::Coordinates) -> Expr, applied: impl Fn(&M::Coordinates) -> f64)
-where
+/// Lagrange's equations from nothing but values of the Lagrangian `l` and of the applied power, compared with
+/// everything emitted.
+fn verify<M>(
+    model: &M,
+    center: f64,
+    l: impl Fn(&M::Coordinates) -> Expr,
+    applied: impl Fn(&M::Coordinates) -> f64,
+) where
     M: Linearize + Powers,
 {
     let mut random = Random(0x1234_5678_9abc_def1);
@@ -97,8 +102,9 @@ where
                 near(mass[(i, j)], expected, expected, 1e-8, "mass matrix");
                 assert_eq!(mass[(i, j)], mass[(j, i)], "the mass matrix is symmetric");
             }
-            let convected: f64 = (0..n).map(|j| slope(&momentum, &state, Slot::Q(j)) * state.u()[j]).sum::<f64>()
-                + slope(&momentum, &state, Slot::Time);
+            let convected: f64 =
+                (0..n).map(|j| slope(&momentum, &state, Slot::Q(j)) * state.u()[j]).sum::<f64>()
+                    + slope(&momentum, &state, Slot::Time);
             let inertial = slope(&lagrangian, &state, Slot::Q(i)) - convected;
             if M::POWERS.iter().all(|p| p.name == "explicit time") {
                 near(force[i], inertial, inertial, 1e-7, "generalized force");
@@ -120,7 +126,8 @@ where
         let energy_of = |s: &M::State| model.energy_function(s);
         let rate: f64 = (0..n)
             .map(|i| {
-                slope(&energy_of, &state, Slot::Q(i)) * state.u()[i] + slope(&energy_of, &state, Slot::U(i)) * a[i]
+                slope(&energy_of, &state, Slot::Q(i)) * state.u()[i]
+                    + slope(&energy_of, &state, Slot::U(i)) * a[i]
             })
             .sum::<f64>()
             + slope(&energy_of, &state, Slot::Time);
@@ -305,7 +312,11 @@ mod cart_pole {
     fn by_two_routes() {
         let model = CartPole { cart: 2.0, bob: 0.6, l: 0.9, g: 9.81 };
         verify(&model, 0.2, |q| model.kinetic(q) - model.gravity(q), |q| model.drive(q).power());
-        verify_parameters(|p| CartPole { cart: p[0], bob: p[1], l: p[2], g: p[3] }, &[2.0, 0.6, 0.9, 9.81], 0.2);
+        verify_parameters(
+            |p| CartPole { cart: p[0], bob: p[1], l: p[2], g: p[3] },
+            &[2.0, 0.6, 0.9, 9.81],
+            0.2,
+        );
     }
 }
 
@@ -319,7 +330,12 @@ mod double_pendulum {
         for _ in 0..100 {
             let s = random_state::<DoublePendulum>(&mut random, 0.0);
             let (sin, cos) = (s.theta1() - s.theta2()).sin_cos();
-            let m = nalgebra::Matrix2::new((m1 + m2) * l1 * l1, m2 * l1 * l2 * cos, m2 * l1 * l2 * cos, m2 * l2 * l2);
+            let m = nalgebra::Matrix2::new(
+                (m1 + m2) * l1 * l1,
+                m2 * l1 * l2 * cos,
+                m2 * l1 * l2 * cos,
+                m2 * l2 * l2,
+            );
             let q = nalgebra::Vector2::new(
                 -m2 * l1 * l2 * sin * s.theta2_rate().powi(2) - (m1 + m2) * g * l1 * s.theta1().sin(),
                 m2 * l1 * l2 * sin * s.theta1_rate().powi(2) - m2 * g * l2 * s.theta2().sin(),
@@ -353,7 +369,8 @@ mod double_pendulum {
 mod everything {
     use super::*;
 
-    /// A made-up system that uses the whole language: arrays, vectors, matrices, a spline, explicit time, an input, forces at points, `if`.
+    /// A made-up system that uses the whole language: arrays, vectors, matrices, a spline, explicit time, an
+    /// input, forces at points, `if`.
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(s, phi: [_; 2], z)]
     #[inputs(w: [_; 2])]
@@ -396,7 +413,10 @@ mod everything {
         #[potential]
         fn spring(&self, q: &Coordinates<Self>) -> Expr {
             let stretch = (q.z - 0.1 * (Self::OMEGA * q.t).sin()).powi(2);
-            0.5 * self.k * stretch + q.s.cosh().ln() + (0.3 * q.phi[0]).exp() + (1.0 + q.phi[1].powi(2)).sqrt()
+            0.5 * self.k * stretch
+                + q.s.cosh().ln()
+                + (0.3 * q.phi[0]).exp()
+                + (1.0 + q.phi[1].powi(2)).sqrt()
         }
         #[potential]
         fn stop(&self, q: &Coordinates<Self>) -> Expr {
@@ -410,7 +430,8 @@ mod everything {
         fn wind(&self, q: &Coordinates<Self>) -> Force {
             let p = self.place(q, 1);
             let v = p.dt();
-            Force::at(p, -0.1 * v.norm() * v + vec3(q.w[0], 0.2, q.t.cos())) + Force::along(q.phi[0] * q.z, q.w[1])
+            Force::at(p, -0.1 * v.norm() * v + vec3(q.w[0], 0.2, q.t.cos()))
+                + Force::along(q.phi[0] * q.z, q.w[1])
         }
         #[output]
         fn tip(&self, q: &Coordinates<Self>) -> Vec3 {
@@ -445,7 +466,8 @@ mod everything {
     #[test]
     fn by_two_routes() {
         let model = model(&PARAMETERS);
-        // Around 0.5, between knots at 0 and 1 and clear of the `if`: the spline's third derivative jumps at knots.
+        // Around 0.5, between knots at 0 and 1 and clear of the `if`: the spline's third derivative jumps at
+        // knots.
         let mut random = Random(3);
         for _ in 0..3 {
             let state = random_state::<Everything>(&mut random, 0.5);
@@ -519,8 +541,8 @@ mod everything {
 mod choices {
     use super::*;
 
-    /// A ball that meets a wall with Hertz's law on one side, held by a rope that can be slack on the other: the branch not taken is outside
-    /// of its domain, 0/0 or a root of a negative number.
+    /// A ball that meets a wall with Hertz's law on one side, held by a rope that can be slack on the other:
+    /// the branch not taken is outside of its domain, 0/0 or a root of a negative number.
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(x, y)]
     struct Ball {
@@ -549,7 +571,8 @@ mod choices {
         #[force]
         fn damper(&self, q: &Coordinates<Self>) -> Force {
             let closing = if q.x < 0.0 { (-q.x).sqrt() * q.x.dt() } else { Expr::ZERO };
-            Force::along(q.x, -self.damping * closing) + Force::along(q.y, -self.damping * (q.y.sqrt()).max(1.0).ln())
+            Force::along(q.x, -self.damping * closing)
+                + Force::along(q.y, -self.damping * (q.y.sqrt()).max(1.0).ln())
         }
     }
 
@@ -616,7 +639,8 @@ fn a_linear_change_of_coordinates_gives_the_same_motion() {
         }
         #[lagrangian]
         fn lagrangian(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
+            0.5 * self.m1 * self.bob1(q).dt().norm_squared()
+                + 0.5 * self.m2 * self.bob2(q).dt().norm_squared()
                 - self.g * (self.m1 * self.bob1(q).y + self.m2 * self.bob2(q).y)
         }
     }
@@ -629,7 +653,14 @@ fn a_linear_change_of_coordinates_gives_the_same_motion() {
         let state = random_state::<DoublePendulum>(&mut random, 0.0);
         let map = |v: &[f64]| &transform * DVector::from_column_slice(v);
         let (q, u) = (map(state.q.as_slice()), map(state.u.as_slice()));
-        let other = relative.state().theta1(q[0]).relative(q[1]).theta1_rate(u[0]).relative_rate(u[1]).build().unwrap();
+        let other = relative
+            .state()
+            .theta1(q[0])
+            .relative(q[1])
+            .theta1_rate(u[0])
+            .relative_rate(u[1])
+            .build()
+            .unwrap();
         let expected = map(absolute.accelerations(&state).unwrap().as_slice());
         let a = relative.accelerations(&other).unwrap();
         for i in 0..2 {

@@ -1,5 +1,6 @@
-//! Where methods fail: each case reports itself with time, state and constraint, and none returns a wrong answer as a success. The outcomes are
-//! those of derived models; the runtime's own cases, on models written by hand, are in `dynamics-runtime/tests/`.
+//! Where methods fail: each case reports itself with time, state and constraint, and none returns a wrong
+//! answer as a success. The outcomes are those of derived models; the runtime's own cases, on models written
+//! by hand, are in `dynamics-runtime/tests/`.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -83,14 +84,20 @@ mod starts {
                 at(0.6, -0.8).x_rate(0.8 * u).y_rate(0.6 * u).build().unwrap();
                 at(0.6 + 1e-8, -0.8).x_rate(0.8 * u).y_rate((0.6 + 1e-8) * u).build().unwrap();
                 let error = at(0.6 + off, -0.8).build().unwrap_err();
-                assert!(matches!(error, StateError::ConstraintViolated { row: "rod", .. }), "{length}: {error}");
+                assert!(
+                    matches!(error, StateError::ConstraintViolated { row: "rod", .. }),
+                    "{length}: {error}"
+                );
                 let error = at(0.6, -0.8).x_rate((0.8 + off) * u).y_rate(0.6 * u).build();
                 // What turns round has no speed: it misses by a part of its size, per second.
                 let Err(error) = error else {
                     assert!(off * u < 3e-6 * length, "{length} {speed}");
                     continue;
                 };
-                assert!(matches!(error, StateError::VelocityViolated { row: "rod", .. }), "{length}: {error}");
+                assert!(
+                    matches!(error, StateError::VelocityViolated { row: "rod", .. }),
+                    "{length}: {error}"
+                );
             }
         }
     }
@@ -137,7 +144,10 @@ mod starts {
                 let motion = run(start).until(9.0).run().unwrap();
                 assert!(motion.events().len() > 6);
                 for event in motion.events() {
-                    run(event.after).until(event.time() + 0.1).run().unwrap_or_else(|e| panic!("{formulation}: {e}"));
+                    run(event.after)
+                        .until(event.time() + 0.1)
+                        .run()
+                        .unwrap_or_else(|e| panic!("{formulation}: {e}"));
                 }
             }
         }
@@ -181,17 +191,27 @@ mod starts {
             };
             let model = Pendulum { length: value, ..pendulum() };
             let error = model.state().x(1.0).build().unwrap_err();
-            assert!(matches!(error, StateError::NotFinite { what: "parameter", name: "length", .. }), "{error}");
+            assert!(
+                matches!(error, StateError::NotFinite { what: "parameter", name: "length", .. }),
+                "{error}"
+            );
             named(&error);
             named(&model.state().x(1.0).assemble().unwrap_err());
             // A start of the model as it was.
             let start = pendulum().state().x(1.0).build().unwrap();
             let error = model.simulate(start).until(1.0).run().unwrap_err();
-            let parameter = |option: &_| matches!(option, OptionError::ParameterNotFinite { name: "length", .. });
-            assert!(matches!(&error.kind, SimulationErrorKind::Option(option) if parameter(option)), "{error}");
+            let parameter =
+                |option: &_| matches!(option, OptionError::ParameterNotFinite { name: "length", .. });
+            assert!(
+                matches!(&error.kind, SimulationErrorKind::Option(option) if parameter(option)),
+                "{error}"
+            );
             named(&error.kind);
             let Err(error) = model.kinematics(start).until(1.0).run() else { panic!("went through") };
-            assert!(matches!(&error.kind, KinematicsErrorKind::Option(option) if parameter(option)), "{error}");
+            assert!(
+                matches!(&error.kind, KinematicsErrorKind::Option(option) if parameter(option)),
+                "{error}"
+            );
             named(&error.kind);
         }
     }
@@ -243,10 +263,12 @@ mod linkages {
     #[test]
     fn a_linkage_that_cannot_close_says_by_how_much() {
         let model = FourBar { inertia: 1.0, a: 1.0, b: 1.0, c: 1.0, ground: 3.5, incline: 0.0 };
-        let error = model.state().crank(FRAC_PI_2).rocker_guess(2.8).coupler_guess(-0.3).assemble().unwrap_err();
+        let error =
+            model.state().crank(FRAC_PI_2).rocker_guess(2.8).coupler_guess(-0.3).assemble().unwrap_err();
         let StateError::NotAssembled { row, residual, distance, given } = error else { panic!("{error}") };
         assert!(row.starts_with("closure"), "{row}");
-        // At the closest approach both rods lie in the line between the pins, whose slope is 1/3.5: the gap is 1.64 m, its larger part along x.
+        // At the closest approach both rods lie in the line between the pins, whose slope is 1/3.5: the gap
+        // is 1.64 m, its larger part along x.
         let gap = 1.0_f64.hypot(3.5) - 2.0;
         assert_eq!(row, "closure.x");
         assert!((residual.abs() - gap * 3.5 / 1.0_f64.hypot(3.5)).abs() < 1e-6, "{residual}");
@@ -254,7 +276,8 @@ mod linkages {
         assert_eq!(given.to_string(), "`crank`");
     }
 
-    /// Whatever the guess: a state that is returned fulfils the constraints, and where none is found the error says which row is missed.
+    /// Whatever the guess: a state that is returned fulfils the constraints, and where none is found the
+    /// error says which row is missed.
     #[test]
     fn bad_guesses_give_a_closed_linkage_or_an_error() {
         let model = FourBar { inertia: 1.0, a: 1.0, b: 3.0, c: 2.5, ground: 3.2, incline: 0.0 };
@@ -267,7 +290,10 @@ mod linkages {
                     Ok(state) => {
                         closed += 1;
                         let residual = model.residual(&state);
-                        assert!(residual[0].abs().max(residual[1].abs()) < 1e-12, "guess {i}, {j}: {residual}");
+                        assert!(
+                            residual[0].abs().max(residual[1].abs()) < 1e-12,
+                            "guess {i}, {j}: {residual}"
+                        );
                         assert_eq!(state.crank(), 1.0);
                     }
                     Err(StateError::NotAssembled { .. } | StateError::SingularGuess { .. }) => refused += 1,
@@ -282,14 +308,18 @@ mod linkages {
 mod drift {
     use super::*;
 
-    /// Nothing holds Φ = 0 where only Φ̈ = 0 is solved: at a loose tolerance the rod has grown by the limit long before 1,000 s.
+    /// Nothing holds Φ = 0 where only Φ̈ = 0 is solved: at a loose tolerance the rod has grown by the limit
+    /// long before 1,000 s.
     #[test]
     fn unstabilised_motion_ends_where_it_has_left_the_constraint() {
         let model = pendulum();
         let start = model.state().x(1.0).build().unwrap();
-        let run = |formulation| model.simulate(start).until(1000.0).tolerance(1e-6).formulation(formulation).run();
+        let run =
+            |formulation| model.simulate(start).until(1000.0).tolerance(1e-6).formulation(formulation).run();
         let error = run(Formulation::Augmented).unwrap_err();
-        let SimulationErrorKind::Drift { row, residual, distance, limit, .. } = error.kind else { panic!("{error}") };
+        let SimulationErrorKind::Drift { row, residual, distance, limit, .. } = error.kind else {
+            panic!("{error}")
+        };
         assert_eq!(row, "rod");
         assert!(residual.abs() > 1e-4 && distance > limit, "{error}");
         assert!(error.time > 1.0 && error.time < 1000.0, "{error}");
@@ -299,9 +329,13 @@ mod drift {
         assert!(drift > 1e-4, "{drift}");
         // What the tolerance promises is kept by the projection over the whole time.
         let kept = run(Formulation::Projected).unwrap().summary();
-        assert!(kept.constraints[0].residual < 1e-12 && kept.constraints[0].velocity_residual < 1e-12, "{kept}");
+        assert!(
+            kept.constraints[0].residual < 1e-12 && kept.constraints[0].velocity_residual < 1e-12,
+            "{kept}"
+        );
         // At a tight tolerance the drift stays small, grows with time, and is reported.
-        let tight = model.simulate(start).until(1000.0).tolerance(1e-12).formulation(Formulation::Augmented).run();
+        let tight =
+            model.simulate(start).until(1000.0).tolerance(1e-12).formulation(Formulation::Augmented).run();
         let tight = tight.unwrap().summary().constraints[0].residual;
         assert!(tight > 1e-10 && tight < 1e-3, "{tight:e}");
     }
@@ -339,11 +373,15 @@ mod drift {
     fn a_knife_that_slips_ends_an_unstabilised_motion() {
         let model = Sleigh { mass: 1.0, inertia: 0.3, behind: 0.2, stiffness: 2.0 };
         let start = model.state().x(1.0).x_rate(0.5).heading_rate(2.0).build().unwrap();
-        let run = |formulation| model.simulate(start).until(2000.0).tolerance(1e-3).formulation(formulation).run();
+        let run =
+            |formulation| model.simulate(start).until(2000.0).tolerance(1e-3).formulation(formulation).run();
         let error = run(Formulation::Augmented).unwrap_err();
-        let SimulationErrorKind::Drift { what, row, distance, limit, .. } = error.kind else { panic!("{error}") };
+        let SimulationErrorKind::Drift { what, row, distance, limit, .. } = error.kind else {
+            panic!("{error}")
+        };
         assert_eq!((what, row), ("velocities", "knife"));
-        // cos² + sin² = 1: the distance is the slip, and the limit is relative to the size of the sleigh and its velocities.
+        // cos² + sin² = 1: the distance is the slip, and the limit is relative to the size of the sleigh and
+        // its velocities.
         let there = &error.state;
         let (sine, cosine) = there.heading().sin_cos();
         let size = model.behind + there.x_rate().abs().max(there.y_rate().abs());
@@ -362,7 +400,13 @@ mod drift {
         let start = model.state().x(1.0).build().unwrap();
         let run = |gain: f64| {
             let formulation = Formulation::Baumgarte { alpha: gain, beta: gain };
-            model.simulate(start).until(10.0).method(methods::Rk4).fixed_step(0.01).formulation(formulation).run()
+            model
+                .simulate(start)
+                .until(10.0)
+                .method(methods::Rk4)
+                .fixed_step(0.01)
+                .formulation(formulation)
+                .run()
         };
         let good = run(50.0).unwrap().summary().constraints[0].residual;
         assert!(good < 1e-5, "{good:e}");
@@ -391,7 +435,8 @@ mod drift {
         let model = pendulum();
         let start = model.state().x(1.0).build().unwrap();
         let formulation = Formulation::Baumgarte { alpha: 0.0, beta: 0.0 };
-        let error = model.simulate(start).until(1000.0).tolerance(1e-6).formulation(formulation).run().unwrap_err();
+        let error =
+            model.simulate(start).until(1000.0).tolerance(1e-6).formulation(formulation).run().unwrap_err();
         assert!(matches!(error.kind, SimulationErrorKind::Drift { row: "rod", .. }), "{error}");
         let formulation = Formulation::Baumgarte { alpha: -1.0, beta: 1.0 };
         let error = model.simulate(start).until(1.0).formulation(formulation).run().unwrap_err();
@@ -450,7 +495,8 @@ mod contradictions {
         assert_eq!(error, StateError::GradientNotFinite { row: "first" }, "{error}");
     }
 
-    /// Stretched in one line, the rods hold the bob; the linearised constraints do not. Neither falls it nor does it hover with a growing velocity.
+    /// Stretched in one line, the rods hold the bob; the linearised constraints do not. Neither falls it nor
+    /// does it hover with a growing velocity.
     #[test]
     fn stretched_rods_lock_the_bob() {
         let model = TwoRods { mass: 1.0, left: 1.0, right: 1.0, apart: 2.0, g: 9.81 };
@@ -481,7 +527,10 @@ mod contradictions {
         assert!((motion.end().y() + 0.8).abs() < 1e-14 && motion.end().y_rate().abs() < 1e-14);
         // Each carries m g/(2·0.8).
         let lambda = motion.multipliers_at(10.0);
-        assert!((lambda[0] + 19.62 / 1.6).abs() < 1e-12 && (lambda[1] + 19.62 / 1.6).abs() < 1e-12, "{lambda}");
+        assert!(
+            (lambda[0] + 19.62 / 1.6).abs() < 1e-12 && (lambda[1] + 19.62 / 1.6).abs() < 1e-12,
+            "{lambda}"
+        );
     }
 }
 
@@ -575,7 +624,8 @@ mod friction {
         builder.x_rate(u).y_rate(v).theta_rate(rate).build().unwrap()
     }
 
-    /// m times the vertical acceleration of the tip per newton of the floor: 1 + 3 cos θ (cos θ ∓ μ sin θ), positive without friction.
+    /// m times the vertical acceleration of the tip per newton of the floor: 1 + 3 cos θ (cos θ ∓ μ sin θ),
+    /// positive without friction.
     fn answer(model: &Chalk, theta: f64, slide: f64) -> f64 {
         1.0 + 3.0 * theta.cos() * (theta.cos() + model.mu * theta.sin() * slide.signum())
     }
@@ -588,16 +638,22 @@ mod friction {
     #[test]
     fn outside_of_the_paradox_the_normal_force_is_the_one_by_hand() {
         let model = Chalk { mass: 2.0, half: 0.7, g: 9.81, mu: 1.7 };
-        for (theta, rate, slide) in [(0.2, 0.3, -1.0), (1.4, -0.5, -2.0), (FRAC_PI_4, 1.0, 1.0), (0.7, 0.2, 0.4)] {
+        for (theta, rate, slide) in
+            [(0.2, 0.3, -1.0), (1.4, -0.5, -2.0), (FRAC_PI_4, 1.0, 1.0), (0.7, 0.2, 0.4)]
+        {
             assert!(answer(&model, theta, slide) > 0.0);
             let state = sliding(&model, theta, rate, slide);
             let solved = solve_once(&model, &model.constants().unwrap(), &state).unwrap();
             let expected = normal(&model, theta, rate, slide);
-            assert!((solved.multipliers[0] / expected - 1.0).abs() < 1e-12, "{solved:?} instead of {expected}");
+            assert!(
+                (solved.multipliers[0] / expected - 1.0).abs() < 1e-12,
+                "{solved:?} instead of {expected}"
+            );
         }
     }
 
-    /// Above μ = 4/3 there are angles at which a growing push of the floor lets the tip go down: 1 + 3 cos θ (cos θ − μ sin θ) < 0.
+    /// Above μ = 4/3 there are angles at which a growing push of the floor lets the tip go down: 1 + 3 cos θ
+    /// (cos θ − μ sin θ) < 0.
     #[test]
     fn in_the_paradox_there_is_no_answer_and_the_error_says_so() {
         let rough = Chalk { mass: 2.0, half: 0.7, g: 9.81, mu: 1.7 };
@@ -608,7 +664,10 @@ mod friction {
         assert!(matches!(error, SolveError::Friction { row: "floor", .. }), "{error}");
         assert!(error.to_string().contains("Painlevé"), "{error}");
         let run = rough.simulate(state).until(1.0).run().unwrap_err();
-        assert!(matches!(run.kind, SimulationErrorKind::Solve(SolveError::Friction { row: "floor", .. })), "{run}");
+        assert!(
+            matches!(run.kind, SimulationErrorKind::Solve(SolveError::Friction { row: "floor", .. })),
+            "{run}"
+        );
         assert_eq!(run.time, 0.0);
         // The threshold: at 4/3 no angle is in it, just above tan θ = 2 is.
         for (mu, inside) in [(4.0 / 3.0 - 1e-6, false), (4.0 / 3.0 + 1e-6, true)] {
@@ -618,7 +677,8 @@ mod friction {
         }
     }
 
-    /// A motion that slides toward the paradox ends before it or in it, and says so; up to there every normal force is the one by hand.
+    /// A motion that slides toward the paradox ends before it or in it, and says so; up to there every normal
+    /// force is the one by hand.
     #[test]
     fn sliding_into_the_paradox_ends_the_motion() {
         let model = Chalk { mass: 2.0, half: 0.7, g: 9.81, mu: 1.7 };
@@ -630,7 +690,8 @@ mod friction {
         let motion = error.motion(&model).unwrap();
         for state in motion.steps() {
             let slide = state.x_rate() + model.half * state.theta().sin() * state.theta_rate();
-            // Both sides times what answers a push: that vanishes at the end, and the push grows beyond all bounds.
+            // Both sides times what answers a push: that vanishes at the end, and the push grows beyond all
+            // bounds.
             let answer = answer(&model, state.theta(), slide);
             let expected = answer * normal(&model, state.theta(), state.theta_rate(), slide);
             let found = answer * motion.multipliers_of(&state)[0];
@@ -638,7 +699,8 @@ mod friction {
         }
     }
 
-    /// What stops a rod is said, by every method: friction that brings it to rest, or a floor whose push grows without bounds.
+    /// What stops a rod is said, by every method: friction that brings it to rest, or a floor whose push
+    /// grows without bounds.
     #[test]
     fn a_rod_that_stops_says_what_stops_it() {
         let methods: [methods::Any<Chalk>; 4] =
@@ -662,9 +724,14 @@ mod friction {
                     }
                     SimulationErrorKind::FrictionGrows { row: "floor", ahead, .. } => {
                         assert!(!rests && slips.abs() > 10.0 && *ahead < 1e-3, "{case}");
-                        assert!(answer(&model, state.theta(), slips) < 1e-3 && case.contains("Painlevé"), "{case}");
+                        assert!(
+                            answer(&model, state.theta(), slips) < 1e-3 && case.contains("Painlevé"),
+                            "{case}"
+                        );
                     }
-                    SimulationErrorKind::Solve(SolveError::Friction { row: "floor", .. }) => assert!(!rests, "{case}"),
+                    SimulationErrorKind::Solve(SolveError::Friction { row: "floor", .. }) => {
+                        assert!(!rests, "{case}")
+                    }
                     _ => panic!("{case}"),
                 }
             }
@@ -672,7 +739,8 @@ mod friction {
     }
 }
 
-/// A driven slider-crank whose slider an input loads; the guide repeats the second row of the closure, so that the general solver is asked.
+/// A driven slider-crank whose slider an input loads; the guide repeats the second row of the closure, so
+/// that the general solver is asked.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, phi: rad, x: m)]
 #[inputs(load: N)]
@@ -723,7 +791,10 @@ fn an_input_that_only_loads_a_driven_mechanism_is_asked_for_with_the_reactions_a
     let speed = -s - 0.1 * s * c / root;
     assert!((motion.at(0.7).x_rate() - speed).abs() < 1e-12);
     let error = motion.reaction_at("drive", 0.7).unwrap_err();
-    assert_eq!(error.to_string(), "the reactions depend on inputs, and `load` has no value; set it in the state");
+    assert_eq!(
+        error.to_string(),
+        "the reactions depend on inputs, and `load` has no value; set it in the state"
+    );
     assert_eq!(model.reactions(&motion.at(0.7)).unwrap_err(), SolveError::InputNotSet { input: "load" });
 
     let loaded = model.state().x_guess(0.4).load(20.0).assemble().unwrap();

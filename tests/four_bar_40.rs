@@ -1,5 +1,6 @@
-//! Forty windows in absolute coordinates through their singular positions: 243 coordinates, 242 constraint rows; IFToMM problem A02, González
-//! et al. 2006. In its own file, because a model of this size takes seconds to compile.
+//! Forty windows in absolute coordinates through their singular positions: 243 coordinates, 242 constraint
+//! rows; IFToMM problem A02, González et al. 2006. In its own file, because a model of this size takes
+//! seconds to compile.
 #![allow(clippy::excessive_precision, reason = "reference values as published")]
 
 use core::f64::consts::FRAC_PI_2;
@@ -27,14 +28,15 @@ const REFERENCE: &[(f64, [f64; 4])] = &[
     (10.0, [0.180512226686728390, 0.983572740582311574, 1.148441277469414133, -0.210770066779421779]),
 ];
 
-/// Ten seconds through ten level positions, at each of which forty rows lose their rank, at two tolerances: (tolerance, largest error of the
-/// table, energy drift).
+/// Ten seconds through ten level positions, at each of which forty rows lose their rank, at two tolerances:
+/// (tolerance, largest error of the table, energy drift).
 #[test]
 fn forty_windows_pass_their_singular_positions() {
     let model = Forty::published();
     let start = parallel(&model, FRAC_PI_2, -1.0);
     for (tolerance, error, energy) in [(1e-7, 1e-4, 1e-6), (1e-10, 1e-8, 2e-10)] {
-        let motion = model.simulate(start).until(10.0).tolerance(tolerance).run().unwrap_or_else(|e| panic!("{e}"));
+        let motion =
+            model.simulate(start).until(10.0).tolerance(tolerance).run().unwrap_or_else(|e| panic!("{e}"));
         for (t, reference) in REFERENCE {
             let s = motion.at(*t);
             // The first beam begins at the corner; its centre is half a length further.
@@ -51,8 +53,8 @@ fn forty_windows_pass_their_singular_positions() {
     }
 }
 
-/// Matrices of 243 × 243 numbers, half a megabyte each, do not pass through the stack where the general solver is asked: the 2 MB of a thread
-/// suffice without optimisation.
+/// Matrices of 243 × 243 numbers, half a megabyte each, do not pass through the stack where the general
+/// solver is asked: the 2 MB of a thread suffice without optimisation.
 #[test]
 fn a_thread_of_two_megabytes_is_enough() {
     let run = || {

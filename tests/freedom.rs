@@ -1,5 +1,6 @@
-//! What `REPORT` says of mechanisms beside singular values at states that are assembled: freedom, independent rows, unique reactions, and that every
-//! loop determines its coordinates. Newton's method ends in singular positions of some of them; the report is on the mechanism, not on those.
+//! What `REPORT` says of mechanisms beside singular values at states that are assembled: freedom, independent
+//! rows, unique reactions, and that every loop determines its coordinates. Newton's method ends in singular
+//! positions of some of them; the report is on the mechanism, not on those.
 
 #[path = "common/singular_values.rs"]
 mod singular_values;
@@ -37,16 +38,31 @@ fn unique_rows(all: &DMatrix<f64>, full: usize) -> Vec<usize> {
 
 /// Asserts what the report says of a mechanism with so many freedoms and independent rows, at states of it.
 #[track_caller]
-fn agree<M: Constraints>(report: &str, model: &M, states: &[M::State], (freedom, independent): (usize, usize)) {
+fn agree<M: Constraints>(
+    report: &str,
+    model: &M,
+    states: &[M::State],
+    (freedom, independent): (usize, usize),
+) {
     let rows = M::Rows::LEN;
     let said = entry(report, "degrees of freedom").expect("an entry");
-    let count =
-        if independent == rows { format!("{rows} independent rows") } else { format!("{independent} of {rows} rows") };
-    assert!(said.starts_with(&format!("{freedom};")) || said.starts_with(&format!("{freedom}: ")), "{report}");
-    assert!(said.contains(&count) && said.contains("where they hold, at the nominal values"), "{count}\n{report}");
+    let count = if independent == rows {
+        format!("{rows} independent rows")
+    } else {
+        format!("{independent} of {rows} rows")
+    };
+    assert!(
+        said.starts_with(&format!("{freedom};")) || said.starts_with(&format!("{freedom}: ")),
+        "{report}"
+    );
+    assert!(
+        said.contains(&count) && said.contains("where they hold, at the nominal values"),
+        "{count}\n{report}"
+    );
     assert!(!report.contains("tangent") && !report.contains("branches"), "{report}");
     let reactions = entry(report, "reactions").expect("an entry");
-    let blocks: Vec<String> = ["loops", "single rows"].iter().filter_map(|heading| entry(report, heading)).collect();
+    let blocks: Vec<String> =
+        ["loops", "single rows"].iter().filter_map(|heading| entry(report, heading)).collect();
     for state in states {
         let all = jacobian(model, state);
         assert_eq!((rank(&all), M::Vector::LEN - rank(&all)), (independent, freedom), "{state:?}");
@@ -57,7 +73,12 @@ fn agree<M: Constraints>(report: &str, model: &M, states: &[M::State], (freedom,
         }
         let told = model.reactions(state).expect("reactions");
         for (reaction, c) in told.iter().zip(M::CONSTRAINTS) {
-            assert_eq!(reaction.unique, (c.first..c.first + c.rows).all(|r| unique.contains(&r)), "{}", c.name);
+            assert_eq!(
+                reaction.unique,
+                (c.first..c.first + c.rows).all(|r| unique.contains(&r)),
+                "{}",
+                c.name
+            );
         }
         determined::<M>(&blocks, &all, independent);
     }
@@ -72,7 +93,8 @@ fn determined<M: Constraints>(blocks: &[String], all: &DMatrix<f64>, independent
         for one in list.split("; ") {
             let (own, coordinates) = one.split_once(" for ").expect("rows for coordinates");
             let own = rows_named::<M>(own);
-            let place = |name: &str| M::COORDINATES.iter().position(|c| c.name == name).expect("a coordinate");
+            let place =
+                |name: &str| M::COORDINATES.iter().position(|c| c.name == name).expect("a coordinate");
             let columns: Vec<usize> = coordinates.split(", ").map(place).collect();
             let block = all.select_rows(&own).select_columns(&columns);
             assert_eq!((own.len(), rank(&block)), (columns.len(), own.len()), "{one}");
@@ -104,7 +126,8 @@ impl Roberval {
         for i in 0..3 {
             turning += q.beam[i].dt().powi(2);
         }
-        0.5 * self.mass * (left.dt().norm_squared() + right.dt().norm_squared()) + 0.5 * self.inertia * turning
+        0.5 * self.mass * (left.dt().norm_squared() + right.dt().norm_squared())
+            + 0.5 * self.inertia * turning
     }
     #[potential]
     fn weight(&self, q: &Coordinates<Self>) -> Expr {
@@ -207,7 +230,8 @@ struct Bricard {
 
 #[dynamics]
 impl Bricard {
-    /// From the frame of the last hinge to that of the first: a turn about z, a step along x, a quarter turn about x to either side.
+    /// From the frame of the last hinge to that of the first: a turn about z, a step along x, a quarter turn
+    /// about x to either side.
     fn around(&self, q: &Coordinates<Self>, point: Vec3) -> Vec3 {
         let mut place = point;
         for i in 0..6 {
@@ -242,8 +266,8 @@ impl Bricard {
 fn bricard() {
     let model = Bricard { inertia: 1.0, length: 1.0 };
     let report = Bricard::REPORT.split_whitespace().collect::<Vec<_>>().join(" ");
-    let said = "degrees of freedom 2 on some branches, 1 on others; 6 coordinates, 4 of 6 rows of constraints independent on some branches of the \
-        assembly, 5 on others";
+    let said = "degrees of freedom 2 on some branches, 1 on others; 6 coordinates, 4 of 6 rows of \
+        constraints independent on some branches of the assembly, 5 on others";
     assert!(report.contains(said) && report.contains("which branch the start is on decides"), "{report}");
     let symmetric = |first: f64, other: f64| {
         let turns = [first, other, first, other, first, other];
@@ -253,7 +277,8 @@ fn bricard() {
         assert_eq!(rank(&jacobian(&model, &state)), 5);
     }
     for [a, b] in [[0.7, 1.1], [-1.2, 0.4], [2.1, -1.7]] {
-        let state = model.state().turn([core::f64::consts::PI, a, b, core::f64::consts::PI, b, -a]).build().unwrap();
+        let state =
+            model.state().turn([core::f64::consts::PI, a, b, core::f64::consts::PI, b, -a]).build().unwrap();
         assert_eq!(rank(&jacobian(&model, &state)), 4);
     }
 }
@@ -297,7 +322,8 @@ impl Jansen {
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let rods = q.upper.dt().powi(2) + q.lower.dt().powi(2) + q.coupler.dt().powi(2) + q.strut.dt().powi(2);
+        let rods =
+            q.upper.dt().powi(2) + q.lower.dt().powi(2) + q.coupler.dt().powi(2) + q.strut.dt().powi(2);
         0.5 * self.inertia * (rods + q.crank.dt().powi(2) + q.triangle.dt().powi(2) + q.shin.dt().powi(2))
     }
     fn hip(&self) -> Vec2 {
@@ -305,7 +331,9 @@ impl Jansen {
     }
     #[holonomic]
     fn upper_loop(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.along(self.m, q.crank) + self.along(self.j, q.upper) - self.along(self.b, q.triangle) - self.hip()
+        self.along(self.m, q.crank) + self.along(self.j, q.upper)
+            - self.along(self.b, q.triangle)
+            - self.hip()
     }
     #[holonomic]
     fn lower_loop(&self, q: &Coordinates<Self>) -> Vec2 {
@@ -343,12 +371,14 @@ fn jansen() {
     agree(Jansen::REPORT, &model, &[0.2, 2.0, 4.0].map(at), (1, 6));
 }
 
-/// A leg that was spun turns for a minute: its loops stay closed and its energy the same, at steps and between them. (The machine of twelve legs does it in its example.)
+/// A leg that was spun turns for a minute: its loops stay closed and its energy the same, at steps and
+/// between them. (The machine of twelve legs does it in its example.)
 #[test]
 fn jansens_leg_turns_for_a_minute() {
     let [a, l, m, j, k, b, c] = [0.38, 0.078, 0.15, 0.5, 0.619, 0.415, 0.393];
     let model = Jansen { inertia: 1.0, a, l, m, j, k, b, c, d: 0.401, e: 0.558, f: 0.394, g: 0.367 };
-    let guessed = model.state().crank(0.2).crank_rate(6.0).upper_guess(0.9).triangle_guess(1.5).lower_guess(-0.9);
+    let guessed =
+        model.state().crank(0.2).crank_rate(6.0).upper_guess(0.9).triangle_guess(1.5).lower_guess(-0.9);
     let start = guessed.strut_guess(-1.7).coupler_guess(-1.4).shin_guess(0.1).assemble().unwrap();
     let energy = model.kinetic_energy(&start);
     let motion = model.simulate(start).until(60.0).tolerance(1e-10).method(methods::Dop853).run().unwrap();
@@ -358,7 +388,8 @@ fn jansens_leg_turns_for_a_minute() {
         assert!(gap < 1e-13 && rate < 1e-12, "{gap:e} {rate:e} at {}", state.t);
         assert!((model.kinetic_energy(&state) / energy - 1.0).abs() < 1e-7, "at {}", state.t);
     }
-    let between = motion.sample((0..6000).map(|i| f64::from(i) * 0.01)).map(|state| model.residual(&state).amax());
+    let between =
+        motion.sample((0..6000).map(|i| f64::from(i) * 0.01)).map(|state| model.residual(&state).amax());
     let gap = between.fold(0.0, f64::max);
     assert!(gap < 1e-8, "{gap:e}");
     // It is back after each turn, on the same branch.
@@ -408,7 +439,8 @@ impl FourWindows {
     }
 }
 
-/// All windows lean, or the first one alone is open, its rods on each other, and the others lie flat: there velocities are free that no position is.
+/// All windows lean, or the first one alone is open, its rods on each other, and the others lie flat: there
+/// velocities are free that no position is.
 #[test]
 fn four_windows() {
     let model = FourWindows { mass: 1.0, length: 1.0 };

@@ -1,4 +1,5 @@
-//! Angles that lock: starts and motions beside the singular value of a set say which angle and which set, wherever the mass matrix suffers from it, and only there.
+//! Angles that lock: starts and motions beside the singular value of a set say which angle and which set,
+//! wherever the mass matrix suffers from it, and only there.
 
 use dynamics::model::AngleSet;
 use dynamics::motion::SimulationErrorKind;
@@ -87,7 +88,8 @@ fn a_start_in_gimbal_lock_is_named() {
     assert!(error.contains("`pitch`") && error.contains("of -π/2") && error.contains("3-2-1 set"), "{error}");
 }
 
-/// A pendulum falls through its lowest place, where its Euler angles lock: none comes back as if nothing were.
+/// A pendulum falls through its lowest place, where its Euler angles lock: none comes back as if nothing
+/// were.
 #[test]
 fn motions_through_gimbal_lock_are_told() {
     for (rate, tolerance) in [(0.0, 1e-9), (1e-6, 1e-6), (1e-6, 1e-9), (1e-3, 1e-9), (1e-3, 1e-12)] {
@@ -102,14 +104,27 @@ fn motions_through_gimbal_lock_are_told() {
                 let fall = (2.0 * FREE.m * FREE.g * FREE.l * (1.0 + 2.5f64.cos()) / inertia).sqrt();
                 let wanted = rate * 2.5f64.sin().powi(2) / fall;
                 println!("{rate} at {tolerance}: {:.2e}, wanted {wanted:.2e}", locking.distance);
-                assert!((locking.distance - wanted).abs() < 0.5 * wanted + 1e-9, "{rate} at {tolerance}: {summary}");
+                assert!(
+                    (locking.distance - wanted).abs() < 0.5 * wanted + 1e-9,
+                    "{rate} at {tolerance}: {summary}"
+                );
                 assert!(locking.doubtful || locking.distance > 1e-4, "{rate} at {tolerance}: {summary}");
-                assert_eq!(locking.doubtful, summary.to_string().contains("warning      gimbal lock at"), "{summary}");
-                assert!(summary.to_string().contains("of π, the singular value of its 3-1-3 set"), "{summary}");
+                assert_eq!(
+                    locking.doubtful,
+                    summary.to_string().contains("warning      gimbal lock at"),
+                    "{summary}"
+                );
+                assert!(
+                    summary.to_string().contains("of π, the singular value of its 3-1-3 set"),
+                    "{summary}"
+                );
             }
             Err(error) => {
                 println!("{rate} at {tolerance}: {error}");
-                assert!(matches!(error.kind, SimulationErrorKind::GimbalLock { .. }), "{rate} at {tolerance}: {error}");
+                assert!(
+                    matches!(error.kind, SimulationErrorKind::GimbalLock { .. }),
+                    "{rate} at {tolerance}: {error}"
+                );
             }
         }
     }
@@ -167,12 +182,15 @@ fn fixed_steps_that_pass_over_gimbal_lock_are_told() {
                 assert!(locking.doubtful && locking.passed_over, "{rate} by {h}: {summary}");
                 let text = summary.to_string();
                 assert!(
-                    text.contains("warning      gimbal lock at t = ") && text.contains("the fixed steps are too long"),
+                    text.contains("warning      gimbal lock at t = ")
+                        && text.contains("the fixed steps are too long"),
                     "{text}"
                 );
             }
             // Nor is what is thrown out there a motion.
-            Err(error) => assert!(!error.state.theta().abs().is_nan() && error.state.theta().abs() > 10.0, "{error}"),
+            Err(error) => {
+                assert!(!error.state.theta().abs().is_nan() && error.state.theta().abs() > 10.0, "{error}")
+            }
         }
     }
     // Short enough for a wide berth, they are as good as any.
@@ -207,8 +225,9 @@ impl Spinning {
     }
 }
 
-/// M has rank 3 of 4, and the constraint holds the fourth direction: what is told is how well the two together
-/// determine the accelerations, which is badly only where the body itself has next to no inertia about an axis.
+/// M has rank 3 of 4, and the constraint holds the fourth direction: what is told is how well the two
+/// together determine the accelerations, which is badly only where the body itself has next to no inertia
+/// about an axis.
 #[test]
 fn conditioning_of_euler_parameters_is_that_of_what_the_constraint_leaves() {
     let conditioning = |inertia| {

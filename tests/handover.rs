@@ -1,10 +1,12 @@
-//! Switched constraints that are never on together: they take over from each other, or exclude each other. Each runs on generated code of its own.
+//! Switched constraints that are never on together: they take over from each other, or exclude each other.
+//! Each runs on generated code of its own.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use dynamics::prelude::*;
 
-/// A Geneva drive of four slots: the wheel is turned by the crank's pin in a slot, and locked while the pin is out.
+/// A Geneva drive of four slots: the wheel is turned by the crank's pin in a slot, and locked while the pin
+/// is out.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, wheel: rad)]
 #[units(crank_inertia: kg * m^2, wheel_inertia: kg * m^2, distance: m)]
@@ -44,7 +46,8 @@ fn a_geneva_drive_runs_on_generated_code() {
     let model = Geneva { crank_inertia: 0.02, wheel_inertia: 0.01, distance: 0.1 };
     let constants = model.constants().unwrap();
     let start = model.state().crank(PI).crank_rate(10.0).release("slot").build().unwrap();
-    let engaged = model.state().crank(0.3).wheel_guess(0.5).crank_rate(8.0).release("lock").assemble().unwrap();
+    let engaged =
+        model.state().crank(0.3).wheel_guess(0.5).crank_rate(8.0).release("lock").assemble().unwrap();
     for state in [start, engaged] {
         assert!(model.solve_unrolled(&constants, &state).is_some());
     }
@@ -55,7 +58,8 @@ fn a_geneva_drive_runs_on_generated_code() {
     };
     let n = 20_000;
     let step = FRAC_PI_2 / f64::from(n);
-    let one = |k: i32| step / 10.0 * (1.0 + 0.5 * ratio(-FRAC_PI_4 + (f64::from(k) + 0.5) * step).powi(2)).sqrt();
+    let one =
+        |k: i32| step / 10.0 * (1.0 + 0.5 * ratio(-FRAC_PI_4 + (f64::from(k) + 0.5) * step).powi(2)).sqrt();
     let turn = (0..n).map(one).sum::<f64>() + 0.15 * PI;
     let run = model
         .simulate(start)

@@ -1,4 +1,5 @@
-//! Generated code gets along with whatever surrounds it: modules, function bodies, shadowed names, strict lints, other macros.
+//! Generated code gets along with whatever surrounds it: modules, function bodies, shadowed names, strict
+//! lints, other macros.
 #![deny(warnings, missing_docs, unsafe_code, unreachable_pub, clippy::all, clippy::pedantic)]
 #![deny(unused, nonstandard_style, rust_2018_idioms, single_use_lifetimes, unused_qualifications)]
 #![deny(missing_debug_implementations, missing_copy_implementations, unused_results, trivial_casts)]
@@ -122,7 +123,8 @@ mod shadowed {
         let model = Block { m: 2.0, friction: 0.1 };
         let ::core::result::Result::Ok(state) = model.state().x_guess(1.0).assemble() else { return 0.0 };
         let mut values = [0.0];
-        let ::core::result::Result::Ok(()) = ::dynamics::model::Events::events(&model, &state, &mut values) else {
+        let ::core::result::Result::Ok(()) = ::dynamics::model::Events::events(&model, &state, &mut values)
+        else {
             return 0.0;
         };
         values[0]
@@ -497,7 +499,8 @@ mod from_macro {
     }
 }
 
-/// Conditional compilation where rustc settles it before the macros run, and in a drawing, which they do not follow.
+/// Conditional compilation where rustc settles it before the macros run, and in a drawing, which they do not
+/// follow.
 mod conditional {
     use dynamics::prelude::*;
 

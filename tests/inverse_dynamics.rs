@@ -1,4 +1,5 @@
-//! Forces that a motion needs: zero for what a model does by itself, reactions and forces that depend on them included, and M q̈ − Q by entries for any other.
+//! Forces that a motion needs: zero for what a model does by itself, reactions and forces that depend on them
+//! included, and M q̈ − Q by entries for any other.
 
 use dynamics::prelude::*;
 
@@ -41,9 +42,10 @@ const BLOCK: Block = Block { m: 2.0, bob: 0.5, l: 0.3, g: 9.81, friction: 0.2 };
 
 #[test]
 fn what_a_model_does_by_itself_needs_nothing() {
-    let state = BLOCK.state().theta(0.7).theta_rate(-2.0).x_rate(1.5).push(3.0).build().expect("on the floor");
-    let solved =
-        dynamics::constrain::solve_once(&BLOCK, &BLOCK.constants().expect("regular"), &state).expect("one solution");
+    let state =
+        BLOCK.state().theta(0.7).theta_rate(-2.0).x_rate(1.5).push(3.0).build().expect("on the floor");
+    let solved = dynamics::constrain::solve_once(&BLOCK, &BLOCK.constants().expect("regular"), &state)
+        .expect("one solution");
     let nothing = BLOCK.inverse_dynamics_with(&state, &solved.accelerations, &solved.multipliers);
     assert!(nothing.norm() < 1e-14 * 25.0, "{nothing:?}");
     assert!(solved.multipliers[0] > 20.0);
@@ -57,7 +59,8 @@ fn what_a_model_does_by_itself_needs_nothing() {
 
 #[test]
 fn any_accelerations() {
-    let state = BLOCK.state().theta(0.7).theta_rate(-2.0).x_rate(1.5).push(3.0).build().expect("on the floor");
+    let state =
+        BLOCK.state().theta(0.7).theta_rate(-2.0).x_rate(1.5).push(3.0).build().expect("on the floor");
     let a = [0.4, -1.1, 6.0];
     let found = BLOCK.inverse_dynamics(&state, &a.into());
     // By hand: d/dt of p, less ∂L/∂q and the push.
@@ -73,7 +76,8 @@ fn any_accelerations() {
     }
 }
 
-/// A rigid body whose mass is aside of its frame, which shifts and turns: a tree of one body is tried for it, and not taken.
+/// A rigid body whose mass is aside of its frame, which shifts and turns: a tree of one body is tried for it,
+/// and not taken.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, yaw: rad, roll: rad)]
 #[units(m: kg, a: m, j: kg * m^2, g: m / s^2)]
@@ -87,7 +91,12 @@ struct Floating {
 impl Floating {
     fn body(&self, q: &Coordinates<Self>) -> RigidBody {
         let frame = Frame::new(vec3(q.x, q.y, 0.0), Mat3::rotation_z(q.yaw) * Mat3::rotation_x(q.roll));
-        RigidBody::new(self.m, vec3(self.a, 0.0, self.a), Mat3::diagonal(self.j, 2.0 * self.j, 3.0 * self.j), frame)
+        RigidBody::new(
+            self.m,
+            vec3(self.a, 0.0, self.a),
+            Mat3::diagonal(self.j, 2.0 * self.j, 3.0 * self.j),
+            frame,
+        )
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
@@ -99,11 +108,13 @@ impl Floating {
     }
 }
 
-/// As M q̈ − Q by entries; and its derivatives, of which linearisations are made, as differences of that. What a tree of bodies leaves behind in the graph once hid the symbols ẋ and ẏ from gradients.
+/// As M q̈ − Q by entries; and its derivatives, of which linearisations are made, as differences of that.
+/// What a tree of bodies leaves behind in the graph once hid the symbols ẋ and ẏ from gradients.
 #[test]
 fn of_a_body_that_floats() {
     let model = Floating { m: 2.0, a: 0.3, j: 0.1, g: 9.81 };
-    let state = model.state().x(0.4).y(-0.7).yaw(0.9).roll(0.3).x_rate(0.2).y_rate(1.1).yaw_rate(-0.8).roll_rate(0.6);
+    let state =
+        model.state().x(0.4).y(-0.7).yaw(0.9).roll(0.3).x_rate(0.2).y_rate(1.1).yaw_rate(-0.8).roll_rate(0.6);
     let state = state.build().expect("nothing holds it");
     let by_entries = |state: &State<Floating>, a: [f64; 4]| {
         model.mass_matrix(state) * nalgebra::SVector::from(a) - model.generalized_force(state)

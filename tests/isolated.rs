@@ -1,5 +1,5 @@
-//! Systems of bodies on which nothing acts from outside: momentum and angular momentum are kept, and the motion does not depend on where the world
-//! is, how it is turned, or how fast it moves.
+//! Systems of bodies on which nothing acts from outside: momentum and angular momentum are kept, and the
+//! motion does not depend on where the world is, how it is turned, or how fast it moves.
 
 use dynamics::prelude::*;
 use nalgebra::SVector;
@@ -215,8 +215,14 @@ proptest! {
 #[test]
 fn momenta_are_kept_while_it_moves() {
     let model = Jointed::of_numbers();
-    let bodies =
-        jointed([0.2, 0.1, -0.4], [0.5, -0.3, 0.1], [0.7, -1.1, 0.4], [0.4, 0.3, -0.8], [0.5, -0.9], [1.5, -0.6]);
+    let bodies = jointed(
+        [0.2, 0.1, -0.4],
+        [0.5, -0.3, 0.1],
+        [0.7, -1.1, 0.4],
+        [0.4, 0.3, -0.8],
+        [0.5, -0.9],
+        [1.5, -0.6],
+    );
     let start = model.state_of(bodies);
     let motion = model.simulate(start).until(5.0).tolerance(1e-12).run().expect("nothing is singular");
     let of = |state: &State<Jointed>| {

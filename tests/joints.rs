@@ -1,4 +1,5 @@
-//! Joints in motion: a body that a joint holds in the world against the same body in minimal coordinates; wheels against closed forms.
+//! Joints in motion: a body that a joint holds in the world against the same body in minimal coordinates;
+//! wheels against closed forms.
 
 use dynamics::prelude::*;
 use nalgebra::SVector;
@@ -55,8 +56,8 @@ macro_rules! held {
     };
 }
 
-/// A free body with Euler parameters and a joint to the world, beside the same body in minimal coordinates. The numbers are the coordinates and rates
-/// with which it starts.
+/// A free body with Euler parameters and a joint to the world, beside the same body in minimal coordinates.
+/// The numbers are the coordinates and rates with which it starts.
 macro_rules! joint {
     ($module:ident, |$a:ident, $b:ident| $joint:expr, $rows:literal, [$($c:ident: $q:expr, $u:expr);*], |$s:ident, $v:ident| $frame:expr) => {
         mod $module {
@@ -209,9 +210,11 @@ mod weld {
     fn frames_are_one_and_not_otherwise() {
         start(Mat3::rotation_x(0.0)).expect("the frames are one");
         let pi = core::f64::consts::PI;
-        let quarters = (0..64)
-            .map(|i| Mat3::euler(EulerSequence::Zyx, [i % 4, i / 4 % 4, i / 16].map(|k| f64::from(k) * 0.5 * pi)));
-        let quarters = quarters.filter(|turned| turned.column(0).x + turned.column(1).y + turned.column(2).z < 2.9);
+        let quarters = (0..64).map(|i| {
+            Mat3::euler(EulerSequence::Zyx, [i % 4, i / 4 % 4, i / 16].map(|k| f64::from(k) * 0.5 * pi))
+        });
+        let quarters =
+            quarters.filter(|turned| turned.column(0).x + turned.column(1).y + turned.column(2).z < 2.9);
         let halves = (0..300).map(|i| {
             let tilt = Mat3::euler(EulerSequence::Zyx, [0.1 * f64::from(i), 0.7 * f64::from(i), 0.3]);
             tilt * Mat3::rotation_x(pi) * tilt.transpose()
@@ -220,7 +223,8 @@ mod weld {
             let refused = start(turned).expect_err("the frames are turned against one another");
             assert!(refused.contains("constraint `joint[") && refused.contains("does not hold"), "{refused}");
         }
-        // The one other attitude at which the rows are zero, and regular: by θ about w = (3, 5, 7)/10 with cot θ/2 = |w|.
+        // The one other attitude at which the rows are zero, and regular: by θ about w = (3, 5, 7)/10 with
+        // cot θ/2 = |w|.
         let w = Vec3::new(0.3, 0.5, 0.7);
         let other = Mat3::axis_angle(w, 2.0 * (1.0 / w.norm()).atan()).value();
         let refused = start(other).expect_err("the rows hold, and the frames are not one");

@@ -1,4 +1,5 @@
-//! Where the accelerations of a derived model are not smooth: steps end there, and every method keeps the accuracy that its tolerance promises.
+//! Where the accelerations of a derived model are not smooth: steps end there, and every method keeps the
+//! accuracy that its tolerance promises.
 
 use std::f64::consts::PI;
 
@@ -146,7 +147,8 @@ impl Lobes {
     }
 }
 
-/// A ball on an elastic floor, after Hertz: at the edge of the contact the force has a derivative, and none beyond.
+/// A ball on an elastic floor, after Hertz: at the edge of the contact the force has a derivative, and none
+/// beyond.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]
 #[units(m: kg, g: m / s^2)]
@@ -194,7 +196,8 @@ fn a_ball_bounces_on_a_spring_that_only_pushes() {
     let model = Trampoline { m: 1.0, k: 900.0, g: 9.81 };
     let (height, w) = (0.7, 30.0);
     let hit = f64::sqrt(2.0 * model.g * height);
-    // Down and up again, and half a swing about the place where the spring carries the weight, and a little more.
+    // Down and up again, and half a swing about the place where the spring carries the weight, and a little
+    // more.
     let period = 2.0 * hit / model.g + 2.0 / w * (PI - f64::atan(hit * w / model.g));
     let start = model.state().x(height).build().unwrap();
     let check = |name: &str, tolerance: f64, motion: &dynamics::motion::Motion<'_, Trampoline>| {
@@ -203,7 +206,9 @@ fn a_ball_bounces_on_a_spring_that_only_pushes() {
         println!("{name} {tolerance:e}: error {error:.1e}, {} + {} steps", summary.steps, summary.rejected);
         assert!(error < 300.0 * tolerance + 1e-12, "{name} at {tolerance:e}: {error:e}");
     };
-    with_all_methods!(model, start, 10.0 * period, |name, tolerance, motion| { check(name, tolerance, &motion) });
+    with_all_methods!(model, start, 10.0 * period, |name, tolerance, motion| {
+        check(name, tolerance, &motion)
+    });
     for tolerance in TOLERANCES {
         let run = model
             .simulate(start)
@@ -236,7 +241,8 @@ fn a_force_that_jumps_pushes_to_and_fro() {
     });
 }
 
-/// Over the jump of the angle the motion is that of a spring wound anew: θ = 2πn once in every turn. Series went past it and lost half of the energy.
+/// Over the jump of the angle the motion is that of a spring wound anew: θ = 2πn once in every turn. Series
+/// went past it and lost half of the energy.
 #[test]
 fn the_cut_of_an_angle_is_a_jump() {
     let model = ShorterWay { inertia: 1.0, k: 1.0 };
@@ -248,8 +254,12 @@ fn the_cut_of_an_angle_is_a_jump() {
         assert!(error < 1e3 * tolerance + 1e-11, "{method}, {tolerance:e}: {error:e}");
     });
     for tolerance in [1e-4, 1e-8, 1e-12] {
-        let run =
-            model.simulate(start).until(10.0 * turn).tolerance(tolerance).method(methods::Taylor::default()).run();
+        let run = model
+            .simulate(start)
+            .until(10.0 * turn)
+            .tolerance(tolerance)
+            .method(methods::Taylor::default())
+            .run();
         let motion = run.unwrap_or_else(|e| panic!("{e}"));
         let error = (motion.end().theta() - 20.0 * PI).abs();
         assert!(error < 1e3 * tolerance + 1e-11, "{tolerance:e}: {error:e}");
@@ -276,7 +286,8 @@ fn a_cut_that_changes_nothing_costs_no_accuracy() {
 #[test]
 fn a_contact_after_hertz_has_no_series_at_its_edge() {
     let model = Elastic { m: 1.0, k: 1e4, g: 9.81 };
-    let energy = |s: &ElasticState| 0.5 * s.x_rate().powi(2) + 9.81 * s.x() + 4e3 * (-s.x()).max(0.0).powf(2.5);
+    let energy =
+        |s: &ElasticState| 0.5 * s.x_rate().powi(2) + 9.81 * s.x() + 4e3 * (-s.x()).max(0.0).powf(2.5);
     for height in [1.0, 0.37] {
         let start = model.state().x(height).build().unwrap();
         let lost = |s: &ElasticState| (energy(s) / energy(&start) - 1.0).abs();
@@ -287,7 +298,12 @@ fn a_contact_after_hertz_has_no_series_at_its_edge() {
             assert!(lost < factor * tolerance + 1e-11, "{method}, {tolerance:e}: {lost:e}");
         });
         for tolerance in TOLERANCES {
-            let run = model.simulate(start).until(10.0).tolerance(tolerance).method(methods::Taylor::default()).run();
+            let run = model
+                .simulate(start)
+                .until(10.0)
+                .tolerance(tolerance)
+                .method(methods::Taylor::default())
+                .run();
             let motion = run.unwrap_or_else(|e| panic!("{tolerance:e}: {e}"));
             let lost = lost(&motion.end());
             assert!(lost < 1e3 * tolerance + 1e-11, "{tolerance:e}: {lost:e}");
@@ -300,7 +316,8 @@ fn a_contact_after_hertz_has_no_series_at_its_edge() {
 fn knots_of_a_spline_cost_no_accuracy() {
     let x: Vec<f64> = (0..=40).map(|i| -4.0 + 0.2 * f64::from(i)).collect();
     // Rough on purpose: neighbouring pieces differ in their third derivatives.
-    let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| 0.25 * x * x + 0.005 * f64::from(i as u32 * 7 % 5)).collect();
+    let y: Vec<f64> =
+        x.iter().enumerate().map(|(i, x)| 0.25 * x * x + 0.005 * f64::from(i as u32 * 7 % 5)).collect();
     let model = Surveyed { m: 1.0, g: 9.81, wire: CubicSpline::not_a_knot(&x, &y).unwrap() };
     let start = model.state().x(-2.9).build().unwrap();
     let exact = model.simulate(start).until(6.0).tolerance(1e-14).method(methods::Dop853).run().unwrap();
@@ -313,7 +330,11 @@ fn knots_of_a_spline_cost_no_accuracy() {
         );
         // Stages beyond a knot see the next piece: a part of the error that its estimate does not.
         assert!(error < 1e3 * tolerance, "{name} at {tolerance:e}: {error:e}");
-        assert!(summary.energy_drift < 1e3 * tolerance, "{name} at {tolerance:e}: {:e}", summary.energy_drift);
+        assert!(
+            summary.energy_drift < 1e3 * tolerance,
+            "{name} at {tolerance:e}: {:e}",
+            summary.energy_drift
+        );
     });
 }
 
@@ -354,7 +375,9 @@ fn states_between_steps_belong_to_their_own_side() {
             ("Taylor", run().method(methods::Taylor::default()).run().unwrap()),
         ] {
             let off = |t: &f64| {
-                (motion.at(*t).q() - exact.at(*t).q()).amax().max((motion.at(*t).u() - exact.at(*t).u()).amax())
+                (motion.at(*t).q() - exact.at(*t).q())
+                    .amax()
+                    .max((motion.at(*t).u() - exact.at(*t).u()).amax())
             };
             let error = times.iter().map(off).fold(0.0, f64::max);
             println!("{name} {tolerance:e}: {error:.1e}");
@@ -365,7 +388,8 @@ fn states_between_steps_belong_to_their_own_side() {
     }
 }
 
-/// A ball that falls on an elastic ball: the force, a power of the penetration, does not exist beyond the place where it ends.
+/// A ball that falls on an elastic ball: the force, a power of the penetration, does not exist beyond the
+/// place where it ends.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x)]
 struct Hertz {
@@ -401,7 +425,8 @@ fn a_branch_need_not_exist_beyond_the_place_where_it_ends() {
     });
 }
 
-/// A pulse that is over long before a step would have ended: it is not stepped over, and its work is accounted for.
+/// A pulse that is over long before a step would have ended: it is not stepped over, and its work is
+/// accounted for.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x)]
 struct Pulsed {
@@ -430,7 +455,8 @@ fn a_pulse_is_not_stepped_over_and_sets_nothing_sliding() {
         let model = Pulsed { m: 1.0, push: 10.0 / width, at: 5.0, width };
         let start = model.state().build().unwrap();
         // After the pulse u̇ = −u²/10.
-        let exact = model.simulate(start).until(10.0).tolerance(1e-13).max_step(0.25 * width).max_steps(10_000_000);
+        let exact =
+            model.simulate(start).until(10.0).tolerance(1e-13).max_step(0.25 * width).max_steps(10_000_000);
         let exact = if width > 1e-3 { exact.run().unwrap().end().x_rate() } else { 10.0 / (1.0 + 5.0) };
         with_all_methods!(model, start, 10.0, |name, tolerance, motion| {
             let (error, summary) = ((motion.end().x_rate() - exact).abs(), motion.summary());
@@ -442,7 +468,8 @@ fn a_pulse_is_not_stepped_over_and_sets_nothing_sliding() {
     }
 }
 
-/// A pendulum in Cartesian coordinates with a soft stop: in every formulation, and with gains that are tied to steps which end anywhere.
+/// A pendulum in Cartesian coordinates with a soft stop: in every formulation, and with gains that are tied
+/// to steps which end anywhere.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
 struct Stopped {
@@ -473,9 +500,12 @@ fn a_pendulum_meets_a_soft_stop_in_every_formulation() {
     let model = Stopped { m: 1.0, l: 1.0, g: 9.81, k: 500.0 };
     let start = model.state().x(-0.6).y(-0.8).build().unwrap();
     for tolerance in [1e-6, 1e-9] {
-        for formulation in
-            [Formulation::Projected, Formulation::Embedded, Formulation::Augmented, Formulation::BaumgarteTied]
-        {
+        for formulation in [
+            Formulation::Projected,
+            Formulation::Embedded,
+            Formulation::Augmented,
+            Formulation::BaumgarteTied,
+        ] {
             let run = model.simulate(start).until(5.0).tolerance(tolerance).method(methods::Dop853);
             let motion = run.formulation(formulation).run().unwrap_or_else(|e| panic!("{formulation}: {e}"));
             let summary = motion.summary();
@@ -484,7 +514,8 @@ fn a_pendulum_meets_a_soft_stop_in_every_formulation() {
     }
 }
 
-/// Where it comes to rest there is no side to go on to: friction by a sign alone has no solution there, only an average of many short steps.
+/// Where it comes to rest there is no side to go on to: friction by a sign alone has no solution there, only
+/// an average of many short steps.
 #[test]
 fn what_slides_along_a_jump_neither_hangs_nor_moves() {
     let model = Block { m: 1.0, friction: 2.0, pull: 1.0 };
@@ -508,8 +539,8 @@ fn what_slides_along_a_jump_neither_hangs_nor_moves() {
     assert!(counts.steps + counts.rejected < 40_000, "{counts:?}");
 }
 
-/// A bead that slides forward on a rough wave without gravity. Its friction is of the size of the wire's reaction, which changes its sign with the
-/// curvature of the wire.
+/// A bead that slides forward on a rough wave without gravity. Its friction is of the size of the wire's
+/// reaction, which changes its sign with the curvature of the wire.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(m: kg, a: m, k: 1 / m)]
@@ -549,7 +580,8 @@ impl RoughWave {
         let flanks = (-99..100).filter(|i| i % 2 != 0).map(|i| f64::from(i) * quarter);
         let places: Vec<f64> =
             std::iter::once(from).chain(flanks.filter(|x| (from..at).contains(x))).chain([at]).collect();
-        let turned: f64 = places.windows(2).map(|p| (self.slope_angle(p[1]) - self.slope_angle(p[0])).abs()).sum();
+        let turned: f64 =
+            places.windows(2).map(|p| (self.slope_angle(p[1]) - self.slope_angle(p[0])).abs()).sum();
         4.0 * (-self.mu * turned).exp()
     }
 }
@@ -560,7 +592,8 @@ fn friction_follows_a_reaction_that_changes_its_sign() {
     let wave = RoughWave { m: 0.1, a: 0.5, k: 2.0, mu: 0.2 };
     for from in [-3.0, -2.9, -2.83, -2.6] {
         let (angle, y) = (wave.slope_angle(from), wave.a * (wave.k * from).cos());
-        let start = wave.state().x(from).y(y).x_rate(4.0 * angle.cos()).y_rate(4.0 * angle.sin()).build().unwrap();
+        let start =
+            wave.state().x(from).y(y).x_rate(4.0 * angle.cos()).y_rate(4.0 * angle.sin()).build().unwrap();
         with_all_methods!(wave, start, 2.0, |name, tolerance, motion| {
             let off = |state: State<RoughWave>| {
                 (state.x_rate().hypot(state.y_rate()) / wave.speed(from, state.x()) - 1.0).abs()
@@ -577,7 +610,8 @@ fn friction_follows_a_reaction_that_changes_its_sign() {
     assert!(RoughWave::REPORT.lines().any(|l| l == line), "{}", RoughWave::REPORT);
 }
 
-/// A ball that slides inward in a tube that turns in a vertical plane: its friction does not change the reaction, of which gravity and inertia cancel at one instant.
+/// A ball that slides inward in a tube that turns in a vertical plane: its friction does not change the
+/// reaction, of which gravity and inertia cancel at one instant.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(m: kg, g: m / s^2, omega: rad / s)]
@@ -635,7 +669,8 @@ impl Radial {
     }
 }
 
-/// A reaction that is the difference of large forces is nowhere zero but to their rounding; it was refused there as a paradox.
+/// A reaction that is the difference of large forces is nowhere zero but to their rounding; it was refused
+/// there as a paradox.
 #[test]
 fn friction_has_a_solution_where_its_reaction_passes_zero() {
     let (m, g, omega, mu) = (0.5, 9.81, 3.0, 0.3);

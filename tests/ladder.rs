@@ -1,4 +1,5 @@
-//! Models of one scene beside each other, derived: what their reports count is what a comparison says they cost, and units are kept apart.
+//! Models of one scene beside each other, derived: what their reports count is what a comparison says they
+//! cost, and units are kept apart.
 
 use std::time::Duration;
 
@@ -79,7 +80,8 @@ fn models() -> (Angle, Cartesian) {
 
 /// Operations of the accelerations per call, as a report lists them.
 fn counted(report: &str) -> usize {
-    let line = report.lines().find(|line| line.starts_with("accelerations ")).expect("the report counts them");
+    let line =
+        report.lines().find(|line| line.starts_with("accelerations ")).expect("the report counts them");
     line.split_whitespace().nth(1).and_then(|count| count.parse().ok()).expect("a count")
 }
 

@@ -1,5 +1,6 @@
-//! Models whose functions have thousands of operations, written with arrays and loops: blocks and parts of functions do not change what
-//! is computed. A model of 25,000 operations is refused; `ui/too_large.rs` holds its message.
+//! Models whose functions have thousands of operations, written with arrays and loops: blocks and parts of
+//! functions do not change what is computed. A model of 25,000 operations is refused; `ui/too_large.rs` holds
+//! its message.
 
 use dynamics::constrain::solve_once;
 use dynamics::model::Terms;
@@ -15,7 +16,8 @@ trait Hanging: Dynamics {
 
 macro_rules! chain {
     ($name:ident, $links:literal, $shake:literal) => {
-        /// A chain of links. It hangs from a point that moves: then it is solved through its mass matrix; or, shaken by 0.0, from a fixed one.
+        /// A chain of links. It hangs from a point that moves: then it is solved through its mass matrix; or,
+        /// shaken by 0.0, from a fixed one.
         #[derive(Clone, Debug, Dynamics)]
         #[coordinates(theta: [rad; $links])]
         #[units(mass: kg, length: m, g: m / s^2)]
@@ -101,7 +103,8 @@ where
     M::State::new(0.0, q.into(), u.into(), M::Inputs::default())
 }
 
-/// D'Alembert: at the accelerations found, the links below every joint leave no moment about it. And M q̈ = Q by the emitted M and Q.
+/// D'Alembert: at the accelerations found, the links below every joint leave no moment about it. And M q̈ = Q
+/// by the emitted M and Q.
 fn moves_rightly<M: Hanging, const N: usize>(model: &M)
 where
     M::Vector: From<[f64; N]>,
@@ -178,8 +181,16 @@ fn a_jacobian_of_thousands_of_operations() {
         let (by_q, by_u) = (difference(&|s, x| s.q[j] += x), difference(&|s, x| s.u[j] += x));
         for i in 0..9 {
             let (q, u) = (jacobian.by_q[(i, j)], jacobian.by_u[(i, j)]);
-            assert!((q - by_q[i]).abs() <= 1e-7 * (1.0 + by_q.norm()), "∂q̈{i}/∂q{j}: {q}, differences {}", by_q[i]);
-            assert!((u - by_u[i]).abs() <= 1e-9 * (1.0 + by_u.norm()), "∂q̈{i}/∂q̇{j}: {u}, differences {}", by_u[i]);
+            assert!(
+                (q - by_q[i]).abs() <= 1e-7 * (1.0 + by_q.norm()),
+                "∂q̈{i}/∂q{j}: {q}, differences {}",
+                by_q[i]
+            );
+            assert!(
+                (u - by_u[i]).abs() <= 1e-9 * (1.0 + by_u.norm()),
+                "∂q̈{i}/∂q̇{j}: {u}, differences {}",
+                by_u[i]
+            );
         }
     }
 }
@@ -231,8 +242,8 @@ impl HeldChain {
             for j in 0..18 {
                 let angle = q.theta[i] - 1.1 * q.theta[j];
                 let turned = (angle.sin() + 2.0) / (angle * angle + 3.0).sqrt();
-                sum +=
-                    turned * q.theta[i].dt().dt() + q.theta[j].dt().powi(2) * angle * turned.powi(3) * self.slipping(q);
+                sum += turned * q.theta[i].dt().dt()
+                    + q.theta[j].dt().powi(2) * angle * turned.powi(3) * self.slipping(q);
             }
         }
         sum * q.reaction(Self::end).y + q.reaction(Self::end).x * q.theta[0].dt().powi(2)
@@ -244,7 +255,10 @@ impl HeldChain {
 
 #[test]
 fn a_constrained_model_of_thousands_of_operations() {
-    assert!((4_000..20_000).contains(&operations(HeldChain::LISTING, "outputs")), "cut into several functions");
+    assert!(
+        (4_000..20_000).contains(&operations(HeldChain::LISTING, "outputs")),
+        "cut into several functions"
+    );
     let chain = Chain18::uneven();
     let model = HeldChain { mass: chain.mass, length: chain.length, span: 9.0, g: GRAVITY };
     let mut state = state::<HeldChain, 18>();
@@ -260,7 +274,9 @@ fn a_constrained_model_of_thousands_of_operations() {
         assert!(missed <= 1e-12 * (left.norm() + force.norm()), "M q̈ = Q + Φ_qᵀλ is missed by {missed}");
         if released {
             assert_eq!(lambda.norm(), 0.0);
-            assert!((a - chain.accelerations(&self::state::<Chain18, 18>()).unwrap()).norm() <= 1e-9 * a.norm());
+            assert!(
+                (a - chain.accelerations(&self::state::<Chain18, 18>()).unwrap()).norm() <= 1e-9 * a.norm()
+            );
         } else {
             let missed = (jacobian * a - model.gamma(&state)).norm();
             assert!(missed <= 1e-11 * a.norm(), "Φ_q q̈ = γ is missed by {missed}");
@@ -320,7 +336,8 @@ impl CartesianChain {
 fn large_matrices_are_written_whole_though_only_what_is_not_zero_is() {
     const N: usize = 24;
     const R: usize = 12;
-    let model = CartesianChain { mass: std::array::from_fn(|i| 1.0 + 0.1 * i as f64), length: 0.7, g: GRAVITY };
+    let model =
+        CartesianChain { mass: std::array::from_fn(|i| 1.0 + 0.1 * i as f64), length: 0.7, g: GRAVITY };
     let state = state::<CartesianChain, N>();
     let (mass, jacobian) = (model.mass_matrix(&state), model.jacobian(&state));
     // What was in the memory before must not be left in it.

@@ -1,5 +1,6 @@
-//! Small motions of derived models beside equilibria and steady motions: matrices against closed forms, eigenvalues against published ones, reduced
-//! equations against differences of the constrained motion, and what is refused.
+//! Small motions of derived models beside equilibria and steady motions: matrices against closed forms,
+//! eigenvalues against published ones, reduced equations against differences of the constrained motion, and
+//! what is refused.
 
 #[path = "models/rolling_disk.rs"]
 mod disk;
@@ -107,16 +108,24 @@ fn the_same_in_coordinates_with_a_constraint() {
     for (y, square) in [(-0.5, 9.81 / 0.5), (0.5, -9.81 / 0.5)] {
         let linear = model.linearize(&model.state().y(y).build().unwrap()).unwrap();
         assert_eq!(linear.coordinates[0].name, "x");
-        assert!((linear.stiffness[(0, 0)] - 2.0 * square).abs() < 1e-14 && (linear.mass[(0, 0)] - 2.0).abs() < 1e-15);
-        let wanted =
-            if square > 0.0 { Complex::new(0.0, square.sqrt()) } else { Complex::new(square.abs().sqrt(), 0.0) };
+        assert!(
+            (linear.stiffness[(0, 0)] - 2.0 * square).abs() < 1e-14
+                && (linear.mass[(0, 0)] - 2.0).abs() < 1e-15
+        );
+        let wanted = if square > 0.0 {
+            Complex::new(0.0, square.sqrt())
+        } else {
+            Complex::new(square.abs().sqrt(), 0.0)
+        };
         let found = linear.eigenvalues().unwrap();
         assert!((found[1] - wanted).norm() < 1e-14, "{found:?}");
     }
     // Tilted, there is no equilibrium: matrices, but no eigenvalues.
     let tilted = model.linearize(&model.state().x(0.3).y(-0.4).build().unwrap()).unwrap();
     assert!(matches!(tilted.eigenvalues(), Err(LinearizeError::Accelerates { .. })), "{tilted:?}");
-    assert!(tilted.eigenvalues().unwrap_err().to_string().contains("neither an equilibrium nor a steady motion"));
+    assert!(
+        tilted.eigenvalues().unwrap_err().to_string().contains("neither an equilibrium nor a steady motion")
+    );
 }
 
 mod double_pendulum {
@@ -191,7 +200,8 @@ fn a_double_pendulum() {
     let model = double_pendulum::Angles { m, l, g };
     let linear = model.linearize(&model.state().build().unwrap()).unwrap();
     let coupling = m[1] * l[0] * l[1];
-    let mass = DMatrix::from_row_slice(2, 2, &[(m[0] + m[1]) * l[0] * l[0], coupling, coupling, m[1] * l[1] * l[1]]);
+    let mass =
+        DMatrix::from_row_slice(2, 2, &[(m[0] + m[1]) * l[0] * l[0], coupling, coupling, m[1] * l[1] * l[1]]);
     let stiffness = DMatrix::from_row_slice(2, 2, &[(m[0] + m[1]) * g * l[0], 0.0, 0.0, m[1] * g * l[1]]);
     assert!((&linear.mass - mass).amax() < 1e-15 && (&linear.stiffness - stiffness).amax() < 2e-15);
     assert!(linear.damping.amax() == 0.0);
@@ -286,7 +296,8 @@ fn a_follower_force() {
         assert!((found - Complex::new(wanted.0, wanted.1)).norm() < 1e-13, "{flutter:?}");
     }
     // Damping of both joints alike brings flutter from 2.0858 down to 41/28 + c²/2.
-    let growth = |p: f64, c: f64| at(p, c).eigenvalues().unwrap().iter().map(|x| x.re).fold(f64::MIN, f64::max);
+    let growth =
+        |p: f64, c: f64| at(p, c).eigenvalues().unwrap().iter().map(|x| x.re).fold(f64::MIN, f64::max);
     for (c, critical) in [(1e-3, 1.4642862142857143), (0.1, 1.4692857142857143), (1.0, 1.9642857142857142)] {
         let (mut low, mut high) = (1.0, 2.5);
         for _ in 0..60 {
@@ -297,7 +308,11 @@ fn a_follower_force() {
     }
     // Where frequencies meet the matrix is defective: half of the digits, and the modes say so.
     let modes = at(3.5 - 2.0f64.sqrt(), 0.0).modes().unwrap();
-    assert!(modes.iter().all(|mode| mode.conditioning > 1e6 && (mode.frequency() - 0.5f64.powf(0.25)).abs() < 1e-7));
+    assert!(
+        modes
+            .iter()
+            .all(|mode| mode.conditioning > 1e6 && (mode.frequency() - 0.5f64.powf(0.25)).abs() < 1e-7)
+    );
 }
 
 /// A disk on a flexible shaft with damping that turns along; D. M. Smith, Proc. R. Soc. A 142 (1933) 92.
@@ -338,7 +353,9 @@ mod rotor {
 
 #[test]
 fn a_rotor_with_damping_that_turns_along() {
-    for (speed, growth) in [(20.0, -0.04997750520387463), (26.0, 0.00999337473186844), (40.0, 0.1498054532229453)] {
+    for (speed, growth) in
+        [(20.0, -0.04997750520387463), (26.0, 0.00999337473186844), (40.0, 0.1498054532229453)]
+    {
         let model = rotor::Rotor { m: 1.0, k: 100.0, outside: 0.3, inside: 0.2, speed };
         let linear = model.linearize(&model.state().build().unwrap()).unwrap();
         assert!((linear.circulatory().unwrap()[(0, 1)] - 0.2 * speed).abs() < 1e-14);
@@ -392,17 +409,21 @@ fn a_bead_on_a_hoop_that_is_turned() {
     let bottom = model.linearize(&model.state().build().unwrap()).unwrap().eigenvalues().unwrap();
     assert!((bottom[1] - Complex::new(4.047221268969612, 0.0)).norm() < 1e-13, "{bottom:?}");
 
-    // In coordinates of the world the same equilibrium is a circle, beside which coefficients turn: refused, the instant's matrices are given.
+    // In coordinates of the world the same equilibrium is a circle, beside which coefficients turn: refused,
+    // the instant's matrices are given.
     let model = hoop::Turned { m: 0.1, g: 9.81, radius: 0.5, speed: 6.0 };
     let (s, c) = theta.sin_cos();
     let start = model.state().x(0.5 * s).z(-0.5 * c).y_rate(0.5 * s * 6.0).build().unwrap();
     let linear = model.linearize(&start).unwrap();
     let refused = linear.eigenvalues();
-    assert!(matches!(refused, Err(LinearizeError::Accelerates { .. } | LinearizeError::Varies { .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(LinearizeError::Accelerates { .. } | LinearizeError::Varies { .. })),
+        "{refused:?}"
+    );
 }
 
-/// A sleigh on a skate: steady straight on, where the center of mass is in front it steers back, behind it turns round (Neimark & Fufaev, *Dynamics of
-/// Nonholonomic Systems*, chapter 3).
+/// A sleigh on a skate: steady straight on, where the center of mass is in front it steers back, behind it
+/// turns round (Neimark & Fufaev, *Dynamics of Nonholonomic Systems*, chapter 3).
 mod sleigh {
     use super::*;
 
@@ -451,7 +472,8 @@ fn a_sleigh() {
     }
 }
 
-/// ∂ẋ/∂x for x = (z, v) by central differences of the constrained motion, projected back after each displacement.
+/// ∂ẋ/∂x for x = (z, v) by central differences of the constrained motion, projected back after each
+/// displacement.
 fn by_differences<M: Constraints>(model: &M, state: &M::State, linear: &Linearization) -> DMatrix<f64> {
     use dynamics::constrain::{project_positions, project_velocities, solve_once, with_workspace};
     use dynamics::model::Vector;
@@ -499,7 +521,8 @@ fn a_disk_that_rolls() {
     // Anywhere on a general motion the matrices are those of the motion beside it.
     let (lean, yaw_rate, lean_rate, spin_rate) = (0.5_f64, 0.3, 0.2, 1.5);
     let start = model.state().lean(lean).yaw_rate(yaw_rate).lean_rate(lean_rate).spin_rate(spin_rate);
-    let start = start.x_rate(yaw_rate * lean.sin() + spin_rate).y_rate(-lean_rate * lean.cos()).build().unwrap();
+    let start =
+        start.x_rate(yaw_rate * lean.sin() + spin_rate).y_rate(-lean_rate * lean.cos()).build().unwrap();
     for wanted in [&[][..], &["x", "lean", "y"], &["yaw", "lean", "spin"]] {
         let linear = model.linearize_in(&start, wanted).unwrap();
         let (exact, differences) = (linear.state_matrix().unwrap(), by_differences(&model, &start, &linear));
@@ -515,9 +538,11 @@ fn a_disk_that_rolls() {
     let growth = |rate: f64| straight(rate).iter().fold(0.0, |most: f64, x| most.max(x.re));
     let (below, above) = (growth(critical * (1.0 - 1e-6)), growth(critical * (1.0 + 1e-6)));
     assert!(above < 1e-6 && below > 5e-4, "growth {below:.1e} below, {above:.1e} above");
-    // In a steady circle the coefficients are constant but for the place on the plane, on which nothing depends.
+    // In a steady circle the coefficients are constant but for the place on the plane, on which nothing
+    // depends.
     let (x_rate, yaw_rate, spin_rate) = (0.759821250373635, -0.07665017533365781, 0.7665017533365781);
-    let start = model.state().lean(0.08726646259971647).x_rate(x_rate).yaw_rate(yaw_rate).spin_rate(spin_rate);
+    let start =
+        model.state().lean(0.08726646259971647).x_rate(x_rate).yaw_rate(yaw_rate).spin_rate(spin_rate);
     let found = model.linearize(&start.build().unwrap()).unwrap().eigenvalues().expect("steady");
     assert_eq!(found.iter().filter(|x| x.norm() > 1e-6).count(), 2, "{found:?}");
 }
@@ -574,7 +599,9 @@ mod fading {
 #[test]
 fn what_is_refused() {
     let spring = fading::Fading { mass: 1.0, k: 1.0, end: 1.0 };
-    let of = |t: f64| spring.linearize(&spring.state().at_time(t).build().unwrap()).unwrap().eigenvalues().unwrap_err();
+    let of = |t: f64| {
+        spring.linearize(&spring.state().at_time(t).build().unwrap()).unwrap().eigenvalues().unwrap_err()
+    };
     assert!(matches!(of(0.5), LinearizeError::Varies { .. }), "{}", of(0.5));
     assert_eq!(of(0.995), LinearizeError::Ends);
 

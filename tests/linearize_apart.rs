@@ -1,8 +1,10 @@
-//! Small motions of parts that are not coupled: no part is judged by the size of another, and what has no one linear model is refused.
+//! Small motions of parts that are not coupled: no part is judged by the size of another, and what has no one
+//! linear model is refused.
 
 use dynamics::prelude::*;
 
-/// Two masses on springs that are not coupled, with a stop that begins at `edge`, and a spring that is shaken.
+/// Two masses on springs that are not coupled, with a stop that begins at `edge`, and a spring that is
+/// shaken.
 mod pair {
     use super::*;
 
@@ -55,7 +57,8 @@ fn masses_that_are_not_coupled_are_judged_apart() {
     let soft = Pair { k: [1e16, -1.0], ..still.clone() };
     let found = soft.linearize(&soft.state().build().unwrap()).unwrap().eigenvalues().unwrap();
     assert!((found[3].re - 1.0).abs() < 1e-14, "{found:?}");
-    // Shaken, in whole turns over a hundredth of a second or beside a stiff spring, there are no constant coefficients.
+    // Shaken, in whole turns over a hundredth of a second or beside a stiff spring, there are no constant
+    // coefficients.
     for (k, speed) in [([1.0, 1.0], 1e3 * std::f64::consts::TAU), ([1e8, 1.0], 2.0)] {
         let shaken = Pair { k, shaken: 0.5, speed, ..still.clone() };
         let refused = shaken.linearize(&shaken.state().build().unwrap()).unwrap().eigenvalues();

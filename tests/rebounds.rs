@@ -1,4 +1,5 @@
-//! What lands, rebounds and lifts off, stiff or with rods, by methods of every kind beside an explicit one at a tight tolerance.
+//! What lands, rebounds and lifts off, stiff or with rods, by methods of every kind beside an explicit one at
+//! a tight tolerance.
 
 use dynamics::prelude::*;
 
@@ -43,10 +44,12 @@ impl Hopper {
     }
 }
 
-/// After each impact something dies out within 30 µs or less, in which the foot is back on the floor. Methods that can step over it do not.
+/// After each impact something dies out within 30 µs or less, in which the foot is back on the floor. Methods
+/// that can step over it do not.
 #[test]
 fn what_is_stiff_rebounds() {
-    for (rate, damping, restitution) in [(1e4, 10.0, 0.5), (1e4, 10.0, 0.0), (1e6, 1e4, 0.6), (1e6, 1e4, 0.0)] {
+    for (rate, damping, restitution) in [(1e4, 10.0, 0.5), (1e4, 10.0, 0.0), (1e6, 1e4, 0.6), (1e6, 1e4, 0.0)]
+    {
         let hopper = Hopper { foot: 0.3, mass: 1.0, g: 9.81, rate, damping, long: 1.0 };
         let start = hopper.state().y(0.5).z(1.5).release("floor").build().unwrap();
         let run = |method: &methods::Any<Hopper>, tolerance: f64| {
@@ -59,7 +62,8 @@ fn what_is_stiff_rebounds() {
             for tolerance in [1e-5, 1e-7, 1e-9] {
                 let motion = run(&method, tolerance);
                 let (end, wanted) = (motion.end(), reference.end());
-                let errors = [end.y() - wanted.y(), end.z() - wanted.z(), 1e-2 * (end.z_rate() - wanted.z_rate())];
+                let errors =
+                    [end.y() - wanted.y(), end.z() - wanted.z(), 1e-2 * (end.z_rate() - wanted.z_rate())];
                 let case = format!("{rate:e} {restitution} {method} {tolerance:e}");
                 assert!(errors.iter().all(|e| e.abs() < 30.0 * tolerance), "{case}: {errors:?}");
                 assert_eq!(motion.events().len(), reference.events().len(), "{case}");
@@ -68,7 +72,8 @@ fn what_is_stiff_rebounds() {
     }
 }
 
-/// Corrections that are nothing but the rounding of stiff forces are no failure of Newton's method: nothing moves here but what falls.
+/// Corrections that are nothing but the rounding of stiff forces are no failure of Newton's method: nothing
+/// moves here but what falls.
 #[test]
 fn what_is_stiff_falls_with_fixed_steps() {
     for rate in [1e6, 1e8, 1e10] {
@@ -122,7 +127,8 @@ impl Dumbbell {
     }
 }
 
-/// A rod that turns about its end on the floor, as it comes down: by hand, to all digits, however flat it lies.
+/// A rod that turns about its end on the floor, as it comes down: by hand, to all digits, however flat it
+/// lies.
 #[test]
 fn accelerations_beside_a_level_rod_have_their_digits() {
     let (dumbbell, g, turns) = (Dumbbell { mass: 1.0, g: 9.81, long: 1.0, wall: 10.0 }, 9.81, -3.6f64);
@@ -131,8 +137,12 @@ fn accelerations_beside_a_level_rod_have_their_digits() {
         let cosine = (1.0 - sine * sine).sqrt();
         // The middle of the rod stays on its vertical: ½ (1 + cos²) φ̈ = ½ sin cos φ̇² − g cos.
         let start = dumbbell.state().v(cosine).w(sine).release("second").release("side");
-        let start =
-            start.x_rate(0.5 * sine * turns).v_rate(-0.5 * sine * turns).w_rate(cosine * turns).build().unwrap();
+        let start = start
+            .x_rate(0.5 * sine * turns)
+            .v_rate(-0.5 * sine * turns)
+            .w_rate(cosine * turns)
+            .build()
+            .unwrap();
         let faster = (0.5 * sine * cosine * turns * turns - g * cosine) / (0.5 * (1.0 + cosine * cosine));
         let wanted = cosine * faster - sine * turns * turns;
         let found = dumbbell.accelerations(&start).unwrap()[3];
@@ -151,10 +161,17 @@ fn what_falls_over_lies_flat() {
         let start = dumbbell.state().y(0.4).v(cosine).w(0.4 + sine);
         let start = start.release("first").release("second").release("side").build().unwrap();
         let run = |method: &methods::Any<Dumbbell>, formulation: Formulation, tolerance: f64| {
-            let run = dumbbell.simulate(start).until(end).method(method).formulation(formulation).tolerance(tolerance);
+            let run = dumbbell
+                .simulate(start)
+                .until(end)
+                .method(method)
+                .formulation(formulation)
+                .tolerance(tolerance);
             let run = run.contact("first", law(restitution)).contact("second", law(restitution));
             let motion = run.contact("side", restitution).run();
-            motion.unwrap_or_else(|e| panic!("{angle} {restitution} {method} {formulation} {tolerance:e}: {e}")).end()
+            motion
+                .unwrap_or_else(|e| panic!("{angle} {restitution} {method} {formulation} {tolerance:e}: {e}"))
+                .end()
         };
         let reference = run(&methods::Dop853.into(), Formulation::Projected, 1e-12);
         let methods: [methods::Any<Dumbbell>; 5] = [
@@ -179,7 +196,8 @@ fn what_falls_over_lies_flat() {
     }
 }
 
-/// A body on a floor whose acceleration changes, with another one on a stiff and strongly damped spring above it.
+/// A body on a floor whose acceleration changes, with another one on a stiff and strongly damped spring above
+/// it.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(y: m, z: m)]
 #[units(mass: kg, g: m / s^2, rises: m / s^2, turns: m / s^2, at: s, rate: N / m, damping: N * s / m)]
@@ -213,8 +231,9 @@ impl Carried {
     }
 }
 
-/// A contact that opens by a stiff reaction opens a little early or late, and may close at once: implicit methods have no step of length zero for that. Matrices of the contact
-/// that was closed do not count when it is open, though the state is the same.
+/// A contact that opens by a stiff reaction opens a little early or late, and may close at once: implicit
+/// methods have no step of length zero for that. Matrices of the contact that was closed do not count when it
+/// is open, though the state is the same.
 #[test]
 fn contacts_of_what_is_stiff_open_and_close() {
     for (turns, opens) in [(-12.0, true), (-10.8, true), (-4.0, false)] {
@@ -226,9 +245,10 @@ fn contacts_of_what_is_stiff_open_and_close() {
         };
         let reference = run(&methods::Dop853.into(), 1e-11);
         assert_eq!(reference.events().is_empty(), !opens, "{turns}");
-        for (method, tolerances) in
-            [(methods::Any::from(methods::Radau5), [1e-4, 1e-6, 1e-8]), (methods::Esdirk4.into(), [1e-6, 1e-7, 1e-8])]
-        {
+        for (method, tolerances) in [
+            (methods::Any::from(methods::Radau5), [1e-4, 1e-6, 1e-8]),
+            (methods::Esdirk4.into(), [1e-6, 1e-7, 1e-8]),
+        ] {
             for tolerance in tolerances {
                 let end = run(&method, tolerance).end();
                 let errors = [end.y() - reference.end().y(), end.z() - reference.end().z()];

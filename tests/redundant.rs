@@ -1,5 +1,6 @@
-//! Sets of constraints that repeat themselves where they hold: what the report says at compile time beside what singular values say at states that
-//! are assembled at run time, and what the reactions there say of themselves.
+//! Sets of constraints that repeat themselves where they hold: what the report says at compile time beside
+//! what singular values say at states that are assembled at run time, and what the reactions there say of
+//! themselves.
 
 #[path = "common/singular_values.rs"]
 mod singular_values;
@@ -14,7 +15,8 @@ use singular_values::{jacobian, rank};
 use three_cranks::ThreeCranks;
 use turning_trammel::Turning;
 
-/// The rank at a state, and the constraints whose multipliers are unique there: without any of their rows the rank is less (Wojtyra 2009).
+/// The rank at a state, and the constraints whose multipliers are unique there: without any of their rows the
+/// rank is less (Wojtyra 2009).
 fn by_singular_values<M: Constraints>(model: &M, state: &M::State) -> (usize, Vec<&'static str>) {
     let all = jacobian(model, state);
     let full = rank(&all);
@@ -24,14 +26,16 @@ fn by_singular_values<M: Constraints>(model: &M, state: &M::State) -> (usize, Ve
     (full, M::CONSTRAINTS.iter().filter(|c| own(c)).map(|c| c.name).collect())
 }
 
-/// Asserts that the report, the reactions at a state and singular values there say the same of rank and uniqueness.
+/// Asserts that the report, the reactions at a state and singular values there say the same of rank and
+/// uniqueness.
 #[track_caller]
 fn agree<M: Constraints>(report: &str, model: &M, state: &M::State) -> (usize, Vec<&'static str>) {
     let words = report.split_whitespace().collect::<Vec<_>>().join(" ");
     let (rank, unique) = by_singular_values(model, state);
     let said = format!("{rank} of {} rows of constraints independent", M::Rows::LEN);
     assert!(words.contains(&said), "{said}\n{report}");
-    let (_, rest) = words.split_once("reactions unique: ").unwrap_or_else(|| panic!("no reactions\n{report}"));
+    let (_, rest) =
+        words.split_once("reactions unique: ").unwrap_or_else(|| panic!("no reactions\n{report}"));
     let (reported, _) = rest.split_once("; not unique").expect("the other ones follow");
     let reported: Vec<&str> =
         reported.split(", ").filter(|name| M::CONSTRAINTS.iter().any(|c| c.name == *name)).collect();
@@ -42,7 +46,8 @@ fn agree<M: Constraints>(report: &str, model: &M, state: &M::State) -> (usize, V
     (rank, unique)
 }
 
-/// A bar of three beads on a line, its first one pinned: the third rod holds the middle in line, but to second order only.
+/// A bar of three beads on a line, its first one pinned: the third rod holds the middle in line, but to
+/// second order only.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [m; 3], y: [m; 3])]
 #[units(mass: kg, half: m, gravity: m / s^2)]
@@ -194,10 +199,13 @@ impl Bennett {
     /// A point on the axis of the third hinge, from both sides.
     fn gap(&self, q: &Coordinates<Self>, side: f64) -> Vec3 {
         let point = vec3(0.0, 0.0, side * self.length);
-        let second = Mat3::rotation_z(q.second) * (vec3(self.b(), 0.0, 0.0) + Mat3::rotation_x(self.beta) * point);
-        let one_way = Mat3::rotation_z(q.first) * (vec3(self.a, 0.0, 0.0) + Mat3::rotation_x(self.alpha) * second);
+        let second =
+            Mat3::rotation_z(q.second) * (vec3(self.b(), 0.0, 0.0) + Mat3::rotation_x(self.beta) * point);
+        let one_way =
+            Mat3::rotation_z(q.first) * (vec3(self.a, 0.0, 0.0) + Mat3::rotation_x(self.alpha) * second);
         let third = Mat3::rotation_x(-self.alpha) * (point - vec3(self.a, 0.0, 0.0));
-        let other_way = Mat3::rotation_x(-self.beta) * (Mat3::rotation_z(-q.fourth) * third - vec3(self.b(), 0.0, 0.0));
+        let other_way =
+            Mat3::rotation_x(-self.beta) * (Mat3::rotation_z(-q.fourth) * third - vec3(self.b(), 0.0, 0.0));
         one_way - other_way
     }
     #[kinetic]
@@ -214,8 +222,13 @@ impl Bennett {
 #[test]
 fn bennetts_loop_moves() {
     let model = Bennett { inertia: 1.0, a: 1.0, alpha: 0.6, beta: 1.1, length: 0.3 };
-    let start =
-        model.state().first(0.9).second_guess(2.0).fourth_guess(-2.0).assemble().unwrap_or_else(|e| panic!("{e}"));
+    let start = model
+        .state()
+        .first(0.9)
+        .second_guess(2.0)
+        .fourth_guess(-2.0)
+        .assemble()
+        .unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(agree(Bennett::REPORT, &model, &start), (2, vec![]));
 }
 
@@ -274,7 +287,12 @@ impl Truss {
     #[holonomic]
     fn bay(&self, q: &Coordinates<Self>) -> [Expr; 4] {
         let (w, h) = (self.width.powi(2), self.height.powi(2));
-        [self.square(q, 1, 2) - w, self.square(q, 4, 5) - w, self.square(q, 2, 5) - h, self.square(q, 1, 5) - (w + h)]
+        [
+            self.square(q, 1, 2) - w,
+            self.square(q, 4, 5) - w,
+            self.square(q, 2, 5) - h,
+            self.square(q, 1, 5) - (w + h),
+        ]
     }
     #[holonomic]
     #[redundant]
@@ -286,7 +304,8 @@ impl Truss {
 #[test]
 fn one_rod_too_many_concerns_its_bay_alone() {
     let model = Truss { mass: 1.0, width: 1.0, height: 0.7, gravity: 9.81 };
-    let state = model.state().x([0.0, 1.0, 2.0, 0.0, 1.0, 2.0]).y([0.0, 0.0, 0.0, 0.7, 0.7, 0.7]).build().unwrap();
+    let state =
+        model.state().x([0.0, 1.0, 2.0, 0.0, 1.0, 2.0]).y([0.0, 0.0, 0.0, 0.7, 0.7, 0.7]).build().unwrap();
     assert_eq!(agree(Truss::REPORT, &model, &state), (11, vec!["pin", "bay"]));
 }
 
@@ -351,7 +370,8 @@ fn sarrus_linkage_has_one_freedom_in_velocities_and_positions() {
     assert!(words.contains("degrees of freedom 1; 10 coordinates, 9 of 10 rows"), "{}", Sarrus::REPORT);
 }
 
-/// An ellipsograph: a rod whose ends slide on two axes, by its middle. A third rod from the origin to the middle repeats what the axes do.
+/// An ellipsograph: a rod whose ends slide on two axes, by its middle. A third rod from the origin to the
+/// middle repeats what the axes do.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, phi: rad)]
 #[units(half: m, mass: kg, inertia: kg * m^2, g: m / s^2)]
@@ -384,7 +404,8 @@ impl Trammel {
     }
 }
 
-/// Beside the manifold rows that repeat others differ from them: taken together with them they cost four digits.
+/// Beside the manifold rows that repeat others differ from them: taken together with them they cost four
+/// digits.
 #[test]
 fn rows_that_repeat_others_cost_no_digits() {
     let (half, mass, inertia, g) = (0.5, 2.0, 0.2, 9.81);

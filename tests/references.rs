@@ -1,7 +1,7 @@
 //! Published problems, from their Lagrangians to their published end values.
 //!
-//! The reference values were computed in multi-precision arithmetic by two independent routes and agree to at least 22 digits; they are rounded
-//! to `f64` here. Each problem names its source.
+//! The reference values were computed in multi-precision arithmetic by two independent routes and agree to at
+//! least 22 digits; they are rounded to `f64` here. Each problem names its source.
 
 /// Models that benchmarks share.
 mod models {
@@ -60,7 +60,8 @@ mod double_pendulum {
         let motion = model.simulate(start(&model)).until(20.0).tolerance(1e-13).run().unwrap();
         for (t, reference) in REFERENCE.iter().filter(|(t, _)| *t <= 20.0) {
             let error = distance(&flat!(motion.at(*t)), reference);
-            // Ten times what rounding alone makes, which the condition number e^{0.9 t} amplifies (`taylor.rs`).
+            // Ten times what rounding alone makes, which the condition number e^{0.9 t} amplifies
+            // (`taylor.rs`).
             let bound = 1e-13 * (0.9 * t).exp();
             assert!(error < bound, "t = {t}: error {error:e}, bound {bound:e}");
         }
@@ -123,7 +124,8 @@ mod kepler {
     }
 }
 
-/// Arenstorf's orbit, from the Lagrangian in the rotating frame; Hairer, Nørsett & Wanner, Solving ODE I, p. 129.
+/// Arenstorf's orbit, from the Lagrangian in the rotating frame; Hairer, Nørsett & Wanner, Solving ODE I,
+/// p. 129.
 mod arenstorf {
     use super::*;
 

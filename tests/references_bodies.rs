@@ -1,6 +1,7 @@
 //! Published problems of bodies in space, written with frames and bodies, to their published end values.
 //!
-//! The reference values were computed in multi-precision arithmetic by two independent routes; they are rounded to `f64` here.
+//! The reference values were computed in multi-precision arithmetic by two independent routes; they are
+//! rounded to `f64` here.
 
 use dynamics::prelude::*;
 
@@ -25,8 +26,9 @@ fn apart(rotation: Mat3<f64>, e: [f64; 4]) -> f64 {
         .fold(0.0, |m, x: f64| if x.abs() <= m { m } else { x.abs() })
 }
 
-/// A free body next to a turn about its intermediate axis flips over and over (Dzhanibekov); L. D. Landau and E. M. Lifshitz, *Mechanics*, §37, and M. S. Ashbaugh,
-/// C. C. Chicone and R. H. Cushman, J. Dyn. Diff. Eq. 3 (1991) 67.
+/// A free body next to a turn about its intermediate axis flips over and over (Dzhanibekov); L. D. Landau and
+/// E. M. Lifshitz, *Mechanics*, §37, and M. S. Ashbaugh, C. C. Chicone and R. H. Cushman, J. Dyn. Diff. Eq. 3
+/// (1991) 67.
 mod free_body {
     use super::*;
 
@@ -105,7 +107,8 @@ mod free_body {
             for ((t, e, w), bound) in REFERENCE.into_iter().zip(bounds) {
                 let state = motion.at(t);
                 let accelerations = $model.accelerations(&state).expect("the chart is regular there");
-                let rotation = $model.rotation(&$Model::coordinates_with(&state, &accelerations, &[f64::NAN]));
+                let rotation =
+                    $model.rotation(&$Model::coordinates_with(&state, &accelerations, &[f64::NAN]));
                 let (omega, r) = (rotation.angular_velocity_in_body().value(), rotation.value());
                 let error = distance(&omega.to_array(), &w).max(apart(r, e));
                 assert!(error < bound, "t = {t}: {error:.1e}");
@@ -121,8 +124,9 @@ mod free_body {
         let model = Parametrised { inertia: Vec3::new(1.0, 2.0, 3.0) };
         let rates = [0.0, 0.5 * OMEGA[0], 0.5 * OMEGA[1], 0.5 * OMEGA[2]];
         let start = model.state().e([1.0, 0.0, 0.0, 0.0]).e_rate(rates).build().expect("a unit quadruple");
-        // Each pass by the intermediate axis shifts the next by what it missed over 0.001, the angular velocity with which it leaves that: 10⁷ times the tolerance at last, and
-        // ten digits of the reference where a method keeps fourteen.
+        // Each pass by the intermediate axis shifts the next by what it missed over 0.001, the angular
+        // velocity with which it leaves that: 10⁷ times the tolerance at last, and ten digits of the
+        // reference where a method keeps fourteen.
         follow!(Parametrised, model, model.simulate(start).tolerance(1e-13), [5e-12, 5e-8, 5e-6, 2e-6]);
         let series = model.simulate(start).method(methods::Taylor::default()).tolerance(1e-14);
         follow!(Parametrised, model, series, [1e-13, 5e-11, 2e-10, 1e-10]);
@@ -137,7 +141,8 @@ mod free_body {
     }
 }
 
-/// The heavy top of O. Brüls and A. Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002: its axis passes within 7.24e-7 rad of straight down, at t = 0.3726 for the first time.
+/// The heavy top of O. Brüls and A. Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002: its axis passes
+/// within 7.24e-7 rad of straight down, at t = 0.3726 for the first time.
 mod heavy_top {
     use super::parametrised::Parametrised;
     use super::*;
@@ -262,7 +267,8 @@ mod heavy_top {
     fn in_angles_that_are_regular_along_the_way() {
         let model = parts!(Level);
         let start = model.state().angles_rate([0.0, PRECESSION, SPIN]).build().expect("finite");
-        let motion = model.simulate(start).until(2.0).tolerance(1e-13).run().expect("nothing is singular there");
+        let motion =
+            model.simulate(start).until(2.0).tolerance(1e-13).run().expect("nothing is singular there");
         follow!(Level, model, motion, 1e-11);
     }
 
@@ -271,7 +277,8 @@ mod heavy_top {
         let model = parts!(Parametrised);
         let start = model.state().e([1.0, 0.0, 0.0, 0.0]).e_rate([0.0, 0.0, 0.5 * SPIN, 0.5 * PRECESSION]);
         let start = start.build().expect("a unit quadruple");
-        let motion = model.simulate(start).until(2.0).tolerance(1e-13).run().expect("nothing is singular there");
+        let motion =
+            model.simulate(start).until(2.0).tolerance(1e-13).run().expect("nothing is singular there");
         follow!(Parametrised, model, motion, 1e-10);
     }
 
@@ -281,7 +288,8 @@ mod heavy_top {
         let start = model.state().place([0.0, 1.0, 0.0]).place_rate([-PRECESSION, 0.0, 0.0]);
         let start = start.e([1.0, 0.0, 0.0, 0.0]).e_rate([0.0, 0.0, 0.5 * SPIN, 0.5 * PRECESSION]);
         let start = start.build().expect("a unit quadruple");
-        let motion = model.simulate(start).until(2.0).tolerance(1e-13).run().expect("nothing is singular there");
+        let motion =
+            model.simulate(start).until(2.0).tolerance(1e-13).run().expect("nothing is singular there");
         follow!(Held, model, motion, 3e-7);
         let series = model.simulate(start).method(methods::Taylor::default()).tolerance(1e-14);
         follow!(Held, model, series.until(2.0).run().expect("nothing is singular there"), 2e-9);
@@ -295,7 +303,9 @@ mod heavy_top {
             let start = model.state().angles_rate([PRECESSION, 0.0, SPIN]).build().expect("finite");
             match model.simulate(start).until(0.5).tolerance(tolerance).run() {
                 // A report is right, too.
-                Err(SimulationError { time, .. }) => assert!((time - 0.3726).abs() < 0.01, "it ended at {time}"),
+                Err(SimulationError { time, .. }) => {
+                    assert!((time - 0.3726).abs() < 0.01, "it ended at {time}")
+                }
                 Ok(motion) => {
                     let state = motion.at(0.5);
                     let accelerations = model.accelerations(&state).expect("regular there");
@@ -308,14 +318,18 @@ mod heavy_top {
                     assert_eq!((locking.names[1], locking.set.to_string().as_str()), ("angles[1]", "3-1-2"));
                     assert!((locking.distance - 7.24e-7).abs() < 0.05 * 7.24e-7, "{summary}");
                     assert!((locking.time - 0.3726).abs() < 1e-4 && locking.doubtful, "{summary}");
-                    assert!(summary.to_string().contains("warning      gimbal lock at t = 0.37"), "{summary}");
+                    assert!(
+                        summary.to_string().contains("warning      gimbal lock at t = 0.37"),
+                        "{summary}"
+                    );
                 }
             }
         }
     }
 }
 
-/// A top that stands upright and spins: stable above 2 √(A m g l)/C; H. Goldstein, *Classical Mechanics*, §5.7.
+/// A top that stands upright and spins: stable above 2 √(A m g l)/C; H. Goldstein, *Classical Mechanics*,
+/// §5.7.
 mod sleeping_top {
     use super::*;
 
@@ -334,7 +348,8 @@ mod sleeping_top {
     #[dynamics]
     impl Top {
         fn body(&self, q: &Coordinates<Self>) -> RigidBody {
-            let (center, frame) = (self.l * Vec3::Z, Frame::turned(Mat3::euler(EulerSequence::Xyz, q.angles)));
+            let (center, frame) =
+                (self.l * Vec3::Z, Frame::turned(Mat3::euler(EulerSequence::Xyz, q.angles)));
             let inertia = Mat3::diagonal(self.across, self.across, self.along);
             RigidBody::new(self.m, center, inertia - Inertia::offset(self.m, center), frame)
         }
@@ -360,7 +375,8 @@ mod sleeping_top {
         // Upright the spin is decoupled: its pair is zero.
         let keep = [0, 1, 3, 4];
         let matrix = nalgebra::SMatrix::<f64, 4, 4>::from_fn(|i, j| matrix[(keep[i], keep[j])]);
-        let schur = nalgebra::linalg::Schur::try_new(matrix, f64::EPSILON, 10_000).expect("the iteration settles");
+        let schur =
+            nalgebra::linalg::Schur::try_new(matrix, f64::EPSILON, 10_000).expect("the iteration settles");
         schur.complex_eigenvalues().iter().copied().collect()
     }
 
@@ -391,7 +407,8 @@ mod sleeping_top {
     }
 }
 
-/// A thin disk that rolls without slipping; O. M. O'Reilly, Nonlinear Dynamics 10 (1996) 287, and C. Le Saux, R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27.
+/// A thin disk that rolls without slipping; O. M. O'Reilly, Nonlinear Dynamics 10 (1996) 287, and C. Le Saux,
+/// R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27.
 mod rolling_disk {
     use super::disk::DISK;
     use super::*;
@@ -399,10 +416,40 @@ mod rolling_disk {
 
     /// x, y, yaw, lean, spin.
     const REFERENCE: [(f64, [f64; 5]); 4] = [
-        (1.0, [1.6276306901647655, -0.3760591258456893, -0.4500127992257251, 0.8100727249172117, 1.976396838797484]),
-        (5.0, [4.45231498010988, -5.959707906346224, -1.500688605394226, 0.5414095127855042, 9.417505737727993]),
-        (10.0, [-1.5921296014073956, -10.331596344993283, -3.0301117783634925, 0.598986618103901, 18.848384199649146]),
-        (20.0, [0.34487247261547105, 0.020049974367354513, -6.217654518548638, 0.7287408754430973, 37.792365354023154]),
+        (
+            1.0,
+            [
+                1.6276306901647655,
+                -0.3760591258456893,
+                -0.4500127992257251,
+                0.8100727249172117,
+                1.976396838797484,
+            ],
+        ),
+        (
+            5.0,
+            [4.45231498010988, -5.959707906346224, -1.500688605394226, 0.5414095127855042, 9.417505737727993],
+        ),
+        (
+            10.0,
+            [
+                -1.5921296014073956,
+                -10.331596344993283,
+                -3.0301117783634925,
+                0.598986618103901,
+                18.848384199649146,
+            ],
+        ),
+        (
+            20.0,
+            [
+                0.34487247261547105,
+                0.020049974367354513,
+                -6.217654518548638,
+                0.7287408754430973,
+                37.792365354023154,
+            ],
+        ),
     ];
 
     #[test]
@@ -422,18 +469,22 @@ mod rolling_disk {
     #[test]
     fn steady_circle() {
         let (x_rate, yaw_rate, spin_rate) = (0.759821250373635, -0.07665017533365781, 0.7665017533365781);
-        let start = DISK.state().lean(0.08726646259971647).x_rate(x_rate).yaw_rate(yaw_rate).spin_rate(spin_rate);
+        let start =
+            DISK.state().lean(0.08726646259971647).x_rate(x_rate).yaw_rate(yaw_rate).spin_rate(spin_rate);
         let start = start.build().expect("it rolls");
         let period = 81.97222354455046;
-        let motion = DISK.simulate(start).until(period).tolerance(1e-13).run().expect("it does not fall flat");
+        let motion =
+            DISK.simulate(start).until(period).tolerance(1e-13).run().expect("it does not fall flat");
         let quarter = motion.at(0.25 * period);
-        let wanted = [9.912844257252342, -9.912844257252342, -FRAC_PI_2, 0.08726646259971647, 10.0 * FRAC_PI_2];
+        let wanted =
+            [9.912844257252342, -9.912844257252342, -FRAC_PI_2, 0.08726646259971647, 10.0 * FRAC_PI_2];
         assert!(distance(quarter.q.as_slice(), &wanted) < 1e-9);
         let end = motion.end();
         assert!(distance(&[end.x(), end.y(), end.lean()], &[0.0, 0.0, wanted[3]]) < 1e-8);
     }
 
-    /// Straight on it is stable where spin² > 1/3, turning on the spot where yaw rate² > 4/5: where the square of the fastest eigenvalue of small motions passes 0.
+    /// Straight on it is stable where spin² > 1/3, turning on the spot where yaw rate² > 4/5: where the
+    /// square of the fastest eigenvalue of small motions passes 0.
     #[test]
     fn thresholds() {
         let square = |rate_squared: f64, straight: bool| {
@@ -447,7 +498,12 @@ mod rolling_disk {
             let linear = DISK.linearize_in(&start.expect("it rolls"), &["yaw", "lean", "spin"]);
             let linear = linear.expect("it is regular upright");
             let eigenvalues = linear.eigenvalues().expect("steady");
-            eigenvalues.into_iter().map(|x| x * x).max_by(|x, y| x.norm().total_cmp(&y.norm())).expect("it leans").re
+            eigenvalues
+                .into_iter()
+                .map(|x| x * x)
+                .max_by(|x, y| x.norm().total_cmp(&y.norm()))
+                .expect("it leans")
+                .re
         };
         for (critical, straight) in [(1.0 / 3.0, true), (0.8, false)] {
             let (mut a, mut b) = (0.5 * critical, 1.7 * critical);
@@ -469,8 +525,12 @@ mod rolling_disk {
     #[test]
     fn motions_on_both_sides_of_the_thresholds() {
         let largest_lean = |x_rate: f64, yaw_rate: f64| {
-            let start =
-                DISK.state().lean(1e-7).x_rate(x_rate).spin_rate(x_rate - yaw_rate * 1e-7_f64.sin()).yaw_rate(yaw_rate);
+            let start = DISK
+                .state()
+                .lean(1e-7)
+                .x_rate(x_rate)
+                .spin_rate(x_rate - yaw_rate * 1e-7_f64.sin())
+                .yaw_rate(yaw_rate);
             let motion = DISK.simulate(start.build().expect("it rolls")).until(60.0).tolerance(1e-12).run();
             let motion = motion.expect("it leans little");
             (0..600).map(|k| motion.at(0.1 * f64::from(k)).lean().abs()).fold(0.0, f64::max)

@@ -76,7 +76,9 @@ fn a_contact_has_one_law() {
 fn what_has_no_mass_is_named_with_the_parameter() {
     let model = Pendulum { m: 0.0, ..PENDULUM };
     let error = model.simulate(start()).until(1.0).run().unwrap_err();
-    let SimulationErrorKind::NoInertia { coordinates, parameters, .. } = &error.kind else { panic!("{error}") };
+    let SimulationErrorKind::NoInertia { coordinates, parameters, .. } = &error.kind else {
+        panic!("{error}")
+    };
     assert!(coordinates.names().eq(["x", "y"]) && parameters.names().eq(["m"]), "{error}");
     says(
         Err::<(), _>(error),
@@ -90,7 +92,10 @@ fn actions_change_what_a_constraint_ties_together() {
     let struck = |action: fn(&mut State<Pendulum>)| {
         PENDULUM.simulate(start()).until(1.0).on_event("peg", Direction::Falling, action).run()
     };
-    says(struck(|state| state.u[0] *= -0.5), "change those that it ties together alike, as `state.u *= -0.5` does");
+    says(
+        struck(|state| state.u[0] *= -0.5),
+        "change those that it ties together alike, as `state.u *= -0.5` does",
+    );
     says(struck(|state| state.q[0] += 0.1), "the action moved coordinates off constraint `rod`");
     assert!(!struck(|state| state.u *= -1.0).unwrap().events().is_empty());
 }
@@ -99,9 +104,13 @@ fn actions_change_what_a_constraint_ties_together() {
 #[test]
 fn gains_that_bound_the_steps_are_named() {
     let large = Formulation::Baumgarte { alpha: 1e9, beta: 1e9 };
-    let run =
-        |formulation, limit| PENDULUM.simulate(start()).until(2.0).formulation(formulation).max_steps(limit).run();
-    says(run(large, 2000), "gains of 1e9 take drift back within 1e-9, which may keep steps short: lower the gains");
+    let run = |formulation, limit| {
+        PENDULUM.simulate(start()).until(2.0).formulation(formulation).max_steps(limit).run()
+    };
+    says(
+        run(large, 2000),
+        "gains of 1e9 take drift back within 1e-9, which may keep steps short: lower the gains",
+    );
     // Gains that bound nothing are no cause.
     let slack = Formulation::Baumgarte { alpha: 1.0, beta: 1.0 };
     let error = PENDULUM.simulate(start()).until(1e3).formulation(slack).max_steps(2000).run().unwrap_err();
@@ -126,8 +135,9 @@ fn motions_without_impacts_lose_no_negative_nothing() {
     assert!(lost == 0.0 && lost.is_sign_positive());
 }
 
-/// A board on two skates that are steered against each other, and a rotor that the rider turns; Bloch, Nonholonomic Mechanics and Control, 2nd ed. 2015, 1.11.
-/// Where both stand at right angles to the board they are parallel and hold the same velocity.
+/// A board on two skates that are steered against each other, and a rotor that the rider turns; Bloch,
+/// Nonholonomic Mechanics and Control, 2nd ed. 2015, 1.11. Where both stand at right angles to the board they
+/// are parallel and hold the same velocity.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, theta: rad, psi: rad, phi: rad)]
 #[units(m: kg, l: m, j: kg * m^2, rotor: kg * m^2, wheels: kg * m^2)]
@@ -151,12 +161,17 @@ impl Snakeboard {
     fn skates(&self, q: &Coordinates<Self>) -> [Expr; 2] {
         let (front, rear) = (q.theta + q.phi, q.theta - q.phi);
         let arm = self.l * q.theta.dt() * q.phi.cos();
-        [q.y.dt() * front.cos() - q.x.dt() * front.sin() + arm, q.y.dt() * rear.cos() - q.x.dt() * rear.sin() - arm]
+        [
+            q.y.dt() * front.cos() - q.x.dt() * front.sin() + arm,
+            q.y.dt() * rear.cos() - q.x.dt() * rear.sin() - arm,
+        ]
     }
 }
 
-/// Velocities that have drifted make rows contradict each other where they should repeat each other. Along the board it moves with v, and lateral not at all: v sin φ = l θ̇ cos φ. With
-/// v = w l cos φ, θ̇ = w sin φ the energies of the rotor's constant momentum and of the steering, which nothing moves, stay, and so does w² (m l² cos² φ + (j + 2 wheels) sin² φ).
+/// Velocities that have drifted make rows contradict each other where they should repeat each other. Along
+/// the board it moves with v, and lateral not at all: v sin φ = l θ̇ cos φ. With v = w l cos φ, θ̇ = w sin φ
+/// the energies of the rotor's constant momentum and of the steering, which nothing moves, stay, and so does
+/// w² (m l² cos² φ + (j + 2 wheels) sin² φ).
 #[test]
 fn velocities_that_contradict_each_other_by_drift_are_to_be_projected() {
     let board = Snakeboard { m: 2.0, l: 0.3, j: 0.1, rotor: 0.05, wheels: 0.01 };
@@ -171,7 +186,8 @@ fn velocities_that_contradict_each_other_by_drift_are_to_be_projected() {
         assert!((error.state.t() - (0.5 * core::f64::consts::PI - phi)).abs() < 1e-6, "{error}");
         says(
             Err::<(), _>(error),
-            "choose `Formulation::Projected`, so that steps go over such positions; if the mechanism cannot move on here, change",
+            "choose `Formulation::Projected`, so that steps go over such positions; if the mechanism cannot \
+             move on here, change",
         );
     }
     for formulation in [Formulation::Projected, Formulation::Embedded] {
@@ -190,6 +206,9 @@ fn velocities_that_contradict_each_other_by_drift_are_to_be_projected() {
             (state.y_rate(), w * board.l * c * sine),
             (state.theta_rate() + state.psi_rate(), start.theta_rate() + start.psi_rate()),
         ];
-        assert!(expected.iter().all(|(is, wanted)| (is - wanted).abs() < 1e-7), "{formulation:?}: {expected:?}");
+        assert!(
+            expected.iter().all(|(is, wanted)| (is - wanted).abs() < 1e-7),
+            "{formulation:?}: {expected:?}"
+        );
     }
 }

@@ -1,6 +1,10 @@
 //! Derived models in motion: what the macro emits, driven by everything that a simulation offers.
 
-#![allow(missing_docs, clippy::excessive_precision, reason = "test models; reference values keep their digits")]
+#![allow(
+    missing_docs,
+    clippy::excessive_precision,
+    reason = "test models; reference values keep their digits"
+)]
 
 #[path = "models/double_pendulum.rs"]
 mod double_pendulum;
@@ -8,12 +12,13 @@ mod double_pendulum;
 use double_pendulum::DoublePendulum;
 use dynamics::prelude::*;
 
-/// The contract's own lines, and the reference of Levien and Tan's double pendulum at t = 10 (30 digits proven).
-/// A mass without a lever turns nothing: giving it more mass would be no remedy.
+/// The contract's own lines, and the reference of Levien and Tan's double pendulum at t = 10 (30 digits
+/// proven). A mass without a lever turns nothing: giving it more mass would be no remedy.
 #[test]
 fn levers_of_no_length_are_named() {
     let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 0.0, g: 9.8 };
-    let error = model.simulate(model.state().theta1(1.0).build().unwrap()).until(1.0).run().unwrap_err().to_string();
+    let error =
+        model.simulate(model.state().theta1(1.0).build().unwrap()).until(1.0).run().unwrap_err().to_string();
     assert!(
         error.contains("`theta2` has no inertia at this state")
             && error.contains("a lever that is not 0 (parameter `l2` is 0)"),
@@ -21,7 +26,8 @@ fn levers_of_no_length_are_named() {
     );
     // Where a mass is 0, it is that.
     let model = DoublePendulum { m2: 0.0, ..model };
-    let error = model.simulate(model.state().theta1(1.0).build().unwrap()).until(1.0).run().unwrap_err().to_string();
+    let error =
+        model.simulate(model.state().theta1(1.0).build().unwrap()).until(1.0).run().unwrap_err().to_string();
     assert!(error.contains("a positive mass (parameter `m2` is 0)"), "{error}");
 }
 
@@ -136,8 +142,12 @@ fn declared_events_are_found_and_act() {
     }
     let stopped = model.simulate(start).until(2.0).stop_at("upright", Direction::Rising).run().unwrap();
     assert!(stopped.end().theta().cos().abs() < 1e-14);
-    let braked =
-        model.simulate(start).until(2.0).on_event("upright", Direction::Falling, |s| s.u[1] *= 0.5).run().unwrap();
+    let braked = model
+        .simulate(start)
+        .until(2.0)
+        .on_event("upright", Direction::Falling, |s| s.u[1] *= 0.5)
+        .run()
+        .unwrap();
     let account = braked.work();
     assert!(account.resets[0].work < 0.0 && account.closure_error.abs() < 1e-8 * account.scale, "{account}");
 }
@@ -166,9 +176,11 @@ impl Driven {
 #[test]
 fn explicit_time_does_work_of_its_own() {
     let model = Driven { m: 1.0, k: 9.0, a: 0.3 };
-    let motion = model.simulate(model.state().x(0.1).build().unwrap()).until(5.0).tolerance(1e-12).run().unwrap();
+    let motion =
+        model.simulate(model.state().x(0.1).build().unwrap()).until(5.0).tolerance(1e-12).run().unwrap();
     // ẍ = 9 (a sin 2t − x): x = 0.1 cos 3t + (9a/5)(sin 2t − ⅔ sin 3t)
-    let exact = |t: f64| 0.1 * (3.0 * t).cos() + 9.0 * 0.3 / 5.0 * ((2.0 * t).sin() - (3.0 * t).sin() * 2.0 / 3.0);
+    let exact =
+        |t: f64| 0.1 * (3.0 * t).cos() + 9.0 * 0.3 / 5.0 * ((2.0 * t).sin() - (3.0 * t).sin() * 2.0 / 3.0);
     for t in [0.5, 2.0, 5.0] {
         assert!((motion.at(t).x() - exact(t)).abs() < 1e-10);
     }
@@ -198,8 +210,8 @@ impl Pulled {
     }
 }
 
-/// Held, the input does no work and its jumps are in the account; as a function of time it does work that only its rate would tell, and
-/// no drift of the energy is made of that.
+/// Held, the input does no work and its jumps are in the account; as a function of time it does work that
+/// only its rate would tell, and no drift of the energy is made of that.
 #[test]
 fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
     let model = Pulled { m: 1.0, k: 9.0 };
@@ -211,12 +223,18 @@ fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
         .run()
         .unwrap();
     let account = switched.work();
-    assert!(account.resets[0].work.abs() > 0.01 && account.closure_error.abs() < 1e-10 * account.scale, "{account}");
+    assert!(
+        account.resets[0].work.abs() > 0.01 && account.closure_error.abs() < 1e-10 * account.scale,
+        "{account}"
+    );
     assert!(switched.summary().energy_drift < 1e-10);
 
     let pulled = run().inputs(|t, _| [0.3 * (2.0 * t).sin()]).run().unwrap();
     let account = pulled.work();
-    assert!(account.forces.last().unwrap().name == "changing inputs" && account.closure_error.is_nan(), "{account}");
+    assert!(
+        account.forces.last().unwrap().name == "changing inputs" && account.closure_error.is_nan(),
+        "{account}"
+    );
     let summary = pulled.summary();
     assert!(
         summary.energy_drift.is_nan() && summary.to_string().contains("energy cannot be accounted for"),
@@ -224,7 +242,8 @@ fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
     );
     // The input moves the anchor as explicit time does.
     let timed = Driven { m: 1.0, k: 9.0, a: 0.3 };
-    let reference = timed.simulate(timed.state().x(0.1).build().unwrap()).until(5.0).tolerance(1e-12).run().unwrap();
+    let reference =
+        timed.simulate(timed.state().x(0.1).build().unwrap()).until(5.0).tolerance(1e-12).run().unwrap();
     assert!((pulled.end().x() - reference.end().x()).abs() < 1e-10);
 
     // The law for one input may return the number itself, or the inputs' vector.
@@ -232,7 +251,10 @@ fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
     assert_eq!(number.end(), pulled.end());
     let vector = run().inputs(|t, s| s.inputs.map(|_| 0.3 * (2.0 * t).sin())).run().unwrap();
     assert_eq!(vector.end(), pulled.end());
-    assert_eq!(run().inputs(|_, _| 0.25).run().unwrap().end(), run().inputs(|_, _| [0.25]).run().unwrap().end());
+    assert_eq!(
+        run().inputs(|_, _| 0.25).run().unwrap().end(),
+        run().inputs(|_, _| [0.25]).run().unwrap().end()
+    );
 }
 
 /// Two masses and a wheel, without a function that says where anything is.
@@ -362,14 +384,16 @@ mod fuse {
     }
 }
 
-/// Steps are as long as nothing happens; a secant across the jump of the reaction led away from it, by up to milliseconds, wherever the function was farther from zero behind it.
+/// Steps are as long as nothing happens; a secant across the jump of the reaction led away from it, by up to
+/// milliseconds, wherever the function was farther from zero behind it.
 #[test]
 fn actions_where_reactions_jump_happen_in_their_instant() {
     for on in [0.5, 5.5, 50.3] {
         for (before, after) in [(0.0, 3.0), (0.5, 1.4), (0.5, 3.0), (-0.9, 3.0), (0.5, 30.0)] {
             let model = fuse::Held { m: 1.0, before, after, limit: 1.0, on };
             for formulation in [Formulation::Projected, Formulation::Embedded] {
-                let run = model.simulate(model.state().build().unwrap()).until(on + 1.0).formulation(formulation);
+                let run =
+                    model.simulate(model.state().build().unwrap()).until(on + 1.0).formulation(formulation);
                 let run = run.on_event_with("fuse", Direction::Falling, |change| change.release("hold"));
                 let motion = run.run().unwrap_or_else(|e| panic!("{on}, {before} to {after}: {e}"));
                 let (off, x) = (motion.events()[0].time() - on, motion.end().x() - 0.5 * after);

@@ -1,5 +1,5 @@
-//! Sines and cosines of derived models: the inlined ones side by side, and the platform's where a model asks for them; whole accelerations of four states side by
-//! side, and motions by the method that needs them.
+//! Sines and cosines of derived models: the inlined ones side by side, and the platform's where a model asks
+//! for them; whole accelerations of four states side by side, and motions by the method that needs them.
 
 #[path = "models/double_pendulum.rs"]
 mod double_pendulum;
@@ -133,7 +133,9 @@ impl Words {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         let m = self.a + q.x.exp() + q.y.tanh().powi(2);
-        0.5 * m * q.x.dt().powi(2) + 0.25 * q.x.dt() * q.y.dt() + (1.0 + q.x.powi(2)).sqrt() * q.y.dt().powi(2)
+        0.5 * m * q.x.dt().powi(2)
+            + 0.25 * q.x.dt() * q.y.dt()
+            + (1.0 + q.x.powi(2)).sqrt() * q.y.dt().powi(2)
     }
     #[potential]
     fn potential(&self, q: &Coordinates<Self>) -> Expr {
@@ -158,17 +160,25 @@ fn four_states_side_by_side_have_the_bits_of_each() {
     let number = |k: i32| (f64::from(k) * 0.377).sin() * 2.0;
     have_the_same_bits(&DP, (0..400).map(|k| pendulum(3.0 * number(k), number(3 * k), number(5 * k))));
     let kepler = Kepler { mu: 1.3 };
-    let orbit = |k: i32| kepler.state().x(number(k)).y(number(3 * k) + 3.0).x_rate(number(7 * k)).build().unwrap();
+    let orbit =
+        |k: i32| kepler.state().x(number(k)).y(number(3 * k) + 3.0).x_rate(number(7 * k)).build().unwrap();
     have_the_same_bits(&kepler, (0..400).map(orbit));
     let words = |k: i32| {
-        let state = WORDS.state().x(number(k)).y(number(3 * k)).x_rate(number(7 * k)).y_rate(number(5 * k)).push(0.3);
+        let state =
+            WORDS.state().x(number(k)).y(number(3 * k)).x_rate(number(7 * k)).y_rate(number(5 * k)).push(0.3);
         state.at_time(number(11 * k)).build().unwrap()
     };
     have_the_same_bits(&WORDS, (0..400).map(words));
     // Some of these angles are far, and one model asks for the platform's sines.
     let (inlined, accurate) = (Inlined { a: 0.7, b: 1.1 }, Accurate { a: 0.7, b: 1.1 });
-    have_the_same_bits(&inlined, (0..100).map(|k| inlined.state().theta(angles(k)).alone(0.3).build().unwrap()));
-    have_the_same_bits(&accurate, (0..100).map(|k| accurate.state().theta(angles(k)).alone(0.3).build().unwrap()));
+    have_the_same_bits(
+        &inlined,
+        (0..100).map(|k| inlined.state().theta(angles(k)).alone(0.3).build().unwrap()),
+    );
+    have_the_same_bits(
+        &accurate,
+        (0..100).map(|k| accurate.state().theta(angles(k)).alone(0.3).build().unwrap()),
+    );
 }
 
 /// One of the four is enough: what is to be said of it the scalar code says.
@@ -220,7 +230,8 @@ fn choices_are_evaluated_one_by_one_and_motions_are_right_nevertheless() {
 }
 
 fn apart<S: ModelState>(a: &S, b: &S) -> f64 {
-    let pairs = a.q().as_slice().iter().zip(b.q().as_slice()).chain(a.u().as_slice().iter().zip(b.u().as_slice()));
+    let pairs =
+        a.q().as_slice().iter().zip(b.q().as_slice()).chain(a.u().as_slice().iter().zip(b.u().as_slice()));
     pairs.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
 }
 
@@ -239,13 +250,22 @@ fn motions_by_extrapolation_are_those_by_other_methods() {
                 apart(&found.at(t), &exact.at(t))
             });
             let between = between.fold(0.0, f64::max);
-            assert!(between < 20.0 * most * factor * tolerance, "{}, {tolerance:e}: {between:e} between", M::NAME);
+            assert!(
+                between < 20.0 * most * factor * tolerance,
+                "{}, {tolerance:e}: {between:e} between",
+                M::NAME
+            );
             let verner = run(tolerance).method(methods::Verner9).run().unwrap();
             assert!(found.counts().steps < verner.counts().steps, "{}", M::NAME);
         }
     }
     compare(&DP, pendulum(1.5, 1.0, 0.0), 5.0, 100.0);
-    compare(&Kepler { mu: 1.0 }, Kepler { mu: 1.0 }.state().x(0.1).y_rate(19f64.sqrt()).build().unwrap(), 7.0, 1e3);
+    compare(
+        &Kepler { mu: 1.0 },
+        Kepler { mu: 1.0 }.state().x(0.1).y_rate(19f64.sqrt()).build().unwrap(),
+        7.0,
+        1e3,
+    );
     compare(&WORDS, WORDS.state().x(0.3).x_rate(0.2).push(0.4).build().unwrap(), 5.0, 100.0);
 }
 
@@ -287,7 +307,8 @@ impl Ball {
     }
 }
 
-/// Steps are long, here without any error to bound them: events are found within them, and motions go on from them.
+/// Steps are long, here without any error to bound them: events are found within them, and motions go on from
+/// them.
 #[test]
 fn events_are_met_within_long_steps() {
     const { assert!(Ball::HAS_LANES) };
@@ -296,10 +317,14 @@ fn events_are_met_within_long_steps() {
     let run = model.simulate(start).until(9.5).tolerance(1e-10).method(methods::GraggBulirschStoer);
     let motion = run.on_event("ground", Direction::Falling, |s| s.u[0] = -s.u[0]).run().unwrap();
     // From height 1 at rest: on the ground at 1, 3, 5, …, at the top at 2, 4, ….
-    let times = |name: &str| motion.events().iter().filter(|e| e.name == name).map(|e| e.time()).collect::<Vec<_>>();
+    let times =
+        |name: &str| motion.events().iter().filter(|e| e.name == name).map(|e| e.time()).collect::<Vec<_>>();
     let near = |found: &[f64], wanted: &[f64]| {
         assert_eq!(found.len(), wanted.len(), "{found:?}");
-        found.iter().zip(wanted).for_each(|(found, wanted)| assert!((found - wanted).abs() < 1e-8, "{found}"));
+        found
+            .iter()
+            .zip(wanted)
+            .for_each(|(found, wanted)| assert!((found - wanted).abs() < 1e-8, "{found}"));
     };
     near(&times("ground"), &[1.0, 3.0, 5.0, 7.0, 9.0]);
     near(&times("top"), &[2.0, 4.0, 6.0, 8.0]);

@@ -1,4 +1,5 @@
-//! Mechanisms of micrometres and of kilometres: what decides at starts, contacts and slips knows their size, and all of them behave alike.
+//! Mechanisms of micrometres and of kilometres: what decides at starts, contacts and slips knows their size,
+//! and all of them behave alike.
 
 use dynamics::motion::{ChangeError, SimulationErrorKind as Kind};
 use dynamics::prelude::*;
@@ -72,13 +73,17 @@ fn starts_are_judged_by_their_size() {
         let model = dumbbell(size);
         for off in [1e-4, -1e-5, 1e-3] {
             let error = start(&model, off).unwrap_err();
-            assert!(matches!(error, StateError::ConstraintViolated { row: "rod", .. }), "{size:e} {off:e}: {error}");
+            assert!(
+                matches!(error, StateError::ConstraintViolated { row: "rod", .. }),
+                "{size:e} {off:e}: {error}"
+            );
         }
         assert!(start(&model, 1e-8).is_ok(), "{size:e}");
     }
 }
 
-/// It lands on one end, slips, falls over, and comes to rest, at the same times and, in parts of its size, places.
+/// It lands on one end, slips, falls over, and comes to rest, at the same times and, in parts of its size,
+/// places.
 #[test]
 fn motions_of_all_sizes_are_alike() {
     let run = |size: f64, method: &methods::Any<Dumbbell>| {
@@ -98,7 +103,10 @@ fn motions_of_all_sizes_are_alike() {
             let (found, there, speeds) = run(size, &method);
             assert_eq!(found.len(), events.len(), "{method} {size:e}: {found:?} {events:?}");
             for ((name, time), (other, wanted)) in found.iter().zip(&events) {
-                assert!(name == other && (time - wanted).abs() < 1e-8, "{method} {size:e}: {name} {time} {wanted}");
+                assert!(
+                    name == other && (time - wanted).abs() < 1e-8,
+                    "{method} {size:e}: {name} {time} {wanted}"
+                );
             }
             let apart = (there - q).amax().max((speeds - u).amax());
             assert!(apart < 1e-7, "{method} {size:e}: {apart:e}");
@@ -106,7 +114,8 @@ fn motions_of_all_sizes_are_alike() {
     }
 }
 
-/// Actions that hit or engage what is a part of 10⁻⁴ of the size away are refused at every size, with what is missed; those that are off by rounding are not.
+/// Actions that hit or engage what is a part of 10⁻⁴ of the size away are refused at every size, with what is
+/// missed; those that are off by rounding are not.
 #[test]
 fn changes_are_judged_by_their_size() {
     for size in SIZES {
@@ -123,7 +132,9 @@ fn changes_are_judged_by_their_size() {
         };
         let error = run(1e-4).unwrap_err();
         let Kind::Change { error, .. } = &error.kind else { panic!("{size:e}: {error}") };
-        let ChangeError::ImpactApart { row: "first", residual } = **error else { panic!("{size:e}: {error}") };
+        let ChangeError::ImpactApart { row: "first", residual } = **error else {
+            panic!("{size:e}: {error}")
+        };
         assert!((residual / size - 1e-4).abs() < 1e-8, "{size:e}: {residual:e}");
         assert!(run(1e-8).unwrap().events().iter().any(|event| !event.impacts.is_empty()), "{size:e}");
     }

@@ -1,7 +1,9 @@
-//! What the models of `snapshots/models.rs` compile to, as text: a change of the engine shows as a difference of these files.
+//! What the models of `snapshots/models.rs` compile to, as text: a change of the engine shows as a difference
+//! of these files.
 //!
-//! `UPDATE_SNAPSHOTS=1 cargo test --test snapshots` writes them anew; read the difference before it is committed. A snapshot only says
-//! that something changed, so every model also answers for its physics, by routes that do not pass through the listing.
+//! `UPDATE_SNAPSHOTS=1 cargo test --test snapshots` writes them anew; read the difference before it is
+//! committed. A snapshot only says that something changed, so every model also answers for its physics, by
+//! routes that do not pass through the listing.
 
 #[path = "snapshots/compare.rs"]
 mod compare;
@@ -69,8 +71,10 @@ fn spherical_pendulum() {
 fn chain() {
     snapshot("chain", Chain::LISTING);
     let model = Chain { cart: 2.0, mass: [0.5, 0.4, 0.3, 0.2], length: [0.8, 0.7, 0.6, 0.5], g: 9.81 };
-    let s = model.state().x(0.1).theta([0.3, -0.4, 1.1, 2.0]).theta_rate([0.5, -0.2, 0.9, -1.3]).build().unwrap();
-    // D'Alembert at the accelerations found: nothing pushes sideways, and the moment of the links below joint j about it vanishes.
+    let s =
+        model.state().x(0.1).theta([0.3, -0.4, 1.1, 2.0]).theta_rate([0.5, -0.2, 0.9, -1.3]).build().unwrap();
+    // D'Alembert at the accelerations found: nothing pushes sideways, and the moment of the links below joint
+    // j about it vanishes.
     let a = model.accelerations(&s).unwrap();
     let q = Chain::coordinates_with(&s, &a, &[]);
     let pull: [Vec2<f64>; 4] = std::array::from_fn(|i| {
@@ -79,7 +83,8 @@ fn chain() {
     });
     near(2.0 * a[0] + pull.iter().map(|f| f.x).sum::<f64>(), 0.0, 20.0, "sideways force");
     for j in 0..4 {
-        let (arm, below) = (model.link(&q, j).value(), pull[j..].iter().fold(Vec2::new(0.0, 0.0), |sum, f| sum + *f));
+        let (arm, below) =
+            (model.link(&q, j).value(), pull[j..].iter().fold(Vec2::new(0.0, 0.0), |sum, f| sum + *f));
         near(arm.cross(below), 0.0, 20.0, "moment about a joint");
     }
     balanced(&model, &s, a.as_slice());
@@ -89,7 +94,8 @@ fn chain() {
 fn bead_on_spline() {
     snapshot("bead_on_spline", Bead::LISTING);
     let knots: Vec<f64> = (-6..=6).map(f64::from).collect();
-    let track = CubicSpline::natural(&knots, &knots.iter().map(|x| (0.7 * x).sin()).collect::<Vec<_>>()).unwrap();
+    let track =
+        CubicSpline::natural(&knots, &knots.iter().map(|x| (0.7 * x).sin()).collect::<Vec<_>>()).unwrap();
     let model = Bead { m: 0.3, g: 9.81, track };
     let s = model.state().x(0.45).x_rate(1.2).build().unwrap();
     // (1 + y'²) ẍ = −y' (g + y'' ẋ²)
@@ -147,7 +153,16 @@ fn rigid_body() {
     snapshot("rigid_body", RigidBody::LISTING);
     let inertia = Mat3::from([[1.3, 0.1, -0.05], [0.1, 0.9, 0.2], [-0.05, 0.2, 0.7]]);
     let model = RigidBody { inertia };
-    let s = model.state().yaw(0.4).tilt(1.1).spin(-0.3).yaw_rate(0.8).tilt_rate(-0.5).spin_rate(2.0).build().unwrap();
+    let s = model
+        .state()
+        .yaw(0.4)
+        .tilt(1.1)
+        .spin(-0.3)
+        .yaw_rate(0.8)
+        .tilt_rate(-0.5)
+        .spin_rate(2.0)
+        .build()
+        .unwrap();
     let a = model.accelerations(&s).unwrap();
     // Euler: J ω̇ + ω × J ω = 0 in the frame of the body.
     let omega = model.omega(&RigidBody::coordinates_with(&s, &a, &[]));
@@ -182,7 +197,10 @@ fn rotating_tube() {
     assert_eq!(named.len(), 2, "{named:?}");
     let mut values = [0.0; 2];
     model.conserved(&s, &mut values);
-    assert!(values.iter().any(|v| (v - (1.5 + 0.2 * 0.49) * 2.5).abs() < 1e-14), "the angular momentum: {values:?}");
+    assert!(
+        values.iter().any(|v| (v - (1.5 + 0.2 * 0.49) * 2.5).abs() < 1e-14),
+        "the angular momentum: {values:?}"
+    );
 }
 
 #[test]
@@ -190,7 +208,14 @@ fn cartesian_pendulum() {
     snapshot("cartesian_pendulum", CartesianPendulum::LISTING);
     let model = CartesianPendulum { m: 0.7, l: 1.3, g: 9.81 };
     let ((sin, cos), rate) = (0.8f64.sin_cos(), -1.1);
-    let s = model.state().x(1.3 * sin).y(-1.3 * cos).x_rate(1.3 * cos * rate).y_rate(1.3 * sin * rate).build().unwrap();
+    let s = model
+        .state()
+        .x(1.3 * sin)
+        .y(-1.3 * cos)
+        .x_rate(1.3 * cos * rate)
+        .y_rate(1.3 * sin * rate)
+        .build()
+        .unwrap();
     // l θ̈ = −g sin θ; the rod pulls with m (g cos θ + l θ̇²), which is −λ l.
     let (turning, pull) = (-9.81 * sin, 0.7 * (9.81 * cos + 1.3 * rate * rate));
     let inward = 1.3 * rate * rate;
@@ -205,12 +230,15 @@ fn slider_crank() {
     snapshot("slider_crank", SliderCrank::LISTING);
     let model = SliderCrank { m: [1.0, 2.0, 3.0], r: 0.5, l: 1.5, g: 9.81 };
     let s = model.state().crank(0.9).crank_rate(2.0).slide_guess(1.8).assemble().unwrap();
-    // One degree of freedom: everything as a function of the crank angle α; sin β = (r/l) sin α, β the angle of the rod.
+    // One degree of freedom: everything as a function of the crank angle α; sin β = (r/l) sin α, β the angle
+    // of the rod.
     let moments = |alpha: f64| {
         let beta = (0.5 / 1.5 * alpha.sin()).asin();
-        let (rod, slide) = (0.5 * alpha.cos() / (1.5 * beta.cos()), -0.5 * (alpha.sin() + alpha.cos() * beta.tan()));
+        let (rod, slide) =
+            (0.5 * alpha.cos() / (1.5 * beta.cos()), -0.5 * (alpha.sin() + alpha.cos() * beta.tan()));
         // Velocity of the rod's middle per unit of the crank's.
-        let (x, y) = (-0.5 * alpha.sin() - 0.75 * beta.sin() * rod, 0.5 * alpha.cos() - 0.75 * beta.cos() * rod);
+        let (x, y) =
+            (-0.5 * alpha.sin() - 0.75 * beta.sin() * rod, 0.5 * alpha.cos() - 0.75 * beta.cos() * rod);
         let inertia = 0.25 / 3.0 + 2.0 * (x * x + y * y + 2.25 * rod * rod / 12.0) + 3.0 * slide * slide;
         (inertia, rod, slide, 9.81 * (0.25 * alpha.cos() + 2.0 * y))
     };
@@ -222,8 +250,11 @@ fn slider_crank() {
     let (inertia, rod, slide, weight) = moments(0.9);
     let a = model.accelerations(&s).unwrap();
     let crank = (-weight - 0.5 * d(&|x| moments(x).0) * 4.0) / inertia;
-    let expected = [crank, rod * crank + d(&|x| moments(x).1) * 4.0, slide * crank + d(&|x| moments(x).2) * 4.0];
-    (0..3).for_each(|i| assert!((a[i] - expected[i]).abs() < 1e-9 * (1.0 + expected[i].abs()), "{a} {expected:?}"));
+    let expected =
+        [crank, rod * crank + d(&|x| moments(x).1) * 4.0, slide * crank + d(&|x| moments(x).2) * 4.0];
+    (0..3).for_each(|i| {
+        assert!((a[i] - expected[i]).abs() < 1e-9 * (1.0 + expected[i].abs()), "{a} {expected:?}")
+    });
     // The slider is moved by the closure alone: m ẍ = −λₓ. Moments about the crank's axle: the pin carries λ.
     let (lx, g) = (-3.0 * a[2], 9.81);
     let (sin, cos) = 0.9f64.sin_cos();
@@ -254,12 +285,14 @@ fn sleigh() {
     );
 }
 
-/// Where generated code does not apply the summary says what no longer follows from what: across the way the edge says nothing of what leads along it.
+/// Where generated code does not apply the summary says what no longer follows from what: across the way the
+/// edge says nothing of what leads along it.
 #[test]
 fn the_pivot_of_a_sleigh_that_vanishes_is_named() {
     let model = Sleigh { m: 2.0, inertia: 0.3, ahead: 0.4 };
     let straight = |heading: f64| {
-        let start = model.state().heading(heading).x_rate(heading.cos()).y_rate(heading.sin()).build().unwrap();
+        let start =
+            model.state().heading(heading).x_rate(heading.cos()).y_rate(heading.sin()).build().unwrap();
         model.simulate(start).until(1.0).run().unwrap().summary()
     };
     let (along, across) = (straight(0.0), straight(core::f64::consts::FRAC_PI_2));
@@ -267,8 +300,8 @@ fn the_pivot_of_a_sleigh_that_vanishes_is_named() {
     assert_eq!(across.upkept.general, across.evaluations, "{across}");
     let wanted = Vanished { rows: vec!["edge"], coordinates: vec!["y"] };
     assert_eq!((across.vanished.as_ref(), across.upkept.general_at), (Some(&wanted), Some(0.0)));
-    let words =
-        "a pivot of the generated code vanished: `y` from `edge`, first at t = 0; each takes several times as long";
+    let words = "a pivot of the generated code vanished: `y` from `edge`, first at t = 0; each takes several \
+        times as long";
     assert!(across.to_string().contains(words), "{across}");
 }
 

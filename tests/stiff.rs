@@ -1,4 +1,5 @@
-//! Stiff derived models with implicit methods: few steps, right answers, exact Jacobians where there are inputs, and drift at rounding level.
+//! Stiff derived models with implicit methods: few steps, right answers, exact Jacobians where there are
+//! inputs, and drift at rounding level.
 
 use dynamics::integrate::Method;
 use dynamics::prelude::*;
@@ -41,17 +42,22 @@ impl Spring {
 const SPRING: Spring = Spring { m: 1.0, k: 1e8, c: 2e4, l: 1.0, g: 9.81 };
 
 /// By a Taylor method of order 20 at tolerance 1e-15.
-const SPRING_END: [f64; 4] = [0.2750944764827108, -0.9614174924338752, -4.175584765727972, -1.1947781965930147];
+const SPRING_END: [f64; 4] =
+    [0.2750944764827108, -0.9614174924338752, -4.175584765727972, -1.1947781965930147];
 
 #[test]
 fn a_stiff_spring_swings_like_a_rod() {
     let start = SPRING.state().x(1.0).build().unwrap();
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
-        let motion = SPRING.simulate(start).until(10.0).tolerance(tolerance).method(methods::Radau5).run().unwrap();
+        let motion =
+            SPRING.simulate(start).until(10.0).tolerance(tolerance).method(methods::Radau5).run().unwrap();
         let (end, summary) = (motion.end(), motion.summary());
         let found = [end.q[0], end.q[1], end.u[0], end.u[1]];
         let error = found.iter().zip(SPRING_END).fold(0.0f64, |most, (x, exact)| most.max((x - exact).abs()));
-        println!("{tolerance:e}: {} steps, {} evaluations, error {error:.1e}", summary.steps, summary.evaluations);
+        println!(
+            "{tolerance:e}: {} steps, {} evaluations, error {error:.1e}",
+            summary.steps, summary.evaluations
+        );
         assert!(error < 30.0 * tolerance + 2e-8, "{error:e} at {tolerance:e}");
         assert_eq!(summary.method, Method::Radau5);
         assert!(summary.steps < 5000 && summary.stiff_at.is_none(), "{summary}");
@@ -95,12 +101,14 @@ fn a_stiff_controller_is_part_of_the_jacobian() {
     assert!(motion.counts().steps < 500, "{}", motion.summary());
 }
 
-/// Without a method asked for, the explicit one that begins says that the motion is stiff and the implicit one goes on: records of both parts are
-/// interpolated by their own method, events go on, and the summary names both.
+/// Without a method asked for, the explicit one that begins says that the motion is stiff and the implicit
+/// one goes on: records of both parts are interpolated by their own method, events go on, and the summary
+/// names both.
 #[test]
 fn a_run_goes_over_to_an_implicit_method_where_it_is_stiff() {
     let start = SPRING.state().x(1.0).build().unwrap();
-    let run = || SPRING.simulate(start).until(10.0).tolerance(1e-5).event("lowest", |s: &State<Spring>| s.x());
+    let run =
+        || SPRING.simulate(start).until(10.0).tolerance(1e-5).event("lowest", |s: &State<Spring>| s.x());
     let motion = run().run().unwrap();
     let (end, summary) = (motion.end(), motion.summary());
     println!("{summary}");
@@ -132,15 +140,23 @@ fn a_run_goes_over_to_an_implicit_method_where_it_is_stiff() {
     // The same without a record; and none where a method was asked for.
     let last = run().run_with(|_| ()).unwrap();
     assert_eq!((last.q, last.u), (end.q, end.u));
-    let explicit = SPRING.simulate(start).until(0.2).tolerance(1e-5).method(methods::Dop853).run().unwrap().summary();
-    assert!(explicit.switched.is_none() && explicit.to_string().contains("use methods::Radau5"), "{explicit}");
+    let explicit =
+        SPRING.simulate(start).until(0.2).tolerance(1e-5).method(methods::Dop853).run().unwrap().summary();
+    assert!(
+        explicit.switched.is_none() && explicit.to_string().contains("use methods::Radau5"),
+        "{explicit}"
+    );
     // Limits count the steps of both.
     let error = run().max_steps(600).run().unwrap_err();
     let partial = error.motion(&SPRING).unwrap();
-    assert!(partial.counts().steps + partial.counts().rejected <= 600 && partial.switched().is_some(), "{error}");
+    assert!(
+        partial.counts().steps + partial.counts().rejected <= 600 && partial.switched().is_some(),
+        "{error}"
+    );
 }
 
-/// A block on a belt that pulls a wagon behind it by a stiff damper and spring; a soft spring holds the wagon back.
+/// A block on a belt that pulls a wagon behind it by a stiff damper and spring; a soft spring holds the wagon
+/// back.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, z: m)]
 #[units(mass: kg, k: N / m, c: N * s / m, soft: N / m, limit: N, slips: N, speed: m / s)]
@@ -183,7 +199,8 @@ impl Tow {
 }
 
 impl Tow {
-    /// When the block breaks away, which starts with the wagon at the speed of the belt: the stretch w = x − z is p + r t + Σ Cᵢ exp(λᵢ t).
+    /// When the block breaks away, which starts with the wagon at the speed of the belt: the stretch w = x −
+    /// z is p + r t + Σ Cᵢ exp(λᵢ t).
     fn breaks_away(&self) -> f64 {
         let Self { mass, k, c, soft, limit, speed, .. } = *self;
         let rest = soft * speed / (k + soft);
@@ -205,8 +222,8 @@ impl Tow {
     }
 }
 
-/// A millionth of a metre is a newton here, and 25 ms of the growing pull: the instant is as accurate as the motion all the same, in the event that acts and in the one
-/// that tells of it.
+/// A millionth of a metre is a newton here, and 25 ms of the growing pull: the instant is as accurate as the
+/// motion all the same, in the event that acts and in the one that tells of it.
 #[test]
 fn stiff_reactions_are_met_where_the_motion_has_them() {
     for (k, c) in [(1e4, 400.0), (1e4, 2000.0), (1e6, 2e4)] {
@@ -214,7 +231,9 @@ fn stiff_reactions_are_met_where_the_motion_has_them() {
         let start = tow.state().x_rate(1.0).z_rate(1.0).build().unwrap();
         let run = |method: &methods::Any<Tow>, tolerance: f64, until: f64| {
             let run = tow.simulate(start).until(until).method(method).tolerance(tolerance);
-            run.stick_slip("stick", "grip").run().unwrap_or_else(|e| panic!("{k:e} {c} {method} {tolerance:e}: {e}"))
+            run.stick_slip("stick", "grip")
+                .run()
+                .unwrap_or_else(|e| panic!("{k:e} {c} {method} {tolerance:e}: {e}"))
         };
         let breaks = tow.breaks_away();
         let reference = run(&methods::Radau5.into(), 1e-11, 3.0);
@@ -243,7 +262,8 @@ fn stiff_reactions_are_met_where_the_motion_has_them() {
     }
 }
 
-/// The same where nothing acts: the time that is reported is the method's, not its interpolant's, and the motion is what it is without the event.
+/// The same where nothing acts: the time that is reported is the method's, not its interpolant's, and the
+/// motion is what it is without the event.
 #[test]
 fn stiff_reactions_that_are_only_watched_are_met_likewise() {
     let mut worst = 0.0_f64;
@@ -261,9 +281,15 @@ fn stiff_reactions_that_are_only_watched_are_met_likewise() {
                 println!("{k:e} {c} {method} {tolerance:e}: {late:.2} tolerances, {:?}", motion.counts());
                 // The state is that of the instant, and none of a step that was made to find it is left.
                 let state = &told.before;
-                assert!((state.t() - told.time()).abs() == 0.0 && (motion.end_time() - 1.5 * breaks).abs() < 1e-12);
+                assert!(
+                    (state.t() - told.time()).abs() == 0.0
+                        && (motion.end_time() - 1.5 * breaks).abs() < 1e-12
+                );
                 let times: Vec<f64> = motion.steps().map(|state| state.t()).collect();
-                assert!(times.is_sorted() && !times.contains(&told.time()), "{k:e} {c} {method} {tolerance:e}");
+                assert!(
+                    times.is_sorted() && !times.contains(&told.time()),
+                    "{k:e} {c} {method} {tolerance:e}"
+                );
             }
         }
     }

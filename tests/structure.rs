@@ -1,4 +1,5 @@
-//! Methods that preserve something, on derived models: canonical variables where the mass matrix moves, constraints, and refusals.
+//! Methods that preserve something, on derived models: canonical variables where the mass matrix moves,
+//! constraints, and refusals.
 
 use dynamics::model::Vector;
 use dynamics::motion::{OptionError, SimulationErrorKind};
@@ -140,7 +141,12 @@ fn momentum_rates_are_those_of_the_momenta() {
         let (ahead, behind) = (moved(h), moved(-h));
         for i in 0..a.as_slice().len() {
             let slope = (ahead[i] - behind[i]) / (2.0 * h);
-            assert!((slope - rates[i]).abs() < 1e-7 * (1.0 + slope.abs()), "{}: {slope} {}", M::NAME, rates[i]);
+            assert!(
+                (slope - rates[i]).abs() < 1e-7 * (1.0 + slope.abs()),
+                "{}: {slope} {}",
+                M::NAME,
+                rates[i]
+            );
         }
     }
     let start = PENDULUM.state().theta1(0.7).theta2(-1.1).theta1_rate(1.5).theta2_rate(-2.0).build().unwrap();
@@ -175,15 +181,17 @@ fn gauss_is_symplectic_where_the_mass_matrix_moves() {
     assert!((coarse / fine).log2() > 5.5 && fine < 1e-6, "{coarse:e} {fine:e}");
 }
 
-/// RATTLE on a spherical pendulum: on the constraints, order 2, energy and the momentum about the vertical kept, and back to the start.
+/// RATTLE on a spherical pendulum: on the constraints, order 2, energy and the momentum about the vertical
+/// kept, and back to the start.
 #[test]
 fn rattle_keeps_constraints_energy_and_momentum() {
     let model = Bob { m: 2.0, l: 1.5, g: 9.81 };
     let start = model.state().x(1.5).y_rate(1.2).build().unwrap();
     let (early, all) = energy_errors(&model, start, methods::Rattle, (0.02, 20_000));
     assert!(all < 1.02 * early && all < 0.05, "{early:e} {all:e}");
-    let run =
-        |h: f64, start, end: f64| model.simulate(start).until(end).fixed_step(h).method(methods::Rattle).run().unwrap();
+    let run = |h: f64, start, end: f64| {
+        model.simulate(start).until(end).fixed_step(h).method(methods::Rattle).run().unwrap()
+    };
     let motion = run(0.02, start, 20.0);
     let about = |s: &State<Bob>| s.x() * s.y_rate() - s.y() * s.x_rate();
     for state in motion.steps() {
@@ -215,7 +223,8 @@ fn verlet_and_its_compositions_run_derived_models() {
         let (early, all) = energy_errors(&model, start, method, (h, 20_000));
         assert!(all < 1.02 * early && all < 0.02, "{early:e} {all:e}");
     }
-    let motion = model.simulate(start).until(10.0).fixed_step(0.01).method(methods::StormerVerlet).run().unwrap();
+    let motion =
+        model.simulate(start).until(10.0).fixed_step(0.01).method(methods::StormerVerlet).run().unwrap();
     assert_eq!(motion.counts().evaluations, motion.counts().steps + 1, "one evaluation a step");
     // The semi-implicit Euler method promises nothing that a damper could take.
     let damped = Damped { m: 1.0, k: 1.0, c: 0.5 };
@@ -252,7 +261,8 @@ fn models_that_do_not_suit_are_refused_with_the_way_out() {
     refused(&skate, start, methods::Rattle, "nonholonomic constraints; use methods::Dop853");
 }
 
-/// Neither steps on constraints nor those in canonical variables allocate: a run without a record allocates as often, however long it is.
+/// Neither steps on constraints nor those in canonical variables allocate: a run without a record allocates
+/// as often, however long it is.
 #[test]
 fn steps_of_derived_models_do_not_allocate() {
     fn check<M: Simulate>(model: &M, start: M::State, method: impl Into<methods::Any<M>>) {

@@ -37,7 +37,10 @@ impl DoublePendulum {
 fn the_first_model() {
     let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
     let start = model.state().theta1(2.0).theta2_rate(0.5).build().unwrap();
-    assert_eq!((start.theta1(), start.theta2(), start.theta1_rate(), start.theta2_rate()), (2.0, 0.0, 0.0, 0.5));
+    assert_eq!(
+        (start.theta1(), start.theta2(), start.theta1_rate(), start.theta2_rate()),
+        (2.0, 0.0, 0.0, 0.5)
+    );
     let jets = DoublePendulum::coordinates_with(&start, &Default::default(), &[]);
     assert_eq!(model.bob1(&jets).x.value(), 2f64.sin());
 }

@@ -1,4 +1,5 @@
-//! Switched constraints of generated models: with inputs from a law, on the side that the velocity says, hit and left by actions.
+//! Switched constraints of generated models: with inputs from a law, on the side that the velocity says, hit
+//! and left by actions.
 
 use dynamics::error::StateError;
 use dynamics::prelude::*;
@@ -37,7 +38,8 @@ impl Pushed {
     }
 }
 
-/// A start is put onto the constraints whether the inputs are known there or come from the law, and whether a value was set or not.
+/// A start is put onto the constraints whether the inputs are known there or come from the law, and whether a
+/// value was set or not.
 #[test]
 fn a_law_supplies_the_inputs_where_a_constraint_is_released() {
     let model = Pushed { m: 1.0, l: 1.3, g: 9.81 };
@@ -95,7 +97,8 @@ impl Block {
     }
 }
 
-/// Friction never drives: a start is released to the side to which it slips, and a side that contradicts the velocity is refused.
+/// Friction never drives: a start is released to the side to which it slips, and a side that contradicts the
+/// velocity is refused.
 #[test]
 fn what_slips_is_released_to_the_side_of_its_velocity() {
     let model = Block { m: 2.0, rubbing: 3.0 };
@@ -154,7 +157,8 @@ impl Gripped {
     }
 }
 
-/// What is released and has no code of its own is computed by the general solver because that is the way, not because something failed.
+/// What is released and has no code of its own is computed by the general solver because that is the way, not
+/// because something failed.
 #[test]
 fn the_summary_says_why_the_general_solver_was_used() {
     let model = Gripped { m: 1.0 };
@@ -165,7 +169,9 @@ fn the_summary_says_why_the_general_solver_was_used() {
     assert!(text.contains(" evaluations by the general solver (first released)"), "{text}");
     assert!(!text.contains("fell back") && !text.contains("vanished"), "{text}");
     // All on or all off, and every set of fewer switched constraints, have generated code.
-    let all = ["first", "second", "third", "fourth"].iter().fold(model.state().x_rate(1.0), |s, name| s.release(name));
+    let all = ["first", "second", "third", "fourth"]
+        .iter()
+        .fold(model.state().x_rate(1.0), |s, name| s.release(name));
     let pushed = Pushed { m: 1.0, l: 1.3, g: 9.81 };
     let state = |x: f64| pushed.state().x(x).y(-(1.69 - x * x).max(0.0).sqrt()).push(0.0);
     let run_pushed = |start: PushedState| pushed.simulate(start).until(0.1).run().unwrap().summary();
@@ -214,7 +220,8 @@ impl Tumbling {
     }
 }
 
-/// In flight one step lasts as long as the flight, while the corners turn by radians: no corner passes through the floor between samples.
+/// In flight one step lasts as long as the flight, while the corners turn by radians: no corner passes
+/// through the floor between samples.
 #[test]
 fn a_tumbling_block_never_sinks_into_the_floor() {
     let block = Tumbling { m: 1.0, j: 0.1, w: 0.5, h: 0.2, g: 9.81 };
@@ -227,7 +234,10 @@ fn a_tumbling_block_never_sinks_into_the_floor() {
         });
         assert!(lowest.fold(f64::MAX, f64::min) > -1e-9, "e = {e}, tilt {tilt}");
         let lost = motion.summary().energy_lost;
-        assert!((motion.energy_at(6.0) + lost - 9.81).abs() < 1e-8 && (e < 1.0 || lost.abs() < 1e-8), "{lost}");
+        assert!(
+            (motion.energy_at(6.0) + lost - 9.81).abs() < 1e-8 && (e < 1.0 || lost.abs() < 1e-8),
+            "{lost}"
+        );
     }
 }
 
@@ -261,8 +271,9 @@ impl Shaken {
     }
 }
 
-/// Friction f that is the same at rest and in motion: where it breaks away from the plank the slip starts without acceleration, and where f is too
-/// weak to hold it at all it turns between the same two places of every period. Ends by bisection on the two closed forms of the motion.
+/// Friction f that is the same at rest and in motion: where it breaks away from the plank the slip starts
+/// without acceleration, and where f is too weak to hold it at all it turns between the same two places of
+/// every period. Ends by bisection on the two closed forms of the motion.
 #[test]
 fn a_block_on_a_shaken_plank_turns_as_often_as_it_should() {
     for (omega, f, end, turns) in SHAKEN {
@@ -271,7 +282,11 @@ fn a_block_on_a_shaken_plank_turns_as_often_as_it_should() {
             let run = block.simulate(block.state().assemble().unwrap()).until(20.0).formulation(formulation);
             let motion = run.stick_slip("stick", "grip").run();
             let motion = motion.unwrap_or_else(|error| panic!("{omega} {f}: {error}"));
-            assert!((motion.end().x() - end).abs() < 1e-7, "{omega} {f} {formulation}: {} {end}", motion.end().x());
+            assert!(
+                (motion.end().x() - end).abs() < 1e-7,
+                "{omega} {f} {formulation}: {} {end}",
+                motion.end().x()
+            );
             let slips = motion.events().iter().filter(|event| event.name == "stick slip").count();
             assert!(slips >= turns, "{omega} {f}: {slips}");
         }
@@ -289,14 +304,16 @@ const SHAKEN: [(f64, f64, f64, usize); 9] = [
     (100.0, 1.0, 0.024_552_401, 630),
 ];
 
-/// Late, where the rounding of the time is most of what the slip changes by, it is not followed as if it oscillated.
+/// Late, where the rounding of the time is most of what the slip changes by, it is not followed as if it
+/// oscillated.
 #[test]
 fn slip_that_only_rounding_changes_is_no_error() {
     for (k, omega) in (1..40).step_by(6).flat_map(|k| [3.0, 20.0, 50.0].map(|omega| (k, omega))) {
         let f = omega * f64::from(k) / 39.5;
         let block = Shaken { m: 1.0, omega, sliding: f, resting: f };
         for method in [methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
-            let run = block.simulate(block.state().assemble().unwrap()).until(12.0).tolerance(1e-6).method(&method);
+            let run =
+                block.simulate(block.state().assemble().unwrap()).until(12.0).tolerance(1e-6).method(&method);
             let motion = run.formulation(Formulation::Projected).stick_slip("stick", "grip").run();
             let motion = motion.unwrap_or_else(|error| panic!("{omega} {f} {method}: {error}"));
             assert!(motion.events().len() > 5, "{omega} {f} {method}: it turns in every period");
@@ -304,7 +321,8 @@ fn slip_that_only_rounding_changes_is_no_error() {
     }
 }
 
-/// A hoop on a floor that is a shaken plank: it rolls, or slips where that takes more than the friction that it has.
+/// A hoop on a floor that is a shaken plank: it rolls, or slips where that takes more than the friction that
+/// it has.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y, a)]
 struct Hoop {
@@ -342,8 +360,9 @@ impl Hoop {
     }
 }
 
-/// Rolling and slipping: v = u + r w, the velocity of the hoop at the plank, is that of a block on it with twice the friction, and x goes with half
-/// of v. Ends of a start in rolling, by the same closed forms as above.
+/// Rolling and slipping: v = u + r w, the velocity of the hoop at the plank, is that of a block on it with
+/// twice the friction, and x goes with half of v. Ends of a start in rolling, by the same closed forms as
+/// above.
 #[test]
 fn a_hoop_on_a_shaken_plank_rolls_and_slips() {
     for (mu, end) in HOOP {
@@ -357,15 +376,16 @@ fn a_hoop_on_a_shaken_plank_rolls_and_slips() {
         }
     }
 }
-/// Without friction the plank does nothing to the hoop. At the start the reaction of rolling is zero: the side to which it slips is that of the
-/// reaction a little later.
+/// Without friction the plank does nothing to the hoop. At the start the reaction of rolling is zero: the
+/// side to which it slips is that of the reaction a little later.
 #[test]
 fn a_hoop_without_friction_slides_on() {
     let hoop = Hoop { m: 0.5, r: 0.3, g: 9.81, mu: 0.0 };
     for formulation in [Formulation::Projected, Formulation::Augmented, Formulation::Embedded] {
         for method in [methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
             let start = hoop.state().y(0.3).x_rate(0.75).a_rate(2.5).build().unwrap();
-            let run = hoop.simulate(start).until(5.0).tolerance(1e-9).formulation(formulation).method(&method);
+            let run =
+                hoop.simulate(start).until(5.0).tolerance(1e-9).formulation(formulation).method(&method);
             let motion = run.contact("floor", 0.0).stick_slip("roll", "grip").run();
             let motion = motion.unwrap_or_else(|error| panic!("{formulation} {method}: {error}"));
             let end = motion.end();
@@ -379,7 +399,8 @@ fn a_hoop_without_friction_slides_on() {
         }
     }
 }
-const HOOP: [(f64, f64); 4] = [(0.1, 0.377_464_981), (0.15, 0.246_872_547), (0.2, 0.180_303_691), (5.0, 0.162_571_960)];
+const HOOP: [(f64, f64); 4] =
+    [(0.1, 0.377_464_981), (0.15, 0.246_872_547), (0.2, 0.180_303_691), (5.0, 0.162_571_960)];
 
 /// A ball on a floor that is shaken, y = A sin(ω t).
 #[derive(Clone, Debug, Dynamics)]
@@ -408,7 +429,8 @@ impl Bouncing {
 }
 
 impl Bouncing {
-    /// Flights until a time, by the closed form: it lifts off where the floor falls faster than g, and lands where both meet again.
+    /// Flights until a time, by the closed form: it lifts off where the floor falls faster than g, and lands
+    /// where both meet again.
     fn flights(&self, end: f64) -> usize {
         let (a, w, g) = (self.amplitude, self.frequency, self.g);
         let (phase, period) = ((g / (a * w * w)).asin() / w, std::f64::consts::TAU / w);
@@ -429,7 +451,8 @@ impl Bouncing {
     }
 }
 
-/// The gap grows with the third power of time where a contact lifts off: neither rounding nor drift closes it again.
+/// The gap grows with the third power of time where a contact lifts off: neither rounding nor drift closes it
+/// again.
 #[test]
 fn a_ball_on_a_shaken_floor_flies_as_often_as_it_should() {
     let formulations =
@@ -440,7 +463,9 @@ fn a_ball_on_a_shaken_floor_flies_as_often_as_it_should() {
         for formulation in formulations {
             for tolerance in [1e-6, 1e-9, 1e-12] {
                 let taylor = methods::Taylor { order: None };
-                for method in &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into(), taylor.into()] {
+                for method in
+                    &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into(), taylor.into()]
+                {
                     // Series have no part for what Baumgarte's formulation adds.
                     if method.method() == Method::Taylor && formulation == Formulation::BaumgarteTied {
                         continue;
@@ -449,8 +474,11 @@ fn a_ball_on_a_shaken_floor_flies_as_often_as_it_should() {
                     let case = format!("{amplitude} {frequency} {formulation:?} {tolerance:e}");
                     let motion = run.contact("floor", 0.0).method(method).run();
                     let motion = motion.unwrap_or_else(|error| panic!("{case}: {error}"));
-                    let lifts =
-                        motion.events().iter().filter(|event| !event.after.is_engaged("floor").unwrap()).count();
+                    let lifts = motion
+                        .events()
+                        .iter()
+                        .filter(|event| !event.after.is_engaged("floor").unwrap())
+                        .count();
                     assert_eq!(lifts, model.flights(3.0), "{case}");
                 }
             }
@@ -490,11 +518,13 @@ fn a_bead_leaves_a_cylinder_once() {
         for tolerance in [1e-6, 1e-9, 1e-11] {
             for k in 0..25 {
                 let (k, case) = (f64::from(k), format!("{formulation:?} {tolerance:e} {k}"));
-                let (model, angle, rate) = (Bead { m: 1.0, g: 9.81, r: 1.0 + 0.03 * k }, 0.05 + 0.02 * k, 0.04 * k);
+                let (model, angle, rate) =
+                    (Bead { m: 1.0, g: 9.81, r: 1.0 + 0.03 * k }, 0.05 + 0.02 * k, 0.04 * k);
                 let (y, x) = (model.r * angle.cos(), model.r * angle.sin());
                 let start = model.state().x(x).y(y).x_rate(rate * y).y_rate(-rate * x).build().unwrap();
                 let run = model.simulate(start).until(2.0).tolerance(tolerance).formulation(formulation);
-                let motion = run.contact("cylinder", 0.0).run().unwrap_or_else(|error| panic!("{case}: {error}"));
+                let motion =
+                    run.contact("cylinder", 0.0).run().unwrap_or_else(|error| panic!("{case}: {error}"));
                 let leaves = (2.0 * angle.cos() + rate * rate * model.r / model.g) / 3.0;
                 assert_eq!(motion.events().len(), 1, "{case}");
                 let found = motion.events()[0].before.y() / model.r;
@@ -504,7 +534,8 @@ fn a_bead_leaves_a_cylinder_once() {
     }
 }
 
-/// A ball in a bowl, and an event on the very function that the bowl holds at zero; one on its rate, and one that the ball does cross.
+/// A ball in a bowl, and an event on the very function that the bowl holds at zero; one on its rate, and one
+/// that the ball does cross.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(mass: kg, g: m / s^2, r: m)]
@@ -552,7 +583,8 @@ const FORMULATIONS: [Formulation; 5] = [
     Formulation::Baumgarte { alpha: 5.0, beta: 5.0 },
 ];
 
-/// What a constraint holds at zero has the sign of rounding, or of drift: no event, no action, and a word in the summary.
+/// What a constraint holds at zero has the sign of rounding, or of drift: no event, no action, and a word in
+/// the summary.
 #[test]
 fn what_a_constraint_holds_at_zero_does_not_happen() {
     let start = BOWL.state().x(0.6).y(-0.8).build().unwrap();
@@ -560,10 +592,13 @@ fn what_a_constraint_holds_at_zero_does_not_happen() {
         for tolerance in [1e-6, 1e-10] {
             let run = BOWL.simulate(start).until(10.0).tolerance(tolerance).formulation(formulation);
             let run = run.on_event("touches", Direction::Any, |state| state.u[0] = 0.0);
-            let motion = run.event("rate", |s| 2.0 * (s.x() * s.x_rate() + s.y() * s.y_rate())).run().unwrap();
+            let motion =
+                run.event("rate", |s| 2.0 * (s.x() * s.x_rate() + s.y() * s.y_rate())).run().unwrap();
             let summary = motion.summary();
             // ω² = g/r: the period at 36.87° is longer by 2.6 %.
-            let [(name, count)] = &summary.events[..] else { panic!("{formulation} {tolerance:e}: {summary}") };
+            let [(name, count)] = &summary.events[..] else {
+                panic!("{formulation} {tolerance:e}: {summary}")
+            };
             assert!(name == "bottom" && (9..=10).contains(count), "{summary}");
             for kept in &summary.kept {
                 assert!(["touches", "sinks", "rate"].contains(&kept.as_str()), "{kept}");
@@ -649,7 +684,8 @@ fn a_latch_on_what_turns_catches_once() {
                 let catches = caught.events().iter().filter(|event| event.name == "at_the_place").count();
                 assert_eq!(catches, 1, "{case}");
 
-                let bell = run().on_event_with("bell", Direction::Rising, |change| change.release("latch")).run();
+                let bell =
+                    run().on_event_with("bell", Direction::Rising, |change| change.release("latch")).run();
                 let bell = bell.unwrap_or_else(|error| panic!("{case}, let go: {error}"));
                 let truth = 0.5 * (1.5 * speed).cosh();
                 assert!(

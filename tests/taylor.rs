@@ -115,7 +115,8 @@ impl Bead {
 
 /// Largest difference of coordinates and velocities.
 fn distance<S: ModelState>(x: S, y: S) -> f64 {
-    let pairs = x.q().as_slice().iter().zip(y.q().as_slice()).chain(x.u().as_slice().iter().zip(y.u().as_slice()));
+    let pairs =
+        x.q().as_slice().iter().zip(y.q().as_slice()).chain(x.u().as_slice().iter().zip(y.u().as_slice()));
     pairs.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
 }
 
@@ -130,24 +131,30 @@ fn the_error_follows_the_tolerance_down_to_rounding() {
         let error = distance(motion.end(), truth);
         // At 1e-15 rounding decides, of the reference as well: the motion makes errors 100 times larger.
         assert!(error < 100.0 * tolerance + 3e-13, "{tolerance:e}: {error:e}");
-        assert!(tolerance < 1e-11 || error > 1e-3 * tolerance, "{tolerance:e}: {error:e}, no tolerance was used");
+        assert!(
+            tolerance < 1e-11 || error > 1e-3 * tolerance,
+            "{tolerance:e}: {error:e}, no tolerance was used"
+        );
         assert!(!motion.summary().to_string().contains("stiff"), "{}", motion.summary());
     }
 }
 
-/// End values at 60 digits (Taylor series of order 46 with steps of 1/40, by programs that share nothing with these; 24 digits do not change with the
-/// order), and how they change with the start: what a start that is rounded leaves is all that there is to be had.
+/// End values at 60 digits (Taylor series of order 46 with steps of 1/40, by programs that share nothing with
+/// these; 24 digits do not change with the order), and how they change with the start: what a start that is
+/// rounded leaves is all that there is to be had.
 #[test]
 fn twenty_seconds_keep_the_digits_that_their_condition_leaves() {
     let start = DP.state().theta1(1.5).theta2(1.0).build().unwrap();
     let truth = [0.36276707186663065, 0.9679952787997108, -2.9420051248217174, -2.697969053667355];
     // By θ₁, θ₂ and their rates; the rates are 0, so that theirs are absolute.
-    let condition = [[7.9, 2.7, 0.24, 0.059], [7.1, 3.3, 0.25, 0.10], [21.8, 4.8, 0.67, 0.85], [63.4, 17.0, 2.1, 1.9]];
+    let condition =
+        [[7.9, 2.7, 0.24, 0.059], [7.1, 3.3, 0.25, 0.10], [21.8, 4.8, 0.67, 0.85], [63.4, 17.0, 2.1, 1.9]];
     let motion = DP.simulate(start).until(20.0).tolerance(1e-15).method(TAYLOR).run().unwrap();
     let end = motion.end();
     let found = [end.theta1(), end.theta2(), end.theta1_rate(), end.theta2_rate()];
     for (i, (found, truth)) in found.iter().zip(truth).enumerate() {
-        let of_start: f64 = condition[i].iter().zip([1.5, 1.0, 1.0, 1.0]).map(|(c, x)| c * x * f64::EPSILON).sum();
+        let of_start: f64 =
+            condition[i].iter().zip([1.5, 1.0, 1.0, 1.0]).map(|(c, x)| c * x * f64::EPSILON).sum();
         let error = (found - truth).abs();
         assert!(error < 4.0 * of_start, "{i}: {error:e}, where a rounded start makes {of_start:e}");
     }
@@ -196,9 +203,11 @@ fn runs_backwards_to_where_it_came_from() {
     assert!(error < 1e-11, "{error:e}");
 }
 
-/// An ellipse of eccentricity 0.9 and semi-major axis 1, turned by an angle, from its pericentre; the largest error of its energy −½ within each of so many periods' ends.
+/// An ellipse of eccentricity 0.9 and semi-major axis 1, turned by an angle, from its pericentre; the largest
+/// error of its energy −½ within each of so many periods' ends.
 ///
-/// Errors are those of the states, to 31 digits: evaluating T and V, which are up to 10, would add 10⁻¹⁵ of its own.
+/// Errors are those of the states, to 31 digits: evaluating T and V, which are up to 10, would add 10⁻¹⁵ of
+/// its own.
 fn energy_errors<const K: usize>(method: methods::Taylor, angle: f64, periods: [f64; K]) -> [f64; K] {
     let kepler = Kepler { mu: 1.0 };
     let (sin, cos) = angle.sin_cos();
@@ -223,13 +232,20 @@ fn energy_errors<const K: usize>(method: methods::Taylor, angle: f64, periods: [
         // And as users see it.
         assert!((kepler.energy_function(state) - evaluated).abs() < error + 1e-14);
     };
-    kepler.simulate(start).until(periods[K - 1] * period).tolerance(1e-15).method(method).run_with(watch).unwrap();
+    kepler
+        .simulate(start)
+        .until(periods[K - 1] * period)
+        .tolerance(1e-15)
+        .method(method)
+        .run_with(watch)
+        .unwrap();
     worst
 }
 
 /// |E − E₀| below 10⁻¹³ by the smallest tolerance, and below 10⁻¹³ of the energy itself, which is a twentieth of what T and V go through, in the shorter steps of order 16.
 ///
-/// What is left is the rounding of accelerations, once in each step: of twelve ellipses in other directions, orders by themselves leave 1.0e-13 at most, order 16 leaves 5.6e-14.
+/// What is left is the rounding of accelerations, once in each step: of twelve ellipses in other directions,
+/// orders by themselves leave 1.0e-13 at most, order 16 leaves 5.6e-14.
 #[test]
 fn kepler_keeps_its_energy_over_a_thousand_periods() {
     let [error] = energy_errors(TAYLOR, 0.0, [1000.0]);
@@ -238,31 +254,61 @@ fn kepler_keeps_its_energy_over_a_thousand_periods() {
     assert!(error < 0.5e-13, "{error:e}");
 }
 
-/// Brouwer's law: rounding errors of an integrator that loses nothing are a random walk, so that the energy errs by the root of the time (Hairer, McLachlan, Razakarivony,
-/// BIT 48 (2008) 231). Without what a step's sum carries to the next one they are five times as large.
+/// Brouwer's law: rounding errors of an integrator that loses nothing are a random walk, so that the energy
+/// errs by the root of the time (Hairer, McLachlan, Razakarivony, BIT 48 (2008) 231). Without what a step's
+/// sum carries to the next one they are five times as large.
 #[test]
 fn energy_errors_of_rounding_grow_with_the_root_of_time() {
     let method = methods::Taylor { order: Some(16) };
-    let found: Vec<[f64; 2]> = (0..8).map(|j| energy_errors(method, 0.5 * f64::from(j), [5.0, 80.0])).collect();
-    let [early, late] = [0, 1].map(|i| (found.iter().map(|errors| errors[i].powi(2)).sum::<f64>() / 8.0).sqrt());
+    let found: Vec<[f64; 2]> =
+        (0..8).map(|j| energy_errors(method, 0.5 * f64::from(j), [5.0, 80.0])).collect();
+    let [early, late] =
+        [0, 1].map(|i| (found.iter().map(|errors| errors[i].powi(2)).sum::<f64>() / 8.0).sqrt());
     println!("5 periods {early:.2e}, 80 periods {late:.2e}");
     assert!(late < 2.5e-14, "{late:e}");
     // 4 by the root, 16 by the time.
     assert!((2.0..7.0).contains(&(late / early)), "{early:e}, {late:e}");
 }
 
-/// θ₁, θ₂ and their rates from 2π/3, −π/18 at rest as `f64` has them: extrapolation in 60 digits, in steps of 1/48 and 1/64 with 24 and 20 columns, which agree to 29 digits.
-/// From the start without its rounding the same computation gives the values of `references.rs`.
+/// θ₁, θ₂ and their rates from 2π/3, −π/18 at rest as `f64` has them: extrapolation in 60 digits, in steps of
+/// 1/48 and 1/64 with 24 and 20 columns, which agree to 29 digits. From the start without its rounding the
+/// same computation gives the values of `references.rs`.
 const PENDULUM: [(f64, [f64; 4]); 5] = [
-    (1.0, [-1.517_290_485_027_184, 0.252_791_579_716_813_5, -1.984_467_696_932_936_5, -4.087_371_261_679_003]),
-    (2.0, [1.152_846_096_178_819_6, -0.473_076_380_641_641_65, -0.030_451_144_544_658_047, 5.799_535_263_631_569]),
-    (5.0, [-0.440_219_745_366_661_4, 7.049_578_950_150_237, -3.521_138_978_320_225, -3.908_828_177_773_795_4]),
-    (10.0, [-0.792_596_116_598_066_7, -2.469_494_509_759_358_4, -1.975_809_881_342_966_3, -2.380_631_193_148_559]),
-    (20.0, [-0.531_738_579_409_749_2, -5.014_305_295_149_453, 4.524_457_282_235_177, 1.215_802_800_705_804_6]),
+    (
+        1.0,
+        [-1.517_290_485_027_184, 0.252_791_579_716_813_5, -1.984_467_696_932_936_5, -4.087_371_261_679_003],
+    ),
+    (
+        2.0,
+        [
+            1.152_846_096_178_819_6,
+            -0.473_076_380_641_641_65,
+            -0.030_451_144_544_658_047,
+            5.799_535_263_631_569,
+        ],
+    ),
+    (
+        5.0,
+        [-0.440_219_745_366_661_4, 7.049_578_950_150_237, -3.521_138_978_320_225, -3.908_828_177_773_795_4],
+    ),
+    (
+        10.0,
+        [
+            -0.792_596_116_598_066_7,
+            -2.469_494_509_759_358_4,
+            -1.975_809_881_342_966_3,
+            -2.380_631_193_148_559,
+        ],
+    ),
+    (
+        20.0,
+        [-0.531_738_579_409_749_2, -5.014_305_295_149_453, 4.524_457_282_235_177, 1.215_802_800_705_804_6],
+    ),
 ];
 
-/// A start that is off by one unit in the last place has lost 9 of 16 digits of a chaotic pendulum after 20 s; the series lose no more than that, at any time. The condition
-/// number is |∂y(t)/∂y(0)|, by differences of motions beside it: 10, 15, 530, 7·10⁴ and 8·10⁸.
+/// A start that is off by one unit in the last place has lost 9 of 16 digits of a chaotic pendulum after 20
+/// s; the series lose no more than that, at any time. The condition number is |∂y(t)/∂y(0)|, by differences
+/// of motions beside it: 10, 15, 530, 7·10⁴ and 8·10⁸.
 #[test]
 fn pendulum_has_all_digits_that_its_condition_number_leaves() {
     let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 };
@@ -274,16 +320,18 @@ fn pendulum_has_all_digits_that_its_condition_number_leaves() {
     let run = |off, until: f64, method| {
         model.simulate(start(off)).until(until).tolerance(1e-15).method(method).run().unwrap()
     };
-    let values =
-        |state: State<DoublePendulum>| [state.theta1(), state.theta2(), state.theta1_rate(), state.theta2_rate()];
+    let values = |state: State<DoublePendulum>| {
+        [state.theta1(), state.theta2(), state.theta1_rate(), state.theta2_rate()]
+    };
     let apart = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     let off = 1e-12;
     let beside: [_; 4] = core::array::from_fn(|i| {
         [off, -off].map(|off| run(core::array::from_fn(|j| if i == j { off } else { 0.0 }), 20.0, TAYLOR))
     });
     for (t, exact) in PENDULUM {
-        let column =
-            |[more, less]: &[Motion<DoublePendulum>; 2]| apart(values(more.at(t)), values(less.at(t))) / (2.0 * off);
+        let column = |[more, less]: &[Motion<DoublePendulum>; 2]| {
+            apart(values(more.at(t)), values(less.at(t))) / (2.0 * off)
+        };
         let condition = beside.iter().map(|pair| column(pair).powi(2)).sum::<f64>().sqrt();
         for (method, units) in [(TAYLOR, 1.5), (methods::Taylor { order: Some(16) }, 1.0)] {
             let error = apart(values(run([0.0; 4], t, method).end()), exact);
@@ -307,7 +355,8 @@ fn free_fall_is_exact_in_few_steps() {
 
 #[test]
 fn a_branch_that_changes_within_a_step_is_not_passed() {
-    // With friction F = μ and spring k every half period moves the centre by μ/k to the other side: s → −s + 2μ/k.
+    // With friction F = μ and spring k every half period moves the centre by μ/k to the other side: s → −s +
+    // 2μ/k.
     let block = Block { mass: 1.0, stiffness: 4.0, friction: 0.3 };
     let start = block.state().s(1.0).build().unwrap();
     // Three half periods of π/2, ended before the next turn: 1 → −0.85 → 0.7 → −0.55 at the turns.
@@ -365,11 +414,15 @@ fn time_and_held_inputs_are_expanded_laws_are_refused() {
     assert!(motion.work().closure_error.abs() < 1e-9, "{}", motion.work());
     let refused = run(1e-9).inputs(|t, _| [t.sin()]).method(TAYLOR).run().unwrap_err();
     let words = refused.to_string();
-    assert!(words.contains("its inputs follow a closure") && words.contains("change them at events"), "{words}");
+    assert!(
+        words.contains("its inputs follow a closure") && words.contains("change them at events"),
+        "{words}"
+    );
     assert!(words.contains("into the model by `q.t`"), "{words}");
 }
 
-/// What the error says to do with an inputs law: the same push as an expression of time, or in steps that events make, each beside the closure.
+/// What the error says to do with an inputs law: the same push as an expression of time, or in steps that
+/// events make, each beside the closure.
 #[test]
 fn what_a_refused_law_is_told_works() {
     let law = |t: f64| 0.7 * (0.9 * t).sin();
@@ -383,12 +436,15 @@ fn what_a_refused_law_is_told_works() {
     assert!(error < 1e-10, "{error:e}");
 
     let steps = |t: f64| if t < 1.0 { 0.7 } else { -0.4 };
-    let stepwise = model.simulate(model.state().s(0.2).push(0.7).build().unwrap()).until(3.0).tolerance(1e-12);
+    let stepwise =
+        model.simulate(model.state().s(0.2).push(0.7).build().unwrap()).until(3.0).tolerance(1e-12);
     let switch = move |state: &mut State<Driven>| state.inputs_mut()[0] = steps(1.5);
-    let stepwise = stepwise.event("late", |state| state.t() - 1.0).on_event("late", Direction::Rising, switch);
+    let stepwise =
+        stepwise.event("late", |state| state.t() - 1.0).on_event("late", Direction::Rising, switch);
     let stepwise = stepwise.method(TAYLOR).run().unwrap();
     let held = |start, from: f64, to: f64| {
-        let motion = model.simulate(start).until(to).tolerance(1e-13).inputs(move |_, _| [steps(from)]).run().unwrap();
+        let motion =
+            model.simulate(start).until(to).tolerance(1e-13).inputs(move |_, _| [steps(from)]).run().unwrap();
         motion.end()
     };
     let truth = held(held(model.state().s(0.2).push(0.7).build().unwrap(), 0.5, 1.0), 1.5, 3.0);
@@ -412,7 +468,10 @@ fn inputs_that_an_event_changes_are_those_of_the_next_series() {
             let switch = |state: &mut State<Driven>| state.inputs_mut()[0] = -0.7;
             let simulation = model.simulate(start).until(6.0).fixed_step(0.05);
             let simulation = simulation.event("late", |state| state.t() - 2.0);
-            simulation.on_event("late", Direction::Rising, switch).method(methods::Taylor { order: Some(20) }).run()
+            simulation
+                .on_event("late", Direction::Rising, switch)
+                .method(methods::Taylor { order: Some(20) })
+                .run()
         } else {
             simulation.run()
         };
@@ -427,7 +486,10 @@ fn models_without_series_say_why() {
     let bead = Bead { height };
     let start = bead.state().s(0.5).build().unwrap();
     let refused = bead.simulate(start).until(1.0).method(TAYLOR).run().unwrap_err();
-    assert!(refused.to_string().contains("`height` is known by its value and three derivatives only"), "{refused}");
+    assert!(
+        refused.to_string().contains("`height` is known by its value and three derivatives only"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -470,8 +532,9 @@ impl Stiff {
 fn series_begin_at_their_own_state_whatever_their_memory_holds() {
     type Place = <DoublePendulum as Model>::Vector;
     let constants = DP.constants().expect("masses are positive");
-    let state =
-        |theta1: f64, rate: f64| DP.state().theta1(theta1).theta2(1.0).theta1_rate(rate).build().expect("complete");
+    let state = |theta1: f64, rate: f64| {
+        DP.state().theta1(theta1).theta2(1.0).theta1_rate(rate).build().expect("complete")
+    };
     let series = |at: &State<DoublePendulum>, memory: &mut <DoublePendulum as Dynamics>::Series| {
         let a = DP.accelerations_with(&constants, at).expect("regular");
         let (mut q, mut u) = ([Place::zeros(); 21], [Place::zeros(); 21]);

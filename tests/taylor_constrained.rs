@@ -1,5 +1,5 @@
-//! Taylor series of derived models with constraints: against motions in minimal coordinates, closed solutions and other methods; what they cannot do is
-//! refused.
+//! Taylor series of derived models with constraints: against motions in minimal coordinates, closed solutions
+//! and other methods; what they cannot do is refused.
 
 use dynamics::model::Vector;
 use dynamics::prelude::*;
@@ -29,7 +29,8 @@ impl Bob {
     }
 }
 
-/// A bead of unit mass on a hoop that turns about a diameter, Φ in terms of time, without weight: its angle from the axis obeys that of a pendulum.
+/// A bead of unit mass on a hoop that turns about a diameter, Φ in terms of time, without weight: its angle
+/// from the axis obeys that of a pendulum.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y, z)]
 struct Hoop {
@@ -74,7 +75,9 @@ impl EqualCrank {
     }
     #[holonomic]
     fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        vec2(q.x, 0.0) - self.bar * vec2(q.theta.cos(), q.theta.sin()) - self.bar * vec2(q.phi.cos(), q.phi.sin())
+        vec2(q.x, 0.0)
+            - self.bar * vec2(q.theta.cos(), q.theta.sin())
+            - self.bar * vec2(q.phi.cos(), q.phi.sin())
     }
 }
 
@@ -136,7 +139,8 @@ impl TwoRods {
 
 /// Largest difference of coordinates and velocities.
 fn distance<S: ModelState>(x: S, y: S) -> f64 {
-    let pairs = x.q().as_slice().iter().zip(y.q().as_slice()).chain(x.u().as_slice().iter().zip(y.u().as_slice()));
+    let pairs =
+        x.q().as_slice().iter().zip(y.q().as_slice()).chain(x.u().as_slice().iter().zip(y.u().as_slice()));
     pairs.fold(0.0, |most, (a, b)| most.max((a - b).abs()))
 }
 
@@ -156,7 +160,10 @@ fn the_error_follows_the_tolerance_down_to_rounding() {
         let motion = BOB.simulate(start).until(10.0).tolerance(tolerance).method(TAYLOR).run().unwrap();
         let error = distance(motion.end(), truth);
         assert!(error < 100.0 * tolerance + 3e-13, "{tolerance:e}: {error:e}");
-        assert!(tolerance < 1e-11 || error > 1e-3 * tolerance, "{tolerance:e}: {error:e}, no tolerance was used");
+        assert!(
+            tolerance < 1e-11 || error > 1e-3 * tolerance,
+            "{tolerance:e}: {error:e}, no tolerance was used"
+        );
         assert!(motion.steps().all(|state| drift(&BOB, &state) < 1e-14), "{}", motion.summary());
     }
 }
@@ -170,7 +177,13 @@ fn errors_fall_with_the_power_of_the_order() {
         let method = methods::Taylor { order: Some(order) };
         let errors = |h: f64| {
             let run = |formulation| {
-                BOB.simulate(start).until(1.0).fixed_step(h).formulation(formulation).method(method).run().unwrap()
+                BOB.simulate(start)
+                    .until(1.0)
+                    .fixed_step(h)
+                    .formulation(formulation)
+                    .method(method)
+                    .run()
+                    .unwrap()
             };
             let (projected, plain) = (run(Formulation::Projected), run(Formulation::Augmented));
             let reaction = |motion: &Motion<'_, Bob>| motion.multipliers_at(1.0)[0];
@@ -181,7 +194,12 @@ fn errors_fall_with_the_power_of_the_order() {
         let (coarse, fine) = (errors(h), errors(0.5 * h));
         for (i, what) in ["state", "multiplier", "drift"].into_iter().enumerate() {
             let found = (coarse[i] / fine[i]).log2();
-            assert!(found > order as f64 - 0.8, "{what} at order {order}: {:e} → {:e}, {found}", coarse[i], fine[i]);
+            assert!(
+                found > order as f64 - 0.8,
+                "{what} at order {order}: {:e} → {:e}, {found}",
+                coarse[i],
+                fine[i]
+            );
         }
     }
 }
@@ -214,15 +232,18 @@ fn constraints_that_move_are_followed_forwards_and_backwards() {
     let error = distance(there.end(), truth);
     assert!(error < 1e-11, "{error:e}");
     assert!(there.steps().all(|state| drift(&hoop, &state) < 1e-13), "{}", there.summary());
-    // ½ (ż² + …) − ½ Ω² ρ² is kept in the turning frame: T − Ω L with L the moment of momentum about the axis.
-    let jacobi = |s: &State<Hoop>| 0.5 * s.u().norm_squared() - 3.0 * (s.x() * s.y_rate() - s.y() * s.x_rate());
+    // ½ (ż² + …) − ½ Ω² ρ² is kept in the turning frame: T − Ω L with L the moment of momentum about the
+    // axis.
+    let jacobi =
+        |s: &State<Hoop>| 0.5 * s.u().norm_squared() - 3.0 * (s.x() * s.y_rate() - s.y() * s.x_rate());
     let lost = there.steps().map(|s| (jacobi(&s) - jacobi(&start)).abs()).fold(0.0, f64::max);
     assert!(lost < 1e-13, "{lost:e}");
     let back = hoop.simulate(there.end()).until(0.0).tolerance(1e-14).method(TAYLOR).run().unwrap();
     assert!(distance(back.end(), start) < 1e-11, "{:e}", distance(back.end(), start));
 }
 
-/// At θ = ±π/2 the slider lies over the bearing, and both bars could turn as one: the way out is not decided by the equations there.
+/// At θ = ±π/2 the slider lies over the bearing, and both bars could turn as one: the way out is not decided
+/// by the equations there.
 #[test]
 fn singular_positions_are_passed_or_named() {
     let model = EqualCrank { inertia: 0.4, bar: 1.0 };
@@ -240,7 +261,11 @@ fn singular_positions_are_passed_or_named() {
                     let kept = (energy(&end) - energy(&start)).abs();
                     let branch = (end.theta() + end.phi()).abs();
                     let good = kept < 1e4 * tolerance && branch < 1e4 * tolerance;
-                    assert!(good, "{k} {tolerance:e}: energy {kept:e}, branch {branch:e}\n{}", motion.summary());
+                    assert!(
+                        good,
+                        "{k} {tolerance:e}: energy {kept:e}, branch {branch:e}\n{}",
+                        motion.summary()
+                    );
                 }
                 Err(error) => {
                     let text = error.to_string();
@@ -251,7 +276,15 @@ fn singular_positions_are_passed_or_named() {
     }
     // Exactly there: both ways are open.
     let quarter = core::f64::consts::FRAC_PI_2;
-    let start = model.state().theta(quarter).phi(-quarter).theta_rate(3.0).phi_rate(-3.0).x_rate(-6.0).build().unwrap();
+    let start = model
+        .state()
+        .theta(quarter)
+        .phi(-quarter)
+        .theta_rate(3.0)
+        .phi_rate(-3.0)
+        .x_rate(-6.0)
+        .build()
+        .unwrap();
     match model.simulate(start).until(1.0).tolerance(1e-9).method(TAYLOR).run() {
         Ok(motion) => {
             let end = motion.end();
@@ -261,7 +294,8 @@ fn singular_positions_are_passed_or_named() {
     }
 }
 
-/// A parallelogram of three bars by their angles, its ground as long as its coupler: folded flat it could go on as an antiparallelogram.
+/// A parallelogram of three bars by their angles, its ground as long as its coupler: folded flat it could go
+/// on as an antiparallelogram.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank, coupler, rocker)]
 struct Parallelogram {
@@ -297,13 +331,10 @@ fn change_points_are_passed_on_the_branch_or_named() {
         let rate = 5.0 + 0.37 * f64::from(k);
         let start = model.state().crank(0.8).rocker(0.8).crank_rate(rate).rocker_rate(rate).build().unwrap();
         for tolerance in [1e-6, 1e-9, 1e-12] {
-            let Ok(motion) = model
-                .simulate(start)
-                .until(4.0)
-                .tolerance(tolerance)
-                .method(TAYLOR)
-                .run()
-                .inspect_err(|error| assert!(error.to_string().contains("closure"), "{k} {tolerance:e}: {error}"))
+            let Ok(motion) =
+                model.simulate(start).until(4.0).tolerance(tolerance).method(TAYLOR).run().inspect_err(
+                    |error| assert!(error.to_string().contains("closure"), "{k} {tolerance:e}: {error}"),
+                )
             else {
                 continue;
             };

@@ -1,4 +1,5 @@
-//! Mistakes in models and what the compiler says about them: one mistake per file below `ui/`, named after it.
+//! Mistakes in models and what the compiler says about them: one mistake per file below `ui/`, named after
+//! it.
 //!
 //! `TRYBUILD=overwrite cargo test --test ui` writes the messages anew; read them before they are committed.
 

@@ -1,5 +1,6 @@
-//! One model that uses every word models may be written in: what the macro compiles it to gives the same numbers as the
-//! model's own functions on time jets. Each output carries a value with its first and second time derivative.
+//! One model that uses every word models may be written in: what the macro compiles it to gives the same
+//! numbers as the model's own functions on time jets. Each output carries a value with its first and second
+//! time derivative.
 
 use dynamics::prelude::*;
 use nalgebra::{Matrix3, Vector3};
@@ -53,7 +54,8 @@ impl Everything {
 
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        // The second point runs on a curve: f‴ of the user's function stands in the Jacobian of the accelerations.
+        // The second point runs on a curve: f‴ of the user's function stands in the Jacobian of the
+        // accelerations.
         let height = self.wave.at(q.z[0]);
         0.5 * self.m * vec2(q.x, q.y).dt().norm_squared()
             + 0.5 * self.m * (q.z[0].dt().powi(2) + height.dt().powi(2) + q.z[1].dt().powi(2))
@@ -240,11 +242,16 @@ impl Everything {
     #[output]
     fn matrices(&self, q: &Coordinates<Self>) -> Vec3 {
         let r = self.rotation(q);
-        let inertia = r * self.tensor * r.transpose() + Mat3::IDENTITY * q.x - 0.5 * Mat3::diagonal(q.x, q.y, q.x);
+        let inertia =
+            r * self.tensor * r.transpose() + Mat3::IDENTITY * q.x - 0.5 * Mat3::diagonal(q.x, q.y, q.x);
         let skew = Mat3::skew(r.column(1)) + Mat3::from_rows(r.row(0), self.axis.into(), r.row(2)) / q.y;
         let built = Mat3::from([[q.x, q.y, Expr::ONE], [q.y, q.x, Expr::ZERO], [q.x, q.x, q.y]])
             - Mat3::from_columns(r.row(0), r.row(1), r.row(2));
-        self.three(inertia.determinant() + skew.trace() * built[(1, 2)] + (skew * built * self.axis).dot(r * self.axis))
+        self.three(
+            inertia.determinant()
+                + skew.trace() * built[(1, 2)]
+                + (skew * built * self.axis).dot(r * self.axis),
+        )
     }
     #[output]
     fn angular_velocity(&self, q: &Coordinates<Self>) -> Vec3 {
@@ -257,7 +264,8 @@ impl Everything {
     fn angular_velocities(&self, q: &Coordinates<Self>) -> Vec3 {
         let r = self.rotation(q).transpose() * Mat3::axis_angle(self.axis, q.z[0]) * Mat3::rotation_x(self.a);
         let turning = Mat3::axis_angle(self.place(q), q.x * q.y);
-        (r * turning).transpose().angular_velocity() + r.angular_velocity_in_body() - turning.angular_velocity_in_body()
+        (r * turning).transpose().angular_velocity() + r.angular_velocity_in_body()
+            - turning.angular_velocity_in_body()
     }
     #[output]
     fn euler_angles(&self, q: &Coordinates<Self>) -> Vec3 {
@@ -297,7 +305,8 @@ impl Everything {
 
     #[force]
     fn push(&self, q: &Coordinates<Self>) -> Force {
-        let mut sum = Force::at(self.place(q), vec3(self.a, q.x, 0.2)) - 0.5 * Force::along(q.x * q.y, q.z[0]);
+        let mut sum =
+            Force::at(self.place(q), vec3(self.a, q.x, 0.2)) - 0.5 * Force::along(q.x * q.y, q.z[0]);
         sum += Force::at(vec2(q.z[0], q.z[1]), Vec2::new(0.3, -0.1)) * q.x;
         -sum / 2.0 + Force::ZERO
     }
@@ -331,7 +340,8 @@ macro_rules! compare {
             for k in 0..3 {
                 let compiled = $compiled[3 * i + k];
                 let error = (compiled - expected[k]).abs();
-                prop_assert!(error <= 1e-11 * scale, "{} [{}]: {:e} compiled, {:e} by jets", name, k, compiled, expected[k]);
+                prop_assert!(error <= 1e-11 * scale, "{} [{}]: {:e} compiled, {:e} by \
+                    jets", name, k, compiled, expected[k]);
             }
         }
     }};
@@ -380,7 +390,8 @@ fn jacobians_of_the_accelerations() {
     let model = model();
     let builder = model.state().x(0.45).y(0.7).z([0.3, -0.8]).x_rate(0.4).y_rate(-0.6).z_rate([1.1, 0.5]);
     let state = builder.build().expect("every number is finite");
-    let accelerations = |q, u| model.accelerations(&ModelState::new(0.0, q, u, state.inputs)).expect("positive masses");
+    let accelerations =
+        |q, u| model.accelerations(&ModelState::new(0.0, q, u, state.inputs)).expect("positive masses");
     let jacobian = model.state_jacobian(&state).expect("the masses are positive");
     assert_eq!(jacobian.accelerations, accelerations(state.q, state.u));
     for j in 0..4 {
@@ -400,14 +411,20 @@ fn jacobians_of_the_accelerations() {
             let quotient = (4.0 * difference(1e-3, velocity) - difference(2e-3, velocity)) / 3.0;
             for i in 0..4 {
                 let error = (quotient[i] - exact[(i, j)]).abs();
-                assert!(error < 1e-8, "({i}, {j}), velocity {velocity}: {} and {}", quotient[i], exact[(i, j)]);
+                assert!(
+                    error < 1e-8,
+                    "({i}, {j}), velocity {velocity}: {} and {}",
+                    quotient[i],
+                    exact[(i, j)]
+                );
             }
         }
     }
     assert!(jacobian.by_q[(2, 2)].abs() > 0.1 && jacobian.by_u[(2, 2)].abs() > 0.1, "the curve is felt");
 }
 
-/// At the corners of abs, signum, min, max and clamp, and where a condition just holds or just fails, both take the same branch.
+/// At the corners of abs, signum, min, max and clamp, and where a condition just holds or just fails, both
+/// take the same branch.
 #[test]
 fn the_compiled_model_and_its_functions_agree_at_corners() {
     for x in [0.35, 0.4, 0.5, 0.6, 0.8] {
@@ -418,7 +435,8 @@ fn the_compiled_model_and_its_functions_agree_at_corners() {
     }
 }
 
-/// The elaborator knows exactly the methods that the runtime has: a word that only one of them knows cannot be used.
+/// The elaborator knows exactly the methods that the runtime has: a word that only one of them knows cannot
+/// be used.
 #[test]
 fn macro_and_runtime_know_the_same_words() {
     // Read-outs of values and what generated code makes jets with are not part of the language.
@@ -426,12 +444,22 @@ fn macro_and_runtime_know_the_same_words() {
     let public = |source: &str| -> Vec<String> {
         let names = source.lines().filter_map(|line| line.trim().strip_prefix("pub fn "));
         let name = |rest: &str| rest.split(['(', '<']).next().unwrap_or_default().to_owned();
-        names.filter(|rest| rest.contains("(self")).map(name).filter(|n| !READ_OUTS.contains(&n.as_str())).collect()
+        names
+            .filter(|rest| rest.contains("(self"))
+            .map(name)
+            .filter(|n| !READ_OUTS.contains(&n.as_str()))
+            .collect()
     };
     let listed = |source: &str, list: &str| -> Vec<String> {
         let from = source.split_once(list).unwrap_or_else(|| panic!("no list {list}")).1;
         let words = from.split_once('=').and_then(|(_, rest)| rest.split_once(';')).expect("a constant").0;
-        words.split('"').skip(1).step_by(2).map(str::to_owned).filter(|n| !READ_OUTS.contains(&n.as_str())).collect()
+        words
+            .split('"')
+            .skip(1)
+            .step_by(2)
+            .map(str::to_owned)
+            .filter(|n| !READ_OUTS.contains(&n.as_str()))
+            .collect()
     };
     let scalars = include_str!("../dynamics-macros/src/elaborate/scalar_methods.rs");
     let vectors = include_str!("../dynamics-macros/src/elaborate/vector_methods.rs");
@@ -441,7 +469,11 @@ fn macro_and_runtime_know_the_same_words() {
     matrices.extend(public(include_str!("../dynamics-runtime/src/rotation.rs")));
     for (kind, mut runtime, mut elaborator) in [
         ("Expr", jets, listed(scalars, "SCALAR_METHODS")),
-        ("vectors", public(include_str!("../dynamics-runtime/src/vector.rs")), listed(vectors, "VECTOR_METHODS")),
+        (
+            "vectors",
+            public(include_str!("../dynamics-runtime/src/vector.rs")),
+            listed(vectors, "VECTOR_METHODS"),
+        ),
         ("matrices", matrices, listed(vectors, "MATRIX_METHODS")),
     ] {
         for words in [&mut runtime, &mut elaborator] {

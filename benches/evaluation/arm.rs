@@ -1,4 +1,5 @@
-//! The arm of seven hinges as one writes it down: Jacobians and inertia of every link in the world's axes, M = Σ JᵀIJ, LDLᵀ.
+//! The arm of seven hinges as one writes it down: Jacobians and inertia of every link in the world's axes,
+//! M = Σ JᵀIJ, LDLᵀ.
 
 #[macro_use]
 #[path = "../../tests/models/arm7.rs"]

@@ -1,4 +1,5 @@
-//! Long chains, and models whose sines are the standard library's: too slow to compile for what only counts instructions.
+//! Long chains, and models whose sines are the standard library's: too slow to compile for what only counts
+//! instructions.
 
 use dynamics::prelude::*;
 

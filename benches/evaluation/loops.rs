@@ -1,7 +1,8 @@
-//! Mechanisms with closed loops: the models, and what is written by hand for them, parameters folded into the code.
+//! Mechanisms with closed loops: the models, and what is written by hand for them, parameters folded into the
+//! code.
 //!
-//! By hand twice: as the textbooks have it, M, Q, Φ_q and γ entered into the whole matrix, which is factored with pivoting; and as one would do
-//! it for speed, loop by loop, with one coordinate left.
+//! By hand twice: as the textbooks have it, M, Q, Φ_q and γ entered into the whole matrix, which is factored
+//! with pivoting; and as one would do it for speed, loop by loop, with one coordinate left.
 
 use dynamics::prelude::*;
 use nalgebra::{SMatrix, SVector};
@@ -131,7 +132,8 @@ fn published<T: Real>(q: &[T; 7], u: &[T; 7]) -> Published<T> {
     Published { m, q: force, angles }
 }
 
-/// d/dq of the point E as four bodies have it, and its centripetal acceleration: (by the first coordinate, by the second, v̇ at q̈ = 0).
+/// d/dq of the point E as four bodies have it, and its centripetal acceleration: (by the first coordinate, by
+/// the second, v̇ at q̈ = 0).
 type Point<T> = [[T; 2]; 3];
 
 /// E on bodies 2, 3, 4, 6 from the sines and cosines.

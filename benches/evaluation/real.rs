@@ -1,5 +1,5 @@
-//! Numbers that the hand-written accelerations run on: `f64` with the standard library's sines or with the inlined ones, and pairs of `f64`
-//! with 31 digits, which all errors are measured against.
+//! Numbers that the hand-written accelerations run on: `f64` with the standard library's sines or with the
+//! inlined ones, and pairs of `f64` with 31 digits, which all errors are measured against.
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -25,8 +25,8 @@ pub(crate) struct Standard(f64);
 #[derive(Clone, Copy)]
 pub(crate) struct Inlined(f64);
 
-/// The unevaluated sum of two `f64`, the second below half a unit in the last place of the first: errors below 1e-31 (Dekker 1971; Hida, Li,
-/// Bailey 2001).
+/// The unevaluated sum of two `f64`, the second below half a unit in the last place of the first: errors
+/// below 1e-31 (Dekker 1971; Hida, Li, Bailey 2001).
 #[derive(Clone, Copy)]
 pub(crate) struct Pair(f64, f64);
 

@@ -24,7 +24,10 @@ pub(crate) struct CompiledModel {
 }
 
 /// Tokens of the struct and of its impl block → derived model.
-pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Result<CompiledModel, Vec<syn::Error>> {
+pub(crate) fn compile(
+    item_struct: TokenStream,
+    item_impl: TokenStream,
+) -> Result<CompiledModel, Vec<syn::Error>> {
     let mut diagnostics = Diagnostics::new();
     let declaration = syntax::parse_struct(item_struct, &mut diagnostics);
     let implementation = syntax::parse_impl(item_impl, &mut diagnostics);
@@ -33,7 +36,9 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
         check_output_units(declaration, implementation, &mut diagnostics);
     }
     diagnostics.checkpoint()?;
-    let (Some(declaration), Some(implementation)) = (declaration, implementation) else { return Err(Vec::new()) };
+    let (Some(declaration), Some(implementation)) = (declaration, implementation) else {
+        return Err(Vec::new());
+    };
     let elaborated = elaborate::elaborate(&declaration, &implementation, &mut diagnostics);
     let model = Place::from(declaration.name.span());
     if diagnostics.len() > 0 {
@@ -61,7 +66,8 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
 /// Types of the language of models that only some models name.
 const SOMETIMES_NAMED: &[&str] = &["Drawing", "Force", "Mat3", "Vec2", "Vec3"];
 
-/// Refuses a struct called like a type that its own functions name: they would find the struct, and the macro would not know.
+/// Refuses a struct called like a type that its own functions name: they would find the struct, and the macro
+/// would not know.
 fn check_name(declaration: &Declaration, implementation: &Implementation, diagnostics: &mut Diagnostics) {
     let name = declaration.name.to_string();
     let of_language = SOMETIMES_NAMED.contains(&name.as_str()) || Library::has(&name);
@@ -74,8 +80,13 @@ fn check_name(declaration: &Declaration, implementation: &Implementation, diagno
 }
 
 /// `#[units(..)]` names fields, and outputs.
-fn check_output_units(declaration: &Declaration, implementation: &Implementation, diagnostics: &mut Diagnostics) {
-    let outputs = || implementation.functions.iter().filter(|f| f.role == Role::Output).map(|f| f.name.to_string());
+fn check_output_units(
+    declaration: &Declaration,
+    implementation: &Implementation,
+    diagnostics: &mut Diagnostics,
+) {
+    let outputs =
+        || implementation.functions.iter().filter(|f| f.role == Role::Output).map(|f| f.name.to_string());
     let known: Vec<String> = declaration.fields.iter().map(|f| f.name.to_string()).chain(outputs()).collect();
     for (i, (name, _)) in declaration.output_units.iter().enumerate() {
         if !outputs().any(|output| name == output.as_str()) {

@@ -77,7 +77,8 @@ impl Diagnostics {
         Self { errors: Some(Vec::new()), seen: BTreeSet::new(), raised: 0, inside: None }
     }
 
-    /// From here on errors are about tokens that are not the user's: they stand at `call`, the outermost of them.
+    /// From here on errors are about tokens that are not the user's: they stand at `call`, the outermost of
+    /// them.
     pub(crate) fn enter(&mut self, call: Place, name: impl FnOnce() -> String) -> Entered {
         let outermost = self.inside.is_none();
         if outermost {
@@ -98,7 +99,8 @@ impl Diagnostics {
         self.inside.as_ref().map_or(place, |(call, _)| *call)
     }
 
-    /// Adds an error, unless there is one at this very place: a loop's body or a helper is elaborated many times, its mistake is one.
+    /// Adds an error, unless there is one at this very place: a loop's body or a helper is elaborated many
+    /// times, its mistake is one.
     pub(crate) fn error(&mut self, place: impl Into<Place>, message: &Message) {
         self.raised += 1;
         let place = self.shown_at(place.into());
@@ -118,7 +120,8 @@ impl Diagnostics {
         }
     }
 
-    /// How often an error was added so far, also where it was known: grows while a function with a mistake is elaborated, however often its helpers were.
+    /// How often an error was added so far, also where it was known: grows while a function with a mistake is
+    /// elaborated, however often its helpers were.
     pub(crate) fn raised(&self) -> usize {
         self.raised
     }

@@ -1,8 +1,9 @@
 //! The Rust subset of models → `dynamics_symbolic::mechanics::Model`.
 //!
-//! An interpreter over `syn`'s tree: values are nodes of the expression graph, integers and conditions that are known now are decided now, and
-//! what the motion decides becomes a selection. Every mistake is reported where it stands and poisons its value, so that nothing that follows
-//! from it is reported again. Nothing here may recurse or loop without bound: see the limits in `expressions.rs`, `control.rs` and
+//! An interpreter over `syn`'s tree: values are nodes of the expression graph, integers and conditions that
+//! are known now are decided now, and what the motion decides becomes a selection. Every mistake is reported
+//! where it stands and poisons its value, so that nothing that follows from it is reported again. Nothing
+//! here may recurse or loop without bound: see the limits in `expressions.rs`, `control.rs` and
 //! `syntax/limits.rs`.
 
 mod bodies;

@@ -1,6 +1,7 @@
 //! From a compiled model to Rust tokens. Cannot fail: every check has been made before.
 //!
-//! What is emitted names everything by absolute path through `__private` of the façade, so that a user's crate may shadow whatever it likes.
+//! What is emitted names everything by absolute path through `__private` of the façade, so that a user's
+//! crate may shadow whatever it likes.
 
 mod bridge;
 mod builder;
@@ -50,7 +51,8 @@ pub(crate) struct Surface {
     pub(crate) functions: Vec<Ident>,
     /// Functions of constraints in the order of their rows.
     pub(crate) constraints: Vec<Ident>,
-    /// Helper functions `(&self, q) -> Vec2`, `Vec3` or an array of them that may be places: the points of the default drawing.
+    /// Helper functions `(&self, q) -> Vec2`, `Vec3` or an array of them that may be places: the points of
+    /// the default drawing.
     pub(crate) points: Vec<Ident>,
     /// The `#[drawing]` function.
     pub(crate) drawing: Option<Ident>,
@@ -111,7 +113,8 @@ impl Surface {
     fn builder_type(&self) -> Ident {
         format_ident!("{}StateBuilder", self.name)
     }
-    /// Visibility of what the impl block adds: the struct's own is relative to the struct's module, which may be another one.
+    /// Visibility of what the impl block adds: the struct's own is relative to the struct's module, which may
+    /// be another one.
     fn impl_vis(&self) -> TokenStream {
         match self.vis {
             Visibility::Public(_) => quote!(pub),
@@ -136,8 +139,8 @@ fn offsets(slots: &[Slot]) -> impl Iterator<Item = (usize, &Slot)> {
 
 /// An identifier for a local of generated code; what programs print as text finds it by its name.
 ///
-/// A pattern that is the name of a static or a constant in scope is no binding but that static or constant, whatever the hygiene of its
-/// span: names that users have for theirs must not be bound.
+/// A pattern that is the name of a static or a constant in scope is no binding but that static or constant,
+/// whatever the hygiene of its span: names that users have for theirs must not be bound.
 fn local(name: &str) -> Ident {
     function(&format!("__{name}"))
 }
@@ -164,8 +167,8 @@ fn complete(surface: &Surface) -> TokenStream {
     quote!(<#model as #private::Complete>)
 }
 
-/// Tokens that are shown at the struct's name: rustc says the same thing of the same place once, so that a missing impl block
-/// is one error.
+/// Tokens that are shown at the struct's name: rustc says the same thing of the same place once, so that a
+/// missing impl block is one error.
 fn at_name(surface: &Surface, tokens: TokenStream) -> TokenStream {
     let tokens = tokens.into_iter().map(|mut tree| {
         if let TokenTree::Group(group) = &mut tree {
@@ -177,7 +180,8 @@ fn at_name(surface: &Surface, tokens: TokenStream) -> TokenStream {
     tokens.collect()
 }
 
-/// Puts generated impls where the user's block is, so that rustc names it where they collide with those of a second block.
+/// Puts generated impls where the user's block is, so that rustc names it where they collide with those of a
+/// second block.
 fn at_block(surface: &Surface, tokens: TokenStream) -> TokenStream {
     match surface.block {
         Some(spans) => respanned(spans, tokens, 2),
@@ -196,8 +200,11 @@ fn respanned(spans: [Span; 2], tokens: TokenStream, depth: usize) -> TokenStream
                 word.set_span(keyword);
             }
             TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => {
-                let inner =
-                    if of_impl || depth == 0 { group.stream() } else { respanned(spans, group.stream(), depth - 1) };
+                let inner = if of_impl || depth == 0 {
+                    group.stream()
+                } else {
+                    respanned(spans, group.stream(), depth - 1)
+                };
                 let span = if mem::take(&mut of_impl) { braces } else { group.span() };
                 *group = Group::new(Delimiter::Brace, inner);
                 group.set_span(span);

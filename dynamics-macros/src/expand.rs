@@ -12,10 +12,13 @@ use crate::emit::{self, Slot, Surface};
 use crate::messages;
 use crate::syntax::{self, Declaration, FieldKind, Implementation, Quantity, Role};
 
-/// `#[derive(Dynamics)]` in this line and column, unless the module has a model of the struct's name already: rustc
-/// says so of the structs, and would of everything that the derive adds.
+/// `#[derive(Dynamics)]` in this line and column, unless the module has a model of the struct's name already:
+/// rustc says so of the structs, and would of everything that the derive adds.
 pub(crate) fn derive_once(item: TokenStream, place: [usize; 2]) -> TokenStream {
-    let name = is_shallow(&item).then(|| syn::parse2::<syn::DeriveInput>(item.clone()).ok()).flatten().map(|s| s.ident);
+    let name = is_shallow(&item)
+        .then(|| syn::parse2::<syn::DeriveInput>(item.clone()).ok())
+        .flatten()
+        .map(|s| s.ident);
     match name {
         Some(name) => emit::once_per_name(&name, &derive(item.clone()), &item, place),
         None => derive(item),
@@ -32,7 +35,8 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
         // The impl block finds a bridge that drops it: its errors would only repeat the struct's.
         let named = is_shallow(&item).then(|| syn::parse2::<syn::DeriveInput>(item).ok()).flatten();
         let bridge = named.map(|item| {
-            let (bridge, mark) = (emit::dead_bridge(&item.ident, &item.vis), emit::mark(&item.ident, &item.generics));
+            let (bridge, mark) =
+                (emit::dead_bridge(&item.ident, &item.vis), emit::mark(&item.ident, &item.generics));
             quote!(#bridge #mark)
         });
         return quote!(#errors #bridge);
@@ -58,7 +62,8 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
     }
 }
 
-/// `#[dynamics] impl X { .. }` in this line and column: hands the block to the bridge, a macro of the struct's own name.
+/// `#[dynamics] impl X { .. }` in this line and column: hands the block to the bridge, a macro of the
+/// struct's own name.
 pub(crate) fn attribute(arguments: TokenStream, item: TokenStream, place: [usize; 2]) -> TokenStream {
     let mut diagnostics = Diagnostics::new();
     if !arguments.is_empty() {
@@ -71,18 +76,25 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream, place: [usize
     }
     let bridge = match syn::parse2::<ItemImpl>(header) {
         Ok(ItemImpl { self_ty, trait_: None, .. }) => match *self_ty {
-            Type::Path(ty) if ty.qself.is_none() && ty.path.segments.first().is_some_and(|s| s.ident != "Self") => {
+            Type::Path(ty)
+                if ty.qself.is_none() && ty.path.segments.first().is_some_and(|s| s.ident != "Self") =>
+            {
                 Ok(ty.path)
             }
             // The block itself would be rustc's second error.
-            other => return syn::Error::new_spanned(other, messages::impl_of_other_type()).to_compile_error(),
+            other => {
+                return syn::Error::new_spanned(other, messages::impl_of_other_type()).to_compile_error();
+            }
         },
-        Ok(ItemImpl { trait_: Some((path, _)), .. }) => Err(syn::Error::new_spanned(path, messages::trait_impl())),
+        Ok(ItemImpl { trait_: Some((path, _)), .. }) => {
+            Err(syn::Error::new_spanned(path, messages::trait_impl()))
+        }
         Err(_) => Err(syn::Error::new(Span::call_site(), messages::not_an_impl())),
     };
     match bridge {
         Ok(mut path) => {
-            // Which of a generic struct's types is meant rustc would have to be told; that it is generic is an error already.
+            // Which of a generic struct's types is meant rustc would have to be told; that it is generic is
+            // an error already.
             let marked = path.segments.iter().all(|segment| segment.arguments.is_none());
             path.segments.iter_mut().for_each(|segment| segment.arguments = syn::PathArguments::None);
             let once = emit::once(&path, &item, marked, place);
@@ -95,8 +107,8 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream, place: [usize
     }
 }
 
-/// `#[kinetic]` and the like, where no `#[dynamics]` has taken them off: on a method the missing attribute is the derive's to tell; anywhere else they
-/// do nothing.
+/// `#[kinetic]` and the like, where no `#[dynamics]` has taken them off: on a method the missing attribute is
+/// the derive's to tell; anywhere else they do nothing.
 pub(crate) fn role(name: &str, item: TokenStream) -> TokenStream {
     let is_method = |f: syn::ImplItemFn| f.sig.receiver().is_some();
     if !is_shallow(&item) || syn::parse2(item.clone()).is_ok_and(is_method) {
@@ -114,7 +126,8 @@ fn is_shallow(tokens: &TokenStream) -> bool {
     shallow
 }
 
-/// An item with nothing in its last braces: all that is needed to know whose `impl` it is, however deep the functions nest.
+/// An item with nothing in its last braces: all that is needed to know whose `impl` it is, however deep the
+/// functions nest.
 fn header(item: TokenStream) -> TokenStream {
     let mut tokens: Vec<TokenTree> = item.into_iter().collect();
     if let Some(TokenTree::Group(body)) = tokens.last_mut()
@@ -134,7 +147,8 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
         _ => None,
     });
     let (Some(item), Some(implementation)) = (groups.next(), groups.next()) else {
-        return syn::Error::new(Span::call_site(), "write `#[dynamics] impl Model { .. }`").to_compile_error();
+        return syn::Error::new(Span::call_site(), "write `#[dynamics] impl Model { .. }`")
+            .to_compile_error();
     };
     if item.is_empty() {
         return stubbed(implementation);
@@ -143,13 +157,15 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
     match compile(item.clone(), implementation.clone()) {
         Ok(CompiledModel { declaration, implementation, compiled, constants, vectors }) => {
             let surface = surface(&declaration, Some(&implementation), &vectors);
-            let (item, traits) = (kept(&implementation, &constants, &surface), emit::traits(&surface, &compiled));
+            let (item, traits) =
+                (kept(&implementation, &constants, &surface), emit::traits(&surface, &compiled));
             let asserted = emit::followed(&surface, &constants);
             quote!(#item #traits #asserted)
         }
         Err(errors) => {
             let (errors, stubbed) = (failed(&errors), stubbed(implementation));
-            let fallback = declared(item).map(|declaration| emit::fallback(&surface(&declaration, None, &[])));
+            let fallback =
+                declared(item).map(|declaration| emit::fallback(&surface(&declaration, None, &[])));
             quote!(#errors #stubbed #fallback)
         }
     }
@@ -158,8 +174,8 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
 /// The errors of the model; never none, since what is emitted beside them does not work.
 fn failed(errors: &[syn::Error]) -> TokenStream {
     if errors.is_empty() {
-        let message =
-            "the model cannot be derived, and no reason was found; this is a mistake of `dynamics`, please report it";
+        let message = "the model cannot be derived, and no reason was found; this is a mistake of \
+            `dynamics`, please report it";
         return syn::Error::new(Span::call_site(), message).to_compile_error();
     }
     report(errors)
@@ -178,14 +194,16 @@ fn declared(item: TokenStream) -> Option<Declaration> {
     declaration
 }
 
-/// The struct without attributes of other macros, which say nothing about the model and may contain any tokens.
+/// The struct without attributes of other macros, which say nothing about the model and may contain any
+/// tokens.
 fn own_tokens(mut item: ItemStruct) -> TokenStream {
     item.attrs.retain(|attribute| syntax::ATTRIBUTES.iter().any(|own| attribute.path().is_ident(own)));
     item.fields.iter_mut().for_each(|field| field.attrs.clear());
     item.into_token_stream()
 }
 
-/// Tokens that passed through the bridge's body resolve inside it; errors on them should read as errors on the user's own.
+/// Tokens that passed through the bridge's body resolve inside it; errors on them should read as errors on
+/// the user's own.
 fn resolved_like(tokens: TokenStream, user: &TokenStream) -> TokenStream {
     match user.clone().into_iter().next() {
         Some(tree) if is_shallow(&tokens) => resolved_at(tokens, tree.span()),
@@ -207,7 +225,8 @@ fn resolved_at(tokens: TokenStream, context: Span) -> TokenStream {
         .collect()
 }
 
-/// Takes the invisible group off single tokens: a `$n:literal` of the user's own macro is as good as the literal.
+/// Takes the invisible group off single tokens: a `$n:literal` of the user's own macro is as good as the
+/// literal.
 fn ungrouped(tokens: TokenStream) -> TokenStream {
     if is_shallow(&tokens) { ungrouped_within(tokens) } else { tokens }
 }
@@ -231,7 +250,8 @@ fn ungrouped_within(tokens: TokenStream) -> TokenStream {
         .collect()
 }
 
-/// The user's impl block as it goes back into the program. What has a role is used by the derivation, even where nothing calls it.
+/// The user's impl block as it goes back into the program. What has a role is used by the derivation, even
+/// where nothing calls it.
 fn kept(implementation: &Implementation, constants: &Constants, surface: &Surface) -> TokenStream {
     let mut item = implementation.item.clone();
     emit::assert_paths(&mut item, implementation, constants, surface);
@@ -248,10 +268,12 @@ fn kept(implementation: &Implementation, constants: &Constants, surface: &Surfac
     item.into_token_stream()
 }
 
-/// The impl block of a model with errors: signatures remain for who calls them; bodies do not, since rustc would report their mistakes again.
+/// The impl block of a model with errors: signatures remain for who calls them; bodies do not, since rustc
+/// would report their mistakes again.
 fn stubbed(implementation: TokenStream) -> TokenStream {
     // That it is too deep is among the model's errors already.
-    let shown = if is_shallow(&implementation) { implementation.clone() } else { header(implementation.clone()) };
+    let shown =
+        if is_shallow(&implementation) { implementation.clone() } else { header(implementation.clone()) };
     if !is_shallow(&shown) {
         return TokenStream::new();
     }
@@ -265,7 +287,8 @@ fn stubbed(implementation: TokenStream) -> TokenStream {
     for entry in &mut item.items {
         if let ImplItem::Fn(function) = entry {
             function.attrs.retain(kept_in_stub);
-            if !matches!(&function.sig.output, ReturnType::Type(_, ty) if matches!(**ty, Type::ImplTrait(_))) {
+            if !matches!(&function.sig.output, ReturnType::Type(_, ty) if matches!(**ty, Type::ImplTrait(_)))
+            {
                 function.block = syn::parse_quote!({ ::core::unreachable!() });
             }
         }
@@ -305,7 +328,8 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>, v
     };
     Surface {
         name: declaration.name.clone(),
-        target: implementation.map_or_else(|| declaration.name.to_token_stream(), |i| i.item.self_ty.to_token_stream()),
+        target: implementation
+            .map_or_else(|| declaration.name.to_token_stream(), |i| i.item.self_ty.to_token_stream()),
         block: implementation.map(|i| [i.item.impl_token.span, i.item.brace_token.span.join()]),
         vis: declaration.visibility.clone(),
         krate: declaration.crate_path.clone().unwrap_or_else(|| syn::parse_quote!(::dynamics)),
@@ -320,7 +344,10 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>, v
             .flat_map(|role| functions_of(&|f| f.role == role))
             .collect(),
         points: functions_of(&|f| {
-            f.role == Role::Helper && f.takes_coordinates_only() && f.returns_vectors() && !vectors.contains(&f.name)
+            f.role == Role::Helper
+                && f.takes_coordinates_only()
+                && f.returns_vectors()
+                && !vectors.contains(&f.name)
         }),
         drawing: functions_of(&|f| f.role == Role::Drawing).into_iter().next(),
     }

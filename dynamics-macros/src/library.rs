@@ -1,7 +1,8 @@
 //! Frames, bodies, inertia and joints: the words of models that are written in the language of models.
 //!
-//! The files below `library/` are those of `dynamics-runtime/src/bodies/`, byte by byte (`tests/architecture.rs`): what runs on time jets there
-//! is elaborated here. A word that stands in one file cannot mean two things.
+//! The files below `library/` are those of `dynamics-runtime/src/bodies/`, byte by byte
+//! (`tests/architecture.rs`): what runs on time jets there is elaborated here. A word that stands in one file
+//! cannot mean two things.
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::{FnArg, ImplItem, ImplItemFn, Item, Type};
@@ -34,7 +35,11 @@ pub(crate) struct Library {
 impl Library {
     /// What functions with these tokens may need: nothing is parsed for a model that uses none of it.
     pub(crate) fn needed_by(tokens: impl IntoIterator<Item = TokenStream>) -> Self {
-        if tokens.into_iter().any(|stream| any_word(stream, &Self::has)) { Self::whole() } else { Self::default() }
+        if tokens.into_iter().any(|stream| any_word(stream, &Self::has)) {
+            Self::whole()
+        } else {
+            Self::default()
+        }
     }
 
     /// Whether one of its types has this name.
@@ -52,7 +57,11 @@ impl Library {
                     Item::Struct(item) => {
                         let fields = item.fields.into_iter();
                         let fields = fields.filter_map(|f| Some((f.ident?.to_string(), f.ty))).collect();
-                        library.types.push(RecordType { name: item.ident.to_string(), fields, functions: Vec::new() });
+                        library.types.push(RecordType {
+                            name: item.ident.to_string(),
+                            fields,
+                            functions: Vec::new(),
+                        });
                     }
                     Item::Impl(item) if item.trait_.is_none() => {
                         let name = type_name(&item.self_ty);
@@ -60,7 +69,8 @@ impl Library {
                             ImplItem::Fn(function) => Some(function),
                             _ => None,
                         });
-                        if let Some(ty) = library.types.iter_mut().find(|ty| name.as_ref() == Some(&ty.name)) {
+                        if let Some(ty) = library.types.iter_mut().find(|ty| name.as_ref() == Some(&ty.name))
+                        {
                             ty.functions.extend(functions);
                         }
                     }
@@ -85,7 +95,8 @@ impl RecordType {
 
     /// The names of its methods, for did-you-mean.
     pub(crate) fn methods(&self) -> Vec<String> {
-        let methods = self.functions.iter().filter(|f| matches!(f.sig.inputs.first(), Some(FnArg::Receiver(_))));
+        let methods =
+            self.functions.iter().filter(|f| matches!(f.sig.inputs.first(), Some(FnArg::Receiver(_))));
         methods.map(|f| f.sig.ident.to_string()).collect()
     }
 }

@@ -17,7 +17,8 @@ use proc_macro2::TokenStream;
 
 use crate::diagnostics::Diagnostics;
 
-/// Parses the annotated struct. `None` where too little is there to go on; the reasons are in `diagnostics` either way.
+/// Parses the annotated struct. `None` where too little is there to go on; the reasons are in `diagnostics`
+/// either way.
 pub(crate) fn parse_struct(tokens: TokenStream, diagnostics: &mut Diagnostics) -> Option<Declaration> {
     limits::check_nesting(&tokens, diagnostics)?;
     match syn::parse2(tokens.clone()) {

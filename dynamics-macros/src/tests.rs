@@ -1,4 +1,5 @@
-//! Tests of everything up to the engine, on token strings: outside of a macro `proc_macro2` keeps the source, so that spans can be read.
+//! Tests of everything up to the engine, on token strings: outside of a macro `proc_macro2` keeps the source,
+//! so that spans can be read.
 
 mod constraints;
 mod errors;
@@ -16,7 +17,10 @@ mod vocabulary;
 use crate::compile::{CompiledModel, compile};
 
 /// Compiles two strings.
-pub(crate) fn try_model(declaration: &str, implementation: &str) -> Result<CompiledModel, Vec<(String, String)>> {
+pub(crate) fn try_model(
+    declaration: &str,
+    implementation: &str,
+) -> Result<CompiledModel, Vec<(String, String)>> {
     let parse = |text: &str| text.parse().expect("a test's tokens are tokens");
     compile(parse(declaration), parse(implementation)).map_err(|errors| {
         let describe = |error: syn::Error| {

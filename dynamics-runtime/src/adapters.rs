@@ -1,19 +1,23 @@
 //! Models on other solvers: a model as the first-order system y = (q, q̇), ẏ = (q̇, q̈).
 //!
-//! [`FirstOrder`] writes into slices, so that any solver can be given it by a closure. With the features `ode_solvers` and `diffsol` it also speaks the
-//! language of those crates: `adapters::ode_solvers`, `adapters::diffsol`.
+//! [`FirstOrder`] writes into slices, so that any solver can be given it by a closure. With the features
+//! `ode_solvers` and `diffsol` it also speaks the language of those crates: `adapters::ode_solvers`,
+//! `adapters::diffsol`.
 //!
 //! # What is lost
 //!
-//! Other solvers know nothing of events, resets and switched constraints: inputs are held or follow a law, and the modes are those of the start. Of models
-//! with constraints they get the accelerations that the constraints leave (the augmented formulation: Φ̈ = 0 in every evaluation). Nothing holds Φ and Φ̇
-//! themselves: errors of the solver let them *drift*, positions in proportion to t², however good each step is. [`FirstOrder::state`] gives states whose
-//! `residual` tells how far; what has to stay on its constraints is better run by [`crate::motion::Simulate::simulate`], which projects.
+//! Other solvers know nothing of events, resets and switched constraints: inputs are held or follow a law,
+//! and the modes are those of the start. Of models with constraints they get the accelerations that the
+//! constraints leave (the augmented formulation: Φ̈ = 0 in every evaluation). Nothing holds Φ and Φ̇
+//! themselves: errors of the solver let them *drift*, positions in proportion to t², however good each step
+//! is. [`FirstOrder::state`] gives states whose `residual` tells how far; what has to stay on its constraints
+//! is better run by [`crate::motion::Simulate::simulate`], which projects.
 //!
 //! # Where a model fails
 //!
-//! Solvers cannot be told that a model has no accelerations somewhere. They get NaN, on which good ones shorten the step or stop; some return it as
-//! a success. States read with [`FirstOrder::state`] are checked: what is not finite is an error with the model's own reason.
+//! Solvers cannot be told that a model has no accelerations somewhere. They get NaN, on which good ones
+//! shorten the step or stop; some return it as a success. States read with [`FirstOrder::state`] are checked:
+//! what is not finite is an error with the model's own reason.
 
 #[cfg(feature = "diffsol")]
 pub mod diffsol;
@@ -71,16 +75,27 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
     /// The system of a model from a start; inputs and modes are held as they are there.
     ///
     /// # Errors
-    /// [`AdapterError::Parameter`] where one is not finite, or a mass is none; [`AdapterError::Singular`] where the parameters alone make the mass matrix singular.
+    /// [`AdapterError::Parameter`] where one is not finite, or a mass is none; [`AdapterError::Singular`]
+    /// where the parameters alone make the mass matrix singular.
     pub fn new(model: &'m M, start: M::State) -> Result<Self, AdapterError> {
         StateError::check_parameters(model).map_err(AdapterError::Parameter)?;
         let constants = model.constants().map_err(AdapterError::Singular)?;
-        Ok(Self { model, constants, start, law: None, failure: Cell::new(None), linearised: RefCell::default() })
+        Ok(Self {
+            model,
+            constants,
+            start,
+            law: None,
+            failure: Cell::new(None),
+            linearised: RefCell::default(),
+        })
     }
 
     /// Input values as a function of time and state, as of [`crate::motion::Simulation::inputs`].
     #[must_use]
-    pub fn inputs<R: InputValues<M::Inputs>>(mut self, law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm) -> Self {
+    pub fn inputs<R: InputValues<M::Inputs>>(
+        mut self,
+        law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm,
+    ) -> Self {
         self.law = Some(Box::new(move |t, state| law(t, state).values()));
         self
     }
@@ -109,7 +124,8 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
         [self.start.q().as_slice(), self.start.u().as_slice()].concat()
     }
 
-    /// Writes ẏ at (t, y); NaN where there are no accelerations, and where y or `rate` has not 2N elements. Why is kept: [`FirstOrder::failure`].
+    /// Writes ẏ at (t, y); NaN where there are no accelerations, and where y or `rate` has not 2N elements.
+    /// Why is kept: [`FirstOrder::failure`].
     pub fn rate(&self, t: f64, y: &[f64], rate: &mut [f64]) {
         rate.fill(f64::NAN);
         let Some(at) = self.at(t, y).filter(|_| rate.len() == self.len()) else { return };
@@ -123,8 +139,9 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
         }
     }
 
-    /// Writes (∂ẏ/∂y) v at (t, y), inputs held: exact where the model's derivatives are generated, from differences where they are not or where
-    /// inputs follow a law, which is then part of it. NaN as of [`FirstOrder::rate`].
+    /// Writes (∂ẏ/∂y) v at (t, y), inputs held: exact where the model's derivatives are generated, from
+    /// differences where they are not or where inputs follow a law, which is then part of it. NaN as of
+    /// [`FirstOrder::rate`].
     pub fn rate_along(&self, t: f64, y: &[f64], v: &[f64], along: &mut [f64]) {
         along.fill(f64::NAN);
         let n = M::Vector::LEN;
@@ -146,8 +163,8 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
     /// The state at (t, y), inputs included.
     ///
     /// # Errors
-    /// [`AdapterError::Length`] where y has not 2N elements, [`AdapterError::NotFinite`] where one of them is not finite, with the model's reason; [`AdapterError::Input`] where that is an
-    /// input without a value.
+    /// [`AdapterError::Length`] where y has not 2N elements, [`AdapterError::NotFinite`] where one of them is
+    /// not finite, with the model's reason; [`AdapterError::Input`] where that is an input without a value.
     pub fn state(&self, t: f64, y: &[f64]) -> Result<M::State, AdapterError> {
         let state = self.at(t, y).ok_or(AdapterError::Length { given: y.len(), needed: self.len() })?;
         match y.iter().position(|x| !x.is_finite()) {
@@ -207,8 +224,9 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
         let exact = self.law.is_none() && self.model.acceleration_derivatives(&at, by_q, by_u);
         if !exact {
             let knot = Knot { t, y: Phase { q: *at.q(), u: *at.u() }, a: M::Vector::zeros() };
-            let accelerations =
-                |y: &Phase<M::Vector>| self.model.accelerations_with(&self.constants, &self.complete(t, y.q, y.u));
+            let accelerations = |y: &Phase<M::Vector>| {
+                self.model.accelerations_with(&self.constants, &self.complete(t, y.q, y.u))
+            };
             if let Err(error) = by_state(&knot, by_q, by_u, accelerations) {
                 self.failure.set(Some((t, error)));
                 return false;
@@ -221,7 +239,10 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
 
 impl<M: Simulate> fmt::Debug for FirstOrder<'_, M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("FirstOrder").field("model", &M::NAME).field("start", &self.start).finish_non_exhaustive()
+        f.debug_struct("FirstOrder")
+            .field("model", &M::NAME)
+            .field("start", &self.start)
+            .finish_non_exhaustive()
     }
 }
 
@@ -273,16 +294,22 @@ impl fmt::Display for AdapterError {
             Self::Singular(error) => error.fmt(f),
             Self::Input { time, input } => write!(
                 f,
-                "the motion is not finite at t = {time}, as input `{input}` has no value; set it in the start state or give `FirstOrder::inputs(|t, state| ..)`"
+                "the motion is not finite at t = {time}, as input `{input}` has no value; set it in the \
+                 start state or give `FirstOrder::inputs(|t, state| ..)`"
             ),
             Self::Length { given, needed } => {
-                write!(f, "{given} elements are no state of {needed}; start the solver from `FirstOrder::initial`")
+                write!(
+                    f,
+                    "{given} elements are no state of {needed}; start the solver from `FirstOrder::initial`"
+                )
             }
             Self::NotFinite { time, name, rate, failure } => {
                 let of = if *rate { "the velocity of " } else { "" };
                 write!(f, "the solver returned a motion whose {of}`{name}` is not finite at t = {time}")?;
                 match failure {
-                    Some((when, error)) => write!(f, "; the model had no accelerations at t = {when}: {error}"),
+                    Some((when, error)) => {
+                        write!(f, "; the model had no accelerations at t = {when}: {error}")
+                    }
                     None => f.write_str("; ask it for shorter steps, or simulate the model to learn why"),
                 }
             }

@@ -1,7 +1,8 @@
 //! Rotation matrices read back: Euler angles, Euler parameters, axis and angle, at run time.
 //!
-//! Every chart of rotations but the matrix itself has places where it is singular or double. What these functions return reproduces the matrix to
-//! rounding there, too; where a choice is free the documentation says which is made.
+//! Every chart of rotations but the matrix itself has places where it is singular or double. What these
+//! functions return reproduces the matrix to rounding there, too; where a choice is free the documentation
+//! says which is made.
 
 use core::fmt;
 
@@ -16,7 +17,8 @@ const TOLERANCE: f64 = 1e-6;
 /// A matrix is no rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NotARotation {
-    /// Its columns are no unit vectors at right angles: the largest element of RᵀR − 1, NaN where an element is.
+    /// Its columns are no unit vectors at right angles: the largest element of RᵀR − 1, NaN where an element
+    /// is.
     NotOrthonormal(f64),
     /// It mirrors: its determinant is −1.
     Mirrors,
@@ -27,9 +29,12 @@ impl fmt::Display for NotARotation {
         match self {
             Self::NotOrthonormal(by) => write!(
                 f,
-                "the matrix is no rotation, RᵀR differs from the identity by {by:.1e}; take its `nearest_rotation()`, or check how it was made"
+                "the matrix is no rotation, RᵀR differs from the identity by {by:.1e}; take its \
+                 `nearest_rotation()`, or check how it was made"
             ),
-            Self::Mirrors => write!(f, "the matrix mirrors, its determinant is -1; turn the sign of one axis round"),
+            Self::Mirrors => {
+                write!(f, "the matrix mirrors, its determinant is -1; turn the sign of one axis round")
+            }
         }
     }
 }
@@ -39,8 +44,8 @@ impl core::error::Error for NotARotation {}
 /// Three angles of a sequence, and how well they are determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EulerAngles {
-    /// The angles in rad, in the order of the sequence. The second is in 0..π for the sequences of Euler, in −π/2..π/2 for those of Tait and
-    /// Bryan, the others in −π..π.
+    /// The angles in rad, in the order of the sequence. The second is in 0..π for the sequences of Euler, in
+    /// −π/2..π/2 for those of Tait and Bryan, the others in −π..π.
     pub angles: [f64; 3],
     /// |sin| of the second angle of a sequence of Euler, |cos| of one of Tait and Bryan: 0 in gimbal lock. An error ε of the matrix is one of
     /// ε/conditioning in the first and in the third angle.
@@ -48,7 +53,8 @@ pub struct EulerAngles {
 }
 
 impl EulerAngles {
-    /// Whether the first and the third axis are one to rounding: only the sum or the difference of their angles is determined, and the first is 0 by choice.
+    /// Whether the first and the third axis are one to rounding: only the sum or the difference of their
+    /// angles is determined, and the first is 0 by choice.
     #[must_use]
     pub fn is_locked(&self) -> bool {
         self.conditioning <= LOCKED
@@ -90,10 +96,12 @@ impl Mat3<f64> {
         defect
     }
 
-    /// The rotation nearest to this matrix, of any size: its orthogonal polar factor (Newton's iteration: N. J. Higham, *SIAM J. Sci. Stat. Comput.* 7 (1986) 1160).
+    /// The rotation nearest to this matrix, of any size: its orthogonal polar factor (Newton's iteration: N.
+    /// J. Higham, *SIAM J. Sci. Stat. Comput.* 7 (1986) 1160).
     ///
     /// # Errors
-    /// Where there is none: the determinant is negative or 0, or the iteration does not settle, as for matrices that are next to singular.
+    /// Where there is none: the determinant is negative or 0, or the iteration does not settle, as for
+    /// matrices that are next to singular.
     pub fn nearest_rotation(self) -> Result<Self, NotARotation> {
         let largest = self.to_array().into_iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
         // Iterations halve what is large one by one, and the determinant of what is small is none.
@@ -125,8 +133,8 @@ impl Mat3<f64> {
 
     /// The angles of a sequence about axes of the body, as [`Mat3::euler`] takes them.
     ///
-    /// In gimbal lock, where only the sum or the difference of the first and the third is determined, the first is 0; see
-    /// [`EulerAngles::conditioning`].
+    /// In gimbal lock, where only the sum or the difference of the first and the third is determined, the
+    /// first is 0; see [`EulerAngles::conditioning`].
     ///
     /// ```
     /// use dynamics_runtime::{EulerSequence, Mat3};
@@ -145,8 +153,8 @@ impl Mat3<f64> {
         Ok(self.angles_about(axes))
     }
 
-    /// The angles of a sequence about axes that stay in space, as [`Mat3::euler_space`] takes them; else as [`to_euler`](Self::to_euler), with the
-    /// third angle 0 in gimbal lock.
+    /// The angles of a sequence about axes that stay in space, as [`Mat3::euler_space`] takes them; else as
+    /// [`to_euler`](Self::to_euler), with the third angle 0 in gimbal lock.
     ///
     /// # Errors
     /// Where this is no rotation.
@@ -172,16 +180,19 @@ impl Mat3<f64> {
             (across, (-sign * r[j][k], r[k][k]), atan2(sign * r[i][k], across))
         };
         let a = if across <= LOCKED { 0.0 } else { atan2(first.0, first.1) };
-        // What is left once the first rotation is taken back has the third in its row j: right whatever the first became.
+        // What is left once the first rotation is taken back has the third in its row j: right whatever the
+        // first became.
         let row = (Self::about(i, -a) * self).to_array()[j];
         let c = if proper { atan2(-sign * row[k], row[j]) } else { atan2(sign * row[i], row[j]) };
         EulerAngles { angles: [a, second, c], conditioning: across }
     }
 
-    /// The Euler parameters (e₀, e₁, e₂, e₃), as [`Mat3::euler_parameters`] takes them, with e₀ ≥ 0; where e₀ = 0 the largest is positive. (Of the two
-    /// quadruples ±e of every rotation one is chosen; a motion that is followed may have to take the other.)
+    /// The Euler parameters (e₀, e₁, e₂, e₃), as [`Mat3::euler_parameters`] takes them, with e₀ ≥ 0; where
+    /// e₀ = 0 the largest is positive. (Of the two quadruples ±e of every rotation one is chosen; a motion
+    /// that is followed may have to take the other.)
     ///
-    /// The largest of the four is found first, so that nothing cancels (S. W. Shepperd, *J. Guidance and Control* 1 (1978) 223).
+    /// The largest of the four is found first, so that nothing cancels (S. W. Shepperd, *J. Guidance and
+    /// Control* 1 (1978) 223).
     ///
     /// # Errors
     /// Where this is no rotation.
@@ -211,7 +222,8 @@ impl Mat3<f64> {
         Ok(e.map(|x| x / norm))
     }
 
-    /// Axis of unit length and angle in 0..π rad. For the identity every axis is right, and z is returned; for half a turn both directions of the axis are.
+    /// Axis of unit length and angle in 0..π rad. For the identity every axis is right, and z is returned;
+    /// for half a turn both directions of the axis are.
     ///
     /// # Errors
     /// Where this is no rotation.
@@ -242,7 +254,8 @@ mod tests {
         at.iter().flat_map(|a| near.iter().flat_map(move |e| [a + e, a - e])).collect()
     }
 
-    /// Whatever the angles are, those that are read back turn alike: every sequence against its own matrix, in gimbal lock and next to it.
+    /// Whatever the angles are, those that are read back turn alike: every sequence against its own matrix,
+    /// in gimbal lock and next to it.
     #[test]
     fn angles_read_back_turn_alike() {
         let outer = [0.0, 0.4, -2.9, PI, -FRAC_PI_2];
@@ -259,7 +272,10 @@ mod tests {
                     let turned = Mat3::euler_space(sequence, [a, b, c]);
                     let read = turned.to_euler_space(sequence).expect("a product of rotations is one");
                     let error = distance(Mat3::euler_space(sequence, read.angles), turned);
-                    assert!(error < 2e-15, "space {sequence:?} [{a}, {b}, {c}]: {read:?} is off by {error:e}");
+                    assert!(
+                        error < 2e-15,
+                        "space {sequence:?} [{a}, {b}, {c}]: {read:?} is off by {error:e}"
+                    );
                 }
             }
         }
@@ -277,7 +293,8 @@ mod tests {
                 }
                 assert!(
                     !read.is_locked()
-                        && (read.conditioning - if sequence.is_proper() { b.sin() } else { b.cos() }).abs() < 1e-15
+                        && (read.conditioning - if sequence.is_proper() { b.sin() } else { b.cos() }).abs()
+                            < 1e-15
                 );
             }
         }
@@ -288,7 +305,8 @@ mod tests {
     fn space_fixed_is_body_fixed_backwards() {
         for sequence in EulerSequence::ALL {
             let [i, j, k] = sequence.axes();
-            let backwards = EulerSequence::ALL.into_iter().find(|s| s.axes() == [k, j, i]).expect("the set is closed");
+            let backwards =
+                EulerSequence::ALL.into_iter().find(|s| s.axes() == [k, j, i]).expect("the set is closed");
             let (a, b, c) = (0.3, 1.1, -0.8);
             assert_eq!(Mat3::euler_space(sequence, [a, b, c]), Mat3::euler(backwards, [c, b, a]));
         }
@@ -325,8 +343,10 @@ mod tests {
     #[test]
     fn small_angles_keep_their_digits() {
         for angle in [1e-3, 1e-7, 1e-12] {
-            let (_, read) =
-                Mat3::axis_angle(Vec3::new(1.0, 2.0, -2.0), angle).value().to_axis_angle().expect("a rotation");
+            let (_, read) = Mat3::axis_angle(Vec3::new(1.0, 2.0, -2.0), angle)
+                .value()
+                .to_axis_angle()
+                .expect("a rotation");
             assert!((read - angle).abs() < 4.0 * f64::EPSILON * angle, "{read:e}");
         }
     }
@@ -338,18 +358,23 @@ mod tests {
         assert_eq!(mirror.nearest_rotation(), Err(NotARotation::Mirrors));
         let stretched = Mat3::rotation_x(0.3) * 1.01;
         let refused = stretched.to_euler(EulerSequence::Zyx);
-        assert!(matches!(refused, Err(NotARotation::NotOrthonormal(by)) if (by - 0.0201).abs() < 1e-12), "{refused:?}");
+        assert!(
+            matches!(refused, Err(NotARotation::NotOrthonormal(by)) if (by - 0.0201).abs() < 1e-12),
+            "{refused:?}"
+        );
         let nan = Mat3::diagonal(1.0, f64::NAN, 1.0);
         assert!(matches!(nan.to_axis_angle(), Err(NotARotation::NotOrthonormal(by)) if by.is_nan()));
         assert!(nan.nearest_rotation().is_err() && Mat3::diagonal(1.0, 1.0, 0.0).nearest_rotation().is_err());
     }
 
-    /// A rotation with errors added is mended to the rotation plus the antisymmetric part of the errors; to first order that is the nearest.
+    /// A rotation with errors added is mended to the rotation plus the antisymmetric part of the errors; to
+    /// first order that is the nearest.
     #[test]
     fn the_nearest_rotation() {
         let rotation = Mat3::euler(EulerSequence::Zyx, [0.4, -0.9, 2.0]);
         let error = Mat3::from([[1.0, -0.3, 0.5], [0.2, 0.7, -0.1], [-0.9, 0.4, 0.6]]) * 1e-6;
-        let mended = (rotation * (Mat3::IDENTITY.value() + error)).nearest_rotation().expect("it is near one");
+        let mended =
+            (rotation * (Mat3::IDENTITY.value() + error)).nearest_rotation().expect("it is near one");
         let turn = 0.5 * (error - error.transpose());
         assert!(distance(mended, rotation * (Mat3::IDENTITY.value() + turn)) < 3e-12);
         assert!(distance((rotation * 1.7).nearest_rotation().expect("a multiple"), rotation) < 1e-15);
@@ -359,13 +384,15 @@ mod tests {
             let mirror = Mat3::diagonal(size, size, -size);
             assert_eq!(mirror.nearest_rotation(), Err(NotARotation::Mirrors));
         }
-        for singular in [Mat3::<f64>::default(), Mat3::diagonal(1.0, 1.0, 0.0), Mat3::diagonal(1.0, f64::INFINITY, 1.0)]
+        for singular in
+            [Mat3::<f64>::default(), Mat3::diagonal(1.0, 1.0, 0.0), Mat3::diagonal(1.0, f64::INFINITY, 1.0)]
         {
             assert!(matches!(singular.nearest_rotation(), Err(NotARotation::NotOrthonormal(_))));
         }
     }
 
-    /// An axis has a direction whatever its length; squares of long ones overflow, those of short ones vanish.
+    /// An axis has a direction whatever its length; squares of long ones overflow, those of short ones
+    /// vanish.
     #[test]
     fn axes_of_any_length() {
         let axis = Vec3::new(1.0, 2.0, -2.0);
@@ -384,6 +411,8 @@ mod tests {
             let x = crate::Expr::coordinate(0.3 * size, 0.4 * size, 0.0);
             Mat3::axis_angle(crate::Vec3 { x, y: size.into(), z: (0.2 * size).into() }, 0.7).rate()
         };
-        assert!(distance(moving(1e200), moving(1.0)) < 1e-15 && distance(moving(1e-200), moving(1.0)) < 1e-15);
+        assert!(
+            distance(moving(1e200), moving(1.0)) < 1e-15 && distance(moving(1e-200), moving(1.0)) < 1e-15
+        );
     }
 }

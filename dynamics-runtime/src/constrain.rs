@@ -1,8 +1,11 @@
-//! Constraints at run time: accelerations and reactions, corrections of positions and velocities, and what they say of themselves.
+//! Constraints at run time: accelerations and reactions, corrections of positions and velocities, and what
+//! they say of themselves.
 //!
-//! Where the macro found straight-line code for a model's equations that code is used ([`Constraints::solve_unrolled`]); where it does not
-//! apply — a pivot vanishes, there is no code for what is released, constraints repeat each other — a general solver takes over that decides
-//! the rank at the state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and allocates nothing.
+//! Where the macro found straight-line code for a model's equations that code is used
+//! ([`Constraints::solve_unrolled`]); where it does not apply — a pivot vanishes, there is no code for what
+//! is released, constraints repeat each other — a general solver takes over that decides the rank at the
+//! state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and
+//! allocates nothing.
 
 #[cfg(feature = "alloc")]
 mod compare;
@@ -78,10 +81,11 @@ const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
     most
 }
 
-/// Φ_q a = γ is contradictory where no a comes closer than this, against the size of γ: well above what the drift of an unstabilised motion
-/// leaves on constraints that repeat each other.
+/// Φ_q a = γ is contradictory where no a comes closer than this, against the size of γ: well above what the
+/// drift of an unstabilised motion leaves on constraints that repeat each other.
 const CONTRADICTION: f64 = 1e-6;
-/// Part of the accelerations that joins γ there: at rest γ is rounding, and so is what misses it. A contradiction is then larger than 1e-12 of a.
+/// Part of the accelerations that joins γ there: at rest γ is rounding, and so is what misses it. A
+/// contradiction is then larger than 1e-12 of a.
 const ROUNDED: f64 = 1e-6;
 
 /// What the general solver found about the constraints at a state.
@@ -89,10 +93,12 @@ const ROUNDED: f64 = 1e-6;
 pub struct Diagnosis {
     /// Number of rows that hold.
     pub active: usize,
-    /// Rank of their Jacobian. Below [`Diagnosis::active`] some rows repeat others: the accelerations are unique, the multipliers are not, and
-    /// those of least norm are given (in accelerations: Σ (λᵢ ‖Φ_q,ᵢ‖)² is least, with coordinates scaled by the square roots of their inertias).
+    /// Rank of their Jacobian. Below [`Diagnosis::active`] some rows repeat others: the accelerations are
+    /// unique, the multipliers are not, and those of least norm are given (in accelerations: Σ (λᵢ ‖Φ_q,ᵢ‖)²
+    /// is least, with coordinates scaled by the square roots of their inertias).
     pub rank: usize,
-    /// First over last pivot of the Jacobian, with rows at unit length: the loss of digits in the multipliers.
+    /// First over last pivot of the Jacobian, with rows at unit length: the loss of digits in the
+    /// multipliers.
     pub condition: f64,
 }
 
@@ -134,11 +140,13 @@ pub type OutcomeOf<M> = Outcome<<M as crate::model::Model>::Vector, <M as Constr
 
 /// q̈ and λ: by the generated code where it applies, else by the general solver.
 ///
-/// In a change point, where constraints that are independent elsewhere have a lower rank, accelerations are those of least norm, which need not be
-/// those of a branch: the diagnosis tells, as for multipliers that are not unique. Runs take the limit along the branch of their velocities.
+/// In a change point, where constraints that are independent elsewhere have a lower rank, accelerations are
+/// those of least norm, which need not be those of a branch: the diagnosis tells, as for multipliers that are
+/// not unique. Runs take the limit along the branch of their velocities.
 ///
 /// # Errors
-/// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that are not finite.
+/// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that are
+/// not finite.
 pub fn solve<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -154,8 +162,8 @@ pub fn solve<M: Constraints>(
     }
 }
 
-/// [`solve`] with memory of its own: on the stack where it is small or there is no other, allocated where it is large. Where the generated code
-/// applies none is needed.
+/// [`solve`] with memory of its own: on the stack where it is small or there is no other, allocated where it
+/// is large. Where the generated code applies none is needed.
 ///
 /// # Errors
 /// As [`solve`].
@@ -213,7 +221,11 @@ pub fn accelerate<M: Constraints>(
 pub type SolvedOf<M> = Solved<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
 
 /// Of a model without constraints.
-fn direct<M: Constraints>(model: &M, constants: &M::Constants, state: &M::State) -> Result<OutcomeOf<M>, SolveError> {
+fn direct<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+) -> Result<OutcomeOf<M>, SolveError> {
     let accelerations = model.accelerations_with(constants, state)?;
     Ok(Outcome { accelerations, multipliers: M::Rows::zeros(), diagnosis: None })
 }
@@ -241,7 +253,8 @@ pub fn with_workspace<M: Constraints, R>(f: impl FnOnce(&mut [f64]) -> R) -> R {
 
 /// q̈ and λ by the general solver, whatever the generated code could do.
 ///
-/// A mass matrix or force that is not a number gives accelerations that are none, as in models without constraints.
+/// A mass matrix or force that is not a number gives accelerations that are none, as in models without
+/// constraints.
 ///
 /// # Errors
 /// As [`solve`].
@@ -266,7 +279,8 @@ fn general<M: Constraints>(
     general_with(model, state, more, true, workspace)
 }
 
-/// q̈ of a mechanism without freedom, where it follows from Φ_q q̈ = γ alone: inputs that only load it need no value.
+/// q̈ of a mechanism without freedom, where it follows from Φ_q q̈ = γ alone: inputs that only load it need
+/// no value.
 ///
 /// # Errors
 /// As [`solve`].
@@ -310,8 +324,8 @@ fn general_with<M: Constraints>(
         return Ok(not_a_number());
     };
     if factored.system.vanished {
-        // A row is zero: at a change point it may be, where constraints cross; where it always is, the constraint holds nothing. The check
-        // works in the same memory.
+        // A row is zero: at a change point it may be, where constraints cross; where it always is, the
+        // constraint holds nothing. The check works in the same memory.
         check_gradients(model, state, workspace)?;
         let Some(again) = Factored::new(model, state, &active, forces, workspace)? else {
             return Ok(not_a_number());
@@ -320,7 +334,8 @@ fn general_with<M: Constraints>(
     }
     if let Some(more) = more {
         factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
-        // Nothing else brings back rows that drift, and where coordinates are embedded stages lie on the manifold.
+        // Nothing else brings back rows that drift, and where coordinates are embedded stages lie on the
+        // manifold.
         factored.system.weigh_alike();
     }
     let Factored { force, gamma, floor, slack, system } = &mut factored;
@@ -355,9 +370,15 @@ fn diagnosis(system: &System<'_>) -> Diagnosis {
     Diagnosis { active: system.active(), rank: system.rank(), condition: system.condition() }
 }
 
-/// How far rows that are declared to repeat others may differ from what they repeat: on the manifold not at all, beside it by the order of the
-/// distance. Taken for independent there, they would be divided by that distance, and the accelerations would be noise.
-fn slack<M: Constraints>(model: &M, state: &M::State, jacobian: &[f64], active: &dyn Fn(usize) -> bool) -> f64 {
+/// How far rows that are declared to repeat others may differ from what they repeat: on the manifold not at
+/// all, beside it by the order of the distance. Taken for independent there, they would be divided by that
+/// distance, and the accelerations would be noise.
+fn slack<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    jacobian: &[f64],
+    active: &dyn Fn(usize) -> bool,
+) -> f64 {
     if !M::CONSTRAINTS.iter().any(|c| c.redundant) {
         return system::RANK_TOLERANCE;
     }
@@ -382,8 +403,8 @@ struct Factored<'w> {
     force: &'w mut [f64],
     /// γ.
     gamma: &'w mut [f64],
-    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ², the size of what γ is made of: where that cancels, what is left over of rounding and of states a little off the constraints
-    /// is no contradiction.
+    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ², the size of what γ is made of: where that cancels, what is left over of rounding and
+    /// of states a little off the constraints is no contradiction.
     floor: &'w mut [f64],
     /// How far rows that repeat each other may differ.
     slack: f64,
@@ -391,8 +412,8 @@ struct Factored<'w> {
 }
 
 impl<'w> Factored<'w> {
-    /// With the rows that `active` admits. Where `forces` is not set Q is 0, whatever inputs that were not set make of it: for whoever brings
-    /// forces of their own, or none. `None` where M or Q is not finite.
+    /// With the rows that `active` admits. Where `forces` is not set Q is 0, whatever inputs that were not
+    /// set make of it: for whoever brings forces of their own, or none. `None` where M or Q is not finite.
     fn new<M: Constraints>(
         model: &M,
         state: &M::State,
@@ -418,8 +439,15 @@ impl<'w> Factored<'w> {
             *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
         }
         let slack = slack(model, state, jacobian, active);
-        let system =
-            System::factor(mass, jacobian, active, &is_redundant::<M>, (slack, usual), names::<M>(), &mut memory)?;
+        let system = System::factor(
+            mass,
+            jacobian,
+            active,
+            &is_redundant::<M>,
+            (slack, usual),
+            names::<M>(),
+            &mut memory,
+        )?;
         Ok(Some(Self { force, gamma, floor, slack, system }))
     }
 }
@@ -429,7 +457,13 @@ fn is_redundant<M: Constraints>(row: usize) -> bool {
     M::CONSTRAINTS.iter().any(|c| c.redundant && (c.first..c.first + c.rows).contains(&row))
 }
 
-fn contradiction(miss: Miss, size: f64, slack: f64, system: &System<'_>, names: Names) -> Result<(), SolveError> {
+fn contradiction(
+    miss: Miss,
+    size: f64,
+    slack: f64,
+    system: &System<'_>,
+    names: Names,
+) -> Result<(), SolveError> {
     if miss.size <= CONTRADICTION.max(100.0 * slack) * size {
         return Ok(());
     }
@@ -441,7 +475,8 @@ fn names<M: Constraints>() -> Names {
     Names { rows: M::ROWS, coordinates: M::COORDINATES }
 }
 
-/// M, Q (0 unless `forces`), Φ_q and γ at a state, by [`gradients::terms`]; `None` where M or Q is not finite, an error where Φ_q or γ is not.
+/// M, Q (0 unless `forces`), Φ_q and γ at a state, by [`gradients::terms`]; `None` where M or Q is not
+/// finite, an error where Φ_q or γ is not.
 fn read<'w, M: Constraints>(
     model: &M,
     state: &M::State,
@@ -457,7 +492,8 @@ fn read<'w, M: Constraints>(
     if !forces {
         terms.force.fill(0.0);
     }
-    let row_is_finite = |i: usize| read.gamma[i].is_finite() && max_abs(&read.jacobian[i * n..(i + 1) * n]).is_finite();
+    let row_is_finite =
+        |i: usize| read.gamma[i].is_finite() && max_abs(&read.jacobian[i * n..(i + 1) * n]).is_finite();
     if let Some(row) = (0..r).find(|i| active(*i) && !row_is_finite(*i)) {
         return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
     }

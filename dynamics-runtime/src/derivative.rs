@@ -1,4 +1,5 @@
-//! The time derivative of what is not a single [`Expr`], vector or matrix: arrays and tuples of them, and parameters.
+//! The time derivative of what is not a single [`Expr`], vector or matrix: arrays and tuples of them, and
+//! parameters.
 
 use crate::expr::Expr;
 use crate::matrix::Mat3;
@@ -7,7 +8,8 @@ use crate::vector::{Vec2, Vec3};
 
 /// `.dt()` for every value that a model's function can hold, element by element; 0 for what does not move.
 ///
-/// [`Expr`], the vectors and the matrices have it as a method of their own; the trait adds `f64`, arrays and tuples.
+/// [`Expr`], the vectors and the matrices have it as a method of their own; the trait adds `f64`, arrays and
+/// tuples.
 ///
 /// ```
 /// use dynamics_runtime::{Expr, TimeDerivative, vec2};

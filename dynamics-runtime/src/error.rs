@@ -5,7 +5,8 @@ use core::fmt;
 use crate::constrain::Involved;
 use crate::model::{Constraint, Dynamics, ModelState, Premise, Quantity, Refuted, Vector, refuted};
 
-/// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its diagonal.
+/// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its
+/// diagonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SingularMassMatrix {
     /// Index of the coordinate whose pivot vanished.
@@ -24,13 +25,14 @@ impl fmt::Display for SingularMassMatrix {
             let (name, pivot) = (self.name, self.pivot);
             return write!(
                 f,
-                "the mass matrix is not positive definite: coordinate `{name}` has negative inertia at this state (pivot {pivot:e}); \
-                 give what moves with it positive masses and moments of inertia"
+                "the mass matrix is not positive definite: coordinate `{name}` has negative inertia at this \
+                 state (pivot {pivot:e}); give what moves with it positive masses and moments of inertia"
             );
         }
         write!(
             f,
-            "the mass matrix is singular: coordinate `{}` has no inertia of its own at this state (pivot {:e}); give what moves with it a mass",
+            "the mass matrix is singular: coordinate `{}` has no inertia of its own at this state (pivot \
+             {:e}); give what moves with it a mass",
             self.name, self.pivot
         )
     }
@@ -53,7 +55,8 @@ pub enum SolveError {
         /// Rank of the constraint Jacobian there.
         rank: usize,
     },
-    /// The constraints lose rank here, branches cross, and accelerations beside this position do not tell on which one the motion is.
+    /// The constraints lose rank here, branches cross, and accelerations beside this position do not tell on
+    /// which one the motion is.
     BranchUndetermined {
         /// Rank of the constraint Jacobian here.
         rank: usize,
@@ -65,7 +68,8 @@ pub enum SolveError {
     Friction {
         /// The reaction that decides, `floor`.
         row: &'static str,
-        /// Number of solutions found: 0; more than 1; or 1 that no motion with a contact of any compliance keeps to.
+        /// Number of solutions found: 0; more than 1; or 1 that no motion with a contact of any compliance
+        /// keeps to.
         solutions: usize,
     },
     /// No solution was found that a contact of any compliance keeps to, and whether there is one is not
@@ -84,15 +88,16 @@ pub enum SolveError {
         /// The row of the first of them.
         row: &'static str,
     },
-    /// What is hit is driven against constraints and contacts that do not give way: no velocities keep all of them apart. A moving constraint
-    /// squeezes what lies between.
+    /// What is hit is driven against constraints and contacts that do not give way: no velocities keep all of
+    /// them apart. A moving constraint squeezes what lies between.
     ImpactSqueezes {
         /// The row of the contact that closes most, whatever the velocities are.
         row: &'static str,
         /// Φ̇ of it at the velocities at which all of them together are missed least.
         closing: f64,
     },
-    /// Applied forces, or whether a contact lifts off, depend on a reaction that the constraints leave undecided, because they repeat each other.
+    /// Applied forces, or whether a contact lifts off, depend on a reaction that the constraints leave
+    /// undecided, because they repeat each other.
     ReactionNotUnique {
         /// Its row.
         row: &'static str,
@@ -157,12 +162,14 @@ impl fmt::Display for SolveError {
             Self::SingularMassMatrix(error) => error.fmt(f),
             Self::BranchUndetermined { rank, active } => write!(
                 f,
-                "branches of the constraints cross here, where {active} rows have rank {rank}, and accelerations beside this position do not tell on \
-                 which the motion goes on; start with velocities along one of them, or pass it at another time"
+                "branches of the constraints cross here, where {active} rows have rank {rank}, and \
+                 accelerations beside this position do not tell on which the motion goes on; start with \
+                 velocities along one of them, or pass it at another time"
             ),
             Self::Contradiction { row, residual, rank } => {
                 write!(f, "the constraints contradict each other: no acceleration satisfies `{row}` ")?;
-                // Where velocities grow without bound, what is missed does too: its digits are the last step's.
+                // Where velocities grow without bound, what is missed does too: its digits are the last
+                // step's.
                 if residual.abs() < BEYOND {
                     write!(f, "(missed by {residual:e}) ")?;
                 }
@@ -175,43 +182,46 @@ impl fmt::Display for SolveError {
             }
             Self::ImpactUndecided { row } => write!(
                 f,
-                "no impulses of `{row}` and the contacts that hit with it push all of them apart; contacts that repeat each other cannot \
-                 be told apart: leave one of them out"
+                "no impulses of `{row}` and the contacts that hit with it push all of them apart; contacts \
+                 that repeat each other cannot be told apart: leave one of them out"
             ),
             Self::ImpactSqueezes { row, .. } => write!(
                 f,
-                "`{row}` is driven against constraints and contacts that do not give way: no velocities keep all of them apart, and what lies \
-                 between is squeezed; let what moves stop before, release what it presses against, or make one of them \
-                 compliant"
+                "`{row}` is driven against constraints and contacts that do not give way: no velocities keep \
+                 all of them apart, and what lies between is squeezed; let what moves stop before, release \
+                 what it presses against, or make one of them compliant"
             ),
             Self::ReactionNotUnique { row } => write!(
                 f,
-                "a force, or a contact that may lift off, depends on the reaction of `{row}`, which is not decided: other constraints \
-                 repeat this one; leave one of them out, or make them compliant"
+                "a force, or a contact that may lift off, depends on the reaction of `{row}`, which is not \
+                 decided: other constraints repeat this one; leave one of them out, or make them compliant"
             ),
             Self::OffConstraint { what, row, residual, distance } => write!(
                 f,
-                "no {what} that satisfy the constraints were found near the given ones: `{row}` is still missed by {residual:e} (a \
-                 distance of {distance:e}); the constraints contradict each other there, or the mechanism cannot be closed"
+                "no {what} that satisfy the constraints were found near the given ones: `{row}` is still \
+                 missed by {residual:e} (a distance of {distance:e}); the constraints contradict each other \
+                 there, or the mechanism cannot be closed"
             ),
             Self::VanishingGradient { row } => write!(
                 f,
-                "the gradient of constraint `{row}` vanishes here, so that it restricts no acceleration; write it so that it crosses zero \
-                 with a slope (the root of a square instead of the square), or stay away from this position"
+                "the gradient of constraint `{row}` vanishes here, so that it restricts no acceleration; \
+                 write it so that it crosses zero with a slope (the root of a square instead of the square), \
+                 or stay away from this position"
             ),
             Self::DependentRow { row, pivot } => write!(
                 f,
-                "constraint `{row}` depends on the others here (pivot {pivot:e}): the accelerations have no derivatives; differentiate at \
-                 another state"
+                "constraint `{row}` depends on the others here (pivot {pivot:e}): the accelerations have no \
+                 derivatives; differentiate at another state"
             ),
             Self::Released { constraint } => write!(
                 f,
-                "constraint `{constraint}` is released, and derivatives are generated for all constraints; linearise a model without it"
+                "constraint `{constraint}` is released, and derivatives are generated for all constraints; \
+                 linearise a model without it"
             ),
             Self::NotExpandable { rows } => write!(
                 f,
-                "the motion has no Taylor series here: {rows} depend on each other, and what each of them carries is not decided; choose \
-                 another method, as methods::Dop853"
+                "the motion has no Taylor series here: {rows} depend on each other, and what each of them \
+                 carries is not decided; choose another method, as methods::Dop853"
             ),
             Self::ConstraintNotFinite { row } => write!(f, "constraint `{row}` is not finite here"),
         }
@@ -223,18 +233,19 @@ fn unsolved(f: &mut fmt::Formatter<'_>, row: &str, reactions: usize, tried: u64)
     let every = reactions < u64::BITS as usize && tried >= 1 << reactions;
     write!(
         f,
-        "no acceleration and reactions that satisfy the equations with friction were found here, of which `{row}` decides; this does not prove that there \
-         are none: "
+        "no acceleration and reactions that satisfy the equations with friction were found here, of which \
+         `{row}` decides; this does not prove that there are none: "
     )?;
     match every {
         true => f.write_str(
-            "the forces are not linear in the reactions, and Newton's method, fixed points and growing friction did not lead to any; see that the force is \
-             finite and continuous in the reactions, or make the contact compliant",
+            "the forces are not linear in the reactions, and Newton's method, fixed points and growing \
+             friction did not lead to any; see that the force is finite and continuous in the reactions, or \
+             make the contact compliant",
         ),
         false => write!(
             f,
-            "forces depend on {reactions} reactions, and of the 2^{reactions} patterns of their signs {tried} were tried; let fewer contacts rub, or make \
-             them compliant"
+            "forces depend on {reactions} reactions, and of the 2^{reactions} patterns of their signs \
+             {tried} were tried; let fewer contacts rub, or make them compliant"
         ),
     }
 }
@@ -245,25 +256,27 @@ fn painleve(f: &mut fmt::Formatter<'_>, row: &str, solutions: usize) -> fmt::Res
     match solutions {
         0 => write!(
             f,
-            "no acceleration and reaction of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid model has no motion; \
-             {remedy}"
+            "no acceleration and reaction of `{row}` satisfy the equations with friction here (Painlevé's \
+             paradox): the rigid model has no motion; {remedy}"
         ),
         1 => write!(
             f,
-            "the only reaction of `{row}` that satisfies the equations with friction here is unstable (Painlevé's paradox: more reaction \
-             accelerates into the constraint): the rigid model does not decide; {remedy}"
+            "the only reaction of `{row}` that satisfies the equations with friction here is unstable \
+             (Painlevé's paradox: more reaction accelerates into the constraint): the rigid model does not \
+             decide; {remedy}"
         ),
         _ => write!(
             f,
-            "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's paradox): the rigid model does not \
-             decide; {remedy}"
+            "{solutions} different reactions of `{row}` satisfy the equations with friction here (Painlevé's \
+             paradox): the rigid model does not decide; {remedy}"
         ),
     }
 }
 
 impl core::error::Error for SolveError {}
 
-/// Why values do not make a state of a model: one is not finite, the constraints do not hold, or they cannot be made to hold.
+/// Why values do not make a state of a model: one is not finite, the constraints do not hold, or they cannot
+/// be made to hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StateError {
@@ -319,22 +332,26 @@ pub enum StateError {
         /// A q̇ + b.
         slip: f64,
     },
-    /// A constraint holds, but its gradient Φ_q vanishes there (Φ is a square, for example): it holds nothing.
+    /// A constraint holds, but its gradient Φ_q vanishes there (Φ is a square, for example): it holds
+    /// nothing.
     VanishingGradient {
         /// The row.
         row: &'static str,
     },
-    /// A constraint or its gradient is infinite or not a number at the state, or, where coordinates are to be found, at the guess.
+    /// A constraint or its gradient is infinite or not a number at the state, or, where coordinates are to be
+    /// found, at the guess.
     ConstraintNotFinite {
         /// The row.
         row: &'static str,
     },
-    /// A constraint is finite at the state or the guess, but its gradient is not: the length of a vector where it is zero, for example.
+    /// A constraint is finite at the state or the guess, but its gradient is not: the length of a vector
+    /// where it is zero, for example.
     GradientNotFinite {
         /// The row.
         row: &'static str,
     },
-    /// No values of the coordinates that were not given fulfil the constraints, at least none that the guess leads to.
+    /// No values of the coordinates that were not given fulfil the constraints, at least none that the guess
+    /// leads to.
     NotAssembled {
         /// The row that is missed most at the closest approach.
         row: &'static str,
@@ -365,7 +382,8 @@ pub enum StateError {
         /// The coordinates in which the branches differ.
         coordinates: Involved,
     },
-    /// The position is singular, branches of motions meet there, and the velocities that were given do not say along which it moves.
+    /// The position is singular, branches of motions meet there, and the velocities that were given do not
+    /// say along which it moves.
     VelocityUndetermined {
         /// The rows that depend on each other at this position alone.
         rows: Involved,
@@ -377,11 +395,13 @@ pub enum StateError {
         /// The coordinate whose rate it is.
         coordinate: &'static str,
     },
-    /// The generalized speeds do not determine the velocities in this position, with the constraints that hold.
+    /// The generalized speeds do not determine the velocities in this position, with the constraints that
+    /// hold.
     SpeedsSingular {
         /// The coordinates whose rates no speed tells apart.
         coordinates: Involved,
-        /// What is left to divide by, of equations whose rows and columns have been scaled to 1; or the speeds against the velocities that they would take.
+        /// What is left to divide by, of equations whose rows and columns have been scaled to 1; or the
+        /// speeds against the velocities that they would take.
         pivot: f64,
     },
     /// The constraints that hold do not admit the speeds that were given.
@@ -399,19 +419,22 @@ pub enum StateError {
         row: &'static str,
         /// Φ̇, or A q̇ + b, that remains.
         residual: f64,
-        /// The given velocities that keep it from being fulfilled; empty where the position is one that the constraints drive no further.
+        /// The given velocities that keep it from being fulfilled; empty where the position is one that the
+        /// constraints drive no further.
         given: Involved,
     },
 }
 
 /// The first scalar parameter that is infinite or not a number, of models that tell them, with its value.
 pub(crate) fn parameter_not_finite<M: Dynamics>(model: &M) -> Option<(&'static str, f64)> {
-    let mut values = M::PARAMETERS.iter().enumerate().filter_map(|(i, named)| Some((named.name, model.parameter(i)?)));
+    let mut values =
+        M::PARAMETERS.iter().enumerate().filter_map(|(i, named)| Some((named.name, model.parameter(i)?)));
     values.find(|(_, value)| !value.is_finite())
 }
 
 impl StateError {
-    /// Checks that all scalar parameters are finite, of models that tell them, and that they make bodies and rotations.
+    /// Checks that all scalar parameters are finite, of models that tell them, and that they make bodies and
+    /// rotations.
     ///
     /// # Errors
     /// [`StateError::NotFinite`] with the first that is not, [`StateError::Unphysical`].
@@ -453,90 +476,100 @@ impl StateError {
 impl fmt::Display for StateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotFinite { what, name, value } => write!(f, "{what} `{name}` is {value}; give a finite number"),
+            Self::NotFinite { what, name, value } => {
+                write!(f, "{what} `{name}` is {value}; give a finite number")
+            }
             Self::Unphysical { premise, why } => write!(f, "{premise}: {why}"),
             Self::NotSwitched { name, constraints } => not_switched(f, name, constraints),
             Self::ConstraintViolated { row, residual, distance, switched } => {
                 write!(
                     f,
-                    "constraint `{row}` does not hold: its residual is {residual:e}, the coordinates are {distance:e} away from it; give \
-                     coordinates that fulfil it, or only some of them and `.assemble()`"
+                    "constraint `{row}` does not hold: its residual is {residual:e}, the coordinates are \
+                     {distance:e} away from it; give coordinates that fulfil it, or only some of them and \
+                     `.assemble()`"
                 )?;
                 or_release(f, *switched)
             }
             Self::VelocityViolated { row, residual, distance, switched } => {
                 write!(
                     f,
-                    "the velocities violate constraint `{row}`: its residual is {residual:e}, they are {distance:e} away from it; give \
-                     velocities that fulfil it, or only some of them and `.assemble()`"
+                    "the velocities violate constraint `{row}`: its residual is {residual:e}, they are \
+                     {distance:e} away from it; give velocities that fulfil it, or only some of them and \
+                     `.assemble()`"
                 )?;
                 or_release(f, *switched)
             }
             Self::WrongSide { row, slip } => write!(
                 f,
-                "constraint `{row}` is released to the side of {} values, but slips with {slip:e}; release it with `.release_to(name, {})`",
+                "constraint `{row}` is released to the side of {} values, but slips with {slip:e}; release \
+                 it with `.release_to(name, {})`",
                 if *slip < 0.0 { "growing" } else { "falling" },
                 slip.signum()
             ),
             Self::VanishingGradient { row } => write!(
                 f,
-                "constraint `{row}` holds nothing here: its gradient vanishes where it is fulfilled; write it without the square, or \
-                 start elsewhere"
+                "constraint `{row}` holds nothing here: its gradient vanishes where it is fulfilled; write \
+                 it without the square, or start elsewhere"
             ),
             Self::ConstraintNotFinite { row } => {
                 write!(f, "constraint `{row}` is not finite here; give other coordinates or guesses")
             }
             Self::GradientNotFinite { row } => write!(
                 f,
-                "constraint `{row}` has no finite gradient here (a length or a root where it is 0); give other coordinates or guesses, or write \
-                 it with squares"
+                "constraint `{row}` has no finite gradient here (a length or a root where it is 0); give \
+                 other coordinates or guesses, or write it with squares"
             ),
             Self::NotAssembled { row, residual, distance, given } => {
                 not_assembled(f, row, [*residual, *distance], given)
             }
             Self::NotReached { row, residual, coordinate, value } => write!(
                 f,
-                "the guess leads to no position that fulfils the constraints (`{row}` is missed by {residual:e} there), but there is one elsewhere, with \
-                 `{coordinate}` = {value:.4}; give a guess nearer to what is wanted"
+                "the guess leads to no position that fulfils the constraints (`{row}` is missed by \
+                 {residual:e} there), but there is one elsewhere, with `{coordinate}` = {value:.4}; give a \
+                 guess nearer to what is wanted"
             ),
             Self::SingularGuess { row, residual, coordinates } => write!(
                 f,
-                "the guess leads to a point where branches meet (`{row}` is missed by {residual:e} there) and does not decide between \
-                 them; give another guess for {coordinates}"
+                "the guess leads to a point where branches meet (`{row}` is missed by {residual:e} there) \
+                 and does not decide between them; give another guess for {coordinates}"
             ),
             Self::VelocityUndetermined { rows, coordinates } => write!(
                 f,
-                "the position is singular: {} here, branches meet, and the velocities that are given do not decide between them; give the \
-                 rates of {coordinates} as well, or start beside it",
+                "the position is singular: {} here, branches meet, and the velocities that are given do not \
+                 decide between them; give the rates of {coordinates} as well, or start beside it",
                 rows.rank_loss()
             ),
             Self::RateBesideSpeeds { coordinate } => write!(
                 f,
-                "the rate of `{coordinate}` is given beside generalized speeds, from which it follows; give the speeds or the rates"
+                "the rate of `{coordinate}` is given beside generalized speeds, from which it follows; give \
+                 the speeds or the rates"
             ),
             Self::SpeedsSingular { coordinates, pivot } => write!(
                 f,
-                "the generalized speeds do not tell the rates of {coordinates} apart in this position (pivot {pivot:.1e}); start from rates, from another \
-                 position, or with other speeds or coordinates"
+                "the generalized speeds do not tell the rates of {coordinates} apart in this position (pivot \
+                 {pivot:.1e}); start from rates, from another position, or with other speeds or coordinates"
             ),
             Self::SpeedNotMet { speed, given, found } => write!(
                 f,
-                "the constraints that hold do not admit `{speed}` = {given:e}, it is {found:e}; give speeds that they admit, or release the \
-                 constraint that determines it"
+                "the constraints that hold do not admit `{speed}` = {given:e}, it is {found:e}; give speeds \
+                 that they admit, or release the constraint that determines it"
             ),
             Self::VelocityNotAssembled { row, residual, given } if given.is_empty() => write!(
                 f,
-                "no velocities fulfil the constraints here: `{row}` is missed by {residual:e}; the position is singular, start from another"
+                "no velocities fulfil the constraints here: `{row}` is missed by {residual:e}; the position \
+                 is singular, start from another"
             ),
             Self::VelocityNotAssembled { row, residual, given } => write!(
                 f,
-                "no velocities fulfil the constraints: `{row}` is missed by {residual:e}; change what is given for the rates of {given}"
+                "no velocities fulfil the constraints: `{row}` is missed by {residual:e}; change what is \
+                 given for the rates of {given}"
             ),
         }
     }
 }
 
-/// The other way out where a constraint that does not hold is switched: at the start all of them hold that are not released.
+/// The other way out where a constraint that does not hold is switched: at the start all of them hold that
+/// are not released.
 fn or_release(f: &mut fmt::Formatter<'_>, switched: Option<&str>) -> fmt::Result {
     match switched {
         Some(name) => write!(f, "; or begin with it released, `.release(\"{name}\")`"),
@@ -563,7 +596,10 @@ fn not_assembled(
     [residual, distance]: [f64; 2],
     given: &Involved,
 ) -> fmt::Result {
-    write!(f, "the constraints cannot be fulfilled: at the closest approach `{row}` is missed by {residual:e}")?;
+    write!(
+        f,
+        "the constraints cannot be fulfilled: at the closest approach `{row}` is missed by {residual:e}"
+    )?;
     if distance.is_finite() {
         write!(f, " (a distance of {distance:e})")?;
     }

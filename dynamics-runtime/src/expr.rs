@@ -6,14 +6,15 @@
 //! x,   ẋ,   ẍ,
 //! ```
 //!
-//! and every operation carries all three along by the rules of calculus (truncated Taylor arithmetic; A. Griewank and
-//! A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, chapter 13). Positions written with coordinates therefore know
-//! their velocities and accelerations, and [`Expr::dt`] merely shifts: x.dt() is (ẋ, ẍ, unknown).
+//! and every operation carries all three along by the rules of calculus (truncated Taylor arithmetic; A.
+//! Griewank and A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, chapter 13). Positions written with
+//! coordinates therefore know their velocities and accelerations, and [`Expr::dt`] merely shifts: x.dt() is
+//! (ẋ, ẍ, unknown).
 //!
-//! **What is not known is NaN, never a wrong number.** The third derivative of a coordinate is not known, so `q.x.dt().dt().dt()`
-//! has the value NaN; so has the rate of an input. What is known for good stays known: a constant has the derivatives 0
-//! however often it is differentiated, and so has time after 1; this holds for every polynomial in time up to degree 2
-//! that is built from such by sums, products and constant factors.
+//! **What is not known is NaN, never a wrong number.** The third derivative of a coordinate is not known, so
+//! `q.x.dt().dt().dt()` has the value NaN; so has the rate of an input. What is known for good stays known: a
+//! constant has the derivatives 0 however often it is differentiated, and so has time after 1; this holds for
+//! every polynomial in time up to degree 2 that is built from such by sums, products and constant factors.
 
 mod functions;
 mod operators;
@@ -22,8 +23,9 @@ use core::fmt;
 
 /// A value with its first and second time derivative at one instant.
 ///
-/// Made by a model's coordinates ([`coordinate`](Self::coordinate), [`input`](Self::input), [`time`](Self::time)) or from a constant
-/// (`Expr::from(2.0)`); combined with `+ - * /` and the methods of `f64`, freely mixed with `f64`.
+/// Made by a model's coordinates ([`coordinate`](Self::coordinate), [`input`](Self::input),
+/// [`time`](Self::time)) or from a constant (`Expr::from(2.0)`); combined with `+ - * /` and the methods of
+/// `f64`, freely mixed with `f64`.
 ///
 /// ```
 /// use dynamics_runtime::Expr;
@@ -34,7 +36,8 @@ use core::fmt;
 /// assert_eq!(height.dt().value(), 1.5 * 0.3_f64.sin() * 2.0);
 /// ```
 ///
-/// Comparisons look at values only: they choose the branch of an `if`, whose derivative is that of the branch taken.
+/// Comparisons look at values only: they choose the branch of an `if`, whose derivative is that of the branch
+/// taken.
 #[derive(Clone, Copy)]
 pub struct Expr {
     value: f64,
@@ -103,7 +106,8 @@ impl Expr {
 
     /// The total time derivative dx/dt.
     ///
-    /// The derivatives shift down by one; what moves up from beyond the second is NaN, except where it is known to be 0.
+    /// The derivatives shift down by one; what moves up from beyond the second is NaN, except where it is
+    /// known to be 0.
     #[inline(always)]
     #[must_use]
     pub const fn dt(self) -> Self {

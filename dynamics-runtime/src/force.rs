@@ -1,7 +1,8 @@
 //! Applied forces as a model states them.
 //!
-//! What the equations of motion need of a force, its generalized components Q = (∂r/∂q)ᵀF, is derived when the model is
-//! compiled. A force that is evaluated at run time knows what remains measurable of it: its power.
+//! What the equations of motion need of a force, its generalized components Q = (∂r/∂q)ᵀF, is derived when
+//! the model is compiled. A force that is evaluated at run time knows what remains measurable of it: its
+//! power.
 
 use core::iter::Sum;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -30,7 +31,8 @@ impl Force {
     /// No force; the start of sums.
     pub const ZERO: Self = Self { power: 0.0 };
 
-    /// A force vector F acting at the point r, both of the plane or both of space, in the same inertial frame.
+    /// A force vector F acting at the point r, both of the plane or both of space, in the same inertial
+    /// frame.
     ///
     /// Its power is F·ṙ, its generalized components are (∂r/∂q)ᵀF.
     #[inline]
@@ -40,8 +42,8 @@ impl Force {
         Self { power: velocity[0] * vector[0] + velocity[1] * vector[1] + velocity[2] * vector[2] }
     }
 
-    /// A generalized force of this magnitude, work-conjugate to the expression e: a moment to an angle, a tension to
-    /// a length (positive where it acts toward growing e), a pressure to a volume.
+    /// A generalized force of this magnitude, work-conjugate to the expression e: a moment to an angle, a
+    /// tension to a length (positive where it acts toward growing e), a pressure to a volume.
     ///
     /// Its power is magnitude·ė, its generalized components are magnitude·∂e/∂q.
     #[inline]

@@ -16,12 +16,13 @@ use crate::lanes::Lanes;
 use crate::model::{Constraints, Linearize, Model, Modes, Quantity, Solved, StateJacobian, Vector};
 use crate::reaction::{self, Reaction, Reactions};
 
-/// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct, where it stands in another module
-/// and cannot be told apart before, then has among its errors one that says what is wrong.
+/// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct, where
+/// it stands in another module and cannot be told apart before, then has among its errors one that says what
+/// is wrong.
 pub trait OnlyOneDynamicsImplPerModel {}
 
-/// What the types that come with the struct need of the model's impl block. They reach it through this trait alone, at the struct's name,
-/// so that a missing block is one error.
+/// What the types that come with the struct need of the model's impl block. They reach it through this trait
+/// alone, at the struct's name, so that a missing block is one error.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` has no equations of motion; put `#[dynamics]` on the `impl` block with its energies",
     label = "no `#[dynamics] impl` for this"
@@ -47,11 +48,18 @@ pub trait Complete: Model {
     ///
     /// # Errors
     /// Where the constraints cannot be fulfilled.
-    fn assembled(&self, state: Self::State, given: [&[bool]; 2], sided: u32) -> Result<Self::State, StateError>;
-    /// The state with velocities of these generalized speeds, its positions solved for before where it is to be `assembled`.
+    fn assembled(
+        &self,
+        state: Self::State,
+        given: [&[bool]; 2],
+        sided: u32,
+    ) -> Result<Self::State, StateError>;
+    /// The state with velocities of these generalized speeds, its positions solved for before where it is to
+    /// be `assembled`.
     ///
     /// # Errors
-    /// Where rates are given beside the speeds, where these do not determine the velocities, and as for the others.
+    /// Where rates are given beside the speeds, where these do not determine the velocities, and as for the
+    /// others.
     fn moved(
         &self,
         state: Self::State,
@@ -110,8 +118,8 @@ impl<M: Constraints> Complete for M {
     }
 }
 
-/// A pivot of M = LDLᵀ below this fraction of its diagonal element is rounding noise: eliminations of n ≤ 100 coordinates leave
-/// about n·ε ≈ 2·10⁻¹⁴ of it at worst.
+/// A pivot of M = LDLᵀ below this fraction of its diagonal element is rounding noise: eliminations of n ≤ 100
+/// coordinates leave about n·ε ≈ 2·10⁻¹⁴ of it at worst.
 pub const PIVOT_TOLERANCE: f64 = 1e-13;
 
 /// A vector of its elements.
@@ -130,15 +138,17 @@ pub fn matrix<const R: usize, const C: usize>(columns: [[f64; R]; C]) -> SMatrix
 
 /// Whether a pivot vanishes against its diagonal element, or, where T has to be positive, is negative.
 ///
-/// A pivot that is NaN is neither: it comes from a state or force that is not a number, and a run reports that as such.
+/// A pivot that is NaN is neither: it comes from a state or force that is not a number, and a run reports
+/// that as such.
 #[inline(always)]
 fn fails<const POSITIVE: bool>(&[pivot, diagonal]: &[f64; 2]) -> bool {
     let size = if POSITIVE { pivot } else { pivot.abs() };
     size <= PIVOT_TOLERANCE * diagonal.abs()
 }
 
-/// Whether some pivot Dᵢ fails against its diagonal element Mᵢᵢ; `pivots` holds the pairs. `POSITIVE`: M comes from a kinetic energy, so
-/// that a negative pivot is negative inertia; a `#[lagrangian]` may be indefinite.
+/// Whether some pivot Dᵢ fails against its diagonal element Mᵢᵢ; `pivots` holds the pairs. `POSITIVE`: M
+/// comes from a kinetic energy, so that a negative pivot is negative inertia; a `#[lagrangian]` may be
+/// indefinite.
 #[inline(always)]
 #[must_use]
 pub fn singular<const POSITIVE: bool, const N: usize>(pivots: &[[f64; 2]; N]) -> bool {
@@ -182,7 +192,10 @@ pub fn name_singular<const POSITIVE: bool>(
 /// q̈ and λ of a model with constraints, all NaN where they do not exist: for functions that cannot fail.
 #[must_use]
 pub fn solved_or_nan<M: Constraints>(model: &M, state: &M::State) -> Solved<M::Vector, M::Rows> {
-    let solved = model.constants().map_err(SolveError::from).and_then(|constants| solve_once(model, &constants, state));
+    let solved = model
+        .constants()
+        .map_err(SolveError::from)
+        .and_then(|constants| solve_once(model, &constants, state));
     if let Ok(solved) = solved {
         return Solved { accelerations: solved.accelerations, multipliers: solved.multipliers };
     }
@@ -192,9 +205,15 @@ pub fn solved_or_nan<M: Constraints>(model: &M, state: &M::State) -> Solved<M::V
     Solved { accelerations, multipliers }
 }
 
-/// ∂q̈/∂q and ∂q̈/∂q̇ by rows, from the derivatives that a model has; false where they do not exist at a state.
+/// ∂q̈/∂q and ∂q̈/∂q̇ by rows, from the derivatives that a model has; false where they do not exist at a
+/// state.
 #[inline]
-pub fn acceleration_derivatives<M: Linearize>(model: &M, state: &M::State, by_q: &mut [f64], by_u: &mut [f64]) -> bool {
+pub fn acceleration_derivatives<M: Linearize>(
+    model: &M,
+    state: &M::State,
+    by_q: &mut [f64],
+    by_u: &mut [f64],
+) -> bool {
     let n = M::Vector::LEN;
     let Ok(StateJacobian { by_q: of_q, by_u: of_u, .. }) = model.state_jacobian(state) else { return false };
     for i in 0..n {
@@ -219,7 +238,8 @@ pub fn acceleration_by_parameters<M: Linearize>(model: &M, state: &M::State, val
     true
 }
 
-/// The error of derivatives whose elimination meets a pivot that is too small: that of a coordinate, or of a constraint row.
+/// The error of derivatives whose elimination meets a pivot that is too small: that of a coordinate, or of a
+/// constraint row.
 #[cold]
 #[inline(never)]
 #[must_use]
@@ -252,15 +272,21 @@ mod tests {
         assert!(singular::<true, 1>(&pivots) && !singular::<false, 1>(&pivots));
         let error = name_singular::<true>(&pivots, &[0], &names);
         let message = error.to_string();
-        assert!(error.negative && message.contains("negative inertia") && message.contains("; give"), "{message}");
+        assert!(
+            error.negative && message.contains("negative inertia") && message.contains("; give"),
+            "{message}"
+        );
         assert!(!name_singular::<true>(&[[1e-15, 1.0]], &[0], &names).negative);
         assert!(!singular::<true, 1>(&[[f64::NAN, 1.0]]));
     }
 
     #[test]
     fn a_vanishing_pivot_is_found_and_named() {
-        let names =
-            [Quantity { name: "x", unit: "" }, Quantity { name: "y", unit: "" }, Quantity { name: "z", unit: "" }];
+        let names = [
+            Quantity { name: "x", unit: "" },
+            Quantity { name: "y", unit: "" },
+            Quantity { name: "z", unit: "" },
+        ];
         assert!(!singular::<true, 2>(&[[1.0, 2.0], [1e-12, 1.0]]));
         let pivots = [[1.0, 2.0], [-1e-14, 1.0]];
         assert!(singular::<false, 2>(&pivots));

@@ -1,7 +1,8 @@
 //! Integrators for q̈ = a(t, q, u), u = q̇: one method per file, none of them allocates.
 //!
-//! A [`Stepper`] drives a [`Scheme`] (the method) over a [`System`] (what is integrated): it chooses the step, repeats rejected
-//! steps, watches for stiffness and hands out the dense output of the step just made. It needs neither `alloc` nor `std`.
+//! A [`Stepper`] drives a [`Scheme`] (the method) over a [`System`] (what is integrated): it chooses the
+//! step, repeats rejected steps, watches for stiffness and hands out the dense output of the step just made.
+//! It needs neither `alloc` nor `std`.
 //!
 //! | method | order | dense output | evaluations per step | error estimate |
 //! |---|---|---|---|---|
@@ -21,8 +22,8 @@
 //! | [`EnergyMidpoint`] | 2 | quintic Hermite, 2 | implicit: 1 per iteration, 1 more | none: fixed step; keeps energy |
 //! | [`Taylor`] | by tolerance, to 30 | the same | 1, and a series | last two terms |
 //!
-//! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the stage velocity, so
-//! only accelerations are evaluated.
+//! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the
+//! stage velocity, so only accelerations are evaluated.
 
 #[macro_use]
 mod dense;
@@ -175,27 +176,36 @@ pub trait System<V: Vector> {
     type Error;
     /// Nothing holds it, so that what is about constraints below is neither asked nor compiled.
     const IS_FREE: bool = false;
-    /// Its accelerations have no branches, so that what is about kinks and branches below is neither asked nor compiled.
+    /// Its accelerations have no branches, so that what is about kinks and branches below is neither asked
+    /// nor compiled.
     const IS_SMOOTH: bool = false;
     /// q̈ at time t for coordinates q and velocities u = q̇.
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, Self::Error>;
-    /// (q̇, q̈) at a stage. q̇ is u, unless the system says that u has to be another: velocities that constraints determine.
+    /// (q̇, q̈) at a stage. q̇ is u, unless the system says that u has to be another: velocities that
+    /// constraints determine.
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<V>) -> Result<Phase<V>, Self::Error> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
     }
-    /// Writes (q̇, q̈) at four stages side by side, as [`System::derivative`] has each of them, and by it where the system cannot evaluate them at once.
+    /// Writes (q̇, q̈) at four stages side by side, as [`System::derivative`] has each of them, and by it
+    /// where the system cannot evaluate them at once.
     #[inline(always)]
-    fn derivatives(&mut self, t: Lanes, y: &Stages<V>, derivatives: &mut Stages<V>) -> Result<(), Self::Error> {
+    fn derivatives(
+        &mut self,
+        t: Lanes,
+        y: &Stages<V>,
+        derivatives: &mut Stages<V>,
+    ) -> Result<(), Self::Error> {
         one_by_one(self, t, y, derivatives)
     }
-    /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for methods that solve for their stages. By differences, where the system knows no better.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for methods that solve for their stages. By differences,
+    /// where the system knows no better.
     fn jacobian(&mut self, at: &Knot<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {
         differences::by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
-    /// Is told before every attempt where the step starts and how long it is, with its sign. Where the accelerations depend on the step, those
-    /// of the start, its first stage, become those of this one.
+    /// Is told before every attempt where the step starts and how long it is, with its sign. Where the
+    /// accelerations depend on the step, those of the start, its first stage, become those of this one.
     #[inline(always)]
     fn attempting(&mut self, _start: &mut Knot<V>, _h: f64) -> Result<(), Self::Error> {
         Ok(())
@@ -214,35 +224,50 @@ pub trait System<V: Vector> {
     fn settles(&self) -> bool {
         false
     }
-    /// Settles the stages of what follows too, or no longer: where what holds them nearly loses a direction, what they are off in it would be
-    /// amplified. Whether it can.
+    /// Settles the stages of what follows too, or no longer: where what holds them nearly loses a direction,
+    /// what they are off in it would be amplified. Whether it can.
     #[inline(always)]
     fn hold_stages(&mut self, _on: bool, _tolerances: &Tolerances) -> bool {
         false
     }
-    /// Is asked where the error of a step is too large: what it becomes when the end `y` of the step is settled. `None`: it stays.
+    /// Is asked where the error of a step is too large: what it becomes when the end `y` of the step is
+    /// settled. `None`: it stays.
     #[inline(always)]
-    fn lasting(&mut self, _t: f64, _y: &Phase<V>, _error: &Phase<V>) -> Result<Option<Phase<V>>, Self::Error> {
+    fn lasting(
+        &mut self,
+        _t: f64,
+        _y: &Phase<V>,
+        _error: &Phase<V>,
+    ) -> Result<Option<Phase<V>>, Self::Error> {
         Ok(None)
     }
-    /// Puts the end of a step that is about to be accepted where it belongs: back onto the constraints. `None` where it stayed.
+    /// Puts the end of a step that is about to be accepted where it belongs: back onto the constraints.
+    /// `None` where it stayed.
     #[inline(always)]
-    fn settle(&mut self, _t: f64, _y: &mut Phase<V>, _tolerances: &Tolerances) -> Result<Option<Settled>, Self::Error> {
+    fn settle(
+        &mut self,
+        _t: f64,
+        _y: &mut Phase<V>,
+        _tolerances: &Tolerances,
+    ) -> Result<Option<Settled>, Self::Error> {
         Ok(None)
     }
-    /// Where in a step (t, h), made with branches held, the accelerations first stop being smooth, as a part of it; `None` where they do not. The
-    /// step is then made to end there. `fails`: its error is too large, for what such a place may be the reason. `path(θ)` interpolates.
+    /// Where in a step (t, h), made with branches held, the accelerations first stop being smooth, as a part
+    /// of it; `None` where they do not. The step is then made to end there. `fails`: its error is too large,
+    /// for what such a place may be the reason. `path(θ)` interpolates.
     #[inline(always)]
     fn kink(&mut self, _step: (f64, f64), _fails: bool, _path: impl Fn(f64) -> Phase<V>) -> Option<f64> {
         None
     }
-    /// Whether what lies between the ends of a step (q, q̇, q̈ there) is good enough to find them by, so that no dense output is made for it.
+    /// Whether what lies between the ends of a step (q, q̇, q̈ there) is good enough to find them by, so that
+    /// no dense output is made for it.
     #[inline(always)]
     fn finds_kinks_by_ends(&self) -> bool {
         false
     }
-    /// Holds from here on the branches that the accelerations take just after the start of a step of size h, so that within it they are smooth, or
-    /// no longer; those of the start become what they are on these branches.
+    /// Holds from here on the branches that the accelerations take just after the start of a step of size h,
+    /// so that within it they are smooth, or no longer; those of the start become what they are on these
+    /// branches.
     #[inline(always)]
     fn hold_branches(&mut self, _start: &mut Knot<V>, _h: f64, _on: bool) -> Result<Hold, Self::Error> {
         Ok(Hold::Off)
@@ -253,7 +278,8 @@ pub trait System<V: Vector> {
     /// Is told that the step which was tried last is made.
     #[inline(always)]
     fn accepted(&mut self) {}
-    /// Whether M q̈ contains velocities, as far as is known: Coriolis terms of a mass matrix that moves, dampers, gyroscopic forces.
+    /// Whether M q̈ contains velocities, as far as is known: Coriolis terms of a mass matrix that moves,
+    /// dampers, gyroscopic forces.
     #[inline(always)]
     fn has_velocity_forces(&self) -> bool {
         true
@@ -268,12 +294,14 @@ pub trait System<V: Vector> {
     fn is_constrained(&self) -> bool {
         false
     }
-    /// The part of `v`, as of accelerations, that constraints do not permit, along M⁻¹Φ_qᵀ: what is left of v has Φ_q v = 0 and, unless `holonomic`, A v = 0.
+    /// The part of `v`, as of accelerations, that constraints do not permit, along M⁻¹Φ_qᵀ: what is left of v
+    /// has Φ_q v = 0 and, unless `holonomic`, A v = 0.
     #[inline(always)]
     fn across(&mut self, _t: f64, _y: &Phase<V>, _v: &V, _holonomic: bool) -> Result<V, Self::Error> {
         Ok(V::zeros())
     }
-    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b) for rows that bind velocities.
+    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b) for rows that
+    /// bind velocities.
     #[inline(always)]
     fn onto_constraints(&mut self, _t: f64, _y: &Phase<V>, _rate: f64) -> Result<V, Self::Error> {
         Ok(V::zeros())
@@ -298,8 +326,9 @@ pub trait System<V: Vector> {
     fn accelerations_ahead(&mut self, t: f64, y: &Phase<V>) -> Result<V, Self::Error> {
         self.accelerations(t, &y.q, &y.u)
     }
-    /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ sᵏ. The first rows of `q` and `u` are those of y; the
-    /// others are written, as many as there are. False, and nothing written, where the system has no series.
+    /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ sᵏ. The
+    /// first rows of `q` and `u` are those of y; the others are written, as many as there are. False, and
+    /// nothing written, where the system has no series.
     #[inline(always)]
     fn series(
         &mut self,
@@ -312,7 +341,8 @@ pub trait System<V: Vector> {
     ) -> Result<bool, Self::Error> {
         Ok(false)
     }
-    /// Whether the accelerations choose between expressions: a series is then that of the branch at its start.
+    /// Whether the accelerations choose between expressions: a series is then that of the branch at its
+    /// start.
     #[inline(always)]
     fn chooses(&self) -> bool {
         false
@@ -338,7 +368,8 @@ pub enum Hold {
     Changed,
     /// They are not, or there are none.
     Off,
-    /// They are not, since the motion leaves neither side of a place where they change: it would have to slide along it.
+    /// They are not, since the motion leaves neither side of a place where they change: it would have to
+    /// slide along it.
     Slides,
 }
 
@@ -376,14 +407,17 @@ impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> System<V> for OfPositions<
     }
 }
 
-/// How the end of a step was settled, as the norm of the error is measured (1: as much as the tolerance permits).
+/// How the end of a step was settled, as the norm of the error is measured (1: as much as the tolerance
+/// permits).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
     /// By how much it moved.
     pub by: f64,
-    /// How far it was from where it belongs, along what holds it: less than it moved where that nearly loses a direction.
+    /// How far it was from where it belongs, along what holds it: less than it moved where that nearly loses
+    /// a direction.
     pub violation: f64,
-    /// What rounding errors make uncertain where it is settled: large near a position where what holds it nearly loses a direction.
+    /// What rounding errors make uncertain where it is settled: large near a position where what holds it
+    /// nearly loses a direction.
     pub noise: f64,
 }
 
@@ -408,8 +442,8 @@ impl<V: Vector> Knot<V> {
 
 /// One integration method.
 ///
-/// `attempt` makes a trial step and keeps its stages; `finish` evaluates q̈ at its end; `dense` builds the interpolant.
-/// They are called in this order, each at most once per step.
+/// `attempt` makes a trial step and keeps its stages; `finish` evaluates q̈ at its end; `dense` builds the
+/// interpolant. They are called in this order, each at most once per step.
 pub trait Scheme<V: Vector>: Clone {
     /// Which method this is.
     const METHOD: Method;
@@ -419,8 +453,9 @@ pub trait Scheme<V: Vector>: Clone {
     const ERROR_ORDER: u32;
     /// Step control suited to the method; `None` where there is no error estimate.
     const CONTROL: Option<ControllerSettings>;
-    /// Weights b of the step's quadrature, one per stage in the order of evaluation, the first for the start of the step; none where stages are
-    /// no evaluations at states of the solution: sums over a step are then taken from the interpolant.
+    /// Weights b of the step's quadrature, one per stage in the order of evaluation, the first for the start
+    /// of the step; none where stages are no evaluations at states of the solution: sums over a step are then
+    /// taken from the interpolant.
     const WEIGHTS: &'static [f64];
     /// |h λ| at the border of the region of stability on the negative real axis, for the stiffness test.
     const STABILITY_BORDER: f64;
@@ -430,16 +465,19 @@ pub trait Scheme<V: Vector>: Clone {
     /// where what it is off changes fastest, away from its own nodes. None for methods with interpolants that
     /// they judge themselves, or that are as good as their steps, and for those without error estimate.
     const PROBES: &'static [f64] = &[];
-    /// Whether it makes few and long steps: the first one from rest is then as long as the times of the mechanism permit, where others begin with short ones and soon have longer ones.
+    /// Whether it makes few and long steps: the first one from rest is then as long as the times of the
+    /// mechanism permit, where others begin with short ones and soon have longer ones.
     const LONG_STEPS: bool = false;
     /// The interpolant.
     type Dense: Dense<V> + Send + Sync + 'static;
 
     /// With the options that it has by itself.
     fn new() -> Self;
-    /// Whether the next one says how long every step is: errors that are permitted are then no matter of the controller.
+    /// Whether the next one says how long every step is: errors that are permitted are then no matter of the
+    /// controller.
     const PROPOSES: bool = false;
-    /// The size of the step that starts here, positive, where the method knows it before it tries; `h` is what the step before suggests, with its sign.
+    /// The size of the step that starts here, positive, where the method knows it before it tries; `h` is
+    /// what the step before suggests, with its sign.
     #[inline(always)]
     fn propose<S: System<V>>(
         &mut self,
@@ -453,7 +491,8 @@ pub trait Scheme<V: Vector>: Clone {
     /// Drops what it remembers of steps before: the motion goes on from another state, or by other forces.
     #[inline(always)]
     fn forget(&mut self) {}
-    /// Tries a step of size h. Returns the new phase and the scaled norm of the local error estimate (0 without estimate).
+    /// Tries a step of size h. Returns the new phase and the scaled norm of the local error estimate (0
+    /// without estimate).
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
@@ -461,8 +500,8 @@ pub trait Scheme<V: Vector>: Clone {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error>;
-    /// As [`Scheme::attempt`], to the same bits, of a step that is made once more. Steps are inlined where motions are made, and are most of what a method is to a compiler; here what is
-    /// short may be slower.
+    /// As [`Scheme::attempt`], to the same bits, of a step that is made once more. Steps are inlined where
+    /// motions are made, and are most of what a method is to a compiler; here what is short may be slower.
     #[inline(always)]
     fn attempt_again<S: System<V>>(
         &mut self,
@@ -473,8 +512,9 @@ pub trait Scheme<V: Vector>: Clone {
     ) -> Result<(Phase<V>, f64), S::Error> {
         self.attempt(system, start, h, tolerances)
     }
-    /// Is told of a step that was made before and is to be tried once more, all of it (1) or its first part: what is known of it may start its iterations. Whether
-    /// these may end elsewhere, so that it is only what it was where it ends where it did.
+    /// Is told of a step that was made before and is to be tried once more, all of it (1) or its first part:
+    /// what is known of it may start its iterations. Whether these may end elsewhere, so that it is only what
+    /// it was where it ends where it did.
     #[inline(always)]
     fn retrace(&mut self, _step: &Step<V>, _part: f64) -> bool {
         false
@@ -489,7 +529,8 @@ pub trait Scheme<V: Vector>: Clone {
         end: &Knot<V>,
         h: f64,
     ) -> Result<Self::Dense, S::Error>;
-    /// The interpolant of a step that was made before, where its ends tell it, so that nothing has to be tried once more.
+    /// The interpolant of a step that was made before, where its ends tell it, so that nothing has to be
+    /// tried once more.
     #[inline(always)]
     fn by_ends<S: System<V>>(
         &mut self,
@@ -509,7 +550,8 @@ pub trait Scheme<V: Vector>: Clone {
     fn disagreement(&self) -> Phase<V> {
         self.error_vector()
     }
-    /// Whether the equations of the last attempt are solved: always, for methods without any. Where they are not, the attempt's results mean nothing.
+    /// Whether the equations of the last attempt are solved: always, for methods without any. Where they are
+    /// not, the attempt's results mean nothing.
     #[inline(always)]
     fn converged(&self) -> bool {
         true
@@ -517,12 +559,14 @@ pub trait Scheme<V: Vector>: Clone {
     /// Is told of every step that is accepted, with its end as it was settled.
     #[inline(always)]
     fn accepted(&mut self, _step: &Step<V>) {}
-    /// Has the last word on the next step: the step control wants it `factor` times as long as the one tried last, which had this error.
+    /// Has the last word on the next step: the step control wants it `factor` times as long as the one tried
+    /// last, which had this error.
     #[inline(always)]
     fn pace(&mut self, factor: f64, _error: f64) -> f64 {
         factor
     }
-    /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they coincide.
+    /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they
+    /// coincide.
     fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64>;
 }
 
@@ -573,13 +617,15 @@ pub enum Method {
 }
 
 impl Method {
-    /// Whether it is for stiff motions: implicit, with a step control that does not see what is stiff and has died away.
+    /// Whether it is for stiff motions: implicit, with a step control that does not see what is stiff and has
+    /// died away.
     #[must_use]
     pub const fn is_for_stiff(self) -> bool {
         matches!(self, Self::Radau5 | Self::Esdirk4 | Self::GeneralizedAlpha)
     }
 
-    /// Order of the step; of the interpolant where positions are solved instead of integrated; the highest one of Taylor series.
+    /// Order of the step; of the interpolant where positions are solved instead of integrated; the highest
+    /// one of Taylor series.
     #[must_use]
     pub const fn order(self) -> u32 {
         match self {

@@ -1,15 +1,18 @@
 //! Kinematically driven mechanisms: constraints leave no freedom, and the motion follows from them alone.
 //!
-//! `model.kinematics(guess)` ([`Kinematics`]) opens an [`Analysis`]; options follow, [`Analysis::run`] runs it. At every time positions solve Φ(q, t) = 0,
-//! velocities Φ_q q̇ = −Φ_t, accelerations Φ_q q̈ = γ, and the multipliers Φ_qᵀλ = M q̈ − Q: of the driving constraint λ is the force or torque that the
-//! drive has to give, of the others the reactions. The result is a [`KinematicMotion`], which is a [`Motion`] (charts, tables, animations,
-//! `reaction_at("drive", t)`) with a summary of its own. States between the steps are solved too.
+//! `model.kinematics(guess)` ([`Kinematics`]) opens an [`Analysis`]; options follow, [`Analysis::run`] runs
+//! it. At every time positions solve Φ(q, t) = 0, velocities Φ_q q̇ = −Φ_t, accelerations Φ_q q̈ = γ, and the
+//! multipliers Φ_qᵀλ = M q̈ − Q: of the driving constraint λ is the force or torque that the drive has to
+//! give, of the others the reactions. The result is a [`KinematicMotion`], which is a [`Motion`] (charts,
+//! tables, animations, `reaction_at("drive", t)`) with a summary of its own. States between the steps are
+//! solved too.
 //!
 //! Singular positions end the analysis with an error that says where, of what kind, and who takes part:
 //!
-//! * **lock-up**: a limit point, beyond which there is no position (a crank drives a rocker beyond its reach);
-//! * **bifurcation**: branches of the assembly meet (change point of a parallelogram). [`Analysis::through_bifurcations`] passes them on the branch
-//!   whose velocities are continuous.
+//! * **lock-up**: a limit point, beyond which there is no position (a crank drives a rocker beyond its
+//!   reach);
+//! * **bifurcation**: branches of the assembly meet (change point of a parallelogram).
+//!   [`Analysis::through_bifurcations`] passes them on the branch whose velocities are continuous.
 
 mod error;
 mod frame;
@@ -42,8 +45,9 @@ const DEFAULT_MAX_STEPS: u64 = 1_000_000;
 
 /// Models whose motion may follow from their constraints alone: every model that can be simulated.
 pub trait Kinematics: Simulate + Constraints {
-    /// Opens a kinematic analysis. All coordinates of `guess` are guesses; those of the positions that fulfil the constraints near it are
-    /// taken. Its time is where the motion begins; its velocities are not looked at.
+    /// Opens a kinematic analysis. All coordinates of `guess` are guesses; those of the positions that fulfil
+    /// the constraints near it are taken. Its time is where the motion begins; its velocities are not looked
+    /// at.
     fn kinematics(&self, guess: Self::State) -> Analysis<'_, Self> {
         Analysis::new(self, guess)
     }
@@ -92,7 +96,8 @@ impl<M: Model> Clone for Reached<M> {
 
 /// The motion of a driven mechanism.
 ///
-/// It is a [`Motion`] by dereference; [`KinematicMotion::summary`] says what the analysis took and how near it came to singular positions.
+/// It is a [`Motion`] by dereference; [`KinematicMotion::summary`] says what the analysis took and how near
+/// it came to singular positions.
 pub struct KinematicMotion<'m, M: Simulate + Constraints> {
     motion: Motion<'m, M>,
     summary: KinematicSummary,
@@ -115,7 +120,10 @@ impl<'m, M: Simulate + Constraints> Deref for KinematicMotion<'m, M> {
 
 impl<M: Simulate + Constraints> core::fmt::Debug for KinematicMotion<'_, M> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("KinematicMotion").field("motion", &self.motion).field("summary", &self.summary).finish()
+        f.debug_struct("KinematicMotion")
+            .field("motion", &self.motion)
+            .field("summary", &self.summary)
+            .finish()
     }
 }
 
@@ -136,7 +144,15 @@ impl<M: Simulate + Constraints> Reached<M> {
 
 impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     fn new(model: &'m M, guess: M::State) -> Self {
-        Self { model, guess, end: None, output: None, longest: None, most_steps: DEFAULT_MAX_STEPS, pass: false }
+        Self {
+            model,
+            guess,
+            end: None,
+            output: None,
+            longest: None,
+            most_steps: DEFAULT_MAX_STEPS,
+            pass: false,
+        }
     }
 
     /// End time; may lie before the start.
@@ -145,7 +161,8 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         self
     }
 
-    /// Gives states at equal intervals from the start, as [`Motion::states`]; the steps of the path are chosen by themselves.
+    /// Gives states at equal intervals from the start, as [`Motion::states`]; the steps of the path are
+    /// chosen by themselves.
     pub fn every(mut self, interval: f64) -> Self {
         self.output = Some(Output::Every(interval));
         self
@@ -157,8 +174,8 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         self
     }
 
-    /// Longest step of the path; a twentieth of the interval where it is not given. A drive that moves out and back within one step is not
-    /// seen.
+    /// Longest step of the path; a twentieth of the interval where it is not given. A drive that moves out
+    /// and back within one step is not seen.
     pub fn max_step(mut self, h: f64) -> Self {
         self.longest = Some(h);
         self
@@ -170,8 +187,9 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         self
     }
 
-    /// Passes bifurcations on the branch on which velocities and accelerations are continuous; without it they end the analysis, and with it
-    /// those do beyond which no such branch is found. The summary lists what was passed.
+    /// Passes bifurcations on the branch on which velocities and accelerations are continuous; without it
+    /// they end the analysis, and with it those do beyond which no such branch is found. The summary lists
+    /// what was passed.
     pub fn through_bifurcations(mut self) -> Self {
         self.pass = true;
         self
@@ -182,8 +200,12 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     /// # Errors
     /// [`KinematicsErrorKind`]; what was computed up to there is in the error.
     pub fn run(self) -> Result<KinematicMotion<'m, M>, KinematicsError<M>> {
-        let refused =
-            |kind: Kind| KinematicsError { kind, time: self.guess.t(), state: Box::new(self.guess), reached: None };
+        let refused = |kind: Kind| KinematicsError {
+            kind,
+            time: self.guess.t(),
+            state: Box::new(self.guess),
+            reached: None,
+        };
         let Checked { end, longest, every } = self.check().map_err(|error| refused(error.into()))?;
         let constants = self.model.constants().map_err(|error| refused(Kind::SingularMassMatrix(error)))?;
         let (tracer, start) = self.begin(&constants).map_err(refused)?;
@@ -192,9 +214,12 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let reached = path.reached(every);
         match result {
             Ok(()) => Ok(reached.into_motion(self.model, constants)),
-            Err(Stop { kind, state }) => {
-                Err(KinematicsError { kind, time: state.t(), state: Box::new(state), reached: Some(Box::new(reached)) })
-            }
+            Err(Stop { kind, state }) => Err(KinematicsError {
+                kind,
+                time: state.t(),
+                state: Box::new(state),
+                reached: Some(Box::new(reached)),
+            }),
         }
     }
 
@@ -208,7 +233,12 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         number("until", end, end.is_finite() && end != start, "a time other than the start's")?;
         let span = (end - start).abs();
         let longest = self.longest.unwrap_or(LONGEST * span);
-        number("max_step", longest, longest > 4.0 * f64::EPSILON * start.abs().max(end.abs()), "a length above 0")?;
+        number(
+            "max_step",
+            longest,
+            longest > 4.0 * f64::EPSILON * start.abs().max(end.abs()),
+            "a length above 0",
+        )?;
         number("max_steps", self.most_steps as f64, self.most_steps > 0, "at least 1")?;
         let every = match self.output {
             None => None,
@@ -255,8 +285,9 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     }
 
     fn frame(&self, measure: &Measure, state: &M::State) -> Result<Frame, Kind> {
-        Frame::new(measure, self.model, state)
-            .map_err(|row| Kind::Start(crate::error::StateError::ConstraintNotFinite { row: M::ROWS[row].name }))
+        Frame::new(measure, self.model, state).map_err(|row| {
+            Kind::Start(crate::error::StateError::ConstraintNotFinite { row: M::ROWS[row].name })
+        })
     }
 
     /// Freedom is freedom beside the start too; a singular position is none there.
@@ -304,7 +335,8 @@ struct Path<'c, M: Constraints> {
     passages: Vec<Passage>,
 }
 
-/// Power of the distance with which the smallest singular value falls, from which on branches touch and do not cross.
+/// Power of the distance with which the smallest singular value falls, from which on branches touch and do
+/// not cross.
 const TOUCH: f64 = 1.4;
 /// Distances from a bifurcation that are at least so far apart tell the power.
 const APART: f64 = 1.5;
@@ -312,7 +344,14 @@ const APART: f64 = 1.5;
 const RECENT: usize = 6;
 
 impl<'c, M: Constraints> Path<'c, M> {
-    fn new(tracer: Tracer<'c, M>, start: Point<M>, end: f64, longest: f64, most_steps: u64, pass: bool) -> Self {
+    fn new(
+        tracer: Tracer<'c, M>,
+        start: Point<M>,
+        end: f64,
+        longest: f64,
+        most_steps: u64,
+        pass: bool,
+    ) -> Self {
         let direction = if end < start.state.t() { -1.0 } else { 1.0 };
         let mut path = Self {
             tracer,
@@ -420,7 +459,10 @@ impl<'c, M: Constraints> Path<'c, M> {
         }
         let beyond = if self.pass { self.beyond(&state) } else { None };
         let Some(point) = beyond else {
-            return Err(Stop { kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass }, state });
+            return Err(Stop {
+                kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass },
+                state,
+            });
         };
         self.passages.push(Passage { time: state.t(), rows, coordinates });
         self.recent.clear();
@@ -430,18 +472,21 @@ impl<'c, M: Constraints> Path<'c, M> {
         Ok(())
     }
 
-    /// Whether branches touch at a bifurcation: the smallest singular value falls with a higher power of the distance than the first, as which it does where they cross.
+    /// Whether branches touch at a bifurcation: the smallest singular value falls with a higher power of the
+    /// distance than the first, as which it does where they cross.
     fn touch(&self, at: &M::State) -> bool {
         let distance = |point: &Point<M>| (at.t() - point.state.t()).abs();
         let last = self.last();
         let farther = self.recent.iter().rev().find(|point| distance(point) >= APART * distance(last));
         farther.is_some_and(|far| {
-            let [near, far] = [last, far].map(|point| (math::ln(distance(point)), math::ln(point.frame.least())));
+            let [near, far] =
+                [last, far].map(|point| (math::ln(distance(point)), math::ln(point.frame.least())));
             (far.1 - near.1) / (far.0 - near.0) > TOUCH
         })
     }
 
-    /// The point as far behind a bifurcation as the last one is before it, on the branch on which velocities are continuous.
+    /// The point as far behind a bifurcation as the last one is before it, on the branch on which velocities
+    /// are continuous.
     fn beyond(&mut self, at: &M::State) -> Option<Point<M>> {
         let from = self.last().clone();
         let distance = at.t() - from.state.t();
@@ -462,7 +507,8 @@ impl<'c, M: Constraints> Path<'c, M> {
         (length(&turned) <= 0.01 * length(&predicted)).then_some(point)
     }
 
-    /// The path cannot be continued: a singular position if the last points say so, else what the last step said.
+    /// The path cannot be continued: a singular position if the last points say so, else what the last step
+    /// said.
     fn give_up(&self, kind: Kind) -> Stop<M::State> {
         match self.tracer.locate(&self.recent) {
             Some(Singular { state, locks_up: true, rows, coordinates, .. }) => {

@@ -1,8 +1,8 @@
-//! Four numbers side by side, in one vector or two of the processor: accelerations of four states at once take little longer than of one,
-//! since most of that time is waiting for results, and not computing them.
+//! Four numbers side by side, in one vector or two of the processor: accelerations of four states at once
+//! take little longer than of one, since most of that time is waiting for results, and not computing them.
 //!
-//! Every operation rounds each lane as `f64` does and in the same order, sines and cosines too, so that generated code gives the same bits side by side and one
-//! after the other (`tests/lanes.rs`).
+//! Every operation rounds each lane as `f64` does and in the same order, sines and cosines too, so that
+//! generated code gives the same bits side by side and one after the other (`tests/lanes.rs`).
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -43,7 +43,8 @@ impl<const N: usize> Wide for [Lanes; N] {
 }
 
 /// Whether products and sums of vectors are fused where those of one number are, so that both round alike.
-const ALIKE: bool = !sin_cos::FUSED || cfg!(any(target_arch = "x86", target_arch = "x86_64", target_arch = "aarch64"));
+const ALIKE: bool =
+    !sin_cos::FUSED || cfg!(any(target_arch = "x86", target_arch = "x86_64", target_arch = "aarch64"));
 
 impl Lanes {
     /// 0 in every lane.
@@ -138,7 +139,8 @@ impl Lanes {
         (Self::new(both.map(|(sin, _)| sin)), Self::new(both.map(|(_, cos)| cos)))
     }
 
-    /// The steps of [`sin_cos::fast`], on vectors: what the compiler makes of four numbers in an array takes three times as long.
+    /// The steps of [`sin_cos::fast`], on vectors: what the compiler makes of four numbers in an array takes
+    /// three times as long.
     #[inline(always)]
     fn near(self) -> (Self, Self) {
         let (quarter, r, c) = if sin_cos::FUSED { self.reduce_fused() } else { self.reduce() };
@@ -264,7 +266,11 @@ mod tests {
             assert_eq!(bits(cosines), angles.map(|x| sin_cos::fast(x).1.to_bits()), "{angles:?}");
             let check = |(quarter, r, c): (u64x4, f64x4, f64x4), one: fn(f64) -> (u64, f64, f64)| {
                 for (i, angle) in angles.into_iter().enumerate() {
-                    assert_eq!((quarter.to_array()[i], r.to_array()[i], c.to_array()[i]), one(angle), "{angle}");
+                    assert_eq!(
+                        (quarter.to_array()[i], r.to_array()[i], c.to_array()[i]),
+                        one(angle),
+                        "{angle}"
+                    );
                 }
             };
             check(Lanes::new(angles).reduce(), sin_cos::reduce);

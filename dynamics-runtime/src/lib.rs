@@ -48,8 +48,8 @@ pub mod vector;
 
 pub use attitude::{EulerAngles, NotARotation};
 pub use bodies::{
-    Cylindrical, EulerParameters, Frame, Inertia, Joint, PlanarBody, PlanarFrame, PlanarJoint, Polar, RigidBody,
-    Spherical,
+    Cylindrical, EulerParameters, Frame, Inertia, Joint, PlanarBody, PlanarFrame, PlanarJoint, Polar,
+    RigidBody, Spherical,
 };
 pub use derivative::TimeDerivative;
 pub use expr::Expr;

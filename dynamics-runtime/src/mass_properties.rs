@@ -63,7 +63,8 @@ pub enum UnphysicalInertia {
         /// All three, in ascending order.
         moments: [f64; 3],
     },
-    /// The largest principal moment exceeds the sum of the others, which are made of the same squares of distances.
+    /// The largest principal moment exceeds the sum of the others, which are made of the same squares of
+    /// distances.
     Triangle {
         /// All three, in ascending order.
         moments: [f64; 3],
@@ -79,7 +80,8 @@ impl fmt::Display for UnphysicalInertia {
             Self::Moment(moment) => {
                 write!(
                     f,
-                    "a body cannot have the moment of inertia {moment}; give a finite number that is not negative"
+                    "a body cannot have the moment of inertia {moment}; give a finite number that is not \
+                     negative"
                 )
             }
             Self::NotFinite => {
@@ -87,23 +89,28 @@ impl fmt::Display for UnphysicalInertia {
             }
             Self::Center([x, y, z]) => write!(
                 f,
-                "a body cannot have its center of mass at ({x}, {y}, {z}); check how it was made, perhaps of masses whose sum is zero"
+                "a body cannot have its center of mass at ({x}, {y}, {z}); check how it was made, perhaps of \
+                 masses whose sum is zero"
             ),
             Self::WithoutMass { inertia } => write!(
                 f,
-                "a body without mass has no inertia, yet an element of it is {inertia}; give the mass, or check what was taken out"
+                "a body without mass has no inertia, yet an element of it is {inertia}; give the mass, or \
+                 check what was taken out"
             ),
             Self::NotSymmetric { i, j, elements: [a, b] } => write!(
                 f,
-                "an inertia matrix is symmetric, yet its elements ({i}, {j}) and ({j}, {i}) are {a} and {b}; write the products of inertia with one sign on both sides"
+                "an inertia matrix is symmetric, yet its elements ({i}, {j}) and ({j}, {i}) are {a} and {b}; \
+                 write the products of inertia with one sign on both sides"
             ),
             Self::NegativeMoment { moments: [a, b, c] } => write!(
                 f,
-                "the principal moments of inertia are {a}, {b}, {c}, and no body has a negative one; check the signs of the products of inertia, and about which point the moments are"
+                "the principal moments of inertia are {a}, {b}, {c}, and no body has a negative one; check \
+                 the signs of the products of inertia, and about which point the moments are"
             ),
             Self::Triangle { moments: [a, b, c] } => write!(
                 f,
-                "the principal moments of inertia are {a}, {b}, {c}, and no body has one that exceeds the sum of the others; check the units of the moments, and about which point they are"
+                "the principal moments of inertia are {a}, {b}, {c}, and no body has one that exceeds the \
+                 sum of the others; check the units of the moments, and about which point they are"
             ),
         }
     }
@@ -122,7 +129,8 @@ pub struct PrincipalAxes {
 
 /// Relative to the largest element: what rounding may be off.
 const TOLERANCE: f64 = 1e-9;
-/// The same where a principal moment exceeds the sum of the others: those of thin plates equal it, and data of six digits miss that by their last.
+/// The same where a principal moment exceeds the sum of the others: those of thin plates equal it, and data
+/// of six digits miss that by their last.
 const PLATES: f64 = 1e-5;
 
 impl MassProperties {
@@ -147,7 +155,11 @@ impl MassProperties {
     /// The same, turned about the origin.
     #[must_use]
     pub fn turned(self, rotation: Mat3<f64>) -> Self {
-        Self { center: rotation * self.center, inertia: Inertia::turned(self.inertia, rotation).value(), ..self }
+        Self {
+            center: rotation * self.center,
+            inertia: Inertia::turned(self.inertia, rotation).value(),
+            ..self
+        }
     }
 
     /// What is left when another body is taken out of this one: a hole.
@@ -162,8 +174,9 @@ impl MassProperties {
         self.inertia + Inertia::offset(self.mass, self.center - point).value()
     }
 
-    /// Checks that some body has this mass, center and inertia: finite, no inertia without mass, symmetric, no negative principal moment, each to 1e-9 of
-    /// the largest element, and none larger than the sum of the others, to 1e-5 of it, as plates are given with six digits.
+    /// Checks that some body has this mass, center and inertia: finite, no inertia without mass, symmetric,
+    /// no negative principal moment, each to 1e-9 of the largest element, and none larger than the sum of the
+    /// others, to 1e-5 of it, as plates are given with six digits.
     ///
     /// # Errors
     /// What is wrong, with the numbers.
@@ -214,14 +227,17 @@ impl Add for MassProperties {
     fn add(self, other: Self) -> Self {
         let mass = self.mass + other.mass;
         // Without mass there is no center; that of the first is as good as any.
-        let center =
-            if mass == 0.0 { self.center } else { (self.mass * self.center + other.mass * other.center) / mass };
+        let center = if mass == 0.0 {
+            self.center
+        } else {
+            (self.mass * self.center + other.mass * other.center) / mass
+        };
         Self { mass, center, inertia: self.inertia_about(center) + other.inertia_about(center) }
     }
 }
 
-/// Jacobi's rotations on a symmetric matrix (G. H. Golub and C. F. Van Loan, *Matrix Computations*, 4th ed., §8.5): small moments keep
-/// their digits, and the axes are orthogonal to rounding however close moments are.
+/// Jacobi's rotations on a symmetric matrix (G. H. Golub and C. F. Van Loan, *Matrix Computations*, 4th ed.,
+/// §8.5): small moments keep their digits, and the axes are orthogonal to rounding however close moments are.
 fn diagonalised(mut m: [[f64; 3]; 3]) -> PrincipalAxes {
     let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {
@@ -277,14 +293,15 @@ pub enum MeshError {
         /// The vertex that it names.
         vertex: usize,
     },
-    /// An edge, from one vertex to another, has no triangle on its other side that runs along it backwards, or more than one on this: the surface has a hole, or
-    /// not all triangles are seen counter-clockwise from outside.
+    /// An edge, from one vertex to another, has no triangle on its other side that runs along it backwards,
+    /// or more than one on this: the surface has a hole, or not all triangles are seen counter-clockwise from
+    /// outside.
     Open {
         /// The vertices of the edge.
         edge: [usize; 2],
     },
-    /// The volume is nothing beside what rounding of the coordinates makes of one: the surface is flat, or encloses as much from outside as from inside, or is
-    /// too far from the origin for its size.
+    /// The volume is nothing beside what rounding of the coordinates makes of one: the surface is flat, or
+    /// encloses as much from outside as from inside, or is too far from the origin for its size.
     Flat {
         /// The volume.
         volume: f64,
@@ -307,23 +324,30 @@ impl fmt::Display for MeshError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoVertex { triangle, vertex } => {
-                write!(f, "triangle {triangle} names vertex {vertex}, which does not exist; count vertices from 0")
+                write!(
+                    f,
+                    "triangle {triangle} names vertex {vertex}, which does not exist; count vertices from 0"
+                )
             }
             Self::Open { edge: [a, b] } => write!(
                 f,
-                "the surface is not closed along the edge from vertex {a} to vertex {b}; give every edge two triangles, both seen counter-clockwise from outside"
+                "the surface is not closed along the edge from vertex {a} to vertex {b}; give every edge two \
+                 triangles, both seen counter-clockwise from outside"
             ),
             Self::Inverted { volume } => write!(
                 f,
-                "the triangles enclose the volume {volume}; give their vertices counter-clockwise as seen from outside"
+                "the triangles enclose the volume {volume}; give their vertices counter-clockwise as seen \
+                 from outside"
             ),
             Self::Flat { volume, rounding } => write!(
                 f,
-                "the triangles enclose the volume {volume:e}, where rounding makes up to {rounding:e}; give a body that is not flat, with coordinates from a point near it"
+                "the triangles enclose the volume {volume:e}, where rounding makes up to {rounding:e}; give \
+                 a body that is not flat, with coordinates from a point near it"
             ),
             Self::Density(density) => write!(
                 f,
-                "a body cannot have the density {density}; give a positive one, and take holes out by `without`"
+                "a body cannot have the density {density}; give a positive one, and take holes out by \
+                 `without`"
             ),
             Self::NotFinite => {
                 write!(f, "a coordinate or the density is no finite number; check how the mesh was made")
@@ -337,10 +361,11 @@ impl core::error::Error for MeshError {}
 
 #[cfg(feature = "alloc")]
 impl MassProperties {
-    /// A body of even density bounded by triangles, each three indices of `vertices`, counter-clockwise as seen from outside.
+    /// A body of even density bounded by triangles, each three indices of `vertices`, counter-clockwise as
+    /// seen from outside.
     ///
-    /// The sum over the tetrahedra between the triangles and a point amid the vertices, each with its sign (D. Eberly, *Polyhedral Mass Properties*, 2002, says the
-    /// same by integrals over the surface).
+    /// The sum over the tetrahedra between the triangles and a point amid the vertices, each with its sign
+    /// (D. Eberly, *Polyhedral Mass Properties*, 2002, says the same by integrals over the surface).
     ///
     /// # Errors
     /// Where the triangles bound no body.
@@ -361,7 +386,8 @@ impl MassProperties {
             let corners = triangle.map(|k| vertices[k]);
             let [a, b, c] = corners.map(|corner| corner - origin);
             area += (b - a).cross(c - a).norm();
-            reach = corners.into_iter().chain([a, b, c]).fold(reach, |reach, corner| reach.max(corner.norm()));
+            reach =
+                corners.into_iter().chain([a, b, c]).fold(reach, |reach, corner| reach.max(corner.norm()));
             let six = a.dot(b.cross(c));
             volume += six / 6.0;
             let sum = a + b + c;
@@ -498,7 +524,11 @@ mod tests {
 
     /// A box of twelve triangles, anywhere.
     #[cfg(feature = "alloc")]
-    fn cuboid(size: [f64; 3], r: Mat3<f64>, place: Vec3<f64>) -> (std::vec::Vec<Vec3<f64>>, [[usize; 3]; 12]) {
+    fn cuboid(
+        size: [f64; 3],
+        r: Mat3<f64>,
+        place: Vec3<f64>,
+    ) -> (std::vec::Vec<Vec3<f64>>, [[usize; 3]; 12]) {
         let corner = |k: usize| {
             let [x, y, z] = [0, 1, 2].map(|i| size[i] * (f64::from(u8::from(k >> i & 1 == 1)) - 0.5));
             place + r * Vec3::new(x, y, z)
@@ -526,8 +556,9 @@ mod tests {
         let (size, place) = ([1.0, 2.0, 3.0], Vec3::new(100.0, -50.0, 30.0));
         let (vertices, triangles) = cuboid(size, rotation(), place);
         let body = MassProperties::mesh(0.5, &vertices, &triangles).expect("a closed box");
-        let expected =
-            MassProperties::new(3.0, Inertia::cuboid(3.0, 1.0, 2.0, 3.0).value()).turned(rotation()).moved(place);
+        let expected = MassProperties::new(3.0, Inertia::cuboid(3.0, 1.0, 2.0, 3.0).value())
+            .turned(rotation())
+            .moved(place);
         assert!((body.mass - 3.0).abs() < 1e-13 && (body.center - place).norm() < 1e-13);
         assert!(distance(body.inertia, expected.inertia) < 1e-12, "{:?}", body.inertia);
 
@@ -541,7 +572,10 @@ mod tests {
         );
         let mut beyond = triangles;
         beyond[0][1] = 8;
-        assert_eq!(MassProperties::mesh(0.5, &vertices, &beyond), Err(MeshError::NoVertex { triangle: 0, vertex: 8 }));
+        assert_eq!(
+            MassProperties::mesh(0.5, &vertices, &beyond),
+            Err(MeshError::NoVertex { triangle: 0, vertex: 8 })
+        );
         assert_eq!(MassProperties::mesh(f64::NAN, &vertices, &triangles), Err(MeshError::NotFinite));
     }
 
@@ -565,7 +599,10 @@ mod tests {
         }
         let (vertices, triangles) = cuboid([1.0, 2.0, 3.0], rotation(), Vec3::new(0.0, 0.0, 0.0));
         for density in [-6.0, 0.0] {
-            assert_eq!(MassProperties::mesh(density, &vertices, &triangles), Err(MeshError::Density(density)));
+            assert_eq!(
+                MassProperties::mesh(density, &vertices, &triangles),
+                Err(MeshError::Density(density))
+            );
         }
         assert!(matches!(MassProperties::mesh(1.0, &[], &[]), Err(MeshError::Flat { .. })));
     }

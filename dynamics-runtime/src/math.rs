@@ -28,7 +28,8 @@ pub(crate) fn log2_roughly(x: f64) -> f64 {
     let exponent = ((bits >> 52) & 0x7ff) as f64 - 1023.0;
     // log₂(1 + f) by Chebyshev's expansion, to 1.0e-4; no division, as the length of a step waits for it.
     let f = f64::from_bits(bits & 0x000f_ffff_ffff_ffff | 0x3ff0_0000_0000_0000) - 1.0;
-    let (low, high) = (add_product(1.437_302_17, -0.672_934_193, f), add_product(0.315_467_609, -0.080_010_877, f));
+    let (low, high) =
+        (add_product(1.437_302_17, -0.672_934_193, f), add_product(0.315_467_609, -0.080_010_877, f));
     let log2 = add_product(exponent + 1.001_890e-4, f, add_product(low, f * f, high));
     if (f64::MIN_POSITIVE..f64::INFINITY).contains(&x) {
         log2
@@ -50,7 +51,8 @@ pub(crate) fn exp2_roughly(x: f64) -> f64 {
     let shifted = x + SHIFT;
     let f = x - (shifted - SHIFT);
     // By Chebyshev's expansion on |f| ≤ ½, to 2.7e-6.
-    let (low, high) = (add_product(1.000_000_08, 0.693_121_03, f), add_product(0.240_221_07, 0.055_922_04, f));
+    let (low, high) =
+        (add_product(1.000_000_08, 0.693_121_03, f), add_product(0.240_221_07, 0.055_922_04, f));
     let square = f * f;
     let power = add_product(low, square, add_product(high, 0.009_676_04, square));
     f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52) * power
@@ -189,9 +191,11 @@ pub fn powi(x: f64, n: i32) -> f64 {
 
 macro_rules! methods {
     ($($name:ident($($argument:ident: $type:ty),*) -> $result:ty;)*) => {
-        /// The elementary functions as methods of `f64` where the standard library, which has them of its own, is absent.
+        /// The elementary functions as methods of `f64` where the standard library, which has them of its
+        /// own, is absent.
         ///
-        /// With `std` the inherent methods take precedence, so that a model's source is the same in both worlds.
+        /// With `std` the inherent methods take precedence, so that a model's source is the same in both
+        /// worlds.
         pub trait F64Ext {$(
             #[doc = concat!("`f64::", stringify!($name), "`.")]
             #[must_use]

@@ -6,7 +6,8 @@ use crate::expr::Expr;
 use crate::scalar::{Mixed, Scalar, With};
 use crate::vector::Vec3;
 
-/// A 3×3 matrix, stored by rows. `Mat3` alone is `Mat3<Expr>`, which moves; `Mat3<f64>` holds parameters or values.
+/// A 3×3 matrix, stored by rows. `Mat3` alone is `Mat3<Expr>`, which moves; `Mat3<f64>` holds parameters or
+/// values.
 ///
 /// ```
 /// use dynamics_runtime::{Expr, Mat3, Vec3, vec3};

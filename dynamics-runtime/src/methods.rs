@@ -1,7 +1,8 @@
 //! The methods that [`Simulation::method`](crate::motion::Simulation::method) takes, with their options.
 //!
-//! Each is a type of its own, so that a program contains the code of those it names and of those that are chosen by themselves, and of
-//! no others. What they do, their order and their source stand in the headers of [`crate::integrate`].
+//! Each is a type of its own, so that a program contains the code of those it names and of those that are
+//! chosen by themselves, and of no others. What they do, their order and their source stand in the headers of
+//! [`crate::integrate`].
 //!
 //! ```
 //! use dynamics_runtime::methods;
@@ -17,7 +18,8 @@ use crate::integrate::{self, Method, Scheme};
 use crate::model::{Model, Vector};
 use crate::motion::AnyDriver;
 
-/// A method with its options. Whoever writes a [`Scheme`] makes it available to simulations by an implementation of this.
+/// A method with its options. Whoever writes a [`Scheme`] makes it available to simulations by an
+/// implementation of this.
 pub trait Choice: Copy + Send + Sync + 'static {
     /// The method for phase vectors of this kind.
     type Scheme<V: Vector>: Scheme<V> + Send + Sync + 'static;
@@ -25,8 +27,8 @@ pub trait Choice: Copy + Send + Sync + 'static {
     const NEEDS_SERIES: bool = false;
     /// What a model has to be for the method to keep its promises.
     const SUITS: Suits = Suits::Any;
-    /// An option that has to be in a range: its name, its value, whether it is, and what is admissible, in words, for
-    /// models with constraints or without.
+    /// An option that has to be in a range: its name, its value, whether it is, and what is admissible, in
+    /// words, for models with constraints or without.
     fn option(&self, _constrained: bool) -> Option<(&'static str, f64, bool, &'static str)> {
         None
     }
@@ -34,7 +36,8 @@ pub trait Choice: Copy + Send + Sync + 'static {
     fn scheme<V: Vector>(&self) -> Self::Scheme<V>;
 }
 
-/// What models a method is for: simulations refuse others, as it would run and not keep what it is chosen for.
+/// What models a method is for: simulations refuse others, as it would run and not keep what it is chosen
+/// for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Suits {
@@ -52,7 +55,8 @@ pub enum Suits {
     SeparableHolonomic,
 }
 
-/// Some method for model M, where a list of several is run through: `for method in &[methods::Any::from(methods::Rk4), methods::Dop853.into()]`.
+/// Some method for model M, where a list of several is run through: `for method in
+/// &[methods::Any::from(methods::Rk4), methods::Dop853.into()]`.
 pub struct Any<M: Model>(pub(crate) AnyDriver<M>);
 
 impl<M: Model> Any<M> {
@@ -62,7 +66,8 @@ impl<M: Model> Any<M> {
         self.0.method()
     }
 
-    /// Whether it estimates its error, and so can choose its step; the others need [`crate::motion::Simulation::fixed_step`].
+    /// Whether it estimates its error, and so can choose its step; the others need
+    /// [`crate::motion::Simulation::fixed_step`].
     #[must_use]
     pub fn is_adaptive(&self) -> bool {
         self.0.is_adaptive()
@@ -129,15 +134,17 @@ plain! {
     Tsit5
     /// Verner's method of order 9(8): [`integrate::Verner9`].
     Verner9
-    /// Gragg's, Bulirsch's and Stoer's extrapolation of order 14(12), its columns side by side: [`integrate::GraggBulirschStoer`]. The fastest where accelerations take long
-    /// and the model has code for four states at once ([`Dynamics::HAS_LANES`](crate::model::Dynamics::HAS_LANES)).
+    /// Gragg's, Bulirsch's and Stoer's extrapolation of order 14(12), its columns side by side:
+    /// [`integrate::GraggBulirschStoer`]. The fastest where accelerations take long and the model has code
+    /// for four states at once ([`Dynamics::HAS_LANES`](crate::model::Dynamics::HAS_LANES)).
     GraggBulirschStoer
     /// The semi-implicit Euler method, with a fixed step, for real time: [`integrate::SemiImplicitEuler`].
     SemiImplicitEuler
-    /// Störmer's and Verlet's method, symplectic, with a fixed step: [`integrate::StormerVerlet`]. For models without constraints whose mass matrix is constant
-    /// and whose forces have no velocities.
+    /// Störmer's and Verlet's method, symplectic, with a fixed step: [`integrate::StormerVerlet`]. For models
+    /// without constraints whose mass matrix is constant and whose forces have no velocities.
     StormerVerlet: Separable
-    /// The same with holonomic constraints: [`integrate::Rattle`]. Ends with an error at change points, positions where constraints lose rank; [`Dop853`] passes them.
+    /// The same with holonomic constraints: [`integrate::Rattle`]. Ends with an error at change points,
+    /// positions where constraints lose rank; [`Dop853`] passes them.
     Rattle: SeparableHolonomic
     /// Störmer–Verlet composed to order 4: [`integrate::Composition4`].
     Composition4: Separable
@@ -145,20 +152,23 @@ plain! {
     Composition6: Separable
     /// Störmer–Verlet composed to order 8: [`integrate::Composition8`].
     Composition8: Separable
-    /// Gauss's collocation of order 4, symplectic, implicit, with a fixed step: [`integrate::Gauss4`]. For models without constraints.
+    /// Gauss's collocation of order 4, symplectic, implicit, with a fixed step: [`integrate::Gauss4`]. For
+    /// models without constraints.
     Gauss4: Unconstrained
     /// Gauss's collocation of order 6: [`integrate::Gauss6`].
     Gauss6: Unconstrained
-    /// The midpoint rule that keeps the energy, implicit, with a fixed step: [`integrate::EnergyMidpoint`]. For models without constraints that conserve it.
+    /// The midpoint rule that keeps the energy, implicit, with a fixed step: [`integrate::EnergyMidpoint`].
+    /// For models without constraints that conserve it.
     EnergyMidpoint: Conservative
     /// Radau IIA of order 5, for stiff problems: [`integrate::Radau5`].
     Radau5
-    /// A diagonally implicit method of order 4(3), for stiff problems at moderate accuracy: [`integrate::Esdirk4`].
+    /// A diagonally implicit method of order 4(3), for stiff problems at moderate accuracy:
+    /// [`integrate::Esdirk4`].
     Esdirk4
 }
 
-/// Taylor series of adaptive order and step: [`integrate::Taylor`]. For models whose motions the generated code can expand
-/// ([`crate::model::Dynamics::SERIES`]), with inputs that are held.
+/// Taylor series of adaptive order and step: [`integrate::Taylor`]. For models whose motions the generated
+/// code can expand ([`crate::model::Dynamics::SERIES`]), with inputs that are held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Taylor {
     /// The order of all steps, 4 to 30; chosen by the tolerance where it is not given.
@@ -179,12 +189,13 @@ impl Choice for Taylor {
     }
 }
 
-/// The generalized-α method, implicit, which damps what oscillates faster than its steps: [`integrate::GeneralizedAlpha`]. For stiff and flexible models with
-/// constraints or without, with fixed steps as a rule; constraints are kept by projection.
+/// The generalized-α method, implicit, which damps what oscillates faster than its steps:
+/// [`integrate::GeneralizedAlpha`]. For stiff and flexible models with constraints or without, with fixed
+/// steps as a rule; constraints are kept by projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeneralizedAlpha {
-    /// ρ∞, from 0 to 1: the factor by which a step damps infinitely fast oscillations. 1 damps nothing and is not for models with
-    /// constraints, 0 all of it at once.
+    /// ρ∞, from 0 to 1: the factor by which a step damps infinitely fast oscillations. 1 damps nothing and is
+    /// not for models with constraints, 0 all of it at once.
     pub rho: f64,
 }
 

@@ -1,7 +1,7 @@
 //! What a model is to the runtime: names, sizes and evaluations, one trait per capability.
 //!
-//! The traits are implemented by the code that `#[dynamics]` emits; a hand-written implementation is as good as
-//! a generated one, and the tests use such to check the runtime by itself.
+//! The traits are implemented by the code that `#[dynamics]` emits; a hand-written implementation is as good
+//! as a generated one, and the tests use such to check the runtime by itself.
 
 mod angle_set;
 mod constraints;
@@ -28,7 +28,8 @@ pub use vector::{InputValues, Square, Vector};
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::lanes::Lanes;
 
-/// A named scalar of a model, with its unit as the user declared it or as it was inferred (`""` where unknown or 1).
+/// A named scalar of a model, with its unit as the user declared it or as it was inferred (`""` where unknown
+/// or 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quantity {
     /// The name, array elements as `theta[3]`.
@@ -39,7 +40,8 @@ pub struct Quantity {
 
 /// State of a model: time t, generalized coordinates q, generalized velocities u = q̇ and inputs.
 ///
-/// The derive macro generates one such type per model, with an accessor for every name; generic code uses this trait.
+/// The derive macro generates one such type per model, with an accessor for every name; generic code uses
+/// this trait.
 pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// q and u: `SVector<f64, N>`.
     type Vector: Vector;
@@ -63,15 +65,18 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     fn inputs_mut(&mut self) -> &mut Self::Inputs;
     /// Which switched constraints hold.
     fn modes(&self) -> Modes;
-    /// Which switched constraints hold, to be changed. Switching changes no velocity: where a constraint engages in motion, that is an impact.
+    /// Which switched constraints hold, to be changed. Switching changes no velocity: where a constraint
+    /// engages in motion, that is an impact.
     fn modes_mut(&mut self) -> &mut Modes;
-    /// Holds branches of the model's choices, whatever the values say: what a step does that ends where they change.
+    /// Holds branches of the model's choices, whatever the values say: what a step does that ends where they
+    /// change.
     fn hold(&mut self, _branches: Branches) {}
 }
 
 /// Sizes and types of a model: what `#[derive(Dynamics)]` knows from the struct alone.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is not declared as a model; put `#[derive(Dynamics)]` and `#[coordinates(..)]` on the struct",
+    message = "`{Self}` is not declared as a model; put `#[derive(Dynamics)]` and `#[coordinates(..)]` on \
+        the struct",
     label = "has no coordinates"
 )]
 pub trait Model: Sized {
@@ -89,9 +94,13 @@ pub trait Model: Sized {
     /// The name of the struct.
     const NAME: &'static str;
 
-    /// Time jets at a state, with accelerations q̈ and multipliers λ as given: what helper functions, outputs and drawings are called with.
-    /// Multipliers may be left out (`&[]`): reactions are then NaN.
-    fn coordinates_with(state: &Self::State, accelerations: &Self::Vector, multipliers: &[f64]) -> Self::Coordinates;
+    /// Time jets at a state, with accelerations q̈ and multipliers λ as given: what helper functions, outputs
+    /// and drawings are called with. Multipliers may be left out (`&[]`): reactions are then NaN.
+    fn coordinates_with(
+        state: &Self::State,
+        accelerations: &Self::Vector,
+        multipliers: &[f64],
+    ) -> Self::Coordinates;
 }
 
 /// The state type of a model: time, generalized coordinates and velocities, inputs, each with its name.
@@ -103,7 +112,8 @@ pub type WideOf<M> = <<M as Model>::Vector as Vector>::Wide;
 /// What the functions of a model take as `q`: time jets of its coordinates, inputs and time.
 pub type Coordinates<M> = <M as Model>::Coordinates;
 
-/// The equations of motion M(q,t) q̈ = Q(q,q̇,t) and what is derived from them, the units of all quantities included.
+/// The equations of motion M(q,t) q̈ = Q(q,q̇,t) and what is derived from them, the units of all quantities
+/// included.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` has no equations of motion; put `#[dynamics]` on the `impl` block with its energies",
     label = "no `#[dynamics] impl` for this"
@@ -113,22 +123,25 @@ pub trait Dynamics: Model {
     const COORDINATES: &'static [Quantity];
     /// The inputs in order.
     const INPUTS: &'static [Quantity];
-    /// The scalar parameters in order, arrays, vectors and matrices flattened; smooth functions are not listed.
+    /// The scalar parameters in order, arrays, vectors and matrices flattened; smooth functions are not
+    /// listed.
     const PARAMETERS: &'static [Quantity];
 
     /// What depends on parameters alone, computed once per model.
     type Constants: Copy + Send + Sync;
 
-    /// Whether the parameters alone decide that energy is conserved, and which momenta are: names of the conserved quantities
-    /// in the order of [`Dynamics::conserved`].
+    /// Whether the parameters alone decide that energy is conserved, and which momenta are: names of the
+    /// conserved quantities in the order of [`Dynamics::conserved`].
     const CONSERVED: &'static [Quantity];
 
-    /// Operations of one evaluation of q̈ by the generated code, as the model's report counts them; `None` where there is no straight-line code.
+    /// Operations of one evaluation of q̈ by the generated code, as the model's report counts them; `None`
+    /// where there is no straight-line code.
     const OPERATIONS: Option<usize> = None;
 
     /// The generalized speeds of `#[speeds(..)]` in order, arrays flattened; each is an output as well.
     const SPEEDS: &'static [Quantity] = &[];
-    /// The generalized speeds w = Y(q,t) q̇ + y(q,t) at a state, written to `values` in the order of [`Dynamics::SPEEDS`].
+    /// The generalized speeds w = Y(q,t) q̇ + y(q,t) at a state, written to `values` in the order of
+    /// [`Dynamics::SPEEDS`].
     fn speeds(&self, _state: &Self::State, _values: &mut [f64]) {}
     /// Y, S×N by rows, then y, S, at a state with N coordinates and S speeds, written to `values`.
     fn speed_equations(&self, _state: &Self::State, _values: &mut [f64]) {}
@@ -136,19 +149,27 @@ pub trait Dynamics: Model {
     /// Coordinates that turn something as a set of three angles, one of which may lock the others.
     const ANGLE_SETS: &'static [AngleSet] = &[];
 
-    /// The value of the scalar parameter of this index in [`Dynamics::PARAMETERS`]; `None` where there is none, and for models that do
-    /// not tell. Starts and runs ask it, so that a parameter that is not a finite number is named.
+    /// The value of the scalar parameter of this index in [`Dynamics::PARAMETERS`]; `None` where there is
+    /// none, and for models that do not tell. Starts and runs ask it, so that a parameter that is not a
+    /// finite number is named.
     fn parameter(&self, _index: usize) -> Option<f64> {
         None
     }
     /// Computes what depends on parameters alone.
     fn constants(&self) -> Result<Self::Constants, SingularMassMatrix>;
     /// q̈ at a state, from constants computed before.
-    fn accelerations_with(&self, constants: &Self::Constants, state: &Self::State) -> Result<Self::Vector, SolveError>;
-    /// Whether [`Dynamics::accelerations_in_lanes`] is there: straight-line code without choices, not too long.
+    fn accelerations_with(
+        &self,
+        constants: &Self::Constants,
+        state: &Self::State,
+    ) -> Result<Self::Vector, SolveError>;
+    /// Whether [`Dynamics::accelerations_in_lanes`] is there: straight-line code without choices, not too
+    /// long.
     const HAS_LANES: bool = false;
-    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and modes of `state`, each with the same bits as [`Dynamics::accelerations_with`] has
-    /// them. False, and nothing is meant by what is written, where that code does not apply to all four, or there is none: each is then to be evaluated by itself.
+    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and modes of `state`,
+    /// each with the same bits as [`Dynamics::accelerations_with`] has them. False, and nothing is meant by
+    /// what is written, where that code does not apply to all four, or there is none: each is then to be
+    /// evaluated by itself.
     #[inline]
     fn accelerations_in_lanes(
         &self,
@@ -164,8 +185,8 @@ pub trait Dynamics: Model {
     fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(&self.constants()?, state)
     }
-    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, inputs held, constraints that hold included; `false` where no code for them was generated or
-    /// they do not exist: whoever needs them takes differences then.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, inputs held, constraints that hold included; `false` where
+    /// no code for them was generated or they do not exist: whoever needs them takes differences then.
     #[inline]
     fn acceleration_derivatives(&self, _state: &Self::State, _by_q: &mut [f64], _by_u: &mut [f64]) -> bool {
         false
@@ -176,11 +197,13 @@ pub trait Dynamics: Model {
     fn generalized_force(&self, state: &Self::State) -> Self::Vector;
     /// Generalized momenta ∂L/∂q̇.
     fn momenta(&self, state: &Self::State) -> Self::Vector;
-    /// Whether Q contains velocities: Coriolis terms of a mass matrix that moves, dampers, gyroscopic forces. Models that do not tell are taken for such.
+    /// Whether Q contains velocities: Coriolis terms of a mass matrix that moves, dampers, gyroscopic forces.
+    /// Models that do not tell are taken for such.
     const VELOCITY_FORCES: bool = true;
     /// Whether time stands in M, Q or the constraints. Models that do not tell are taken for such.
     const EXPLICIT_TIME: bool = true;
-    /// Rates of the momenta, ṗ = ∂L/∂q + applied forces, without constraints. `None` where there is no code for them, as where M is constant.
+    /// Rates of the momenta, ṗ = ∂L/∂q + applied forces, without constraints. `None` where there is no code
+    /// for them, as where M is constant.
     #[inline]
     fn momentum_rates(&self, _state: &Self::State) -> Option<Self::Vector> {
         None
@@ -190,23 +213,28 @@ pub trait Dynamics: Model {
     /// Values of the conserved quantities, written to `values` in the order of [`Dynamics::CONSERVED`].
     fn conserved(&self, state: &Self::State, values: &mut [f64]);
 
-    /// What is taken for granted of bodies and frames, as far as it is not so by the way they are written: of values that are known only here.
+    /// What is taken for granted of bodies and frames, as far as it is not so by the way they are written: of
+    /// values that are known only here.
     const PREMISES: &'static [Premise] = &[];
-    /// Hands on the values of each premise in order, at a state; those that parameters alone decide read nothing of it.
+    /// Hands on the values of each premise in order, at a state; those that parameters alone decide read
+    /// nothing of it.
     fn premises(&self, _state: &Self::State, _visit: &mut dyn FnMut(&[f64])) {}
 
     /// How many kinks [`Dynamics::kinks`] writes, at most [`MOST_KINKS`].
     const KINKS: usize = 0;
-    /// Whether these are all that there are: `false` of models with more than [`MOST_KINKS`], and where choices depend on accelerations.
+    /// Whether these are all that there are: `false` of models with more than [`MOST_KINKS`], and where
+    /// choices depend on accelerations.
     const KINKS_ARE_ALL: bool = true;
-    /// Where the accelerations are not smooth, as far as the model's own expressions decide it (`if`, min, max, abs, signum, pieces of functions).
+    /// Where the accelerations are not smooth, as far as the model's own expressions decide it (`if`, min,
+    /// max, abs, signum, pieces of functions).
     fn kinks(&self, _state: &Self::State, _kinks: &mut [Kink]) {}
 
     /// Whether [`Dynamics::series`] expands motions, and if not, why.
     const SERIES: Expansion = Expansion::None { reason: "its equations were written by hand" };
     /// What series are made in, `()` where there are none: of one model and its constants.
     type Series: Default;
-    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` whatever else a series through this state starts with.
+    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` whatever else a series
+    /// through this state starts with.
     #[inline]
     fn begin_series(
         &self,
@@ -216,9 +244,10 @@ pub trait Dynamics: Model {
     ) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(constants, state)
     }
-    /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held: x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and
-    /// u get the coefficients k; as many orders as there are rows, at most [`crate::series::MOST_ORDER`]. Called only where
-    /// [`Dynamics::SERIES`] says that it is there. False where there is none at this state: constraints depend on each other.
+    /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held:
+    /// x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as there are rows,
+    /// at most [`crate::series::MOST_ORDER`]. Called only where [`Dynamics::SERIES`] says that it is there.
+    /// False where there is none at this state: constraints depend on each other.
     fn series(
         &self,
         _constants: &Self::Constants,
@@ -237,7 +266,8 @@ pub trait Dynamics: Model {
 pub enum Expansion {
     /// By the model's own code.
     Generated {
-        /// Whether some value is a choice (`if`, min, max, abs, signum): a series is that of the branch at its start.
+        /// Whether some value is a choice (`if`, min, max, abs, signum): a series is that of the branch at
+        /// its start.
         chooses: bool,
     },
     /// There is no code for it.
@@ -304,7 +334,8 @@ impl<M: Model> Debug for StateJacobian<M> {
     }
 }
 
-/// Parameters that can be changed, and what the accelerations make of it: what sweeps, sensitivities and fits ask. Every derived model has it.
+/// Parameters that can be changed, and what the accelerations make of it: what sweeps, sensitivities and fits
+/// ask. Every derived model has it.
 ///
 /// ```
 /// use dynamics_runtime::model::Parameters;
@@ -316,12 +347,13 @@ impl<M: Model> Debug for StateJacobian<M> {
 /// }
 /// ```
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` does not let its parameters be changed; put `#[dynamics]` on the `impl` block with its energies, or implement `Parameters`",
+    message = "`{Self}` does not let its parameters be changed; put `#[dynamics]` on the `impl` block with \
+        its energies, or implement `Parameters`",
     label = "no `Parameters` for this"
 )]
 pub trait Parameters: Dynamics {
-    /// Sets the scalar parameter of this index in [`Dynamics::PARAMETERS`]; false where there is none. What the value means is not checked:
-    /// simulations do that.
+    /// Sets the scalar parameter of this index in [`Dynamics::PARAMETERS`]; false where there is none. What
+    /// the value means is not checked: simulations do that.
     fn set_parameter(&mut self, index: usize, value: f64) -> bool;
 
     /// The model with one parameter changed; `None` where there is none of this index.
@@ -333,8 +365,8 @@ pub trait Parameters: Dynamics {
         changed.set_parameter(index, value).then_some(changed)
     }
 
-    /// ∂q̈/∂parameters at a state, N×P by rows, constraints that hold included; `false` where no code for them was generated or they do not
-    /// exist: whoever needs them takes differences of the equations then.
+    /// ∂q̈/∂parameters at a state, N×P by rows, constraints that hold included; `false` where no code for
+    /// them was generated or they do not exist: whoever needs them takes differences of the equations then.
     #[inline]
     fn acceleration_by_parameters(&self, _state: &Self::State, _values: &mut [f64]) -> bool {
         false
@@ -343,11 +375,11 @@ pub trait Parameters: Dynamics {
 
 /// Power of everything that changes the energy function: dE/dt = Σ powers.
 pub trait Powers: Dynamics {
-    /// One entry per `#[force]` and per `#[dissipation]` function (by its name), and a last one, `explicit time`, where the Lagrangian
-    /// contains time: −∂L/∂t.
+    /// One entry per `#[force]` and per `#[dissipation]` function (by its name), and a last one,
+    /// `explicit time`, where the Lagrangian contains time: −∂L/∂t.
     const POWERS: &'static [Quantity];
-    /// Whether the energy function contains inputs. While they are held the powers are complete; the work of inputs that change
-    /// contains their rates, which are not known.
+    /// Whether the energy function contains inputs. While they are held the powers are complete; the work of
+    /// inputs that change contains their rates, which are not known.
     const ENERGY_HAS_INPUTS: bool = false;
     /// The powers at a state, written to `values`.
     fn powers(&self, state: &Self::State, values: &mut [f64]);
@@ -361,7 +393,8 @@ pub trait Outputs: Dynamics {
     fn outputs(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError>;
 }
 
-/// Functions whose zero crossings are located, declared with `#[event]`; `EVENTS` is empty where there are none.
+/// Functions whose zero crossings are located, declared with `#[event]`; `EVENTS` is empty where there are
+/// none.
 pub trait Events: Dynamics {
     /// The names of the event functions.
     const EVENTS: &'static [Quantity];
@@ -369,8 +402,8 @@ pub trait Events: Dynamics {
     fn events(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError>;
 }
 
-/// How a model is drawn in animations: by its `#[drawing]` function, or, where it has none, by the points that its helper
-/// functions return.
+/// How a model is drawn in animations: by its `#[drawing]` function, or, where it has none, by the points
+/// that its helper functions return.
 #[cfg(feature = "alloc")]
 pub trait Draw: Model {
     /// The picture at one instant.

@@ -1,10 +1,12 @@
 //! Simulations and the motions that they compute.
 //!
-//! `model.simulate(start)` ([`Simulate`]) opens a [`Simulation`], which takes the options and runs; the result is a [`Motion`]:
-//! the accepted steps, and from them every state in between, outputs, energies, events, the account of work, the costs.
+//! `model.simulate(start)` ([`Simulate`]) opens a [`Simulation`], which takes the options and runs; the
+//! result is a [`Motion`]: the accepted steps, and from them every state in between, outputs, energies,
+//! events, the account of work, the costs.
 //!
-//! A motion keeps for each step only its start. The interpolant of a step is computed again where it is asked for, with the same
-//! stages that made the step, and so has the method's own dense order; a run pays for it only where events are watched.
+//! A motion keeps for each step only its start. The interpolant of a step is computed again where it is asked
+//! for, with the same stages that made the step, and so has the method's own dense order; a run pays for it
+//! only where events are watched.
 
 mod atlas;
 mod causes;
@@ -54,8 +56,8 @@ mod zeno;
 
 pub use crate::integrate::{Direction, Method};
 pub use atlas::{
-    Atlas, AtlasError, AtlasErrorKind, AtlasMotion, AtlasSimulation, AtlasSummary, ChartChange, ChartError, Compared,
-    Leg, Placed,
+    Atlas, AtlasError, AtlasErrorKind, AtlasMotion, AtlasSimulation, AtlasSummary, ChartChange, ChartError,
+    Compared, Leg, Placed,
 };
 pub use change::{Change, ChangeError, Impact};
 pub use conditioning::{Conditioning, Nearest};

@@ -1,8 +1,8 @@
 //! What shows a motion: tables (CSV), charts (SVG, and PNG with the feature `png`) and animations (one HTML
 //! page without network access).
 //!
-//! Everything renders to a `String` with the feature `alloc`; files are written with `std`. The pictures are built with `libm`
-//! alone, so that the same data give the same bytes on every machine.
+//! Everything renders to a `String` with the feature `alloc`; files are written with `std`. The pictures are
+//! built with `libm` alone, so that the same data give the same bytes on every machine.
 //!
 //! | what | type | from a motion |
 //! |---|---|---|

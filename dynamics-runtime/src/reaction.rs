@@ -1,7 +1,8 @@
-//! Reactions and modes of constraints, as the functions of a model read them: `q.reaction(Self::rod)`, `q.slip(Self::stick)`.
+//! Reactions and modes of constraints, as the functions of a model read them: `q.reaction(Self::rod)`,
+//! `q.slip(Self::stick)`.
 //!
-//! A constraint is named by its function. Every function has a type of its own, so that its [`TypeId`] finds the constraint
-//! ([`Constraints::constraint_of`]), and what it returns gives the reaction its shape.
+//! A constraint is named by its function. Every function has a type of its own, so that its [`TypeId`] finds
+//! the constraint ([`Constraints::constraint_of`]), and what it returns gives the reaction its shape.
 
 use core::any::TypeId;
 
@@ -10,7 +11,8 @@ use crate::expr::Expr;
 use crate::model::{Constraint, Constraints, Modes, Vector};
 use crate::vector::{Vec2, Vec3};
 
-/// What a constraint's function returns: a scalar, a vector, an array of them. Its reaction λ has the same shape.
+/// What a constraint's function returns: a scalar, a vector, an array of them. Its reaction λ has the same
+/// shape.
 pub trait Reaction: Sized {
     /// Number of scalars.
     const ROWS: usize;
@@ -47,7 +49,8 @@ impl<T: Reaction, const N: usize> Reaction for [T; N] {
     }
 }
 
-/// Multipliers and modes at one instant: what a model's coordinates hold beside their jets. `R`: one number per row.
+/// Multipliers and modes at one instant: what a model's coordinates hold beside their jets. `R`: one number
+/// per row.
 #[derive(Clone, Copy, Debug)]
 pub struct Reactions<R> {
     multipliers: R,
@@ -66,7 +69,8 @@ impl<R: Vector> Reactions<R> {
         Self { multipliers: all, modes }
     }
 
-    /// λ of the constraint with this function; its rate is not known. NaN where the function is no constraint.
+    /// λ of the constraint with this function; its rate is not known. NaN where the function is no
+    /// constraint.
     #[must_use]
     pub fn of<M, F, T>(&self, _function: F) -> T
     where
@@ -83,8 +87,8 @@ impl<R: Vector> Reactions<R> {
         T::collect(&mut || Expr::input(rows.next().copied().unwrap_or(f64::NAN)))
     }
 
-    /// 0 while the switched constraint with this function holds, else ±1: the side to which it was left. NaN where the function is no
-    /// switched constraint.
+    /// 0 while the switched constraint with this function holds, else ±1: the side to which it was left. NaN
+    /// where the function is no switched constraint.
     #[must_use]
     pub fn slip<M, F>(&self, _function: F) -> Expr
     where

@@ -1,17 +1,18 @@
-//! Rotations: about an axis, by angles one after another, by Euler parameters; and the angular velocity of what turns.
+//! Rotations: about an axis, by angles one after another, by Euler parameters; and the angular velocity of
+//! what turns.
 //!
-//! Rotations are active and right-handed: R r is r turned. Where R carries the components in a body into those in the world,
-//! the angular velocity ω of the body has the skew matrix Ṙ Rᵀ in the world's components and Rᵀ Ṙ in the body's
-//! (A. A. Shabana, *Dynamics of Multibody Systems*, 5th ed., Cambridge 2020, chapter 2). Where R mirrors, det R = −1, the components along the body's axes
-//! are still Rᵀω, but Rᵀ Ṙ = −(Rᵀω)×.
+//! Rotations are active and right-handed: R r is r turned. Where R carries the components in a body into
+//! those in the world, the angular velocity ω of the body has the skew matrix Ṙ Rᵀ in the world's components
+//! and Rᵀ Ṙ in the body's (A. A. Shabana, *Dynamics of Multibody Systems*, 5th ed., Cambridge 2020, chapter
+//! 2). Where R mirrors, det R = −1, the components along the body's axes are still Rᵀω, but Rᵀ Ṙ = −(Rᵀω)×.
 
 use crate::expr::Expr;
 use crate::matrix::Mat3;
 use crate::scalar::{Mixed, Scalar, With};
 use crate::vector::Vec3;
 
-/// Three axes to turn about, one after another: the six sequences of Tait and Bryan, all axes different, and the six of Euler,
-/// the first axis again as the last. 3-1-3 is `Zxz`, 3-2-1 (yaw, pitch, roll) is `Zyx`.
+/// Three axes to turn about, one after another: the six sequences of Tait and Bryan, all axes different, and
+/// the six of Euler, the first axis again as the last. 3-1-3 is `Zxz`, 3-2-1 (yaw, pitch, roll) is `Zyx`.
 ///
 /// ```
 /// use dynamics_runtime::{EulerSequence, Expr, Mat3};
@@ -74,8 +75,8 @@ impl EulerSequence {
         }
     }
 
-    /// Whether the last axis is the first again: the sequences of Euler, which are singular where the second angle is 0 or π; those of Tait
-    /// and Bryan are where it is ±π/2.
+    /// Whether the last axis is the first again: the sequences of Euler, which are singular where the second
+    /// angle is 0 or π; those of Tait and Bryan are where it is ±π/2.
     #[must_use]
     pub const fn is_proper(self) -> bool {
         let [first, _, last] = self.axes();
@@ -84,7 +85,8 @@ impl EulerSequence {
 }
 
 impl Mat3 {
-    /// Turns vectors about `axis`, of any length but 0, by an angle in rad, right-handed (Rodrigues); NaN for an axis of length 0.
+    /// Turns vectors about `axis`, of any length but 0, by an angle in rad, right-handed (Rodrigues); NaN for
+    /// an axis of length 0.
     #[inline]
     #[must_use]
     pub fn axis_angle(axis: impl Into<Vec3>, angle: impl Into<Expr>) -> Self {
@@ -96,10 +98,11 @@ impl Mat3 {
         Self::outer((1.0 - c) * n, n) + Self::skew(s * n) + Self::diagonal(c, c, c)
     }
 
-    /// Kinetic energy ½ ω·I ω of what this rotation turns, with the inertia about the center of mass in its own components.
+    /// Kinetic energy ½ ω·I ω of what this rotation turns, with the inertia about the center of mass in its
+    /// own components.
     ///
-    /// In the compiled model ω is taken in whatever components make it short: a body that is the same all round about the axis of its last turn does
-    /// not feel the angle of that turn.
+    /// In the compiled model ω is taken in whatever components make it short: a body that is the same all
+    /// round about the axis of its last turn does not feel the angle of that turn.
     #[inline]
     #[must_use]
     pub fn rotational_energy(self, inertia: impl Into<Self>) -> Expr {
@@ -129,8 +132,8 @@ impl<T: Scalar> Mat3<T> {
         }
     }
 
-    /// Turns about axes of the body, which go with it: the second angle is about the second axis as the first rotation left it.
-    /// In rad; R = R₁R₂R₃.
+    /// Turns about axes of the body, which go with it: the second angle is about the second axis as the first
+    /// rotation left it. In rad; R = R₁R₂R₃.
     #[inline]
     #[must_use]
     pub fn euler(sequence: EulerSequence, [a, b, c]: [T; 3]) -> Self {
@@ -146,8 +149,8 @@ impl<T: Scalar> Mat3<T> {
         Self::about(k, c) * Self::about(j, b) * Self::about(i, a)
     }
 
-    /// The rotation of the Euler parameters e₀ = cos φ/2, (e₁, e₂, e₃) = n sin φ/2, whose squares have the sum 1; where that is s instead, s
-    /// times a rotation.
+    /// The rotation of the Euler parameters e₀ = cos φ/2, (e₁, e₂, e₃) = n sin φ/2, whose squares have the
+    /// sum 1; where that is s instead, s times a rotation.
     #[inline]
     #[must_use]
     pub fn euler_parameters([e0, e1, e2, e3]: [T; 4]) -> Self {
@@ -160,8 +163,8 @@ impl<T: Scalar> Mat3<T> {
         ])
     }
 
-    /// Angular velocity of what this rotation turns, in the components of the world: ω with ω× = Ṙ Rᵀ. In rad per unit of time; meaningless for a
-    /// matrix that neither turns nor mirrors.
+    /// Angular velocity of what this rotation turns, in the components of the world: ω with ω× = Ṙ Rᵀ. In rad
+    /// per unit of time; meaningless for a matrix that neither turns nor mirrors.
     #[inline]
     #[must_use]
     pub fn angular_velocity(self) -> Vec3<T> {
@@ -169,8 +172,9 @@ impl<T: Scalar> Mat3<T> {
         Vec3 { x: rate.row(2).dot(rows[1]), y: rate.row(0).dot(rows[2]), z: rate.row(1).dot(rows[0]) }
     }
 
-    /// Angular velocity of what this rotation turns, in its own components: Rᵀω, along its axes also where they are left-handed. In rad per unit of time;
-    /// meaningless for a matrix that neither turns nor mirrors.
+    /// Angular velocity of what this rotation turns, in its own components: Rᵀω, along its axes also where
+    /// they are left-handed. In rad per unit of time; meaningless for a matrix that neither turns nor
+    /// mirrors.
     #[inline]
     #[must_use]
     pub fn angular_velocity_in_body(self) -> Vec3<T> {

@@ -12,7 +12,8 @@ mod sealed {
     impl Sealed for crate::expr::Expr {}
 }
 
-/// A component of [`Vec2`](crate::Vec2), [`Vec3`](crate::Vec3) and [`Mat3`](crate::Mat3): `f64` in parameters, [`Expr`] in what moves.
+/// A component of [`Vec2`](crate::Vec2), [`Vec3`](crate::Vec3) and [`Mat3`](crate::Mat3): `f64` in
+/// parameters, [`Expr`] in what moves.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a scalar; vectors and matrices are made of and scaled by `f64` and `Expr`",
     label = "neither `f64` nor `Expr`",

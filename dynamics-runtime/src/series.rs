@@ -1,8 +1,9 @@
 //! Taylor coefficients of a motion, order by order: what all generated series share.
 //!
-//! A value x has coefficients xₖ with x(t₀ + s τ) = Σ xₖ sᵏ. In units of a time τ that is about a step long they neither overflow nor
-//! underflow, whatever the units of a model. Generated code says how coefficients of order k follow from lower ones; the Cauchy sums that
-//! it needs, Σ aⱼ bₖ₋ⱼ over j = 1 … k−1, are formed here, for all products of a model side by side.
+//! A value x has coefficients xₖ with x(t₀ + s τ) = Σ xₖ sᵏ. In units of a time τ that is about a step long
+//! they neither overflow nor underflow, whatever the units of a model. Generated code says how coefficients
+//! of order k follow from lower ones; the Cauchy sums that it needs, Σ aⱼ bₖ₋ⱼ over j = 1 … k−1, are formed
+//! here, for all products of a model side by side.
 
 mod constrained;
 mod equations;
@@ -16,11 +17,13 @@ pub use equations::{Equations, multipliers};
 /// Highest order of a series.
 pub const MOST_ORDER: usize = 30;
 
-/// Lanes that are summed together: one vector register, or two. With twice as many a double pendulum has two lanes of zeros, and takes 3 % longer.
+/// Lanes that are summed together: one vector register, or two. With twice as many a double pendulum has two
+/// lanes of zeros, and takes 3 % longer.
 pub const WIDTH: usize = 4;
 
-/// Values of B·[`WIDTH`] lanes, as vectors: left to itself the compiler makes vectors of the scalar code around them too, and putting
-/// these together and taking them apart takes a fifth of the time of a double pendulum.
+/// Values of B·[`WIDTH`] lanes, as vectors: left to itself the compiler makes vectors of the scalar code
+/// around them too, and putting these together and taking them apart takes a fifth of the time of a double
+/// pendulum.
 #[derive(Clone, Copy, Debug)]
 struct Row<const B: usize>([f64x4; B]);
 
@@ -65,9 +68,11 @@ impl<const B: usize> Default for Rows<B> {
     }
 }
 
-/// What series of a model are made in: Z values at their start, and the factors of lanes. It belongs to one model and its constants.
+/// What series of a model are made in: Z values at their start, and the factors of lanes. It belongs to one
+/// model and its constants.
 ///
-/// Clearing the rows for every series took a twentieth of the time of a double pendulum, evaluating its sines twice a tenth.
+/// Clearing the rows for every series took a twentieth of the time of a double pendulum, evaluating its sines
+/// twice a tenth.
 #[derive(Clone, Debug)]
 pub struct Memory<S, const Z: usize, const B: usize> {
     /// The state whose values are there.
@@ -103,8 +108,9 @@ impl<S: PartialEq, const Z: usize, const B: usize> Memory<S, Z, B> {
     }
 }
 
-/// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MOST_ORDER`]) from q₀, u₀ in the first rows, q̈₀, and `next`:
-/// (coefficients of t, q and u; k and 1/k; sums of the lanes) ↦ those of q̈ and of the lanes' factors.
+/// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MOST_ORDER`]) from q₀, u₀ in the first
+/// rows, q̈₀, and `next`: (coefficients of t, q and u; k and 1/k; sums of the lanes) ↦ those of q̈ and of the
+/// lanes' factors.
 #[inline(always)]
 pub fn expand<const N: usize, const B: usize>(
     a: &[f64; N],
@@ -114,7 +120,8 @@ pub fn expand<const N: usize, const B: usize>(
     mut next: impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[[f64; WIDTH]; B]) -> Coefficients<N, B>,
 ) {
     let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
-    // Coefficients of order k stay at hand: rows that have just been stored piece by piece cannot be loaded whole for a while.
+    // Coefficients of order k stay at hand: rows that have just been stored piece by piece cannot be loaded
+    // whole for a while.
     let (mut of_q, mut of_u) = (q[0].data.0[0], u[0].data.0[0]);
     let mut advance = |of_q: &mut [f64; N], of_u: &mut [f64; N], k: usize, a: &[f64; N]| {
         let factor = scale * RECIPROCAL[k + 1];
@@ -126,8 +133,9 @@ pub fn expand<const N: usize, const B: usize>(
     if order > 0 {
         advance(&mut of_q, &mut of_u, 0, a);
     }
-    // Rows that have just been stored piece by piece cannot be loaded whole for a while. So the terms of order k + 1 are summed while order k is
-    // computed: those of rows before the last from memory, those of the last row (k − 1) from `last`; what contains row k is added when it is there.
+    // Rows that have just been stored piece by piece cannot be loaded whole for a while. So the terms of
+    // order k + 1 are summed while order k is computed: those of rows before the last from memory, those of
+    // the last row (k − 1) from `last`; what contains row k is added when it is there.
     let mut known = Row::<B>::ZERO;
     let mut last = (Row::<B>::ZERO, Row::<B>::ZERO);
     for k in 1..order {
@@ -159,8 +167,9 @@ pub fn expand<const N: usize, const B: usize>(
 
 /// Sums of all lanes, order by order.
 ///
-/// Rows that have just been stored piece by piece cannot be loaded whole for a while. So the terms of order k + 1 are summed while order k is
-/// computed: those of rows before the last from memory, those of the last row (k − 1) from `last`; what contains row k is added when it is there.
+/// Rows that have just been stored piece by piece cannot be loaded whole for a while. So the terms of order
+/// k + 1 are summed while order k is computed: those of rows before the last from memory, those of the last
+/// row (k − 1) from `last`; what contains row k is added when it is there.
 struct Lanes<'m, const B: usize> {
     rows: &'m mut Rows<B>,
     known: Row<B>,
@@ -172,7 +181,8 @@ impl<'m, const B: usize> Lanes<'m, B> {
         Self { rows, known: Row::ZERO, last: (Row::ZERO, Row::ZERO) }
     }
 
-    /// Sums of order k, and what is known of those of order k + 1. Called for every order k ≥ 1, before its factors are stored.
+    /// Sums of order k, and what is known of those of order k + 1. Called for every order k ≥ 1, before its
+    /// factors are stored.
     #[inline(always)]
     fn sums(&mut self, k: usize) -> Row<B> {
         let Self { rows: Rows { left, right }, known, last } = self;
@@ -243,7 +253,8 @@ fn cauchy<const B: usize>(left: &[Row<B>], right: &[Row<B>]) -> Row<B> {
     sums
 }
 
-/// [`cauchy`] of W blocks from block `first` on; even and odd terms apart, as one addition waits for the one before.
+/// [`cauchy`] of W blocks from block `first` on; even and odd terms apart, as one addition waits for the one
+/// before.
 #[inline(always)]
 fn blocks<const B: usize, const W: usize>(left: &[Row<B>], right: &[Row<B>], first: usize) -> [f64x4; W] {
     let (mut even, mut odd) = ([f64x4::ZERO; W], [f64x4::ZERO; W]);

@@ -1,17 +1,24 @@
-//! Sine and cosine together, inlined and without a branch that depends on the angle: the standard library's call is most of the
-//! time of a small model. Derived models evaluate [`lanes`] of angles, where nothing else is asked for (`#[model(sin_cos = accurate)]`).
+//! Sine and cosine together, inlined and without a branch that depends on the angle: the standard library's
+//! call is most of the time of a small model. Derived models evaluate [`lanes`] of angles, where nothing else
+//! is asked for (`#[model(sin_cos = accurate)]`).
 //!
-//! * **Time** of a pair, against 11 ns of glibc's: four side by side 2.2 ns with fused products in vectors of four, 6 ns in plain x86-64; one by
-//!   itself 8 ns and 10 ns. Alone in a chain of dependent operations: 20 ns and 27 ns against 22 ns. Double pendulum with two: 0.6 and 0.75 of the time.
-//! * **Range**: |x| ≤ 2²⁰ (about 10⁶); beyond, and for infinities and NaN, [`accurate`], the standard library's or `libm`'s.
-//! * **Reduction**: k = round(2x/π), x − kπ/2 as a sum r + c of two numbers. With a fused multiply–add the first subtraction is exact,
-//!   since it leaves a multiple of the last place of x smaller than one; π/2 in three parts of 53 bits is then enough. Without it π/2 is taken in three parts, of which the
-//!   first two have 33 bits, so that k times them is exact (Cody, Waite, *Software Manual for the Elementary Functions*, 1980).
-//! * **Kernels**: the minimax polynomials of Sun's fdlibm (`k_sin.c`, `k_cos.c`) on |r| ≤ π/4, with the correction c to first order.
-//! * **Error**: below 0.8 units in the last place, of sine as of cosine, small values near multiples of π/2 included (`tests/sin_cos.rs`
-//!   compares with 70 digits).
+//! * **Time** of a pair, against 11 ns of glibc's: four side by side 2.2 ns with fused products in vectors of
+//!   four, 6 ns in plain x86-64; one by itself 8 ns and 10 ns. Alone in a chain of dependent operations: 20
+//!   ns and 27 ns against 22 ns. Double pendulum with two: 0.6 and 0.75 of the time.
+//! * **Range**: |x| ≤ 2²⁰ (about 10⁶); beyond, and for infinities and NaN, [`accurate`], the standard
+//!   library's or `libm`'s.
+//! * **Reduction**: k = round(2x/π), x − kπ/2 as a sum r + c of two numbers. With a fused multiply–add the
+//!   first subtraction is exact, since it leaves a multiple of the last place of x smaller than one; π/2 in
+//!   three parts of 53 bits is then enough. Without it π/2 is taken in three parts, of which the first two
+//!   have 33 bits, so that k times them is exact (Cody, Waite, *Software Manual for the Elementary
+//!   Functions*, 1980).
+//! * **Kernels**: the minimax polynomials of Sun's fdlibm (`k_sin.c`, `k_cos.c`) on |r| ≤ π/4, with the
+//!   correction c to first order.
+//! * **Error**: below 0.8 units in the last place, of sine as of cosine, small values near multiples of π/2
+//!   included (`tests/sin_cos.rs` compares with 70 digits).
 
-/// (sin x, cos x) as the platform has them: within 0.6 units in the last place with the usual libraries, one call.
+/// (sin x, cos x) as the platform has them: within 0.6 units in the last place with the usual libraries, one
+/// call.
 #[inline(always)]
 #[must_use]
 pub fn accurate(x: f64) -> (f64, f64) {
@@ -28,7 +35,8 @@ pub fn accurate(x: f64) -> (f64, f64) {
 /// Beyond, k times a part of π/2 would no longer be exact.
 pub(crate) const FAR: f64 = 1_048_576.0;
 
-/// Whether the target multiplies and adds in one instruction; where it does not, `f64::mul_add` is a slow library call.
+/// Whether the target multiplies and adds in one instruction; where it does not, `f64::mul_add` is a slow
+/// library call.
 pub(crate) const FUSED: bool = cfg!(all(
     feature = "std",
     any(
@@ -51,8 +59,8 @@ pub fn fast(x: f64) -> (f64, f64) {
 
 /// Sines and cosines of several angles side by side, each the same as [`fast`] has it.
 ///
-/// Nothing depends on the angle, so that compilers evaluate two or four angles in one vector, as the target has them: four then take little
-/// longer than one.
+/// Nothing depends on the angle, so that compilers evaluate two or four angles in one vector, as the target
+/// has them: four then take little longer than one.
 #[inline(always)]
 #[must_use]
 pub fn lanes<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
@@ -75,7 +83,12 @@ pub fn lanes<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
 
 /// Writes sines and cosines to their places.
 #[inline(always)]
-fn place<const K: usize>(at: [usize; K], values: ([f64; K], [f64; K]), sines: &mut [f64], cosines: &mut [f64]) {
+fn place<const K: usize>(
+    at: [usize; K],
+    values: ([f64; K], [f64; K]),
+    sines: &mut [f64],
+    cosines: &mut [f64],
+) {
     for ((at, s), c) in at.into_iter().zip(values.0).zip(values.1) {
         (sines[at], cosines[at]) = (s, c);
     }
@@ -131,9 +144,11 @@ fn nearest_quarter(x: f64) -> (f64, u64) {
 }
 
 /// Parts of π/2 of 53 bits each.
-pub(crate) const FUSED_PARTS: [f64; 3] = bits([0x3FF9_21FB_5444_2D18, 0x3C91_A626_3314_5C07, 0xB91F_1976_B7ED_8FBC]);
+pub(crate) const FUSED_PARTS: [f64; 3] =
+    bits([0x3FF9_21FB_5444_2D18, 0x3C91_A626_3314_5C07, 0xB91F_1976_B7ED_8FBC]);
 /// Parts of π/2 of 33 bits each, and what is left: fdlibm's pio2_1, pio2_2, pio2_2t.
-pub(crate) const PARTS: [f64; 3] = bits([0x3FF9_21FB_5440_0000, 0x3DD0_B461_1A60_0000, 0x3BA3_198A_2E03_7073]);
+pub(crate) const PARTS: [f64; 3] =
+    bits([0x3FF9_21FB_5440_0000, 0x3DD0_B461_1A60_0000, 0x3BA3_198A_2E03_7073]);
 /// Of r³, r⁵, …
 pub(crate) const SINE: [f64; 6] = bits([
     0xBFC5_5555_5555_5549,
@@ -170,7 +185,8 @@ pub(crate) fn reduce_fused(x: f64) -> (u64, f64, f64) {
     let (k, quarter) = nearest_quarter(x);
     let first = fused(-k, high, x);
     let w = k * low;
-    // Either of `first` and w can be the larger: the error of their difference in the form that does not care (Knuth).
+    // Either of `first` and w can be the larger: the error of their difference in the form that does not care
+    // (Knuth).
     let r = first - w;
     let of_w = first - r;
     let rounded = (first - (r + of_w)) - (w - of_w);
@@ -283,7 +299,11 @@ mod tests {
             let (sines, cosines) = lanes(x);
             for (i, x) in x.into_iter().enumerate() {
                 let (s, c) = fast(x);
-                assert_eq!([sines[i], cosines[i]].map(f64::to_bits), [s, c].map(f64::to_bits), "{x}, {i} of {N}");
+                assert_eq!(
+                    [sines[i], cosines[i]].map(f64::to_bits),
+                    [s, c].map(f64::to_bits),
+                    "{x}, {i} of {N}"
+                );
             }
         }
         fn all(x: impl Fn(usize) -> f64) {

@@ -30,8 +30,9 @@ impl Drop for Watch {
         if took > LONG && std::env::var_os("DYNAMICS_QUIET").is_none() {
             ONCE.call_once(|| {
                 eprintln!(
-                    "dynamics: this took {:.0} s because the crate is compiled without optimisation; use `--release`, or put \
-                     `[profile.dev.package.\"*\"]` with `opt-level = 3` into Cargo.toml (silence: DYNAMICS_QUIET=1)",
+                    "dynamics: this took {:.0} s because the crate is compiled without optimisation; use \
+                     `--release`, or put `[profile.dev.package.\"*\"]` with `opt-level = 3` into Cargo.toml \
+                     (silence: DYNAMICS_QUIET=1)",
                     took.as_secs_f64()
                 );
             });

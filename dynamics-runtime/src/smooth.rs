@@ -2,12 +2,14 @@
 
 use crate::expr::Expr;
 
-/// A function f(x) with its first three derivatives, the kind of parameter that a model calls as `self.track.at(q.s)`.
+/// A function f(x) with its first three derivatives, the kind of parameter that a model calls as
+/// `self.track.at(q.s)`.
 ///
-/// Three derivatives are what the equations need: positions contain f, velocities f′, the generalized forces f″, and their
-/// Jacobian f‴. Where f or a derivative does not exist, return NaN: a run stops there with an error instead of
-/// going on with a wrong number. Where a function is made of pieces, like a spline, [`piece`](Self::piece) says so: methods promise their order
-/// within a piece only, and steps are made to end between two.
+/// Three derivatives are what the equations need: positions contain f, velocities f′, the generalized forces
+/// f″, and their Jacobian f‴. Where f or a derivative does not exist, return NaN: a run stops there with an
+/// error instead of going on with a wrong number. Where a function is made of pieces, like a spline,
+/// [`piece`](Self::piece) says so: methods promise their order within a piece only, and steps are made to end
+/// between two.
 ///
 /// ```
 /// use dynamics_runtime::{Expr, SmoothFunction};
@@ -40,7 +42,8 @@ pub trait SmoothFunction {
     /// They must belong to one function: check each against a difference quotient of the one before.
     fn derivatives(&self, x: f64) -> [f64; 4];
 
-    /// The interval around x in which all derivatives are continuous; −∞ to ∞, the default, where they are so everywhere.
+    /// The interval around x in which all derivatives are continuous; −∞ to ∞, the default, where they are so
+    /// everywhere.
     fn piece(&self, _x: f64) -> [f64; 2] {
         [f64::NEG_INFINITY, f64::INFINITY]
     }

@@ -1,4 +1,5 @@
-//! Consistent starts: completed states against closed forms, branches chosen by guesses, and what cannot be completed.
+//! Consistent starts: completed states against closed forms, branches chosen by guesses, and what cannot be
+//! completed.
 
 mod common;
 
@@ -76,7 +77,8 @@ fn the_guess_chooses_the_branch_of_a_four_bar() {
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-    /// Whatever is given fulfils the constraints or is an error; what was given stays; velocities have least energy.
+    /// Whatever is given fulfils the constraints or is an error; what was given stays; velocities have least
+    /// energy.
     #[test]
     fn what_is_assembled_fulfils_the_constraints(
         links in proptest::array::uniform4(0.5f64..3.0),
@@ -95,7 +97,8 @@ proptest! {
                 prop_assert!(model.velocity_residual(&found).amax() < 1e-9 * (1.0 + found.u.amax()));
                 prop_assert_eq!((found.q[which], found.u[which]), (guess[which], rate));
             }
-            // Out of reach: then no branch of the closed form exists, where the crank was given; or the start is a dead end.
+            // Out of reach: then no branch of the closed form exists, where the crank was given; or the start
+            // is a dead end.
             Err(StateError::NotAssembled { distance, given: names, .. }) => {
                 prop_assert!(distance > 0.0);
                 prop_assert!(names.names().eq([FourBar::COORDINATES[which]]));
@@ -127,7 +130,9 @@ fn a_position_out_of_reach_says_by_how_much() {
     assert!(row == "loop.x" && given.names().eq(["crank"]));
     assert!((residual.abs() - 0.5).abs() < 1e-9, "{residual}");
     assert!(
-        error.to_string().contains("change what is given for `crank`, or the dimensions, or give another guess"),
+        error
+            .to_string()
+            .contains("change what is given for `crank`, or the dimensions, or give another guess"),
         "{error}"
     );
 }
@@ -141,7 +146,9 @@ fn the_miss_is_that_of_the_closest_approach() {
         let (coupler, rocker) = (0.37 * f64::from(k), 2.0 + 0.61 * f64::from(k * k));
         let guess = state([PI, coupler % TAU, rocker % TAU]);
         match assemble(&model, guess, &[true, false, false], &[false; 3]).unwrap_err() {
-            StateError::NotAssembled { residual, .. } => assert!(residual.abs() < 0.500_001, "{guess:?}: {residual}"),
+            StateError::NotAssembled { residual, .. } => {
+                assert!(residual.abs() < 0.500_001, "{guess:?}: {residual}")
+            }
             error => assert!(matches!(error, StateError::SingularGuess { .. }), "{error}"),
         }
     }
@@ -234,7 +241,8 @@ fn what_is_not_a_number_is_an_error() {
     assert_eq!(check_start(&model, &state([1e200, 1.0])), Err(error));
 }
 
-/// A skate on a belt that moves with speed 1 along x, with a switched stop x = 0: nonholonomic, affine, released where it does not hold.
+/// A skate on a belt that moves with speed 1 along x, with a switched stop x = 0: nonholonomic, affine,
+/// released where it does not hold.
 struct Skate;
 
 impl Mechanism<3, 2> for Skate {

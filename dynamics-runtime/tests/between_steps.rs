@@ -55,7 +55,8 @@ enum Kind {
     VanDerPol,
 }
 
-const KINDS: [Kind; 6] = [Kind::Follower, Kind::Stiff, Kind::Pendulums, Kind::Orbit, Kind::Kinked, Kind::VanDerPol];
+const KINDS: [Kind; 6] =
+    [Kind::Follower, Kind::Stiff, Kind::Pendulums, Kind::Orbit, Kind::Kinked, Kind::VanDerPol];
 
 /// A random system of two coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -121,10 +122,13 @@ impl ByHand<2, 0> for System {
     fn q_ddot(&self, s: &State) -> Result<V, SolveError> {
         let ([x, y], [u, v], [a, b, c, d, e]) = ([s.q[0], s.q[1]], [s.u[0], s.u[1]], self.p);
         Ok(match self.kind {
-            Kind::Follower | Kind::Stiff => {
-                V::new(-a * a * (x - s.t.cos()) - 2.0 * c * a * u, -b * b * (y - s.t.sin()) - 2.0 * d * b * v + x)
+            Kind::Follower | Kind::Stiff => V::new(
+                -a * a * (x - s.t.cos()) - 2.0 * c * a * u,
+                -b * b * (y - s.t.sin()) - 2.0 * d * b * v + x,
+            ),
+            Kind::Pendulums => {
+                V::new(-a * x.sin() - c * (x - y) + d * (e * s.t).sin(), -b * y.sin() + c * (x - y))
             }
-            Kind::Pendulums => V::new(-a * x.sin() - c * (x - y) + d * (e * s.t).sin(), -b * y.sin() + c * (x - y)),
             Kind::Orbit => -s.q / s.q.norm().powi(3),
             Kind::Kinked => {
                 let stop = |x: f64| a * (x.abs() - b).max(0.0) * x.signum();
@@ -145,7 +149,10 @@ by_hand!(System, 2, 0, coordinates ["x", "y"], inputs [], conserved [], powers [
 /// The difference of two states, 1: what is permitted.
 fn apart(one: &State, other: &State, tolerance: f64) -> f64 {
     let part = |x: &V, y: &V| {
-        x.iter().zip(y).map(|(x, y)| ((x - y) / (tolerance * (1.0 + x.abs().max(y.abs())))).powi(2)).sum::<f64>()
+        x.iter()
+            .zip(y)
+            .map(|(x, y)| ((x - y) / (tolerance * (1.0 + x.abs().max(y.abs())))).powi(2))
+            .sum::<f64>()
     };
     ((part(&one.q, &other.q) + part(&one.u, &other.u)) / 4.0).sqrt()
 }
@@ -199,7 +206,10 @@ fn examine(
     random: &mut Random,
     worst: &mut Worst,
 ) {
-    let listed = std::env::var("BETWEEN_STEPS_LIST").ok().and_then(|least| least.parse().ok()).unwrap_or(f64::INFINITY);
+    let listed = std::env::var("BETWEEN_STEPS_LIST")
+        .ok()
+        .and_then(|least| least.parse().ok())
+        .unwrap_or(f64::INFINITY);
     let from = |state: State| system.simulate(state).tolerance(tolerance).method(method);
     let motion = from(system.start).until(system.end).run().expect("nothing ends it");
     let steps: Vec<State> = motion.steps().collect();
@@ -219,7 +229,9 @@ fn examine(
         worst.states += 1;
         if beyond.max(beside) > listed {
             let (from, to) = (start.t, end.t);
-            println!("{method} {tolerance:e} t = {t} of {from} to {to}: {beyond:.1}, {beside:.1} of {system:?}");
+            println!(
+                "{method} {tolerance:e} t = {t} of {from} to {to}: {beyond:.1}, {beside:.1} of {system:?}"
+            );
         }
     }
 }
@@ -250,7 +262,8 @@ fn states_between_steps_are_as_good_as_ends_of_steps() {
         for (worst, (method, [smooth, kinked, own])) in survey(kind, count).into_iter().zip(WORST) {
             let Worst { beyond_ends, beside_own_step, states } = worst;
             let row = format!(
-                "{kind:?}, {method}: {beyond_ends:.1} beyond the ends, {beside_own_step:.1} beside its own step"
+                "{kind:?}, {method}: {beyond_ends:.1} beyond the ends, {beside_own_step:.1} beside its own \
+                 step"
             );
             println!("{row}, {states} states");
             let permitted = if kind == Kind::Kinked { [kinked, f64::INFINITY] } else { [smooth, own] };
@@ -274,7 +287,8 @@ fn what_is_damped_hard_is_followed_between_steps() {
     };
     let exact = reference(&follower);
     for tolerance in [1e-4, 1e-6, 1e-9] {
-        let simulation = follower.simulate(follower.start).until(10.0).tolerance(tolerance).method(methods::Dop853);
+        let simulation =
+            follower.simulate(follower.start).until(10.0).tolerance(tolerance).method(methods::Dop853);
         let motion = simulation.estimate_error().run().expect("nothing ends it");
         let off = |t: f64| apart(&motion.at(t), &exact.at(t), tolerance);
         let at_ends = motion.steps().map(|state| off(state.t)).fold(1.0, f64::max);
@@ -285,6 +299,9 @@ fn what_is_damped_hard_is_followed_between_steps() {
         println!("{estimate}");
         // The norm above is the mean of the four numbers of a state, this one the largest.
         assert!(told < 2.5 * between.max(1.0) && told > 0.2 * between, "{told} told, {between} measured");
-        assert!(between < 3.0 * at_ends, "{tolerance:e}: {at_ends} at the ends of the steps, {between} at any time");
+        assert!(
+            between < 3.0 * at_ends,
+            "{tolerance:e}: {at_ends} at the ends of the steps, {between} at any time"
+        );
     }
 }

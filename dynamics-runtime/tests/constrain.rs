@@ -6,11 +6,13 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use common::at_rest_or_not;
 use common::by_jets::{Jets, Mechanism, holonomic};
-use common::constrained::{FourBar, Held, PainleveRod, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod, TwiceRod};
+use common::constrained::{
+    FourBar, Held, PainleveRod, Rod, Sleigh, SliderCrank, SquaredRod, TripleRod, TwiceRod,
+};
 use dynamics_runtime::Expr;
 use dynamics_runtime::constrain::{
-    Embedding, assemble, check_gradients, check_start, impact, project_positions, project_velocities, solve_baumgarte,
-    solve_general, solve_once, with_workspace,
+    Embedding, assemble, check_gradients, check_start, impact, project_positions, project_velocities,
+    solve_baumgarte, solve_general, solve_once, with_workspace,
 };
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraint, Constraints, Dynamics};
@@ -76,7 +78,8 @@ fn projection_reaches_rounding_level() {
         let before = state.u;
         project_velocities(&model, &(), &mut state, workspace).unwrap();
         assert!(model.velocity_residual(&state).amax() < 1e-15);
-        // The least change in the metric of M: M δ lies in the range of Φ_qᵀ, so it does no work on admissible velocities.
+        // The least change in the metric of M: M δ lies in the range of Φ_qᵀ, so it does no work on
+        // admissible velocities.
         let admissible = state.u;
         let work = (model.mass_matrix(&state) * (admissible - before)).dot(&admissible);
         assert!(work.abs() < 1e-14, "{work}");
@@ -88,7 +91,8 @@ fn what_cannot_be_closed_is_said() {
     // The coupler is too short to reach the rocker.
     let model = FourBar { m: [1.0; 3], l: [1.0, 0.5, -1.0], d: 5.0, g: 0.0 };
     let mut state = at_rest_or_not([0.3, 0.2, 2.5], [0.0; 3]);
-    let result = with_workspace::<FourBar, _>(|workspace| project_positions(&model, &(), &mut state, workspace));
+    let result =
+        with_workspace::<FourBar, _>(|workspace| project_positions(&model, &(), &mut state, workspace));
     match result {
         Err(SolveError::OffConstraint { what: "positions", row, residual, distance }) => {
             assert!(row == "closure.x" && residual < -2.4 && distance > 1.0, "{row} {residual} {distance}");
@@ -103,8 +107,9 @@ fn baumgarte_adds_its_terms_to_gamma() {
     let (alpha, beta) = (3.0, 5.0);
     with_workspace::<Rod, _>(|workspace| {
         let outcome = solve_baumgarte(&ROD, &(), &state, (alpha, beta), workspace).unwrap();
-        let wanted =
-            ROD.gamma(&state) - 2.0 * alpha * ROD.velocity_residual(&state) - beta * beta * ROD.residual(&state);
+        let wanted = ROD.gamma(&state)
+            - 2.0 * alpha * ROD.velocity_residual(&state)
+            - beta * beta * ROD.residual(&state);
         let got = ROD.jacobian(&state) * outcome.accelerations;
         assert!((got - wanted).amax() < 1e-14);
         // M q̈ − Q is a reaction: nothing of it is along the rod's motion.
@@ -148,9 +153,13 @@ fn a_massless_rod_is_carried_by_the_constraints_and_a_free_massless_coordinate_i
             let bdd = g[1] / (0.3 * beta.cos());
             (-0.3 * beta.sin() * bdd - g[0]) / 400.0
         });
-        let theta =
-            (model.load * slope - model.slider * slope * bend * 400.0) / (model.j + model.slider * slope * slope);
-        assert!((outcome.accelerations[0] - theta).abs() < 1e-12 * theta.abs(), "{} {theta}", outcome.accelerations[0]);
+        let theta = (model.load * slope - model.slider * slope * bend * 400.0)
+            / (model.j + model.slider * slope * slope);
+        assert!(
+            (outcome.accelerations[0] - theta).abs() < 1e-12 * theta.abs(),
+            "{} {theta}",
+            outcome.accelerations[0]
+        );
         let free = SliderCrank { j: 0.0, slider: 0.0, ..model };
         match solve_general(&free, &state, w) {
             Err(SolveError::SingularMassMatrix(error)) => assert!(!error.negative, "{error}"),
@@ -250,14 +259,18 @@ fn nonholonomic_rows_bind_velocities_alone() {
     with_workspace::<Sleigh, _>(|w| {
         let mut state = at_rest_or_not([1.0, 2.0, 0.4], [1.0, 0.3, 0.8]);
         let mut embedding = Embedding::new(&sleigh, &state, w).unwrap();
-        assert_eq!((embedding.dependent_coordinates().count(), embedding.dependent_velocities().count()), (0, 1));
+        assert_eq!(
+            (embedding.dependent_coordinates().count(), embedding.dependent_velocities().count()),
+            (0, 1)
+        );
         let q = state.q;
         embedding.restore(&sleigh, &mut state, w).unwrap();
         assert!(state.q == q && sleigh.velocity_residual(&state).amax() < 1e-15);
     });
 }
 
-/// m (g − l sin θ ω²) = N (1 + 3 cos²θ ∓ 3 μ sin θ cos θ): the textbook's rod, sliding the way in which friction jams it.
+/// m (g − l sin θ ω²) = N (1 + 3 cos²θ ∓ 3 μ sin θ cos θ): the textbook's rod, sliding the way in which
+/// friction jams it.
 fn painleve(mu: f64, theta: f64, omega: f64, linear: bool) -> Result<f64, SolveError> {
     let rod = PainleveRod { m: 2.0, l: 0.5, g: 9.81, mu, linear };
     let outcome = solve_once(&rod, &(), &rod.slipping(theta, omega, -1.0))?;
@@ -312,7 +325,8 @@ fn rows_that_repeat_others_on_the_manifold_are_not_taken_for_independent_beside_
     // Drift of a motion that is not projected, and of the stages of one that is.
     for drift in [0.0, 1e-12, 1e-9, 1e-7, 1e-5] {
         let state = at_rest_or_not([0.9 + drift, -1.2], [0.8, 0.6 - drift]);
-        let (once, twice) = (solve_once(&ROD, &(), &state).unwrap(), solve_once(&TwiceRod(ROD), &(), &state).unwrap());
+        let (once, twice) =
+            (solve_once(&ROD, &(), &state).unwrap(), solve_once(&TwiceRod(ROD), &(), &state).unwrap());
         assert_eq!(twice.diagnosis.map(|d| d.rank), Some(1), "{drift:e}");
         let apart = (once.accelerations - twice.accelerations).amax();
         assert!(apart <= 1e-14 + 10.0 * drift, "{drift:e}: {apart:e}");
@@ -361,7 +375,10 @@ impl Mechanism<2, 1> for Squared {
 fn a_vanishing_gradient_is_found_without_second_derivatives() {
     let near = at_rest_or_not([0.6, -0.8 - 1e-8], [0.0, 0.0]);
     with_workspace::<Jets<Squared, 2, 1>, _>(|w| {
-        assert_eq!(check_gradients(&Jets(Squared), &near, w), Err(SolveError::VanishingGradient { row: "rod" }));
+        assert_eq!(
+            check_gradients(&Jets(Squared), &near, w),
+            Err(SolveError::VanishingGradient { row: "rod" })
+        );
     });
 }
 
@@ -398,7 +415,8 @@ fn what_touches_only_within_other_constraints_is_found_and_what_crosses_is_not()
     assert_eq!(check_start(&Jets(Flat), &crossing), Ok(()));
 }
 
-/// So many links of a chain in polar angles, held together by a belt each: large enough that its matrices do not belong on a stack.
+/// So many links of a chain in polar angles, held together by a belt each: large enough that its matrices do
+/// not belong on a stack.
 const LINKS: usize = 40;
 
 struct Chain;

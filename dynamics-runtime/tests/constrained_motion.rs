@@ -1,4 +1,5 @@
-//! Motions of constrained models: drift by formulation, reactions, and runs that leave their constraints and say so.
+//! Motions of constrained models: drift by formulation, reactions, and runs that leave their constraints and
+//! say so.
 
 mod common;
 
@@ -25,7 +26,8 @@ const ALL: [Formulation; 5] = [
     Formulation::Embedded,
 ];
 
-/// Errors of the steps grow along a swing of ten seconds: as they do in the angle alone, in the geometric mean over five tolerances.
+/// Errors of the steps grow along a swing of ten seconds: as they do in the angle alone, in the geometric
+/// mean over five tolerances.
 #[test]
 fn every_formulation_follows_the_pendulum() {
     follow_the_pendulum(methods::DormandPrince5);
@@ -138,7 +140,8 @@ fn constrained_steps_do_not_allocate() {
     }
 }
 
-/// Gains tied to the step take an error back in two steps, down to what the curvature of the constraint leaves of it.
+/// Gains tied to the step take an error back in two steps, down to what the curvature of the constraint
+/// leaves of it.
 #[test]
 fn tied_gains_take_an_error_back_in_two_steps() {
     let off = 1e-6;
@@ -160,7 +163,11 @@ fn tied_gains_take_an_error_back_in_two_steps() {
         let run = ROD.simulate(start).until(1.0).tolerance(1e-9).method(method);
         let motion = run.formulation(Formulation::BaumgarteTied).run().unwrap();
         let drift = ROD.residual(&motion.end())[0];
-        assert!(drift.abs() < 1e-8 && motion.counts().steps < 100, "{method}: {drift:e}, {}", motion.summary());
+        assert!(
+            drift.abs() < 1e-8 && motion.counts().steps < 100,
+            "{method}: {drift:e}, {}",
+            motion.summary()
+        );
     }
 }
 
@@ -169,21 +176,29 @@ fn tied_gains_take_an_error_back_in_two_steps() {
 fn events_cut_no_step_short_of_what_tied_gains_can_take_back() {
     let (mut worst, mut ratio) = (0.0f64, 0.0f64);
     for tolerance in [1e-6, 1e-8, 1e-10] {
-        for method in [methods::Any::from(methods::DormandPrince5), methods::Dop853.into(), methods::Tsit5.into()] {
+        for method in
+            [methods::Any::from(methods::DormandPrince5), methods::Dop853.into(), methods::Tsit5.into()]
+        {
             let run = || ROD.simulate(on_rod(2.0, 0.5)).until(10.0).tolerance(tolerance).method(&method);
             let truth = run().formulation(Formulation::Projected).tolerance(1e-13).run().unwrap().end();
             let off = |state: &PlainState<2, 0>| (state.q - truth.q).amax().max((state.u - truth.u).amax());
             let plain = off(&run().formulation(Formulation::BaumgarteTied).run().unwrap().end());
             for frequency in [0.7_f64, 3.1, 11.9, 17.3] {
-                let run = run().formulation(Formulation::BaumgarteTied).event("tick", move |s| (frequency * s.t).sin());
+                let run = run()
+                    .formulation(Formulation::BaumgarteTied)
+                    .event("tick", move |s| (frequency * s.t).sin());
                 let run = run.on_event("tick", Direction::Any, |_| Flow::Continue).run();
-                let motion = run.unwrap_or_else(|error| panic!("{method} {tolerance:e} {frequency}: {error}"));
+                let motion =
+                    run.unwrap_or_else(|error| panic!("{method} {tolerance:e} {frequency}: {error}"));
                 assert!(motion.events().len() as f64 > 3.0 * frequency - 1.0);
                 worst = worst.max(off(&motion.end()) / tolerance);
                 ratio = ratio.max(off(&motion.end()) / plain);
                 let drift = &motion.constraint_drift()[0];
                 assert!(drift.residual < 100.0 * tolerance, "{method} {tolerance:e} {frequency}: {drift:?}");
-                assert!(drift.velocity_residual < 1e3 * tolerance, "{method} {tolerance:e} {frequency}: {drift:?}");
+                assert!(
+                    drift.velocity_residual < 1e3 * tolerance,
+                    "{method} {tolerance:e} {frequency}: {drift:?}"
+                );
                 // Steps that are made again, for what lies between them, have the gains that they had.
                 let step = motion.steps().nth(7).unwrap();
                 let (at, beside) = (motion.at(step.t), motion.at(step.t - 1e-9));
@@ -195,14 +210,19 @@ fn events_cut_no_step_short_of_what_tied_gains_can_take_back() {
     assert!(ratio < 10.0 && worst < 1e4, "{worst:e} {ratio:e}");
 }
 
-/// Fixed steps are made in parts where constraints nearly lose a direction, and nowhere else: what is just too long is refused.
+/// Fixed steps are made in parts where constraints nearly lose a direction, and nowhere else: what is just
+/// too long is refused.
 #[test]
 fn fixed_steps_that_are_too_long_are_refused() {
-    for (formulation, h) in [(Formulation::Projected, 0.3), (Formulation::Projected, 0.4), (Formulation::Embedded, 0.3)]
+    for (formulation, h) in
+        [(Formulation::Projected, 0.3), (Formulation::Projected, 0.4), (Formulation::Embedded, 0.3)]
     {
         let run = ROD.simulate(on_rod(2.0, 0.5)).until(10.0).formulation(formulation).method(methods::Rk4);
         let error = run.fixed_step(h).run().unwrap_err();
-        assert!(matches!(error.kind, SimulationErrorKind::StepDisplaced { .. }), "{formulation} {h}: {error}");
+        assert!(
+            matches!(error.kind, SimulationErrorKind::StepDisplaced { .. }),
+            "{formulation} {h}: {error}"
+        );
     }
 }
 
@@ -211,7 +231,8 @@ fn fixed_steps_that_are_too_long_are_refused() {
 fn an_event_at_the_start_is_met_in_every_formulation() {
     for formulation in ALL {
         let run = ROD.simulate(on_rod(2.0, 0.5)).until(1.0).tolerance(1e-9).formulation(formulation);
-        let run = run.event("at once", |s| s.t - 1e-18).on_event("at once", Direction::Rising, |s| s.u *= 0.5);
+        let run =
+            run.event("at once", |s| s.t - 1e-18).on_event("at once", Direction::Rising, |s| s.u *= 0.5);
         let motion = run.run().unwrap_or_else(|error| panic!("{formulation}: {error}"));
         let slower = ROD.simulate(on_rod(2.0, 0.25)).until(1.0).tolerance(1e-12).run().unwrap();
         assert_eq!(motion.events().len(), 1, "{formulation}");
@@ -220,20 +241,24 @@ fn an_event_at_the_start_is_met_in_every_formulation() {
     }
 }
 
-/// A linkage that starts where two of its assemblies meet has a row less there than a step further: embedded, it is chosen among all of them from
-/// there on.
+/// A linkage that starts where two of its assemblies meet has a row less there than a step further: embedded,
+/// it is chosen among all of them from there on.
 #[test]
 fn an_embedded_run_that_starts_at_a_change_point_keeps_all_its_rows() {
     use core::f64::consts::FRAC_PI_2;
-    // Crank and rod are alike, and no reaction has to keep them so: a slider that goes through the bearing of the crank.
+    // Crank and rod are alike, and no reaction has to keep them so: a slider that goes through the bearing of
+    // the crank.
     let model = SliderCrank { a: 0.3, b: 0.3, j: 0.02, rod: 0.02, slider: 0.5, load: -4.0 };
     let rate = 3.0;
     let angle = crank_angle(&model, rate, 1.0);
     for tolerance in [1e-7, 1e-9, 1e-11] {
         let run = |formulation| {
             let start = at_rest_or_not([FRAC_PI_2, -FRAC_PI_2, 0.0], [rate, -rate, -2.0 * model.a * rate]);
-            let motion = model.simulate(start).until(1.0).tolerance(tolerance).formulation(formulation).run().unwrap();
-            let error = (motion.end().q - nalgebra::SVector::from([angle, -angle, 2.0 * model.a * angle.cos()])).amax();
+            let motion =
+                model.simulate(start).until(1.0).tolerance(tolerance).formulation(formulation).run().unwrap();
+            let error = (motion.end().q
+                - nalgebra::SVector::from([angle, -angle, 2.0 * model.a * angle.cos()]))
+            .amax();
             assert!(error < 10.0 * tolerance, "{formulation} at {tolerance:e}: {error:e}");
             motion.summary()
         };
@@ -255,7 +280,8 @@ fn crank_angle(model: &SliderCrank, rate: f64, end: f64) -> f64 {
         let force = -model.load * reach * s - moved * s * c * u[0] * u[0];
         Ok::<V, core::convert::Infallible>(V::new(force / (model.j + model.rod + moved * s * s)))
     };
-    let options = StepOptions { tolerances: Tolerances::both(1e-13), fixed: None, first: None, most: f64::INFINITY };
+    let options =
+        StepOptions { tolerances: Tolerances::both(1e-13), fixed: None, first: None, most: f64::INFINITY };
     let start = Phase { q: V::new(core::f64::consts::FRAC_PI_2), u: V::new(rate) };
     let mut stepper = Stepper::<V, Dop853<V>>::new(&mut minimal, 0.0, start, end, options).unwrap();
     while stepper.now().t < end {
@@ -289,7 +315,8 @@ fn fixed_gains_hold_drift_backwards_as_they_do_forwards() {
     }
 }
 
-/// Fixed steps that are too long end far from the constraints, and the projection decides where: the summary says by how much.
+/// Fixed steps that are too long end far from the constraints, and the projection decides where: the summary
+/// says by how much.
 #[test]
 fn the_summary_says_where_the_projection_made_the_motion() {
     let run = |h: f64| {
@@ -301,11 +328,14 @@ fn the_summary_says_where_the_projection_made_the_motion() {
     assert!(coarse.upkept.largest_move > 1e3, "{:?}", coarse.upkept);
     let line = "30 ends of steps put back onto the constraints, by ";
     assert!(coarse.to_string().contains(line), "{coarse}");
-    assert!(fine.upkept.largest_move < 10.0 && !fine.to_string().contains("ends of steps put back"), "{fine}");
+    assert!(
+        fine.upkept.largest_move < 10.0 && !fine.to_string().contains("ends of steps put back"),
+        "{fine}"
+    );
 }
 
-/// A heavy slider cannot lead over the dead centre of its crank, beyond which no position of the slider gives one of the crank; fixed steps that go over it
-/// are as good as others, and as those that are projected.
+/// A heavy slider cannot lead over the dead centre of its crank, beyond which no position of the slider gives
+/// one of the crank; fixed steps that go over it are as good as others, and as those that are projected.
 #[test]
 fn embedded_steps_go_over_dead_centres() {
     let model = SliderCrank { a: 0.1, b: 0.3, j: 0.02, rod: 1e-3, slider: 20.0, load: -40.0 };
@@ -317,16 +347,24 @@ fn embedded_steps_go_over_dead_centres() {
     let start = at_rest_or_not([theta, beta, x], [rate, swing, slide]);
     let truth = model.simulate(start).until(0.05).tolerance(1e-13).run().unwrap().end();
     let run = |formulation, h| {
-        let run = model.simulate(start).until(0.05).method(methods::Rk4).fixed_step(h).formulation(formulation);
+        let run =
+            model.simulate(start).until(0.05).method(methods::Rk4).fixed_step(h).formulation(formulation);
         run.run()
     };
     let embedded = run(Formulation::Embedded, 0.0025).unwrap();
     // A step that constraints would move by much of its way is made in parts.
     let coarse = run(Formulation::Embedded, 0.0125).unwrap();
-    assert!((coarse.end().q - embedded.end().q).amax() < 0.03 && coarse.counts().rejected > 0, "{}", coarse.summary());
+    assert!(
+        (coarse.end().q - embedded.end().q).amax() < 0.03 && coarse.counts().rejected > 0,
+        "{}",
+        coarse.summary()
+    );
     let projected = run(Formulation::Projected, 0.0025).unwrap();
     let summary = embedded.summary();
-    assert!(summary.constraints.iter().all(|row| row.residual < 1e-12 && row.velocity_residual < 1e-12), "{summary}");
+    assert!(
+        summary.constraints.iter().all(|row| row.residual < 1e-12 && row.velocity_residual < 1e-12),
+        "{summary}"
+    );
     let errors = [&embedded, &projected].map(|motion| (motion.end().q - truth.q).amax());
     println!("{errors:?} {}", (coarse.end().q - truth.q).amax());
     assert!(errors[0] < 0.03 && errors[0] < 3.0 * errors[1], "{errors:?}");

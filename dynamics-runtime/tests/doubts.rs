@@ -12,14 +12,18 @@ use dynamics_runtime::motion::{Motion, Simulate, SimulationErrorKind, Unchecked}
 fn shown_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {
     let measured = motion.global_error().unwrap().ratio.unwrap();
     let summary = motion.summary();
-    assert!(!summary.to_string().contains("step doubling"), "what is measured is not shown otherwise: {summary}");
+    assert!(
+        !summary.to_string().contains("step doubling"),
+        "what is measured is not shown otherwise: {summary}"
+    );
     [summary.doubts.halved_at_most.unwrap(), measured]
 }
 
 /// Half steps leave a small part of the error, where order 5 is that of the method a thirtieth.
 #[test]
 fn errors_beyond_the_tolerance_are_shown() {
-    let pendulum_start = at_rest_or_not([2.0 * std::f64::consts::PI / 3.0, -std::f64::consts::PI / 18.0], [0.0, 0.0]);
+    let pendulum_start =
+        at_rest_or_not([2.0 * std::f64::consts::PI / 3.0, -std::f64::consts::PI / 18.0], [0.0, 0.0]);
     let orbit = at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()]);
     let mut rows = Vec::new();
     for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
@@ -51,7 +55,8 @@ fn errors_beyond_the_tolerance_are_shown() {
 fn motions_that_keep_their_accuracy_raise_no_doubts() {
     for tolerance in [1e-4, 1e-8, 1e-12] {
         let oscillator = Oscillator { omega: 2.0 };
-        let motion = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(30.0).tolerance(tolerance).run().unwrap();
+        let motion =
+            oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(30.0).tolerance(tolerance).run().unwrap();
         let summary = motion.summary();
         assert!(!summary.to_string().contains("warning"), "{summary}");
         // Errors of an oscillator add up, and no more.
@@ -92,15 +97,20 @@ fn stiff_motions_raise_no_false_alarm() {
     }
 }
 
-/// Half steps beside the estimate by a second run: van der Pol's equation, whose stiff parts forget, and an oscillator, whose errors add up with one sign.
+/// Half steps beside the estimate by a second run: van der Pol's equation, whose stiff parts forget, and an
+/// oscillator, whose errors add up with one sign.
 #[test]
 fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
     let relaxing = Closure(|_, q, u| ((1.0 - q * q) * u - q) / 1e-6);
     let swinging = Closure(|_, q, _| -1e4 * q);
     let list: [Any<Closure>; 2] = [methods::Radau5.into(), methods::Esdirk4.into()];
-    for (method, tolerance) in list.iter().flat_map(|method| [1e-4, 1e-6].map(|tolerance| (method, tolerance))) {
+    for (method, tolerance) in
+        list.iter().flat_map(|method| [1e-4, 1e-6].map(|tolerance| (method, tolerance)))
+    {
         for (model, until) in [(&relaxing, 2.0), (&swinging, 5.0)] {
-            let run = || model.simulate(at_rest_or_not([2.0], [0.0])).until(until).tolerance(tolerance).method(method);
+            let run = || {
+                model.simulate(at_rest_or_not([2.0], [0.0])).until(until).tolerance(tolerance).method(method)
+            };
             let estimated = run().estimate_error().run().unwrap();
             let measured = estimated.global_error().unwrap().ratio.unwrap();
             let summary = run().run().unwrap().summary();
@@ -109,18 +119,24 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
             let warned = summary.to_string().contains("warning      global error about");
             assert_eq!(warned, shown > 60.0, "{summary}");
             match until {
-                // In its jumps, of a millionth of the time, what is off by a small time is off by any value: that does not last, and is told as what it is.
+                // In its jumps, of a millionth of the time, what is off by a small time is off by any value:
+                // that does not last, and is told as what it is.
                 2.0 => {
                     assert!(shown < 50.0 && measured > 1e3, "{shown} {measured}");
                     let peaks = summary.to_string().contains("warning      errors peak and pass");
                     assert_eq!(peaks, summary.doubts.halved_at_most.unwrap() > 1e3, "{summary}");
                     assert!(peaks || measured < 2e3, "{measured} {summary}");
                 }
-                // Where a value passes zero little is permitted of it, for a moment; of its amplitude it is what half steps show, at least.
+                // Where a value passes zero little is permitted of it, for a moment; of its amplitude it is
+                // what half steps show, at least.
                 _ => {
                     let error = estimated.global_error().unwrap();
-                    let of_amplitude = (error.coordinates.error / 3.0).max(error.velocities.error / 201.0) / tolerance;
-                    assert!(shown > 0.5 * of_amplitude && shown < 2.0 * measured, "{shown} {of_amplitude} {measured}");
+                    let of_amplitude =
+                        (error.coordinates.error / 3.0).max(error.velocities.error / 201.0) / tolerance;
+                    assert!(
+                        shown > 0.5 * of_amplitude && shown < 2.0 * measured,
+                        "{shown} {of_amplitude} {measured}"
+                    );
                 }
             }
             assert!(
@@ -131,8 +147,9 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
     }
 }
 
-/// What a relaxation oscillation is off by for more than a hundredth of its time, beside a motion that is far nearer: small shifts of its jumps are no doubt, ESDIRK at 1e-3,
-/// which is off by a thousand permitted errors for half of the time, is one.
+/// What a relaxation oscillation is off by for more than a hundredth of its time, beside a motion that is far
+/// nearer: small shifts of its jumps are no doubt, ESDIRK at 1e-3, which is off by a thousand permitted
+/// errors for half of the time, is one.
 #[test]
 fn half_steps_show_what_lasts_of_relaxation_oscillations() {
     let fast = Closure(|_, q, u| ((1.0 - q * q) * u - q) / 1e-6);
@@ -141,11 +158,13 @@ fn half_steps_show_what_lasts_of_relaxation_oscillations() {
     let start = at_rest_or_not([2.0], [0.0]);
     let mut warned = [0, 0];
     for (model, method) in [(&fast, &radau), (&fast, &esdirk), (&slow, &radau), (&slow, &esdirk)] {
-        let reference = model.simulate(start).until(11.0).tolerance(1e-9).method(methods::Radau5).run().unwrap();
+        let reference =
+            model.simulate(start).until(11.0).tolerance(1e-9).method(methods::Radau5).run().unwrap();
         for tolerance in [1e-3, 1e-5] {
             let motion = model.simulate(start).until(11.0).tolerance(tolerance).method(method).run().unwrap();
             let summary = motion.summary();
-            let (shown, lasts) = (summary.doubts.halved.unwrap(), lasting(&motion, &reference, tolerance, 0.01));
+            let (shown, lasts) =
+                (summary.doubts.halved.unwrap(), lasting(&motion, &reference, tolerance, 0.01));
             println!("{method} {tolerance:e}: {shown:.1} shown, {lasts:.1} true");
             assert!(
                 shown > 0.3 * lasts && shown < 3.0 * lasts,
@@ -170,11 +189,14 @@ fn lasting<M: Simulate>(motion: &Motion<'_, M>, reference: &Motion<'_, M>, toler
     let error = |state: &M::State| {
         let exact = reference.at(state.t());
         let pairs = [(state.q(), exact.q()), (state.u(), exact.u())];
-        let pairs = pairs.into_iter().flat_map(|(x, y)| x.as_slice().iter().copied().zip(y.as_slice().to_vec()));
+        let pairs =
+            pairs.into_iter().flat_map(|(x, y)| x.as_slice().iter().copied().zip(y.as_slice().to_vec()));
         pairs.map(|(x, y)| (x - y).abs() / (tolerance * (1.0 + x.abs().max(y.abs())))).fold(0.0, f64::max)
     };
-    let mut apart: Vec<(f64, f64)> =
-        states.windows(2).map(|ends| (ends[1].t() - ends[0].t(), error(&ends[0]).min(error(&ends[1])))).collect();
+    let mut apart: Vec<(f64, f64)> = states
+        .windows(2)
+        .map(|ends| (ends[1].t() - ends[0].t(), error(&ends[0]).min(error(&ends[1]))))
+        .collect();
     let mut left = part * apart.iter().map(|(h, _)| h).sum::<f64>();
     apart.sort_by(|(_, a), (_, b)| b.total_cmp(a));
     let lasts = apart.into_iter().find(|(h, _)| {
@@ -188,43 +210,60 @@ fn lasting<M: Simulate>(motion: &Motion<'_, M>, reference: &Motion<'_, M>, toler
 fn tolerances_below_rounding_are_named() {
     let far = Closure(|_, q, _| 1e6 - q);
     let start = at_rest_or_not([1e6 + 1.0], [0.0]);
-    let run = |absolute: f64| far.simulate(start).until(5.0).tolerances(absolute, 0.0).max_steps(20_000).run();
+    let run =
+        |absolute: f64| far.simulate(start).until(5.0).tolerances(absolute, 0.0).max_steps(20_000).run();
     let summary = run(1e-9).unwrap().summary();
     let found = summary.doubts.below_rounding.unwrap();
     assert_eq!((found.name, found.rate, found.permitted), ("x", false, 1e-9));
-    assert!(summary.to_string().contains("tolerance below rounding: 1.0e-9 permitted of x = 1000001"), "{summary}");
+    assert!(
+        summary.to_string().contains("tolerance below rounding: 1.0e-9 permitted of x = 1000001"),
+        "{summary}"
+    );
     let said = summary.warnings();
     assert!(said.iter().any(|warning| warning.starts_with("tolerance below rounding: 1.0e-9")), "{said:?}");
     assert_eq!(said.len(), summary.to_string().matches("\n  warning  ").count());
     let plain = run(1e-8).unwrap().summary();
     assert!(plain.doubts.below_rounding.is_none(), "{plain}");
-    let swing = Oscillator { omega: 2.0 }.simulate(at_rest_or_not([1.0], [0.0])).until(5.0).run().unwrap().summary();
+    let swing =
+        Oscillator { omega: 2.0 }.simulate(at_rest_or_not([1.0], [0.0])).until(5.0).run().unwrap().summary();
     assert!(swing.warnings().is_empty(), "{swing}");
 }
 
 #[test]
 fn fixed_steps_that_lose_the_energy_are_too_long() {
     let oscillator = Oscillator { omega: 2.0 };
-    let run = |h: f64| oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(100.0).fixed_step(h).run().unwrap();
+    let run =
+        |h: f64| oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(100.0).fixed_step(h).run().unwrap();
     let summary = run(0.4).summary();
-    assert!(summary.energy_drift > 0.1 && summary.to_string().contains("shorten the fixed step"), "{summary}");
+    assert!(
+        summary.energy_drift > 0.1 && summary.to_string().contains("shorten the fixed step"),
+        "{summary}"
+    );
     let summary = run(0.05).summary();
     assert!(summary.energy_drift < 1e-3 && !summary.to_string().contains("warning"), "{summary}");
     assert_eq!((summary.doubts.halved, summary.doubts.below_rounding), (None, None));
 }
 
-/// What grows beyond all numbers is said to, and no part of it is infinite; runs of no length, stopped and failed ones, there and back, have a summary.
+/// What grows beyond all numbers is said to, and no part of it is infinite; runs of no length, stopped and
+/// failed ones, there and back, have a summary.
 #[test]
 fn summaries_say_no_number_that_is_none() {
     let grows = Closure(|_, q, _| 1e4 * q);
     let blows_up = Closure(|_, q, _| q * q * q);
     let relaxing = Closure(|_, q, u| ((1.0 - q * q) * u - q) / 1e-2);
-    let list: [Any<Closure>; 4] =
-        [methods::Dop853.into(), methods::Radau5.into(), methods::Esdirk4.into(), methods::GraggBulirschStoer.into()];
+    let list: [Any<Closure>; 4] = [
+        methods::Dop853.into(),
+        methods::Radau5.into(),
+        methods::Esdirk4.into(),
+        methods::GraggBulirschStoer.into(),
+    ];
     let (mut failed, mut beyond) = (0, 0);
-    for (model, method) in [&grows, &blows_up, &relaxing].into_iter().flat_map(|m| list.iter().map(move |x| (m, x))) {
+    for (model, method) in
+        [&grows, &blows_up, &relaxing].into_iter().flat_map(|m| list.iter().map(move |x| (m, x)))
+    {
         for until in [0.0, 1e-300, 3.0, -3.0, 60.0] {
-            let run = || model.simulate(at_rest_or_not([1.0], [0.5])).until(until).method(method).tolerance(1e-6);
+            let run =
+                || model.simulate(at_rest_or_not([1.0], [0.5])).until(until).method(method).tolerance(1e-6);
             let run = || run().max_steps(3000);
             let stopped = run().event("near", |s| s.q[0] - 1.001).stop_at("near", Direction::Any);
             for run in [run().run(), stopped.run(), run().event("end", |s| s.t - until).run()] {
@@ -232,8 +271,9 @@ fn summaries_say_no_number_that_is_none() {
                 let motion = run.or_else(|error| error.motion(model).ok_or(error)).unwrap();
                 let said = motion.summary().to_string();
                 assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");
-                beyond +=
-                    u32::from(said.contains("warning      energy grows beyond all numbers; give a smaller tolerance"));
+                beyond += u32::from(
+                    said.contains("warning      energy grows beyond all numbers; give a smaller tolerance"),
+                );
             }
         }
     }
@@ -267,7 +307,8 @@ fn errors_beyond_ten_tolerances_are_told_plainly() {
 fn overflow_is_called_by_its_name() {
     let grows = Closure(|_, q, _| 1e4 * q);
     for method in [Any::from(methods::Dop853), methods::Verner9.into(), methods::Tsit5.into()] {
-        let run = grows.simulate(at_rest_or_not([1.0], [0.0])).until(60.0).tolerance(1e-6).method(&method).run();
+        let run =
+            grows.simulate(at_rest_or_not([1.0], [0.0])).until(60.0).tolerance(1e-6).method(&method).run();
         let error = run.err().unwrap();
         assert!(matches!(error.kind, SimulationErrorKind::Overflow { coordinate: "x", .. }), "{error}");
         assert!(error.to_string().contains("grows beyond all numbers"), "{error}");
@@ -275,13 +316,16 @@ fn overflow_is_called_by_its_name() {
     }
 }
 
-/// Accelerations that are beyond all numbers at the start are called that, and not a matter of the tolerance; and
-/// those by the inverse square of a distance that vanishes, as of a plate that is pulled in, no jump.
+/// Accelerations that are beyond all numbers at the start are called that, and not a matter of the tolerance;
+/// and those by the inverse square of a distance that vanishes, as of a plate that is pulled in, no jump.
 #[test]
 fn accelerations_beyond_all_bounds_are_called_by_their_name() {
     for model in [Closure(|_, q, _| -1e160 * q), Closure(|_, q, _| 1e160 * q)] {
         let error = model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0).run().unwrap_err();
-        assert!(matches!(error.kind, SimulationErrorKind::Overflow { coordinate: "x", order: 2, .. }), "{error}");
+        assert!(
+            matches!(error.kind, SimulationErrorKind::Overflow { coordinate: "x", order: 2, .. }),
+            "{error}"
+        );
         assert!(error.to_string().contains("the acceleration of `x` is "), "{error}");
     }
     let [plate, stronger]: [fn(f64, f64, f64) -> f64; 2] =
@@ -291,7 +335,10 @@ fn accelerations_beyond_all_bounds_are_called_by_their_name() {
             let run = plate.simulate(at_rest_or_not([0.0], [0.0])).until(100.0).tolerance(tolerance).run();
             let error = run.unwrap_err();
             assert!(matches!(error.kind, SimulationErrorKind::StepsVanish { .. }), "{error}");
-            assert!(error.state.q[0] < 1.0 && error.to_string().contains("as d - x in a force by"), "{error}");
+            assert!(
+                error.state.q[0] < 1.0 && error.to_string().contains("as d - x in a force by"),
+                "{error}"
+            );
         }
     }
     // A jump is none of that.
@@ -319,7 +366,8 @@ fn a_summary_takes_its_share_of_the_run() {
         "{summary}"
     );
     // Of few coordinates all is looked at.
-    let few = DoublePendulum::UNIT.simulate(at_rest_or_not([1.0, 0.0], [0.0, 0.0])).until(20.0).run().unwrap();
+    let few =
+        DoublePendulum::UNIT.simulate(at_rest_or_not([1.0, 0.0], [0.0, 0.0])).until(20.0).run().unwrap();
     let summary = few.summary();
     assert!(summary.conditioning.looked_at.0 == few.steps().len(), "{summary}");
     assert!(summary.doubts.unchecked == Unchecked::default() && !summary.to_string().contains("not checked"));
@@ -330,7 +378,8 @@ fn a_summary_takes_its_share_of_the_run() {
 #[test]
 fn stiff_motions_are_handed_over_at_tight_tolerances_too() {
     let model = Closure(|_, q, u| 1e3 * (1.0 - q * q) * u - q);
-    let simulate = |tolerance| model.simulate(at_rest_or_not([2.0], [0.0])).until(2000.0).tolerance(tolerance);
+    let simulate =
+        |tolerance| model.simulate(at_rest_or_not([2.0], [0.0])).until(2000.0).tolerance(tolerance);
     let fine = simulate(1e-13).run().unwrap();
     for tolerance in [1e-11, 1e-12, 1e-13] {
         let motion = simulate(tolerance).run().unwrap();
@@ -344,7 +393,8 @@ fn stiff_motions_are_handed_over_at_tight_tolerances_too() {
     assert!(error.to_string().contains("stiff from t = "), "{error}");
     // What is not stiff goes on as it began.
     let oscillator = Oscillator { omega: 1.0 };
-    let motion = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(1000.0).tolerance(1e-13).run().unwrap();
+    let motion =
+        oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(1000.0).tolerance(1e-13).run().unwrap();
     assert_eq!(motion.switched(), None);
 }
 
@@ -354,8 +404,14 @@ fn stiff_motions_are_handed_over_at_tight_tolerances_too() {
 fn small_and_damped_motions_raise_no_false_alarm() {
     let swing = Closure(|_, q, _| -9.81 * q.sin());
     for (size, tolerance) in [(1e-3, 1e-5), (1e-5, 1e-7), (1e-7, 1e-8)] {
-        for method in [Any::from(methods::Verner9), methods::Dop853.into(), methods::GraggBulirschStoer.into()] {
-            let run = swing.simulate(at_rest_or_not([size], [0.0])).until(300.0).tolerance(tolerance).method(&method);
+        for method in
+            [Any::from(methods::Verner9), methods::Dop853.into(), methods::GraggBulirschStoer.into()]
+        {
+            let run = swing
+                .simulate(at_rest_or_not([size], [0.0]))
+                .until(300.0)
+                .tolerance(tolerance)
+                .method(&method);
             let summary = run.run().unwrap().summary();
             assert!(summary.doubts.crawls.is_none() && summary.stiff_at.is_none(), "{size:e} {summary}");
         }

@@ -25,7 +25,8 @@ fn impacts(restitution: f64, count: usize) -> Vec<f64> {
 #[test]
 fn a_bouncing_ball_meets_the_closed_form() {
     let ball = Ball { g: G };
-    for method in &[methods::Any::from(methods::Rk4), methods::DormandPrince5.into(), methods::Dop853.into()] {
+    for method in &[methods::Any::from(methods::Rk4), methods::DormandPrince5.into(), methods::Dop853.into()]
+    {
         let simulation = ball.simulate(at_rest_or_not([1.0], [0.0])).until(2.5).method(method);
         let simulation = if method.is_adaptive() { simulation } else { simulation.fixed_step(0.05) };
         let motion = simulation.on_event("impact", Direction::Falling, |s| s.u[0] *= -0.8).run().unwrap();
@@ -39,12 +40,16 @@ fn a_bouncing_ball_meets_the_closed_form() {
             assert!(!event.stopped && event.direction == Direction::Falling);
         }
         // The ball is nowhere below the floor, and `at` gives the state after a reset.
-        let lowest = motion.sample((0..=2500).map(|k| 1e-3 * f64::from(k))).map(|s| s.q[0]).fold(f64::MAX, f64::min);
+        let lowest =
+            motion.sample((0..=2500).map(|k| 1e-3 * f64::from(k))).map(|s| s.q[0]).fold(f64::MAX, f64::min);
         assert!(lowest > -1e-12, "{method}: the ball sinks to {lowest}");
         assert_eq!(motion.at(found[0].time()).u, found[0].after.u);
         let account = motion.work();
         let lost: f64 = account.resets.iter().map(|row| row.work).sum();
-        assert!((lost - (account.energy_end - account.energy_start)).abs() < 1e-12 && lost < -5.0, "{account}");
+        assert!(
+            (lost - (account.energy_end - account.energy_start)).abs() < 1e-12 && lost < -5.0,
+            "{account}"
+        );
         assert_eq!(account.resets[0].name, "impact");
         assert!(motion.summary().energy_drift < 1e-13, "resets do not count as drift");
         // Apexes, one after every impact, are listed without having been asked for.
@@ -154,7 +159,11 @@ fn a_function_that_is_zero_at_the_start_has_not_crossed() {
         .stop_at("centre", Direction::Rising)
         .run()
         .unwrap();
-    assert!((motion.end_time() - 2.0 * PI).abs() < 1e-9, "stops after one period, not at once: {}", motion.end_time());
+    assert!(
+        (motion.end_time() - 2.0 * PI).abs() < 1e-9,
+        "stops after one period, not at once: {}",
+        motion.end_time()
+    );
     assert_eq!(motion.events().len(), 2, "falling at π, rising at 2π");
 }
 
@@ -162,7 +171,8 @@ fn a_function_that_is_zero_at_the_start_has_not_crossed() {
 fn directions_hold_along_the_motion_backwards_too() {
     let oscillator = Oscillator { omega: 1.0 };
     for (end, sign) in [(10.0, 1.0), (-10.0, -1.0)] {
-        let motion = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(end).tolerance(1e-12).run().unwrap();
+        let motion =
+            oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(end).tolerance(1e-12).run().unwrap();
         let found: Vec<(f64, Direction)> = motion.events().iter().map(|e| (e.time(), e.direction)).collect();
         let expected = [(0.5, Direction::Falling), (1.5, Direction::Rising), (2.5, Direction::Falling)];
         assert_eq!(found.len(), 3);
@@ -185,7 +195,8 @@ fn several_events_in_one_step_come_in_order() {
         .event("pair", |s| (s.t() - 1.50) * (s.t() - 1.51))
         .run()
         .unwrap();
-    let listed: Vec<&str> = motion.events().iter().map(|e| e.name.as_str()).filter(|n| *n != "centre").collect();
+    let listed: Vec<&str> =
+        motion.events().iter().map(|e| e.name.as_str()).filter(|n| *n != "centre").collect();
     assert_eq!(listed, ["early", "pair", "pair", "late"]);
     let times: Vec<f64> = motion.events().iter().map(|e| e.time()).collect();
     assert!(times.is_sorted(), "{times:?}");
@@ -216,8 +227,13 @@ fn events_at_the_same_instant_all_act() {
 #[test]
 fn inputs_set_by_a_reset_are_held() {
     let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
-    let start =
-        PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [1.0].into(), modes: Default::default() };
+    let start = PlainState {
+        t: 0.0,
+        q: [0.0].into(),
+        u: [0.0].into(),
+        inputs: [1.0].into(),
+        modes: Default::default(),
+    };
     let motion = model
         .simulate(start)
         .until(4.0)
@@ -240,8 +256,13 @@ fn inputs_set_by_a_reset_are_held() {
 #[test]
 fn an_inputs_law_sees_what_a_reset_set() {
     let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
-    let start =
-        PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [2.0].into(), modes: Default::default() };
+    let start = PlainState {
+        t: 0.0,
+        q: [0.0].into(),
+        u: [0.0].into(),
+        inputs: [2.0].into(),
+        modes: Default::default(),
+    };
     let motion = model
         .simulate(start)
         .until(4.0)
@@ -273,7 +294,8 @@ fn the_state_at_an_event_has_the_accuracy_of_the_step() {
     assert!(end.end().q.dot(&end.end().u).abs() < 1e-15, "the event function is zero at the state itself");
 }
 
-/// The reset itself is fine, what it leads to cannot be evaluated: the motion ends before it, and no reset is in its account.
+/// The reset itself is fine, what it leads to cannot be evaluated: the motion ends before it, and no reset is
+/// in its account.
 #[test]
 fn a_reset_to_a_place_without_accelerations_is_not_kept() {
     let model = Closure(|_, q, _| if q < 2.0 { 1.0 } else { f64::NAN });
@@ -299,7 +321,10 @@ fn bad_events_are_errors() {
         kind(open().stop_at("impcat", Direction::Any)),
         OptionError::UnknownEvent { name: "impcat".into(), suggestion: Some("impact".into()) }.into()
     );
-    assert_eq!(kind(open().event("apex", |s| s.q[0])), OptionError::DuplicateEvent { name: "apex".into() }.into());
+    assert_eq!(
+        kind(open().event("apex", |s| s.q[0])),
+        OptionError::DuplicateEvent { name: "apex".into() }.into()
+    );
     assert_eq!(
         kind(open().event("log", |s| (s.q[0] - 0.5).ln())),
         SimulationErrorKind::EventNotANumber { event: "log".into() }
@@ -314,20 +339,25 @@ fn bad_events_are_errors() {
     );
 }
 
-/// Free flight in steps as long as the flight: events that oscillate within a step are found, or the run says that they are not.
+/// Free flight in steps as long as the flight: events that oscillate within a step are found, or the run says
+/// that they are not.
 #[test]
 fn events_that_oscillate_faster_than_the_steps_are_found() {
     for method in &[methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
         let oscillator = Oscillator { omega: 1.0 };
         let run = |omega: f64| {
-            let run = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).method(method).tolerance(1e-8);
+            let run =
+                oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).method(method).tolerance(1e-8);
             run.event("quick", move |s| (omega * s.t() + 0.3).sin()).run()
         };
         for omega in [3.0, 20.0, 200.0, 500.0] {
             let motion = run(omega).unwrap();
-            let found: Vec<f64> = motion.events().iter().filter(|e| e.name == "quick").map(|e| e.time()).collect();
+            let found: Vec<f64> =
+                motion.events().iter().filter(|e| e.name == "quick").map(|e| e.time()).collect();
             assert_eq!(found.len(), ((10.0 * omega + 0.3) / PI) as usize, "{method} {omega}");
-            assert!(found.iter().enumerate().all(|(k, t)| (omega * t + 0.3 - (k + 1) as f64 * PI).abs() < 1e-9));
+            assert!(
+                found.iter().enumerate().all(|(k, t)| (omega * t + 0.3 - (k + 1) as f64 * PI).abs() < 1e-9)
+            );
         }
         let error = run(1e6).unwrap_err();
         assert_eq!(error.kind, SimulationErrorKind::EventUnresolved { event: "quick".into() });
@@ -338,7 +368,8 @@ fn events_that_oscillate_faster_than_the_steps_are_found() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
 
-    /// Whatever the ball, the tolerance and the step, every impact is found at its time, and the ball is never below the floor.
+    /// Whatever the ball, the tolerance and the step, every impact is found at its time, and the ball is
+    /// never below the floor.
     #[test]
     fn any_bouncing_ball(
         height in 0.01..100.0f64,
@@ -375,7 +406,8 @@ proptest! {
         // Rounding of the floor's height moves the impacts.
         let resolution = 1e-11 * fall + 1e-13 * (floor.abs() + height) / (G * fall * restitution.powi(count as i32));
         for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
-            prop_assert!((found - expected).abs() < 100.0 * resolution, "impact {k} at {found} for {expected}");
+            prop_assert!((found - expected).abs() < 100.0 * resolution, "impact {k} at {found} for \
+                {expected}");
         }
         let span = end - offset;
         let lowest = motion.sample((0..=500).map(|k| offset + span * f64::from(k) / 500.0)).map(|s| s.q[0] - floor);
@@ -383,7 +415,8 @@ proptest! {
         prop_assert!(motion.summary().energy_drift < 1e-12);
     }
 
-    /// Crossings of an oscillator with drifting thresholds: as many as there are, each on the threshold, in both directions of time.
+    /// Crossings of an oscillator with drifting thresholds: as many as there are, each on the threshold, in
+    /// both directions of time.
     #[test]
     fn any_threshold(threshold in -0.95..0.95f64, omega in 0.5..50.0f64, end in prop_oneof![-20.0..-1.0f64, 1.0..20.0f64]) {
         let oscillator = Oscillator { omega };
@@ -408,7 +441,8 @@ proptest! {
         }
     }
 
-    /// A stone thrown up in one long step, seen against a threshold that it just passes, or just misses, at its summit; and a cubic dip in its way.
+    /// A stone thrown up in one long step, seen against a threshold that it just passes, or just misses, at
+    /// its summit; and a cubic dip in its way.
     #[test]
     fn any_dip_in_a_long_step(
         speed in 1.0..50.0f64,
@@ -444,18 +478,23 @@ proptest! {
     }
 }
 
-/// A falling ball passes gates |y − c| = w of widths far below a step and wherever they are in one: two crossings each, where a closed form says.
+/// A falling ball passes gates |y − c| = w of widths far below a step and wherever they are in one: two
+/// crossings each, where a closed form says.
 #[test]
 fn gates_narrower_than_a_step_are_seen() {
     let ball = Ball { g: G };
     let end = 2.0;
     let time = |y: f64| (2.0 * (1.0 - y) / G).sqrt();
-    for (method, tolerance) in [(methods::Any::from(methods::DormandPrince5), 1e-4), (methods::Dop853.into(), 1e-8)] {
+    for (method, tolerance) in
+        [(methods::Any::from(methods::DormandPrince5), 1e-4), (methods::Dop853.into(), 1e-8)]
+    {
         for k in 0..400 {
             let (center, width) = (0.9 - 0.0431 * f64::from(k), 10f64.powf(-0.5 - 0.05 * f64::from(k % 60)));
-            let run = ball.simulate(at_rest_or_not([1.0], [0.0])).until(end).tolerance(tolerance).method(&method);
+            let run =
+                ball.simulate(at_rest_or_not([1.0], [0.0])).until(end).tolerance(tolerance).method(&method);
             let motion = run.event("gate", move |s| (s.q[0] - center).abs() - width).run().unwrap();
-            let found: Vec<f64> = motion.events().iter().filter(|e| e.name == "gate").map(|e| e.time()).collect();
+            let found: Vec<f64> =
+                motion.events().iter().filter(|e| e.name == "gate").map(|e| e.time()).collect();
             let edges = [center + width, center - width].into_iter().filter(|y| *y < 1.0).map(time);
             let expected: Vec<f64> = edges.filter(|t| *t < end).collect();
             assert_eq!(found.len(), expected.len(), "{method}: gate of {width} at {center}");
@@ -464,8 +503,8 @@ fn gates_narrower_than_a_step_are_seen() {
     }
 }
 
-/// Two functions that are zero at one place: one is located by the interpolant, the other ends the step, whose end the method itself finds. What is
-/// listed is in the order of time.
+/// Two functions that are zero at one place: one is located by the interpolant, the other ends the step,
+/// whose end the method itself finds. What is listed is in the order of time.
 #[test]
 fn events_are_listed_in_the_order_of_time() {
     let oscillator = Oscillator { omega: 1.0 };
@@ -475,21 +514,25 @@ fn events_are_listed_in_the_order_of_time() {
                 let place = 0.9 - 0.09 * f64::from(k);
                 let run = oscillator.simulate(at_rest_or_not([1.0], [0.3])).until(end).tolerance(tolerance);
                 let run = run.method(methods::Dop853).event("passes", move |s| s.q[0] - place);
-                let run =
-                    run.event("acts", move |s| s.q[0] - place).on_event("acts", Direction::Any, |_| Flow::Continue);
+                let run = run
+                    .event("acts", move |s| s.q[0] - place)
+                    .on_event("acts", Direction::Any, |_| Flow::Continue);
                 let motion = run.run().unwrap();
-                let times: Vec<f64> = motion.events().iter().map(|event| event.time() * end.signum()).collect();
+                let times: Vec<f64> =
+                    motion.events().iter().map(|event| event.time() * end.signum()).collect();
                 assert!(times.len() > 15 && times.is_sorted(), "{end} {tolerance:e} {place}: {times:?}");
             }
         }
     }
 }
 
-/// A function of time alone that is zero at the start, and steps that are longer than the time to its next zero.
+/// A function of time alone that is zero at the start, and steps that are longer than the time to its next
+/// zero.
 #[test]
 fn an_action_that_changes_nothing_within_the_first_step_is_none_that_repeats() {
     let oscillator = Oscillator { omega: 1.0 };
-    let run = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).tolerance(1e-3).method(methods::Dop853);
+    let run =
+        oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).tolerance(1e-3).method(methods::Dop853);
     let run = run.first_step(0.5).event("tick", |s| (41.0 * s.t).sin());
     let motion = run.on_event("tick", Direction::Any, |_| Flow::Continue).run().unwrap();
     assert_eq!(motion.events().iter().filter(|event| event.name == "tick").count(), 130);

@@ -9,7 +9,8 @@ use common::*;
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::{
-    Flow, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError, SimulationErrorKind,
+    Flow, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError,
+    SimulationErrorKind,
 };
 
 fn kind(simulation: Simulation<'_, Oscillator>) -> SimulationErrorKind {
@@ -42,7 +43,9 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
         (run().every(1e-12), "every"),
     ] {
         match kind(simulation) {
-            SimulationErrorKind::Option(OptionError::Number { option: found, .. }) => assert_eq!(found, option),
+            SimulationErrorKind::Option(OptionError::Number { option: found, .. }) => {
+                assert_eq!(found, option)
+            }
             other => panic!("{option}: {other:?}"),
         }
     }
@@ -54,7 +57,10 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
         assert_eq!(kind(simulation), OptionError::FixedStepExcludes { option }.into());
     }
     for (simulation, text) in [
-        (run().tolerances(0.0, 1e-9), "`.tolerances(0, 1e-9)` is not possible; give an absolute tolerance above 0"),
+        (
+            run().tolerances(0.0, 1e-9),
+            "`.tolerances(0, 1e-9)` is not possible; give an absolute tolerance above 0",
+        ),
         (
             run().tolerances(1e-9, -1.0),
             "`.tolerances(1e-9, -1)` is not possible; give a relative tolerance of 0 or more",
@@ -67,7 +73,10 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
             run().tolerances(1e-9, 1e-16),
             "`.tolerances(1e-9, 1e-16)` is not possible; give a relative tolerance of at least",
         ),
-        (run().tolerances(1e3, 1.0), "`.tolerances(1000, 1)` is not possible; give a relative tolerance below 1"),
+        (
+            run().tolerances(1e3, 1.0),
+            "`.tolerances(1000, 1)` is not possible; give a relative tolerance below 1",
+        ),
         (
             run().tolerance(10.0),
             "`.tolerance(10)` is not possible; give less than 1: from there on no digit is asked for",
@@ -88,12 +97,15 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
     let error = kind(run().output_times([0.2, 1.0, 0.5])).to_string();
     assert_eq!(error, "output time 1 is followed by 0.5; give them in ascending order");
     let error = kind(run().until(-1.0).output_times([-0.5, -0.2])).to_string();
-    assert_eq!(error, "output time -0.5 is followed by -0.2; give them in descending order, as the motion runs");
+    assert_eq!(
+        error,
+        "output time -0.5 is followed by -0.2; give them in descending order, as the motion runs"
+    );
     let error = run().tolerance(0.0).run().unwrap_err();
     assert!(
-        error
-            .to_string()
-            .starts_with("`Oscillator` was not simulated: `.tolerance(0)` is not possible; give a tolerance above 0"),
+        error.to_string().starts_with(
+            "`Oscillator` was not simulated: `.tolerance(0)` is not possible; give a tolerance above 0"
+        ),
         "{error}"
     );
     assert!(error.motion(&model).is_none());
@@ -115,7 +127,9 @@ fn what_is_missed_is_told_where_it_says_anything() {
 #[test]
 fn a_start_that_is_not_finite_is_named() {
     let model = Oscillator { omega: 1.0 };
-    let run = |q: f64, u: f64, t: f64| kind(model.simulate(PlainState { t, ..at_rest_or_not([q], [u]) }).until(1.0));
+    let run = |q: f64, u: f64, t: f64| {
+        kind(model.simulate(PlainState { t, ..at_rest_or_not([q], [u]) }).until(1.0))
+    };
     let named = |name, rate| SimulationErrorKind::from(OptionError::StartNotFinite { name, rate });
     assert_eq!(run(f64::NAN, 0.0, 0.0), named("x", false));
     assert_eq!(run(0.0, f64::INFINITY, 0.0), named("x", true));
@@ -125,8 +139,13 @@ fn a_start_that_is_not_finite_is_named() {
 #[test]
 fn inputs_without_value_or_with_a_bad_one_are_named() {
     let model = Driven { m: 1.0, k: 1.0, c: 0.0 };
-    let start =
-        PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [f64::NAN].into(), modes: Default::default() };
+    let start = PlainState {
+        t: 0.0,
+        q: [0.0].into(),
+        u: [0.0].into(),
+        inputs: [f64::NAN].into(),
+        modes: Default::default(),
+    };
     let error = model.simulate(start).until(1.0).run().unwrap_err();
     assert_eq!(error.kind, OptionError::InputWithoutValue { input: "force" }.into());
     let law = |t: f64, _: &PlainState<1, 1>| [if t < 0.5 { 1.0 } else { f64::NAN }];
@@ -143,12 +162,18 @@ fn inputs_without_value_or_with_a_bad_one_are_named() {
     assert!(whole.work().closure_error.abs() < 1e-9);
 }
 
-/// The interpolant of DOP853 asks for stages at 0.1, 0.2 and 7/9 of a step, which the step itself does without.
+/// The interpolant of DOP853 asks for stages at 0.1, 0.2 and 7/9 of a step, which the step itself does
+/// without.
 #[test]
 fn a_step_without_interpolant_is_taken_back() {
     let model = Driven { m: 1.0, k: 0.0, c: 0.0 };
-    let start =
-        PlainState { t: 0.0, q: [0.0].into(), u: [0.0].into(), inputs: [0.0].into(), modes: Default::default() };
+    let start = PlainState {
+        t: 0.0,
+        q: [0.0].into(),
+        u: [0.0].into(),
+        inputs: [0.0].into(),
+        modes: Default::default(),
+    };
     let law = |t: f64, _: &PlainState<1, 1>| [if (t - 1.2).abs() < 1e-3 { f64::NAN } else { 1.0 }];
     let run = || model.simulate(start).until(3.0).method(methods::Dop853).fixed_step(1.0).inputs(law);
     assert_eq!(run().run().unwrap().end_time(), 3.0, "nobody asks there");

@@ -42,7 +42,8 @@ proptest! {
 #[test]
 fn without_inertia_or_with_repeated_rows_the_formulations_that_apply_agree_and_the_others_say_why() {
     let crank = SliderCrank { a: 0.1, b: 0.3, j: 0.02, rod: 0.0, slider: 0.5, load: -40.0 };
-    let massless = crank.compare_formulations(&at_rest_or_not([0.8, -0.2, 0.35], [20.0, -4.0, -2.0])).unwrap();
+    let massless =
+        crank.compare_formulations(&at_rest_or_not([0.8, -0.2, 0.35], [20.0, -4.0, -2.0])).unwrap();
     assert!(massless.applicable() == 3 && massless.disagreement() < 1e-12 && massless.unique, "{massless}");
     assert!(
         massless.to_string().contains("range space by Cholesky  ")
@@ -67,8 +68,8 @@ fn at_its_change_point_a_parallelogram_has_a_freedom_more() {
     let model = FourBar::PARALLELOGRAM;
     assert_eq!(model.degrees_of_freedom(&parallelogram(0.7, 1.0)).unwrap(), 1);
     assert_eq!(model.degrees_of_freedom(&parallelogram(0.0, 1.0)).unwrap(), 2);
-    // Flat, the bars lie along x, and the row for x is zero: the cranks may go on together or against each other, as they
-    // came, but not otherwise.
+    // Flat, the bars lie along x, and the row for x is zero: the cranks may go on together or against each
+    // other, as they came, but not otherwise.
     let flat = solve_once(&model, &(), &parallelogram(0.0, 1.0)).unwrap();
     assert_eq!(flat.diagnosis.map(|d| (d.rank, d.active)), Some((1, 2)));
     let shared = &model.reactions(&parallelogram(0.0, 1.0)).unwrap()[0];

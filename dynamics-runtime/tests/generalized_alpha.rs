@@ -1,5 +1,5 @@
-//! The generalized-α method: order 2 in positions, velocities and multipliers from the first step on, damping as theory says, steps of changing size, and no
-//! success where its equations are not solved.
+//! The generalized-α method: order 2 in positions, velocities and multipliers from the first step on, damping
+//! as theory says, steps of changing size, and no success where its equations are not solved.
 
 mod common;
 
@@ -88,7 +88,8 @@ impl Truth {
     }
 }
 
-/// Largest errors of q, u, the multipliers of the state and those of the method, over the steps that `counts` says; `sizes` are gone through in turn.
+/// Largest errors of q, u, the multipliers of the state and those of the method, over the steps that `counts`
+/// says; `sizes` are gone through in turn.
 fn errors(rho: f64, sizes: &[f64], end: f64, counts: impl Fn(u64) -> bool) -> [f64; 4] {
     let mut truth = Truth::new(1.0, 2.0);
     let scheme = GeneralizedAlpha::damping(rho);
@@ -129,13 +130,15 @@ fn check_orders(what: &str, sizes: &[f64], end: f64, counts: impl Fn(u64) -> boo
     }
 }
 
-/// Positions, velocities, and multipliers, those of the method too, at all steps; of index 3 that takes a start that is beside Φ̇ = 0.
+/// Positions, velocities, and multipliers, those of the method too, at all steps; of index 3 that takes a
+/// start that is beside Φ̇ = 0.
 #[test]
 fn orders_of_convergence_with_constraints() {
     check_orders("all steps", &[0.01], 2.0, |_| true);
 }
 
-/// Each of the first steps by itself: with a start as it is given, the method's own multipliers would err by O(h) there.
+/// Each of the first steps by itself: with a start as it is given, the method's own multipliers would err by
+/// O(h) there.
 #[test]
 fn multipliers_have_their_order_from_the_first_step_on() {
     for rho in RHOS {
@@ -183,7 +186,8 @@ fn oscillations_are_damped_as_theory_says() {
                 } else {
                     theory = step * theory;
                 }
-                let error = (stepper.now().y.q[0] - theory[0]).abs() + (stepper.now().y.u[0] - theory[1]).abs();
+                let error =
+                    (stepper.now().y.q[0] - theory[0]).abs() + (stepper.now().y.u[0] - theory[1]).abs();
                 assert!(error < 1e-9 * size, "rho {rho}, h omega {x}: {error:e} of {size:e}");
             }
             println!("rho {rho}, h omega {x}: radius {radius:.6}");
@@ -199,12 +203,14 @@ fn oscillations_are_damped_as_theory_says() {
     }
 }
 
-/// A stiff oscillation that was there at the start is gone to ρ∞ⁿ n² after n steps, and the slow motion goes on.
+/// A stiff oscillation that was there at the start is gone to ρ∞ⁿ n² after n steps, and the slow motion goes
+/// on.
 #[test]
 fn what_is_fast_fades_and_what_is_slow_stays() {
     for rho in [0.0, 0.5, 0.8] {
         // q₀ slow, q₁ on a spring of ω = 1e6.
-        let mut system = |_: f64, q: &V2, _: &V2| Ok::<_, Infallible>(V2::new(-q[0], 1e12 * (1e-3 * q[0] - q[1])));
+        let mut system =
+            |_: f64, q: &V2, _: &V2| Ok::<_, Infallible>(V2::new(-q[0], 1e12 * (1e-3 * q[0] - q[1])));
         let start = Phase { q: V2::new(1.0, 2e-3), u: V2::zeros() };
         let scheme = GeneralizedAlpha::damping(rho);
         let mut stepper = Stepper::with(scheme, &mut system, 0.0, start, 2.0, fixed(0.01)).unwrap();
@@ -225,7 +231,8 @@ fn the_error_follows_the_tolerance() {
     for rho in RHOS {
         for tolerance in [1e-2, 1e-4, 1e-6] {
             let scheme = GeneralizedAlpha::damping(rho);
-            let mut stepper = Stepper::with(scheme, &mut Rod, 0.0, at(1.0, 2.0), 3.0, adaptive(tolerance)).unwrap();
+            let mut stepper =
+                Stepper::with(scheme, &mut Rod, 0.0, at(1.0, 2.0), 3.0, adaptive(tolerance)).unwrap();
             while stepper.now().t < 3.0 {
                 stepper.step(&mut Rod, 3.0).unwrap();
             }
@@ -283,12 +290,15 @@ fn steps_do_not_allocate() {
 #[test]
 fn simulations_have_all_that_others_have() {
     let (model, start) = (DoublePendulum::UNIT, at_rest_or_not([1.0, -0.5], [0.3, 1.0]));
-    let reference = model.simulate(start).until(2.0).tolerance(1e-12).event("level", |s| s.q[0]).run().unwrap();
+    let reference =
+        model.simulate(start).until(2.0).tolerance(1e-12).event("level", |s| s.q[0]).run().unwrap();
     for rho in [0.0, 0.8, 1.0] {
         let method = methods::GeneralizedAlpha { rho };
         let run = model.simulate(start).until(2.0).fixed_step(1e-3).method(method).event("level", |s| s.q[0]);
         let motion = run.estimate_error().run().unwrap();
-        let error = |t: f64| (motion.at(t).q - reference.at(t).q).norm() + (motion.at(t).u - reference.at(t).u).norm();
+        let error = |t: f64| {
+            (motion.at(t).q - reference.at(t).q).norm() + (motion.at(t).u - reference.at(t).u).norm()
+        };
         let worst = (0..400).map(|k| error(0.005 * f64::from(k) + 0.0003)).fold(0.0, f64::max);
         let found = motion.global_error().unwrap();
         let told = found.coordinates.error.max(found.velocities.error);

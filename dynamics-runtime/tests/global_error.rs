@@ -21,7 +21,8 @@ fn true_errors(motion: &Motion<'_, Oscillator>) -> [f64; 2] {
     })
 }
 
-/// The second run's own error is at most a few percent of the first one's: smaller by 100 to the power that the method follows its tolerance with.
+/// The second run's own error is at most a few percent of the first one's: smaller by 100 to the power that
+/// the method follows its tolerance with.
 #[test]
 fn the_estimate_is_the_error_of_the_closed_form() {
     let list: [Any<Oscillator>; 5] = [
@@ -41,13 +42,29 @@ fn the_estimate_is_the_error_of_the_closed_form() {
             let found = [estimate.coordinates.error, estimate.velocities.error];
             println!("{method} {tolerance:e}: {found:?} for {:?}", true_errors(&motion));
             for (found, exact) in found.into_iter().zip(true_errors(&motion)) {
-                assert!((found / exact - 1.0).abs() < 0.1, "{method} at {tolerance:e}: {found:e} for {exact:e}");
+                assert!(
+                    (found / exact - 1.0).abs() < 0.1,
+                    "{method} at {tolerance:e}: {found:e} for {exact:e}"
+                );
             }
-            assert_eq!((estimate.lost_at, estimate.doubling_time), (None, None), "an oscillator is not chaotic");
+            assert_eq!(
+                (estimate.lost_at, estimate.doubling_time),
+                (None, None),
+                "an oscillator is not chaotic"
+            );
             assert_eq!(estimate.history.len(), motion.steps().len());
             // The run itself is the one without estimate.
-            let plain = OSCILLATOR.simulate(from_one()).until(30.0).tolerance(tolerance).method(method).run().unwrap();
-            assert_eq!((plain.end(), plain.counts().evaluations), (motion.end(), motion.counts().evaluations));
+            let plain = OSCILLATOR
+                .simulate(from_one())
+                .until(30.0)
+                .tolerance(tolerance)
+                .method(method)
+                .run()
+                .unwrap();
+            assert_eq!(
+                (plain.end(), plain.counts().evaluations),
+                (motion.end(), motion.counts().evaluations)
+            );
             assert!(plain.global_error().is_none() && plain.summary().error.is_none());
             let summary = motion.summary().to_string();
             assert!(summary.contains("\n  error        coordinates "), "{summary}");
@@ -58,7 +75,8 @@ fn the_estimate_is_the_error_of_the_closed_form() {
 #[test]
 fn halved_steps_estimate_the_error_of_fixed_ones() {
     for h in [0.1, 0.05, 0.02] {
-        let motion = OSCILLATOR.simulate(from_one()).until(10.0).fixed_step(h).estimate_error().run().unwrap();
+        let motion =
+            OSCILLATOR.simulate(from_one()).until(10.0).fixed_step(h).estimate_error().run().unwrap();
         let estimate = motion.global_error().unwrap();
         assert_eq!((estimate.second, estimate.ratio), (SecondRun::HalfStep(0.5 * h), None));
         let exact = true_errors(&motion);
@@ -68,19 +86,24 @@ fn halved_steps_estimate_the_error_of_fixed_ones() {
     }
 }
 
-/// Where rounding permits no smaller tolerance the second run has a larger one, and what is found bounds the error.
+/// Where rounding permits no smaller tolerance the second run has a larger one, and what is found bounds the
+/// error.
 #[test]
 fn at_the_finest_tolerance_the_estimate_is_a_bound() {
     let motion = OSCILLATOR.simulate(from_one()).until(30.0).tolerance(1e-14).estimate_error().run().unwrap();
     let estimate = motion.global_error().unwrap();
     assert_eq!(estimate.second, SecondRun::Looser { absolute: 1e-13, relative: 1e-13 });
     let [q, u] = true_errors(&motion);
-    assert!(estimate.coordinates.error > 0.5 * q && estimate.velocities.error > 0.5 * u, "{estimate}\n{q:e} {u:e}");
+    assert!(
+        estimate.coordinates.error > 0.5 * q && estimate.velocities.error > 0.5 * u,
+        "{estimate}\n{q:e} {u:e}"
+    );
     assert!(estimate.coordinates.error < 1e-11, "{estimate}");
     assert!(estimate.to_string().contains("at most, by a second run at tolerance 1.0e-13"), "{estimate}");
 }
 
-/// e = 0.9 after 16 revolutions, Kepler's equation solved to 60 digits: the error grows with time, many times beyond the tolerance.
+/// e = 0.9 after 16 revolutions, Kepler's equation solved to 60 digits: the error grows with time, many times
+/// beyond the tolerance.
 #[test]
 fn orbits_amplify_errors_without_doubling_them() {
     let start = at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()]);
@@ -129,17 +152,22 @@ fn chaos_doubles_errors_until_nothing_is_left() {
     println!("nothing is left from t = {lost:?} on");
     let digits = 4.0;
     let expected = digits * doubling / std::f64::consts::LOG10_2;
-    assert!((lost[1] - lost[0]) / expected > 0.5 && (lost[1] - lost[0]) / expected < 2.0, "{lost:?}, {expected}");
+    assert!(
+        (lost[1] - lost[0]) / expected > 0.5 && (lost[1] - lost[0]) / expected < 2.0,
+        "{lost:?}, {expected}"
+    );
     let summary = run(1e-8, 60.0).summary().to_string();
     assert!(summary.contains("nothing later can be trusted"), "{summary}");
 }
 
-/// The runs bounce at instants that differ by rounding and tolerance: between them velocities differ by twice their size, which is no error.
+/// The runs bounce at instants that differ by rounding and tolerance: between them velocities differ by twice
+/// their size, which is no error.
 #[test]
 fn shifted_impacts_are_shifts_and_no_errors() {
     let ball = Ball { g: 9.81 };
     let simulation = ball.simulate(from_one()).until(2.5).tolerance(1e-6);
-    let motion = simulation.on_event("impact", Direction::Falling, |s| s.u[0] *= -0.8).estimate_error().run().unwrap();
+    let motion =
+        simulation.on_event("impact", Direction::Falling, |s| s.u[0] *= -0.8).estimate_error().run().unwrap();
     let estimate = motion.global_error().unwrap();
     assert!(motion.events().len() > 5);
     assert!(estimate.coordinates.error < 1e-12 && estimate.velocities.error < 1e-12, "{estimate}");
@@ -147,8 +175,10 @@ fn shifted_impacts_are_shifts_and_no_errors() {
 
     // With a pendulum that hits a wall the shift is that of the error.
     let pendulum = Pendulum { m: 1.0, l: 1.0, g: 9.81 };
-    let simulation = pendulum.simulate(from_one()).until(20.0).tolerance(1e-6).event("wall", |s| s.q[0] + 0.5);
-    let motion = simulation.on_event("wall", Direction::Falling, |s| s.u[0] *= -1.0).estimate_error().run().unwrap();
+    let simulation =
+        pendulum.simulate(from_one()).until(20.0).tolerance(1e-6).event("wall", |s| s.q[0] + 0.5);
+    let motion =
+        simulation.on_event("wall", Direction::Falling, |s| s.u[0] *= -1.0).estimate_error().run().unwrap();
     let estimate = motion.global_error().unwrap();
     println!("{estimate}");
     let shift = estimate.shift.as_ref().unwrap();
@@ -158,7 +188,8 @@ fn shifted_impacts_are_shifts_and_no_errors() {
     assert!(estimate.to_string().contains("events shift by"), "{estimate}");
 }
 
-/// A crossing that only just happens: one run has it, the other has not, and both would keep it to themselves.
+/// A crossing that only just happens: one run has it, the other has not, and both would keep it to
+/// themselves.
 #[test]
 fn an_event_in_one_run_alone_is_told() {
     let simulation = OSCILLATOR.simulate(from_one()).until(20.0).tolerance(1e-4).method(methods::Radau5);
@@ -169,10 +200,14 @@ fn an_event_in_one_run_alone_is_told() {
     assert_eq!(unmatched.name, "peak");
     // The first run loses height by its error, and at some peak has too little of it.
     let peaks = (1..=6).map(|k| std::f64::consts::PI * f64::from(k));
-    let near = |t: f64| motion.events().iter().any(|event| event.name == "peak" && (event.time() - t).abs() < 0.1);
+    let near =
+        |t: f64| motion.events().iter().any(|event| event.name == "peak" && (event.time() - t).abs() < 0.1);
     let missed = peaks.into_iter().find(|t| !near(*t)).unwrap();
     assert!((unmatched.time - missed).abs() < 0.1, "{} for {missed}: {estimate}", unmatched.time);
-    assert!(estimate.is_large() && motion.summary().to_string().contains("one of the two runs alone"), "{estimate}");
+    assert!(
+        estimate.is_large() && motion.summary().to_string().contains("one of the two runs alone"),
+        "{estimate}"
+    );
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Time jets against two independent routes along random motions: dual numbers of another library (tight), and
-//! difference quotients of f64's own functions (which know nothing of derivatives).
+//! Time jets against two independent routes along random motions: dual numbers of another library (tight),
+//! and difference quotients of f64's own functions (which know nothing of derivatives).
 
 use dynamics_runtime::{Expr, math};
 use num_dual::{Dual2_64, DualNum};
@@ -23,7 +23,10 @@ fn at([x, rate, acceleration]: Motion, t: f64) -> f64 {
 /// |ours − theirs| within `tolerance` of the larger of `scale` and their size.
 fn close(name: &str, ours: f64, theirs: f64, scale: f64, tolerance: f64) -> Result<(), TestCaseError> {
     let allowed = tolerance * scale.max(theirs.abs());
-    prop_assert!((ours - theirs).abs() <= allowed, "{name}: {ours:e}, by the other route {theirs:e} ± {allowed:e}");
+    prop_assert!(
+        (ours - theirs).abs() <= allowed,
+        "{name}: {ours:e}, by the other route {theirs:e} ± {allowed:e}"
+    );
     Ok(())
 }
 
@@ -35,7 +38,8 @@ fn compare_with_dual(name: &str, ours: Expr, theirs: Dual2_64) -> Result<(), Tes
     close(name, ours.acceleration(), theirs.v2, scale * scale, 1e-10)
 }
 
-/// First and second derivative of `f` at 0 by central differences of steps h, h/2, h/4, extrapolated twice: O(h⁶).
+/// First and second derivative of `f` at 0 by central differences of steps h, h/2, h/4, extrapolated twice:
+/// O(h⁶).
 fn differences(f: impl Fn(f64) -> f64, h: f64) -> [f64; 2] {
     let here = f(0.0);
     let [mut first, mut second] = [[0.0; 3]; 2];
@@ -59,7 +63,8 @@ fn compare_with_differences(name: &str, ours: Expr, f: impl Fn(f64) -> f64) -> R
     close(name, ours.acceleration(), second, scale * scale, 1e-5)
 }
 
-/// A function of one variable three times: on jets, on dual numbers, on f64, and the arguments it is tried on.
+/// A function of one variable three times: on jets, on dual numbers, on f64, and the arguments it is tried
+/// on.
 struct Function {
     name: &'static str,
     jets: fn(Expr) -> Expr,
@@ -147,7 +152,8 @@ proptest! {
         let (p, q) = (signed(x, signs[0]), signed(y, signs[1]));
         let held = |[value, ..]: Motion| [value, 0.0, 0.0];
         for (p, q, x, y) in [(p, q, x, y), (held(p), q, held(x), y), (p, held(q), x, held(y))] {
-            // A jet from `coordinate` that rests now moves later; from a number it never does. Both have to be right.
+            // A jet from `coordinate` that rests now moves later; from a number it never does. Both have to
+            // be right.
             let both = [(jet(p), jet(q), jet(x), jet(y)), (fixed(p), fixed(q), fixed(x), fixed(y))];
             for (pj, qj, xj, yj) in both {
                 compare_with_differences("atan2", pj.atan2(qj), |t| at(p, t).atan2(at(q, t)))?;
@@ -240,7 +246,9 @@ fn what_is_unknown_is_not_a_number() {
 fn what_is_known_for_good_stays_known() {
     let t = Expr::time(2.0);
     let fall = 10.0 + 3.0 * t - 0.5 * 9.81 * t * t;
-    for (derivative, expected) in [10.0 + 6.0 - 2.0 * 9.81, 3.0 - 9.81 * 2.0, -9.81, 0.0, 0.0].into_iter().enumerate() {
+    for (derivative, expected) in
+        [10.0 + 6.0 - 2.0 * 9.81, 3.0 - 9.81 * 2.0, -9.81, 0.0, 0.0].into_iter().enumerate()
+    {
         let found = (0..derivative).fold(fall, |x, _| x.dt());
         assert!((found.value() - expected).abs() < 1e-14 * 20.0, "derivative {derivative}: {found:?}");
     }
@@ -286,7 +294,8 @@ fn numbers_and_jets_share_their_conventions() {
     let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
     for a in samples {
         assert!(
-            same(math::abs(a), Expr::from(a).abs().value()) && same(math::signum(a), Expr::from(a).signum().value())
+            same(math::abs(a), Expr::from(a).abs().value())
+                && same(math::signum(a), Expr::from(a).signum().value())
         );
         for b in samples {
             assert!(same(math::min(a, b), Expr::from(a).min(b).value()), "min({a}, {b})");

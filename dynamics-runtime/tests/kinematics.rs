@@ -24,7 +24,8 @@ fn failed<T, M: Model>(result: Result<T, KinematicsError<M>>) -> KinematicsError
     }
 }
 
-/// A slider-crank in coordinates of all bodies: crank angle, rod's centre and angle, slider. The crank turns with ω; a force pushes the slider.
+/// A slider-crank in coordinates of all bodies: crank angle, rod's centre and angle, slider. The crank turns
+/// with ω; a force pushes the slider.
 struct SliderCrank {
     crank: f64,
     rod: f64,
@@ -69,7 +70,8 @@ fn slider(model: &SliderCrank, t: f64) -> [f64; 3] {
 #[test]
 fn a_slider_crank_moves_as_in_closed_form_and_its_torque_does_the_work() {
     let model = Jets(SliderCrank { crank: 0.3, rod: 1.0, omega: 2.0, push: -7.0 });
-    let motion = model.kinematics(state([0.1, 0.7, 0.2, -0.2, 1.2])).until(3.0 * PI).every(0.01).run().unwrap();
+    let motion =
+        model.kinematics(state([0.1, 0.7, 0.2, -0.2, 1.2])).until(3.0 * PI).every(0.01).run().unwrap();
     assert!((motion.end_time() - 3.0 * PI).abs() < 1e-15);
     let mut last = None;
     let mut work = 0.0;
@@ -88,7 +90,8 @@ fn a_slider_crank_moves_as_in_closed_form_and_its_torque_does_the_work() {
         }
         last = Some((now.t, torque * 2.0));
     }
-    // By the account of works, an independent quadrature: it closes, and agrees with the trapezoidal sum to its accuracy.
+    // By the account of works, an independent quadrature: it closes, and agrees with the trapezoidal sum to
+    // its accuracy.
     let account = motion.work();
     assert!(account.closure_error.abs() < 1e-12 * account.scale, "{account}");
     assert!((account.forces[0].work - work).abs() < 1e-3);
@@ -141,7 +144,8 @@ fn a_four_bar_keeps_its_branch_over_many_turns() {
     let model = Jets(bar);
     for branch in [1.0, -1.0] {
         let rocker = freudenstein(&bar, 0.0, branch);
-        let motion = model.kinematics(state([0.0, 0.0, rocker + 0.2])).until(10.0 * TAU).every(0.1).run().unwrap();
+        let motion =
+            model.kinematics(state([0.0, 0.0, rocker + 0.2])).until(10.0 * TAU).every(0.1).run().unwrap();
         for now in motion.states() {
             assert!(wrapped(now.q[2] - freudenstein(&bar, now.t, branch)).abs() < 1e-13);
             // Velocity ratio by the instant centres: φ̇/θ̇ = a sin(θ − ψ) / (c sin(φ − ψ)).
@@ -157,7 +161,8 @@ fn a_four_bar_keeps_its_branch_over_many_turns() {
     assert!((back.end().q - there.start().q).amax() < 1e-13);
 }
 
-/// Whitworth's quick return: the crank's pin slides in a slotted lever about another pivot, at a distance below.
+/// Whitworth's quick return: the crank's pin slides in a slotted lever about another pivot, at a distance
+/// below.
 struct QuickReturn {
     crank: f64,
     distance: f64,
@@ -194,7 +199,8 @@ fn a_quick_return_returns_quickly() {
 
 #[test]
 fn lock_up_of_a_four_bar_is_located() {
-    // Ground 3, crank 2, coupler 1.5, rocker 1.5: the crank reaches no further than coupler and rocker in line.
+    // Ground 3, crank 2, coupler 1.5, rocker 1.5: the crank reaches no further than coupler and rocker in
+    // line.
     let bar = FourBar { ground: 3.0, crank: 2.0, coupler: 1.5, rocker: 1.5 };
     let exact = ((4.0 + 9.0 - 9.0) / 12.0f64).acos();
     let model = Jets(bar);
@@ -225,9 +231,12 @@ fn the_change_point_of_a_parallelogram_is_a_bifurcation() {
     let model = Jets(PARALLELOGRAM);
     // As a parallelogram and as an antiparallelogram.
     let crossed = freudenstein(&PARALLELOGRAM, 1.0, 1.0);
-    let crossed = if wrapped(crossed - 1.0).abs() < 1e-6 { freudenstein(&PARALLELOGRAM, 1.0, -1.0) } else { crossed };
-    let guesses =
-        [[1.0, 0.0, 1.0], [1.0, (crossed.sin() - 1f64.sin()).atan2(3.0 + crossed.cos() - 1f64.cos()), crossed]];
+    let crossed =
+        if wrapped(crossed - 1.0).abs() < 1e-6 { freudenstein(&PARALLELOGRAM, 1.0, -1.0) } else { crossed };
+    let guesses = [
+        [1.0, 0.0, 1.0],
+        [1.0, (crossed.sin() - 1f64.sin()).atan2(3.0 + crossed.cos() - 1f64.cos()), crossed],
+    ];
     for guess in guesses {
         let mut start = state(guess);
         start.t = 1.0;
@@ -244,11 +253,16 @@ fn a_change_point_is_passed_smoothly_where_that_is_asked_for() {
     let model = Jets(PARALLELOGRAM);
     let mut start = state([1.0, 0.0, 1.0]);
     start.t = 1.0;
-    let motion = model.kinematics(start).until(1.0 + 2.0 * TAU).every(0.05).through_bifurcations().run().unwrap();
+    let motion =
+        model.kinematics(start).until(1.0 + 2.0 * TAU).every(0.05).through_bifurcations().run().unwrap();
     let passages = &motion.summary().passages;
     assert_eq!(passages.len(), 4);
     for (k, passage) in passages.iter().enumerate() {
-        assert!((passage.time - PI * (k + 1) as f64).abs() < 1e-10, "{:e}", passage.time - PI * (k + 1) as f64);
+        assert!(
+            (passage.time - PI * (k + 1) as f64).abs() < 1e-10,
+            "{:e}",
+            passage.time - PI * (k + 1) as f64
+        );
     }
     for now in motion.states() {
         assert!((now.q[2] - now.t).abs() < 1e-9 && now.q[1].abs() < 1e-9, "{now:?}");
@@ -317,13 +331,18 @@ fn a_drive_that_jumps_is_an_error_there() {
     assert!((error.time - 0.7).abs() < 1e-12);
 }
 
-/// Two parallelograms side by side on one crank: at the change point the rank falls by two; redundant rows beside it.
+/// Two parallelograms side by side on one crank: at the change point the rank falls by two; redundant rows
+/// beside it.
 struct Double;
 
 impl Mechanism<5, 6> for Double {
     const COORDINATES: [&'static str; 5] = ["crank", "coupler1", "rocker1", "coupler2", "rocker2"];
-    const CONSTRAINTS: &'static [Constraint] =
-        &[holonomic("first", 0, 2), holonomic("second", 2, 2), holonomic("drive", 4, 1), holonomic("again", 5, 1)];
+    const CONSTRAINTS: &'static [Constraint] = &[
+        holonomic("first", 0, 2),
+        holonomic("second", 2, 2),
+        holonomic("drive", 4, 1),
+        holonomic("again", 5, 1),
+    ];
     const ROWS: [&'static str; 6] = ["first.x", "first.y", "second.x", "second.y", "drive", "again"];
     fn rows(&self, q: &[Expr; 5], t: Expr) -> [Expr; 6] {
         [
@@ -351,7 +370,10 @@ fn intervals_may_come_before_the_end_and_what_gives_no_states_is_refused() {
     ];
     for (wanted, analysis) in refused {
         let error = failed(analysis.run());
-        assert!(matches!(error.kind, Kind::Option(OptionError::Number { option, .. }) if option == wanted), "{error}");
+        assert!(
+            matches!(error.kind, Kind::Option(OptionError::Number { option, .. }) if option == wanted),
+            "{error}"
+        );
     }
 }
 
@@ -373,8 +395,8 @@ fn repeated_rows_do_no_harm_and_a_loss_of_two_ranks_is_seen() {
     }
 }
 
-/// A pantograph: the tracer, driven round a circle, stands at the ends of the first and third of four equal arms. Where the circle goes through
-/// the pivot all arms come into one line.
+/// A pantograph: the tracer, driven round a circle, stands at the ends of the first and third of four equal
+/// arms. Where the circle goes through the pivot all arms come into one line.
 struct Pantograph {
     center: f64,
 }
@@ -393,10 +415,12 @@ impl Mechanism<4, 4> for Pantograph {
 }
 
 impl Pantograph {
-    /// a and c from the place of the tracer: its direction, and by how much the arms are apart. The direction is followed without jumps.
+    /// a and c from the place of the tracer: its direction, and by how much the arms are apart. The direction
+    /// is followed without jumps.
     fn arms(&self, t: f64) -> [f64; 2] {
         let (x, y) = (self.center + 0.2 * (3.0 * t).cos(), 0.2 * (3.0 * t).sin());
-        // Turning in time with the circle where that goes round the pivot; half as fast on average where it passes beside it.
+        // Turning in time with the circle where that goes round the pivot; half as fast on average where it
+        // passes beside it.
         let turns = if self.center < 0.2 { ((3.0 * t + PI) / TAU).floor() } else { 0.0 };
         let direction = y.atan2(x) + turns * TAU;
         let apart = x.hypot(y).acos();
@@ -414,12 +438,14 @@ fn a_pantograph_goes_through_its_pivot_and_past_it() {
     let motion = through.kinematics(start).until(5.0).every(0.01).through_bifurcations().run().unwrap();
     assert_eq!(motion.summary().passages.len(), 2, "{}", motion.summary());
     for now in motion.states() {
-        // At the pivot the direction turns round, and the arms swing through each other: the mean of a and c goes on with 3/2.
+        // At the pivot the direction turns round, and the arms swing through each other: the mean of a and c
+        // goes on with 3/2.
         let half = 1.5 * now.t;
         let apart = (0.4 * half.cos()).acos();
         assert!((now.q[0] - half - apart).abs() < 1e-7 && (now.q[2] - half + apart).abs() < 1e-7, "{now:?}");
     }
-    // The arms are in line but for the square of the distance, and that is to be seen: nearer than about 1e-8 rounding hides it.
+    // The arms are in line but for the square of the distance, and that is to be seen: nearer than about 1e-8
+    // rounding hides it.
     for beside in [1e-9, 1e-5, 1e-3, -1e-9, -1e-4] {
         let model = Jets(Pantograph { center: 0.2 + beside });
         let motion = match model.kinematics(start).until(5.0).every(0.01).through_bifurcations().run() {
@@ -441,7 +467,8 @@ fn a_pantograph_goes_through_its_pivot_and_past_it() {
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-    /// Any four-bar over a turn: it goes round where Grashof says so, and else locks up where the triangle of its links closes.
+    /// Any four-bar over a turn: it goes round where Grashof says so, and else locks up where the triangle of
+    /// its links closes.
     #[test]
     fn four_bars_go_round_or_lock_up_where_they_must(links in proptest::array::uniform4(0.5f64..3.0)) {
         let [ground, crank, coupler, rocker] = links;
@@ -487,14 +514,16 @@ proptest! {
     }
 }
 
-/// So many links, each belted to the one before, the first of them driven: large enough that its matrices do not belong on a stack.
+/// So many links, each belted to the one before, the first of them driven: large enough that its matrices do
+/// not belong on a stack.
 const LINKS: usize = 40;
 
 struct Belts;
 
 impl Mechanism<LINKS, LINKS> for Belts {
     const COORDINATES: [&'static str; LINKS] = ["link"; LINKS];
-    const CONSTRAINTS: &'static [Constraint] = &[holonomic("belts", 0, LINKS - 1), holonomic("drive", LINKS - 1, 1)];
+    const CONSTRAINTS: &'static [Constraint] =
+        &[holonomic("belts", 0, LINKS - 1), holonomic("drive", LINKS - 1, 1)];
     const ROWS: [&'static str; LINKS] = ["row"; LINKS];
     fn rows(&self, q: &[Expr; LINKS], t: Expr) -> [Expr; LINKS] {
         core::array::from_fn(|i| if i + 1 < LINKS { q[i + 1].sin() - 0.98 * q[i].sin() } else { q[0] - t })

@@ -1,4 +1,5 @@
-//! Models of one scene beside each other: differences are those of closed forms, and what could not be trusted is refused.
+//! Models of one scene beside each other: differences are those of closed forms, and what could not be
+//! trusted is refused.
 
 mod common;
 
@@ -69,9 +70,16 @@ fn the_plainest_rung_that_suffices_is_named() {
     let near = of(0.011);
     assert_eq!((near.rung.as_str(), near.full.as_str(), near.work_ratio), ("near", "full", None));
     assert!((near.off_by - 0.0091).abs() < 1e-4, "{}", near.off_by);
-    assert!(near.too_plain.as_ref().is_some_and(|(rung, off_by)| rung == "slow" && (*off_by - 0.857).abs() < 0.01));
+    assert!(
+        near.too_plain
+            .as_ref()
+            .is_some_and(|(rung, off_by)| rung == "slow" && (*off_by - 0.857).abs() < 0.01)
+    );
     let said = near.to_string();
-    assert!(said.starts_with("to 1.1 % of x `near` suffices (off by ") && said.contains(", `slow` by 86 %"), "{said}");
+    assert!(
+        said.starts_with("to 1.1 % of x `near` suffices (off by ") && said.contains(", `slow` by 86 %"),
+        "{said}"
+    );
     assert!(said.contains("`full` costs ") && said.ends_with(" times its time"), "{said}");
     let full = of(1e-3);
     assert_eq!((full.rung.as_str(), full.off_by, full.time_ratio), ("full", 0.0, 1.0));
@@ -84,7 +92,10 @@ fn the_plainest_rung_that_suffices_is_named() {
     assert_eq!(found.sufficient(0.0), Err(LadderError::Accuracy { accuracy: 0.0 }));
     assert!(matches!(found.sufficient(f64::NAN), Err(LadderError::Accuracy { .. })));
     assert!(matches!(found.sufficient(1e-15), Err(LadderError::TooFine { accuracy: 1e-15, .. })));
-    assert!(matches!(found.sufficient_for("X", 0.1), Err(LadderError::UnknownOutput { suggestion: Some(_), .. })));
+    assert!(matches!(
+        found.sufficient_for("X", 0.1),
+        Err(LadderError::UnknownOutput { suggestion: Some(_), .. })
+    ));
 }
 
 /// A pendulum in its angle and the same one in Cartesian coordinates on its rod.
@@ -93,8 +104,12 @@ fn pendulums<'m>(minimal: &'m Pendulum, redundant: &'m Rod) -> Ladder<'m> {
     compare("pendulum")
         .rung(Rung::new("angle", minimal, at_rest_or_not([1.0], [0.0])))
         .rung(
-            Rung::new("coordinates and rod", redundant, at_rest_or_not([l * 1f64.sin(), -l * 1f64.cos()], [0.0; 2]))
-                .output("tension", move |motion, state| -l * motion.multipliers_of(state)[0]),
+            Rung::new(
+                "coordinates and rod",
+                redundant,
+                at_rest_or_not([l * 1f64.sin(), -l * 1f64.cos()], [0.0; 2]),
+            )
+            .output("tension", move |motion, state| -l * motion.multipliers_of(state)[0]),
         )
         .until(5.0)
 }
@@ -113,7 +128,8 @@ fn models_that_agree_agree_to_their_own_errors() {
 #[test]
 fn starts_that_do_not_correspond_are_pointed_out() {
     let said = |x: f64| {
-        let other = Rung::new("other start", &FULL, at_rest_or_not([x], [0.0])).output("x", |_, state| state.q[0]);
+        let other =
+            Rung::new("other start", &FULL, at_rest_or_not([x], [0.0])).output("x", |_, state| state.q[0]);
         let ladder = compare("starts").rung(other).rung(oscillator("full", &FULL)).until(10.0);
         ran(ladder).to_string()
     };
@@ -144,19 +160,25 @@ fn what_cannot_be_trusted_is_refused() {
     assert!(ran(chaos(1.0)).difference("a", "x").unwrap().is_believed());
 
     // A kick that long steps go over, on both rungs.
-    let kick = |name| Rung::new(name, &KICKED, at_rest_or_not([0.0], [1.0])).output("x", |_, state| state.q[0]);
+    let kick =
+        |name| Rung::new(name, &KICKED, at_rest_or_not([0.0], [1.0])).output("x", |_, state| state.q[0]);
     let error = refused(compare("kick").rung(kick("one")).rung(kick("other")).until(100.0));
     assert!(matches!(error, LadderError::NotConverged { .. }), "{error}");
 
-    let stopped = oscillators().rung(oscillator("x", &FULL).with(|s| s.stop_at("centre", Direction::Falling)));
+    let stopped =
+        oscillators().rung(oscillator("x", &FULL).with(|s| s.stop_at("centre", Direction::Falling)));
     assert!(
         matches!(&refused(stopped), LadderError::Fails { rung, reason, .. } if rung == "x" && reason.contains("before the end"))
     );
     let fixed = oscillators().rung(oscillator("x", &FULL).with(|s| s.method(Rk4).fixed_step(0.1)));
     assert!(matches!(refused(fixed), LadderError::Fails { .. }));
-    let nowhere = |rung: Rung<'static, Oscillator>| rung.output("x", |_, s| if s.t > 9.0 { f64::NAN } else { 1.0 });
+    let nowhere =
+        |rung: Rung<'static, Oscillator>| rung.output("x", |_, s| if s.t > 9.0 { f64::NAN } else { 1.0 });
     let error = refused(oscillators().rung(nowhere(oscillator("nan", &FULL))));
-    assert!(matches!(&error, LadderError::NotFinite { rung, time, .. } if rung == "nan" && *time > 9.0), "{error}");
+    assert!(
+        matches!(&error, LadderError::NotFinite { rung, time, .. } if rung == "nan" && *time > 9.0),
+        "{error}"
+    );
     let nothing = oscillators().rung(oscillator("rest", &FULL).output("x", |_, _| 0.0));
     assert_eq!(refused(nothing), LadderError::NoScale { output: "x".into() });
     assert!(
@@ -182,7 +204,10 @@ fn options_without_sense_are_named() {
         (two().until(1.0).tolerance(1e-13), "at tolerance 1e-13 errors cannot be told"),
         (two().until(1.0).tolerance(f64::NAN), "at tolerance NaN errors"),
         (two().until(1.0).intervals(0), "0 intervals are no common times"),
-        (open().rung(Rung::new("p", &pendulum, at_rest_or_not([1.0], [0.0]))).until(1.0), "no output is common"),
+        (
+            open().rung(Rung::new("p", &pendulum, at_rest_or_not([1.0], [0.0]))).until(1.0),
+            "no output is common",
+        ),
         (two().outputs(["y"]).until(1.0), "`a` has no output `y`; `x` is there"),
         (two().until(1.0).scale("x", -1.0), "-1 is no scale for `x`"),
         (two().until(1.0).scale("z", 1.0), "`z` has a scale and is not compared"),

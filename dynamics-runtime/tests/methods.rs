@@ -6,9 +6,9 @@ use std::convert::Infallible;
 
 use common::*;
 use dynamics_runtime::integrate::{
-    Composition4, Composition6, Composition8, Dense, Dop853, DormandPrince5, Esdirk4, Gauss4, Gauss6, GeneralizedAlpha,
-    GraggBulirschStoer, Knot, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError, StepOptions, Stepper,
-    StormerVerlet, Tolerances, Tsit5, Verner9,
+    Composition4, Composition6, Composition8, Dense, Dop853, DormandPrince5, Esdirk4, Gauss4, Gauss6,
+    GeneralizedAlpha, GraggBulirschStoer, Knot, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError,
+    StepOptions, Stepper, StormerVerlet, Tolerances, Tsit5, Verner9,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::Simulate;
@@ -75,8 +75,8 @@ fn check<S: Scheme<V>>(steps: u32, local_q: f64, local_u: f64, h: f64) {
     let (coarse, fine) = (dense_error::<S>(h), dense_error::<S>(0.5 * h));
     let (of_q, of_u) = (order(coarse.0, fine.0), order(coarse.1, fine.1));
     println!("{:22} step {global:.2}, dense output, local: q {of_q:.2}, u {of_u:.2}", S::METHOD.to_string());
-    // A lower order is a fault. A higher one is seen where the coefficients were chosen to make the leading error term small, as in
-    // Dormand–Prince 5(4): its fifth order shows only below errors of 1e-12.
+    // A lower order is a fault. A higher one is seen where the coefficients were chosen to make the leading
+    // error term small, as in Dormand–Prince 5(4): its fifth order shows only below errors of 1e-12.
     let excess = global - f64::from(S::ORDER);
     assert!(excess > -0.35 && excess < 0.95, "{}: order {global}", S::METHOD);
     assert!(of_q > local_q - 0.3, "{}: dense output of q has local order {of_q}", S::METHOD);
@@ -97,7 +97,8 @@ fn orders_of_convergence() {
     check::<Esdirk4<V>>(40, 5.0, 4.0, 0.1);
 }
 
-/// Largest error of u within a step of 10⁻³ of q̈ = −sin t, from exact values: of q = sin t + `origin` only the origin's rounding is seen there.
+/// Largest error of u within a step of 10⁻³ of q̈ = −sin t, from exact values: of q = sin t + `origin` only
+/// the origin's rounding is seen there.
 fn velocity_error<S: Scheme<V>>(origin: f64) -> f64 {
     let (start, h) = (0.7f64, 1e-3);
     let mut pushed = |t: f64, _: &V, _: &V| Ok::<V, Infallible>(V::new(-t.sin()));
@@ -110,11 +111,13 @@ fn velocity_error<S: Scheme<V>>(origin: f64) -> f64 {
     };
     // As a run has it, and as it is made again for a motion that is recorded.
     let of_run = errors(&stepper.dense(&mut pushed, &step).unwrap());
-    let again = S::new().by_ends(&mut pushed, &step.start, &step.end, step.h, &Tolerances::both(1e-13)).unwrap();
+    let again =
+        S::new().by_ends(&mut pushed, &step.start, &step.end, step.h, &Tolerances::both(1e-13)).unwrap();
     again.map_or(of_run, |dense| of_run.max(errors(&dense)))
 }
 
-/// Far from the origin q has few digits of a short step, and between its ends u must not be read from them: at 10⁸ they are 10⁻⁵ of it.
+/// Far from the origin q has few digits of a short step, and between its ends u must not be read from them:
+/// at 10⁸ they are 10⁻⁵ of it.
 #[test]
 fn velocities_between_steps_keep_their_digits_far_from_the_origin() {
     fn check<S: Scheme<V>>() {
@@ -155,11 +158,13 @@ fn tried<S: Scheme<V>>(again: bool) -> Vec<u64> {
     let dense = scheme.dense(&mut system, &start, &end, h).unwrap();
     let mut phases = vec![y, scheme.error_vector(), dense.at(0.3), dense.at(0.7)];
     phases.extend(scheme.stages());
-    let values = phases.iter().flat_map(|phase| [phase.q[0], phase.u[0]]).chain([error, end.a[0]]).chain(stiffness);
+    let values =
+        phases.iter().flat_map(|phase| [phase.q[0], phase.u[0]]).chain([error, end.a[0]]).chain(stiffness);
     values.map(f64::to_bits).collect()
 }
 
-/// Steps are made once more by other code than they were made by: interpolants, and ends at events, would be of other steps.
+/// Steps are made once more by other code than they were made by: interpolants, and ends at events, would be
+/// of other steps.
 #[test]
 fn a_step_that_is_made_once_more_is_the_same_to_the_last_bit() {
     fn same<S: Scheme<V>>() {
@@ -195,7 +200,10 @@ fn the_error_follows_the_tolerance() {
             let error = (end_at(method, tolerance).q - reference.q).norm();
             println!("{method} {tolerance:e}: {error:.1e}");
             assert!(error < 500.0 * tolerance, "{method} errs by {error:e} at tolerance {tolerance:e}");
-            assert!(error > 1e-3 * tolerance, "{method} works too hard at tolerance {tolerance:e}: {error:e}");
+            assert!(
+                error > 1e-3 * tolerance,
+                "{method} works too hard at tolerance {tolerance:e}: {error:e}"
+            );
         }
     }
 }
@@ -209,9 +217,20 @@ fn backwards_in_time_returns_to_the_start() {
         (methods::Verner9.into(), 1e-13),
         (methods::GraggBulirschStoer.into(), 1e-13),
     ]) {
-        let there = DoublePendulum::UNIT.simulate(start).until(3.0).tolerance(tolerance).method(&method).run().unwrap();
-        let back =
-            DoublePendulum::UNIT.simulate(there.end()).until(0.0).tolerance(tolerance).method(&method).run().unwrap();
+        let there = DoublePendulum::UNIT
+            .simulate(start)
+            .until(3.0)
+            .tolerance(tolerance)
+            .method(&method)
+            .run()
+            .unwrap();
+        let back = DoublePendulum::UNIT
+            .simulate(there.end())
+            .until(0.0)
+            .tolerance(tolerance)
+            .method(&method)
+            .run()
+            .unwrap();
         let error = (back.end().q - start.q).norm() + (back.end().u - start.u).norm();
         println!("{method}: {error:.1e}");
         assert!(error < 1e3 * tolerance);
@@ -226,7 +245,8 @@ fn backwards_in_time_returns_to_the_start() {
 fn first_steps_suit_the_problem() {
     for scale in [1e-3, 1.0, 1e3] {
         let model = Oscillator { omega: 1.0 / scale };
-        let motion = model.simulate(at_rest_or_not([1.0], [0.0])).until(scale).tolerance(1e-10).run().unwrap();
+        let motion =
+            model.simulate(at_rest_or_not([1.0], [0.0])).until(scale).tolerance(1e-10).run().unwrap();
         let mut times = motion.steps().map(|s| s.t);
         let first = (times.next().unwrap() - times.next().unwrap()).abs();
         assert!(first < scale && first > 1e-4 * scale, "first step {first} for the time scale {scale}");
@@ -256,7 +276,8 @@ fn stiffness_is_noticed_and_smooth_problems_are_not_called_stiff() {
 fn notices_stiffness(method: impl methods::Choice + std::fmt::Debug) {
     let oscillator = Oscillator { omega: 1e4 };
     let stiff = Closure(|t, _, u| -1e3 * (u + t.sin()));
-    let motion = stiff.simulate(at_rest_or_not([1.0], [0.0])).until(2.0).tolerance(1e-5).method(method).run().unwrap();
+    let motion =
+        stiff.simulate(at_rest_or_not([1.0], [0.0])).until(2.0).tolerance(1e-5).method(method).run().unwrap();
     let summary = motion.summary();
     let stiff_at = summary.stiff_at.unwrap_or_else(|| panic!("{method:?} sees no stiffness in\n{summary}"));
     assert!(stiff_at < 0.5 && summary.to_string().contains("stiff from t = "));
@@ -266,7 +287,8 @@ fn notices_stiffness(method: impl methods::Choice + std::fmt::Debug) {
     assert_eq!(easy.run().unwrap().counts().stiff_at, None, "{method:?}");
 }
 
-/// A slow pendulum tied to what fades fast: what is left of that is small beside the changes of the slow motion, and must be told from them.
+/// A slow pendulum tied to what fades fast: what is left of that is small beside the changes of the slow
+/// motion, and must be told from them.
 #[test]
 fn stiffness_is_noticed_at_tight_tolerances() {
     type V2 = SVector<f64, 2>;
@@ -291,13 +313,15 @@ fn stiffness_is_noticed_at_tight_tolerances() {
     }
 }
 
-/// The stepper in a program of its own: the last step ends exactly at the limit, and errors leave it at the last good state.
+/// The stepper in a program of its own: the last step ends exactly at the limit, and errors leave it at the
+/// last good state.
 #[test]
 fn the_stepper_meets_its_limit_and_stands_where_it_failed() {
     let mut blow_up = |_: f64, q: &V, _: &V| Ok::<V, Infallible>(V::new(2.0 * q[0].powi(3)));
     // q = 1/(1 − t) blows up at t = 1.
     let start = Phase { q: V::new(1.0), u: V::new(1.0) };
-    let options = StepOptions { tolerances: Tolerances::both(1e-10), fixed: None, first: None, most: f64::INFINITY };
+    let options =
+        StepOptions { tolerances: Tolerances::both(1e-10), fixed: None, first: None, most: f64::INFINITY };
     let mut stepper = Stepper::<V, Dop853<V>>::new(&mut blow_up, 0.0, start, 2.0, options).unwrap();
     let failure = loop {
         if let Err(error) = stepper.step(&mut blow_up, 2.0) {
@@ -318,8 +342,10 @@ fn extrapolation_names_what_is_not_finite() {
         Ok::<V2, Infallible>(V2::new(-q[0] - 0.1 * q[1], second))
     };
     let start = Phase { q: V2::new(1.0, 0.5), u: V2::zeros() };
-    let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: None, first: None, most: f64::INFINITY };
-    let mut stepper = Stepper::<V2, GraggBulirschStoer<V2>>::new(&mut broken, 0.0, start, 2.0, options).unwrap();
+    let options =
+        StepOptions { tolerances: Tolerances::both(1e-9), fixed: None, first: None, most: f64::INFINITY };
+    let mut stepper =
+        Stepper::<V2, GraggBulirschStoer<V2>>::new(&mut broken, 0.0, start, 2.0, options).unwrap();
     let failure = loop {
         if let Err(error) = stepper.step(&mut broken, 2.0) {
             break error;
@@ -329,14 +355,16 @@ fn extrapolation_names_what_is_not_finite() {
     assert!((stepper.now().t - 1.0).abs() < 1e-9, "{}", stepper.now().t);
 }
 
-/// Without an error, as in free flight, the proposed step grows with every step, however short those are that the limits leave. What comes then is
-/// met with a step that was tried.
+/// Without an error, as in free flight, the proposed step grows with every step, however short those are that
+/// the limits leave. What comes then is met with a step that was tried.
 #[test]
 fn a_step_that_grew_in_free_flight_is_taken_back_at_once() {
-    let mut push =
-        |t: f64, q: &V, _: &V| Ok::<V, core::convert::Infallible>(if t < 100.0 { V::zeros() } else { -100.0 * q });
+    let mut push = |t: f64, q: &V, _: &V| {
+        Ok::<V, core::convert::Infallible>(if t < 100.0 { V::zeros() } else { -100.0 * q })
+    };
     let start = Phase { q: V::new(1.0), u: V::new(0.0) };
-    let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: None, first: None, most: f64::INFINITY };
+    let options =
+        StepOptions { tolerances: Tolerances::both(1e-9), fixed: None, first: None, most: f64::INFINITY };
     let mut stepper = Stepper::<V, Dop853<V>>::new(&mut push, 0.0, start, 200.0, options).unwrap();
     for limit in (1..=100).map(f64::from).chain([101.0]) {
         while stepper.now().t < limit {
@@ -347,7 +375,8 @@ fn a_step_that_grew_in_free_flight_is_taken_back_at_once() {
     assert!((stepper.now().y.q[0] - 10.0f64.cos()).abs() < 1e-7, "{}", stepper.now().y.q[0]);
 }
 
-/// No step allocates: the whole run of a stepper, and a run without a record, however long, allocate a fixed number of times.
+/// No step allocates: the whole run of a stepper, and a run without a record, however long, allocate a fixed
+/// number of times.
 #[test]
 fn steps_do_not_allocate() {
     fn run<S: Scheme<SVector<f64, 2>>>(h: Option<f64>) -> u64 {
@@ -355,7 +384,13 @@ fn steps_do_not_allocate() {
         let mut steps = 0;
         let info = allocation_counter::measure(|| {
             let mut system = |t: f64, q: &SVector<f64, 2>, u: &SVector<f64, 2>| {
-                model.q_ddot(&PlainState { t, q: *q, u: *u, inputs: SVector::zeros(), modes: Default::default() })
+                model.q_ddot(&PlainState {
+                    t,
+                    q: *q,
+                    u: *u,
+                    inputs: SVector::zeros(),
+                    modes: Default::default(),
+                })
             };
             let start = Phase { q: SVector::from([2.0, -0.5]), u: SVector::zeros() };
             let tolerances = Tolerances::both(1e-9);

@@ -1,4 +1,5 @@
-//! What a motion answers: states between steps, output times, works, and the same answers by independent routes.
+//! What a motion answers: states between steps, output times, works, and the same answers by independent
+//! routes.
 
 mod common;
 
@@ -17,7 +18,8 @@ fn all<M: Simulate>() -> [methods::Any<M>; 3] {
 /// The oscillator's motion by one of the methods, at an accuracy of about 1e-9.
 fn swing<'m>(model: &'m Oscillator, method: &methods::Any<Oscillator>) -> Motion<'m, Oscillator> {
     let simulation = model.simulate(at_rest_or_not([1.0], [0.5])).until(10.0).method(method);
-    let simulation = if method.is_adaptive() { simulation.tolerance(1e-11) } else { simulation.fixed_step(0.002) };
+    let simulation =
+        if method.is_adaptive() { simulation.tolerance(1e-11) } else { simulation.fixed_step(0.002) };
     simulation.run().unwrap()
 }
 
@@ -109,7 +111,9 @@ fn observers_see_what_a_motion_keeps() {
 fn fixed_steps_lie_on_their_grid_and_end_where_asked() {
     let model = Oscillator { omega: 1.0 };
     for method in &all() {
-        let run = |h: f64| model.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).fixed_step(h).method(method).run();
+        let run = |h: f64| {
+            model.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).fixed_step(h).method(method).run()
+        };
         let motion = run(0.1).unwrap();
         assert_eq!(motion.counts().steps, 100, "{method}: no tiny last step");
         for (k, state) in motion.steps().enumerate() {
@@ -137,15 +141,21 @@ fn the_method_is_chosen_with_a_reason() {
 fn the_account_of_work_closes_to_the_tolerance() {
     let (omega, amplitude) = (1.7, 0.8);
     let model = Driven { m: 1.5, k: 3.0, c: 0.4 };
-    let start =
-        PlainState { t: 0.0, q: [0.2].into(), u: [-0.1].into(), inputs: [f64::NAN].into(), modes: Default::default() };
+    let start = PlainState {
+        t: 0.0,
+        q: [0.2].into(),
+        u: [-0.1].into(),
+        inputs: [f64::NAN].into(),
+        modes: Default::default(),
+    };
     for (method, tolerance, closure) in [
         (methods::Any::from(methods::Dop853), 1e-12, 1e-11),
         (methods::Dop853.into(), 1e-6, 1e-5),
         (methods::DormandPrince5.into(), 1e-9, 1e-8),
     ] {
         let law = |t: f64, _: &PlainState<1, 1>| [amplitude * (omega * t).cos()];
-        let motion = model.simulate(start).until(20.0).tolerance(tolerance).method(&method).inputs(law).run().unwrap();
+        let motion =
+            model.simulate(start).until(20.0).tolerance(tolerance).method(&method).inputs(law).run().unwrap();
         let account = motion.work();
         println!("{account}");
         assert_eq!(account.forces[0].name, "drive");
@@ -164,8 +174,15 @@ fn the_account_of_work_closes_to_the_tolerance() {
             .sum::<f64>()
             * h
             / 3.0;
-        assert!((simpson - account.forces[1].work).abs() < 30.0 * closure, "{simpson} for {}", account.forces[1].work);
-        assert!(motion.summary().energy_drift < 10.0 * closure, "the same error against the smaller scale of T and V");
+        assert!(
+            (simpson - account.forces[1].work).abs() < 30.0 * closure,
+            "{simpson} for {}",
+            account.forces[1].work
+        );
+        assert!(
+            motion.summary().energy_drift < 10.0 * closure,
+            "the same error against the smaller scale of T and V"
+        );
         assert!(motion.summary().has_work);
     }
 }
@@ -247,7 +264,8 @@ fn jacobians_are_values() {
     );
 }
 
-/// A light bob above a heavy one: S = [[1, r], [r, 1]] with r = cos(θ₁ − θ₂) √(m₂/(m₁ + m₂)), so κ = (1 + |r|)/(1 − |r|).
+/// A light bob above a heavy one: S = [[1, r], [r, 1]] with r = cos(θ₁ − θ₂) √(m₂/(m₁ + m₂)), so κ =
+/// (1 + |r|)/(1 − |r|).
 #[test]
 fn the_worst_conditioning_is_found_whatever_the_units() {
     for (m1, m2, l1, l2) in [(1.0, 1.0, 1.0, 1.0), (1e-6, 1.0, 1.0, 1.0), (1.0, 2.0, 1e3, 1e-3)] {
@@ -259,7 +277,11 @@ fn the_worst_conditioning_is_found_whatever_the_units() {
         };
         let worst = motion.steps().max_by(|a, b| number(a).total_cmp(&number(b))).unwrap();
         let found = motion.summary().conditioning;
-        assert!((found.largest / number(&worst) - 1.0).abs() < 1e-8, "{found:?} instead of {}", number(&worst));
+        assert!(
+            (found.largest / number(&worst) - 1.0).abs() < 1e-8,
+            "{found:?} instead of {}",
+            number(&worst)
+        );
         assert_eq!(found.time, worst.t);
         let line = format!("conditioning mass matrix {:.1e} at most, at t = ", found.largest);
         assert!(motion.summary().to_string().contains(&line), "{}", motion.summary());
@@ -318,7 +340,8 @@ fn absolute_tolerances_follow_motions_and_not_rounding() {
     assert_eq!(kept(&given), both(1e-9));
     let summary = given.summary();
     assert_eq!(summary.few_digits.len(), 2, "{summary}");
-    let line = "few digits   x stays within 5e-7, 500 times the absolute tolerance; for more digits of it give";
+    let line = "few digits   x stays within 5e-7, 500 times the absolute tolerance; for more digits of it \
+        give";
     assert!(summary.to_string().contains(line), "{summary}");
     let own = spring.simulate(small).until(10.0).run().unwrap().summary();
     // Ten times the size, of places or velocities, in the first steps.

@@ -1,4 +1,5 @@
-//! The general solver on random systems whose solutions are known by construction: rank loss, bad scales, no inertia, no numbers.
+//! The general solver on random systems whose solutions are known by construction: rank loss, bad scales, no
+//! inertia, no numbers.
 
 mod common;
 
@@ -11,8 +12,8 @@ use dynamics_runtime::constrain::{
 };
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity, Route,
-    Solved, Terms,
+    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity,
+    Route, Solved, Terms,
 };
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
@@ -93,7 +94,8 @@ fn still() -> PlainState<6, 0> {
 
 /// Smallest over largest singular value, of rows at unit length, from the eigenvalues of Φ̂Φ̂ᵀ.
 fn regularity<const R: usize, const N: usize>(jacobian: &SMatrix<f64, R, N>) -> f64 {
-    // By inverse iteration's poor relation: the determinant of the Gram matrix of unit rows, which is 1 for orthogonal ones.
+    // By inverse iteration's poor relation: the determinant of the Gram matrix of unit rows, which is 1 for
+    // orthogonal ones.
     let mut rows: Vec<SVector<f64, N>> = (0..R).map(|i| jacobian.row(i).transpose().normalize()).collect();
     let mut volume = 1.0;
     for i in 0..R {
@@ -392,7 +394,11 @@ impl Held<2, 1, 1> for Block {
     fn right(&self, _: &PlainState<2, 0>) -> SVector<f64, 1> {
         SVector::zeros()
     }
-    fn with_reactions(&self, s: &PlainState<2, 0>, lambda: &SVector<f64, 1>) -> (SVector<f64, 2>, SMatrix<f64, 2, 1>) {
+    fn with_reactions(
+        &self,
+        s: &PlainState<2, 0>,
+        lambda: &SVector<f64, 1>,
+    ) -> (SVector<f64, 2>, SMatrix<f64, 2, 1>) {
         let over = lambda[0] - self.threshold;
         let slope = if over > 0.0 { -self.mu } else { 0.0 };
         (self.force(s) + SVector::<f64, 2>::new(slope * over, 0.0), [slope, 0.0].into())
@@ -438,7 +444,11 @@ impl Held<6, 4, 4> for Rough {
     fn right(&self, s: &PlainState<6, 0>) -> SVector<f64, 4> {
         self.smooth.right(s)
     }
-    fn with_reactions(&self, _: &PlainState<6, 0>, lambda: &SVector<f64, 4>) -> (SVector<f64, 6>, SMatrix<f64, 6, 4>) {
+    fn with_reactions(
+        &self,
+        _: &PlainState<6, 0>,
+        lambda: &SVector<f64, 4>,
+    ) -> (SVector<f64, 6>, SMatrix<f64, 6, 4>) {
         let signs = SMatrix::<f64, 4, 4>::from_diagonal(&lambda.map(f64::signum));
         (self.smooth.force + self.by * lambda.abs(), self.by * signs)
     }

@@ -1,5 +1,5 @@
-//! End values against published problems; the values are closed forms or were computed in multiple precision by two formulations,
-//! and hold to all digits printed.
+//! End values against published problems; the values are closed forms or were computed in multiple precision
+//! by two formulations, and hold to all digits printed.
 
 mod common;
 
@@ -32,13 +32,19 @@ fn double_pendulum() {
     }
 }
 
-/// Kepler, e = 0.9 (Hairer, Lubich, Wanner, Geometric Numerical Integration, §I.2); Kepler's equation solved to 60 digits.
+/// Kepler, e = 0.9 (Hairer, Lubich, Wanner, Geometric Numerical Integration, §I.2); Kepler's equation solved
+/// to 60 digits.
 #[test]
 fn kepler() {
     let start = at_rest_or_not([0.1, 0.0], [0.0, 19f64.sqrt()]);
     let references = [
         (1.0, [-1.1871884663458634, 0.41752763873976423], [-0.7611420105214913, -0.09947204787027349], 1e-12),
-        (10.0, [-1.8538537094055791, -0.13088540483992556], [0.16156945255843133, -0.2237192767918971], 1e-11),
+        (
+            10.0,
+            [-1.8538537094055791, -0.13088540483992556],
+            [0.16156945255843133, -0.2237192767918971],
+            1e-11,
+        ),
         (20.0, [-1.2952662509875743, 0.4003938963792322], [-0.6775390924707566, -0.12708381542786862], 1e-11),
         (100.0, [-0.7506333330296452, -0.4310000275773213], [1.1423476744354137, 0.07521912809626714], 1e-9),
     ];
@@ -54,7 +60,8 @@ fn kepler() {
     assert!(summary.conserved[0].largest < 1e-11);
 }
 
-/// Arenstorf's orbit (Hairer, Nørsett, Wanner, Solving ODE I, p. 129): one period amplifies errors about 10⁸ times.
+/// Arenstorf's orbit (Hairer, Nørsett, Wanner, Solving ODE I, p. 129): one period amplifies errors about 10⁸
+/// times.
 #[test]
 fn arenstorf() {
     let period = 17.065216560157964;
@@ -64,7 +71,12 @@ fn arenstorf() {
         (1.0, [0.3132845955561022, 0.3480089746751417], [-1.0426165112787884, 0.6733841140965562], 1e-10),
         (5.0, [0.022688783647977124, 0.8665401401712473], [-0.1177364786408644, -0.42178580416287775], 1e-9),
         (10.0, [-0.8398071663389864, 0.4468314170984721], [0.37374253561439386, -0.14966964466689517], 1e-11),
-        (17.065216560157964, [0.994, -2.63957739707259e-29], [-3.6775349599317234e-27, -2.0015851063790824], 1e-8),
+        (
+            17.065216560157964,
+            [0.994, -2.63957739707259e-29],
+            [-3.6775349599317234e-27, -2.0015851063790824],
+            1e-8,
+        ),
     ];
     let motion = model.simulate(start).until(period).tolerance(1e-14).run().unwrap();
     for (t, q, u, tolerance) in references {
@@ -79,10 +91,30 @@ fn arenstorf() {
 fn henon_heiles() {
     let start = at_rest_or_not([0.1, 0.0], [0.0, 0.5]);
     let references = [
-        (10.0, [0.03670891970302608, 0.6826922399017149], [0.04716396717584516, -0.025305958813863046], 1e-13),
-        (100.0, [-0.040194237876068815, 0.6790169217720217], [0.038450928951859836, 0.04859483155300364], 1e-12),
-        (500.0, [0.04255266468740387, 0.5979491577861642], [0.010964791015468331, -0.20220988032870155], 1e-10),
-        (1000.0, [-0.020869654947295507, -0.38163084134669734], [0.05684673704038535, 0.27197223256780373], 1e-9),
+        (
+            10.0,
+            [0.03670891970302608, 0.6826922399017149],
+            [0.04716396717584516, -0.025305958813863046],
+            1e-13,
+        ),
+        (
+            100.0,
+            [-0.040194237876068815, 0.6790169217720217],
+            [0.038450928951859836, 0.04859483155300364],
+            1e-12,
+        ),
+        (
+            500.0,
+            [0.04255266468740387, 0.5979491577861642],
+            [0.010964791015468331, -0.20220988032870155],
+            1e-10,
+        ),
+        (
+            1000.0,
+            [-0.020869654947295507, -0.38163084134669734],
+            [0.05684673704038535, 0.27197223256780373],
+            1e-9,
+        ),
     ];
     let motion = HenonHeiles.simulate(start).until(1000.0).tolerance(1e-14).run().unwrap();
     for (t, q, u, tolerance) in references {
@@ -138,7 +170,8 @@ fn pleiades() {
     assert!((motion.energy_at(0.0) + 45.95246949784712).abs() < 1e-13 * 46.0);
 }
 
-/// Huygens' tautochrone: s = 4R sin(θ/2) is harmonic whatever the amplitude. At θ₀ = 3 the inertia falls to 1/200.
+/// Huygens' tautochrone: s = 4R sin(θ/2) is harmonic whatever the amplitude. At θ₀ = 3 the inertia falls to
+/// 1/200.
 #[test]
 fn cycloid_bead() {
     let references = [

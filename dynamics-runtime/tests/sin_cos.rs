@@ -49,7 +49,8 @@ fn beside_multiples_of_a_right_angle() {
         }
         k += 1 + k / 60;
     }
-    // The number below 2²⁰ next to a multiple of π/2 is among the convergents of 2/π: 573204/364913, 354911/225944 and smaller ones.
+    // The number below 2²⁰ next to a multiple of π/2 is among the convergents of 2/π: 573204/364913,
+    // 354911/225944 and smaller ones.
     for k in [3.0, 355.0, 710.0, 312_689.0, 208_341.0, 573_204.0, 833_719.0] {
         check(k);
     }
@@ -57,7 +58,8 @@ fn beside_multiples_of_a_right_angle() {
 
 #[test]
 fn small_and_large() {
-    for x in [1e-320, 1e-300, 1e-20, 1e-9, 2f64.powi(-27), 1e-4, 999_999.9, 1_048_576.0, 1_048_575.999_999_9] {
+    for x in [1e-320, 1e-300, 1e-20, 1e-9, 2f64.powi(-27), 1e-4, 999_999.9, 1_048_576.0, 1_048_575.999_999_9]
+    {
         check(x);
         check(-x);
     }

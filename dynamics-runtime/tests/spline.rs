@@ -1,4 +1,5 @@
-//! Cubic splines against known functions (observed order), against a second formulation, and against bad data.
+//! Cubic splines against known functions (observed order), against a second formulation, and against bad
+//! data.
 #![cfg(feature = "alloc")]
 
 use dynamics_runtime::{CubicSpline, Expr, SmoothFunction, SplineError};
@@ -79,7 +80,8 @@ fn data(least: usize) -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
     })
 }
 
-/// The second formulation: moments Mᵢ = f″(xᵢ) from hᵢ₋₁Mᵢ₋₁ + 2(hᵢ₋₁ + hᵢ)Mᵢ + hᵢMᵢ₊₁ = 6(δᵢ − δᵢ₋₁), solved as a full system.
+/// The second formulation: moments Mᵢ = f″(xᵢ) from hᵢ₋₁Mᵢ₋₁ + 2(hᵢ₋₁ + hᵢ)Mᵢ + hᵢMᵢ₊₁ = 6(δᵢ − δᵢ₋₁), solved
+/// as a full system.
 struct Moments {
     knots: Vec<f64>,
     values: Vec<f64>,
@@ -100,7 +102,8 @@ impl Moments {
         let secant = |i: usize| (values[i + 1] - values[i]) / h(i);
         let (mut matrix, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
         for i in 1..n - 1 {
-            (matrix[(i, i - 1)], matrix[(i, i)], matrix[(i, i + 1)]) = (h(i - 1), 2.0 * (h(i - 1) + h(i)), h(i));
+            (matrix[(i, i - 1)], matrix[(i, i)], matrix[(i, i + 1)]) =
+                (h(i - 1), 2.0 * (h(i - 1) + h(i)), h(i));
             right[i] = 6.0 * (secant(i) - secant(i - 1));
         }
         match *ends {
@@ -143,9 +146,11 @@ impl Moments {
     }
 }
 
-/// Two splines agree in all derivatives at points of every interval, to rounding relative to the largest there is.
+/// Two splines agree in all derivatives at points of every interval, to rounding relative to the largest
+/// there is.
 fn assert_same(ours: &CubicSpline, theirs: &Moments) -> Result<(), TestCaseError> {
-    let points = theirs.knots.windows(2).flat_map(|x| [0.1, 0.5, 0.85].map(|part| x[0] + part * (x[1] - x[0])));
+    let points =
+        theirs.knots.windows(2).flat_map(|x| [0.1, 0.5, 0.85].map(|part| x[0] + part * (x[1] - x[0])));
     let pairs: Vec<_> = points.map(|x| (x, ours.derivatives(x), theirs.derivatives(x))).collect();
     for derivative in 0..4 {
         let scale = pairs.iter().fold(1.0_f64, |scale, (.., b)| scale.max(b[derivative].abs()));
@@ -211,7 +216,8 @@ proptest! {
     }
 }
 
-/// The search for the interval is right however unevenly the knots lie: at every knot the piece on its right counts.
+/// The search for the interval is right however unevenly the knots lie: at every knot the piece on its right
+/// counts.
 #[test]
 fn knots_may_be_spaced_wildly() {
     let powers = |exponents: core::ops::Range<i32>| exponents.map(|e| 10_f64.powi(e)).collect::<Vec<_>>();
@@ -226,7 +232,11 @@ fn knots_may_be_spaced_wildly() {
         for i in 0..knots.len() - 1 {
             assert_eq!(spline.derivatives(knots[i])[0], values[i], "at knot {i} of {knots:?}");
             let middle = 0.5 * knots[i] + 0.5 * knots[i + 1];
-            assert_eq!(spline.derivatives(middle)[3], spline.derivatives(knots[i])[3], "after knot {i} of {knots:?}");
+            assert_eq!(
+                spline.derivatives(middle)[3],
+                spline.derivatives(knots[i])[3],
+                "after knot {i} of {knots:?}"
+            );
         }
     }
 }
@@ -258,11 +268,20 @@ fn bad_data_are_errors_that_name_the_number() {
         (CubicSpline::natural(&x[..1], &y[..1]), "1 points; this kind of spline needs at least 2"),
         (CubicSpline::not_a_knot(&x[..3], &y[..3]), "3 points; this kind of spline needs at least 4"),
         (CubicSpline::natural(&[], &[]), "0 points; this kind of spline needs at least 2"),
-        (CubicSpline::natural(&[0.0, 2.0, 2.0, 3.0], &y), "knot 2 is 2.0 after 2.0; knots have to increase strictly"),
+        (
+            CubicSpline::natural(&[0.0, 2.0, 2.0, 3.0], &y),
+            "knot 2 is 2.0 after 2.0; knots have to increase strictly",
+        ),
         (CubicSpline::natural(&[0.0, f64::NAN], &y[..2]), "knot 1 is NaN; a spline needs finite numbers"),
-        (CubicSpline::natural(&x[..2], &[f64::INFINITY, 0.0]), "value 0 is inf; a spline needs finite numbers"),
+        (
+            CubicSpline::natural(&x[..2], &[f64::INFINITY, 0.0]),
+            "value 0 is inf; a spline needs finite numbers",
+        ),
         (CubicSpline::clamped(&x, &y, 0.0, f64::NAN), "slope 1 is NaN; a spline needs finite numbers"),
-        (CubicSpline::periodic(&x, &y), "the first value is 0.0, the last 9.0; a periodic spline ends where it begins"),
+        (
+            CubicSpline::periodic(&x, &y),
+            "the first value is 0.0, the last 9.0; a periodic spline ends where it begins",
+        ),
         (
             CubicSpline::natural(&[0.0, 1e-200, 1.0, 2.0], &[0.0, 1e200, 0.0, 1.0]),
             "the piece from knot 0 at 0.0 to 1e-200 has coefficients beyond the range of f64; \

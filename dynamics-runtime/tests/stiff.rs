@@ -1,10 +1,11 @@
-//! Implicit methods on stiff motions: right where explicit ones crawl, few steps, and no success where their equations are not solved.
+//! Implicit methods on stiff motions: right where explicit ones crawl, few steps, and no success where their
+//! equations are not solved.
 
 use std::convert::Infallible;
 
 use dynamics_runtime::integrate::{
-    Dense, Dop853, Esdirk4, GeneralizedAlpha, Kept, Knot, Phase, Radau5, Scheme, Step, StepError, StepOptions, Stepper,
-    System, Tolerances,
+    Dense, Dop853, Esdirk4, GeneralizedAlpha, Kept, Knot, Phase, Radau5, Scheme, Step, StepError,
+    StepOptions, Stepper, System, Tolerances,
 };
 use nalgebra::SVector;
 
@@ -33,12 +34,16 @@ fn run<S: Scheme<SVector<f64, N>>, const N: usize>(
         stepper.step(&mut system, end).unwrap();
     }
     let (y, steps) = (stepper.now().y, stepper.accepted());
-    println!("{}, {tolerance:e}: {steps} steps, {} rejected, {evaluations} evaluations", S::METHOD, stepper.rejected());
+    println!(
+        "{}, {tolerance:e}: {steps} steps, {} rejected, {evaluations} evaluations",
+        S::METHOD,
+        stepper.rejected()
+    );
     (y, steps, evaluations)
 }
 
-/// Van der Pol's equation with ε = 1e-6 as a mechanical system, to t = 2: published end values of the test set of Hairer and Wanner, code
-/// `radau5`, in the scaled time of the book.
+/// Van der Pol's equation with ε = 1e-6 as a mechanical system, to t = 2: published end values of the test
+/// set of Hairer and Wanner, code `radau5`, in the scaled time of the book.
 #[test]
 fn van_der_pol_meets_its_published_end() {
     fn check<S: Scheme<V1>>(tolerances: &[f64], most_steps: u64) {
@@ -56,8 +61,8 @@ fn van_der_pol_meets_its_published_end() {
     check::<Esdirk4<V1>>(&[1e-3, 1e-4, 1e-5, 1e-6, 1e-8], 10_000);
 }
 
-/// The pendulum on a stiff, strongly damped spring, ω = 10⁴ and damping ratio 1: what the spring does decays at once, and then it swings like a
-/// rigid one. With its derivatives.
+/// The pendulum on a stiff, strongly damped spring, ω = 10⁴ and damping ratio 1: what the spring does decays
+/// at once, and then it swings like a rigid one. With its derivatives.
 struct Spring {
     stiffness: f64,
     damping: f64,
@@ -96,27 +101,39 @@ fn swing<S: Scheme<V2>>(system: Spring, q: V2, end: f64, options: StepOptions) -
     swing_by(S::new(), system, q, end, options)
 }
 
-fn swing_by<S: Scheme<V2>>(scheme: S, mut system: Spring, q: V2, end: f64, options: StepOptions) -> (Phase<V2>, u64) {
+fn swing_by<S: Scheme<V2>>(
+    scheme: S,
+    mut system: Spring,
+    q: V2,
+    end: f64,
+    options: StepOptions,
+) -> (Phase<V2>, u64) {
     let start = Phase { q, u: V2::zeros() };
     let mut stepper = Stepper::with(scheme, &mut system, 0.0, start, end, options).unwrap();
     while stepper.now().t < end {
         stepper.step(&mut system, end).unwrap();
     }
     let (steps, rejected) = (stepper.accepted(), stepper.rejected());
-    println!("{}, {options:?}: {steps} steps, {rejected} rejected, {} evaluations", S::METHOD, system.evaluations);
+    println!(
+        "{}, {options:?}: {steps} steps, {rejected} rejected, {} evaluations",
+        S::METHOD,
+        system.evaluations
+    );
     (stepper.now().y, steps)
 }
 
 /// By a Taylor method of order 20 at tolerance 1e-15: the swing on the damped spring from (1, 0), at t = 10.
-const SWUNG: Phase<V2> =
-    Phase { q: V2::new(0.2750944764827108, -0.9614174924338752), u: V2::new(-4.175584765727972, -1.1947781965930147) };
+const SWUNG: Phase<V2> = Phase {
+    q: V2::new(0.2750944764827108, -0.9614174924338752),
+    u: V2::new(-4.175584765727972, -1.1947781965930147),
+};
 
 fn missed(y: &Phase<V2>) -> f64 {
     (y.q - SWUNG.q).norm().max((y.u - SWUNG.u).norm())
 }
 
-/// Order 2 with steps of a hundred times what the spring needs, where Rosenbrock and diagonally implicit methods of order 4 return what is wrong; with step control
-/// right, at the price of short steps.
+/// Order 2 with steps of a hundred times what the spring needs, where Rosenbrock and diagonally implicit
+/// methods of order 4 return what is wrong; with step control right, at the price of short steps.
 #[test]
 fn generalized_alpha_follows_a_stiff_direction_that_turns() {
     let spring = || Spring { stiffness: 1e8, damping: 2e4, evaluations: 0 };
@@ -126,7 +143,8 @@ fn generalized_alpha_follows_a_stiff_direction_that_turns() {
         missed(&y)
     };
     for rho in [0.0, 0.5, 0.8] {
-        let [coarse, fine] = [0.005, 0.0025].map(|h| run(rho, StepOptions { fixed: Some(h), ..adaptive(1e-9) }));
+        let [coarse, fine] =
+            [0.005, 0.0025].map(|h| run(rho, StepOptions { fixed: Some(h), ..adaptive(1e-9) }));
         assert!(fine < 2e-2 && fine < 0.35 * coarse, "rho {rho}: {coarse:e}, {fine:e}");
         for tolerance in [1e-2, 1e-3, 1e-4] {
             let error = run(rho, adaptive(tolerance));
@@ -153,7 +171,8 @@ fn a_stiff_damped_spring_costs_no_more_than_a_rod() {
     check::<Esdirk4<V2>>(&[1e-2, 1e-3, 1e-4, 1e-5, 1e-6], 600.0);
 }
 
-/// Without a damper the spring oscillates, and what an L-stable method damps of it is an error as any other: it is seen, and paid for with steps.
+/// Without a damper the spring oscillates, and what an L-stable method damps of it is an error as any other:
+/// it is seen, and paid for with steps.
 #[test]
 fn an_oscillation_that_matters_is_not_damped_away() {
     fn check<S: Scheme<V2>>(of_slow_q: f64, of_fast_u: f64) {
@@ -162,7 +181,8 @@ fn an_oscillation_that_matters_is_not_damped_away() {
         let exact = V2::new(-0.986_290_742_802_133_8, -0.165_046_311_566_997_5);
         // Sixteen oscillations that are started by hand, of 0.1 in the velocity.
         let start = Phase { q: V2::new(1.001, 0.0), u: V2::zeros() };
-        let mut stepper = Stepper::<_, Dop853<V2>>::new(&mut spring(1e4), 0.0, start, 1.0, adaptive(1e-13)).unwrap();
+        let mut stepper =
+            Stepper::<_, Dop853<V2>>::new(&mut spring(1e4), 0.0, start, 1.0, adaptive(1e-13)).unwrap();
         while stepper.now().t < 1.0 {
             stepper.step(&mut spring(1e4), 1.0).unwrap();
         }
@@ -186,8 +206,8 @@ fn an_oscillation_that_matters_is_not_damped_away() {
     check::<Esdirk4<V2>>(4.0, 500.0);
 }
 
-/// u̇ = 1000 u² has no implicit step of 0.1 from u = 1: that is an error and no state, with a fixed step; one that may be shorter gets to where the
-/// motion itself ends, at t = 0.001.
+/// u̇ = 1000 u² has no implicit step of 0.1 from u = 1: that is an error and no state, with a fixed step; one
+/// that may be shorter gets to where the motion itself ends, at t = 0.001.
 #[test]
 fn equations_without_a_solution_are_an_error() {
     fn check<S: Scheme<V1>>() {
@@ -211,7 +231,8 @@ fn equations_without_a_solution_are_an_error() {
     check::<Esdirk4<V1>>();
 }
 
-/// A step that leads to where there are no accelerations, or whose equations have no solution, has no end: its start is none.
+/// A step that leads to where there are no accelerations, or whose equations have no solution, has no end:
+/// its start is none.
 #[test]
 fn steps_without_a_solution_have_no_end() {
     fn end<S: Scheme<V1>>(a: impl Fn(f64, &V1) -> f64, h: f64) -> Option<(Phase<V1>, f64)> {
@@ -233,8 +254,9 @@ fn steps_without_a_solution_have_no_end() {
     check::<GeneralizedAlpha<V1>>();
 }
 
-/// A step made again for its interpolant begins at what is known of it, also where the stiff direction turns so fast that each stage needs a Jacobian of its own: it had begun at
-/// nothing there, and ended elsewhere or nowhere.
+/// A step made again for its interpolant begins at what is known of it, also where the stiff direction turns
+/// so fast that each stage needs a Jacobian of its own: it had begun at nothing there, and ended elsewhere or
+/// nowhere.
 #[test]
 fn steps_made_again_begin_where_they_ended() {
     let evaluations = std::cell::Cell::new(0u64);

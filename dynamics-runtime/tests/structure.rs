@@ -1,4 +1,5 @@
-//! Methods that preserve something of a motion: orders, energy over many periods, momenta, reversal, and what other methods lose there.
+//! Methods that preserve something of a motion: orders, energy over many periods, momenta, reversal, and what
+//! other methods lose there.
 
 mod common;
 
@@ -6,8 +7,9 @@ use std::convert::Infallible;
 
 use common::*;
 use dynamics_runtime::integrate::{
-    Composition4, Composition6, Composition8, EnergyMidpoint, Gauss4, Gauss6, Knot, OfPositions, Phase, Rattle, Rk4,
-    Scheme, SemiImplicitEuler, StepError, StepOptions, Stepper, StormerVerlet, System, Tolerances,
+    Composition4, Composition6, Composition8, EnergyMidpoint, Gauss4, Gauss6, Knot, OfPositions, Phase,
+    Rattle, Rk4, Scheme, SemiImplicitEuler, StepError, StepOptions, Stepper, StormerVerlet, System,
+    Tolerances,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::{OptionError, Simulate, SimulationErrorKind};
@@ -61,7 +63,8 @@ fn angular_momentum(y: &Phase<V>) -> f64 {
     y.q[0] * y.u[1] - y.q[1] * y.u[0]
 }
 
-/// Kepler's problem that tells its energy, in polar coordinates: M = diag(1, r²) moves, so that (q, q̇) are not canonical.
+/// Kepler's problem that tells its energy, in polar coordinates: M = diag(1, r²) moves, so that (q, q̇) are
+/// not canonical.
 struct Polar {
     /// Whether it tells its momenta.
     canonical: bool,
@@ -109,7 +112,8 @@ fn check_order<S: Scheme<V>, Y: System<V>>(system: &mut Y, start: Phase<V>, exac
 where
     Y::Error: std::fmt::Debug,
 {
-    let (coarse, fine) = (error::<S, Y>(system, start, exact, steps), error::<S, Y>(system, start, exact, 2 * steps));
+    let (coarse, fine) =
+        (error::<S, Y>(system, start, exact, steps), error::<S, Y>(system, start, exact, 2 * steps));
     let order = (coarse / fine).log2();
     println!("{:40} {order:.2} from {coarse:.1e} to {fine:.1e}", S::METHOD.to_string());
     assert!((order - f64::from(S::ORDER)).abs() < 0.35, "{}: order {order}", S::METHOD);
@@ -154,7 +158,8 @@ where
     Y::Error: std::fmt::Debug,
 {
     // No whole number of steps a period: every phase of the orbit is seen in the early part, too.
-    let (h, end) = (std::f64::consts::TAU / (f64::from(steps) + 0.618), std::f64::consts::TAU * f64::from(periods));
+    let (h, end) =
+        (std::f64::consts::TAU / (f64::from(steps) + 0.618), std::f64::consts::TAU * f64::from(periods));
     let (mut early, mut all, before) = (0.0f64, 0.0f64, of(&start));
     go::<S, Y>(system, start, h, end, |knot| {
         let error = (of(&knot.y) - before).abs();
@@ -167,8 +172,9 @@ where
     (early, all)
 }
 
-/// The energy error of symplectic methods is as large after a hundred thousand periods as it was after a thousand; RK4 with a smaller error in the first
-/// ones loses the orbit. [`a_million_periods`] goes on, as `examples/long_motions.rs` does with more methods.
+/// The energy error of symplectic methods is as large after a hundred thousand periods as it was after a
+/// thousand; RK4 with a smaller error in the first ones loses the orbit. [`a_million_periods`] goes on, as
+/// `examples/long_motions.rs` does with more methods.
 #[test]
 fn energy_errors_stay_where_they_are() {
     let (mut kepler, start) = (OfPositions(attraction), pericentre(0.1));
@@ -186,7 +192,8 @@ fn energy_errors_stay_where_they_are() {
 fn tenths<S: Scheme<V>>(e: f64, periods: u32, steps: u32) -> [f64; 10] {
     let (mut kepler, start) = (OfPositions(attraction), pericentre(e));
     // No whole number of steps a period, as in `energy_errors`.
-    let (h, end) = (std::f64::consts::TAU / (f64::from(steps) + 0.618), std::f64::consts::TAU * f64::from(periods));
+    let (h, end) =
+        (std::f64::consts::TAU / (f64::from(steps) + 0.618), std::f64::consts::TAU * f64::from(periods));
     let (mut worst, before) = ([0.0f64; 10], energy(&start));
     go::<S, _>(&mut kepler, start, h, end, |knot| {
         let tenth = ((10.0 * knot.t / end) as usize).min(9);
@@ -196,8 +203,10 @@ fn tenths<S: Scheme<V>>(e: f64, periods: u32, steps: u32) -> [f64; 10] {
     worst
 }
 
-/// Modified equations: a symplectic step is all but exactly a motion of a nearby energy, so that after a million periods the energy errs by as much as in the first hundred thousand, with nine
-/// steps in each period. RK4 with 22 times the evaluations errs in proportion to the time; with half of these it has lost the orbit after 500 periods.
+/// Modified equations: a symplectic step is all but exactly a motion of a nearby energy, so that after a
+/// million periods the energy errs by as much as in the first hundred thousand, with nine steps in each
+/// period. RK4 with 22 times the evaluations errs in proportion to the time; with half of these it has lost
+/// the orbit after 500 periods.
 #[test]
 fn a_million_periods() {
     let kept = tenths::<StormerVerlet<V>>(0.05, 1_000_000, 8);
@@ -209,7 +218,8 @@ fn a_million_periods() {
     }
 }
 
-/// M(q): in canonical variables the error stays, in (q, q̇) the symmetric method keeps it for this reversible motion too; RK4 does not.
+/// M(q): in canonical variables the error stays, in (q, q̇) the symmetric method keeps it for this reversible
+/// motion too; RK4 does not.
 #[test]
 fn energy_errors_stay_where_the_mass_matrix_moves() {
     let start = Polar::start(0.2);
@@ -231,7 +241,8 @@ fn energy_errors_stay_where_the_mass_matrix_moves() {
     assert!(all < 1e-14, "{all:e}");
 }
 
-/// A spring whose stiffness is changed between two steps: from then on the energy that is kept is that of the new spring, also where nobody has told the stepper.
+/// A spring whose stiffness is changed between two steps: from then on the energy that is kept is that of the
+/// new spring, also where nobody has told the stepper.
 #[test]
 fn energy_of_a_system_that_is_changed_is_its_own() {
     struct Spring(f64);
@@ -245,7 +256,8 @@ fn energy_of_a_system_that_is_changed_is_its_own() {
         }
     }
     let (mut spring, start) = (Spring(1.0), Phase { q: V::new(1.0, 0.5), u: V::new(0.0, 0.3) });
-    let mut stepper = Stepper::<V, EnergyMidpoint<V>>::new(&mut spring, 0.0, start, 9.0, fixed(0.05)).unwrap();
+    let mut stepper =
+        Stepper::<V, EnergyMidpoint<V>>::new(&mut spring, 0.0, start, 9.0, fixed(0.05)).unwrap();
     for k in [1.0, 4.0, 0.5] {
         spring.0 = k;
         let before = spring.energy(0.0, &stepper.now().y).unwrap();
@@ -292,7 +304,8 @@ fn angular_momentum_is_kept_to_rounding() {
     assert!(worst[0] < 1e-12 && worst[1] > 1e-7, "{worst:?}");
 }
 
-/// Brouwer's law: in many small steps, here of an orbit with e = 0.9, rounding a state takes more than all else, unless it is carried to the next step.
+/// Brouwer's law: in many small steps, here of an orbit with e = 0.9, rounding a state takes more than all
+/// else, unless it is carried to the next step.
 #[test]
 fn what_rounding_takes_of_small_steps_is_carried() {
     fn worst<S: Scheme<V>>(h: f64, periods: f64) -> [f64; 2] {
@@ -310,10 +323,15 @@ fn what_rounding_takes_of_small_steps_is_carried() {
     }
 }
 
-/// Back with the same step, symmetric methods return to the start but for rounding, however large their errors are on the way.
+/// Back with the same step, symmetric methods return to the start but for rounding, however large their
+/// errors are on the way.
 #[test]
 fn symmetric_methods_return() {
-    fn missed<S: Scheme<V>, Y: System<V, Error = Infallible>>(system: &mut Y, start: Phase<V>, h: f64) -> f64 {
+    fn missed<S: Scheme<V>, Y: System<V, Error = Infallible>>(
+        system: &mut Y,
+        start: Phase<V>,
+        h: f64,
+    ) -> f64 {
         let there = go::<S, Y>(system, start, h, 100.0 * h, |_| {});
         let mut stepper = Stepper::<V, S>::new(system, 100.0 * h, there, 0.0, fixed(h)).unwrap();
         while stepper.now().t != 0.0 {
@@ -351,7 +369,12 @@ fn steps_that_are_too_long_are_refused() {
         let end = go::<S, _>(&mut stiff, start, h, 10.0 * h, |_| {});
         // Nothing is damped and nothing grows.
         let size = |y: &Phase<V>| 100.0 * y.q.norm_squared() + y.u.norm_squared();
-        assert!((size(&end) / size(&start) - 1.0).abs() < 1e-11, "{}: {}", S::METHOD, size(&end) / size(&start));
+        assert!(
+            (size(&end) / size(&start) - 1.0).abs() < 1e-11,
+            "{}: {}",
+            S::METHOD,
+            size(&end) / size(&start)
+        );
     }
     made::<Gauss4<V>>(0.25);
     made::<Gauss6<V>>(0.3);
@@ -436,7 +459,8 @@ fn iterations_are_few() {
 #[test]
 fn implicit_steps_are_made_wherever_an_angle_has_come_to() {
     fn swings<S: Scheme<V>>(turns: f64, h: f64) {
-        let mut pendula = |_: f64, q: &V, _: &V| Ok::<V, Infallible>(V::new(-q[0].sin(), -100.0 * q[1].sin()));
+        let mut pendula =
+            |_: f64, q: &V, _: &V| Ok::<V, Infallible>(V::new(-q[0].sin(), -100.0 * q[1].sin()));
         let angle = turns * std::f64::consts::TAU;
         let start = Phase { q: V::new(angle + 2.0, angle + 2.5), u: V::new(0.5, -1.0) };
         go::<S, _>(&mut pendula, start, h, 5000.0 * h, |_| {});

@@ -1,4 +1,5 @@
-//! Model functions as users write them type-check without annotations and give the values that a hand calculation gives.
+//! Model functions as users write them type-check without annotations and give the values that a hand
+//! calculation gives.
 
 use dynamics_runtime::{Expr, Force, Mat3, SmoothFunction, TimeDerivative, Vec2, Vec3, vec2, vec3};
 
@@ -200,7 +201,10 @@ fn matrices_and_vectors_agree_with_nalgebra() {
     assert_eq!(Mat3::skew(v) * ours.column(2), v.cross(ours.column(2)));
     assert_eq!(Mat3::from_columns(ours.column(0), ours.column(1), ours.column(2)), ours);
     assert_eq!(Mat3::from_rows(ours.row(0), ours.row(1), ours.row(2)), ours);
-    assert_eq!(Vec2::new(1.0, 2.0).cross(Vec2::new(-3.0, 5.0)), Vec2::new(1.0, 2.0).perp().dot(Vec2::new(-3.0, 5.0)));
+    assert_eq!(
+        Vec2::new(1.0, 2.0).cross(Vec2::new(-3.0, 5.0)),
+        Vec2::new(1.0, 2.0).perp().dot(Vec2::new(-3.0, 5.0))
+    );
     assert_eq!((Vec3::new(3.0, 0.0, 4.0).normalize(), v[2]), (Vec3::new(0.6, 0.0, 0.8), 2.0));
 }
 

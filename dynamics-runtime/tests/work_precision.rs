@@ -52,7 +52,8 @@ fn errors_are_those_of_the_closed_form_and_the_reference_knows_its_own() {
         }
     }
     // What the study measures is what the simulation does.
-    let motion = model.simulate(at_rest_or_not([1.0], [0.5])).until(END).method(Dop853).tolerance(1e-6).run().unwrap();
+    let motion =
+        model.simulate(at_rest_or_not([1.0], [0.5])).until(END).method(Dop853).tolerance(1e-6).run().unwrap();
     let point = &known.curve("DOP853 (order 8)").unwrap().points[3];
     let run = point.outcome.as_ref().unwrap();
     assert_eq!((point.setting, run.evaluations), (1e-6, Some(motion.counts().evaluations)));
@@ -60,13 +61,15 @@ fn errors_are_those_of_the_closed_form_and_the_reference_knows_its_own() {
     assert!(run.time > Duration::ZERO);
 }
 
-/// What a study tells of an error is true to within what the reference may be wrong by, where all that there is is rounding, too: three runs with the same steps round
-/// alike, and agreed.
+/// What a study tells of an error is true to within what the reference may be wrong by, where all that there
+/// is is rounding, too: three runs with the same steps round alike, and agreed.
 #[test]
 fn errors_are_true_to_within_the_uncertainty_where_steps_only_round() {
     let model = Closure(|_, _, _| 0.0);
     let some = (0..40).map(f64::from).map(|k| (0.3 * k - 5.0, 0.1 + 0.037 * k, 2.0 + 0.21 * k));
-    for (from, v, end) in some.chain([(0.0, 0.1, 2.0), (1.0, 1.0 / 3.0, 10.0), (-0.7, 0.7, 3.3), (0.0, 1e-3, 7.0)]) {
+    for (from, v, end) in
+        some.chain([(0.0, 0.1, 2.0), (1.0, 1.0 / 3.0, 10.0), (-0.7, 0.7, 3.3), (0.0, 1e-3, 7.0)])
+    {
         let start = at_rest_or_not([from], [v]);
         let study = model.work_precision(start).until(end).tolerances([1e-6]).effort(Duration::ZERO);
         let study = match study.run() {
@@ -76,23 +79,32 @@ fn errors_are_true_to_within_the_uncertainty_where_steps_only_round() {
             Err(error) => panic!("{error}"),
         };
         for curve in study.curves() {
-            let method = if curve.name == "DOP853 (order 8)" { Any::from(Dop853) } else { DormandPrince5.into() };
-            let true_end = model.simulate(start).until(end).tolerance(1e-6).method(&method).run().unwrap().end();
+            let method =
+                if curve.name == "DOP853 (order 8)" { Any::from(Dop853) } else { DormandPrince5.into() };
+            let true_end =
+                model.simulate(start).until(end).tolerance(1e-6).method(&method).run().unwrap().end();
             let error = (true_end.q[0] - (from + v * end)).abs();
             let told = curve.points[0].outcome.as_ref().unwrap().errors.positions;
             let uncertainty = study.uncertainty().positions;
-            assert!((told - error).abs() <= uncertainty, "{}: {error:e}, told {told:e}, ± {uncertainty:e}", curve.name);
+            assert!(
+                (told - error).abs() <= uncertainty,
+                "{}: {error:e}, told {told:e}, ± {uncertainty:e}",
+                curve.name
+            );
         }
     }
 }
 
-/// A kick that steps go over which have grown before it: runs that all miss it agree, and so would those of a reference with steps as long.
+/// A kick that steps go over which have grown before it: runs that all miss it agree, and so would those of a
+/// reference with steps as long.
 #[test]
 fn what_long_steps_miss_the_reference_has_seen() {
     let model = Closure(|t, _, _| (-((t - 50.0) / 0.2_f64).powi(2)).exp());
     let study = model.work_precision(at_rest_or_not([0.0], [1.0])).until(100.0).effort(Duration::ZERO);
-    let found =
-        ran(study.tolerances([1e-6]).methods([Dop853.into()]).variant("short steps", Dop853, |s| s.max_step(0.05)));
+    let found = ran(study
+        .tolerances([1e-6])
+        .methods([Dop853.into()])
+        .variant("short steps", Dop853, |s| s.max_step(0.05)));
     let velocity = |curve| found.curve(curve).unwrap().points[0].outcome.as_ref().unwrap().errors.velocities;
     let kick = 0.2 * core::f64::consts::PI.sqrt();
     assert!((velocity("DOP853 (order 8)") - kick).abs() < 1e-6 && velocity("short steps") < 1e-6, "{found}");
@@ -138,7 +150,11 @@ fn multipliers_are_judged_apart() {
             .iter()
             .map(|point| point.outcome.as_ref().unwrap().errors.of(ErrorOf::Multipliers).unwrap())
             .collect();
-        assert!(errors[1] > 0.0 && errors[1] < 1e-2 * errors[0] && errors[0] < 1.0, "{}: {errors:?}", curve.name);
+        assert!(
+            errors[1] > 0.0 && errors[1] < 1e-2 * errors[0] && errors[0] < 1.0,
+            "{}: {errors:?}",
+            curve.name
+        );
     }
     assert!(study.to_string().contains("multipliers"));
 }
@@ -156,8 +172,14 @@ fn runs_that_fail_stay_in_the_table_with_their_reason() {
     let short = &study.curve("short of steps").unwrap().points;
     assert!(short[0].outcome.is_ok() && short[1].outcome.is_err());
     let table = study.to_string();
-    assert!(table.lines().any(|line| line.starts_with("short of steps") && line.contains("failed: ")), "{table}");
-    assert!(table.lines().any(|line| line.starts_with("stopped") && line.contains("before the end")), "{table}");
+    assert!(
+        table.lines().any(|line| line.starts_with("short of steps") && line.contains("failed: ")),
+        "{table}"
+    );
+    assert!(
+        table.lines().any(|line| line.starts_with("stopped") && line.contains("before the end")),
+        "{table}"
+    );
     assert!(study.chart().to_svg().contains("short of steps (1 failed)"));
     assert!(study.json_lines().lines().any(|line| line.contains("\"failure\":\"")));
     // What has no run left is no method that was not tried, and in narrow charts names are whole.
@@ -202,12 +224,14 @@ fn what_cannot_be_trusted_is_refused() {
             "{wrong}"
         );
     }
-    // What is wrong by no more than was said is an end, and so is one that a single coarse run cannot tell from its own error.
+    // What is wrong by no more than was said is an end, and so is one that a single coarse run cannot tell
+    // from its own error.
     assert!(coarse(off(1e-10)).run().is_ok() && coarse(end).methods([Dop853.into()]).run().is_ok());
     let turned = PlainState { u: -end.u, ..end };
     assert!(matches!(refused(loose(turned, 1e-15)), Contradicted { what: "velocities", .. }));
     // Steps of two sizes by one method err alike, and may.
-    let alike = loose(end, 1e-15).variant("DOP853", Dop853, |s| s).variant("the same", Dop853, |s| s.max_step(5.0));
+    let alike =
+        loose(end, 1e-15).variant("DOP853", Dop853, |s| s).variant("the same", Dop853, |s| s.max_step(5.0));
     assert!(alike.tolerances([1e-4]).run().is_ok());
 
     let none = refused(loose(end, 1e-15).variant("short", Dop853, |simulation| simulation.max_steps(1)));
@@ -224,7 +248,8 @@ fn what_cannot_be_trusted_is_refused() {
     assert!(matches!(chaos, Some(NotConverged { .. })), "{chaos:?}");
 }
 
-/// What is not the same from run to run has no error: a variant whose steps depend on how often it was asked for, and one that then fails.
+/// What is not the same from run to run has no error: a variant whose steps depend on how often it was asked
+/// for, and one that then fails.
 #[test]
 fn runs_that_end_elsewhere_when_they_are_repeated_have_failed() {
     let (model, asked, failing) = (Oscillator { omega: 2.0 }, Cell::new(0), Cell::new(0));
@@ -235,7 +260,10 @@ fn runs_that_end_elsewhere_when_they_are_repeated_have_failed() {
         .variant("failing", Dop853, |s| if again(&failing) { s.max_steps(2) } else { s })
         .tolerances([1e-6]));
     let outcome = |name| study.curve(name).unwrap().points[0].outcome.as_ref();
-    assert!(outcome("wandering").unwrap_err().starts_with("it ends elsewhere when it is repeated, by"), "{study}");
+    assert!(
+        outcome("wandering").unwrap_err().starts_with("it ends elsewhere when it is repeated, by"),
+        "{study}"
+    );
     assert!(outcome("failing").unwrap_err().starts_with("it fails when it is repeated"), "{study}");
     assert_eq!(outcome("DOP853 (order 8)").unwrap().repeats, Some(3));
 }
@@ -259,7 +287,10 @@ fn options_without_sense_are_named() {
         (study(&model).methods_at([-0.1], [Rk4.into()]), "-0.1 is not possible among the steps"),
         (study(&model).tolerances([1e-3, -1.0]), "-1 is not possible among the tolerances"),
         (study(&model).tolerances([f64::NAN]), "NaN is not possible among the tolerances"),
-        (study(&model).steps([0.1]), "no method runs with the steps of `.steps([..])`; add one with a fixed step"),
+        (
+            study(&model).steps([0.1]),
+            "no method runs with the steps of `.steps([..])`; add one with a fixed step",
+        ),
         (
             study(&model).methods([Rk4.into()]).steps([0.1]).tolerances([1e-6]),
             "no method runs with the tolerances of `.tolerances([..])`; add one with step control",
@@ -267,14 +298,18 @@ fn options_without_sense_are_named() {
         (study(&model).methods([Rk4.into()]).steps([f64::INFINITY]), "inf is not possible among the steps"),
         (study(&model).methods([Dop853.into(), Dop853.into()]), "two curves are called DOP853 (order 8)"),
         (study(&model).reference(Reference::runs(Dop853, Rk4, 1e-14)), "the reference by RK4 (order 4)"),
-        (study(&model).reference(Reference::runs(Dop853, Dop853, 0.0)), "0 is not possible among the tolerances"),
+        (
+            study(&model).reference(Reference::runs(Dop853, Dop853, 0.0)),
+            "0 is not possible among the tolerances",
+        ),
     ] {
         let said = refused(study);
         assert!(said.starts_with(message), "{said}");
     }
 }
 
-/// What is cheap for one method takes another for ever: lists of their own, in any order, beside those of all.
+/// What is cheap for one method takes another for ever: lists of their own, in any order, beside those of
+/// all.
 #[test]
 fn methods_run_at_tolerances_and_steps_of_their_own() {
     let model = Oscillator { omega: 2.0 };
@@ -286,7 +321,9 @@ fn methods_run_at_tolerances_and_steps_of_their_own() {
     let settings =
         study.curves().iter().map(|curve| curve.points.iter().map(|point| point.setting).collect::<Vec<_>>());
     assert_eq!(settings.collect::<Vec<_>>(), [[1e-4, 1e-9], [1e-3, 1e-5], [0.02, 0.01]]);
-    let steps = |k: usize| study.curves()[k].points.iter().map(|point| point.outcome.as_ref().unwrap().steps.unwrap());
+    let steps = |k: usize| {
+        study.curves()[k].points.iter().map(|point| point.outcome.as_ref().unwrap().steps.unwrap())
+    };
     assert_eq!(steps(2).collect::<Vec<_>>(), [500, 1000]);
     let alone = [1e-3, 1e-5].map(|tolerance| {
         let simulation = model.simulate(at_rest_or_not([1.0], [0.5])).until(END).method(DormandPrince5);
@@ -299,7 +336,8 @@ fn methods_run_at_tolerances_and_steps_of_their_own() {
 fn measurements_from_elsewhere_are_judged_by_the_same_reference() {
     let model = Oscillator { omega: 2.0 };
     let mut own = ran(study(&model).methods([Dop853.into()]).tolerances([1e-4, 1e-8]));
-    let lines = own.json_lines().replace("DOP853 (order 8)", "another").replace("\"positions\"", "\"passed over\"");
+    let lines =
+        own.json_lines().replace("DOP853 (order 8)", "another").replace("\"positions\"", "\"passed over\"");
     assert_eq!(own.add_outside(&lines).unwrap(), 2);
     let (ours, theirs) = (&own.curves()[0], &own.curves()[1]);
     assert!(!ours.outside && theirs.outside);
@@ -321,13 +359,17 @@ fn measurements_from_elsewhere_are_judged_by_the_same_reference() {
     assert_eq!(x[1].outcome.as_ref().unwrap_err(), "it gave up");
     assert_eq!(own.cost("x", ErrorOf::State, 1e-3, Cost::Time), Some(20e-6));
 
-    let line = |rest: &str| format!("\n{{\"problem\":\"Oscillator\",\"solver\":\"y\",\"tolerance\":1e-3{rest}}}");
+    let line =
+        |rest: &str| format!("\n{{\"problem\":\"Oscillator\",\"solver\":\"y\",\"tolerance\":1e-3{rest}}}");
     for (text, problem) in [
         ("{\"solver\":1}".to_string(), "line 1 is no measurement: `problem` is no text"),
         (line(""), "line 2 is no measurement: `time_us` is missing or 0"),
         (line(",\"time_us\":1"), "line 2 is no measurement: neither `end` nor `positions` is there"),
         (line(",\"time_us\":1,\"end\":[1]"), "line 2 is no measurement: `end` has 1 numbers"),
-        (line(",\"time_us\":1,\"positions\":-1"), "line 2 is no measurement: `positions` is no number of at least 0"),
+        (
+            line(",\"time_us\":1,\"positions\":-1"),
+            "line 2 is no measurement: `positions` is no number of at least 0",
+        ),
         (
             line(",\"time_us\":1,\"positions\":1").replace('y', "x"),
             "line 2 is no measurement: there is a curve `x` already",
@@ -346,7 +388,8 @@ fn ends_from_elsewhere_have_the_inputs_of_the_end() {
     let PlainState { t, q, u, modes, .. } = at_rest_or_not([1.0], [0.5]);
     let start = PlainState { t, q, u, inputs: [0.0].into(), modes };
     let lifted = |simulation: Simulation<'static, Lifted>| simulation.inputs(|t, _| [3.0 * t]);
-    let study = Lifted.work_precision(start).until(END).with(lifted).tolerances([1e-4]).effort(Duration::ZERO);
+    let study =
+        Lifted.work_precision(start).until(END).with(lifted).tolerances([1e-4]).effort(Duration::ZERO);
     let mut own = ran(study.methods([Dop853.into()]));
     assert_eq!(own.add_outside(&own.json_lines().replace("DOP853 (order 8)", "another")).unwrap(), 1);
     let energy = |k: usize| own.curves()[k].points[0].outcome.as_ref().unwrap().errors.energy;
@@ -358,11 +401,11 @@ fn ends_from_elsewhere_have_the_inputs_of_the_end() {
 #[test]
 fn sentences_name_the_cheapest_and_what_is_alike() {
     let model = Oscillator { omega: 2.0 };
-    let mut study = ran(study(&model).methods([Dop853.into(), DormandPrince5.into()]).tolerances([1e-4, 1e-7]));
+    let mut study =
+        ran(study(&model).methods([Dop853.into(), DormandPrince5.into()]).tolerances([1e-4, 1e-7]));
     let line = |solver: &str, time: f64, evaluations: u32| {
         format!(
-            "{{\"problem\":\"Oscillator\",\"solver\":\"{solver}\",\"tolerance\":1e-3,\"time_us\":{time},\"positions\":1e-4,\
-             \"evaluations\":{evaluations}}}\n"
+            "{{\"problem\":\"Oscillator\",\"solver\":\"{solver}\",\"tolerance\":1e-3,\"time_us\":{time},\"positions\":1e-4,\"evaluations\":{evaluations}}}\n"
         )
     };
     let lines = [line("a", 1.0, 9), line("b", 1.05, 8), line("c", 1.2, 70)].concat();
@@ -370,11 +413,14 @@ fn sentences_name_the_cheapest_and_what_is_alike() {
     let sentences = study.sentences();
     assert_eq!(
         sentences[0],
-        "to 0.001 in positions and velocities: fastest here is a (measured elsewhere) with 1 µs (alike: b (measured elsewhere) with \
-         1.05); fewest evaluations, on any machine: b (measured elsewhere) with 8"
+        "to 0.001 in positions and velocities: fastest here is a (measured elsewhere) with 1 µs (alike: b \
+         (measured elsewhere) with 1.05); fewest evaluations, on any machine: b (measured elsewhere) with 8"
     );
     let second = &sentences[1];
-    assert!(second.starts_with("to 10⁻⁶ in") && second.contains("evaluations, on any machine: DOP853"), "{second}");
+    assert!(
+        second.starts_with("to 10⁻⁶ in") && second.contains("evaluations, on any machine: DOP853"),
+        "{second}"
+    );
     assert_eq!(sentences.len(), 2, "no run has an error of 1e-9: {sentences:?}");
     assert!(study.to_string().ends_with(sentences[1].as_str()));
 }
@@ -402,7 +448,10 @@ fn charts_show_what_is_believed_and_what_is_not() {
     let model = Oscillator { omega: 2.0 };
     let reference = || Reference::known(exact(2.0), 1e-8);
     let study_of = |tolerances: &[f64]| {
-        ran(study(&model).methods([Dop853.into()]).tolerances(tolerances.iter().copied()).reference(reference()))
+        ran(study(&model)
+            .methods([Dop853.into()])
+            .tolerances(tolerances.iter().copied())
+            .reference(reference()))
     };
     let hollow = |tolerances: &[f64]| {
         let chart = study_of(tolerances).chart().to_svg();
@@ -419,7 +468,8 @@ fn charts_show_what_is_believed_and_what_is_not() {
     // Tables scroll by themselves, with names that are short: their captions stand above.
     assert!(page.contains("table{display:block;") && !page.contains("<pre>"));
     assert!(page.contains("to an error of positions of</p>\n<table>\n<tr><th></th><th>0.001</th>"), "{page}");
-    // A chart drawn for wide windows has letters of 7 pixels on a telephone: there is one drawn for those beside each.
+    // A chart drawn for wide windows has letters of 7 pixels on a telephone: there is one drawn for those
+    // beside each.
     let narrow = |page: &str| {
         let charts = page.split("<div class=\"narrow\">").skip(1);
         charts
@@ -429,14 +479,21 @@ fn charts_show_what_is_believed_and_what_is_not() {
     let widths: Vec<f64> = narrow(&page);
     assert_eq!(widths.len(), page.matches("<figure>").count());
     assert!(!widths.is_empty() && widths.iter().all(|width| *width <= 360.0), "{widths:?}");
-    // Each error stands over time and over evaluations; what is pointed at says which run it is, where there is something to point with.
+    // Each error stands over time and over evaluations; what is pointed at says which run it is, where there
+    // is something to point with.
     let panels = ["positions and velocities", "positions", "velocities", "energy"];
-    assert!(panels.iter().all(|part| page.matches(&format!(">error of {part}</text>")).count() == 4), "{page}");
+    assert!(
+        panels.iter().all(|part| page.matches(&format!(">error of {part}</text>")).count() == 4),
+        "{page}"
+    );
     assert_eq!(widths.len(), 2 * panels.len());
     let said = "<title>DOP853 (order 8), tolerance 1e-3: error ";
     let drawn: Vec<&str> = page.split("<div class=\"narrow\">").collect();
     assert!(drawn[0].contains(said) && !drawn[1].split("</svg>").next().unwrap().contains(said), "{page}");
-    assert!(page.contains("times are medians of 3 repeats") && page.contains("evaluations to an error of"), "{page}");
+    assert!(
+        page.contains("times are medians of 3 repeats") && page.contains("evaluations to an error of"),
+        "{page}"
+    );
     let outside = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!outside.contains("http") && !outside.contains("<script"), "no network, nothing to run");
 }

@@ -1,5 +1,5 @@
-//! Deriving models, checks and texts included, timed by Criterion: what a macro costs while a program is compiled.
-//! `cargo bench -p dynamics-symbolic`.
+//! Deriving models, checks and texts included, timed by Criterion: what a macro costs while a program is
+//! compiled. `cargo bench -p dynamics-symbolic`.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -1,5 +1,5 @@
-//! Differentiation on the graph: local partial derivatives, forward and reverse sweeps, the total time derivative, shorter forms of
-//! polynomials in sines and cosines, shared parts of products and sums.
+//! Differentiation on the graph: local partial derivatives, forward and reverse sweeps, the total time
+//! derivative, shorter forms of polynomials in sines and cosines, shared parts of products and sums.
 
 mod collect;
 mod forward;

@@ -34,7 +34,8 @@ pub fn declared(model: &Model) -> Vec<Finding> {
     found
 }
 
-/// Checks of what is declared, each declaration by itself: also where others of the model are missing, because they have mistakes of another kind.
+/// Checks of what is declared, each declaration by itself: also where others of the model are missing,
+/// because they have mistakes of another kind.
 #[must_use]
 pub fn one_by_one(model: &Model) -> Vec<Finding> {
     let mut found = Vec::new();
@@ -61,7 +62,8 @@ pub fn speeds(model: &Model, analysis: &Analysis) -> Vec<Finding> {
     found
 }
 
-/// Directions of motion without inertia: for models whose mass matrix met a pivot that is zero in every state, that of coordinate `pivot`.
+/// Directions of motion without inertia: for models whose mass matrix met a pivot that is zero in every
+/// state, that of coordinate `pivot`.
 #[must_use]
 pub fn singular(model: &mut Model, pivot: usize) -> Vec<Finding> {
     let mut found = Vec::new();
@@ -75,7 +77,8 @@ pub fn derived(model: &mut Model, equations: &Equations, analysis: &Analysis) ->
     let mut found = Vec::new();
     // A force that moves nothing is applied at the wrong point.
     effect::idle_forces(model, &mut found);
-    // Negative inertia runs away: a sign is wrong. With constraints it is looked for along the free directions.
+    // Negative inertia runs away: a sign is wrong. With constraints it is looked for along the free
+    // directions.
     if equations.constraints.is_none() {
         definite::definite(model, equations, &mut found);
     }

@@ -8,8 +8,8 @@ use crate::check::hazards::{Branch, Hazards, Kink};
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 use crate::mechanics::{
-    ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld, derive_on,
-    momentum_rates, output_variations, residual, variations,
+    ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld,
+    derive_on, momentum_rates, output_variations, residual, variations,
 };
 use crate::schedule::{Program, Staging, schedule};
 use crate::series::{Series, Unexpandable, expand};
@@ -18,7 +18,8 @@ use crate::text;
 /// Programs of a model, one per function that the runtime's traits ask for. Results are flattened row by row.
 #[derive(Clone, Debug)]
 pub struct Programs {
-    /// q̈ (N), then for every pivot Dᵢ and Mᵢᵢ; with constraints as in [`ConstraintPrograms`]. Staged: what depends on parameters alone is hoisted.
+    /// q̈ (N), then for every pivot Dᵢ and Mᵢᵢ; with constraints as in [`ConstraintPrograms`]. Staged: what
+    /// depends on parameters alone is hoisted.
     pub accelerations: Program,
     /// M, N×N by rows.
     pub mass_matrix: Program,
@@ -38,13 +39,15 @@ pub struct Programs {
     pub powers: Program,
     /// Derivatives of q̈, or why there are none: then the model is not linearised.
     pub jacobians: Result<Jacobians, NoJacobians>,
-    /// Inverse dynamics, M q̈ − Q − Φ_qᵀλ (N), reading accelerations and multipliers as symbols; `None` where it is too large to be emitted. Not listed.
+    /// Inverse dynamics, M q̈ − Q − Φ_qᵀλ (N), reading accelerations and multipliers as symbols; `None` where
+    /// it is too large to be emitted. Not listed.
     pub inverse: Option<Program>,
-    /// What [`Variations`](crate::mechanics::Variations) holds, one matrix after the other, by rows, reading accelerations and multipliers as
-    /// symbols; `None` where it is too large to be emitted, or takes fourth derivatives of functions that are given by values. Not listed.
+    /// What [`Variations`](crate::mechanics::Variations) holds, one matrix after the other, by rows, reading
+    /// accelerations and multipliers as symbols; `None` where it is too large to be emitted, or takes fourth
+    /// derivatives of functions that are given by values. Not listed.
     pub variations: Option<Program>,
-    /// Derivatives of the outputs by q, q̇, q̈, λ and inputs, one matrix after the other, by rows, reading accelerations and multipliers as symbols; `None`
-    /// as for `variations`, and without outputs. Not listed.
+    /// Derivatives of the outputs by q, q̇, q̈, λ and inputs, one matrix after the other, by rows, reading
+    /// accelerations and multipliers as symbols; `None` as for `variations`, and without outputs. Not listed.
     pub output_variations: Option<Program>,
     /// The generalized speeds w (S), then Y (S×N by rows) and y (S); empty without any.
     pub speeds: Program,
@@ -60,11 +63,13 @@ pub struct Programs {
     pub series: Result<Series, Unexpandable>,
     /// Where the accelerations are not smooth.
     pub kinks: Kinks,
-    /// ṗ (N), where Q contains velocities and there are no constraints: elsewhere p says no more than q̇. Not listed.
+    /// ṗ (N), where Q contains velocities and there are no constraints: elsewhere p says no more than q̇. Not
+    /// listed.
     pub momentum_rates: Option<Program>,
 }
 
-/// Values at whose change of sign, or of piece, the accelerations are not smooth: steps are made to end there.
+/// Values at whose change of sign, or of piece, the accelerations are not smooth: steps are made to end
+/// there.
 #[derive(Clone, Debug)]
 pub struct Kinks {
     /// Whether they are all of them, as [`Hazards::are_followed`] has it.
@@ -81,9 +86,9 @@ pub struct Kinks {
     pub reaction_functions: Vec<Option<FunctionId>>,
 }
 
-/// Programs of a model with constraints; N coordinates, R rows, H of them holonomic. Where there are some, `Programs::accelerations` gives
-/// q̈ (N), λ (R), and for every guard its pivot and scale, where the solution is unrolled, else nothing. Outputs, events and powers read
-/// accelerations and multipliers as symbols.
+/// Programs of a model with constraints; N coordinates, R rows, H of them holonomic. Where there are some,
+/// `Programs::accelerations` gives q̈ (N), λ (R), and for every guard its pivot and scale, where the solution
+/// is unrolled, else nothing. Outputs, events and powers read accelerations and multipliers as symbols.
 #[derive(Clone, Debug)]
 pub struct ConstraintPrograms {
     /// Φ, H.
@@ -96,16 +101,19 @@ pub struct ConstraintPrograms {
     pub velocity_offset: Program,
     /// γ, R.
     pub gamma: Program,
-    /// M (N×N), Q (N), Φ_q (R×N), γ (R) at once: what the general solver needs; Q without the forces that contain reactions.
+    /// M (N×N), Q (N), Φ_q (R×N), γ (R) at once: what the general solver needs; Q without the forces that
+    /// contain reactions.
     pub terms: Program,
     /// Q (N) and ∂Q/∂λ (N×R by rows), reading multipliers, where forces contain reactions.
     pub friction: Option<Program>,
-    /// δ (N), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the solution is
-    /// unrolled and this program not too large to be emitted. Staged like the accelerations.
+    /// δ (N), then for every guard its pivot and scale, reading multipliers as right-hand sides; where the
+    /// solution is unrolled and this program not too large to be emitted. Staged like the accelerations.
     pub correction: Option<Program>,
-    /// The same where some switched constraints are released, in the order of [`ConstraintEquations::released`].
+    /// The same where some switched constraints are released, in the order of
+    /// [`ConstraintEquations::released`].
     pub released: Vec<ReleasedPrograms>,
-    /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers; unless it is too large to be emitted.
+    /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers; unless it is too large to
+    /// be emitted.
     pub derivatives: Result<Program, Excess>,
 }
 
@@ -127,10 +135,12 @@ pub enum NoJacobians {
     General,
 }
 
-/// Programs for the derivatives of q̈; with constraints pivot and scale of every guard stand in the place of Dᵢ and Mᵢᵢ.
+/// Programs for the derivatives of q̈; with constraints pivot and scale of every guard stand in the place of
+/// Dᵢ and Mᵢᵢ.
 #[derive(Clone, Debug)]
 pub struct Jacobians {
-    /// q̈ (N), ∂q̈/∂q (N×N by rows), ∂q̈/∂q̇ (N×N by rows), then Dᵢ and Mᵢᵢ for every pivot. Staged like the accelerations.
+    /// q̈ (N), ∂q̈/∂q (N×N by rows), ∂q̈/∂q̇ (N×N by rows), then Dᵢ and Mᵢᵢ for every pivot. Staged like the
+    /// accelerations.
     pub state: Program,
     /// ∂q̈/∂w (N×W by rows), then Dᵢ and Mᵢᵢ for every pivot.
     pub inputs: Program,
@@ -147,7 +157,8 @@ pub struct Excess {
     pub operations: usize,
 }
 
-/// Most operations of the derivatives that small motions are made of, beyond which every build would pay too much for what few programs ask for.
+/// Most operations of the derivatives that small motions are made of, beyond which every build would pay too
+/// much for what few programs ask for.
 const MOST_VARIATIONS: usize = 15_000;
 
 /// Most operations of one function: beyond, rustc takes minutes.
@@ -244,8 +255,8 @@ fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {
     }
 }
 
-/// Smooth functions give a value and three derivatives. Equations of motion take two, their Jacobians three; only a model that divides
-/// velocities out again to get at a slope can ask for more.
+/// Smooth functions give a value and three derivatives. Equations of motion take two, their Jacobians three;
+/// only a model that divides velocities out again to get at a slope can ask for more.
 fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
     let named = [&e.powers, &e.conserved, &e.outputs, &e.events].into_iter().flatten().map(|n| n.node);
     let mut roots: Vec<NodeId> = e.accelerations.iter().copied().chain(named).collect();
@@ -278,7 +289,8 @@ fn canonical(model: &mut Model, e: &Equations) -> Option<Program> {
         return None;
     }
     let rates = momentum_rates(model);
-    Some(schedule(&model.graph, "momentum_rates", &rates, Staging::Inline)).filter(|program| excess(program).is_none())
+    Some(schedule(&model.graph, "momentum_rates", &rates, Staging::Inline))
+        .filter(|program| excess(program).is_none())
 }
 
 /// All programs; a solution that is too large to be emitted is left to the general solver.
@@ -305,8 +317,9 @@ fn programs(model: &Model, e: &Equations) -> Programs {
     let staged = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Hoisted);
     let inline = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Inline);
     // Pivots are reported where accelerations enter; with constraints these are given.
-    let checked =
-        |declared: bool, named: &[Named]| if declared { [nodes(named), checks.clone()].concat() } else { nodes(named) };
+    let checked = |declared: bool, named: &[Named]| {
+        if declared { [nodes(named), checks.clone()].concat() } else { nodes(named) }
+    };
     let constrained = e.constraints.is_some();
     Programs {
         accelerations: staged("accelerations", &[accelerations, multipliers, &checks].concat()),
@@ -336,7 +349,10 @@ fn programs(model: &Model, e: &Equations) -> Programs {
                 .map_or_else(Vec::new, |s| [s.values.clone(), flat(&s.jacobian), s.offset.clone()].concat()),
         ),
         outputs: inline("outputs", &checked(e.outputs_use_accelerations && !constrained, &e.outputs)),
-        premises: inline("premises", &model.premises.iter().flat_map(|p| p.nodes.iter().copied()).collect::<Vec<_>>()),
+        premises: inline(
+            "premises",
+            &model.premises.iter().flat_map(|p| p.nodes.iter().copied()).collect::<Vec<_>>(),
+        ),
         events: inline("events", &checked(e.events_use_accelerations && !constrained, &e.events)),
         constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),
         // Made last: they add nodes of their own.
@@ -349,7 +365,8 @@ fn programs(model: &Model, e: &Equations) -> Programs {
     }
 }
 
-/// Derivatives of the equations before they are solved, unless they are too large or ask smooth functions for more than these give.
+/// Derivatives of the equations before they are solved, unless they are too large or ask smooth functions for
+/// more than these give.
 fn fitting_variations(model: &mut Model, joined: &[NodeId]) -> Option<Program> {
     let all = variations(model, joined).ok()?.all();
     fitting(&model.graph, "variations", &all)
@@ -401,7 +418,8 @@ fn guards(guards: &[Guard]) -> Vec<NodeId> {
 
 /// Programs of a solution: q̈, λ and guards; a correction and guards.
 fn unrolled(g: &Graph, u: &Unrolled, which: &str) -> ReleasedPrograms {
-    let hoisted = |name: &str, results: &[NodeId]| schedule(g, &format!("{name}{which}"), results, Staging::Hoisted);
+    let hoisted =
+        |name: &str, results: &[NodeId]| schedule(g, &format!("{name}{which}"), results, Staging::Hoisted);
     let solution = [u.accelerations.as_slice(), &u.multipliers, &guards(&u.guards)].concat();
     let correction = [u.correction.as_slice(), &guards(&u.correction_guards)].concat();
     ReleasedPrograms {
@@ -415,7 +433,8 @@ fn constraints(model: &Model, e: &Equations, c: &ConstraintEquations) -> Constra
     let flat = |rows: &[Vec<NodeId>]| rows.iter().flatten().copied().collect::<Vec<_>>();
     let inline = |name: &str, results: &[NodeId]| schedule(g, name, results, Staging::Inline);
     let terms = [flat(&e.mass_matrix), c.free_force.clone(), flat(&c.jacobian), c.gamma.clone()].concat();
-    let friction = |by: &Vec<Vec<NodeId>>| inline("friction", &[e.generalized_force.clone(), flat(by)].concat());
+    let friction =
+        |by: &Vec<Vec<NodeId>>| inline("friction", &[e.generalized_force.clone(), flat(by)].concat());
     ConstraintPrograms {
         residual: inline("residual", &c.residual),
         velocity_residual: inline("velocity_residual", &c.velocity_residual),
@@ -427,7 +446,9 @@ fn constraints(model: &Model, e: &Equations, c: &ConstraintEquations) -> Constra
         correction: match &c.solution {
             Solution::General(_) => None,
             // Where it is too large the general solver serves as well.
-            Solution::Unrolled(u) => Some(unrolled(g, u, "").correction).filter(|program| excess(program).is_none()),
+            Solution::Unrolled(u) => {
+                Some(unrolled(g, u, "").correction).filter(|program| excess(program).is_none())
+            }
         },
         released: c.released.iter().map(|r| unrolled(g, &r.unrolled, &r.suffix(model))).collect(),
         derivatives: match &c.derivatives {
@@ -490,9 +511,16 @@ impl Programs {
 impl ConstraintPrograms {
     /// All programs but the derivatives, in the order of the listing.
     fn required(&self) -> impl Iterator<Item = &Program> {
-        let always =
-            [&self.residual, &self.velocity_residual, &self.jacobian, &self.velocity_offset, &self.gamma, &self.terms];
-        let released = self.released.iter().flat_map(|programs| [&programs.accelerations, &programs.correction]);
+        let always = [
+            &self.residual,
+            &self.velocity_residual,
+            &self.jacobian,
+            &self.velocity_offset,
+            &self.gamma,
+            &self.terms,
+        ];
+        let released =
+            self.released.iter().flat_map(|programs| [&programs.accelerations, &programs.correction]);
         always.into_iter().chain(&self.friction).chain(&self.correction).chain(released)
     }
 }

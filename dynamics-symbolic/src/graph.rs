@@ -1,7 +1,8 @@
-//! The expression graph: hash-consed, append-only, every node known by its value at two random points modulo 2⁶¹ − 31.
+//! The expression graph: hash-consed, append-only, every node known by its value at two random points modulo
+//! 2⁶¹ − 31.
 //!
-//! Equal fingerprints are one node, so zeros, constants, negations and sin² + cos² are found without rewrite rules.
-//! Invariant: only `arena.rs` creates ids; a node's children have smaller ids than the node.
+//! Equal fingerprints are one node, so zeros, constants, negations and sin² + cos² are found without rewrite
+//! rules. Invariant: only `arena.rs` creates ids; a node's children have smaller ids than the node.
 
 mod arena;
 mod build;

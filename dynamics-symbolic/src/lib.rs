@@ -1,9 +1,12 @@
-//! The engine of `dynamics`: from energies and forces, as an expression graph, to the programs that a solver runs.
+//! The engine of `dynamics`: from energies and forces, as an expression graph, to the programs that a solver
+//! runs.
 //!
-//! The engine knows no tokens and no spans: whoever builds a model tags what it declares with opaque [`Origin`](graph::Origin)s and gets them
-//! back in every finding. It can be used from a procedural macro, a build script or at run time alike.
+//! The engine knows no tokens and no spans: whoever builds a model tags what it declares with opaque
+//! [`Origin`](graph::Origin)s and gets them back in every finding. It can be used from a procedural macro, a
+//! build script or at run time alike.
 //!
-//! Flow: [`graph`] ← [`calculus`] ← [`mechanics`] ← [`check`]; [`graph`] ← [`algebra`], [`schedule`]; [`schedule`] ← [`series`], [`text`].
+//! Flow: [`graph`] ← [`calculus`] ← [`mechanics`] ← [`check`]; [`graph`] ← [`algebra`], [`schedule`];
+//! [`schedule`] ← [`series`], [`text`].
 
 pub mod algebra;
 pub mod calculus;

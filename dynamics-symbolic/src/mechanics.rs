@@ -20,11 +20,11 @@ pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
 pub use derive::{Underivable, derive, derive_on, momentum_rates, output_variations, residual, variations};
 pub use equations::{
-    Aside, ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named, Pivot,
-    Released, Solution, SpeedEquations, Variations, Withheld,
+    Aside, ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named,
+    Pivot, Released, Solution, SpeedEquations, Variations, Withheld,
 };
 pub use model::{
-    AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm,
-    Function, Input, Model, Output, Parameter, Premise, Speed, Step,
+    AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,
+    ForceTerm, Function, Input, Model, Output, Parameter, Premise, Speed, Step,
 };
 pub use solution::Manifold;

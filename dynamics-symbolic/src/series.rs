@@ -1,22 +1,27 @@
-//! Taylor series of a motion: from M q̈ = Q as a graph to programs that compute one coefficient after the other.
+//! Taylor series of a motion: from M q̈ = Q as a graph to programs that compute one coefficient after the
+//! other.
 //!
-//! Every value x of the graph has coefficients x₀, x₁, … with x(t₀ + s τ) = Σ xₖ sᵏ. Those of order 0 are its values at t₀. Those of order k
-//! follow from lower ones: linear operations coefficient by coefficient, all others by a Cauchy sum Σ aⱼ bₖ₋ⱼ (`recurrence.rs`). M is not
-//! inverted as a series: with M₀ = LDLᵀ factored once, the coefficients of q̈ come one by one from
+//! Every value x of the graph has coefficients x₀, x₁, … with x(t₀ + s τ) = Σ xₖ sᵏ. Those of order 0 are its
+//! values at t₀. Those of order k follow from lower ones: linear operations coefficient by coefficient, all
+//! others by a Cauchy sum Σ aⱼ bₖ₋ⱼ (`recurrence.rs`). M is not inverted as a series: with M₀ = LDLᵀ factored
+//! once, the coefficients of q̈ come one by one from
 //!
 //! ```text
 //! M₀ q̈ₖ = Qₖ − Σ Mⱼ q̈ₖ₋ⱼ   (j = 1 … k)
 //! ```
 //!
-//! The inner parts j = 1 … k−1 of all Cauchy sums of order k are known once order k−1 is: they are independent of each other and of everything else
-//! of order k. Each is a *lane* with a left and a right factor; whoever runs the programs keeps the coefficients of all factors as rows, one
-//! column per lane, and forms all sums of an order side by side. What is left is straight-line code ([`Series::next`]), linear in what is new.
+//! The inner parts j = 1 … k−1 of all Cauchy sums of order k are known once order k−1 is: they are
+//! independent of each other and of everything else of order k. Each is a *lane* with a left and a right
+//! factor; whoever runs the programs keeps the coefficients of all factors as rows, one column per lane, and
+//! forms all sums of an order side by side. What is left is straight-line code ([`Series::next`]), linear in
+//! what is new.
 //!
-//! With constraints λ has coefficients too, and coefficient k of M q̈ = Q + Φ_qᵀλ is solved together with coefficient k + 2 of Φ = 0
-//! (`constrained.rs`).
+//! With constraints λ has coefficients too, and coefficient k of M q̈ = Q + Φ_qᵀλ is solved together with
+//! coefficient k + 2 of Φ = 0 (`constrained.rs`).
 //!
-//! Source: Moore, *Interval Analysis* (1966); Jorba, Zou, Experimental Mathematics 14 (2005) 99. The solution order by order with one
-//! factorisation is that of Pryce, BIT 41 (2001) 364, and Nedialkov, Pryce, BIT 45 (2005) 561, for differential–algebraic equations.
+//! Source: Moore, *Interval Analysis* (1966); Jorba, Zou, Experimental Mathematics 14 (2005) 99. The solution
+//! order by order with one factorisation is that of Pryce, BIT 41 (2001) 364, and Nedialkov, Pryce, BIT 45
+//! (2005) 561, for differential–algebraic equations.
 
 mod constrained;
 mod recurrence;
@@ -37,7 +42,8 @@ use recurrence::{Expansion, Lane};
 pub struct Series {
     /// What the recurrences need of order 0, over the model's graph, with q̈ as symbols.
     pub start: Program,
-    /// Without constraints: q̈ (N), Dᵢ and Mᵢᵢ for every pivot of `Programs::accelerations`, then what `start` gives. Staged like the accelerations.
+    /// Without constraints: q̈ (N), Dᵢ and Mᵢᵢ for every pivot of `Programs::accelerations`, then what
+    /// `start` gives. Staged like the accelerations.
     pub begin: Option<Program>,
     /// Nodes of `next`.
     ///
@@ -48,11 +54,13 @@ pub struct Series {
     /// | `Multiplier(i)` | Σ over j = 1 … k−1 of left factor j times right factor k−j of lane i |
     /// | `Input(0)`, `Input(1)` | k, 1/k |
     pub graph: Graph,
-    /// Coefficients k ≥ 1: q̈ (N; none where there are constraints), left factors, then right factors of the lanes.
+    /// Coefficients k ≥ 1: q̈ (N; none where there are constraints), left factors, then right factors of the
+    /// lanes.
     pub next: Program,
     /// Number of lanes.
     pub lanes: usize,
-    /// Whether some value is a choice (`if`, min, max, abs, signum): the series is that of the branch taken at its start.
+    /// Whether some value is a choice (`if`, min, max, abs, signum): the series is that of the branch taken
+    /// at its start.
     pub chooses: bool,
     /// What constraints add.
     pub constrained: Option<Constrained>,
@@ -109,21 +117,32 @@ fn begin(graph: &mut Graph, equations: &Equations, kept: &[NodeId]) -> Program {
         Symbol::Acceleration(i) => Some(equations.accelerations[i as usize]),
         _ => None,
     };
-    let kept = substitute(graph, kept, &mut { value }).expect("nothing that is kept divides by accelerations");
+    let kept =
+        substitute(graph, kept, &mut { value }).expect("nothing that is kept divides by accelerations");
     let pivots = equations.pivots.iter().flat_map(|p| [p.pivot, p.diagonal]).collect::<Vec<_>>();
-    schedule(graph, "begin_series", &[&equations.accelerations, &pivots[..], &kept].concat(), Staging::Hoisted)
+    schedule(
+        graph,
+        "begin_series",
+        &[&equations.accelerations, &pivots[..], &kept].concat(),
+        Staging::Hoisted,
+    )
 }
 
 /// The series of solutions of M q̈ = Q; N×N and N.
 ///
 /// # Errors
 /// Why they cannot be expanded.
-pub fn expand_free(graph: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> Result<Series, Unexpandable> {
+pub fn expand_free(
+    graph: &mut Graph,
+    mass: &[Vec<NodeId>],
+    force: &[NodeId],
+) -> Result<Series, Unexpandable> {
     let (mass, force) = &short(graph, mass, force);
     let factors = Factors::new(graph, mass).map_err(Unexpandable::Singular)?;
     let [plain, turned] = [false, true].map(|one_angle| expand_with(graph, mass, force, &factors, one_angle));
     let (plain, turned) = (plain?, turned?);
-    // Fewer lanes are less work where they are a block less; else products are, as nothing of them waits: a double pendulum takes 5 % less.
+    // Fewer lanes are less work where they are a block less; else products are, as nothing of them waits: a
+    // double pendulum takes 5 % less.
     let blocks = |series: &Series| series.lanes.div_ceil(BLOCK);
     let series = if blocks(&turned) < blocks(&plain) { turned } else { plain };
     let operations = series.operations().max(series.start.cost.total());
@@ -219,14 +238,17 @@ fn lane_of(symbol: Symbol) -> Option<u32> {
     if let Symbol::Multiplier(lane) = symbol { Some(lane) } else { None }
 }
 
-/// Leaves out values at order 0 that nothing reads any more, in graphs with what is asked of them: those that are left.
+/// Leaves out values at order 0 that nothing reads any more, in graphs with what is asked of them: those that
+/// are left.
 fn forget(kept: &[NodeId], graphs: &mut [(&mut Graph, &mut Vec<Vec<NodeId>>)]) -> Vec<NodeId> {
     let place_of = |symbol| if let Symbol::Parameter(place) = symbol { Some(place) } else { None };
-    let used: BTreeSet<u32> = graphs.iter().flat_map(|(g, roots)| symbols(g, &roots.concat(), place_of)).collect();
+    let used: BTreeSet<u32> =
+        graphs.iter().flat_map(|(g, roots)| symbols(g, &roots.concat(), place_of)).collect();
     let places: BTreeMap<u32, u32> = used.iter().zip(0..).map(|(old, new)| (*old, new)).collect();
     for (g, roots) in graphs {
         for nodes in roots.iter_mut() {
-            *nodes = renamed(g, nodes, |symbol| place_of(symbol).map(|place| Symbol::Parameter(places[&place])));
+            *nodes =
+                renamed(g, nodes, |symbol| place_of(symbol).map(|place| Symbol::Parameter(places[&place])));
         }
     }
     used.into_iter().map(|place| kept[place as usize]).collect()
@@ -234,7 +256,8 @@ fn forget(kept: &[NodeId], graphs: &mut [(&mut Graph, &mut Vec<Vec<NodeId>>)]) -
 
 /// Nodes with other symbols, operation by operation as they are: their order was chosen.
 fn renamed(g: &mut Graph, nodes: &[NodeId], by: impl Fn(Symbol) -> Option<Symbol>) -> Vec<NodeId> {
-    let same = |g: &Graph, id| matches!(g.node(id), Node::Symbol(old) if by(old).is_none_or(|new| new == old));
+    let same =
+        |g: &Graph, id| matches!(g.node(id), Node::Symbol(old) if by(old).is_none_or(|new| new == old));
     let cone = g.cone(nodes);
     if cone.iter().all(|id| !matches!(g.node(*id), Node::Symbol(_)) || same(g, *id)) {
         return nodes.to_vec();
@@ -277,7 +300,8 @@ fn complete(e: &mut Expansion<'_>) -> Result<(), Unexpandable> {
     Ok(())
 }
 
-/// M and Q in shorter forms, in which squares of sine and cosine are put together: every product less is a lane less.
+/// M and Q in shorter forms, in which squares of sine and cosine are put together: every product less is a
+/// lane less.
 fn short(graph: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> (Vec<Vec<NodeId>>, Vec<NodeId>) {
     let n = mass.len();
     let diagonal: Vec<NodeId> = (0..n).map(|i| mass[i][i]).collect();

@@ -1,7 +1,8 @@
 //! Texts: the listing, readable equations, LaTeX, the report.
 //!
-//! A target language is one file: an implementation of [`Target`], which says how symbols, numbers, operators and assignments are written. Two
-//! drivers feed it: `program` writes programs exactly, step by step, as a compiler needs them; `formula` writes single values readably.
+//! A target language is one file: an implementation of [`Target`], which says how symbols, numbers, operators
+//! and assignments are written. Two drivers feed it: `program` writes programs exactly, step by step, as a
+//! compiler needs them; `formula` writes single values readably.
 
 mod equations;
 mod expand;

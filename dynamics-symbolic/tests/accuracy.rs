@@ -1,5 +1,6 @@
-//! Rounding errors: M, Q and q̈ as the derived programs compute them in `f64`, against formulas derived by hand and evaluated to 70 digits. The
-//! same nodes evaluated to 70 digits agree with the formulas to 60, so that what is left is rounding.
+//! Rounding errors: M, Q and q̈ as the derived programs compute them in `f64`, against formulas derived by
+//! hand and evaluated to 70 digits. The same nodes evaluated to 70 digits agree with the formulas to 60, so
+//! that what is left is rounding.
 
 mod common;
 
@@ -63,13 +64,15 @@ fn push(sum: &mut Real, size: &mut f64, term: Real) {
     *sum = sum.clone() + term;
 }
 
-/// Links in absolute angles from a pivot (no cart) or from a cart: M_jk = μ lⱼ lₖ cos(θⱼ − θₖ) with μ the mass beyond the farther joint.
+/// Links in absolute angles from a pivot (no cart) or from a cart: M_jk = μ lⱼ lₖ cos(θⱼ − θₖ) with μ the
+/// mass beyond the farther joint.
 fn links(cart: Option<f64>, m: &[f64], l: &[f64], gravity: f64, v: &Values) -> Truth {
     let n = m.len();
     let first = usize::from(cart.is_some());
     let size = n + first;
     let beyond: Vec<Real> = (0..n).map(|i| m[i..].iter().fold(whole(0), |s, m| s + exact(*m))).collect();
-    let [theta, rate] = [&v.q[first..], &v.u[first..]].map(|x| x.iter().map(|x| exact(*x)).collect::<Vec<_>>());
+    let [theta, rate] =
+        [&v.q[first..], &v.u[first..]].map(|x| x.iter().map(|x| exact(*x)).collect::<Vec<_>>());
     let l: Vec<Real> = l.iter().map(|l| exact(*l)).collect();
     let mut t = Truth {
         m: vec![vec![whole(0); size]; size],
@@ -90,7 +93,11 @@ fn links(cart: Option<f64>, m: &[f64], l: &[f64], gravity: f64, v: &Values) -> T
             *q = q.clone() + term;
         }
         let weight = beyond[j].clone() * &l[j];
-        push(&mut t.q[first + j], &mut t.q_size[first + j], -(weight.clone() * exact(gravity) * theta[j].sin()));
+        push(
+            &mut t.q[first + j],
+            &mut t.q_size[first + j],
+            -(weight.clone() * exact(gravity) * theta[j].sin()),
+        );
         if first == 1 {
             t.m_size[0][j + 1] = f64_of(&weight);
             t.m_size[j + 1][0] = f64_of(&weight);
@@ -146,7 +153,8 @@ fn solve(m: &[Vec<Real>], q: &[Real]) -> (Vec<Real>, f64) {
         }
     }
     let scaled = |i: usize, j: usize| rows[i][j].clone() / &rows[i][i];
-    let norm = (0..n).map(|i| (0..n).map(|j| f64_of(&scaled(i, n + 1 + j)).abs()).sum::<f64>()).fold(0.0, f64::max);
+    let norm =
+        (0..n).map(|i| (0..n).map(|j| f64_of(&scaled(i, n + 1 + j)).abs()).sum::<f64>()).fold(0.0, f64::max);
     ((0..n).map(|i| scaled(i, n)).collect(), norm)
 }
 

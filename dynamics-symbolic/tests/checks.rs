@@ -31,7 +31,10 @@ fn particle() -> (Builder, NodeId, NodeId) {
 }
 
 fn no_inertia(direction: &str, origins: &[u32]) -> Vec<Finding> {
-    vec![Finding::NoInertia { direction: direction.into(), origins: origins.iter().map(|o| Origin(*o)).collect() }]
+    vec![Finding::NoInertia {
+        direction: direction.into(),
+        origins: origins.iter().map(|o| Origin(*o)).collect(),
+    }]
 }
 
 #[test]
@@ -48,7 +51,8 @@ fn what_nothing_reads_is_unused() {
     b.parameter("v.x");
     b.coordinate("y");
     b.model.inputs.push(Input { name: "push".into(), unit: String::new(), origin: Origin(7) });
-    let unused = |what, name: &str, origin| Finding::Unused { what, name: name.into(), origin: Origin(origin) };
+    let unused =
+        |what, name: &str, origin| Finding::Unused { what, name: name.into(), origin: Origin(origin) };
     let expected = [
         unused("coordinate", "y", 1),
         unused("parameter", "k", 101),
@@ -90,7 +94,8 @@ fn a_direction_without_inertia_is_named() {
     assert_eq!(findings(b.model), no_inertia("2 x - y", &[0, 1]));
 }
 
-/// A point on a sphere of two angles and a radius, with a fourth coordinate that turns it the same way: the direction depends on the state.
+/// A point on a sphere of two angles and a radius, with a fourth coordinate that turns it the same way: the
+/// direction depends on the state.
 #[test]
 fn a_direction_that_depends_on_the_state_names_its_coordinates() {
     let mut b = Builder::new("Redundant");
@@ -100,7 +105,10 @@ fn a_direction_that_depends_on_the_state_names_its_coordinates() {
     let place = [b.mul(r, s), b.mul(r, k)];
     let t = b.kinetic(m, &place);
     b.energy("kinetic", EnergyRole::Kinetic, t);
-    assert_eq!(findings(b.model), no_inertia("a combination of a, c that depends on state or parameters", &[1, 2]));
+    assert_eq!(
+        findings(b.model),
+        no_inertia("a combination of a, c that depends on state or parameters", &[1, 2])
+    );
 }
 
 #[test]
@@ -125,7 +133,8 @@ fn kinetic_energy_is_quadratic_and_may_come_from_a_moving_frame() {
     let _ = m;
 }
 
-/// What jumps across the place of a choice is found, by whatever name the choice goes; what only looks like it is not.
+/// What jumps across the place of a choice is found, by whatever name the choice goes; what only looks like
+/// it is not.
 #[test]
 fn energies_do_not_jump() {
     // T of a particle at (x, y + f), or its L, from f and from what m is multiplied by.
@@ -211,10 +220,14 @@ fn energies_do_not_jump() {
         findings(b.model)
     };
     assert_eq!(buffer(false), []);
-    assert_eq!(buffer(true), [Finding::EnergyJumps { name: "buffer".into(), origin: Origin(0), at_rest: true }]);
+    assert_eq!(
+        buffer(true),
+        [Finding::EnergyJumps { name: "buffer".into(), origin: Origin(0), at_rest: true }]
+    );
 }
 
-/// What is infinite where a choice changes is no step: atoms on a line that cannot pass one another, and a barrier of which the far side is left out.
+/// What is infinite where a choice changes is no step: atoms on a line that cannot pass one another, and a
+/// barrier of which the far side is left out.
 #[test]
 fn energies_that_are_infinite_do_not_jump() {
     let found = |make: &dyn Fn(&mut Builder, NodeId) -> NodeId| {
@@ -320,7 +333,9 @@ fn a_force_on_a_fixed_point_does_nothing() {
     let zero = b.g().zero();
     let terms = vec![ForceTerm::At { point: vec![zero, m], vector: vec![m, m] }];
     b.model.forces.push(Force { name: "anchor".into(), terms, origin: Origin(3) });
-    assert!(matches!(&findings(b.model)[..], [Finding::NoEffect { role: "force", name, .. }] if name == "anchor"));
+    assert!(
+        matches!(&findings(b.model)[..], [Finding::NoEffect { role: "force", name, .. }] if name == "anchor")
+    );
 }
 
 #[test]
@@ -352,7 +367,8 @@ fn negative_inertia_is_found_with_and_without_nominal_values() {
     assert!(matches!(findings(b.model)[..], [Finding::NegativeInertia { nominal: true, .. }]));
 }
 
-/// L = ẋẏ is regular and indefinite: x − y moves with negative energy, and no elimination without exchange gets through.
+/// L = ẋẏ is regular and indefinite: x − y moves with negative energy, and no elimination without exchange
+/// gets through.
 #[test]
 fn an_indefinite_lagrangian_is_not_called_singular() {
     let mut b = Builder::new("Saddle");
@@ -379,7 +395,8 @@ fn energy_and_ignorable_momenta_are_conserved() {
     assert_eq!(conserved(b.model), expected);
 }
 
-/// Two bodies of different mass joined by a spring: only the sum of their momenta stays. And a free pair of angles, geared 2 : 1.
+/// Two bodies of different mass joined by a spring: only the sum of their momenta stays. And a free pair of
+/// angles, geared 2 : 1.
 #[test]
 fn momenta_of_constant_combinations_are_found() {
     let mut b = Builder::new("Pair");
@@ -464,7 +481,8 @@ fn switched(
     b.model
 }
 
-/// The slopes of both branches keep the energy and the momentum of y; only what decides between them tells that the choice does not.
+/// The slopes of both branches keep the energy and the momentum of y; only what decides between them tells
+/// that the choice does not.
 #[test]
 fn what_decides_a_choice_has_to_be_invariant_too() {
     let wells = |b: &mut Builder, x, _| [b.cos(x), b.mul(x, x)];

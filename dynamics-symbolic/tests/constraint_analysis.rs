@@ -1,11 +1,14 @@
-//! What the analysis of constraints says of rows together: repetitions, contradictions, integrability, on systems where the answer is known.
+//! What the analysis of constraints says of rows together: repetitions, contradictions, integrability, on
+//! systems where the answer is known.
 
 mod common;
 
 use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};
 use dynamics_symbolic::check::Finding;
-use dynamics_symbolic::check::constraints::{Analysis, Combination, ConstraintFinding as Fault, LookedAt, analyse};
+use dynamics_symbolic::check::constraints::{
+    Analysis, Combination, ConstraintFinding as Fault, LookedAt, analyse,
+};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{NodeId, Origin, Symbol, Unary};
 use dynamics_symbolic::mechanics::{ConstraintKind, EnergyRole, Model};
@@ -109,7 +112,8 @@ fn redundant_said_in_vain_is_an_error() {
     constrain(&mut b, "rod", HOLONOMIC, &[rod]).redundant = true;
     let in_vain = [Fault::RedundantInVain { name: "rod".into(), origin: Origin(1000) }];
     assert_eq!(faults(&b.model), in_vain);
-    // At some places of the wall it would be the rod's tangent: nobody knows as long as the parameters are not.
+    // At some places of the wall it would be the rod's tangent: nobody knows as long as the parameters are
+    // not.
     let d = b.parameter("d");
     let wall = b.sub(q[0], d);
     constrain(&mut b, "wall", HOLONOMIC, &[wall]);
@@ -176,7 +180,8 @@ fn what_no_state_satisfies_is_contradictory_at_nominal_values() {
     let [Fault::Unsatisfiable { missed, .. }] = &found[..] else { panic!("{found:?}") };
     let [(rod, of_rod), (wall, of_wall)] = &missed[..] else { panic!("{missed:?}") };
     assert_eq!([rod, wall], ["rod", "wall"]);
-    // A compromise between both: Φ/|Φ_q| of the rod is (x² − 1)/2x, 3 − x of the wall, and they are equal at 3 x² − 6 x − 1 = 0.
+    // A compromise between both: Φ/|Φ_q| of the rod is (x² − 1)/2x, 3 − x of the wall, and they are equal at
+    // 3 x² − 6 x − 1 = 0.
     let x = 1.0 + (4.0f64 / 3.0).sqrt();
     assert!((of_wall - (3.0 - x)).abs() < 1e-3 && (of_rod - of_wall).abs() < 1e-3, "{of_rod} {of_wall}");
     b.model.nominal[1].1 = 0.5;
@@ -225,7 +230,8 @@ fn rows_with_parallel_gradients_that_vanish_on_other_sets_contradict_each_other(
             b.nominal(0, value);
         });
         with_square(&mut b, 4);
-        let contradicts = Fault::Contradicts { name: "circle".into(), with: of(&["rod"]), origin: Origin(1001) };
+        let contradicts =
+            Fault::Contradicts { name: "circle".into(), with: of(&["rod"]), origin: Origin(1001) };
         assert_eq!(faults(&b.model), [contradicts], "{nominal:?}");
         with_square(&mut b, 1);
         assert_eq!(faults(&b.model), repeats("circle", of(&["rod"]), true, 1001), "{nominal:?}");
@@ -241,7 +247,8 @@ fn more_rows_than_coordinates_are_too_many() {
     constrain(&mut b, "line", HOLONOMIC, &[line]);
     assert_eq!(sound(&b.model).rank, 1, "driven throughout is sound");
     constrain(&mut b, "parabola", HOLONOMIC, &[parabola]);
-    let too_many = || Fault::TooMany { rows: 2, coordinates: 1, name: "parabola".into(), origin: Origin(1001) };
+    let too_many =
+        || Fault::TooMany { rows: 2, coordinates: 1, name: "parabola".into(), origin: Origin(1001) };
     assert_eq!(faults(&b.model), [too_many()]);
     b.nominal(0, 2.0);
     b.nominal(1, 5.0);
@@ -337,10 +344,15 @@ fn what_can_be_integrated_is_counted_and_named() {
     constrain(&mut b, "roll", NONHOLONOMIC, &rows);
     assert!(matches!(&faults(&b.model)[..], [Fault::Integrable { integrable: 1, of: 3, .. }]));
     b.model.constraints[0].switched = true;
-    assert_eq!(sound(&b.model).integrable, Some(1), "a constraint that is switched holds a velocity, not a place");
+    assert_eq!(
+        sound(&b.model).integrable,
+        Some(1),
+        "a constraint that is switched holds a velocity, not a place"
+    );
 }
 
-/// √(x² + y²) and its gradient are opaque to fingerprints: the numeric rank has to see that the row is a differential.
+/// √(x² + y²) and its gradient are opaque to fingerprints: the numeric rank has to see that the row is a
+/// differential.
 #[test]
 fn roots_are_integrated_numerically() {
     let (mut b, q) = particles(&["x", "y", "z"]);
@@ -373,8 +385,8 @@ fn holonomic_constraints_take_part_in_integrability() {
     let _ = y;
 }
 
-/// Wojtyra's criterion: a beam on three supports, held sideways as well. The forces of the supports are not unique, the one sideways is; and of a
-/// constraint that repeats itself, the sum.
+/// Wojtyra's criterion: a beam on three supports, held sideways as well. The forces of the supports are not
+/// unique, the one sideways is; and of a constraint that repeats itself, the sum.
 #[test]
 fn unique_reactions_are_told_from_others() {
     let (mut b, q) = particles(&["x", "y", "theta"]);
@@ -406,8 +418,8 @@ fn steep_rows_are_told_from_those_without_a_gradient() {
     assert_eq!(faults(&b.model), [Fault::GradientVanishes { name: "cube".into(), origin: Origin(1001) }]);
 }
 
-/// Three parallel cranks of equal length on one coupler: redundant while they stay parallel, rigid where one is folded over. Without nominal
-/// values the lengths differ and nothing repeats.
+/// Three parallel cranks of equal length on one coupler: redundant while they stay parallel, rigid where one
+/// is folded over. Without nominal values the lengths differ and nothing repeats.
 #[test]
 fn branches_on_which_rows_repeat_others_are_reported_and_may_be_marked() {
     let mut b = Builder::new("Parallel");
@@ -449,7 +461,8 @@ fn branches_on_which_rows_repeat_others_are_reported_and_may_be_marked() {
     let report = compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report;
     let words = report.split_whitespace().collect::<Vec<_>>().join(" ");
     for said in [
-        "degrees of freedom 1 where rows repeat others, 0 on other branches; 4 coordinates, 3 of 4 rows of constraints independent",
+        "degrees of freedom 1 where rows repeat others, 0 on other branches; 4 coordinates, 3 of 4 rows of \
+         constraints independent",
         "repeats others on some branches",
         "solved by the general rank-revealing solver, at run time: rows repeat others",
     ] {
@@ -458,8 +471,9 @@ fn branches_on_which_rows_repeat_others_are_reported_and_may_be_marked() {
     assert!(!words.contains("hold it still"), "{report}");
 }
 
-/// A car with n trailers: axles that do not slip, hitched at their middles. Its growth vector is the longest there is, so that brackets of
-/// brackets up to the depth n + 2 are needed to see that nothing can be integrated.
+/// A car with n trailers: axles that do not slip, hitched at their middles. Its growth vector is the longest
+/// there is, so that brackets of brackets up to the depth n + 2 are needed to see that nothing can be
+/// integrated.
 #[test]
 fn trailers_need_deep_brackets() {
     for trailers in 0..=3 {

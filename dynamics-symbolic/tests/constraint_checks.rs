@@ -136,7 +136,8 @@ fn a_parameter_that_only_a_constraint_reads_is_used() {
     assert_eq!(declared(&b.model), []);
 }
 
-/// A track with a kink: the slope is chosen by the place, the row is linear in the velocities on both sides. Chosen by a velocity it is not.
+/// A track with a kink: the slope is chosen by the place, the row is linear in the velocities on both sides.
+/// Chosen by a velocity it is not.
 #[test]
 fn choices_between_linear_rows_are_linear() {
     let kinked = |by_velocity: bool| {
@@ -153,7 +154,8 @@ fn choices_between_linear_rows_are_linear() {
     assert_eq!(fault(&kinked(true)), Fault::NotLinear { name: name("track"), origin: ORIGIN });
 }
 
-/// √f and ∛f are zero where their gradient is infinite, f^1.5 where it vanishes; what only contains a root is sound.
+/// √f and ∛f are zero where their gradient is infinite, f^1.5 where it vanishes; what only contains a root is
+/// sound.
 #[test]
 fn rows_that_are_roots_are_found_whatever_they_are_multiplied_by() {
     let row = |of: &dyn Fn(&mut Builder, NodeId, NodeId) -> NodeId, switched: bool| {

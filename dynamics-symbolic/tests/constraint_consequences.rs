@@ -1,4 +1,5 @@
-//! What constraints do to the checks of models without them: inertia is asked for along free directions only, reactions spoil what they act on.
+//! What constraints do to the checks of models without them: inertia is asked for along free directions only,
+//! reactions spoil what they act on.
 
 mod common;
 
@@ -63,7 +64,8 @@ fn a_free_combination_without_inertia_is_named() {
     assert_eq!(faults(b.model), without_inertia("2 y - z", &[1, 2]));
 }
 
-/// A row that holds y away from the manifold and lets it go on it: (x² + y² − 1)(y + 3) repeats the rod, so that z alone stays determined.
+/// A row that holds y away from the manifold and lets it go on it: (x² + y² − 1)(y + 3) repeats the rod, so
+/// that z alone stays determined.
 #[test]
 fn directions_that_are_free_where_the_constraints_hold_need_inertia() {
     let (mut b, q) = light(&["x", "y", "z"]);
@@ -75,7 +77,8 @@ fn directions_that_are_free_where_the_constraints_hold_need_inertia() {
     assert_eq!(faults(b.model), without_inertia("z", &[2]));
 }
 
-/// The inertia of a hole, taken away from the body that it is in: negative by itself, not where it moves with the body.
+/// The inertia of a hole, taken away from the body that it is in: negative by itself, not where it moves with
+/// the body.
 #[test]
 fn negative_inertia_counts_along_free_directions_only() {
     let model = |hole: i128| {
@@ -124,7 +127,8 @@ fn fixed_constraints_keep_the_energy_and_moving_ones_do_not() {
     assert_eq!(sleigh(1), ["momentum of psi"]);
 }
 
-/// Two masses on a rod: the rod pushes them apart, so that only their common momenta stay; a wall takes one of these as well.
+/// Two masses on a rod: the rod pushes them apart, so that only their common momenta stay; a wall takes one
+/// of these as well.
 #[test]
 fn reactions_take_momenta_that_they_act_on() {
     let (mut b, q) = particles(&["x", "y", "u", "v"]);

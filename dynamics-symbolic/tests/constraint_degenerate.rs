@@ -63,13 +63,16 @@ fn rods_on_one_line_are_tangent() {
             let found = analyse(&b.model).findings;
             assert_eq!(found.len(), far, "{found:?}");
             for finding in &found {
-                let Finding::Constraint(Fault::Tangent { name, origin, .. }) = finding else { panic!("{finding:?}") };
+                let Finding::Constraint(Fault::Tangent { name, origin, .. }) = finding else {
+                    panic!("{finding:?}")
+                };
                 assert!(name.starts_with("far") && *origin == Origin(1002), "{finding:?}");
             }
             b.model.constraints[2].redundant = true;
             let analysis = analyse(&b.model);
             assert_eq!(analysis.findings, []);
-            // On the line all rods have one direction: as many as beads less one are independent, beside the pin.
+            // On the line all rods have one direction: as many as beads less one are independent, beside the
+            // pin.
             let rank = 2 + n - 1;
             assert_eq!((analysis.rank, analysis.least.all, analysis.rows), (rank, rank, 2 + n - 1 + far));
             let rods: Vec<usize> = (2..analysis.rows).collect();
@@ -82,13 +85,21 @@ fn rods_on_one_line_are_tangent() {
                 for i in 1..n {
                     let (x, y) = (s.q[2 * i], s.q[2 * i + 1]);
                     let (x1, y1) = (s.q[2], s.q[3]);
-                    assert!((x.hypot(y) - i as f64 * l).abs() < 1e-12 && (x * y1 - y * x1).abs() < 1e-12, "{s:?}");
+                    assert!(
+                        (x.hypot(y) - i as f64 * l).abs() < 1e-12 && (x * y1 - y * x1).abs() < 1e-12,
+                        "{s:?}"
+                    );
                 }
             }
             let report = words(&compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report);
-            let freedom =
-                format!("degrees of freedom {} in velocities, 1 in positions; {} coordinates, {rank} of", n - 1, 2 * n);
-            for said in [&freedom, "reactions unique: pin; not unique, the smallest are given: near, far", "far: "] {
+            let freedom = format!(
+                "degrees of freedom {} in velocities, 1 in positions; {} coordinates, {rank} of",
+                n - 1,
+                2 * n
+            );
+            for said in
+                [&freedom, "reactions unique: pin; not unique, the smallest are given: near, far", "far: "]
+            {
                 assert!(report.contains(said), "{said}\n{report}");
             }
             assert!(!report.contains("branches"), "{report}");
@@ -96,7 +107,8 @@ fn rods_on_one_line_are_tangent() {
     }
 }
 
-/// A bead between two fixed ends on a string of their distance: no reaction holds it across, those of the ends along the string are shared.
+/// A bead between two fixed ends on a string of their distance: no reaction holds it across, those of the
+/// ends along the string are shared.
 #[test]
 fn a_bead_on_a_tight_string_is_held_to_second_order() {
     let (mut b, places) = beads(3);
@@ -142,7 +154,8 @@ fn a_tangent_line_is_told_from_one_that_crosses() {
     }
 }
 
-/// A slider that is drawn in from its dead point: tangent at t = 0, where motions start, and at no other time.
+/// A slider that is drawn in from its dead point: tangent at t = 0, where motions start, and at no other
+/// time.
 #[test]
 fn a_dead_point_at_the_start_is_one_at_that_time() {
     let mut b = Builder::new("Drawn");
@@ -170,8 +183,10 @@ fn a_dead_point_at_the_start_is_one_at_that_time() {
     b.energy("kinetic", dynamics_symbolic::mechanics::EnergyRole::Kinetic, t);
     let report = words(&compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report);
     for said in [
-        "degrees of freedom 0, but 1 in velocities at some times or on some branches; 3 coordinates, 2 of 3 rows",
-        "reactions all unique, but where fewer rows are independent unique: closure[1]; not unique, the smallest are given: closure[0], drive",
+        "degrees of freedom 0, but 1 in velocities at some times or on some branches; 3 coordinates, 2 of 3 \
+         rows",
+        "reactions all unique, but where fewer rows are independent unique: closure[1]; not unique, the \
+         smallest are given: closure[0], drive",
         "drive: holonomic, moving degrees",
         "solved by generated code",
     ] {
@@ -179,7 +194,8 @@ fn a_dead_point_at_the_start_is_one_at_that_time() {
     }
 }
 
-/// A follower that rests on its stop until the cam takes it over: where both hold, cam and stop touch, and neither time are both meant.
+/// A follower that rests on its stop until the cam takes it over: where both hold, cam and stop touch, and
+/// neither time are both meant.
 fn cam_and_stop() -> Builder {
     let mut b = Builder::new("Cam");
     let (theta, y) = (b.coordinate("theta"), b.coordinate("y"));
@@ -200,7 +216,10 @@ fn cam_and_stop() -> Builder {
 #[test]
 fn switched_rows_that_take_over_from_each_other_are_no_finding() {
     let analysis = analyse(&cam_and_stop().model);
-    assert_eq!((&analysis.findings[..], &analysis.tangent[..], analysis.redundant), (&[][..], &[][..], false));
+    assert_eq!(
+        (&analysis.findings[..], &analysis.tangent[..], analysis.redundant),
+        (&[][..], &[][..], false)
+    );
     assert_eq!((analysis.rank, analysis.least.all, analysis.looked_at), (2, 2, LookedAt::Touching));
     let compiled = compile(cam_and_stop().model).unwrap_or_else(|found| panic!("{found:?}"));
     let derived = compiled.equations.constraints.expect("constraints");
@@ -208,7 +227,8 @@ fn switched_rows_that_take_over_from_each_other_are_no_finding() {
     assert_eq!((derived.released.len(), compiled.programs.jacobians.is_ok()), (3, true));
     assert!(compiled.programs.series.is_ok());
     for said in [
-        "2 independent rows of constraints in general; where all hold at once switched ones touch each other, and only there",
+        "2 independent rows of constraints in general; where all hold at once switched ones touch each \
+         other, and only there",
         "reactions all unique, but where all constraints hold at once",
         "code of its own for each of the 3 sets of switched constraints that may be released",
     ] {

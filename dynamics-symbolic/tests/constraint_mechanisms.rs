@@ -1,4 +1,5 @@
-//! What the checks say of whole mechanisms: freedom, loops, samples that are where the constraints hold, and no mistakes found where there are none.
+//! What the checks say of whole mechanisms: freedom, loops, samples that are where the constraints hold, and
+//! no mistakes found where there are none.
 
 mod common;
 
@@ -19,8 +20,10 @@ fn model(mut mechanism: Mechanism, nominal: bool) -> Model {
         }
     }
     for c in &mut mechanism.builder.model.coordinates {
-        let length =
-            c.name.starts_with('x') || c.name.starts_with('y') || c.name.ends_with(".x") || c.name.ends_with(".y");
+        let length = c.name.starts_with('x')
+            || c.name.starts_with('y')
+            || c.name.ends_with(".x")
+            || c.name.ends_with(".y");
         c.unit = if length { "m".into() } else { "rad".into() };
     }
     mechanism.builder.model
@@ -34,13 +37,19 @@ fn sound(model: &Model) -> Analysis {
 
 #[test]
 fn mechanisms_are_sound_and_their_samples_satisfy_them() {
-    let all: [fn() -> Mechanism; 5] = [andrews, slider_crank, four_bar, || cartesian_chain(5), || n_four_bar(2)];
+    let all: [fn() -> Mechanism; 5] =
+        [andrews, slider_crank, four_bar, || cartesian_chain(5), || n_four_bar(2)];
     for mechanism in all {
         for nominal in [true, false] {
             let model = model(mechanism(), nominal);
             let analysis = sound(&model);
             assert_eq!((analysis.rank, analysis.redundant), (analysis.rows, false), "{}", model.name);
-            assert!(!nominal || analysis.looked_at == LookedAt::Nominal, "{} {:?}", model.name, analysis.looked_at);
+            assert!(
+                !nominal || analysis.looked_at == LookedAt::Nominal,
+                "{} {:?}",
+                model.name,
+                analysis.looked_at
+            );
             let nodes: Vec<_> = model.constraints[0].components.iter().map(|(_, node)| *node).collect();
             for sample in &analysis.samples {
                 let values = model.graph.evaluate(&nodes, sample);
@@ -77,7 +86,8 @@ fn the_report_counts_freedom_and_loops() {
     }
 }
 
-/// Constraints on velocities that leave no freedom drive it from wherever it starts: positions are not theirs to say.
+/// Constraints on velocities that leave no freedom drive it from wherever it starts: positions are not theirs
+/// to say.
 #[test]
 fn velocities_that_are_given_move_a_model_by_simulation() {
     let (mut b, q) = particles(&["x"]);
@@ -86,8 +96,8 @@ fn velocities_that_are_given_move_a_model_by_simulation() {
     constrain(&mut b, "motor", ConstraintKind::Nonholonomic { integrable: true }, &[row]);
     let report = compile(b.model).unwrap_or_else(|found| panic!("{found:?}")).report;
     let words = report.split_whitespace().collect::<Vec<_>>().join(" ");
-    let said = "degrees of freedom 0 in velocities, 1 in positions: constraints on velocities say how it moves, from wherever it starts; \
-                `simulate` follows them";
+    let said = "degrees of freedom 0 in velocities, 1 in positions: constraints on velocities say how it \
+        moves, from wherever it starts; `simulate` follows them";
     assert!(words.contains(said), "{report}");
     assert!(!words.contains("kinematics"), "{report}");
 }
@@ -117,22 +127,26 @@ fn the_report_says_what_constraints_leave_when_they_are_on_and_off() {
     for (text, lines) in [
         (
             report_of(&[("floor", floor, true)]),
-            &[
-                "degrees of freedom  1 with all constraints on, 2 with the switched ones released; 2 coordinates, 1 independent",
-            ][..],
+            &["degrees of freedom  1 with all constraints on, 2 with the switched ones released; 2 \
+                 coordinates, 1 independent"][..],
         ),
         // Switched constraints drive nothing: they let go.
         (
             report_of(&[("floor", floor, true), ("wall", wall, true)]),
-            &[
-                "degrees of freedom  0 with all constraints on, 2 with the switched ones released; 2 coordinates, 2 independent",
-            ],
+            &["degrees of freedom  0 with all constraints on, 2 with the switched ones released; 2 \
+                 coordinates, 2 independent"],
         ),
         (
             report_of(&[("floor", floor, false), ("drive", drive, false)]),
-            &["degrees of freedom  0: the constraints alone say how it moves", "all coordinates from the constraints"],
+            &[
+                "degrees of freedom  0: the constraints alone say how it moves",
+                "all coordinates from the constraints",
+            ],
         ),
-        (report_of(&[("floor", floor, false)]), &["single rows         1: floor for y", "no pivot can vanish"]),
+        (
+            report_of(&[("floor", floor, false)]),
+            &["single rows         1: floor for y", "no pivot can vanish"],
+        ),
     ] {
         let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         for line in lines {
@@ -142,7 +156,8 @@ fn the_report_says_what_constraints_leave_when_they_are_on_and_off() {
     }
 }
 
-/// Where motions are likely to begin: at the origin, where that is possible; beside it, where a row has no direction there.
+/// Where motions are likely to begin: at the origin, where that is possible; beside it, where a row has no
+/// direction there.
 #[test]
 fn likely_states_are_the_nearest_to_the_origin_in_which_rows_have_directions() {
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-11);
@@ -177,7 +192,8 @@ fn likely_states_are_the_nearest_to_the_origin_in_which_rows_have_directions() {
     assert!(near(&found[0].q, &[l(0), 0.0]) && near(&found[1].q, &[0.0, l(1)]), "{found:?}");
 }
 
-/// What rolls or glides may head anywhere, so that a quarter of a turn on is looked at, too; other angles of a mechanism are what its loops make of them.
+/// What rolls or glides may head anywhere, so that a quarter of a turn on is looked at, too; other angles of
+/// a mechanism are what its loops make of them.
 #[test]
 fn headings_are_turned() {
     let mut b = Builder::new("Sleigh");
@@ -195,7 +211,8 @@ fn headings_are_turned() {
     assert_eq!(analysis.likely.iter().map(|s| s.q.as_slice()).collect::<Vec<_>>(), [[0.0; 3]]);
     let turned = [0.0, 0.0, core::f64::consts::FRAC_PI_2];
     assert!(analysis.passed.iter().any(|s| s.q == turned), "{:?}", analysis.passed);
-    // Held by a row of positions it is not free to choose. (And what is left can be integrated, which is said.)
+    // Held by a row of positions it is not free to choose. (And what is left can be integrated, which is
+    // said.)
     let row = b.sub(q[2], q[0]);
     constrain(&mut b, "held", HOLONOMIC, &[row]);
     // Rows of positions come first.

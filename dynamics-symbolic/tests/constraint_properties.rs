@@ -13,15 +13,15 @@ const N: usize = 6;
 
 /// Independent rows: unit triangular, with anything behind the diagonal.
 fn independent() -> impl Strategy<Value = Vec<Vec<i64>>> {
-    (1..=4usize).prop_flat_map(|r| prop::collection::vec(prop::collection::vec(-3..=3i64, N + 1), r)).prop_map(
-        |mut rows| {
+    (1..=4usize)
+        .prop_flat_map(|r| prop::collection::vec(prop::collection::vec(-3..=3i64, N + 1), r))
+        .prop_map(|mut rows| {
             for (i, row) in rows.iter_mut().enumerate() {
                 row[..i].fill(0);
                 row[i] = 1;
             }
             rows
-        },
-    )
+        })
 }
 
 /// `first - 2 third` with names `row0`, `row1`, ….
@@ -79,8 +79,9 @@ proptest! {
         prop_assert_eq!(analysis.not_unique, entangled);
     }
 
-    /// In the coordinates Fᵢ(q, t), a random polynomial change of q, dF₃ and dF₄ are exact and dF₀ + F₁ dF₂ is a contact form: of all
-    /// combinations exactly those of the exact ones are integrable, whatever factors they have and however they are mixed.
+    /// In the coordinates Fᵢ(q, t), a random polynomial change of q, dF₃ and dF₄ are exact and dF₀ + F₁ dF₂
+    /// is a contact form: of all combinations exactly those of the exact ones are integrable, whatever
+    /// factors they have and however they are mixed.
     #[test]
     fn pfaffian_rows(
         terms in prop::collection::vec((-2..=2i64, 0..5usize, 0..5usize), 5),
@@ -142,8 +143,8 @@ fn changed(b: &mut Builder, q: &[NodeId], i: usize, (c, j, k): (i64, usize, usiz
     sum
 }
 
-/// A planar linkage of `loops` dyads, every one between the tip of the dyad before and a pivot on the ground, with lengths taken from one
-/// configuration, so that it can be assembled.
+/// A planar linkage of `loops` dyads, every one between the tip of the dyad before and a pivot on the ground,
+/// with lengths taken from one configuration, so that it can be assembled.
 fn linkage(numbers: &[f64], loops: usize) -> Builder {
     let mut b = Builder::new("Linkage");
     let mut numbers = numbers.iter().copied();
@@ -203,7 +204,8 @@ proptest! {
     }
 }
 
-/// Points in the plane or in space, each held by two or three rods to points before it; the first are fixed to the ground, one rod is left out.
+/// Points in the plane or in space, each held by two or three rods to points before it; the first are fixed
+/// to the ground, one rod is left out.
 fn rods(numbers: &[f64], points: usize, d: usize) -> Builder {
     let mut b = Builder::new("Rods");
     let mut numbers = numbers.iter().copied().cycle();

@@ -1,4 +1,5 @@
-//! Equations with constraints: against hand results, and for random models against numeric derivatives and numeric linear algebra.
+//! Equations with constraints: against hand results, and for random models against numeric derivatives and
+//! numeric linear algebra.
 
 mod common;
 
@@ -78,7 +79,8 @@ fn solved(c: &Derived, v: &Values) -> (Vec<f64>, Vec<f64>) {
     (at(c, &u.accelerations, v), at(c, &u.multipliers, v))
 }
 
-/// λ = (m g y − m v²) / (2 l²) where the bob is on its circle: the tension −2 λ l carries weight and centripetal force.
+/// λ = (m g y − m v²) / (2 l²) where the bob is on its circle: the tension −2 λ l carries weight and
+/// centripetal force.
 #[test]
 fn the_cartesian_pendulum_has_its_hand_derived_equations() {
     let c = Derived::of(cartesian_pendulum().model);
@@ -88,7 +90,8 @@ fn the_cartesian_pendulum_has_its_hand_derived_equations() {
     let (rate, x, y) = (1.7, l * sin, -l * cos);
     let (vx, vy) = (rate * l * cos, rate * l * sin);
     let v = Values { q: vec![x, y], u: vec![vx, vy], p: vec![m, l, g], ..Values::default() };
-    let roots = [e.residual[0], e.velocity_residual[0], e.jacobian[0][0], e.jacobian[0][1], e.velocity_offset[0]];
+    let roots =
+        [e.residual[0], e.velocity_residual[0], e.jacobian[0][0], e.jacobian[0][1], e.velocity_offset[0]];
     assert!(near(&at(&c, &roots, &v), &[0.0, 0.0, 2.0 * x, 2.0 * y, 0.0], 1e-15));
     assert!(near(&at(&c, &e.gamma, &v), &[-2.0 * (vx * vx + vy * vy)], 1e-15));
     let (accelerations, multipliers) = solved(&c, &v);
@@ -101,7 +104,8 @@ fn the_cartesian_pendulum_has_its_hand_derived_equations() {
     assert!(e.derivatives.is_ok() && c.equations.jacobians.is_ok());
 }
 
-/// A knife edge sliding on a plane, steered by φ: ẋ sin φ − ẏ cos φ = 0. At unit mass λ is φ̇ times the speed, up to sign.
+/// A knife edge sliding on a plane, steered by φ: ẋ sin φ − ẏ cos φ = 0. At unit mass λ is φ̇ times the
+/// speed, up to sign.
 #[test]
 fn the_knife_edge_has_its_hand_derived_reaction() {
     let mut b = Builder::new("KnifeEdge");
@@ -117,17 +121,25 @@ fn the_knife_edge_has_its_hand_derived_reaction() {
     let c = Derived::of(b.model);
     let (sin, cos) = 0.3f64.sin_cos();
     let (speed, turn) = (2.0, 0.7);
-    let v =
-        Values { q: vec![5.0, 1.0, 0.3], u: vec![speed * cos, speed * sin, turn], p: vec![3.0], ..Values::default() };
+    let v = Values {
+        q: vec![5.0, 1.0, 0.3],
+        u: vec![speed * cos, speed * sin, turn],
+        p: vec![3.0],
+        ..Values::default()
+    };
     let (accelerations, multipliers) = solved(&c, &v);
-    assert!(near(&accelerations, &[-speed * turn * sin, speed * turn * cos, 0.0], 1e-15), "{accelerations:?}");
+    assert!(
+        near(&accelerations, &[-speed * turn * sin, speed * turn * cos, 0.0], 1e-15),
+        "{accelerations:?}"
+    );
     assert!(near(&multipliers, &[-3.0 * speed * turn], 1e-15), "{multipliers:?}");
     let e = constraints(&c);
     assert_eq!((e.holonomic, e.residual.len(), e.rows.len()), (0, 0, 1));
     assert!(near(&at(&c, &e.jacobian[0], &v), &[sin, -cos, 0.0], 1e-15));
 }
 
-/// A bob whose place is that of a rod's end at an angle without inertia: x = l sin θ, y = −l cos θ. The angle moves as that of a pendulum.
+/// A bob whose place is that of a rod's end at an angle without inertia: x = l sin θ, y = −l cos θ. The angle
+/// moves as that of a pendulum.
 #[test]
 fn a_coordinate_without_inertia_is_carried_by_its_constraints() {
     let mut b = Builder::new("Carried");
@@ -158,8 +170,8 @@ fn a_coordinate_without_inertia_is_carried_by_its_constraints() {
     assert!(near(&lambda, &[1.5 * expected[0], 1.5 * (expected[1] + 9.81)], 1e-14), "{lambda:?}");
 }
 
-/// The pendulum turned at a given rate, and so without freedom: q̈ follows from the constraints alone, λ of the drive is the torque that it
-/// takes, and its power is what the energy changes by.
+/// The pendulum turned at a given rate, and so without freedom: q̈ follows from the constraints alone, λ of
+/// the drive is the torque that it takes, and its power is what the energy changes by.
 #[test]
 fn a_driven_mechanism_has_the_forces_that_drive_it() {
     let mut b = Builder::new("Driven");
@@ -180,7 +192,8 @@ fn a_driven_mechanism_has_the_forces_that_drive_it() {
     b.holonomic("drive", &[drive]);
     let (c, _) = compiled(b.model);
     let (t, omega, m, l) = (0.7f64, 2.0f64, 1.5, 0.9);
-    let (angle, rate, turn) = ((omega * t).sin(), omega * (omega * t).cos(), -omega * omega * (omega * t).sin());
+    let (angle, rate, turn) =
+        ((omega * t).sin(), omega * (omega * t).cos(), -omega * omega * (omega * t).sin());
     let mut v = Values { t, q: vec![angle], u: vec![rate], p: vec![m, l, 9.81, omega], ..Values::default() };
     let (a, lambda) = solved(&c, &v);
     let torque = m * l * l * turn + m * 9.81 * l * angle.sin();
@@ -269,7 +282,8 @@ struct Recipe {
 }
 
 fn recipes() -> impl Strategy<Value = Recipe> {
-    // Where fewer than three directions are left, every row that is linear in the velocities can be integrated.
+    // Where fewer than three directions are left, every row that is linear in the velocities can be
+    // integrated.
     let sound = |(n, h, k): &(usize, usize, usize)| h + k > 0 && (*k == 0 || n - h >= 3);
     let sizes = (3usize..=4, 0usize..=2, 0usize..=1).prop_filter("constrained, and not integrable", sound);
     (sizes, any::<bool>(), prop::collection::vec(0.2..1.5f64, 60)).prop_map(
@@ -378,7 +392,14 @@ fn drift(v: &Values, s: f64) -> Values {
 }
 
 /// M q̈ − Q − Φ_qᵀλ and Φ_q q̈ − γ.
-fn defect(c: &Derived, v: &Values, accelerations: &[f64], multipliers: &[f64], gamma: &[f64], force: &[f64]) -> f64 {
+fn defect(
+    c: &Derived,
+    v: &Values,
+    accelerations: &[f64],
+    multipliers: &[f64],
+    gamma: &[f64],
+    force: &[f64],
+) -> f64 {
     let e = constraints(c);
     let (m, j) = (matrix(c, &c.equations.mass_matrix, v), matrix(c, &e.jacobian, v));
     let motion = m.iter().enumerate().map(|(i, row)| {
@@ -557,7 +578,8 @@ fn declared(mechanism: Mechanism) -> (Model, Values) {
     (builder.model, v)
 }
 
-/// Known mechanisms are unrolled, solve their equations and keep the number of operations that they have been brought to.
+/// Known mechanisms are unrolled, solve their equations and keep the number of operations that they have been
+/// brought to.
 #[test]
 fn mechanisms_are_unrolled_with_known_numbers_of_operations() {
     let sizes = [(andrews(), 600), (slider_crank(), 120), (four_bar(), 200), (cartesian_chain(5), 300)];

@@ -11,7 +11,12 @@ use dynamics_symbolic::mechanics::{EnergyRole, Event, Force, ForceTerm, Function
 fn double_pendulum_equals_the_hand_derived_equations() {
     let compiled = compile(double_pendulum()).expect("a good model");
     let (g, e) = (&compiled.model.graph, &compiled.equations);
-    let v = Values { q: vec![0.7, -1.1], u: vec![0.4, 2.3], p: vec![1.5, 0.8, 1.2, 0.6, 9.81], ..Values::default() };
+    let v = Values {
+        q: vec![0.7, -1.1],
+        u: vec![0.4, 2.3],
+        p: vec![1.5, 0.8, 1.2, 0.6, 9.81],
+        ..Values::default()
+    };
     let [m1, m2, l1, l2, gravity] = [1.5, 0.8, 1.2, 0.6, 9.81];
     let (d, [u1, u2]) = (v.q[0] - v.q[1], [v.u[0], v.u[1]]);
     let m = [[(m1 + m2) * l1 * l1, m2 * l1 * l2 * d.cos()], [m2 * l1 * l2 * d.cos(), m2 * l2 * l2]];
@@ -21,7 +26,8 @@ fn double_pendulum_equals_the_hand_derived_equations() {
     ];
     let det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
     let a = [(m[1][1] * q[0] - m[0][1] * q[1]) / det, (m[0][0] * q[1] - m[1][0] * q[0]) / det];
-    let roots: Vec<_> = e.mass_matrix.iter().flatten().chain(&e.generalized_force).chain(&e.accelerations).collect();
+    let roots: Vec<_> =
+        e.mass_matrix.iter().flatten().chain(&e.generalized_force).chain(&e.accelerations).collect();
     let roots: Vec<_> = roots.into_iter().copied().collect();
     let values = g.evaluate(&roots, &v);
     let expected = [m[0][0], m[0][1], m[1][0], m[1][1], q[0], q[1], a[0], a[1]];
@@ -31,8 +37,8 @@ fn double_pendulum_equals_the_hand_derived_equations() {
     }
 }
 
-/// A bead on the curve y = f(x), f a smooth parameter function, pushed by an input F along x, slowed by D = ½ c ẋ², in a wind (W, 0) at the bead:
-/// m (1 + f′²) ẍ + m f′ f″ ẋ² + m g f′ = F + W − c ẋ.
+/// A bead on the curve y = f(x), f a smooth parameter function, pushed by an input F along x, slowed by D = ½
+/// c ẋ², in a wind (W, 0) at the bead: m (1 + f′²) ẍ + m f′ f″ ẋ² + m g f′ = F + W − c ẋ.
 #[test]
 fn a_bead_on_a_curve_obeys_its_hand_derived_equation() {
     let mut b = Builder::new("Bead");
@@ -63,7 +69,13 @@ fn a_bead_on_a_curve_obeys_its_hand_derived_equation() {
     let compiled = compile(b.model).expect("a good model");
     let e = &compiled.equations;
 
-    let v = Values { q: vec![0.7], u: vec![1.3], w: vec![2.5], p: vec![1.7, 9.81, 0.4, 0.9], ..Values::default() };
+    let v = Values {
+        q: vec![0.7],
+        u: vec![1.3],
+        w: vec![2.5],
+        p: vec![1.7, 9.81, 0.4, 0.9],
+        ..Values::default()
+    };
     let [slope, bend] = [1, 2].map(|order| v.smooth(FunctionId(0), order, 0.7));
     let mass = 1.7 * (1.0 + slope * slope);
     let force = 2.5 + 0.9 - 0.4 * 1.3 - 1.7 * slope * bend * 1.69 - 1.7 * 9.81 * slope;

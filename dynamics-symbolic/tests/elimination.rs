@@ -1,4 +1,5 @@
-//! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph, beside a dense solution of the whole matrix with pivoting.
+//! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph, beside a dense solution of the whole matrix with
+//! pivoting.
 
 mod common;
 
@@ -40,8 +41,13 @@ impl System {
         };
         let rates = moved(&mut graph, &residual);
         let gamma = moved(&mut graph, &rates).into_iter().map(|x| graph.neg(x)).collect();
-        let values =
-            Values { q: place, u: vec![0.0; n], p: parameters, lambda: vec![0.0; residual.len()], ..Values::default() };
+        let values = Values {
+            q: place,
+            u: vec![0.0; n],
+            p: parameters,
+            lambda: vec![0.0; residual.len()],
+            ..Values::default()
+        };
         let rows = residual.len();
         let mut system = Self {
             graph,
@@ -144,7 +150,8 @@ fn margin(system: &System, guards: &[Guard]) -> f64 {
     guards.iter().map(ratio).fold(f64::INFINITY, f64::min)
 }
 
-/// The largest relative difference of q̈ and λ from the dense solution, in either norm; `None` where a guard calls for the general solver.
+/// The largest relative difference of q̈ and λ from the dense solution, in either norm; `None` where a guard
+/// calls for the general solver.
 fn compare(system: &mut System, solver: &Solver) -> Option<f64> {
     let (force, gamma) = (system.force.clone(), system.gamma.clone());
     let (by_graph, reactions) = solver.solve(&mut system.graph, &force, &gamma);
@@ -184,7 +191,8 @@ fn operations(system: &System, found: &Unrolled) -> (usize, usize) {
     (solution, cost(&[&found.correction], &found.correction_guards))
 }
 
-/// Name, mechanism, coordinates that can lead, how many of these are at a dead point where the mechanism is put together, size.
+/// Name, mechanism, coordinates that can lead, how many of these are at a dead point where the mechanism is
+/// put together, size.
 type Reference = (&'static str, Mechanism, Vec<Vec<usize>>, usize, (usize, usize));
 
 fn references() -> Vec<Reference> {
@@ -225,12 +233,13 @@ fn sizes_are_known() {
         let unrolled = unrolled(&mut system).expect("regular");
         found.push((name, operations(&system, &unrolled)));
     }
-    let expected: Vec<(&str, (usize, usize))> = references().into_iter().map(|(name, .., size)| (name, size)).collect();
+    let expected: Vec<(&str, (usize, usize))> =
+        references().into_iter().map(|(name, .., size)| (name, size)).collect();
     assert_eq!(found, expected);
 }
 
-/// The largest relative difference of the chosen solution, and of the correction, from the dense ones; `None` where a
-/// guard calls for the general solver.
+/// The largest relative difference of the chosen solution, and of the correction, from the dense ones; `None`
+/// where a guard calls for the general solver.
 fn check(system: &System, found: &Unrolled) -> Option<f64> {
     let (own, others) = (margin(system, &found.guards), margin(system, &found.correction_guards));
     assert!((own - others).abs() <= 1e-9 * own, "the same guards: {own} {others}");
@@ -239,8 +248,8 @@ fn check(system: &System, found: &Unrolled) -> Option<f64> {
     }
     let (m, j) = (system.matrix(&system.mass), system.matrix(&system.jacobian));
     let (a, lambda) = dense(&m, &system.at(&system.force), &j, &system.at(&system.gamma));
-    let solution =
-        difference(&system.at(&found.accelerations), &a).max(difference(&system.at(&found.multipliers), &lambda));
+    let solution = difference(&system.at(&found.accelerations), &a)
+        .max(difference(&system.at(&found.multipliers), &lambda));
     let (delta, _) = dense(&m, &vec![0.0; m.len()], &j, &system.values.lambda);
     Some(solution.max(difference(&system.at(&found.correction), &delta)))
 }
@@ -319,7 +328,8 @@ proptest! {
         let solvers = all_solvers(&mut system, &[leading]);
         prop_assert!(!solvers.is_empty());
         for solver in &solvers {
-            // Near-singular blocks are the guards' business; what they let pass has lost at most as many digits as they allow.
+            // Near-singular blocks are the guards' business; what they let pass has lost at most as many
+            // digits as they allow.
             if let Some(worst) = compare(&mut system, solver) {
                 prop_assert!(worst < 1e-6, "{} {:?}", worst, solver.elimination());
             }
@@ -373,12 +383,15 @@ fn chains_of_loops_cost_in_proportion() {
     assert!(many < 3 * few + few / 2, "{few} for 4, {many} for 12");
 }
 
-/// Toward a dead point of a partition either the guard calls for the general solver, or the digits are there: nothing in between.
+/// Toward a dead point of a partition either the guard calls for the general solver, or the digits are there:
+/// nothing in between.
 #[test]
 fn guards_call_before_digits_are_lost() {
-    // Crank and arm aligned at Θ = 0, for whatever the point E leads; rods of a pendulum upright or level; crank and rod in line.
+    // Crank and arm aligned at Θ = 0, for whatever the point E leads; rods of a pendulum upright or level;
+    // crank and rod in line.
     type Case = (Mechanism, Vec<usize>, fn(&mut Values, f64));
-    /// A double pendulum whose rods are 0.9 long, one at 0.7 from level or upright and the other at `e` from level.
+    /// A double pendulum whose rods are 0.9 long, one at 0.7 from level or upright and the other at `e` from
+    /// level.
     fn double(v: &mut Values, angles: [f64; 2]) {
         let (first, second) = (angles[0].sin_cos(), angles[1].sin_cos());
         let (x, y) = (0.9 * first.1, -0.9 * first.0);
@@ -397,7 +410,8 @@ fn guards_call_before_digits_are_lost() {
         let mut system = System::of(mechanism);
         system.values.u = (0..system.values.q.len()).map(|i| 0.3 + 0.1 * i as f64).collect();
         let (mass, jacobian) = (system.mass.clone(), system.jacobian.clone());
-        let solver = Solver::by_blocks(&mut system.graph, &mass, &jacobian, &independent).expect("regular elsewhere");
+        let solver =
+            Solver::by_blocks(&mut system.graph, &mass, &jacobian, &independent).expect("regular elsewhere");
         let (mut held, mut called) = (0, 0);
         for exponent in 0..40 {
             near(&mut system.values, 0.3 * 0.5f64.powi(exponent));
@@ -415,12 +429,14 @@ fn guards_call_before_digits_are_lost() {
     }
 }
 
-/// Where the states say that a choice of independent coordinates comes near its dead point, another one of nearly the same cost is taken.
+/// Where the states say that a choice of independent coordinates comes near its dead point, another one of
+/// nearly the same cost is taken.
 #[test]
 fn states_decide_between_choices_of_the_same_cost() {
     let leading = |elimination: &Elimination| match elimination {
         Elimination::Blocks(blocks) => {
-            let dependent: Vec<usize> = blocks.iter().flat_map(|(_, columns)| columns.iter().copied()).collect();
+            let dependent: Vec<usize> =
+                blocks.iter().flat_map(|(_, columns)| columns.iter().copied()).collect();
             (0..3).filter(|c| !dependent.contains(c)).collect::<Vec<_>>()
         }
         Elimination::MinimumDegree | Elimination::Speeds => Vec::new(),
@@ -434,16 +450,22 @@ fn states_decide_between_choices_of_the_same_cost() {
     (values.q[1], values.q[2]) = (0.8, 0.8 + 1e-6);
     let mut system = System::of(four_bar());
     let mut graph = std::mem::take(&mut system.graph);
-    let (found, _) =
-        unroll(&mut graph, &system.constrained(), &States { anywhere: &[&values], ..States::default() }, 20_000)
-            .expect("regular");
+    let (found, _) = unroll(
+        &mut graph,
+        &system.constrained(),
+        &States { anywhere: &[&values], ..States::default() },
+        20_000,
+    )
+    .expect("regular");
     assert_ne!(leading(&found.elimination), [0]);
 }
 
-/// Where motions are likely to begin, the likeliest first, whatever is taken has to apply, if anything does that is not much longer.
+/// Where motions are likely to begin, the likeliest first, whatever is taken has to apply, if anything does
+/// that is not much longer.
 #[test]
 fn what_is_taken_applies_where_motions_begin() {
-    // Coupler and rocker in line, exactly: the crank cannot lead. Crank and coupler in line: the rocker cannot. Links that are all in line: nothing can.
+    // Coupler and rocker in line, exactly: the crank cannot lead. Crank and coupler in line: the rocker
+    // cannot. Links that are all in line: nothing can.
     let at = |q: [f64; 3]| {
         let mut values = System::of(four_bar()).values;
         values.q = q.to_vec();
@@ -468,7 +490,11 @@ fn what_is_taken_applies_where_motions_begin() {
     let (_, of_both) = taken(&States { likely: &[&crank, &rocker], ..States::default() });
     assert_eq!(of_both, [true, true, false], "the coupler leads, or all together");
     let (_, beside) = taken(&States { likely: &[&rocker], passed: &[&crank], ..States::default() });
-    assert_eq!(beside, [true, true, false], "what is passed counts as well, as the coupler costs as much as the crank");
+    assert_eq!(
+        beside,
+        [true, true, false],
+        "what is passed counts as well, as the coupler costs as much as the crank"
+    );
     // Singular for every order: then it is as if nothing were known.
     let (found, _) = taken(&States { likely: &[&all], ..States::default() });
     assert_eq!(found.elimination, taken(&States::default()).0.elimination);
@@ -478,7 +504,8 @@ fn what_is_taken_applies_where_motions_begin() {
     assert_eq!(of_both, [true, true, false]);
 }
 
-/// What is longer than can be emitted is none: then it is as if nothing were known of where motions begin, and not the general solver everywhere.
+/// What is longer than can be emitted is none: then it is as if nothing were known of where motions begin,
+/// and not the general solver everywhere.
 #[test]
 fn what_applies_where_motions_begin_has_to_be_affordable() {
     // The rod across the way of the slider: its angle does not follow from the slider's height.
@@ -486,11 +513,16 @@ fn what_applies_where_motions_begin_has_to_be_affordable() {
     across.q = vec![0.0, core::f64::consts::FRAC_PI_2, 0.0];
     let taken = |likely: &[&dyn Bindings], limit: usize| {
         let system = System::of(slider_crank());
-        let found =
-            unroll(&mut system.graph.clone(), &system.constrained(), &States { likely, ..States::default() }, limit);
+        let found = unroll(
+            &mut system.graph.clone(),
+            &system.constrained(),
+            &States { likely, ..States::default() },
+            limit,
+        );
         found.map(|(found, _)| found.elimination)
     };
-    let (shortest, applying) = (taken(&[], 20_000).expect("regular"), taken(&[&across], 20_000).expect("regular"));
+    let (shortest, applying) =
+        (taken(&[], 20_000).expect("regular"), taken(&[&across], 20_000).expect("regular"));
     assert_ne!(shortest, applying);
     let Err(Stuck::TooLarge(least)) = taken(&[], 0) else { panic!("nothing has no operations") };
     assert_eq!(taken(&[&across], least - 1), Err(Stuck::TooLarge(least)));
@@ -498,7 +530,8 @@ fn what_applies_where_motions_begin_has_to_be_affordable() {
     assert_eq!(taken(&[&across], 2 * least), Ok(applying));
 }
 
-/// Inertia that is written with a cosine of a difference loses its digits where the links fold: the general solver has the squares.
+/// Inertia that is written with a cosine of a difference loses its digits where the links fold: the general
+/// solver has the squares.
 #[test]
 fn folded_links_are_left_to_the_general_solver() {
     let mut system = System::of(folded());

@@ -1,5 +1,5 @@
-//! The graph against plain arithmetic: whatever the constructors fold, merge, move or recognise, the value stays, and the derivatives are those
-//! of dual numbers carried through the same operations.
+//! The graph against plain arithmetic: whatever the constructors fold, merge, move or recognise, the value
+//! stays, and the derivatives are those of dual numbers carried through the same operations.
 
 mod common;
 
@@ -143,7 +143,12 @@ fn start(values: &Values, direction: &[f64; 4]) -> Vec<Dual> {
 }
 
 /// Builds on the graph and in dual numbers; an operation without a value at this point is left out of both.
-fn build(g: &mut Graph, operations: &[Operation], values: &Values, direction: &[f64; 4]) -> (Vec<NodeId>, Vec<Dual>) {
+fn build(
+    g: &mut Graph,
+    operations: &[Operation],
+    values: &Values,
+    direction: &[f64; 4],
+) -> (Vec<NodeId>, Vec<Dual>) {
     let (mut nodes, mut duals) = (leaves(g), start(values, direction));
     for (kind, i, j) in operations {
         let (i, j) = (usize::from(*i) % nodes.len(), usize::from(*j) % nodes.len());
@@ -183,7 +188,10 @@ fn build(g: &mut Graph, operations: &[Operation], values: &Values, direction: &[
                 let d = (x.v * x.d + y.v * y.d) / h;
                 let e = x.ev + y.ev + h;
                 let spread = (x.d.abs() + y.d.abs()) / h;
-                (g.binary(Binary::Hypot, a, b), Dual { v: h, d, ev: e, ed: 4.0 * e * spread + x.ed + y.ed + d.abs() })
+                (
+                    g.binary(Binary::Hypot, a, b),
+                    Dual { v: h, d, ev: e, ed: 4.0 * e * spread + x.ed + y.ed + d.abs() },
+                )
             }
             22 => {
                 let (v, s) = (x.v.atan2(y.v), x.v * x.v + y.v * y.v);
@@ -252,7 +260,8 @@ proptest! {
         let all: Vec<NodeId> = forward.iter().chain(&backward).copied().collect();
         let found = g.evaluate(&all, &values);
         for (node, dual) in forward.iter().zip(&duals) {
-            prop_assert!(close(found[node.index()], dual.d, dual.ed), "derivative {} {dual:?}", found[node.index()]);
+            prop_assert!(close(found[node.index()], dual.d, dual.ed), "derivative {} \
+                {dual:?}", found[node.index()]);
         }
         let along: f64 = backward.iter().zip(direction).map(|(b, d)| found[b.index()] * d).sum();
         let size: f64 = backward.iter().zip(direction).map(|(b, d)| (found[b.index()] * d).abs()).sum();
@@ -333,7 +342,8 @@ fn what_cancels_never_stands_for_what_does_not() {
     assert_eq!(g.sub(one, cc), ss);
 }
 
-/// A choice is known by what its branches are, and stands for itself: a root that is taken where it has a value is never masked by a factor.
+/// A choice is known by what its branches are, and stands for itself: a root that is taken where it has a
+/// value is never masked by a factor.
 #[test]
 fn choices_are_those_of_their_branches() {
     let mut g = Graph::new();
@@ -381,7 +391,8 @@ fn folding_makes_nothing_that_is_not_finite() {
     let mut g = Graph::new();
     let (zero, minus) = (g.zero(), g.integer(-1));
     let huge = g.number(Number::parse("1e300").expect("finite"));
-    let roots = [g.unary(Unary::Ln, zero), g.unary(Unary::Sqrt, minus), g.mul(huge, huge), g.unary(Unary::Exp, huge)];
+    let roots =
+        [g.unary(Unary::Ln, zero), g.unary(Unary::Sqrt, minus), g.mul(huge, huge), g.unary(Unary::Exp, huge)];
     for root in roots {
         assert!(g.as_number(root).is_none(), "left as it stands for the checks to see");
     }

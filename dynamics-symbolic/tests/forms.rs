@@ -1,4 +1,5 @@
-//! Shorter forms are other forms of the same: equal modulo p at the random points, equal in numbers to rounding, and shorter.
+//! Shorter forms are other forms of the same: equal modulo p at the random points, equal in numbers to
+//! rounding, and shorter.
 
 mod common;
 

@@ -1,5 +1,5 @@
-//! Long chains solved through velocities that are made of one another: the same accelerations and pivots as through M, in as many operations
-//! as there are joints.
+//! Long chains solved through velocities that are made of one another: the same accelerations and pivots as
+//! through M, in as many operations as there are joints.
 
 mod common;
 
@@ -14,8 +14,12 @@ fn tree(trunk: usize, branch: usize) -> Model {
     let mut b = Builder::new("Tree");
     let bodies = trunk + 2 * branch;
     let theta = b.coordinates("theta", bodies);
-    let (m, l, r, j) =
-        (b.parameters("m", bodies), b.parameters("l", bodies), b.parameters("r", bodies), b.parameters("J", bodies));
+    let (m, l, r, j) = (
+        b.parameters("m", bodies),
+        b.parameters("l", bodies),
+        b.parameters("r", bodies),
+        b.parameters("J", bodies),
+    );
     let g = b.parameter("g");
     let zero = b.g().zero();
     let (mut kinetic, mut potential) = (zero, zero);
@@ -49,7 +53,8 @@ fn fork(n: usize) -> Model {
     let mut b = Builder::new("Fork");
     let x = b.coordinate("x");
     let theta = b.coordinates("theta", 3 * n);
-    let (m, l, cart, g) = (b.parameters("m", 3 * n), b.parameters("l", 3 * n), b.parameter("cart"), b.parameter("g"));
+    let (m, l, cart, g) =
+        (b.parameters("m", 3 * n), b.parameters("l", 3 * n), b.parameter("cart"), b.parameter("g"));
     let zero = b.g().zero();
     let (mut kinetic, mut potential) = (b.kinetic(cart, &[x]), zero);
     let mut ends: Vec<[NodeId; 2]> = Vec::new();
@@ -92,15 +97,21 @@ fn check(name: &str, mut c: Compiled) {
         assert_eq!(g.fingerprint(left), g.fingerprint(*force), "{name}, row {i}");
     }
     // What rods hold has pivots of its own.
-    let held = |p: &Pivot| g.fingerprint(p.diagonal) == g.fingerprint(e.mass_matrix[p.coordinate][p.coordinate]);
+    let held =
+        |p: &Pivot| g.fingerprint(p.diagonal) == g.fingerprint(e.mass_matrix[p.coordinate][p.coordinate]);
     if !e.pivots.iter().all(held) {
         return;
     }
     let order: Vec<usize> = e.pivots.iter().map(|p| p.coordinate).collect();
     for (at, pivot) in e.pivots.iter().enumerate() {
         let i = pivot.coordinate;
-        assert_eq!(g.fingerprint(pivot.diagonal), g.fingerprint(e.mass_matrix[i][i]), "{name}, inertia of {i}");
-        // What is left of the inertia of i when everything before it has adapted: the last pivot of those rows and columns.
+        assert_eq!(
+            g.fingerprint(pivot.diagonal),
+            g.fingerprint(e.mass_matrix[i][i]),
+            "{name}, inertia of {i}"
+        );
+        // What is left of the inertia of i when everything before it has adapted: the last pivot of those
+        // rows and columns.
         let rows: Vec<usize> = order[..at].iter().copied().chain([i]).collect();
         let part: Vec<Vec<NodeId>> =
             rows.iter().map(|r| rows.iter().map(|k| e.mass_matrix[*r][*k]).collect()).collect();

@@ -32,7 +32,9 @@ fn solutions_beyond_the_limit_are_left_to_the_general_solver() {
     b.holonomic("held", &[x]);
     let c = compile(b.model).expect("M, Q, Φ_q and γ are small enough");
     let derived = c.equations.constraints.as_ref().expect("there is one");
-    let Solution::General(General::TooLarge(operations)) = derived.solution else { panic!("{:?}", derived.solution) };
+    let Solution::General(General::TooLarge(operations)) = derived.solution else {
+        panic!("{:?}", derived.solution)
+    };
     assert!(operations > LIMIT);
     assert!(matches!(c.programs.jacobians, Err(NoJacobians::General)));
     assert!(c.report.contains(&operations.to_string()), "{}", c.report);
@@ -40,7 +42,8 @@ fn solutions_beyond_the_limit_are_left_to_the_general_solver() {
     assert!(programs.terms.cost.total() < LIMIT / 2 && programs.correction.is_none());
 }
 
-/// A sparse mechanism in absolute coordinates costs in proportion to its size, and so do its equations before they are solved.
+/// A sparse mechanism in absolute coordinates costs in proportion to its size, and so do its equations before
+/// they are solved.
 #[test]
 fn rows_of_four_bars_grow_linearly() {
     let sizes = [4, 8].map(|loops| {
@@ -84,8 +87,8 @@ fn hundreds_of_decoupled_coordinates_stay_cheap() {
     assert!(c.programs.jacobians.expect("small").state.cost.total() <= 2 * 60 + 1);
 }
 
-/// Coordinates are distances between neighbours, so that M is tridiagonal and constant: it is factored once per model, and the solve grows
-/// with n, not with n².
+/// Coordinates are distances between neighbours, so that M is tridiagonal and constant: it is factored once
+/// per model, and the solve grows with n, not with n².
 #[test]
 fn a_constant_banded_mass_matrix_is_factored_once_per_model() {
     let cost = |n: usize| {
@@ -119,7 +122,8 @@ fn a_smooth_function_is_not_differentiated_more_than_three_times() {
     let mut b = Builder::new("Slope");
     let x = b.coordinate("x");
     b.model.functions.push(Function { name: "track".into(), unit: String::new(), origin: Origin(7) });
-    // V = f″(x), f″ got at by dividing velocities out: the force takes f‴, its derivative would take a fourth.
+    // V = f″(x), f″ got at by dividing velocities out: the force takes f‴, its derivative would take a
+    // fourth.
     let bend = b.g().smooth(FunctionId(0), 2, x);
     let m = b.parameter("m");
     let kinetic = b.kinetic(m, &[x]);

@@ -1,4 +1,5 @@
-//! Random models: what is derived from them obeys the laws that hold for every Lagrangian, and both derivations agree.
+//! Random models: what is derived from them obeys the laws that hold for every Lagrangian, and both
+//! derivations agree.
 
 mod common;
 
@@ -32,7 +33,8 @@ struct Recipe {
 }
 
 fn recipes() -> impl Strategy<Value = Recipe> {
-    let family = prop_oneof![Just(Family::Points), Just(Family::Driven), Just(Family::Bodies), Just(Family::Mixed)];
+    let family =
+        prop_oneof![Just(Family::Points), Just(Family::Driven), Just(Family::Bodies), Just(Family::Mixed)];
     (family, 1usize..=3, prop::collection::vec(0.2..1.5f64, 80), any::<bool>(), any::<bool>())
         .prop_map(|(family, n, numbers, forced, lossy)| Recipe { family, n, numbers, forced, lossy })
 }
@@ -61,7 +63,8 @@ fn combination(b: &mut Builder, d: &mut Draw, q: &[NodeId]) -> NodeId {
     sum
 }
 
-/// The model of a recipe in coordinates s with q = A s; A = 1 where `map` is `None`. All in L directly where `direct`.
+/// The model of a recipe in coordinates s with q = A s; A = 1 where `map` is `None`. All in L directly where
+/// `direct`.
 fn model(recipe: &Recipe, map: Option<&[Vec<f64>]>, direct: bool) -> Model {
     let mut b = Builder::new("Random");
     let s = b.coordinates("s", recipe.n);
@@ -119,7 +122,8 @@ fn model(recipe: &Recipe, map: Option<&[Vec<f64>]>, direct: bool) -> Model {
         let (rate, t) = (b.dt(q[0]), b.g().symbol(Symbol::Time));
         let vector = vec![b.sin(t), b.mul(rate, t)];
         let (expression, magnitude) = (combination(&mut b, &mut d, &q), b.cos(t));
-        let terms = vec![ForceTerm::At { point: place.to_vec(), vector }, ForceTerm::Along { expression, magnitude }];
+        let terms =
+            vec![ForceTerm::At { point: place.to_vec(), vector }, ForceTerm::Along { expression, magnitude }];
         b.model.forces.push(Force { name: "push".into(), terms, origin: Origin(0) });
     }
     if recipe.lossy {
@@ -146,7 +150,8 @@ fn point(b: &mut Builder, d: &mut Draw, q: &[NodeId], driven: bool) -> [NodeId; 
     [b.mul(r, s), b.mul(r, c)]
 }
 
-/// ½ ω·(I ω) with ω in the frame of a body turned about z, x, z by three combinations of q, and ½ (1 + x²) ẋ².
+/// ½ ω·(I ω) with ω in the frame of a body turned about z, x, z by three combinations of q, and ½ (1 + x²)
+/// ẋ².
 fn body(b: &mut Builder, d: &mut Draw, q: &[NodeId]) -> NodeId {
     let angles: Vec<NodeId> = (0..3).map(|_| combination(b, d, q)).collect();
     let rates: Vec<NodeId> = angles.iter().map(|a| b.dt(*a)).collect();
@@ -314,7 +319,8 @@ proptest! {
                     *u += h * a;
                 });
             };
-            // The place moves on by h q̇ + ½ h² q̈ to second order; a central difference does not feel the second term.
+            // The place moves on by h q̇ + ½ h² q̈ to second order; a central difference does not feel the
+            // second term.
             let moved = shifted(&along, &|v| at(&c, &[c.equations.momenta[i]], v)[0]);
             let slope = shifted(&|v, h| v.q[i] += h, &lagrangian);
             prop_assert!((moved - slope).abs() <= 1e-6 * (1.0 + moved.abs().max(slope.abs()) * 10.0), "{moved} {slope}");
@@ -346,11 +352,17 @@ proptest! {
     }
 }
 
-/// A rigid body in its own frame: the angular velocities are linear in the rates and yet no derivatives of anything.
+/// A rigid body in its own frame: the angular velocities are linear in the rates and yet no derivatives of
+/// anything.
 #[test]
 fn angular_velocities_of_a_body_frame_are_no_velocity_form() {
-    let recipe =
-        Recipe { family: Family::Bodies, n: 3, numbers: vec![0.3, 0.9, 1.1, 0.7], forced: false, lossy: false };
+    let recipe = Recipe {
+        family: Family::Bodies,
+        n: 3,
+        numbers: vec![0.3, 0.9, 1.1, 0.7],
+        forced: false,
+        lossy: false,
+    };
     let mut b = Builder::new("Body");
     let q = b.coordinates("q", 3);
     let numbers = recipe.numbers.clone();
@@ -359,7 +371,8 @@ fn angular_velocities_of_a_body_frame_are_no_velocity_form() {
     b.energy("kinetic", EnergyRole::Kinetic, kinetic);
     let compiled = compile(b.model).expect("a good model");
     assert_ne!(compiled.equations.derivation, Derivation::VelocityForm);
-    // Spinning about two axes at once it precesses: without the gyroscopic terms the accelerations would vanish.
+    // Spinning about two axes at once it precesses: without the gyroscopic terms the accelerations would
+    // vanish.
     let v = Values { q: vec![0.4, 0.8, -0.3], u: vec![1.0, 0.5, 2.0], p: Vec::new(), ..Values::default() };
     assert!(at(&compiled, &compiled.equations.accelerations, &v).iter().any(|a| a.abs() > 0.1));
 }

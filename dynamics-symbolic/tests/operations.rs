@@ -8,7 +8,8 @@ use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::mechanics::Model;
 use dynamics_symbolic::schedule::{Staging, schedule};
 
-/// Operations of M (lower triangle) and Q together; per call once hoisted; accelerations per call; state Jacobian per call.
+/// Operations of M (lower triangle) and Q together; per call once hoisted; accelerations per call; state
+/// Jacobian per call.
 fn sizes(model: Model) -> [usize; 4] {
     let c = compile(model).expect("a good model");
     let e = &c.equations;
@@ -34,13 +35,14 @@ fn operation_counts_are_known() {
         ("8 links, relative angles", relative_chain(8), [619, 584, 900, 4079]),
         ("arm 4", arm(4), [1186, 1108, 1165, 3354]),
     ];
-    let found: Vec<(&str, [usize; 4])> = table.iter().map(|(name, model, _)| (*name, sizes(model.clone()))).collect();
+    let found: Vec<(&str, [usize; 4])> =
+        table.iter().map(|(name, model, _)| (*name, sizes(model.clone()))).collect();
     let expected: Vec<(&str, [usize; 4])> = table.iter().map(|(name, _, sizes)| (*name, *sizes)).collect();
     assert_eq!(found, expected);
 }
 
-/// What the derivation promises at most: a cart with ten links 760 operations for M and Q, 400 per call once parameters are hoisted; seven links
-/// in relative angles 600.
+/// What the derivation promises at most: a cart with ten links 760 operations for M and Q, 400 per call once
+/// parameters are hoisted; seven links in relative angles 600.
 #[test]
 fn the_promised_sizes_are_kept() {
     let [all, call, ..] = sizes(chain(10));

@@ -1,11 +1,14 @@
-//! Taylor series against what they solve: the polynomial of the coefficients, put into M q̈ = Q, leaves a remainder that vanishes with the power of
-//! time that its order says. M and Q are evaluated as they are, so that no recurrence is checked against itself.
+//! Taylor series against what they solve: the polynomial of the coefficients, put into M q̈ = Q, leaves a
+//! remainder that vanishes with the power of time that its order says. M and Q are evaluated as they are, so
+//! that no recurrence is checked against itself.
 
 mod common;
 
 use common::taylor::{eliminate, polynomial};
 use common::{Values, arm, chain, double_pendulum, kepler, relative_chain, spherical_pendulum, zoo};
-use dynamics_symbolic::graph::{Binary, Bindings, Comparison, FunctionId, Graph, NodeId, Number, Symbol, Unary};
+use dynamics_symbolic::graph::{
+    Binary, Bindings, Comparison, FunctionId, Graph, NodeId, Number, Symbol, Unary,
+};
 use dynamics_symbolic::mechanics::{Model, derive};
 use dynamics_symbolic::series::{Series, Unexpandable, expand_free};
 use proptest::prelude::*;
@@ -44,7 +47,8 @@ impl Bindings for Order<'_> {
     }
 }
 
-/// Coefficients 0 to `order` of q, time in units of `scale`, by interpreting the programs. `at` holds the accelerations.
+/// Coefficients 0 to `order` of q, time in units of `scale`, by interpreting the programs. `at` holds the
+/// accelerations.
 fn coefficients(series: &Series, base: &Graph, at: &Values, scale: f64, order: usize) -> Vec<Vec<f64>> {
     let (n, lanes) = (at.q.len(), series.lanes);
     let values = base.evaluate(&series.start.results, at);
@@ -66,7 +70,8 @@ fn coefficients(series: &Series, base: &Graph, at: &Values, scale: f64, order: u
     q
 }
 
-/// Largest |M q̈ − Q| of the polynomial at time s·scale after the start, and the size of what it is a difference of.
+/// Largest |M q̈ − Q| of the polynomial at time s·scale after the start, and the size of what it is a
+/// difference of.
 fn remainder(
     g: &Graph,
     mass: &[Vec<NodeId>],
@@ -106,7 +111,8 @@ fn accelerations(g: &Graph, mass: &[Vec<NodeId>], force: &[NodeId], at: &Values)
     eliminate(matrix, force.iter().map(|f| values[f.index()]).collect())
 }
 
-/// Asserts that the series of order 14 has a remainder that falls with the 13th power of time, down to rounding.
+/// Asserts that the series of order 14 has a remainder that falls with the 13th power of time, down to
+/// rounding.
 fn assert_solves(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId], mut at: Values, name: &str) {
     let series = expand_free(g, mass, force).unwrap_or_else(|e| panic!("{name}: {e:?}"));
     at.a = accelerations(g, mass, force, &at);
@@ -116,7 +122,8 @@ fn assert_solves(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId], mut at: 
         assert!(c.iter().flatten().all(|x| x.is_finite()), "{name}: {c:?}");
         // The radius of convergence, by the last coefficients.
         let size = |k: usize| c[k].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let radius = (ORDER - 4..=ORDER).map(|k| size(k).powf(-1.0 / k as f64)).fold(f64::INFINITY, f64::min).min(1e3);
+        let radius =
+            (ORDER - 4..=ORDER).map(|k| size(k).powf(-1.0 / k as f64)).fold(f64::INFINITY, f64::min).min(1e3);
         // The branch that a choice takes at the start is the series' own only for a while.
         let radius = if series.chooses { radius.min(0.4 / scale.abs()) } else { radius };
         let at_part = |part: f64| remainder(g, mass, force, &at, &c, scale, part * radius);
@@ -125,7 +132,10 @@ fn assert_solves(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId], mut at: 
         assert!(far < 1e-3, "{name}, scale {scale}: remainder {far:e}, radius {radius}");
         // 0.25/0.125: a factor of 2¹³ = 8192 in theory.
         let half = at_part(0.125);
-        assert!(half < 1e-11 || far / half > 500.0, "{name}, scale {scale}: {half:e} → {far:e} is no order 13");
+        assert!(
+            half < 1e-11 || far / half > 500.0,
+            "{name}, scale {scale}: {half:e} → {far:e} is no order 13"
+        );
     }
 }
 
@@ -231,7 +241,8 @@ fn state(model: &Model, seed: f64) -> Values {
 
 #[test]
 fn motions_of_mechanisms_solve_their_equations() {
-    let models = [double_pendulum(), chain(1), chain(4), relative_chain(3), spherical_pendulum(), kepler(), arm(3)];
+    let models =
+        [double_pendulum(), chain(1), chain(4), relative_chain(3), spherical_pendulum(), kepler(), arm(3)];
     for mut model in models {
         let e = derive(&mut model).expect("derives");
         for seed in [0.0, 0.9] {
@@ -242,10 +253,11 @@ fn motions_of_mechanisms_solve_their_equations() {
     }
 }
 
-/// Random expressions, in postfix: pushes a symbol or number, or applies an operation to what is on the stack. Arguments are put where functions
-/// are defined and smooth.
+/// Random expressions, in postfix: pushes a symbol or number, or applies an operation to what is on the
+/// stack. Arguments are put where functions are defined and smooth.
 fn random(g: &mut Graph, codes: &[u8]) -> NodeId {
-    let symbols = [Symbol::Coordinate(0), Symbol::Rate(0), Symbol::Coordinate(1), Symbol::Rate(1), Symbol::Time];
+    let symbols =
+        [Symbol::Coordinate(0), Symbol::Rate(0), Symbol::Coordinate(1), Symbol::Rate(1), Symbol::Time];
     let mut stack = vec![g.symbol(Symbol::Coordinate(0)), g.symbol(Symbol::Rate(1))];
     for code in codes {
         let top = stack.pop().expect("never empty");
@@ -300,7 +312,8 @@ proptest! {
         let force = forces.map(|codes| random(&mut g, &codes));
         let coupling = random(&mut g, &coupling);
         let coupling = g.unary(Unary::Sin, coupling);
-        // M may not depend on velocities of what is solved for; a symmetric, positive matrix of functions of anything will do here.
+        // M may not depend on velocities of what is solved for; a symmetric, positive matrix of functions of
+        // anything will do here.
         let (two, three) = (g.integer(2), g.integer(3));
         let mass = [vec![two, coupling], vec![coupling, three]];
         let [q0, q1, u0, u1] = start;

@@ -1,5 +1,6 @@
-//! Series of motions with constraints against what they solve: the polynomials of q and λ, put into M q̈ = Q + Φ_qᵀλ, Φ = 0 and A q̇ + b = 0, leave
-//! remainders that vanish with the powers of time that their orders say. All of it is evaluated as it is, so that no recurrence is checked against itself.
+//! Series of motions with constraints against what they solve: the polynomials of q and λ, put into M q̈ =
+//! Q + Φ_qᵀλ, Φ = 0 and A q̇ + b = 0, leave remainders that vanish with the powers of time that their orders
+//! say. All of it is evaluated as it is, so that no recurrence is checked against itself.
 
 mod common;
 
@@ -112,7 +113,8 @@ impl Case {
             } else {
                 (c.holonomic, self.values(&c.residual, &self.at))
             };
-            let jacobian: Vec<Vec<f64>> = c.jacobian[..rows].iter().map(|row| self.values(row, &self.at)).collect();
+            let jacobian: Vec<Vec<f64>> =
+                c.jacobian[..rows].iter().map(|row| self.values(row, &self.at)).collect();
             let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let square = jacobian.iter().map(|a| jacobian.iter().map(|b| product(a, b)).collect()).collect();
             let weights = eliminate(square, residual);
@@ -164,7 +166,8 @@ impl Case {
                 step.sums = ahead.sums(late);
                 let residue = run(&c.graph, &c.residue.results, &step);
                 assert_eq!(residue.len(), holonomic);
-                let mut of_k = Order { k, q: q[k].clone(), u: u[k].clone(), kept: start.clone(), ..Order::default() };
+                let mut of_k =
+                    Order { k, q: q[k].clone(), u: u[k].clone(), kept: start.clone(), ..Order::default() };
                 (of_k.time, of_k.shared) = (if k == 1 { scale } else { 0.0 }, shared[k].clone());
                 of_k.sums = lanes.sums(k);
                 let mut right = run(&s.graph, &c.right.results, &of_k);
@@ -188,7 +191,8 @@ impl Case {
         [q, lambda]
     }
 
-    /// The largest remainders of the equations of motion and of the constraints at time s·scale after the start, each against what it is a sum of.
+    /// The largest remainders of the equations of motion and of the constraints at time s·scale after the
+    /// start, each against what it is a sum of.
     fn remainders(&self, [q, lambda]: &[Vec<Vec<f64>>; 2], scale: f64, s: f64) -> [f64; 2] {
         let jets: Vec<[f64; 3]> = (0..self.at.q.len()).map(|i| polynomial(q, i, s)).collect();
         let at = Values {
@@ -230,7 +234,8 @@ fn assert_solves(case: &Case) {
         let c = case.coefficients(scale);
         assert!(c.iter().flatten().flatten().all(|x| x.is_finite()), "{name}: {c:?}");
         let size = |k: usize| c[0][k].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let radius = (ORDER - 3..=ORDER).map(|k| size(k).powf(-1.0 / k as f64)).fold(f64::INFINITY, f64::min).min(1e3);
+        let radius =
+            (ORDER - 3..=ORDER).map(|k| size(k).powf(-1.0 / k as f64)).fold(f64::INFINITY, f64::min).min(1e3);
         let at = |part: f64| case.remainders(&c, scale, part * radius);
         let (near, half, far) = (at(0.02), at(0.125), at(0.25));
         // Φ of a polynomial of order p leaves one of order p + 1, the equations of motion two less than that.
@@ -249,8 +254,13 @@ fn assert_solves(case: &Case) {
 
 #[test]
 fn mechanisms_keep_their_equations_and_constraints_in_every_coefficient() {
-    let cases =
-        [(andrews(), 50.0), (slider_crank(), 3.0), (four_bar(), 4.0), (cartesian_chain(3), 2.0), (n_four_bar(2), 2.0)];
+    let cases = [
+        (andrews(), 50.0),
+        (slider_crank(), 3.0),
+        (four_bar(), 4.0),
+        (cartesian_chain(3), 2.0),
+        (n_four_bar(2), 2.0),
+    ];
     for (mechanism, speed) in cases {
         assert_solves(&Case::of(mechanism, speed));
     }

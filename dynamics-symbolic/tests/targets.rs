@@ -14,7 +14,9 @@ impl Target for C {
     fn number(&self, n: Number) -> Text {
         // 1/3 is 0 in C.
         match n {
-            Number::Rational(n, 1) => Text::new(format!("{n}.0"), if n < 0 { Level::Sum } else { Level::Atom }),
+            Number::Rational(n, 1) => {
+                Text::new(format!("{n}.0"), if n < 0 { Level::Sum } else { Level::Atom })
+            }
             Number::Rational(n, d) => Text::new(format!("{n}.0/{d}.0"), Level::Product),
             Number::Float(x) => Text::new(format!("{x:e}"), if x < 0.0 { Level::Sum } else { Level::Atom }),
         }
@@ -53,7 +55,13 @@ impl Target for C {
         };
         Text::atom(format!("{name}({}, {})", a.text, b.text))
     }
-    fn select(&self, comparison: Comparison, [left, right]: [&Text; 2], then: &Text, otherwise: &Text) -> Text {
+    fn select(
+        &self,
+        comparison: Comparison,
+        [left, right]: [&Text; 2],
+        then: &Text,
+        otherwise: &Text,
+    ) -> Text {
         let sign = match comparison {
             Comparison::Less => "<",
             Comparison::LessEqual => "<=",

@@ -1,4 +1,5 @@
-//! The texts of a model: what they say by eye (a few in full), and that it is true (all of them read back and evaluated).
+//! The texts of a model: what they say by eye (a few in full), and that it is true (all of them read back and
+//! evaluated).
 
 mod common;
 
@@ -17,7 +18,16 @@ fn compiled(model: Model) -> Compiled {
 
 fn models() -> [Model; 12] {
     let held = [rod_pendulum(), slider_crank().closed(), andrews().closed(), cartesian_chain(4).closed()];
-    let free = [double_pendulum(), chain(1), chain(3), chain(10), relative_chain(3), relative_chain(6), arm(2), zoo()];
+    let free = [
+        double_pendulum(),
+        chain(1),
+        chain(3),
+        chain(10),
+        relative_chain(3),
+        relative_chain(6),
+        arm(2),
+        zoo(),
+    ];
     let mut all = free.into_iter().chain(held);
     core::array::from_fn(|_| all.next().expect("twelve"))
 }
@@ -138,7 +148,8 @@ fn constraint_labels(q: &[String], c: &ConstraintEquations) -> Vec<(String, Node
     out
 }
 
-/// What `pivot[..]`, `rod[..]` or `scale[..]` may stand for: a loop may have several guards of one name, a rod inertia and a pivot.
+/// What `pivot[..]`, `rod[..]` or `scale[..]` may stand for: a loop may have several guards of one name, a
+/// rod inertia and a pivot.
 fn guards(c: &Compiled, label: &str) -> Vec<NodeId> {
     let Some(Solution::Unrolled(u)) = c.equations.constraints.as_ref().map(|c| &c.solution) else {
         let both = c.equations.pivots.iter().flat_map(|p| {
@@ -208,7 +219,8 @@ fn equations_say_what_is_derived() {
         let mut known = names(&c.model, &v);
         let text = c.equations_text.replace("\n    ", " ");
         let statements: Vec<(&str, &str)> = text.lines().filter_map(|l| l.split_once(" = ")).collect();
-        let (constraints, statements): (Vec<_>, Vec<_>) = statements.iter().partition(|(l, _)| l.contains(": "));
+        let (constraints, statements): (Vec<_>, Vec<_>) =
+            statements.iter().partition(|(l, _)| l.contains(": "));
         // Definitions follow their uses.
         let defined = |left: &str| left.starts_with('w') && left[1..].bytes().all(|b| b.is_ascii_digit());
         for (left, right) in statements.iter().filter(|(left, _)| defined(left)) {
@@ -325,7 +337,8 @@ fn the_report_says_what_matters() {
         assert!(c.report.lines().any(|l| l == line), "{line}\n{}", c.report);
     }
     let zoo = compiled(zoo()).report;
-    for line in ["inputs              1: push", "forces              1: gust", "conserved           nothing"] {
+    for line in ["inputs              1: push", "forces              1: gust", "conserved           nothing"]
+    {
         assert!(zoo.lines().any(|l| l == line), "{line}\n{zoo}");
     }
     assert!(zoo.contains("time enters explicitly, driven by inputs"), "{zoo}");
@@ -348,7 +361,8 @@ fn values_cover_all_symbols() {
     assert!(v.symbol(Symbol::Input(0)).is_finite() && v.symbol(Symbol::Acceleration(3)).is_finite());
 }
 
-/// Friction switches where the velocity changes sign, attraction divides by the distance: the report says both.
+/// Friction switches where the velocity changes sign, attraction divides by the distance: the report says
+/// both.
 #[test]
 fn the_report_warns_of_switches_and_singularities() {
     let mut b = Builder::new("Comet");
@@ -381,10 +395,18 @@ fn deep_expressions_are_written() {
         v = b.add(v, m);
     }
     b.energy("tower", EnergyRole::Potential, v);
-    let run =
-        || compile(b.model.clone()).map(|c| (c.listing.len(), c.equations_text.len(), c.latex.len(), c.report.len()));
+    let run = || {
+        compile(b.model.clone())
+            .map(|c| (c.listing.len(), c.equations_text.len(), c.latex.len(), c.report.len()))
+    };
     let small = std::thread::Builder::new().stack_size(512 * 1024);
-    let result = std::thread::scope(|s| small.spawn_scoped(s, run).expect("a thread").join().expect("no panic"));
+    let result =
+        std::thread::scope(|s| small.spawn_scoped(s, run).expect("a thread").join().expect("no panic"));
     let (listing, equations, latex, report) = result.unwrap_or_else(|found| panic!("{found:?}"));
-    assert!(listing > 500 && report > 500 && (1000..30_000).contains(&equations) && (1000..30_000).contains(&latex));
+    assert!(
+        listing > 500
+            && report > 500
+            && (1000..30_000).contains(&equations)
+            && (1000..30_000).contains(&latex)
+    );
 }

@@ -66,7 +66,8 @@ proptest! {
         for row in &e {
             let left = (0..3).fold(UnitExpr::ONE, |p, k| p.mul(&unknown[k].pow(row[k])));
             let right = (0..3).try_fold(Dimension::ONE, |p, k| p.mul(&truth[k].pow(row[k])?)).expect("small");
-            prop_assert!(units.equate(&left, &UnitExpr::known(right), Origin(0)).is_ok(), "true equations do not conflict");
+            prop_assert!(units.equate(&left, &UnitExpr::known(right), Origin(0)).is_ok(), "true equations do \
+                not conflict");
         }
         for k in 0..3 {
             // Where the equations determine it, it is the right one.

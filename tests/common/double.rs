@@ -1,4 +1,5 @@
-//! Sums of two `f64`, of 31 digits: what a state says of an invariant, without the rounding of evaluating it (Dekker, Numer. Math. 18 (1971) 224; Knuth, TAOCP 2, §4.2.2).
+//! Sums of two `f64`, of 31 digits: what a state says of an invariant, without the rounding of evaluating it
+//! (Dekker, Numer. Math. 18 (1971) 224; Knuth, TAOCP 2, §4.2.2).
 
 /// high + low, |low| at most half a unit in the last place of high.
 #[derive(Clone, Copy, Debug)]

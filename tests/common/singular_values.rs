@@ -9,7 +9,10 @@ pub(crate) fn jacobian<M: Constraints>(model: &M, state: &M::State) -> DMatrix<f
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let (mut mass, mut force, mut jacobian, mut gamma) =
         (vec![0.0; n * n], vec![0.0; n], vec![0.0; r * n], vec![0.0; r]);
-    model.terms(state, &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma });
+    model.terms(
+        state,
+        &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma },
+    );
     let mut rows = DMatrix::from_row_slice(r, n, &jacobian);
     rows.row_iter_mut().for_each(|mut row| row /= row.norm());
     rows

@@ -89,8 +89,11 @@ fn agm(mut a: f64, mut b: f64) -> f64 {
 /// The frequency of ẍ + κ x + μ x³ = 0 at an energy: ω = π √(κ + μ a²)/(2 K(m)), m = μ a²/(2 (κ + μ a²)).
 fn duffing(kappa: f64, mu: f64, energy: f64) -> f64 {
     // ½ κ a² + ¼ μ a⁴ = E.
-    let square =
-        if mu == 0.0 { 2.0 * energy / kappa } else { ((kappa * kappa + 4.0 * mu * energy).sqrt() - kappa) / mu };
+    let square = if mu == 0.0 {
+        2.0 * energy / kappa
+    } else {
+        ((kappa * kappa + 4.0 * mu * energy).sqrt() - kappa) / mu
+    };
     let m = 0.5 * mu * square / (kappa + mu * square);
     (kappa + mu * square).sqrt() * agm(1.0, (1.0 - m).sqrt())
 }
@@ -177,7 +180,10 @@ fn what_begins_no_family_is_refused() {
     let loose = Pair { k: 0.0, ..model };
     let loose = Pair { cubic: 0.0, ..loose };
     let error = loose.nonlinear_mode(&loose.state().build().unwrap(), 1).until(1.0).run().unwrap_err();
-    assert!(matches!(error, BackboneError::Stopped { .. }) && error.to_string().contains("momentum"), "{error}");
+    assert!(
+        matches!(error, BackboneError::Stopped { .. }) && error.to_string().contains("momentum"),
+        "{error}"
+    );
     assert!(!error.to_string().contains("hold_energy"), "{error}");
     let damped = Damped { drag: 0.1 };
     let error = damped.nonlinear_mode(&damped.state().build().unwrap(), 0).until(1.0).run().unwrap_err();

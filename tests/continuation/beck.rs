@@ -1,6 +1,8 @@
-//! Beck's column, a cantilever under a load that follows its end: P = 20.0509536 EI/L² (M. Beck, ZAMP 3 (1952) 225; V. V. Bolotin, *Nonconservative Problems of the Theory of Elastic Stability*).
+//! Beck's column, a cantilever under a load that follows its end: P = 20.0509536 EI/L² (M. Beck, ZAMP 3
+//! (1952) 225; V. V. Bolotin, *Nonconservative Problems of the Theory of Elastic Stability*).
 //!
-//! Displacements are made of w″ = Σ aₖ Pₖ(2x − 1), Legendre's polynomials integrated twice from the clamped end: with ten of them the beam is there to twelve digits.
+//! Displacements are made of w″ = Σ aₖ Pₖ(2x − 1), Legendre's polynomials integrated twice from the clamped
+//! end: with ten of them the beam is there to twelve digits.
 
 use dynamics::analysis::SpecialKind;
 use dynamics::prelude::*;
@@ -81,7 +83,8 @@ fn legendre(count: usize, x: f64) -> Vec<f64> {
     p
 }
 
-/// w, w′ and w″ of all shapes: ∫Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(2k + 1), from −1, and half for each integration over x in [0, 1].
+/// w, w′ and w″ of all shapes: ∫Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(2k + 1), from −1, and half for each integration over x in
+/// [0, 1].
 fn shapes(x: f64) -> [[f64; N]; 3] {
     let p = legendre(N + 3, 2.0 * x - 1.0);
     // ∫P₀ = P₀ + P₁.
@@ -90,7 +93,11 @@ fn shapes(x: f64) -> [[f64; N]; 3] {
         0 => once(0) + once(1),
         _ => (once(k + 1) - once(k - 1)) / (2 * k + 1) as f64,
     };
-    [core::array::from_fn(|k| 0.25 * twice(k)), core::array::from_fn(|k| 0.5 * once(k)), core::array::from_fn(|k| p[k])]
+    [
+        core::array::from_fn(|k| 0.25 * twice(k)),
+        core::array::from_fn(|k| 0.5 * once(k)),
+        core::array::from_fn(|k| p[k]),
+    ]
 }
 
 fn column(load: f64) -> Beck {

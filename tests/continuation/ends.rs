@@ -14,7 +14,10 @@ fn load_control_fails_at_the_limit_load() {
     assert!((limit / LIMIT[0] - 1.0).abs() < 1e-13 && (at.z() - LIMIT[1]).abs() < 1e-12, "{error}");
     // It has all up to there, and has not jumped to the other side.
     let last = branch.points.last().unwrap();
-    assert!(branch.points.len() > 5 && last.parameter <= limit && limit - last.parameter < 1e-9 * limit, "{branch}");
+    assert!(
+        branch.points.len() > 5 && last.parameter <= limit && limit - last.parameter < 1e-9 * limit,
+        "{branch}"
+    );
     assert!(branch.points.iter().all(|point| point.state.z() > LIMIT[1]), "{branch}");
     assert!(error.to_string().starts_with("the load cannot be carried beyond 0.03838373981"), "{error}");
     assert_eq!(error.branch(), Some(&**branch));
@@ -77,8 +80,13 @@ fn a_branch_that_comes_back() {
     let family = |p: f64| Circle { m: 1.0, p };
     let start = family(0.0).state().x(1.0).build().unwrap();
     for longest in [0.02, 0.05, 0.1] {
-        let branch = continuation(family).from(&start, 0.0).until(-2.0..=2.0).longest_step(longest).run().unwrap();
-        assert_eq!((branch.end, branch.folds().count(), branch.special.len()), (BranchEnd::Closed, 2, 2), "{branch}");
+        let branch =
+            continuation(family).from(&start, 0.0).until(-2.0..=2.0).longest_step(longest).run().unwrap();
+        assert_eq!(
+            (branch.end, branch.folds().count(), branch.special.len()),
+            (BranchEnd::Closed, 2, 2),
+            "{branch}"
+        );
         for (fold, wanted) in branch.folds().zip([1.0, -1.0]) {
             assert!((fold.parameter - wanted).abs() < 1e-14 && fold.state.x().abs() < 1e-14, "{fold:?}");
         }
@@ -100,7 +108,11 @@ fn a_branch_that_comes_back_a_turn_further_on() {
     let family = |torque: f64| Hinged { m: 1.0, length: 1.0, spring: 0.0, offset: 0.0, load: -1.0, torque };
     let start = family(0.0).state().theta(0.0).build().unwrap();
     let branch = continuation(family).from(&start, 0.0).until(-2.0..=2.0).run().unwrap();
-    assert_eq!((branch.end, branch.folds().count(), branch.special.len()), (BranchEnd::Closed, 2, 2), "{branch}");
+    assert_eq!(
+        (branch.end, branch.folds().count(), branch.special.len()),
+        (BranchEnd::Closed, 2, 2),
+        "{branch}"
+    );
     for (fold, wanted) in branch.folds().zip([1.0, -1.0]) {
         assert!((fold.parameter - wanted).abs() < 1e-14, "{fold:?}");
     }
@@ -125,7 +137,10 @@ fn coordinates_take_turns_in_being_independent() {
         let end = 0.5 * std::f64::consts::PI + beside;
         let branch = continuation(family).from(&start, 0.0).until(0.0..=end).run().unwrap();
         let last = branch.points.last().unwrap();
-        assert!((last.state.x() - 0.5 * end.sin()).abs() < 1e-15 && (last.state.z() + 0.5 * end.cos()).abs() < 1e-15);
+        assert!(
+            (last.state.x() - 0.5 * end.sin()).abs() < 1e-15
+                && (last.state.z() + 0.5 * end.cos()).abs() < 1e-15
+        );
         assert_eq!(last.stays(), Stays::Stable, "{last:?}");
     }
 }
@@ -155,8 +170,11 @@ fn a_branch_beside_others_is_not_left() {
         for longest in [0.05, 0.3, 1.0] {
             let family = |p: f64| Grooves { m: 1.0, apart, p };
             let start = family(0.0).state().build().unwrap();
-            let grooves =
-                continuation(family).from(&start, 0.0).until(0.0..=3.0).longest_step(longest).first_step(longest);
+            let grooves = continuation(family)
+                .from(&start, 0.0)
+                .until(0.0..=3.0)
+                .longest_step(longest)
+                .first_step(longest);
             let branch = grooves.run().unwrap();
             assert!(branch.special.is_empty(), "{apart}, {longest}: {branch}");
             for point in &branch.points {
@@ -188,7 +206,10 @@ fn from_the_very_fold_a_branch_goes_to_both_sides() {
     let ends = [fold.run().unwrap(), fold.backward().run().unwrap()].map(|branch| {
         assert_eq!(branch.end, BranchEnd::Range, "{branch}");
         let last = branch.points.last().unwrap().clone();
-        assert!((load_at(last.state.z()) - last.parameter).abs() < 1e-12 && last.parameter == 0.0, "{branch}");
+        assert!(
+            (load_at(last.state.z()) - last.parameter).abs() < 1e-12 && last.parameter == 0.0,
+            "{branch}"
+        );
         // It begins in a fold, and in no branch point.
         assert!(branch.special.first().is_some_and(|one| one.kind == SpecialKind::Fold), "{branch}");
         assert!(branch.branch_points().next().is_none(), "{branch}");
@@ -229,13 +250,19 @@ fn a_fold_is_left_at_its_own_size() {
             let parabola = || continuation(family).from(&start, p).until(-3.0 * force..=1.2 * force);
             for backward in [false, true] {
                 let run = if backward { parabola().backward() } else { parabola() };
-                let branch = run.run().unwrap_or_else(|error| panic!("{size:e}, {force:e}, {off:e}: {error}"));
-                assert!(branch.end == BranchEnd::Range && branch.points.len() < 200, "{size:e}, {off:e}: {branch}");
+                let branch =
+                    run.run().unwrap_or_else(|error| panic!("{size:e}, {force:e}, {off:e}: {error}"));
+                assert!(
+                    branch.end == BranchEnd::Range && branch.points.len() < 200,
+                    "{size:e}, {off:e}: {branch}"
+                );
                 let last = branch.points.last().unwrap();
                 assert!((last.state.x().abs() / size - 2.0).abs() < 1e-9, "{size:e}, {off:e}: {branch}");
                 assert!(branch.branch_points().next().is_none(), "{size:e}, {off:e}: {branch}");
                 for fold in branch.folds() {
-                    assert!((fold.parameter / force - 1.0).abs() < 1e-12 && fold.state.x().abs() < 1e-7 * size);
+                    assert!(
+                        (fold.parameter / force - 1.0).abs() < 1e-12 && fold.state.x().abs() < 1e-7 * size
+                    );
                 }
             }
         }

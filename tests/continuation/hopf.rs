@@ -21,8 +21,9 @@ fn first(c: f64, follows: f64) -> Special<State<Ziegler>> {
     let family = |p: f64| column(p, c, follows);
     let start = family(0.0).state().build().unwrap();
     let branch = continuation(family).from(&start, 0.0).until(0.0..=6.0).run().unwrap();
-    let flutter =
-        |one: &&Special<_>| matches!(one.kind, SpecialKind::Hopf { .. } | SpecialKind::FrequenciesMeet { .. });
+    let flutter = |one: &&Special<_>| {
+        matches!(one.kind, SpecialKind::Hopf { .. } | SpecialKind::FrequenciesMeet { .. })
+    };
     branch.special.iter().find(flutter).cloned().unwrap()
 }
 

@@ -1,4 +1,5 @@
-//! Branches of equilibria of derived models against closed forms and other coordinates: folds, branch points, flutter, and what is said where a branch ends.
+//! Branches of equilibria of derived models against closed forms and other coordinates: folds, branch points,
+//! flutter, and what is said where a branch ends.
 
 mod backbone;
 mod beck;
@@ -71,7 +72,10 @@ fn the_same_by_coordinates_with_constraints_that_repeat() {
     assert_eq!((branch.folds().count(), branch.special.len()), (2, 2), "{branch}");
     for (fold, sign) in branch.folds().zip([1.0, -1.0]) {
         let [limit, z] = LIMIT.map(|x| sign * x);
-        assert!((fold.parameter / limit - 1.0).abs() < 1e-12 && (fold.state.z() / z - 1.0).abs() < 1e-12, "{fold:?}");
+        assert!(
+            (fold.parameter / limit - 1.0).abs() < 1e-12 && (fold.state.z() / z - 1.0).abs() < 1e-12,
+            "{fold:?}"
+        );
     }
     for point in &branch.points {
         let (z, length) = (point.state.z(), point.state.length());
@@ -82,7 +86,8 @@ fn the_same_by_coordinates_with_constraints_that_repeat() {
 
 #[test]
 fn a_length_is_as_good_a_parameter() {
-    // The half span moves the constraints themselves: balance at a given load where load_at, scaled, is that load.
+    // The half span moves the constraints themselves: balance at a given load where load_at, scaled, is that
+    // load.
     let load = 0.02;
     let family = |half_span: f64| Bars { m: 1.0, stiffness: 1.0, half_span, free: 1.25_f64.sqrt(), load };
     let first = family(1.0);
@@ -103,11 +108,13 @@ fn a_length_is_as_good_a_parameter() {
 
 #[test]
 fn a_soft_spring_in_series_snaps_back() {
-    let series =
-        |spring: f64| move |down: f64| SnapBack { m: 1.0, stiffness: 1.0, half_span: 1.0, height: 0.5, spring, down };
+    let series = |spring: f64| {
+        move |down: f64| SnapBack { m: 1.0, stiffness: 1.0, half_span: 1.0, height: 0.5, spring, down }
+    };
     let start = series(1.0)(0.0).state().z(0.5).build().unwrap();
     let free = 1.25_f64.sqrt();
-    // d = h − z + P(z)/k turns round where P′ = k: ℓ³ = ℓ₀/(1 + k ℓ₀/2), if the spring is softer than the truss at its softest, P′(0) = 2(1 − 1/ℓ₀).
+    // d = h − z + P(z)/k turns round where P′ = k: ℓ³ = ℓ₀/(1 + k ℓ₀/2), if the spring is softer than the
+    // truss at its softest, P′(0) = 2(1 − 1/ℓ₀).
     for (spring, folds) in [(0.05, 2), (0.1, 2), (0.3, 0)] {
         let branch = continuation(series(spring)).from(&start, 0.0).until(-2.0..=3.0).run().unwrap();
         assert_eq!((branch.folds().count(), branch.special.len()), (folds, folds), "{spring}: {branch}");
@@ -117,7 +124,8 @@ fn a_soft_spring_in_series_snaps_back() {
             let down = 0.5 - z + load_at(z) / spring;
             assert!((fold.parameter - down).abs() < 1e-13 && (fold.state.z() - z).abs() < 1e-12, "{fold:?}");
         }
-        // Controlled by the displacement it snaps all the same: the load falls while the displacement goes back.
+        // Controlled by the displacement it snaps all the same: the load falls while the displacement goes
+        // back.
         let [lo, hi] = branch.range();
         assert!(lo <= 0.0 && hi == 3.0, "{branch}");
         for point in &branch.points {
@@ -129,7 +137,8 @@ fn a_soft_spring_in_series_snaps_back() {
 
 #[test]
 fn limit_loads_over_a_second_parameter() {
-    // Sensitivity to imperfections of a bar held by a level spring: P = k l (1 − ε^(2/3))^(3/2), sin³θ = ε (W. T. Koiter, 1945).
+    // Sensitivity to imperfections of a bar held by a level spring: P = k l (1 − ε^(2/3))^(3/2), sin³θ = ε
+    // (W. T. Koiter, 1945).
     let bar = |load: f64, offset: f64| Level { m: 1.0, length: 1.0, spring: 1.0, offset, load };
     let first = bar(0.0, 0.01);
     let start = first.equilibrium(&first.state().theta(0.01).build().unwrap()).unwrap();
@@ -177,7 +186,8 @@ fn tables_and_words() {
     for name in ["stable", "unstable", "fold", "load, pressed", "stroke-dasharray"] {
         assert!(svg.contains(name), "{name}");
     }
-    // Branches of one stability are one series, with gaps between: nothing joins the end of one to the beginning of the next.
+    // Branches of one stability are one series, with gaps between: nothing joins the end of one to the
+    // beginning of the next.
     let family = |speed: f64| TurnedHoop { m: 0.1, g: 9.81, radius: 0.5, speed, drag: 0.0 };
     let start = family(0.0).state().build().unwrap();
     let diagram = continuation(family).from(&start, 0.0).until(0.0..=10.0).branches(3).unwrap();

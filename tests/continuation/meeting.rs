@@ -25,12 +25,18 @@ fn a_hoop_has_a_pitchfork() {
     let trunk = &diagram.branches[0];
     assert_eq!(kinds(trunk), [SUPERCRITICAL], "{diagram}");
     let point = &trunk.special[0];
-    assert!((point.parameter / 4.429_446_918_070_02 - 1.0).abs() < 1e-14 && point.uncertainty < 1e-14, "{point:?}");
+    assert!(
+        (point.parameter / 4.429_446_918_070_02 - 1.0).abs() < 1e-14 && point.uncertainty < 1e-14,
+        "{point:?}"
+    );
     for arm in &diagram.branches[1..] {
         assert!(arm.special.is_empty() && arm.points.len() > 5, "{arm}");
         for point in &arm.points[1..] {
             let cosine = g / (radius * point.parameter.powi(2));
-            assert!((point.state.theta().cos() - cosine).abs() < 1e-14 && point.stays() == Stays::Stable, "{point:?}");
+            assert!(
+                (point.state.theta().cos() - cosine).abs() < 1e-14 && point.stays() == Stays::Stable,
+                "{point:?}"
+            );
         }
     }
     // Back along an arm, the branch turns round in the same point, and goes out on the other arm.
@@ -47,7 +53,8 @@ fn henckys_chain_buckles_five_times() {
     let start = family(0.0).state().build().unwrap();
     // Steps that pass two and more loads at once lose none.
     for longest in [0.02, 0.05, 1.0] {
-        let column = continuation(family).from(&start, 0.0).until(0.0..=4.0).longest_step(longest).first_step(longest);
+        let column =
+            continuation(family).from(&start, 0.0).until(0.0..=4.0).longest_step(longest).first_step(longest);
         let trunk = column.run().unwrap();
         assert_eq!(kinds(&trunk), [SUPERCRITICAL; 5], "{longest}: {trunk}");
         for (j, point) in trunk.special.iter().enumerate() {
@@ -57,7 +64,10 @@ fn henckys_chain_buckles_five_times() {
         let buckling = column.buckling().unwrap();
         assert_eq!(buckling.loads.len(), 5, "{buckling}");
         for (load, point) in buckling.loads.iter().zip(&trunk.special) {
-            assert!((load.parameter / point.parameter - 1.0).abs() < 1e-12 && load.nonlinearity < 1e-12, "{load:?}");
+            assert!(
+                (load.parameter / point.parameter - 1.0).abs() < 1e-12 && load.nonlinearity < 1e-12,
+                "{load:?}"
+            );
             assert!((load.shape - point.shape).amax() < 1e-9, "{load:?}\n{point:?}");
         }
     }
@@ -65,7 +75,8 @@ fn henckys_chain_buckles_five_times() {
 
 #[test]
 fn what_passes_zero_to_opposite_sides_in_one_step_is_seen() {
-    // The determinant has one sign before and after, and so have the least stiffness and the number of negative ones.
+    // The determinant has one sign before and after, and so have the least stiffness and the number of
+    // negative ones.
     for apart in [1e-1, 1e-3, 1e-5] {
         let family = |p: f64| Apart { m: 1.0, first: p - 1.0, second: 1.0 + apart - p };
         let start = family(0.0).state().build().unwrap();
@@ -73,17 +84,24 @@ fn what_passes_zero_to_opposite_sides_in_one_step_is_seen() {
         let loads: Vec<f64> = branch.special.iter().map(|point| point.parameter).collect();
         assert_eq!(loads.len(), 2, "{apart}: {branch}");
         assert!((loads[0] - 1.0).abs() < 1e-12 && (loads[1] - 1.0 - apart).abs() < 1e-12, "{loads:?}");
-        assert!(branch.special.iter().all(|point| matches!(point.kind, SpecialKind::Pitchfork { .. })), "{branch}");
+        assert!(
+            branch.special.iter().all(|point| matches!(point.kind, SpecialKind::Pitchfork { .. })),
+            "{branch}"
+        );
     }
     // One that passes and comes back within a step, and one that only comes near.
     for apart in [1e-2, 1e-3, 1e-4] {
         for longest in [0.02, 0.05, 0.2] {
             let family = |p: f64| Apart { m: 1.0, first: (p - 1.03).powi(2) - apart * apart, second: 1.0 };
             let start = family(0.0).state().build().unwrap();
-            let branch = continuation(family).from(&start, 0.0).until(0.0..=3.0).longest_step(longest).run().unwrap();
+            let branch =
+                continuation(family).from(&start, 0.0).until(0.0..=3.0).longest_step(longest).run().unwrap();
             let loads: Vec<f64> = branch.special.iter().map(|point| point.parameter).collect();
             assert_eq!(loads.len(), 2, "{apart}, {longest}: {branch}");
-            assert!((loads[0] - 1.03 + apart).abs() < 1e-11 && (loads[1] - 1.03 - apart).abs() < 1e-11, "{loads:?}");
+            assert!(
+                (loads[0] - 1.03 + apart).abs() < 1e-11 && (loads[1] - 1.03 - apart).abs() < 1e-11,
+                "{loads:?}"
+            );
         }
     }
     let family = |p: f64| Apart { m: 1.0, first: (p - 1.03).powi(2) + 1e-6, second: 1.0 };
@@ -98,7 +116,10 @@ fn what_passes_zero_to_opposite_sides_in_one_step_is_seen() {
     assert_eq!(kinds(&branch), [SpecialKind::Several { count: 2 }], "{branch}");
     let point = &branch.special[0];
     assert!((point.parameter - 1.0).abs() <= point.uncertainty.max(1e-9), "{point:?}");
-    assert_eq!(column.switch(point).unwrap_err(), ContinuationError::NoBranchPoint { parameter: point.parameter });
+    assert_eq!(
+        column.switch(point).unwrap_err(),
+        ContinuationError::NoBranchPoint { parameter: point.parameter }
+    );
 }
 
 #[test]
@@ -138,7 +159,8 @@ fn a_bar_that_gives_way_to_both_sides() {
             assert!(point.parameter < 0.1 || point.stays() == Stays::Unstable, "{point:?}");
         }
     }
-    // Imperfect ones have a fold instead: by the two-thirds law to both sides, by the square root where it gives way to one.
+    // Imperfect ones have a fold instead: by the two-thirds law to both sides, by the square root where it
+    // gives way to one.
     let fold_of = |branch: Branch<_>| branch.folds().next().map(|fold| fold.parameter);
     for offset in [1e-2, 1e-4, 1e-6] {
         let family = |load: f64| Level { m: 1.0, length: 1.0, spring: 1.0, offset, load };
@@ -171,7 +193,10 @@ fn zieglers_column_begins_to_flutter() {
     let undamped = run(0.0);
     let [begins, ends] = &undamped.special[..] else { panic!("{undamped}") };
     let SpecialKind::FrequenciesMeet { frequency } = begins.kind else { panic!("{undamped}") };
-    assert!((begins.parameter - (3.5 - 2.0_f64.sqrt())).abs() < 1e-11 && begins.uncertainty < 1e-10, "{begins:?}");
+    assert!(
+        (begins.parameter - (3.5 - 2.0_f64.sqrt())).abs() < 1e-11 && begins.uncertainty < 1e-10,
+        "{begins:?}"
+    );
     assert!((begins.parameter - (3.5 - 2.0_f64.sqrt())).abs() <= 1.1 * begins.uncertainty, "{begins:?}");
     assert!((frequency - 0.5_f64.powf(0.25)).abs() < 1e-7, "{begins:?}");
     assert!(matches!(ends.kind, SpecialKind::FlutterDivergence { .. }), "{undamped}");
@@ -182,8 +207,9 @@ fn zieglers_column_begins_to_flutter() {
         let point = &damped.special[0];
         assert!(matches!(point.kind, SpecialKind::Hopf { .. }), "{damped}");
         assert!((point.parameter - (41.0 / 28.0 + 0.5 * c * c)).abs() < 1e-11, "{c}: {point:?}");
-        let others =
-            damped.special[1..].iter().all(|other| matches!(other.kind, SpecialKind::FlutterDivergence { .. }));
+        let others = damped.special[1..]
+            .iter()
+            .all(|other| matches!(other.kind, SpecialKind::FlutterDivergence { .. }));
         assert!(others, "{damped}");
     }
     // No load makes a column that is followed by its load diverge: there is no buckling load to be found.
@@ -193,11 +219,13 @@ fn zieglers_column_begins_to_flutter() {
 
 #[test]
 fn a_force_that_follows_in_part_buckles_the_column() {
-    // (2 − P)(1 − (1 − η)P) = 1 − ηP: at η = ½ P = 1 and 2. The stiffness has no symmetry that shapes could be told by.
+    // (2 − P)(1 − (1 − η)P) = 1 − ηP: at η = ½ P = 1 and 2. The stiffness has no symmetry that shapes could
+    // be told by.
     let family = |p: f64| Ziegler { follows: 0.5, m: 1.0, l: 1.0, k: 1.0, c: 0.05, p };
     let start = family(0.0).state().build().unwrap();
     for longest in [0.05, 1.0] {
-        let column = continuation(family).from(&start, 0.0).until(0.0..=2.5).longest_step(longest).first_step(longest);
+        let column =
+            continuation(family).from(&start, 0.0).until(0.0..=2.5).longest_step(longest).first_step(longest);
         let trunk = column.run().unwrap();
         let points: Vec<_> = trunk.branch_points().collect();
         assert_eq!(points.len(), 2, "{longest}: {trunk}");
@@ -210,7 +238,8 @@ fn a_force_that_follows_in_part_buckles_the_column() {
 
 #[test]
 fn steps_do_not_cut_the_corner_that_an_imperfection_leaves() {
-    // P l sin θ = k (θ − ε): from 0 the bar goes over to its own side smoothly, however little it is out of the upright; the other branches do not meet this one.
+    // P l sin θ = k (θ − ε): from 0 the bar goes over to its own side smoothly, however little it is out of
+    // the upright; the other branches do not meet this one.
     for offset in [1e-2, 1e-4, 1e-6, 1e-8] {
         for longest in [0.05, 0.3] {
             let family = |load: f64| Hinged { m: 1.0, length: 1.0, spring: 1.0, offset, load, torque: 0.0 };
@@ -238,7 +267,9 @@ fn a_steady_motion_has_a_pitchfork_too() {
     assert!((point.parameter - 8.0).abs() < 1e-12, "{point:?}");
     for arm in &diagram.branches[1..] {
         for point in &arm.points {
-            assert!((point.state.theta().cos() - point.parameter / 8.0).abs() < 1e-7 && point.state.phi() == 0.0);
+            assert!(
+                (point.state.theta().cos() - point.parameter / 8.0).abs() < 1e-7 && point.state.phi() == 0.0
+            );
         }
     }
 }
@@ -251,7 +282,11 @@ fn a_tall_truss_buckles_aside_before_it_snaps() {
     // On the symmetric branch x resists no more where ℓ³ = ℓ₀ z², and z where ℓ³ = ℓ₀ b².
     let free = 10.0_f64.sqrt();
     let trunk = &diagram.branches[0];
-    assert_eq!((trunk.folds().count(), trunk.branch_points().count(), trunk.special.len()), (2, 4, 6), "{trunk}");
+    assert_eq!(
+        (trunk.folds().count(), trunk.branch_points().count(), trunk.special.len()),
+        (2, 4, 6),
+        "{trunk}"
+    );
     for special in &trunk.special {
         let z = special.state.z();
         let length = (1.0 + z * z).sqrt();
@@ -281,7 +316,8 @@ fn a_tall_truss_buckles_aside_before_it_snaps() {
         loop_.points.iter().any(|point| point.state.x() > 0.5)
             && loop_.points.iter().any(|point| point.state.x() < -0.5)
     );
-    // Through the inner ones branches go to where the apex meets a foot, and a bar has no length: there the model ends, and each says so.
+    // Through the inner ones branches go to where the apex meets a foot, and a bar has no length: there the
+    // model ends, and each says so.
     assert_eq!((diagram.branches.len(), diagram.failures.len()), (2 + 1 + 4, 4), "{diagram}");
     for branch in &diagram.branches[3..] {
         let last = &branch.points.last().unwrap().state;
@@ -294,9 +330,11 @@ fn units_make_no_difference() {
     // In millimetres and tonnes, and in kilometres and grammes.
     for (length, mass) in [(1e3, 1e-3), (1e-3, 1e6), (1e-6, 1e-6)] {
         let force = mass * length;
-        let family = |load: f64| Truss { m: mass, stiffness: force, half_span: length, height: 0.5 * length, load };
+        let family =
+            |load: f64| Truss { m: mass, stiffness: force, half_span: length, height: 0.5 * length, load };
         let start = family(0.0).state().z(0.5 * length).build().unwrap();
-        let branch = continuation(family).from(&start, 0.0).until(-0.06 * force..=0.06 * force).run().unwrap();
+        let branch =
+            continuation(family).from(&start, 0.0).until(-0.06 * force..=0.06 * force).run().unwrap();
         assert_eq!((branch.folds().count(), branch.special.len()), (2, 2), "{branch}");
         for (fold, sign) in branch.folds().zip([1.0, -1.0]) {
             assert!((sign * fold.parameter / (LIMIT[0] * force) - 1.0).abs() < 1e-12, "{fold:?}");

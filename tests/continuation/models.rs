@@ -78,8 +78,8 @@ pub(crate) fn hencky(j: usize) -> f64 {
     4.0 * ((2 * j - 1) as f64 * std::f64::consts::PI / 22.0).sin().powi(2)
 }
 
-/// A rigid bar upright on a hinge, held at its head by a level spring, `offset` (as a part of its length) out of the upright when nothing pulls; Z. P. Bažant & L. Cedolin, *Stability
-/// of Structures*, §4.5.
+/// A rigid bar upright on a hinge, held at its head by a level spring, `offset` (as a part of its length) out
+/// of the upright when nothing pulls; Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.5.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad)]
 #[units(m: kg, length: m, spring: N / m, offset: 1, load: N)]
@@ -351,7 +351,8 @@ impl Polynomial {
     #[force]
     fn force(&self, q: &Coordinates<Self>) -> Force {
         let x = (q.x - self.from) / self.size;
-        let sum = self.c[0] + self.c[1] * x + self.c[2] * x.powi(2) + self.c[3] * x.powi(3) + self.c[4] * x.powi(4);
+        let sum =
+            self.c[0] + self.c[1] * x + self.c[2] * x.powi(2) + self.c[3] * x.powi(3) + self.c[4] * x.powi(4);
         Force::along(q.x, sum)
     }
 }

@@ -11,7 +11,8 @@ fn series(c: [f64; 5], from: f64, size: f64) -> Polynomial {
 /// The special points of the trivial branch over 0..=1.
 fn of_trunk(family: impl Fn(f64) -> Polynomial, step: f64) -> Vec<(SpecialKind, f64)> {
     let start = family(0.0).state().build().unwrap();
-    let branch = continuation(family).from(&start, 0.0).until(0.0..=1.0).first_step(step).longest_step(step).run();
+    let branch =
+        continuation(family).from(&start, 0.0).until(0.0..=1.0).first_step(step).longest_step(step).run();
     branch.unwrap().special.iter().map(|one| (one.kind, one.parameter)).collect()
 }
 
@@ -40,7 +41,8 @@ fn points_of_a_step_in_the_branch_point_itself() {
 
 #[test]
 fn pitchforks_side_by_side() {
-    // Unstable only between two loads that are 10⁻⁵ apart, by arms of less than 10⁻⁵: no place farther away says what they are.
+    // Unstable only between two loads that are 10⁻⁵ apart, by arms of less than 10⁻⁵: no place farther away
+    // says what they are.
     let found = of_trunk(|p| series([0.0, -(p - 0.3) * (p - 0.30001), 0.0, -1.0, 0.0], 0.0, 1.0), 0.05);
     assert_eq!(found.iter().map(|one| one.0).collect::<Vec<_>>(), [SUPERCRITICAL; 2], "{found:?}");
 }
@@ -54,13 +56,20 @@ fn columns_of_micrometres_and_of_megametres() {
             let start = family(0.0).state().build().unwrap();
             let diagram = continuation(family).from(&start, 0.0).until(0.0..=1.0).branches(9).unwrap();
             assert!(diagram.branches.len() == 3 && diagram.failures.is_empty(), "{size}: {diagram}");
-            assert_eq!(diagram.branches[0].special[0].kind, SpecialKind::Pitchfork { supercritical }, "{diagram}");
+            assert_eq!(
+                diagram.branches[0].special[0].kind,
+                SpecialKind::Pitchfork { supercritical },
+                "{diagram}"
+            );
             for arm in &diagram.branches[1..] {
                 assert!(arm.end == BranchEnd::Range && arm.special.is_empty(), "{size}: {arm}");
                 for point in &arm.points[1..] {
                     let x = point.state.x() / size;
                     assert!((point.parameter - 0.3 + cube * x * x).abs() < 1e-13, "{size}: {point:?}");
-                    assert!((x * x - (point.parameter - 0.3).abs()).abs() < 1e-12 && x != 0.0, "{size}: {point:?}");
+                    assert!(
+                        (x * x - (point.parameter - 0.3).abs()).abs() < 1e-12 && x != 0.0,
+                        "{size}: {point:?}"
+                    );
                 }
             }
         }
@@ -72,10 +81,12 @@ fn columns_of_micrometres_and_of_megametres() {
 
 #[test]
 fn small_imperfections_do_not_make_small_steps() {
-    // ε + (p − 0.3) x = x³, to the end of its range, and −ε + (p − 0.3) x = x² through its fold at p = 0.3 − 2√ε.
+    // ε + (p − 0.3) x = x³, to the end of its range, and −ε + (p − 0.3) x = x² through its fold at p = 0.3 −
+    // 2√ε.
     for small in [1e-3, 1e-6, 1e-9, 1e-12] {
         let bends = |p: f64| series([small, p - 0.3, 0.0, -1.0, 0.0], 0.0, 1.0);
-        let rest = |model: Polynomial| model.equilibrium(&model.state().x(small).build().unwrap()).unwrap().state;
+        let rest =
+            |model: Polynomial| model.equilibrium(&model.state().x(small).build().unwrap()).unwrap().state;
         let branch = continuation(bends).from(&rest(bends(0.0)), 0.0).until(0.0..=1.0).run().unwrap();
         assert!(branch.end == BranchEnd::Range && branch.special.is_empty(), "{small}: {branch}");
         let x = branch.points.last().unwrap().state.x();
@@ -148,7 +159,10 @@ fn flutter_however_light_the_damping() {
     let branch = continuation(family).from(&start, 0.0).until(0.0..=1.5e-6).run().unwrap();
     let [point] = &branch.special[..] else { panic!("{branch}") };
     assert!(matches!(point.kind, SpecialKind::FrequenciesMeet { .. }), "{point:?}");
-    assert!((point.parameter - 5e-7).abs() <= 1.01 * point.uncertainty && point.uncertainty < 1e-9, "{point:?}");
+    assert!(
+        (point.parameter - 5e-7).abs() <= 1.01 * point.uncertainty && point.uncertainty < 1e-9,
+        "{point:?}"
+    );
 }
 
 #[test]

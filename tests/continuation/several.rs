@@ -21,7 +21,8 @@ impl Mast {
     }
     #[potential]
     fn springs(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * (self.k[0] * q.a.powi(2) + self.k[1] * q.b.powi(2)) + self.load * self.length * q.a.cos() * q.b.cos()
+        0.5 * (self.k[0] * q.a.powi(2) + self.k[1] * q.b.powi(2))
+            + self.load * self.length * q.a.cos() * q.b.cos()
     }
 }
 
@@ -51,7 +52,10 @@ fn two_equal_axes_have_eight_ways_to_lean() {
     let mast = continuation(family).from(&start, 0.0).until(0.0..=1.5);
     let trunk = mast.run().unwrap();
     let [point] = &trunk.special[..] else { panic!("{trunk}") };
-    assert!(point.kind == SpecialKind::Several { count: 2 } && (point.parameter - 1.0).abs() < 1e-8, "{trunk}");
+    assert!(
+        point.kind == SpecialKind::Several { count: 2 } && (point.parameter - 1.0).abs() < 1e-8,
+        "{trunk}"
+    );
     assert!(matches!(mast.switch(point), Err(ContinuationError::NoBranchPoint { .. })));
     let halves = mast.switch_all(point).unwrap();
     // Straight on and back; over each axis P = a/sin a; over both alike P = a/(sin a cos a).
@@ -82,7 +86,10 @@ fn nearly_equal_axes_have_two_points() {
     let start = family(0.0).state().build().unwrap();
     let trunk = continuation(family).from(&start, 0.0).until(0.0..=1.5).run().unwrap();
     let loads: Vec<f64> = trunk.branch_points().map(|point| point.parameter).collect();
-    assert!(loads.len() == 2 && (loads[0] - 1.0).abs() < 1e-11 && (loads[1] - 1.001).abs() < 1e-11, "{trunk}");
+    assert!(
+        loads.len() == 2 && (loads[0] - 1.0).abs() < 1e-11 && (loads[1] - 1.001).abs() < 1e-11,
+        "{trunk}"
+    );
 }
 
 #[test]
@@ -97,7 +104,8 @@ fn what_leans_every_way_is_told() {
     assert!(diagram.failures[0].1.contains("every direction"), "{:?}", diagram.failures);
 }
 
-/// Three equal stiffnesses that soften each other: x, y, z are 0 or of one size each, so that 26 halves leave the straight one.
+/// Three equal stiffnesses that soften each other: x, y, z are 0 or of one size each, so that 26 halves leave
+/// the straight one.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [_; 3])]
 struct Cube {
@@ -113,7 +121,9 @@ impl Cube {
     #[potential]
     fn springs(&self, q: &Coordinates<Self>) -> Expr {
         let [x, y, z] = [q.x[0].powi(2), q.x[1].powi(2), q.x[2].powi(2)];
-        0.5 * (1.0 - self.p) * (x + y + z) + 0.25 * (x * x + y * y + z * z) + 0.5 * self.mix * (x * y + y * z + z * x)
+        0.5 * (1.0 - self.p) * (x + y + z)
+            + 0.25 * (x * x + y * y + z * z)
+            + 0.5 * self.mix * (x * y + y * z + z * x)
     }
 }
 

@@ -10,7 +10,10 @@ fn ended<S: ModelState>(error: ContinuationError<S>) -> (f64, Branch<S>) {
     let said = error.to_string();
     let ContinuationError::Model { parameter, reason, branch } = error else { panic!("{said}") };
     assert!(matches!(reason, EquilibriumError::DependsOnTime { coordinate: "x", .. }), "{said}");
-    assert!(said.contains(&format!("beyond {parameter} of its parameter: forces change with time")), "{said}");
+    assert!(
+        said.contains(&format!("beyond {parameter} of its parameter: forces change with time")),
+        "{said}"
+    );
     assert_eq!(branch.points.last().unwrap().parameter, parameter, "{branch}");
     (parameter, *branch)
 }
@@ -21,12 +24,17 @@ fn a_force_that_swings_leaves_no_branch() {
     let start = STILL.state().x(0.0).build().unwrap();
     let family = |even: f64| Shaken { even, ..STILL };
     let open = || continuation(family).from(&start, 0.0).until(0.0..=1.0);
-    for error in
-        [open().run(), open().load_controlled().run(), open().branches(5).map(|mut all| all.branches.remove(0))]
-    {
+    for error in [
+        open().run(),
+        open().load_controlled().run(),
+        open().branches(5).map(|mut all| all.branches.remove(0)),
+    ] {
         let (parameter, branch) = ended(error.unwrap_err());
         assert!((0.0..1e-6).contains(&parameter), "{branch}");
-        assert!(branch.points.iter().all(|point| point.state.x() < 1e-6) && branch.special.is_empty(), "{branch}");
+        assert!(
+            branch.points.iter().all(|point| point.state.x() < 1e-6) && branch.special.is_empty(),
+            "{branch}"
+        );
     }
 }
 
@@ -36,9 +44,11 @@ fn a_force_that_is_zero_now_leaves_no_pitchfork_and_no_buckling_load() {
     let start = STILL.state().x(0.0).build().unwrap();
     let family = |p: f64| Shaken { load: p, odd: p, cubic: 1.0, ..STILL };
     let open = || continuation(family).from(&start, 0.0).until(0.0..=2.0);
-    for error in
-        [open().run(), open().load_controlled().run(), open().branches(5).map(|mut all| all.branches.remove(0))]
-    {
+    for error in [
+        open().run(),
+        open().load_controlled().run(),
+        open().branches(5).map(|mut all| all.branches.remove(0)),
+    ] {
         let (parameter, branch) = ended(error.unwrap_err());
         assert!((0.0..1e-6).contains(&parameter) && branch.special.is_empty(), "{branch}");
     }
@@ -61,7 +71,8 @@ fn shaking_that_begins_on_the_way_ends_the_branch_there() {
     // From 0.5 on, by the third power: what is beyond rounding is so 5e-5 later.
     let start = STILL.state().x(0.0).build().unwrap();
     let family = |p: f64| Shaken { pull: p, even: (p - 0.5).max(0.0).powi(3), ..STILL };
-    let (parameter, branch) = ended(continuation(family).from(&start, 0.0).until(0.0..=1.0).run().unwrap_err());
+    let (parameter, branch) =
+        ended(continuation(family).from(&start, 0.0).until(0.0..=1.0).run().unwrap_err());
     assert!((0.5..0.5 + 1e-3).contains(&parameter) && branch.points.len() > 5, "{branch}");
     assert!(branch.points.iter().all(|point| (point.state.x() - point.parameter).abs() < 1e-9), "{branch}");
     // Up to there all is well.
@@ -74,16 +85,19 @@ fn what_only_many_times_show_is_seen_at_ends_and_special_points() {
     // A push at 20 s for a tenth of one, from p = 1.2 on, and one that is there around the pitchfork alone.
     let start = STILL.state().x(0.0).build().unwrap();
     let beyond = |p: f64| Shaken { load: p, cubic: 1.0, late: (p - 1.2).max(0.0), ..STILL };
-    let (parameter, branch) = ended(continuation(beyond).from(&start, 0.0).until(0.0..=2.0).run().unwrap_err());
+    let (parameter, branch) =
+        ended(continuation(beyond).from(&start, 0.0).until(0.0..=2.0).run().unwrap_err());
     assert!((1.1..=1.2).contains(&parameter) && branch.branch_points().count() == 1, "{branch}");
     let around = |p: f64| Shaken { load: p, cubic: 1.0, late: (0.1 - (p - 1.0).abs()).max(0.0), ..STILL };
-    let (parameter, branch) = ended(continuation(around).from(&start, 0.0).until(0.0..=2.0).run().unwrap_err());
+    let (parameter, branch) =
+        ended(continuation(around).from(&start, 0.0).until(0.0..=2.0).run().unwrap_err());
     assert!((0.7..=0.9).contains(&parameter) && branch.special.is_empty(), "{branch}");
 }
 
 #[test]
 fn curves_of_folds_and_of_hopf_points_end_where_time_shakes() {
-    // Folds of pull = -x + x³, and growth that begins at 0: both at any strength of what swings, if it stood still.
+    // Folds of pull = -x + x³, and growth that begins at 0: both at any strength of what swings, if it stood
+    // still.
     for odd in [false, true] {
         let shaken = |by: f64| if odd { Shaken { odd: by, ..STILL } } else { Shaken { even: by, ..STILL } };
         let two = |pull: f64, by: f64| Shaken { load: 2.0, cubic: 1.0, pull, ..shaken(by) };

@@ -6,7 +6,8 @@ use super::parcel::Parcel;
 use super::{FORMULATIONS, NEVER};
 
 impl Parcel {
-    /// Place and speed, from what sticks to the first belt at 0: phases of constant acceleration, each to where its slip is zero or the belt another one.
+    /// Place and speed, from what sticks to the first belt at 0: phases of constant acceleration, each to
+    /// where its slip is zero or the belt another one.
     fn truth(&self, end: f64) -> (f64, f64) {
         let (mut t, mut x, mut u, mut is_first) = (0.0, 0.0, self.first, true);
         while t < end {
@@ -15,8 +16,11 @@ impl Parcel {
             let caught = if a == 0.0 { f64::INFINITY } else { (belt - u) / a };
             // The seam is left where it was met, so that the other root is meant.
             let away = self.seam - x;
-            let root = |sign: f64| if a == 0.0 { away / u } else { (sign * (u * u + 2.0 * a * away).sqrt() - u) / a };
-            let met = [root(1.0), root(-1.0)].into_iter().filter(|s| *s > 1e-12).fold(f64::INFINITY, f64::min);
+            let root = |sign: f64| {
+                if a == 0.0 { away / u } else { (sign * (u * u + 2.0 * a * away).sqrt() - u) / a }
+            };
+            let met =
+                [root(1.0), root(-1.0)].into_iter().filter(|s| *s > 1e-12).fold(f64::INFINITY, f64::min);
             let met = if t < self.at { met } else { f64::INFINITY };
             let jumps = if t < self.at { self.at - t } else { f64::INFINITY };
             let h = caught.min(met).min(jumps).min(end - t);
@@ -41,7 +45,8 @@ const BELTS: [(f64, f64, (f64, f64), f64); 9] = [
     (2.0, -0.5, (NEVER, 0.6), 2.0),
 ];
 
-/// Friction has no impulse: what sticks slips where the belt's speed jumps, and is caught where the slip is over.
+/// Friction has no impulse: what sticks slips where the belt's speed jumps, and is caught where the slip is
+/// over.
 #[test]
 fn what_sticks_to_a_belt_slips_where_its_speed_jumps() {
     for (limit, then, (at, seam), end) in BELTS {
@@ -83,7 +88,12 @@ fn fixed_steps_end_where_the_belt_jumps() {
         for formulation in FORMULATIONS {
             for h in [0.013, 0.1] {
                 let case = format!("{limit} {then} {at} {seam} {formulation} {h}");
-                let run = parcel.simulate(start).until(end).method(methods::Rk4).fixed_step(h).formulation(formulation);
+                let run = parcel
+                    .simulate(start)
+                    .until(end)
+                    .method(methods::Rk4)
+                    .fixed_step(h)
+                    .formulation(formulation);
                 let motion = run.stick_slip("stick", "grip").run().unwrap_or_else(|e| panic!("{case}: {e}"));
                 let errors = [motion.end().x() - x, motion.end().x_rate() - u];
                 assert!(errors.iter().all(|e| e.abs() < 1e-9), "{case}: {errors:?}");
@@ -107,19 +117,23 @@ fn methods_of_all_kinds_slip() {
     ];
     let start = parcel.state().x_rate(1.0).build().unwrap();
     for method in &adaptive {
-        let run = parcel.simulate(start).until(3.0).tolerance(1e-8).method(method).stick_slip("stick", "grip");
+        let run =
+            parcel.simulate(start).until(3.0).tolerance(1e-8).method(method).stick_slip("stick", "grip");
         let motion = run.run().unwrap_or_else(|e| panic!("{method}: {e}"));
         assert!((motion.end().x() - x).abs() < 1e-6, "{method}: {}", motion.end().x());
     }
-    let fixed: [methods::Any<Parcel>; 2] = [methods::Radau5.into(), methods::GeneralizedAlpha { rho: 0.8 }.into()];
+    let fixed: [methods::Any<Parcel>; 2] =
+        [methods::Radau5.into(), methods::GeneralizedAlpha { rho: 0.8 }.into()];
     for method in &fixed {
-        let run = parcel.simulate(start).until(3.0).method(method).fixed_step(0.013).stick_slip("stick", "grip");
+        let run =
+            parcel.simulate(start).until(3.0).method(method).fixed_step(0.013).stick_slip("stick", "grip");
         let motion = run.run().unwrap_or_else(|e| panic!("{method}: {e}"));
         assert!((motion.end().x() - x).abs() < 1e-4, "{method}: {}", motion.end().x());
     }
 }
 
-/// A belt that stops for less than a step shakes what sticks to it off, where the two ends of that have conditions of their own.
+/// A belt that stops for less than a step shakes what sticks to it off, where the two ends of that have
+/// conditions of their own.
 #[test]
 fn a_pulse_within_a_fixed_step_is_seen() {
     let parcel = Pulsed { mass: 1.0, speed: 1.0, limit: 2.0, at: 1.03, until: 1.05 };
@@ -127,7 +141,8 @@ fn a_pulse_within_a_fixed_step_is_seen() {
     // Down for 0.02 s, up again for as long: half of what the belt lost.
     let truth = 2.0 - 2.0 * 0.5 * 2.0 * 0.02 * 0.02;
     for formulation in FORMULATIONS {
-        let run = parcel.simulate(start).until(2.0).method(methods::Rk4).fixed_step(0.1).formulation(formulation);
+        let run =
+            parcel.simulate(start).until(2.0).method(methods::Rk4).fixed_step(0.1).formulation(formulation);
         let motion = run.stick_slip("stick", "grip").run().unwrap_or_else(|e| panic!("{formulation}: {e}"));
         assert!((motion.end().x() - truth).abs() < 1e-9, "{formulation}: {}", motion.end().x());
     }
@@ -220,7 +235,8 @@ fn a_parcel_is_thrown_off_a_conveyor() {
             let motion = run.contact("ground", 0.0).stick_slip("belt", "grip").run();
             let motion = motion.unwrap_or_else(|e| panic!("{case}: {e}"));
             let flies = motion.at(0.65);
-            let errors = [flies.x() - 0.65, flies.y() + 0.0125, motion.end().x() - x, motion.end().y() + 0.05];
+            let errors =
+                [flies.x() - 0.65, flies.y() + 0.0125, motion.end().x() - x, motion.end().y() + 0.05];
             assert!(errors.iter().all(|e| e.abs() < 30.0 * tolerance), "{case}: {errors:?}");
             let hit = motion.events().iter().find(|event| !event.impacts.is_empty()).unwrap();
             assert!((hit.time() - lands).abs() < 30.0 * tolerance, "{case}: {}", hit.time());
@@ -229,7 +245,8 @@ fn a_parcel_is_thrown_off_a_conveyor() {
     }
 }
 
-/// A parcel that is led past a place from which an angle is taken that it is pushed by; beside that place its belt changes, where the angle is cut at a turn.
+/// A parcel that is led past a place from which an angle is taken that it is pushed by; beside that place its
+/// belt changes, where the angle is cut at a turn.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(y: m)]
 #[units(mass: kg, limit: N, push: N, first: m / s, then: m / s, aside: m)]
@@ -272,16 +289,21 @@ impl Bearing {
 fn a_cut_angle_hides_no_corner() {
     let bearing = Bearing { mass: 1.0, limit: 2.0, push: 0.3, first: 1.0, then: 0.2, aside: 1.0 };
     let start = bearing.state().y(-0.5).y_rate(1.0).build().unwrap();
-    // Without the angle: it slips from y = 0 on, braked by the limit less what it is pushed by, y/√(y² + 1) of that.
+    // Without the angle: it slips from y = 0 on, braked by the limit less what it is pushed by, y/√(y² + 1)
+    // of that.
     let smooth = Smooth { mass: 1.0, limit: 2.0, push: 0.3, aside: 1.0 };
     let slips = smooth.state().y_rate(1.0).build().unwrap();
     let reference = smooth.simulate(slips).until(0.3).tolerance(1e-12).run().unwrap().end();
     for formulation in FORMULATIONS {
         for tolerance in [1e-6, 1e-10] {
             let run = bearing.simulate(start).until(0.8).tolerance(tolerance).formulation(formulation);
-            let motion = run.stick_slip("stick", "grip").run().unwrap_or_else(|e| panic!("{formulation}: {e}"));
+            let motion =
+                run.stick_slip("stick", "grip").run().unwrap_or_else(|e| panic!("{formulation}: {e}"));
             let errors = [motion.end().y() - reference.y(), motion.end().y_rate() - reference.y_rate()];
-            assert!(errors.iter().all(|e| e.abs() < 30.0 * tolerance), "{formulation} {tolerance:e}: {errors:?}");
+            assert!(
+                errors.iter().all(|e| e.abs() < 30.0 * tolerance),
+                "{formulation} {tolerance:e}: {errors:?}"
+            );
         }
     }
 }

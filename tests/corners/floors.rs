@@ -54,7 +54,11 @@ fn a_floor_that_starts_to_rise_strikes() {
             assert!((struck.impacts[0].impulse[0] - 2.0 * (1.0 + e)).abs() < 1e-9, "{case}: {struck:?}");
             assert!((struck.after.y_rate() - (1.0 + e)).abs() < 1e-9, "{case}: {struck:?}");
             let flying = if e == 0.0 { 0.05 } else { (1.0 + e) * 0.05 - 5.0 * 0.0025 };
-            assert!((motion.at(1.05).y() - flying).abs() < 30.0 * tolerance, "{case}: {}", motion.at(1.05).y());
+            assert!(
+                (motion.at(1.05).y() - flying).abs() < 30.0 * tolerance,
+                "{case}: {}",
+                motion.at(1.05).y()
+            );
             if e < 1.0 {
                 let permitted = if e > 0.0 { 1e-6 } else { 30.0 * tolerance };
                 assert!((motion.end().y() - 1.0).abs() < permitted, "{case}: {}", motion.end().y());
@@ -66,21 +70,28 @@ fn a_floor_that_starts_to_rise_strikes() {
     }
 }
 
-/// What rests on a floor that starts to sink faster than it falls, falls; and so does what rests where the floor is gone.
+/// What rests on a floor that starts to sink faster than it falls, falls; and so does what rests where the
+/// floor is gone.
 #[test]
 fn a_floor_that_sinks_lets_fall() {
     for e in [0.0, 0.5] {
         on_the_lift(&Lift { speed: -1.0, ..LIFT }, e, |case, tolerance, motion| {
             assert!((motion.at(1.1).y() + 0.05).abs() < 30.0 * tolerance, "{case}: {}", motion.at(1.1).y());
             let hit = &motion.events()[1];
-            assert!((hit.time() - 1.2).abs() < 30.0 * tolerance && motion.events()[0].impacts.is_empty(), "{case}");
+            assert!(
+                (hit.time() - 1.2).abs() < 30.0 * tolerance && motion.events()[0].impacts.is_empty(),
+                "{case}"
+            );
             assert!((hit.after.y_rate() - (e - 1.0)).abs() < 100.0 * tolerance, "{case}: {hit:?}");
         });
         on_the_lift(&Lift { speed: 0.0, still: 1.0, drop: 0.3, ..LIFT }, e, |case, tolerance, motion| {
             assert!((motion.at(1.1).y() + 0.05).abs() < 30.0 * tolerance, "{case}: {}", motion.at(1.1).y());
             let hit = &motion.events()[1];
             assert!((hit.time() - 1.0 - 0.06f64.sqrt()).abs() < 30.0 * tolerance, "{case}: {hit:?}");
-            assert!((hit.after.y_rate() - e * 10.0 * 0.06f64.sqrt()).abs() < 100.0 * tolerance, "{case}: {hit:?}");
+            assert!(
+                (hit.after.y_rate() - e * 10.0 * 0.06f64.sqrt()).abs() < 100.0 * tolerance,
+                "{case}: {hit:?}"
+            );
         });
     }
 }
@@ -120,7 +131,8 @@ fn methods_of_all_kinds_strike() {
     }
 }
 
-/// A table with two feet on a floor that starts to rise, and one that slides over an edge with its front foot.
+/// A table with two feet on a floor that starts to rise, and one that slides over an edge with its front
+/// foot.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, a: rad)]
 #[units(mass: kg, inertia: kg * m^2, half: m, g: m / s^2, speed: m / s, at: s, edge: m, deep: m)]
@@ -187,7 +199,8 @@ fn feet_are_struck_together() {
     }
 }
 
-/// A foot that leaves the ground tips the table about the other one: at first it falls with g m b²/(j + m b²) by the middle.
+/// A foot that leaves the ground tips the table about the other one: at first it falls with g m b²/(j + m b²)
+/// by the middle.
 #[test]
 fn a_foot_over_an_edge_tips_the_table() {
     let table = Table { edge: 0.5, ..TABLE };
@@ -196,7 +209,11 @@ fn a_foot_over_an_edge_tips_the_table() {
         for tolerance in [1e-6, 1e-10] {
             let case = format!("{formulation} {tolerance:e}");
             let run = table.simulate(start).until(0.2).tolerance(tolerance).formulation(formulation);
-            let motion = run.contact("rear", 0.0).contact("front", 0.0).run().unwrap_or_else(|e| panic!("{case}: {e}"));
+            let motion = run
+                .contact("rear", 0.0)
+                .contact("front", 0.0)
+                .run()
+                .unwrap_or_else(|e| panic!("{case}: {e}"));
             let [opens] = motion.events() else { panic!("{case}: {:?}", motion.events()) };
             assert!(opens.name == "front contact" && (opens.time() - 0.1).abs() < 30.0 * tolerance, "{case}");
             let left = motion.end().is_engaged("rear").unwrap() && !motion.end().is_engaged("front").unwrap();

@@ -1,4 +1,5 @@
-//! Grounds that change their height or their slope at places: what slides falls off, is struck, or is told which face it meets.
+//! Grounds that change their height or their slope at places: what slides falls off, is struck, or is told
+//! which face it meets.
 
 use dynamics::prelude::*;
 
@@ -51,8 +52,14 @@ fn what_slides_off_an_edge_falls() {
             assert!(errors.iter().all(|e| e.abs() < 30.0 * tolerance), "{case}: {errors:?}");
             let [opens, hit, ..] = motion.events() else { panic!("{case}: {:?}", motion.events()) };
             let times = [opens.time() - 0.5, hit.time() - 0.5 - 0.1f64.sqrt()];
-            assert!(times.iter().all(|e| e.abs() < 30.0 * tolerance) && opens.impacts.is_empty(), "{case}: {times:?}");
-            assert!((hit.after.y_rate() - e * 10.0 * 0.1f64.sqrt()).abs() < 100.0 * tolerance, "{case}: {hit:?}");
+            assert!(
+                times.iter().all(|e| e.abs() < 30.0 * tolerance) && opens.impacts.is_empty(),
+                "{case}: {times:?}"
+            );
+            assert!(
+                (hit.after.y_rate() - e * 10.0 * 0.1f64.sqrt()).abs() < 100.0 * tolerance,
+                "{case}: {hit:?}"
+            );
         });
         on_the_ground(&Ground { bend: 0.5, slope: -2.0, ..GROUND }, e, |case, tolerance, motion| {
             let errors = [motion.at(0.7).x() - 0.7, motion.at(0.7).y() + 0.2];
@@ -96,10 +103,15 @@ fn a_step_that_is_met_from_the_side_is_named() {
     for (start, time) in [(sliding, 0.5), (flying, 0.5 / 3.0)] {
         for formulation in FORMULATIONS {
             let run = || ground.simulate(start).until(1.5).formulation(formulation).contact("floor", 0.3);
-            for run in [run().tolerance(1e-6), run().tolerance(1e-10), run().method(methods::Rk4).fixed_step(0.013)] {
+            for run in
+                [run().tolerance(1e-6), run().tolerance(1e-10), run().method(methods::Rk4).fixed_step(0.013)]
+            {
                 let error = run.run().unwrap_err();
                 let message = error.to_string();
-                assert!(message.contains("meets a step from the side") && message.contains("of its own"), "{message}");
+                assert!(
+                    message.contains("meets a step from the side") && message.contains("of its own"),
+                    "{message}"
+                );
                 assert!((error.time - time).abs() < 1e-5, "{formulation}: {message}");
                 assert!(error.state.y() > -1e-6, "{formulation}: {message}");
             }
@@ -132,7 +144,8 @@ impl Valley {
     }
 }
 
-/// Into the corner itself, or along a side of it: two faces are hit, and one function does not say what each gives.
+/// Into the corner itself, or along a side of it: two faces are hit, and one function does not say what each
+/// gives.
 #[test]
 fn a_valley_is_two_contacts() {
     let valley = Valley { mass: 1.0, g: 10.0 };
@@ -143,7 +156,8 @@ fn a_valley_is_two_contacts() {
             let error = run.run().map(|motion| motion.end()).unwrap_err();
             let message = error.to_string();
             assert!(
-                message.contains("`ground` has a corner here") && message.contains("`.contact(..)` of its own"),
+                message.contains("`ground` has a corner here")
+                    && message.contains("`.contact(..)` of its own"),
                 "{x} {e} {formulation}: {message}"
             );
         }

@@ -1,10 +1,12 @@
-//! What the clock shows says nothing of corners: the same happens a million seconds later, where neighbouring times are 1e-10 s apart.
+//! What the clock shows says nothing of corners: the same happens a million seconds later, where neighbouring
+//! times are 1e-10 s apart.
 
 use dynamics::prelude::*;
 
 use super::{FORMULATIONS, NEVER};
 
-/// A block on a belt over a hill, whose speed changes in an instant or at a place. Its contact bends all the time, and has no corner.
+/// A block on a belt over a hill, whose speed changes in an instant or at a place. Its contact bends all the
+/// time, and has no corner.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(mass: kg, g: m / s^2, limit: N, bend: 1 / m, speed: m / s, then: m / s, at: s, seam: m)]
@@ -49,7 +51,8 @@ impl Hill {
 
 #[test]
 fn what_bends_has_no_corner_at_late_times() {
-    let hill = Hill { mass: 1.5, g: 10.0, limit: 20.0, bend: 1.0, speed: 1.0, then: 0.2, at: NEVER, seam: NEVER };
+    let hill =
+        Hill { mass: 1.5, g: 10.0, limit: 20.0, bend: 1.0, speed: 1.0, then: 0.2, at: NEVER, seam: NEVER };
     for formulation in FORMULATIONS {
         let told = |at: f64, seam: f64, begin: f64, then: f64| {
             let hill = Hill { at: begin + at, seam, then, ..hill };

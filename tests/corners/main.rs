@@ -1,4 +1,5 @@
-//! Corners of what holds by a rule: belts and floors whose speed or place jumps. What sticks slips, what rests is hit or falls, and nothing else is refused.
+//! Corners of what holds by a rule: belts and floors whose speed or place jumps. What sticks slips, what
+//! rests is hit or falls, and nothing else is refused.
 
 use std::fmt::Debug;
 
@@ -22,7 +23,8 @@ const FORMULATIONS: [Formulation; 5] = [
     Formulation::Baumgarte { alpha: 5.0, beta: 5.0 },
 ];
 
-/// Motions over a contact by adaptive and by fixed steps in every formulation; what they are judged by gets the case and its tolerance.
+/// Motions over a contact by adaptive and by fixed steps in every formulation; what they are judged by gets
+/// the case and its tolerance.
 fn in_all_ways<M: Simulate + Debug>(
     model: &M,
     (start, end): (M::State, f64),

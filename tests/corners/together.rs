@@ -1,4 +1,5 @@
-//! Contacts that are met together, or nearly, beside a kink that has nothing to do with them: both rebound as each does alone.
+//! Contacts that are met together, or nearly, beside a kink that has nothing to do with them: both rebound as
+//! each does alone.
 
 use dynamics::prelude::*;
 
@@ -54,16 +55,21 @@ fn balls_that_hit_together_rebound_like_one() {
     for higher in [0.0, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4] {
         // It comes to the middle as they hit, a little later, and after a long time.
         for meets in [hits, hits + 1e-9, hits + 1e-5, 10.0] {
-            let start = balls.state().left(height).right(height + higher).bead(0.5 * balls.pull * meets * meets);
+            let start =
+                balls.state().left(height).right(height + higher).bead(0.5 * balls.pull * meets * meets);
             let start = start.release("one").release("other").build().unwrap();
             let run = || balls.simulate(start).until(end).contact("one", 0.5).contact("other", 0.5);
             let check = |case: &str, bound: f64, motion: &Motion<'_, Balls>| {
                 let state = motion.end();
-                let errors =
-                    [state.left() - falls(9.81, height, end), state.right() - falls(9.81, height + higher, end)];
+                let errors = [
+                    state.left() - falls(9.81, height, end),
+                    state.right() - falls(9.81, height + higher, end),
+                ];
                 assert!(errors.iter().all(|e| e.abs() < bound), "{higher:e} {meets} {case}: {errors:?}");
-                let impacts = motion.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held);
-                let met: Vec<f64> = impacts.filter(|impact| impact.impulse[0] > 1.0).map(|i| i.approach[0]).collect();
+                let impacts =
+                    motion.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held);
+                let met: Vec<f64> =
+                    impacts.filter(|impact| impact.impulse[0] > 1.0).map(|i| i.approach[0]).collect();
                 assert_eq!(met.len(), 2, "{higher:e} {meets} {case}: {met:?}");
             };
             for method in &methods {

@@ -45,14 +45,16 @@ mod pair {
     pub(super) const PAIR: Pair = Pair { m: 2.0, k: [8.0; 3], wall: 0.0, middle: 0.0, square: 0.0 };
 }
 
-/// Kelvin, Tait & Chetaev: stable wherever V is least and dampers take energy; asymptotically so if every mode reaches one.
+/// Kelvin, Tait & Chetaev: stable wherever V is least and dampers take energy; asymptotically so if every
+/// mode reaches one.
 #[test]
 fn damping_that_reaches_not_every_mode() {
     use pair::{PAIR, Pair};
     let of = |model: &Pair| model.stability(&model.state().build().unwrap()).unwrap();
     let at_wall = of(&Pair { wall: 0.3, ..PAIR });
     assert_eq!(at_wall.verdict, StabilityVerdict::AsymptoticallyStable, "{at_wall}");
-    // Between equal masses on equal springs the damper is not moved where they swing together, at √(k/m); opposed, m s² + 2 c s + 3 k = 0.
+    // Between equal masses on equal springs the damper is not moved where they swing together, at √(k/m);
+    // opposed, m s² + 2 c s + 3 k = 0.
     let middle = of(&Pair { middle: 0.3, ..PAIR });
     let StabilityVerdict::PartlyDamped { frequency, .. } = middle.verdict else { panic!("{middle}") };
     assert!((frequency - 2.0).abs() < 1e-14 && middle.is_stable() && !middle.is_unstable(), "{middle}");
@@ -128,7 +130,8 @@ mod shaft {
         Shaft { m: 1.0, k: [1.0, 4.0], drag: 0.0, inertia: 0.2, speed: 0.0, wobble: 0.0, g: 0.0 };
 }
 
-/// λ⁴ + (5 + 2Ω²) λ² + (1 − Ω²)(4 − Ω²) = 0 with m = 1, k = 1 and 4: least energy of Jacobi below Ω = 1, a saddle up to 2, and its top beyond, held by Coriolis forces.
+/// λ⁴ + (5 + 2Ω²) λ² + (1 − Ω²)(4 − Ω²) = 0 with m = 1, k = 1 and 4: least energy of Jacobi below Ω = 1, a
+/// saddle up to 2, and its top beyond, held by Coriolis forces.
 #[test]
 fn what_a_constraint_turns_is_judged_in_axes_that_turn() {
     use shaft::{SHAFT, Shaft};

@@ -20,7 +20,10 @@ fn through_and_in_a_change_point() {
     assert!(one.state.a().abs() < 1e-6, "{one}");
     // Whether it stays there depends on the branch.
     let error = inside.stability(&one.state).unwrap_err();
-    assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::SingularPosition { .. })), "{error}");
+    assert!(
+        matches!(error, EquilibriumError::Derivatives(LinearizeError::SingularPosition { .. })),
+        "{error}"
+    );
     // From within it there is a way.
     let one = across.equilibrium(&across.state().build().unwrap()).unwrap();
     assert!((one.state.a() + 0.4).abs() < 1e-12, "{one}");
@@ -97,10 +100,16 @@ fn in_the_pole_of_polar_coordinates_and_on_a_floor() {
 
     let floor = small::Floor { m: 2.0, g: 9.81, k: 100.0, free: 0.1 };
     let on = floor.equilibrium(&floor.state().x(0.3).build().unwrap()).unwrap();
-    assert!((on.reactions[0].multipliers[0] - (2.0 * 9.81 - 10.0)).abs() < 1e-13 && on.state.y() == 0.0, "{on}");
+    assert!(
+        (on.reactions[0].multipliers[0] - (2.0 * 9.81 - 10.0)).abs() < 1e-13 && on.state.y() == 0.0,
+        "{on}"
+    );
     let off = floor.state().x(0.3).release("floor").build().unwrap();
     let off = floor.equilibrium(&off).unwrap();
-    assert!((off.state.y() - (0.1 - 0.1962)).abs() < 1e-15 && off.reactions[0].multipliers[0] == 0.0, "{off}");
+    assert!(
+        (off.state.y() - (0.1 - 0.1962)).abs() < 1e-15 && off.reactions[0].multipliers[0] == 0.0,
+        "{off}"
+    );
     assert!(!off.state.modes().all_hold(), "released it stays released");
 }
 
@@ -109,11 +118,17 @@ fn a_skate_has_rests_side_by_side() {
     let model = held::Skate { m: 2.0, inertia: 0.1, anchor: 1.0, k: 5.0, twist: 0.7 };
     let one = model.equilibrium(&model.state().x(0.2).y(0.6).phi(1.0).build().unwrap()).unwrap();
     let judged = model.stability(&one.state).unwrap();
-    assert!(matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })), "{judged}");
+    assert!(
+        matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })),
+        "{judged}"
+    );
     // Gliding straight on, its heading and its speed are as good as others.
     let gliding = held::Skate { k: 0.0, twist: 0.0, ..model };
     let judged = gliding.stability(&gliding.state().x_rate(1.3).build().unwrap()).unwrap();
-    assert!(matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })), "{judged}");
+    assert!(
+        matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })),
+        "{judged}"
+    );
     assert_eq!(judged.ignorable.iter().map(|q| q.name).collect::<Vec<_>>(), ["x", "y"], "{judged}");
 }
 
@@ -130,10 +145,16 @@ fn options_that_make_no_sense_are_named() {
     }
     assert!(matches!(search().spread(0.0).run(), Err(EquilibriumError::Range { .. })));
     // An array whole, and one of its elements by itself.
-    let found = search().within("x", [-1.0, 1.0]).within("y", [-2.0, 0.0]).within("y[1]", [-2.0, -1.0]).run().unwrap();
+    let found = search()
+        .within("x", [-1.0, 1.0])
+        .within("y", [-2.0, 0.0])
+        .within("y[1]", [-2.0, -1.0])
+        .run()
+        .unwrap();
     assert!(!found.equilibria.is_empty(), "{found}");
     // Starts that cannot be put together are counted, and where none leads anywhere, the first says why.
-    let short = model.equilibria(around).random(20).within("x", [-9.0, 9.0]).within("y", [-9.0, 9.0]).run().unwrap();
+    let short =
+        model.equilibria(around).random(20).within("x", [-9.0, 9.0]).within("y", [-9.0, 9.0]).run().unwrap();
     assert_eq!(short.hits.iter().sum::<usize>() + short.failures.len(), 21, "{short}");
 }
 
@@ -161,7 +182,10 @@ fn verdicts_against_motions() {
                 StabilityVerdict::Stable => {
                     let rate = judged.least_omega_squared.unwrap().sqrt();
                     for t in [0.5, 1.0, 2.0] {
-                        assert!((theta(t) - off * (rate * t).cos()).abs() < 1e-5 * off, "{part}, {t}: {rest}");
+                        assert!(
+                            (theta(t) - off * (rate * t).cos()).abs() < 1e-5 * off,
+                            "{part}, {t}: {rest}"
+                        );
                     }
                 }
                 other => panic!("{other}"),
@@ -217,7 +241,10 @@ fn stiff_springs_hide_nothing() {
     for stiff in [1.0, 1e10, 1e12] {
         let model = apart::Apart { k: [stiff, 4.0], shaken: 3.0, ..apart::STILL };
         let error = model.equilibrium(&model.state().build().unwrap()).unwrap_err();
-        assert!(matches!(error, EquilibriumError::DependsOnTime { coordinate: "y", .. }), "{stiff:e}: {error}");
+        assert!(
+            matches!(error, EquilibriumError::DependsOnTime { coordinate: "y", .. }),
+            "{stiff:e}: {error}"
+        );
         let model = apart::Apart { k: [stiff, 4.0], dry: 0.5, ..apart::STILL };
         let error = model.equilibrium(&model.state().build().unwrap()).unwrap_err();
         assert!(matches!(error, EquilibriumError::Corner { coordinate: "y", .. }), "{stiff:e}: {error}");
@@ -227,7 +254,8 @@ fn stiff_springs_hide_nothing() {
     assert!(matches!(error, EquilibriumError::DependsOnTime { coordinate: "y", .. }), "{error}");
 }
 
-/// A force that beats with time conserves no energy, though at every instant it is a gradient: at four times the frequency it drives what it finds out of rest.
+/// A force that beats with time conserves no energy, though at every instant it is a gradient: at four times
+/// the frequency it drives what it finds out of rest.
 #[test]
 fn forces_that_beat_conserve_no_energy() {
     use dynamics::analysis::StabilityVerdict;

@@ -1,4 +1,5 @@
-//! What is steady now, and is not later: a push that is yet to come, and what turns until a weight takes hold. And what is only stiff, and stays.
+//! What is steady now, and is not later: a push that is yet to come, and what turns until a weight takes
+//! hold. And what is only stiff, and stays.
 
 use dynamics::prelude::*;
 
@@ -91,14 +92,20 @@ impl Atoms {
 fn pushes_that_are_yet_to_come_are_seen_of_what_moves() {
     // The first steps along the motion see it, or the times that are looked at after.
     let is_later = |error: &EquilibriumError| {
-        matches!(error, EquilibriumError::DependsOnTime { .. } | EquilibriumError::NotSteady { name: "x", .. })
+        matches!(
+            error,
+            EquilibriumError::DependsOnTime { .. } | EquilibriumError::NotSteady { name: "x", .. }
+        )
     };
     for time in [0.8, 10.0, 60.0] {
         let sleigh = Sleigh { push: 1.0, time, ..LEVEL };
-        let error = sleigh.steady(&sleigh.state().x_rate(1.0).build().unwrap()).expect_err("a push along the skate");
+        let error =
+            sleigh.steady(&sleigh.state().x_rate(1.0).build().unwrap()).expect_err("a push along the skate");
         assert!(is_later(&error), "{time}: {error}");
         let wheel = Wheel { inertia: 1.0, m: 1.0, k: 1.0, push: 1.0, time, lasts: 0.2 };
-        let error = wheel.steady(&wheel.state().turn_rate(0.7).build().unwrap()).expect_err("a push beside the wheel");
+        let error = wheel
+            .steady(&wheel.state().turn_rate(0.7).build().unwrap())
+            .expect_err("a push beside the wheel");
         assert!(is_later(&error), "{time}: {error}");
     }
     // Without one time stands in the model, and changes nothing.
@@ -112,7 +119,10 @@ fn what_turns_toward_a_weight_is_not_steady() {
     let slope = Sleigh { g: 9.81, ..LEVEL };
     let turning = slope.state().x_rate(1.0).phi_rate(0.3).build().unwrap();
     let error = slope.steady(&turning).unwrap_err();
-    assert!(matches!(error, EquilibriumError::NotSteady { .. } | EquilibriumError::Derivatives(_)), "{error}");
+    assert!(
+        matches!(error, EquilibriumError::NotSteady { .. } | EquilibriumError::Derivatives(_)),
+        "{error}"
+    );
     assert!(slope.stability(&turning).is_err());
     // Straight across it goes on.
     let across = slope.steady(&slope.state().x_rate(1.0).build().unwrap()).unwrap();
@@ -121,7 +131,8 @@ fn what_turns_toward_a_weight_is_not_steady() {
 
 #[test]
 fn what_is_stiff_is_at_rest_all_the_same() {
-    // ω² = 72 well/(m far²): 10⁷ rad/s, so that the rounding of forces would move it far within a hundredth of a second.
+    // ω² = 72 well/(m far²): 10⁷ rad/s, so that the rounding of forces would move it far within a hundredth
+    // of a second.
     for far in [1e-6, 1.0, 1e6] {
         let atoms = Atoms { m: 1.0, well: 1.0, far };
         let one = atoms.equilibrium(&atoms.state().x(1.05 * far).build().unwrap()).unwrap();

@@ -1,4 +1,5 @@
-//! Equilibria of derived models: all of them, once each, against closed forms and other coordinates; where there is none, the error says so.
+//! Equilibria of derived models: all of them, once each, against closed forms and other coordinates; where
+//! there is none, the error says so.
 
 mod damping;
 #[path = "../models/free_hoop.rs"]
@@ -117,7 +118,10 @@ fn a_double_pendulum_has_four() {
         assert!((0..2).all(|i| (q[i] - wanted[i]).abs() < 1e-15) && one.force_left < 1e-14, "{one}");
         assert!(one.state.u().amax() == 0.0 && one.conditioning < 100.0, "{one}");
     }
-    assert!(found.hits.iter().sum::<usize>() + found.failures.len() == 101 && found.unseen() == Some(0.0), "{found}");
+    assert!(
+        found.hits.iter().sum::<usize>() + found.failures.len() == 101 && found.unseen() == Some(0.0),
+        "{found}"
+    );
     // The same again; others with another seed.
     assert_eq!(found, model.equilibria(around).random(100).run().unwrap());
     assert_ne!(found.hits, model.equilibria(around).random(100).seed(1).run().unwrap().hits);
@@ -125,11 +129,19 @@ fn a_double_pendulum_has_four() {
     // A motor that holds the first rod at 30 degrees, and one that is too strong for any balance.
     let weight = 2.0 * 1.5 * 9.81 * 0.8;
     let lifted = model.equilibrium(&model.state().torque(0.5 * weight).build().unwrap()).unwrap();
-    assert!((lifted.state.theta(0) - PI / 6.0).abs() < 1e-15 && lifted.state.theta(1).abs() < 1e-15, "{lifted}");
+    assert!(
+        (lifted.state.theta(0) - PI / 6.0).abs() < 1e-15 && lifted.state.theta(1).abs() < 1e-15,
+        "{lifted}"
+    );
     let error = model.equilibrium(&model.state().torque(1.25 * weight).build().unwrap()).unwrap_err();
-    let EquilibriumError::NoEquilibrium { coordinate, force_left, soft, ref at } = error else { panic!("{error}") };
+    let EquilibriumError::NoEquilibrium { coordinate, force_left, soft, ref at } = error else {
+        panic!("{error}")
+    };
     assert_eq!((coordinate, soft), ("theta[0]", "theta[0]"));
-    assert!((force_left + 0.25 * weight).abs() < 1e-9 * weight && (at[0] - 0.5 * PI).abs() < 1e-4, "{error}: {at:?}");
+    assert!(
+        (force_left + 0.25 * weight).abs() < 1e-9 * weight && (at[0] - 0.5 * PI).abs() < 1e-4,
+        "{error}: {at:?}"
+    );
     // Without a value of the motor there is no balance to be found.
     let error = model.equilibrium(&model.state().build().unwrap()).unwrap_err();
     assert_eq!(error, EquilibriumError::InputNotSet { input: "torque" });
@@ -175,7 +187,12 @@ fn a_truss_up_to_its_limit_load_and_beyond() {
     // Unloaded: up, flat, down. Loaded: two above, one hanging.
     for load in [0.0, 0.02, 0.038] {
         let model = model(load);
-        let found = model.equilibria(model.state().build().unwrap()).random(60).within("z", [-1.0, 1.0]).run().unwrap();
+        let found = model
+            .equilibria(model.state().build().unwrap())
+            .random(60)
+            .within("z", [-1.0, 1.0])
+            .run()
+            .unwrap();
         assert_eq!(found.equilibria.len(), 3, "{found}");
         for one in &found.equilibria {
             assert!((load_at(one.state.z()) - load).abs() < 1e-15, "{one}");
@@ -232,10 +249,16 @@ fn a_bead_on_both_sides_of_the_pitchfork() {
     // As a steady motion of the hoop that turns by itself: the speed is given.
     let model = FreeHoop { m, g, radius, inertia: 0.02 };
     let one = model.steady(&model.state().theta(0.7).phi_rate(6.0).build().unwrap()).unwrap();
-    assert!((one.state.theta() - 0.994_407_212_058_699_5).abs() < 1e-15 && one.state.phi_rate() == 6.0, "{one}");
+    assert!(
+        (one.state.theta() - 0.994_407_212_058_699_5).abs() < 1e-15 && one.state.phi_rate() == 6.0,
+        "{one}"
+    );
     // What has a velocity that others depend on is not steady.
     let error = model.steady(&model.state().theta(0.7).theta_rate(1.0).build().unwrap()).unwrap_err();
-    assert!(matches!(error, EquilibriumError::NotSteady { .. } | EquilibriumError::NoEquilibrium { .. }), "{error}");
+    assert!(
+        matches!(error, EquilibriumError::NotSteady { .. } | EquilibriumError::NoEquilibrium { .. }),
+        "{error}"
+    );
 }
 
 /// A mass in a plane between springs, with whatever makes balance difficult.
@@ -279,8 +302,17 @@ mod plane {
                 + Force::along(q.y, self.shaken * (self.speed * q.t).sin())
         }
     }
-    pub(super) const PLANE: Plane =
-        Plane { m: 1.0, k: [4.0, 9.0], pull: 0.0, rub: 0.0, stop: 0.0, edge: 1.0, shaken: 0.0, speed: 1.0, far: 0.0 };
+    pub(super) const PLANE: Plane = Plane {
+        m: 1.0,
+        k: [4.0, 9.0],
+        pull: 0.0,
+        rub: 0.0,
+        stop: 0.0,
+        edge: 1.0,
+        shaken: 0.0,
+        speed: 1.0,
+        far: 0.0,
+    };
 }
 
 #[test]
@@ -359,7 +391,8 @@ mod held {
         }
         #[potential]
         fn springs(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.k * ((q.x - self.anchor).powi(2) + q.y.powi(2)) + 0.5 * self.twist * (q.phi - 0.3).powi(2)
+            0.5 * self.k * ((q.x - self.anchor).powi(2) + q.y.powi(2))
+                + 0.5 * self.twist * (q.phi - 0.3).powi(2)
         }
         #[nonholonomic]
         fn blade(&self, q: &Coordinates<Self>) -> Expr {
@@ -395,7 +428,8 @@ mod held {
 
 #[test]
 fn a_skate_rests_where_its_blade_holds_it_and_what_is_towed_never() {
-    // Two conditions for three coordinates: the equilibria are a line, and the nearest point of it is found. The blade carries the rest.
+    // Two conditions for three coordinates: the equilibria are a line, and the nearest point of it is found.
+    // The blade carries the rest.
     let model = held::Skate { m: 2.0, inertia: 0.1, anchor: 1.0, k: 5.0, twist: 0.7 };
     let one = model.equilibrium(&model.state().x(0.2).y(0.6).phi(1.0).build().unwrap()).unwrap();
     let (dx, y, phi) = (one.state.x() - 1.0, one.state.y(), one.state.phi());

@@ -1,4 +1,5 @@
-//! Published values of stability in full digits: small damping in unequal parts, loads that come at once, chains of many links, frequencies about L4.
+//! Published values of stability in full digits: small damping in unequal parts, loads that come at once,
+//! chains of many links, frequencies about L4.
 
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
@@ -10,7 +11,8 @@ use dynamics::prelude::*;
 use super::stability::moon::Moon;
 use super::truss::{TRUSS, Truss};
 
-/// Ziegler's column with a damper of its own in each joint, m = l = k = 1; O. N. Kirillov, Acta Polytechnica 51/4 (2011) 32.
+/// Ziegler's column with a damper of its own in each joint, m = l = k = 1; O. N. Kirillov, Acta Polytechnica
+/// 51/4 (2011) 32.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(phi: [rad; 2])]
 struct Column {
@@ -43,7 +45,8 @@ impl Column {
     }
 }
 
-/// Of Hurwitz's determinant, with a₂ = 7 − 2P + c₁c₂ and all the rest free of P: the flutter load is that of vanishing damping plus c₁c₂/2, exactly.
+/// Of Hurwitz's determinant, with a₂ = 7 − 2P + c₁c₂ and all the rest free of P: the flutter load is that of
+/// vanishing damping plus c₁c₂/2, exactly.
 #[test]
 fn vanishing_damping_in_unequal_parts() {
     // c₁/c₂ and the limit. At 4 + 5√2 = 11.071 nothing is lost against no damping at all, (7/2 − √2) k/l.
@@ -64,8 +67,8 @@ fn vanishing_damping_in_unequal_parts() {
             let off = (found - 0.5 * c[0] * c[1]) / limit - 1.0;
             assert!(off.abs() < 1e-10, "{ratio}, {second}: off by {off:.1e}");
         }
-        // The limit itself, without what is known of how it is approached: c₁c₂/2 is below 1e-9 here. Nearer than 1e-7
-        // of the load what grows is too little beside rounding to be told: damping times distance.
+        // The limit itself, without what is known of how it is approached: c₁c₂/2 is below 1e-9 here. Nearer
+        // than 1e-7 of the load what grows is too little beside rounding to be told: damping times distance.
         let c = [ratio * 1e-5, 1e-5];
         let verdict = |p: f64| {
             let model = Column { c, p };
@@ -78,7 +81,8 @@ fn vanishing_damping_in_unequal_parts() {
     }
 }
 
-/// A load that comes at once and stays snaps the truss where its energy reaches the top of the hill: V(z) = V(h) there, with P the load at z.
+/// A load that comes at once and stays snaps the truss where its energy reaches the top of the hill: V(z) =
+/// V(h) there, with P the load at z.
 #[test]
 fn a_step_load_on_a_truss() {
     let (threshold, hill) = (0.029_180_954_916_405_365_95, 0.155_791_566_859_760_151_44);
@@ -90,7 +94,8 @@ fn a_step_load_on_a_truss() {
     for (part, snaps) in [(1.0 - 1e-10, false), (1.0 + 1e-10, true)] {
         let model = Truss { load: threshold * part, ..TRUSS };
         let run = model.simulate(model.state().z(0.5).build().unwrap()).until(300.0).tolerance(1e-14);
-        let motion = run.event("turns", |state| state.z_rate()).stop_at("turns", Direction::Rising).run().unwrap();
+        let motion =
+            run.event("turns", |state| state.z_rate()).stop_at("turns", Direction::Rising).run().unwrap();
         let z = motion.end().z();
         match snaps {
             true => assert!(z < -0.5, "{part}: {z}"),
@@ -99,7 +104,8 @@ fn a_step_load_on_a_truss() {
     }
 }
 
-/// The truss by Green's strain: P = EA z (h² − z²)/L₀³; M. A. Crisfield, *Non-linear Finite Element Analysis*, volume 1, chapter 1.
+/// The truss by Green's strain: P = EA z (h² − z²)/L₀³; M. A. Crisfield, *Non-linear Finite Element
+/// Analysis*, volume 1, chapter 1.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(z)]
 struct Green {
@@ -229,7 +235,8 @@ fn henckys_chains_of_ten_links() {
     near(&found, &core::array::from_fn::<_, 9, _>(|j| 4.0 * ((j + 1) as f64 * PI / 20.0).sin().powi(2)));
 }
 
-/// As K x = P G x in banded matrices: angles where it is clamped, displacements of the joints where it is pinned.
+/// As K x = P G x in banded matrices: angles where it is clamped, displacements of the joints where it is
+/// pinned.
 #[test]
 fn henckys_chains_of_fifty_links() {
     let loads = |geometric: &Banded, stiffness: &Banded| -> Vec<f64> {

@@ -1,4 +1,5 @@
-//! Routh's reduction: what is left when the momenta of ignorable coordinates are held, of a heavy top in Euler's angles.
+//! Routh's reduction: what is left when the momenta of ignorable coordinates are held, of a heavy top in
+//! Euler's angles.
 //!
 //! ```text
 //! T = ½A (θ̇² + φ̇² sin²θ) + ½C (ψ̇ + φ̇ cos θ)²        V = m g l cos θ        φ, ψ ignorable
@@ -6,7 +7,8 @@
 //! beside it: ω² = (p_ψ − 2A φ̇ cos θ)²/A² + φ̇² sin²θ
 //! ```
 //!
-//! E. J. Routh, *Stability of a Given State of Motion* (1877); H. Goldstein, *Classical Mechanics*, §5.7 and §8.3.
+//! E. J. Routh, *Stability of a Given State of Motion* (1877); H. Goldstein, *Classical Mechanics*, §5.7 and
+//! §8.3.
 
 use dynamics::prelude::*;
 
@@ -53,6 +55,9 @@ fn a_top_precesses_steadily_and_nods_as_its_routhian_says() {
         pushed.u_mut()[1] = 1e-4;
         let period = std::f64::consts::TAU / square.sqrt();
         let end = top.simulate(pushed).until(period).tolerance(1e-12).run().unwrap().end();
-        assert!((end.theta() - theta).abs() < 1e-7 && (end.theta_rate() - 1e-4).abs() < 1e-7, "{theta}: {end:?}");
+        assert!(
+            (end.theta() - theta).abs() < 1e-7 && (end.theta_rate() - 1e-4).abs() < 1e-7,
+            "{theta}: {end:?}"
+        );
     }
 }

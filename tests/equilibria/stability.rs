@@ -1,4 +1,5 @@
-//! Verdicts on equilibria and steady motions against published thresholds, on both sides and as near as digits allow.
+//! Verdicts on equilibria and steady motions against published thresholds, on both sides and as near as
+//! digits allow.
 
 use std::f64::consts::PI;
 
@@ -22,7 +23,9 @@ fn a_double_pendulum_and_a_truss() {
         let judged = model.stability(&one.state).unwrap();
         let hangs = one.state.theta(0).abs() < 1.0 && one.state.theta(1).abs() < 1.0;
         match judged.verdict {
-            StabilityVerdict::Stable => assert!(hangs && judged.least_omega_squared.unwrap() > 0.0, "{one}\n{judged}"),
+            StabilityVerdict::Stable => {
+                assert!(hangs && judged.least_omega_squared.unwrap() > 0.0, "{one}\n{judged}")
+            }
             StabilityVerdict::Divergence { growth, .. } => {
                 let square = judged.least_omega_squared.unwrap();
                 assert!(!hangs && (growth * growth + square).abs() < 1e-13 * square.abs(), "{one}\n{judged}");
@@ -39,13 +42,18 @@ fn a_double_pendulum_and_a_truss() {
         let (a, b) = (there.least_omega_squared.unwrap(), here.least_omega_squared.unwrap());
         assert!((a - b).abs() < 1e-12 * b.abs() && there.is_stable() == here.is_stable(), "{there}\n{here}");
     }
-    // Up to its limit load the truss is stable, on the branch beyond it not; in the fold itself nothing can be said.
+    // Up to its limit load the truss is stable, on the branch beyond it not; in the fold itself nothing can
+    // be said.
     let [limit, fold] = truss::LIMIT;
     for (part, z, wanted) in [(0.9, 0.5, 1), (0.9, 0.1, -1), (1.0 - 1e-9, 0.5, 1), (1.0, 0.5, 0)] {
         let model = truss::Truss { load: limit * part, ..truss::TRUSS };
         let one = model.equilibrium(&model.state().z(z).build().unwrap()).unwrap();
         let judged = model.stability(&one.state).unwrap();
-        assert_eq!(i32::from(judged.is_stable()) - i32::from(judged.is_unstable()), wanted, "{part}: {one}\n{judged}");
+        assert_eq!(
+            i32::from(judged.is_stable()) - i32::from(judged.is_unstable()),
+            wanted,
+            "{part}: {one}\n{judged}"
+        );
         if wanted == 0 {
             let resists = StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: "z" });
             assert!(judged.verdict == resists && (one.state.z() - fold).abs() < 1e-6, "{judged}");
@@ -59,7 +67,9 @@ fn a_bead_on_a_hoop() {
     let critical = (g / radius).sqrt();
     let with = |drag: f64, speed: f64, theta: f64| {
         let model = TurnedHoop { m, g, radius, speed, drag };
-        model.stability(&model.equilibrium(&model.state().theta(theta).build().unwrap()).unwrap().state).unwrap()
+        model
+            .stability(&model.equilibrium(&model.state().theta(theta).build().unwrap()).unwrap().state)
+            .unwrap()
     };
     let driven = |speed: f64, theta: f64| with(0.0, speed, theta);
     let nothing = StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: "theta" });
@@ -75,15 +85,23 @@ fn a_bead_on_a_hoop() {
     }
     for (part, wanted) in [(0.5, 1), (1.0 - 1e-13, 1), (1.0, 0), (1.0 + 1e-13, -1), (2.0, -1)] {
         let judged = driven(part * critical, 0.0);
-        assert_eq!(i32::from(judged.is_stable()) - i32::from(judged.is_unstable()), wanted, "{part}: {judged}");
+        assert_eq!(
+            i32::from(judged.is_stable()) - i32::from(judged.is_unstable()),
+            wanted,
+            "{part}: {judged}"
+        );
         assert_eq!(judged.verdict == nothing, wanted == 0, "{judged}");
     }
     let aside = driven(6.0, 1.0);
     assert!(aside.verdict == StabilityVerdict::Stable, "{aside}");
-    assert!((aside.least_omega_squared.unwrap() - 5.030_616_264_435_203_f64.powi(2)).abs() < 1e-13, "{aside}");
+    assert!(
+        (aside.least_omega_squared.unwrap() - 5.030_616_264_435_203_f64.powi(2)).abs() < 1e-13,
+        "{aside}"
+    );
     let StabilityVerdict::Divergence { growth, .. } = driven(6.0, 0.0).verdict else { panic!("it leaves") };
     assert!((growth - 4.047_221_268_969_612).abs() < 1e-14, "{growth}");
-    // The hoop that turns by itself keeps its angular momentum: the bead's weight in it stiffens what is left (Routh).
+    // The hoop that turns by itself keeps its angular momentum: the bead's weight in it stiffens what is left
+    // (Routh).
     let model = FreeHoop { m, g, radius, inertia: 0.02 };
     let one = model.steady(&model.state().theta(0.7).phi_rate(6.0).build().unwrap()).unwrap();
     let judged = model.stability(&one.state).unwrap();
@@ -94,8 +112,9 @@ fn a_bead_on_a_hoop() {
     assert!((judged.least_omega_squared.unwrap() - routh).abs() < 1e-13 * routh, "{judged}: {routh}");
 }
 
-/// A hoop without inertia leaves a spherical pendulum: in a cone cos θ = g/(l ω²) it goes round for ever; upright its angle turns, and it does not. Next to the pole, where rounding ends the search,
-/// the momentum of next to no inertia would hold it up.
+/// A hoop without inertia leaves a spherical pendulum: in a cone cos θ = g/(l ω²) it goes round for ever;
+/// upright its angle turns, and it does not. Next to the pole, where rounding ends the search, the momentum
+/// of next to no inertia would hold it up.
 #[test]
 fn a_pole_is_not_judged_by_what_turns_in_it() {
     let (g, radius, speed) = (9.81, 1.0, 3.5_f64);
@@ -108,7 +127,10 @@ fn a_pole_is_not_judged_by_what_turns_in_it() {
         assert_eq!((one.state.phi_rate(), one.state.phi()), (speed, 0.0), "{one}");
         match model.stability(&one.state) {
             Ok(judged) => {
-                assert!((one.state.theta().abs() - cone).abs() < 1e-14 && judged.is_stable(), "{one}\n{judged}");
+                assert!(
+                    (one.state.theta().abs() - cone).abs() < 1e-14 && judged.is_stable(),
+                    "{one}\n{judged}"
+                );
                 // Routh: ω² sin²θ + 4 ω² cos²θ.
                 let wanted = speed * speed * (1.0 + 3.0 * cone.cos().powi(2));
                 assert!((judged.least_omega_squared.unwrap() / wanted - 1.0).abs() < 1e-13, "{judged}");
@@ -130,7 +152,8 @@ fn zieglers_column_with_and_without_damping() {
         let model = Ziegler { follows: 1.0, m: 1.0, l: 1.0, k: 1.0, c, p };
         verdict(&model, &model.state().build().unwrap())
     };
-    // Undamped: swings below, flutter above, and in between two frequencies that meet. No potential: Dirichlet says nothing of it.
+    // Undamped: swings below, flutter above, and in between two frequencies that meet. No potential:
+    // Dirichlet says nothing of it.
     let critical = 3.5 - 2.0_f64.sqrt();
     for part in [0.5, 0.99, 1.0 - 1e-9] {
         let found = at(critical * part, 0.0);
@@ -175,7 +198,9 @@ fn a_sleeping_top() {
         let off = (found[0] - wanted[0]).abs().max((found[1] - wanted[1]).abs());
         assert!(off < 1e-12 * judged.conditioning.powi(2).min(1e5), "{spin}: {off:e} {judged}");
     }
-    assert!((at(50.0).eigenvalues.iter().map(|x| x.im).fold(0.0, f64::max) - 8.897_435_053_981_015).abs() < 1e-13);
+    assert!(
+        (at(50.0).eigenvalues.iter().map(|x| x.im).fold(0.0, f64::max) - 8.897_435_053_981_015).abs() < 1e-13
+    );
     let meets = at(critical).verdict;
     assert!(matches!(meets, StabilityVerdict::Marginal(Undecided::FrequenciesMeet { .. })), "{meets}");
     for spin in [critical * (1.0 - 1e-9), 20.0] {
@@ -184,7 +209,8 @@ fn a_sleeping_top() {
     assert!(matches!(at(0.0).verdict, StabilityVerdict::Divergence { .. }), "{}", at(0.0));
 }
 
-/// The plane restricted problem of three bodies, in the frame that turns with two of them; V. Szebehely, *Theory of Orbits*.
+/// The plane restricted problem of three bodies, in the frame that turns with two of them; V. Szebehely,
+/// *Theory of Orbits*.
 pub(super) mod moon {
     use super::*;
 
@@ -223,7 +249,8 @@ fn lagrange_points() {
     for (one, (x, y)) in found.equilibria.iter().zip(wanted) {
         assert!((one.state.x() - x).abs() < 1e-14 && (one.state.y() - y).abs() < 1e-14, "{one}");
         let judged = earth.stability(&one.state).unwrap();
-        // In a line: unstable. In the triangle: at the top of the potential that counts, held by Coriolis forces alone.
+        // In a line: unstable. In the triangle: at the top of the potential that counts, held by Coriolis
+        // forces alone.
         match y == 0.0 {
             true => assert!(matches!(judged.verdict, StabilityVerdict::Divergence { .. }), "{judged}"),
             false => {
@@ -264,17 +291,20 @@ fn henckys_chain_buckles() {
     let resists = matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. }));
     assert!(resists && judged.least_omega_squared.unwrap().abs() < 1e-15, "{judged}");
     for j in 1..=3 {
-        let StabilityVerdict::Divergence { growth, .. } = straight(critical(j) * (1.0 + 1e-10)).verdict else {
+        let StabilityVerdict::Divergence { growth, .. } = straight(critical(j) * (1.0 + 1e-10)).verdict
+        else {
             panic!("beyond load {j} it stands")
         };
         assert!(growth > 0.0, "{j}");
     }
-    // Between the first two loads it leans to either side, between the second and the third it has two more ways to.
+    // Between the first two loads it leans to either side, between the second and the third it has two more
+    // ways to.
     for (j, count) in [(1, 3), (2, 5)] {
         let model = model(0.5 * (critical(j) + critical(j + 1)));
         let around = model.state().build().unwrap();
         // Far beyond the first load few starts lead to where the end hangs down: two that lean are given.
-        let leaning = |side: f64| model.state().theta([1.9, 2.7, 3.0, 3.1, 3.1].map(|x| side * x)).build().unwrap();
+        let leaning =
+            |side: f64| model.state().theta([1.9, 2.7, 3.0, 3.1, 3.1].map(|x| side * x)).build().unwrap();
         let starts = [around, leaning(1.0), leaning(-1.0)];
         let found = model.equilibria(around).from(starts).random(40).spread(2.5).run().unwrap();
         let small = found.equilibria.iter().filter(|one| one.state.q().iter().all(|q| q.abs() < PI));
@@ -283,13 +313,15 @@ fn henckys_chain_buckles() {
         assert!(small.len() >= count && stable == 2, "{found}");
         // What leans to one side leans to the other.
         for (one, _) in &small {
-            let mirror = |other: &Equilibrium<_>| (one.state.q() + State::<Hencky>::q(&other.state)).amax() < 1e-9;
+            let mirror =
+                |other: &Equilibrium<_>| (one.state.q() + State::<Hencky>::q(&other.state)).amax() < 1e-9;
             assert!(small.iter().any(|(other, _)| mirror(other)), "{one}\n{found}");
         }
     }
 }
 
-/// A slider on a crank, pushed by a spring: by the angle alone, and by angle and place with the rod as a constraint.
+/// A slider on a crank, pushed by a spring: by the angle alone, and by angle and place with the rod as a
+/// constraint.
 mod slider {
     use super::*;
 
@@ -372,7 +404,10 @@ fn a_loop_with_a_spring_as_in_one_coordinate() {
     for (one, other) in found.equilibria.iter().zip(&looped.equilibria) {
         assert!((one.state.phi() - other.state.phi()).abs() < 1e-13, "{one}\n{other}");
         let (a, b) = (angle.stability(&one.state).unwrap(), closed.stability(&other.state).unwrap());
-        assert!((a.least_omega_squared.unwrap() / b.least_omega_squared.unwrap() - 1.0).abs() < 1e-11, "{a}\n{b}");
+        assert!(
+            (a.least_omega_squared.unwrap() / b.least_omega_squared.unwrap() - 1.0).abs() < 1e-11,
+            "{a}\n{b}"
+        );
         assert_eq!((a.is_stable(), a.is_unstable()), (b.is_stable(), b.is_unstable()), "{a}\n{b}");
         stable += i32::from(a.is_stable());
         // What the rod pushes the slider with.
@@ -449,7 +484,8 @@ fn what_is_weak_decides_beside_what_is_strong() {
         let judged = of(&Weak { k: [0.0, 4.0], fourth, ..WEAK });
         assert_eq!(judged.verdict, nothing, "{judged}");
     }
-    // A force across the displacement of equal springs takes them apart, beside a dead load or a stiff spring, too.
+    // A force across the displacement of equal springs takes them apart, beside a dead load or a stiff
+    // spring, too.
     for (around, load) in [(0.1, 0.0), (1e-6, 1e3), (1e-9, 0.0)] {
         let judged = of(&Weak { k: [1.0, 1.0], around, load, ..WEAK });
         let StabilityVerdict::Flutter { growth, .. } = judged.verdict else { panic!("{around}: {judged}") };
@@ -457,10 +493,10 @@ fn what_is_weak_decides_beside_what_is_strong() {
     }
     let uneven = of(&Weak { k: [1e12, 1.0], around: 1e-3, ..WEAK });
     assert!(!uneven.is_stable() && !uneven.is_unstable(), "{uneven}");
-    // Damping of one of two that are not coupled leaves the other; a little of both is enough; a drive takes over.
+    // Damping of one of two that are not coupled leaves the other; a little of both is enough; a drive takes
+    // over.
     let judged = of(&Weak { drag: [0.3, 0.0], ..WEAK });
-    let swings =
-        |verdict| matches!(verdict, StabilityVerdict::Marginal(Undecided::Swings { frequency }) if frequency == 2.0);
+    let swings = |verdict| matches!(verdict, StabilityVerdict::Marginal(Undecided::Swings { frequency }) if frequency == 2.0);
     assert!(swings(judged.verdict), "{judged}");
     for (load, drag) in [(0.0, [0.3, 1e-9]), (1e9, [0.3, 1e-9]), (0.0, [1e-9, 1e-9])] {
         let judged = of(&Weak { drag, load, ..WEAK });
@@ -471,7 +507,8 @@ fn what_is_weak_decides_beside_what_is_strong() {
         let flutters = matches!(judged.verdict, StabilityVerdict::Flutter { coordinate: "y", .. });
         assert!(flutters && (judged.abscissa / 5e-10 - 1.0).abs() < 1e-5, "{judged}");
     }
-    // Forces across the velocity hold two masses on a hill, which the least drag undoes; energy is kept, but no declaration says so.
+    // Forces across the velocity hold two masses on a hill, which the least drag undoes; energy is kept, but
+    // no declaration says so.
     let hill = Weak { k: [-1.0, -1.5], turning: 5.0, ..WEAK };
     assert!(!of(&hill).is_stable() && !of(&hill).is_unstable(), "{}", of(&hill));
     let judged = of(&Weak { drag: [1e-6; 2], ..hill });
@@ -487,7 +524,10 @@ fn what_does_not_stay_is_not_judged() {
     let error = shaken.stability(&found.equilibria[0].state).unwrap_err();
     assert!(matches!(error, EquilibriumError::DependsOnTime { coordinate: "y", .. }), "{error}");
     let error = WEAK.stability(&WEAK.state().x(0.1).build().unwrap()).unwrap_err();
-    assert!(matches!(error, EquilibriumError::Derivatives(LinearizeError::Accelerates { name: "x", .. })), "{error}");
+    assert!(
+        matches!(error, EquilibriumError::Derivatives(LinearizeError::Accelerates { name: "x", .. })),
+        "{error}"
+    );
     // On the edge of a stop each side has a stiffness of its own.
     let edge = plane::Plane { pull: 4.0, stop: 50.0, edge: 1.0, ..plane::PLANE };
     let error = edge.stability(&edge.state().x(1.0).build().unwrap()).unwrap_err();
@@ -498,6 +538,12 @@ fn what_does_not_stay_is_not_judged() {
     assert!(judged.verdict == StabilityVerdict::Stable && judged.ignorable[0].name == "x", "{judged}");
     let free = Weak { k: [0.0, 0.0], ..WEAK };
     let judged = free.stability(&free.state().x(3.0).build().unwrap()).unwrap();
-    assert!(matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })), "{judged}");
-    assert!(judged.to_string().starts_with("not decided by linear theory: nothing resists along `x`"), "{judged}");
+    assert!(
+        matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })),
+        "{judged}"
+    );
+    assert!(
+        judged.to_string().starts_with("not decided by linear theory: nothing resists along `x`"),
+        "{judged}"
+    );
 }

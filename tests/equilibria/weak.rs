@@ -1,4 +1,5 @@
-//! Rests where next to nothing holds: critical loads, forces that fade away, corners, coordinates in which a force says nothing, and rolling.
+//! Rests where next to nothing holds: critical loads, forces that fade away, corners, coordinates in which a
+//! force says nothing, and rolling.
 
 use dynamics::prelude::*;
 
@@ -58,7 +59,8 @@ mod models {
         }
     }
 
-    /// `fading` tanh x + `slope` |x| + `flat` x⁴/4 + `soft` e^(−x) − `well` e^(−x²), with a mass y on a spring beside it.
+    /// `fading` tanh x + `slope` |x| + `flat` x⁴/4 + `soft` e^(−x) − `well` e^(−x²), with a mass y on a
+    /// spring beside it.
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(x, y)]
     pub(super) struct Shapes {
@@ -160,7 +162,10 @@ fn from_far_along_constraints() {
         for side in [1.0, -1.0] {
             let one = model.equilibrium(&model.state().x(side * l).build().unwrap());
             let one = one.unwrap_or_else(|error| panic!("{l}, {side}: {error}"));
-            assert!(one.state.x().abs() < 1e-14 * l && (one.state.y() + l).abs() < 1e-15 * l, "{l}, {side}: {one}");
+            assert!(
+                one.state.x().abs() < 1e-14 * l && (one.state.y() + l).abs() < 1e-15 * l,
+                "{l}, {side}: {one}"
+            );
         }
         let level = model.state().x(l).build().unwrap();
         let found = model.equilibria(level).random(20).spread(l).run().unwrap();
@@ -186,7 +191,10 @@ fn at_a_critical_load_there_is_one_rest() {
         let one = &found.equilibria[0];
         let judged = model.stability(&one.state).unwrap();
         assert!(matches!(judged.verdict, StabilityVerdict::Marginal(_)), "{spread}: {one}\n{judged}");
-        assert!(one.state.q().iter().zip(&one.uncertainty).all(|(q, off)| q.abs() <= *off), "{spread}: {one}");
+        assert!(
+            one.state.q().iter().zip(&one.uncertainty).all(|(q, off)| q.abs() <= *off),
+            "{spread}: {one}"
+        );
     }
     // Forces that begin with the fifth power, of which Newton's method takes a fifth at a time.
     for size in [1e-6, 1.0, 1e6] {
@@ -213,29 +221,36 @@ fn forces_that_fade_away_are_no_balance() {
         assert!(
             matches!(
                 error,
-                EquilibriumError::Diverged { coordinate: "x", .. } | EquilibriumError::Faded { coordinate: "x", .. }
+                EquilibriumError::Diverged { coordinate: "x", .. }
+                    | EquilibriumError::Faded { coordinate: "x", .. }
             ),
             "tanh from {x}: {error}"
         );
     }
     for x in [0.5, 12.0, 40.0, 740.0, 760.0] {
         let soft = Shapes { soft: 1.0, ..NONE };
-        let error = soft.equilibrium(&soft.state().x(x).build().unwrap()).expect_err(&format!("e^−x from {x}"));
+        let error =
+            soft.equilibrium(&soft.state().x(x).build().unwrap()).expect_err(&format!("e^−x from {x}"));
         assert!(
             matches!(
                 error,
-                EquilibriumError::Diverged { coordinate: "x", .. } | EquilibriumError::Faded { coordinate: "x", .. }
+                EquilibriumError::Diverged { coordinate: "x", .. }
+                    | EquilibriumError::Faded { coordinate: "x", .. }
             ),
             "e^−x from {x}: {error}"
         );
     }
-    // So far from a well that neither its force nor its stiffness is a number above zero: nothing there says that it ends, and nothing holds it.
+    // So far from a well that neither its force nor its stiffness is a number above zero: nothing there says
+    // that it ends, and nothing holds it.
     let well = Shapes { well: 1.0, ..NONE };
     for x in [30.0, 40.0, 1000.0, 1e6] {
         let far = well.state().x(x).y(0.3).build().unwrap();
         for error in [well.equilibrium(&far).map(drop), well.stability(&far).map(drop)] {
             let error = error.expect_err(&format!("−e^−x² from {x}"));
-            assert!(matches!(error, EquilibriumError::Faded { coordinate: "x", .. }), "−e^−x² from {x}: {error}");
+            assert!(
+                matches!(error, EquilibriumError::Faded { coordinate: "x", .. }),
+                "−e^−x² from {x}: {error}"
+            );
         }
     }
     let inside = well.equilibrium(&well.state().x(0.4).build().unwrap()).unwrap();
@@ -262,10 +277,12 @@ fn rests_in_corners_are_no_folds() {
 fn a_push_at_any_time_is_seen() {
     for pulse in [0.31, 3.0, 42.0, 99.9] {
         let model = Shapes { pulse, ..NONE };
-        let error = model.equilibrium(&model.state().build().unwrap()).expect_err(&format!("a push at {pulse}"));
+        let error =
+            model.equilibrium(&model.state().build().unwrap()).expect_err(&format!("a push at {pulse}"));
         assert!(matches!(error, EquilibriumError::DependsOnTime { coordinate: "y", .. }), "{pulse}: {error}");
     }
-    // Later ones may fall between the times that are looked at: it is said that time stands in the model, and of others that it does not.
+    // Later ones may fall between the times that are looked at: it is said that time stands in the model, and
+    // of others that it does not.
     let late = Shapes { pulse: 5005.0, ..NONE };
     let one = late.equilibrium(&late.state().build().unwrap()).unwrap();
     assert!(one.contains_time && one.to_string().contains("time stands in the model"), "{one}");
@@ -279,7 +296,8 @@ fn soft_springs_beside_stiff_ones_are_as_sure_as_is_said() {
     let mut worst: f64 = 0.0;
     for (k, stiff) in [1e4, 1e6, 1e8, 1e10, 1e12].into_iter().enumerate() {
         for sample in 0..20 {
-            let (free, pull) = (0.3 + 0.037 * f64::from(sample), 0.71 + 0.013 * f64::from(sample + 20 * k as i32));
+            let (free, pull) =
+                (0.3 + 0.037 * f64::from(sample), 0.71 + 0.013 * f64::from(sample + 20 * k as i32));
             let model = Uneven { m: 1.0, soft: 1.0, stiff, free, pull };
             let one = model.equilibrium(&model.state().x(0.1).y(0.4).z(0.9).build().unwrap()).unwrap();
             let wanted = [pull, pull + free + pull / stiff, pull + 2.0 * free + 2.0 * pull / stiff];
@@ -292,7 +310,8 @@ fn soft_springs_beside_stiff_ones_are_as_sure_as_is_said() {
     assert!(worst <= 1.0, "off by {worst:.1} times what was said");
 }
 
-/// Leaning by β on a circle of radius R a thin disk of radius r spins with γ̇² = 4 g sin β/((6 − 5 ρ sin β) ρ r cos β), ρ = r/R, and turns by −ρ γ̇.
+/// Leaning by β on a circle of radius R a thin disk of radius r spins with γ̇² = 4 g sin β/((6 − 5 ρ sin β) ρ
+/// r cos β), ρ = r/R, and turns by −ρ γ̇.
 #[test]
 fn a_disk_rolls_in_a_steady_circle() {
     let rolling = |disk: &Disk, lean: f64, yaw: f64, spin: f64| {
@@ -305,11 +324,17 @@ fn a_disk_rolls_in_a_steady_circle() {
         let (spin, yaw) = (square.sqrt(), -ratio * square.sqrt());
         let one = DISK.steady(&rolling(&DISK, 0.9 * lean, yaw, spin)).unwrap();
         assert!((one.state.lean() - lean).abs() < 1e-12, "{lean}: {one}");
-        assert!((one.state.yaw_rate() - yaw).abs() < 1e-15 && (one.state.spin_rate() - spin).abs() < 1e-15, "{one}");
+        assert!(
+            (one.state.yaw_rate() - yaw).abs() < 1e-15 && (one.state.spin_rate() - spin).abs() < 1e-15,
+            "{one}"
+        );
         // The motion is a circle, and closes.
         let period = std::f64::consts::TAU / yaw.abs();
         let end = DISK.simulate(one.state).until(period).tolerance(1e-12).run().unwrap().end();
-        assert!((end.lean() - lean).abs() < 1e-7 && (end.x() - one.state.x()).hypot(end.y() - one.state.y()) < 1e-6);
+        assert!(
+            (end.lean() - lean).abs() < 1e-7
+                && (end.x() - one.state.x()).hypot(end.y() - one.state.y()) < 1e-6
+        );
         // The reaction at the contact holds it on its circle: m v²/R of the centre, toward the middle.
         let speed = one.state.x_rate();
         assert!((speed * yaw).abs() > 0.0 && !one.reactions.is_empty());

@@ -139,19 +139,24 @@ impl Dumbbell {
     }
 }
 
-/// A dumbbell satellite points to the earth, stably (F. P. J. Rimrott, *Introductory Attitude Dynamics*, 1989, §9), wherever on its orbit and in every unit of length; across it does not.
+/// A dumbbell satellite points to the earth, stably (F. P. J. Rimrott, *Introductory Attitude Dynamics*,
+/// 1989, §9), wherever on its orbit and in every unit of length; across it does not.
 #[test]
 fn a_dumbbell_satellite_points_down() {
     for (k, r, l) in [(1.0, 1.0, 0.01), (1.0, 1.0, 0.5), (3.986e14, 7e6, 100.0), (398_600.0, 7000.0, 0.1)] {
         for theta in [0.0, 0.7, -3.0] {
             let (model, rate) = (Dumbbell { m: 1.0, l, k }, f64::sqrt(k / (r * r * r)));
-            let start = |pitch: f64| model.state().r(r).theta(theta).pitch(pitch).theta_rate(rate).build().unwrap();
+            let start =
+                |pitch: f64| model.state().r(r).theta(theta).pitch(pitch).theta_rate(rate).build().unwrap();
             let (place, verdict, ignorable) = judged!(model, start(0.0));
-            assert_eq!((verdict, ignorable), (StabilityVerdict::Stable, vec!["theta"]), "{k} {theta}: {place:?}");
+            assert_eq!(
+                (verdict, ignorable),
+                (StabilityVerdict::Stable, vec!["theta"]),
+                "{k} {theta}: {place:?}"
+            );
             if theta != 0.0 {
                 let (place, verdict, _) = judged!(model, start(std::f64::consts::FRAC_PI_2));
-                let grows =
-                    matches!(verdict, StabilityVerdict::Divergence { growth, .. } if (growth / rate - 1.7).abs() < 0.1);
+                let grows = matches!(verdict, StabilityVerdict::Divergence { growth, .. } if (growth / rate - 1.7).abs() < 0.1);
                 assert!(grows, "{k} {theta}: {place:?} {verdict:?}");
             }
         }

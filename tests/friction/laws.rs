@@ -1,4 +1,5 @@
-//! Forces that go by the reactions of the same instant in another way than Coulomb's: what solves them, and what is told where nothing was found.
+//! Forces that go by the reactions of the same instant in another way than Coulomb's: what solves them, and
+//! what is told where nothing was found.
 
 use dynamics::constrain::solve_once;
 use dynamics::error::SolveError;
@@ -40,14 +41,21 @@ fn wheelset(p: [f64; 5], contacts: [f64; 4], v: [f64; 6]) -> (Wheelset, State<Wh
     unreachable!()
 }
 
-/// λ at the published start, where it is an approximation, and at the published end, which is that of the published Fortran, run at 1e-12 and 1e-13, which agree to 8 digits and more.
+/// λ at the published start, where it is an approximation, and at the published end, which is that of the
+/// published Fortran, run at 1e-12 and 1e-13, which agree to 8 digits and more.
 #[test]
 fn creep_forces_of_a_wheelset_are_solved_with_its_normal_forces() {
     let start = [0.14941e-2, 0.40089e-6, 0.11241e-5, -0.28573e-3, 0.26459e-3];
     let contacts = [-7.412238035766714e-6, -0.1521364296121248, 7.563440639517294e-6, 0.1490635714733819];
-    let end =
-        [8.63553825324552e-3, 1.303834114342201e-5, -9.363581148210597e-5, -1.364229595410239e-2, 1.529289421816618e-3];
-    let end_contacts = [-3.366674257456237e-4, -1.594942563762444e-1, 3.783960360262247e-4, 1.417321500950541e-1];
+    let end = [
+        8.63553825324552e-3,
+        1.303834114342201e-5,
+        -9.363581148210597e-5,
+        -1.364229595410239e-2,
+        1.529289421816618e-3,
+    ];
+    let end_contacts =
+        [-3.366674257456237e-4, -1.594942563762444e-1, 3.783960360262247e-4, 1.417321500950541e-1];
     let end_rates = [
         -7.698524079018815e-2,
         -2.515106367564128e-4,
@@ -76,7 +84,8 @@ fn creep_forces_of_a_wheelset_are_solved_with_its_normal_forces() {
     assert!((motion.end().q - finer.end().q).amax() < 1e-8, "{} {}", motion.end().q, finer.end().q);
 }
 
-/// A rod that slides with one end on the floor, F. Génot & B. Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653–677, with friction τ(N) by other laws than Coulomb's.
+/// A rod that slides with one end on the floor, F. Génot & B. Brogliato, Eur. J. Mech. A/Solids 18 (1999)
+/// 653–677, with friction τ(N) by other laws than Coulomb's.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, theta: rad)]
 #[units(mass: kg, half: m, g: m / s^2)]
@@ -125,7 +134,8 @@ impl Rod {
 }
 
 impl Rod {
-    /// N/mg by hand, where the tip slides to growing x or falling x at rate θ̇ = 0: N (1 + 3 cos² θ) + 3 sin θ cos θ sgn τ(N) = m g. All of a scan, by bisection.
+    /// N/mg by hand, where the tip slides to growing x or falling x at rate θ̇ = 0: N (1 + 3 cos² θ) + 3 sin
+    /// θ cos θ sgn τ(N) = m g. All of a scan, by bisection.
     fn by_hand(&self, theta: f64, slide: f64) -> Vec<f64> {
         let (s, c) = theta.sin_cos();
         let law = |n: f64| {
@@ -148,10 +158,12 @@ impl Rod {
     }
 }
 
-/// Laws that are not linear in the reaction, light and heavy, up to and beyond the slope of Painlevé's paradox: N is the one by hand wherever there is one.
+/// Laws that are not linear in the reaction, light and heavy, up to and beyond the slope of Painlevé's
+/// paradox: N is the one by hand wherever there is one.
 #[test]
 fn other_laws_of_friction_have_the_reaction_by_hand() {
-    let smooth = Rod { mass: 2.0, half: 0.7, g: 9.81, mu: 0.0, creep: 1.0, shear: 1.0, slope: 0.0, wedge: 0.0 };
+    let smooth =
+        Rod { mass: 2.0, half: 0.7, g: 9.81, mu: 0.0, creep: 1.0, shear: 1.0, slope: 0.0, wedge: 0.0 };
     let (mut solved, mut several, mut none) = (0, 0, 0);
     for mu in [0.0, 0.3, 1.3, 1.7, 3.0] {
         for creep in [1e-3, 0.3, 1.0, 10.0] {
@@ -160,7 +172,8 @@ fn other_laws_of_friction_have_the_reaction_by_hand() {
                     for (theta, slide) in [(0.3, -1.0), (1.1, -1.0), (1.3, -1.0), (0.8, 1.0)] {
                         let rod = Rod { mu, creep, shear, slope, wedge, ..smooth };
                         let case = format!("{rod:?} {theta} {slide}");
-                        let start = rod.state().x(0.7 * f64::cos(theta)).y(0.7 * f64::sin(theta)).theta(theta);
+                        let start =
+                            rod.state().x(0.7 * f64::cos(theta)).y(0.7 * f64::sin(theta)).theta(theta);
                         let start = start.x_rate(slide).build().unwrap();
                         let hand = rod.by_hand(theta, slide);
                         match (solve_once(&rod, &rod.constants().unwrap(), &start), hand.as_slice()) {
@@ -170,7 +183,8 @@ fn other_laws_of_friction_have_the_reaction_by_hand() {
                                 let is_it = |n: &f64| (push / n - 1.0).abs() < 1e-9;
                                 assert!(hand.iter().any(is_it), "{case}: {push} of {hand:?}");
                                 // Of several it is the one to which friction grows from none.
-                                let nearest = hand.iter().filter(|n| **n > 0.0).fold(f64::INFINITY, |a, n| a.min(*n));
+                                let nearest =
+                                    hand.iter().filter(|n| **n > 0.0).fold(f64::INFINITY, |a, n| a.min(*n));
                                 assert!(push < 1.5 * nearest, "{case}: {push} of {hand:?}");
                             }
                             (Err(SolveError::Friction { solutions, .. }), hand) => {
@@ -178,9 +192,15 @@ fn other_laws_of_friction_have_the_reaction_by_hand() {
                                 several += 1;
                             }
                             (Err(error), hand) => {
-                                assert!(matches!(error, SolveError::FrictionUnsolved { .. }), "{case}: {error}");
+                                assert!(
+                                    matches!(error, SolveError::FrictionUnsolved { .. }),
+                                    "{case}: {error}"
+                                );
                                 let text = error.to_string();
-                                assert!(text.contains("does not prove") && !text.contains("Painlevé"), "{text}");
+                                assert!(
+                                    text.contains("does not prove") && !text.contains("Painlevé"),
+                                    "{text}"
+                                );
                                 // None, or one that more reaction drives away, or one far beyond.
                                 assert!(hand.iter().all(|n| *n < 0.0 || *n > 100.0), "{case}: {hand:?}");
                                 none += 1;

@@ -1,4 +1,5 @@
-//! Friction by the side to which a constraint was released: it brakes, or the motion ends with an error. It never drives.
+//! Friction by the side to which a constraint was released: it brakes, or the motion ends with an error. It
+//! never drives.
 
 use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
@@ -9,7 +10,8 @@ mod parcel;
 
 use parcel::Parcel;
 
-/// A block on an incline with a wall, which rubs by its reaction where it slips; it may be lifted and blown at.
+/// A block on an incline with a wall, which rubs by its reaction where it slips; it may be lifted and blown
+/// at.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[inputs(lift: N, wind: N)]
@@ -76,7 +78,8 @@ macro_rules! free {
     };
 }
 
-/// What is released at rest slips to where it is pushed, up or down; the same where only the run knows the inputs.
+/// What is released at rest slips to where it is pushed, up or down; the same where only the run knows the
+/// inputs.
 #[test]
 fn what_is_released_at_rest_is_braked() {
     for slope in [0.6f64, -0.6] {
@@ -88,7 +91,11 @@ fn what_is_released_at_rest_is_braked() {
             for formulation in FORMULATIONS {
                 let run = model.simulate(start).until(1.0).tolerance(1e-9).formulation(formulation);
                 let motion = run.contact("floor", 0.0).run().unwrap();
-                assert!((motion.end().x() - 0.5 * braked).abs() < 1e-7, "{formulation}: {}", motion.end().x());
+                assert!(
+                    (motion.end().x() - 0.5 * braked).abs() < 1e-7,
+                    "{formulation}: {}",
+                    motion.end().x()
+                );
             }
         }
         // What is given is taken, and found to be wrong by the run.
@@ -110,7 +117,8 @@ fn what_is_released_at_rest_is_braked() {
     assert!((motion.end().x() + 0.5 * (5.0 - 0.4 * G)).abs() < 1e-9);
 }
 
-/// On a flat floor, or one that is not steep enough, nothing slips: it would have to stick, and without a rule that is an error at once.
+/// On a flat floor, or one that is not steep enough, nothing slips: it would have to stick, and without a
+/// rule that is an error at once.
 #[test]
 fn what_would_stick_is_no_motion_without_a_rule() {
     for slope in [0.0, 0.3] {
@@ -118,9 +126,18 @@ fn what_would_stick_is_no_motion_without_a_rule() {
         let start = free!(model).release("stick").build().unwrap();
         let error = model.simulate(start).until(1.0).run().unwrap_err();
         // The other side is no remedy.
-        assert!(matches!(error.kind, Kind::SlipsBack { sticks: true, .. }) && error.time == 0.0, "{slope}: {error}");
+        assert!(
+            matches!(error.kind, Kind::SlipsBack { sticks: true, .. }) && error.time == 0.0,
+            "{slope}: {error}"
+        );
         assert!(!error.to_string().contains("release_to"), "{error}");
-        let motion = model.simulate(start).until(1.0).contact("floor", 0.0).stick_slip("stick", "limit").run().unwrap();
+        let motion = model
+            .simulate(start)
+            .until(1.0)
+            .contact("floor", 0.0)
+            .stick_slip("stick", "limit")
+            .run()
+            .unwrap();
         assert!(motion.end().x().abs() < 1e-12 && motion.end().is_engaged("stick").unwrap());
     }
 }
@@ -133,9 +150,12 @@ fn friction_ends_a_motion_that_it_would_drive_back() {
     let (stops, at) = (2.0 / (0.4 * G), 2.0 / (0.4 * G));
     for formulation in FORMULATIONS {
         for method in [methods::Any::from(methods::DormandPrince5), methods::Dop853.into()] {
-            let run = model.simulate(start).until(2.0).method(&method).tolerance(1e-9).formulation(formulation);
+            let run =
+                model.simulate(start).until(2.0).method(&method).tolerance(1e-9).formulation(formulation);
             let error = run.run().unwrap_err();
-            let Kind::SlipsBack { constraint, side, slip, at: seen, sticks } = error.kind else { panic!("{error}") };
+            let Kind::SlipsBack { constraint, side, slip, at: seen, sticks } = error.kind else {
+                panic!("{error}")
+            };
             // By then it has slipped so far back, with the friction that drives it.
             let driven = -0.4 * G * (seen - stops);
             assert!(sticks && (slip / driven - 1.0).abs() < 1e-5, "{slip} {driven}: {error}");
@@ -173,18 +193,29 @@ fn a_slip_that_turns_twice_within_a_step_is_seen() {
     assert!(matches!(error.kind, Kind::SlipsBack { .. }) && (error.time - 1.0).abs() < 1e-9, "{error}");
 }
 
-/// Friction turns with a velocity that jumps, with a rule and without; and is as it was at events that leave it alone.
+/// Friction turns with a velocity that jumps, with a rule and without; and is as it was at events that leave
+/// it alone.
 #[test]
 fn friction_turns_where_the_velocity_jumps() {
     let model = Incline { wall: 1.0, ..incline(0.0) };
-    let start = model.state().lift(0.0).wind(0.0).x(0.1).x_rate(4.0).release("stick").release("stop").build().unwrap();
+    let start = model
+        .state()
+        .lift(0.0)
+        .wind(0.0)
+        .x(0.1)
+        .x_rate(4.0)
+        .release("stick")
+        .release("stop")
+        .build()
+        .unwrap();
     let braking = 0.4 * G;
     let hits = (16.0 - 2.0 * braking * 0.9f64).sqrt();
     let (at, rebound) = ((4.0 - hits) / braking, 0.5 * hits);
     let end = 0.5 - at;
     let expected = 1.0 - rebound * end + 0.5 * braking * end * end;
     for formulation in FORMULATIONS {
-        let run = model.simulate(start).until(0.5).tolerance(1e-9).formulation(formulation).contact("stop", 0.5);
+        let run =
+            model.simulate(start).until(0.5).tolerance(1e-9).formulation(formulation).contact("stop", 0.5);
         let motion = run.contact("floor", 0.0).run().unwrap();
         assert!((motion.end().x() - expected).abs() < 1e-7, "{formulation}: {} {expected}", motion.end().x());
         let run = model.simulate(start).until(0.5).tolerance(1e-9).formulation(formulation);
@@ -211,14 +242,16 @@ fn a_side_that_does_not_count_is_no_error() {
     assert!((motion.end().x() - (2.0 - 2.0 * G * 0.3f64.sin())).abs() < 1e-9);
 }
 
-/// Where nothing presses, friction does nothing, and an event of one's own may release what sticks without a word on the side.
+/// Where nothing presses, friction does nothing, and an event of one's own may release what sticks without a
+/// word on the side.
 #[test]
 fn what_sticks_without_load_is_released_by_an_event() {
     let model = incline(0.0);
     let start = model.state().release("stop").build().unwrap();
     let lift = |t: f64, _: &InclineState| [5.0 * t, 0.0];
     let run = model.simulate(start).until(3.0).inputs(lift).contact("floor", 0.0);
-    let motion = run.on_event_with("limit", Direction::Falling, |change| change.release("stick")).run().unwrap();
+    let motion =
+        run.on_event_with("limit", Direction::Falling, |change| change.release("stick")).run().unwrap();
     let flown = 3.0 - G / 5.0;
     assert!((motion.end().y() - 5.0 * flown.powi(3) / 6.0).abs() < 1e-8, "{}", motion.end().y());
 }
@@ -268,17 +301,26 @@ fn what_sticks_in_an_impact_is_named() {
     let model = Latched { runs: 2.0, rests: 3.0, most: 7.2 };
     let start = model.state().block(0.3).runner_rate(3.0).release("latch").build().unwrap();
     let run = || model.simulate(start).until(2.0).tolerance(1e-9).stick_slip("stick", "limit");
-    let stuck = run().on_event_with("gap", Direction::Falling, |change| change.engage("latch")).run().unwrap();
+    let stuck =
+        run().on_event_with("gap", Direction::Falling, |change| change.engage("latch")).run().unwrap();
     let (name, time) = stuck.summary().stuck_in_impact.unwrap();
     assert!(name == "stick" && (time - 0.1).abs() < 1e-9 && stuck.end().block() == 0.3);
-    assert!(stuck.summary().to_string().contains("`stick` stuck in an impact at t = 0.1"), "{}", stuck.summary());
+    assert!(
+        stuck.summary().to_string().contains("`stick` stuck in an impact at t = 0.1"),
+        "{}",
+        stuck.summary()
+    );
     let slid = run().on_event_with("gap", Direction::Falling, |change| {
         change.release_to("stick", 1.0);
         change.engage("latch");
     });
     let slid = slid.run().unwrap();
     assert!(slid.summary().stuck_in_impact.is_none());
-    assert!((slid.end().block() - (0.3 + 1.2 * 1.2 / (2.0 * 7.2 / 5.0))).abs() < 1e-7, "{}", slid.end().block());
+    assert!(
+        (slid.end().block() - (0.3 + 1.2 * 1.2 / (2.0 * 7.2 / 5.0))).abs() < 1e-7,
+        "{}",
+        slid.end().block()
+    );
 }
 
 /// A block that sticks without side load is lifted off: at that instant neither side rubs.
@@ -287,8 +329,9 @@ fn what_sticks_without_load_is_lifted_off() {
     let model = incline(0.0);
     let start = free!(model).build().unwrap();
     let lifts = G / 5.0;
-    let expected =
-        5.0 / 6.0 * (64.0 - lifts.powi(3)) - 2.5 * lifts * lifts * (4.0 - lifts) - 0.5 * G * (4.0 - lifts).powi(2);
+    let expected = 5.0 / 6.0 * (64.0 - lifts.powi(3))
+        - 2.5 * lifts * lifts * (4.0 - lifts)
+        - 0.5 * G * (4.0 - lifts).powi(2);
     for formulation in FORMULATIONS {
         let run = || model.simulate(start).until(4.0).tolerance(1e-9).formulation(formulation);
         let run = || run().inputs(|t, _| [5.0 * t, 0.0]);
@@ -307,12 +350,14 @@ fn what_sticks_without_load_is_lifted_off() {
     }
 }
 
-/// Where the slip jumps through zero nothing is caught: friction has no impulse, and slips to the other side from there.
+/// Where the slip jumps through zero nothing is caught: friction has no impulse, and slips to the other side
+/// from there.
 #[test]
 fn a_slip_that_jumps_through_zero_turns_its_side() {
     let end = |limit: f64, then: f64, (at, seam): (f64, f64)| {
         let a: f64 = limit;
-        // From rest on the first belt until the instant, or the place; then toward the speed of the second, and with it.
+        // From rest on the first belt until the instant, or the place; then toward the speed of the second,
+        // and with it.
         let change = at.min((2.0 * seam / a).sqrt());
         let (x, u) = (0.5 * a * change * change, a * change);
         let slipping = (then - u).abs() / a;
@@ -350,7 +395,8 @@ fn a_slip_that_jumps_through_zero_turns_its_side() {
     }
 }
 
-/// A block that sticks is shoved: the force jumps past the limit in an instant that belongs to what was before, or to what comes.
+/// A block that sticks is shoved: the force jumps past the limit in an instant that belongs to what was
+/// before, or to what comes.
 #[test]
 fn what_sticks_breaks_away_where_a_force_jumps_past_the_limit() {
     #[derive(Clone, Debug, Dynamics)]
@@ -399,9 +445,14 @@ fn what_sticks_breaks_away_where_a_force_jumps_past_the_limit() {
             for formulation in FORMULATIONS {
                 let run = block.simulate(start).until(8.0).tolerance(1e-9).formulation(formulation);
                 let motion = run.stick_slip("stick", "grip").run();
-                let motion = motion.unwrap_or_else(|e| panic!("{at} {during} {before} {push} {formulation}: {e}"));
+                let motion =
+                    motion.unwrap_or_else(|e| panic!("{at} {during} {before} {push} {formulation}: {e}"));
                 let error = (motion.end().x() - truth).abs();
-                assert!(error < 3e-8, "{at} {during} {before} {push} {formulation}: {}, not {truth}", motion.end().x());
+                assert!(
+                    error < 3e-8,
+                    "{at} {during} {before} {push} {formulation}: {}, not {truth}",
+                    motion.end().x()
+                );
             }
         }
     }
@@ -453,7 +504,8 @@ impl Rig {
     }
 }
 
-/// What comes to stick is no impact: a contact that bears it does not part by what rounding leaves of its velocity.
+/// What comes to stick is no impact: a contact that bears it does not part by what rounding leaves of its
+/// velocity.
 #[test]
 fn a_contact_goes_on_bearing_what_comes_to_stick() {
     for mu in [0.25, 0.02] {
@@ -468,7 +520,10 @@ fn a_contact_goes_on_bearing_what_comes_to_stick() {
                 let alone = run().run().unwrap().end();
                 for contact in [0.0.into(), Contact { restitution: 0.3, rest_speed: Some(0.1) }] {
                     let case = format!("{mu} {angle} {formulation} {tolerance:e} {contact:?}");
-                    let borne = run().contact("floor", contact).run().unwrap_or_else(|error| panic!("{case}: {error}"));
+                    let borne = run()
+                        .contact("floor", contact)
+                        .run()
+                        .unwrap_or_else(|error| panic!("{case}: {error}"));
                     let error = (borne.end().x() - alone.x()).abs().max((borne.end().a() - alone.a()).abs());
                     assert!(error < 1e3 * tolerance, "{case}: {error:e}");
                     assert!(!borne.events().iter().any(|event| event.name == "floor contact"), "{case}");
@@ -520,10 +575,18 @@ impl Board {
     }
 }
 
-/// Friction that goes by the sum of reactions that are not unique, is; by one of them, or by their sizes, it is not.
+/// Friction that goes by the sum of reactions that are not unique, is; by one of them, or by their sizes, it
+/// is not.
 #[test]
 fn friction_by_a_sum_of_reactions_is_decided() {
-    let board = |mu: [f64; 3], of_sizes: [f64; 3]| Board { mass: 1.5, inertia: 0.2, g: 10.0, half: 0.5, mu, of_sizes };
+    let board = |mu: [f64; 3], of_sizes: [f64; 3]| Board {
+        mass: 1.5,
+        inertia: 0.2,
+        g: 10.0,
+        half: 0.5,
+        mu,
+        of_sizes,
+    };
     let even = board([0.3; 3], [0.0; 3]);
     let start = even.state().x_rate(3.0).build().unwrap();
     for formulation in FORMULATIONS {
@@ -546,7 +609,8 @@ fn friction_by_a_sum_of_reactions_is_decided() {
         let error = uneven.simulate(start).until(0.3).run().unwrap_err();
         assert!(error.to_string().contains("which is not decided"), "{error}");
     }
-    // As much more at one end as less at the other: sum and moment of the reactions, of which both are unique.
+    // As much more at one end as less at the other: sum and moment of the reactions, of which both are
+    // unique.
     let tilted = board([0.2, 0.4, 0.3], [0.0; 3]);
     let end = tilted.simulate(start).until(0.3).run().unwrap().end();
     assert!((end.x_rate() - 2.1).abs() < 1e-8, "{end:?}");
@@ -604,13 +668,17 @@ impl Table {
     }
 }
 
-/// Eight reactions have 256 patterns of signs, which are not all tried: with one coefficient the motion is decided all the same, with one foot that is rougher it is not.
+/// Eight reactions have 256 patterns of signs, which are not all tried: with one coefficient the motion is
+/// decided all the same, with one foot that is rougher it is not.
 #[test]
 fn many_feet_rub_alike() {
     let table = Table { mass: 3.0, inertia: 0.5, g: G, pitch: 0.2, mu: 0.3, more: 0.0 };
     let start = table.state().x_rate(2.0).build().unwrap();
     let accelerations = table.accelerations(&start).unwrap();
-    assert!((accelerations[0] + 0.3 * G).abs() < 1e-12 && accelerations[1].abs() < 1e-12, "{accelerations:?}");
+    assert!(
+        (accelerations[0] + 0.3 * G).abs() < 1e-12 && accelerations[1].abs() < 1e-12,
+        "{accelerations:?}"
+    );
     let end = table.simulate(start).until(0.5).tolerance(1e-10).run().unwrap().end();
     assert!((end.x() - (1.0 - 0.125 * 0.3 * G)).abs() < 1e-9, "{}", end.x());
     let rougher = Table { more: 0.2, ..table };

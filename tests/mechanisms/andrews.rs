@@ -1,5 +1,5 @@
-//! Andrews' squeezing mechanism: seven bodies, seven angles, three closed loops; Giles 1978; Schiehlen (ed.), Multibody Systems Handbook 1990;
-//! Hairer & Wanner, Solving ODE II, VII.7; Test Set for IVP Solvers.
+//! Andrews' squeezing mechanism: seven bodies, seven angles, three closed loops; Giles 1978; Schiehlen (ed.),
+//! Multibody Systems Handbook 1990; Hairer & Wanner, Solving ODE II, VII.7; Test Set for IVP Solvers.
 
 use core::convert::Infallible;
 
@@ -40,12 +40,16 @@ fn by_hand(p: &Andrews, s: &State<Andrews>) -> Kkt {
     m[2][2] = m3 * (p.sa.powi(2) + p.sb.powi(2)) + i3;
     m[3][3] = m4 * (e - ea).powi(2) + i4;
     m[4][3] = m4 * ((e - ea).powi(2) + zt * (e - ea) * siph) + i4;
-    m[4][4] =
-        m4 * (zt * zt + 2.0 * zt * (e - ea) * siph + (e - ea).powi(2)) + m5 * (p.ta.powi(2) + p.tb.powi(2)) + i4 + i5;
+    m[4][4] = m4 * (zt * zt + 2.0 * zt * (e - ea) * siph + (e - ea).powi(2))
+        + m5 * (p.ta.powi(2) + p.tb.powi(2))
+        + i4
+        + i5;
     m[5][5] = m6 * (zf - fa).powi(2) + i6;
     m[6][5] = m6 * ((zf - fa).powi(2) - u * (zf - fa) * siom) + i6;
-    m[6][6] =
-        m6 * ((zf - fa).powi(2) - 2.0 * u * (zf - fa) * siom + u * u) + m7 * (p.ua.powi(2) + p.ub.powi(2)) + i6 + i7;
+    m[6][6] = m6 * ((zf - fa).powi(2) - 2.0 * u * (zf - fa) * siom + u * u)
+        + m7 * (p.ua.powi(2) + p.ub.powi(2))
+        + i6
+        + i7;
     for (i, j) in [(1, 0), (4, 3), (6, 5)] {
         m[j][i] = m[i][j];
     }
@@ -119,8 +123,8 @@ fn the_start_is_the_published_one() {
     assert!((lambda[0] + 98.5668703962410896057654982170).abs() < 1e-9 * lambda[0].abs());
 }
 
-/// 27 digits by two formulations. The published values are right to 9.6 digits in the positions and 5.9 in the multipliers: their phase is
-/// 1.0e-12 s off. The Test Set has M q̈ = f − Gᵀλ: its λ are ours turned.
+/// 27 digits by two formulations. The published values are right to 9.6 digits in the positions and 5.9 in
+/// the multipliers: their phase is 1.0e-12 s off. The Test Set has M q̈ = f − Gᵀλ: its λ are ours turned.
 const Q_END: [f64; 7] = [
     15.810771195153707097,
     -15.756371058411839470,
@@ -148,7 +152,8 @@ const LAMBDA_END: [f64; 6] = [
     -11.617392351112625607,
 ];
 
-/// q̈ at the end, 27 digits: the equations by hand give them from the positions and velocities of the reference.
+/// q̈ at the end, 27 digits: the equations by hand give them from the positions and velocities of the
+/// reference.
 const A_END: [f64; 7] = [
     -24631.763122874634470,
     51850.319636464231534,
@@ -168,7 +173,11 @@ fn the_reference_satisfies_the_equations_by_hand() {
     let (a, lambda) = by_hand(&model, &end).solve();
     // The multipliers change by 1e5 per rad of the crank: the rounding of its angle of 15.8 rad shows.
     assert!(relative(a.as_slice(), &A_END) < 1e-9, "{:e}", relative(a.as_slice(), &A_END));
-    assert!(relative(lambda.as_slice(), &LAMBDA_END) < 1e-9, "{:e}", relative(lambda.as_slice(), &LAMBDA_END));
+    assert!(
+        relative(lambda.as_slice(), &LAMBDA_END) < 1e-9,
+        "{:e}",
+        relative(lambda.as_slice(), &LAMBDA_END)
+    );
 }
 
 #[test]
@@ -222,7 +231,8 @@ fn end_values_by_generalized_alpha() {
 fn end_values_by_series() {
     use Formulation::*;
     let references = [Reference { t: 0.03, q: &Q_END, u: &U_END, multipliers: &LAMBDA_END }];
-    // Multipliers have eight digits at 1e-8; at 1e-12 what is left is the rounding of the crank's angle, to which they are that sensitive.
+    // Multipliers have eight digits at 1e-8; at 1e-12 what is left is the rounding of the crank's angle, to
+    // which they are that sensitive.
     let promises = [
         promise(Projected, 1e-6, [1e-6, 1e-5, 1e-5], [1e-15, 1e-13]),
         promise(Projected, 1e-8, [1e-8; 3], [1e-15, 1e-13]),
@@ -251,7 +261,8 @@ fn end_values_by_extrapolation() {
     keeps_with(methods::GraggBulirschStoer, &PUBLISHED, start(&PUBLISHED), &references, &promises);
 }
 
-/// States along the motion, beside one at which two bodies are in line, so that the general solver has to answer.
+/// States along the motion, beside one at which two bodies are in line, so that the general solver has to
+/// answer.
 #[test]
 fn four_states_side_by_side_have_the_bits_of_each() {
     let motion = PUBLISHED.simulate(start(&PUBLISHED)).until(0.03).run().unwrap();
@@ -264,7 +275,8 @@ fn four_states_side_by_side_have_the_bits_of_each() {
     assert_eq!(side_by_side(&PUBLISHED, [at(10), in_line, at(30), at(40)]), None);
 }
 
-/// The crank alone leads: β from the integrator, the other angles and all velocities from the closure, β̈ from the equations by hand.
+/// The crank alone leads: β from the integrator, the other angles and all velocities from the closure, β̈
+/// from the equations by hand.
 struct Led {
     model: Andrews,
     /// The position met last.
@@ -280,15 +292,21 @@ impl Led {
         for _ in 0..20 {
             let closure = Kkt::of(&self.model, &state).jacobian.columns(1, 6).into_owned().lu();
             let residual = self.model.residual(&state);
-            let step = closure.solve(&nalgebra::DVector::from_row_slice(residual.as_slice())).expect("no dead point");
+            let step = closure
+                .solve(&nalgebra::DVector::from_row_slice(residual.as_slice()))
+                .expect("no dead point");
             step.iter().enumerate().for_each(|(i, step)| state.q_mut()[i + 1] -= step);
             if step.amax() < 1e-14 {
                 break;
             }
         }
         let jacobian = Kkt::of(&self.model, &state).jacobian;
-        let follow =
-            jacobian.columns(1, 6).into_owned().lu().solve(&(-rate * jacobian.column(0))).expect("no dead point");
+        let follow = jacobian
+            .columns(1, 6)
+            .into_owned()
+            .lu()
+            .solve(&(-rate * jacobian.column(0)))
+            .expect("no dead point");
         state.u_mut()[0] = rate;
         follow.iter().enumerate().for_each(|(i, u)| state.u_mut()[i + 1] = *u);
         self.near = state;
@@ -296,10 +314,11 @@ impl Led {
     }
 }
 
-/// The error at the end is up to a hundred times the tolerance, and that is the problem's own: with the angle of the crank as the only unknown it
-/// is the same in the mean, and scatters by ten either way. SciPy's DOP853 has 4.7e-5, 1.6e-7, 5.2e-10 and 2.0e-11 of it there at the tolerances
-/// 1e-6, 1e-8, 1e-10 and 1e-12. With all seven angles, without constraints, it has 4.2e-6, 1.1e-8, 2.8e-10 and 4.2e-13 in a quarter to a half more
-/// steps: errors that leave the constraints count as errors there.
+/// The error at the end is up to a hundred times the tolerance, and that is the problem's own: with the angle
+/// of the crank as the only unknown it is the same in the mean, and scatters by ten either way. SciPy's
+/// DOP853 has 4.7e-5, 1.6e-7, 5.2e-10 and 2.0e-11 of it there at the tolerances 1e-6, 1e-8, 1e-10 and 1e-12.
+/// With all seven angles, without constraints, it has 4.2e-6, 1.1e-8, 2.8e-10 and 4.2e-13 in a quarter to a
+/// half more steps: errors that leave the constraints count as errors there.
 #[test]
 fn the_error_is_that_of_the_crank_alone() {
     type V = SVector<f64, 1>;
@@ -314,8 +333,12 @@ fn the_error_is_that_of_the_crank_alone() {
             let state = led.state(q[0], u[0]);
             Ok::<V, Infallible>(V::new(by_hand(&led.model, &state).solve().0[0]))
         };
-        let options =
-            StepOptions { tolerances: Tolerances::both(tolerance), fixed: None, first: None, most: f64::INFINITY };
+        let options = StepOptions {
+            tolerances: Tolerances::both(tolerance),
+            fixed: None,
+            first: None,
+            most: f64::INFINITY,
+        };
         let phase = Phase { q: V::new(begin.beta()), u: V::new(0.0) };
         let mut stepper = Stepper::<V, Dop853<V>>::new(&mut crank, 0.0, phase, 0.03, options).unwrap();
         while stepper.now().t < 0.03 {
@@ -325,7 +348,10 @@ fn the_error_is_that_of_the_crank_alone() {
         let alone = error(&led.state(end.q[0], end.u[0]));
         let motion = model.simulate(begin).until(0.03).tolerance(tolerance).run().unwrap();
         let projected = error(&motion.end());
-        println!("{tolerance:.0e}: {projected:.1e} in {}, crank alone {alone:.1e} in {steps}", motion.counts().steps);
+        println!(
+            "{tolerance:.0e}: {projected:.1e} in {}, crank alone {alone:.1e} in {steps}",
+            motion.counts().steps
+        );
         assert!(projected < 1e3 * tolerance, "{tolerance:e}: {projected:e}");
         excess += (projected / alone).ln() / tolerances.len() as f64;
     }

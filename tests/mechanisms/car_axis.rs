@@ -1,4 +1,5 @@
-//! The car axis: a moving constraint and a small mass; Schneider, Test Set for IVP Solvers (Mazzia, Magherini & Iavernaro).
+//! The car axis: a moving constraint and a small mass; Schneider, Test Set for IVP Solvers (Mazzia, Magherini
+//! & Iavernaro).
 
 use dynamics::prelude::*;
 
@@ -12,8 +13,11 @@ use axis::{CarAxis, model, start};
 /// M, Q, Φ_q and γ written from the published equations.
 fn by_hand(model: &CarAxis, s: &State<CarAxis>) -> Kkt {
     let w = model.frequency;
-    let (yb, yb1, yb2) =
-        (model.bump * (w * s.t).sin(), model.bump * w * (w * s.t).cos(), -model.bump * w * w * (w * s.t).sin());
+    let (yb, yb1, yb2) = (
+        model.bump * (w * s.t).sin(),
+        model.bump * w * (w * s.t).cos(),
+        -model.bump * w * w * (w * s.t).sin(),
+    );
     let xb = (model.length.powi(2) - yb * yb).sqrt();
     let xb1 = -yb * yb1 / xb;
     let xb2 = -(yb1 * yb1 + yb * yb2) / xb - (yb * yb1).powi(2) / xb.powi(3);
@@ -31,7 +35,10 @@ fn by_hand(model: &CarAxis, s: &State<CarAxis>) -> Kkt {
         mass,
         [lx, ly - weight, rx, ry - weight],
         [[xb, yb, 0.0, 0.0], [2.0 * dx, 2.0 * dy, -2.0 * dx, -2.0 * dy]],
-        [-2.0 * (s.xl_rate() * xb1 + s.yl_rate() * yb1) - s.xl() * xb2 - s.yl() * yb2, -2.0 * (du * du + dv * dv)],
+        [
+            -2.0 * (s.xl_rate() * xb1 + s.yl_rate() * yb1) - s.xl() * xb2 - s.yl() * yb2,
+            -2.0 * (du * du + dv * dv),
+        ],
     )
 }
 
@@ -56,7 +63,8 @@ const REFERENCE: Reference<'_> = Reference {
     multipliers: &[-0.004736886590853327, -0.001104680331259566],
 };
 
-/// 25 digits by two formulations; what is published to 21 digits is right to 12.5 in the positions, 9.2 in the velocities.
+/// 25 digits by two formulations; what is published to 21 digits is right to 12.5 in the positions, 9.2 in
+/// the velocities.
 #[test]
 fn end_values_in_every_formulation() {
     use Formulation::*;
@@ -120,7 +128,8 @@ fn end_values_by_series() {
     keeps_with(methods::Taylor { order: None }, &model, start(&model), &references, &promises);
 }
 
-/// The road works on the bar: dE/dt is the power of the moving constraint, −λ Φ_t, and of the moving right spring, −∂L/∂t.
+/// The road works on the bar: dE/dt is the power of the moving constraint, −λ Φ_t, and of the moving right
+/// spring, −∂L/∂t.
 #[test]
 fn the_work_of_the_road_is_accounted_for() {
     let model = model();

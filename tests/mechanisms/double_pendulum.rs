@@ -1,4 +1,5 @@
-//! The double pendulum in Cartesian coordinates against minimal ones; Levien & Tan, Am. J. Phys. 61 (1993) 1038.
+//! The double pendulum in Cartesian coordinates against minimal ones; Levien & Tan, Am. J. Phys. 61
+//! (1993) 1038.
 
 use dynamics::prelude::*;
 
@@ -75,7 +76,10 @@ impl Minimal {
 }
 
 fn models() -> (Cartesian, Minimal) {
-    (Cartesian { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 }, Minimal { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 })
+    (
+        Cartesian { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 },
+        Minimal { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.8 },
+    )
 }
 
 /// The Cartesian state of angles and their rates.
@@ -83,9 +87,16 @@ fn cartesian(model: &Cartesian, [a, b, da, db]: [f64; 4]) -> State<Cartesian> {
     let (e1, e2) = ([a.sin(), -a.cos()], [b.sin(), -b.cos()]);
     let (n1, n2) = ([a.cos(), a.sin()], [b.cos(), b.sin()]);
     let (l1, l2) = (model.l1, model.l2);
-    let builder = model.state().x1(l1 * e1[0]).y1(l1 * e1[1]).x2(l1 * e1[0] + l2 * e2[0]).y2(l1 * e1[1] + l2 * e2[1]);
+    let builder =
+        model.state().x1(l1 * e1[0]).y1(l1 * e1[1]).x2(l1 * e1[0] + l2 * e2[0]).y2(l1 * e1[1] + l2 * e2[1]);
     let (u1, v1) = (l1 * da * n1[0], l1 * da * n1[1]);
-    builder.x1_rate(u1).y1_rate(v1).x2_rate(u1 + l2 * db * n2[0]).y2_rate(v1 + l2 * db * n2[1]).build().unwrap()
+    builder
+        .x1_rate(u1)
+        .y1_rate(v1)
+        .x2_rate(u1 + l2 * db * n2[0])
+        .y2_rate(v1 + l2 * db * n2[1])
+        .build()
+        .unwrap()
 }
 
 /// Tensions by Newton's law along the rods, from the accelerations of the minimal model.
@@ -170,5 +181,8 @@ fn energy_and_rods_over_two_hundred_seconds() {
     let motion = model.simulate(start).until(200.0).tolerance(1e-12).run().unwrap();
     let summary = motion.summary();
     assert!(summary.energy_drift < 1e-8, "{summary}");
-    assert!(summary.constraints.iter().all(|c| c.residual < 1e-12 && c.velocity_residual < 1e-12), "{summary}");
+    assert!(
+        summary.constraints.iter().all(|c| c.residual < 1e-12 && c.velocity_residual < 1e-12),
+        "{summary}"
+    );
 }

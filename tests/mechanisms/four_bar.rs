@@ -1,4 +1,5 @@
-//! One and two windows through their singular positions; IFToMM problem A02, González et al. 2006; Bayo & Avello, Nonlinear Dynamics 5 (1994)
+//! One and two windows through their singular positions; IFToMM problem A02, González et al. 2006; Bayo &
+//! Avello, Nonlinear Dynamics 5 (1994)
 //! 209. Forty windows have their own test, `four_bar_40.rs`: they take long to compile.
 
 use core::f64::consts::{FRAC_PI_2, PI};
@@ -35,7 +36,8 @@ fn known<M: Windows>(model: &M, table: &[(f64, [f64; 4])]) -> Vec<(f64, M::State
     table.iter().map(row).collect()
 }
 
-/// The angles of the reference are those of one turn, the motion counts turns: they are judged by their sines and cosines.
+/// The angles of the reference are those of one turn, the motion counts turns: they are judged by their sines
+/// and cosines.
 fn judge<M: Windows + Simulate>(table: &[(f64, [f64; 4])], promises: &[Promise]) {
     let model = M::published();
     let start = parallel(&model, FRAC_PI_2, -1.0);
@@ -63,7 +65,10 @@ fn one_window_in_every_formulation() {
     use Formulation::*;
     judge::<One>(
         ONE,
-        &[promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]), promise(Embedded, 1e-9, [3e-7, 3e-6, 3e-6], [1e-12; 2])],
+        &[
+            promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]),
+            promise(Embedded, 1e-9, [3e-7, 3e-6, 3e-6], [1e-12; 2]),
+        ],
     );
 }
 
@@ -72,7 +77,10 @@ fn two_windows_in_every_formulation() {
     use Formulation::*;
     judge::<Two>(
         TWO,
-        &[promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]), promise(Embedded, 1e-9, [3e-7, 3e-6, 3e-6], [1e-12; 2])],
+        &[
+            promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]),
+            promise(Embedded, 1e-9, [3e-7, 3e-6, 3e-6], [1e-12; 2]),
+        ],
     );
 }
 
@@ -83,7 +91,9 @@ fn agrees<M: Windows>() {
     for k in 0..40 {
         // Away from the level positions, where Φ_q loses rank.
         let theta = 0.4 + 0.06 * f64::from(k);
-        let Some(state) = near(&model, &parallel(&model, theta, 1.0), &mut random, (0.3, 3.0)) else { continue };
+        let Some(state) = near(&model, &parallel(&model, theta, 1.0), &mut random, (0.3, 3.0)) else {
+            continue;
+        };
         Kkt::of(&model, &state).assert_equals(&by_hand::<M>(&state), 1e-14);
         assert_agreement(&model, &state, &by_hand::<M>(&state));
         count += 1;
@@ -112,7 +122,8 @@ fn accelerations_on_the_branch_are_those_of_one_coordinate() {
     }
 }
 
-/// In the level position itself Φ_q has lost a rank per window: the solver goes on, and says that multipliers are not unique.
+/// In the level position itself Φ_q has lost a rank per window: the solver goes on, and says that multipliers
+/// are not unique.
 #[test]
 fn the_level_position_loses_a_rank_per_window() {
     let model = Two::published();
@@ -122,15 +133,18 @@ fn the_level_position_loses_a_rank_per_window() {
     assert!(!solved.unique());
 }
 
-/// A known limit: at tight tolerances the step collapses where the rods come level, for rounding of Φ divided by the vanishing pivot
-/// exceeds the tolerance there. That is an error at that place; what is returned as a success is right.
+/// A known limit: at tight tolerances the step collapses where the rods come level, for rounding of Φ divided
+/// by the vanishing pivot exceeds the tolerance there. That is an error at that place; what is returned as a
+/// success is right.
 #[test]
 fn where_the_level_position_is_not_passed_the_error_is_there() {
     use Formulation::*;
     let model = Two::published();
     let start = parallel(&model, FRAC_PI_2, -1.0);
     let (t, [x, y, ..]) = TWO[0];
-    for (formulation, tolerance) in [(Embedded, 1e-11), (Embedded, 1e-12), (Projected, 1e-11), (Projected, 1e-12)] {
+    for (formulation, tolerance) in
+        [(Embedded, 1e-11), (Embedded, 1e-12), (Projected, 1e-11), (Projected, 1e-12)]
+    {
         match model.simulate(start).until(t).tolerance(tolerance).formulation(formulation).run() {
             Ok(motion) => {
                 let theta = motion.end().angle(0);
@@ -140,8 +154,8 @@ fn where_the_level_position_is_not_passed_the_error_is_there() {
             Err(error) => {
                 assert!(error.state.angle(0).sin().abs() < 0.01, "{formulation} at {tolerance:e}: {error}");
                 // Up to there the motion is the one of the reference branch.
-                let level =
-                    (1..5).map(|k| (error.state.angle(k) - if k < 3 { error.state.angle(0) } else { 0.0 }).abs());
+                let level = (1..5)
+                    .map(|k| (error.state.angle(k) - if k < 3 { error.state.angle(0) } else { 0.0 }).abs());
                 assert!(level.fold(0.0, f64::max) < 1e-8, "{error}");
             }
         }
@@ -163,10 +177,17 @@ fn embedded_windows_are_as_right_as_the_tolerance_or_not_at_all() {
         let mut passed = 0;
         for k in 10..=24 {
             let tolerance = 10f64.powf(-0.5 * f64::from(k));
-            match model.simulate(start).until(10.0).tolerance(tolerance).formulation(Formulation::Embedded).run() {
+            match model
+                .simulate(start)
+                .until(10.0)
+                .tolerance(tolerance)
+                .formulation(Formulation::Embedded)
+                .run()
+            {
                 Ok(motion) => {
-                    let error =
-                        |(t, [x, y, ..]): &(f64, [f64; 4])| distance(&angle::<M>(&motion.at(*t), &start), &[*x, *y]);
+                    let error = |(t, [x, y, ..]): &(f64, [f64; 4])| {
+                        distance(&angle::<M>(&motion.at(*t), &start), &[*x, *y])
+                    };
                     let error = table.iter().map(error).fold(0.0, f64::max);
                     // Rounding of Φ, amplified at the level positions, sets a floor.
                     assert!(error < 5e3 * tolerance + 1e-8, "{tolerance:e}: {error:e}");

@@ -61,19 +61,24 @@ fn the_published_energies_and_stiff_motion() {
         .map(|((t, s), multipliers)| Reference { t: *t, q: s.q.as_slice(), u: s.u.as_slice(), multipliers })
         .collect();
     // The eigenvalue −8.1e3/s bounds the step of an explicit method, not its error.
-    let bounds = [promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]), promise(BaumgarteTied, 1e-9, [1e-7; 3], [1e-10; 2])];
+    let bounds = [
+        promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2]),
+        promise(BaumgarteTied, 1e-9, [1e-7; 3], [1e-10; 2]),
+    ];
     keeps(&model, start, &references, &bounds);
     // By itself a run goes over to Radau IIA: an eighth of the evaluations, and velocities to 4e-12 in place
     // of 2e-13.
     keeps(&model, start, &references, &[promise(Projected, 1e-13, [1e-13, 1e-11, 2e-11], [1e-12; 2])]);
     let explicit = [promise(Projected, 1e-13, [1e-13, 1e-11, 2e-12], [1e-12; 2])];
     keeps_with(methods::Dop853, &model, start, &references, &explicit);
-    let implicit = [promise(Projected, 1e-6, [1e-4; 3], [1e-12; 2]), promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2])];
+    let implicit =
+        [promise(Projected, 1e-6, [1e-4; 3], [1e-12; 2]), promise(Projected, 1e-9, [1e-7; 3], [1e-12; 2])];
     keeps_with(methods::Radau5, &model, start, &references, &implicit);
     embeds_as_it_projects(&model, start, &references, 3.0);
 }
 
-/// The torques of key and hinges, by the angular momentum of what they drive: λ = d/dt (J ψ̇) of each, with ψ̈ of the whole.
+/// The torques of key and hinges, by the angular momentum of what they drive: λ = d/dt (J ψ̇) of each, with
+/// ψ̈ of the whole.
 fn torques(model: &Governor, state: &State<Governor>) -> [f64; 3] {
     let (b, db, spin) = (state.b(0), state.b_rate(0), state.psi_rate());
     let at = |part: f64| model.offset + part * model.l * b.cos();

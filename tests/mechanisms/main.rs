@@ -1,9 +1,11 @@
-//! Published problems with constraints, from their declarations to the published positions, velocities and multipliers.
+//! Published problems with constraints, from their declarations to the published positions, velocities and
+//! multipliers.
 //!
-//! The reference values were computed in multi-precision arithmetic by two independent routes, or have closed forms; they are rounded to `f64`
-//! here. Each problem names its source. Every model is checked by two routes: its mass matrix, forces, Φ_q and γ against those written by
-//! hand, its accelerations and multipliers against a dense solution of the KKT system; all formulations against each other at random states
-//! that satisfy the constraints.
+//! The reference values were computed in multi-precision arithmetic by two independent routes, or have closed
+//! forms; they are rounded to `f64` here. Each problem names its source. Every model is checked by two
+//! routes: its mass matrix, forces, Φ_q and γ against those written by hand, its accelerations and
+//! multipliers against a dense solution of the KKT system; all formulations against each other at random
+//! states that satisfy the constraints.
 
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 

@@ -1,4 +1,5 @@
-//! The pendulum in Cartesian coordinates: IFToMM problem A01, its triple-redundant variant, and Cash's index-3 pendulum.
+//! The pendulum in Cartesian coordinates: IFToMM problem A01, its triple-redundant variant, and Cash's
+//! index-3 pendulum.
 
 use dynamics::constrain::solve_once;
 use dynamics::model::Route;
@@ -6,7 +7,8 @@ use dynamics::prelude::*;
 
 use crate::support::*;
 
-/// A point mass on a massless rod; IFToMM library problem A01, González, Dopico, Lugrís & Cuadrado, Multibody Syst. Dyn. 16 (2006) 179.
+/// A point mass on a massless rod; IFToMM library problem A01, González, Dopico, Lugrís & Cuadrado, Multibody
+/// Syst. Dyn. 16 (2006) 179.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(mass: kg, length: m, g: m / s^2)]
@@ -50,7 +52,8 @@ fn a01() -> Pendulum {
     Pendulum { mass: 1.0, length: 1.0, g: 9.81 }
 }
 
-/// t, (x, y), tension; closed form in Jacobi's elliptic functions. Energy 0: ẋ² + ẏ² = −2 g y, and the tension is −3 m g y / l.
+/// t, (x, y), tension; closed form in Jacobi's elliptic functions. Energy 0: ẋ² + ẏ² = −2 g y, and the
+/// tension is −3 m g y / l.
 const A01: &[(f64, [f64; 2], f64)] = &[
     (1.0, [0.986291751131875319, -0.165010853125541169], 4.856269407484676596),
     (2.0, [-0.793566195332321747, -0.608483930443791514], 17.907682072960784276),
@@ -86,7 +89,8 @@ fn a01_in_every_formulation() {
     let model = a01();
     let start = model.state().x(-1.0).y(0.0).build().unwrap();
     let table: Vec<_> = A01.iter().filter(|(t, ..)| *t <= 10.0).collect();
-    let unknowns: Vec<_> = table.iter().map(|(t, q, tension)| (a01_velocity(&model, *t, *q), [-tension])).collect();
+    let unknowns: Vec<_> =
+        table.iter().map(|(t, q, tension)| (a01_velocity(&model, *t, *q), [-tension])).collect();
     let references: Vec<Reference<'_>> = table
         .iter()
         .zip(&unknowns)
@@ -134,7 +138,8 @@ fn a01_by_generalized_alpha() {
     assert!((motion.output("tension", t).unwrap() - tension).abs() < 1e-3 * tension);
 }
 
-/// What would not be what it is chosen for is refused, with the remedy; so are steps that would turn the rod over.
+/// What would not be what it is chosen for is refused, with the remedy; so are steps that would turn the rod
+/// over.
 #[test]
 fn generalized_alpha_refuses_what_it_cannot_keep() {
     let model = a01();
@@ -168,7 +173,10 @@ fn a01_over_a_hundred_seconds() {
     assert!((motion.output("tension", 100.0).unwrap() - tension).abs() < 1e-8);
     let summary = motion.summary();
     assert!(summary.energy_drift < 1e-10, "{summary}");
-    assert!(summary.constraints.iter().all(|c| c.residual < 1e-12 && c.velocity_residual < 1e-12), "{summary}");
+    assert!(
+        summary.constraints.iter().all(|c| c.residual < 1e-12 && c.velocity_residual < 1e-12),
+        "{summary}"
+    );
 }
 
 /// A01 with the same rod three times, once with twice the weight: Φ_q has rank 1 of 3.
@@ -223,7 +231,9 @@ fn three_times_the_same_rod_moves_as_one_and_pulls_as_one() {
     use Formulation::*;
     let model = TripleRod { mass: 1.0, length: 1.0, g: 9.81 };
     let start = model.state().x(-1.0).y(0.0).build().unwrap();
-    for (formulation, bound) in [(Projected, 1e-9), (Embedded, 1e-9), (Augmented, 1e-8), (BaumgarteTied, 1e-8)] {
+    for (formulation, bound) in
+        [(Projected, 1e-9), (Embedded, 1e-9), (Augmented, 1e-8), (BaumgarteTied, 1e-8)]
+    {
         let run = model.simulate(start).until(10.0).tolerance(1e-12).formulation(formulation).run();
         let motion = run.unwrap_or_else(|e| panic!("{formulation:?}: {e}"));
         for (t, place, tension) in A01.iter().filter(|(t, ..)| *t <= 10.0) {
@@ -248,7 +258,8 @@ fn the_multipliers_of_the_triple_rod_are_not_unique_and_say_so() {
     assert!(matches!(TripleRod::ROUTE, Route::General { .. }));
 }
 
-/// x² + y² = 1 with g = 1; Cash, MEBDFDAE drivers, pendul3.f (Imperial College, 2000). Published to 9.1 digits, here to 30.
+/// x² + y² = 1 with g = 1; Cash, MEBDFDAE drivers, pendul3.f (Imperial College, 2000). Published to 9.1
+/// digits, here to 30.
 #[test]
 fn cash_pendulum() {
     use Formulation::*;

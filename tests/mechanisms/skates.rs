@@ -6,7 +6,8 @@ use dynamics::prelude::*;
 
 use crate::support::*;
 
-/// A body on a skate at the distance a behind its centre of mass; Chaplygin 1911; Bloch, Nonholonomic Mechanics and Control, 2nd ed. 2015, 1.7.
+/// A body on a skate at the distance a behind its centre of mass; Chaplygin 1911; Bloch, Nonholonomic
+/// Mechanics and Control, 2nd ed. 2015, 1.7.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, phi: rad)]
 #[units(mass: kg, inertia: kg * m^2, a: m)]
@@ -40,7 +41,8 @@ fn sleigh() -> Sleigh {
     Sleigh { mass: 1.0, inertia: 0.1, a: 0.2 }
 }
 
-/// t, place of the skate and φ, its speed and φ̇, and λ; closed form with a quadrature, 30 digits. The source turns λ.
+/// t, place of the skate and φ, its speed and φ̇, and λ; closed form with a quadrature, 30 digits. The source
+/// turns λ.
 const SLEIGH: &[(f64, [f64; 3], [f64; 2], f64)] = &[
     (
         0.5,
@@ -137,7 +139,8 @@ fn the_sleigh_in_every_formulation() {
     }
 }
 
-/// Energy is kept although phase volume is not: the sleigh ends on a straight line, at the speed that the energy gives.
+/// Energy is kept although phase volume is not: the sleigh ends on a straight line, at the speed that the
+/// energy gives.
 #[test]
 fn the_sleigh_ends_on_a_straight_line() {
     let model = sleigh();
@@ -213,13 +216,15 @@ fn the_equations_of_the_knife_edge_are_those_by_hand() {
         let gamma = -s.phi_rate() * (cos * s.x_rate() + sin * s.y_rate());
         let (m, j) = (model.mass, model.inertia);
         let force = [m * model.g * model.slope.sin(), 0.0, 0.0];
-        let hand = Kkt::new([[m, 0.0, 0.0], [0.0, m, 0.0], [0.0, 0.0, j]], force, [[sin, -cos, 0.0]], [gamma]);
+        let hand =
+            Kkt::new([[m, 0.0, 0.0], [0.0, m, 0.0], [0.0, 0.0, j]], force, [[sin, -cos, 0.0]], [gamma]);
         Kkt::of(&model, &s).assert_equals(&hand, 1e-14);
         assert_agreement(&model, &s, &hand);
     }
 }
 
-/// The skate does not go downhill in the mean: it drifts sideways. Equations in which the constraint is varied (vakonomic) give another path.
+/// The skate does not go downhill in the mean: it drifts sideways. Equations in which the constraint is
+/// varied (vakonomic) give another path.
 #[test]
 fn the_knife_edge_in_every_formulation() {
     use Formulation::*;

@@ -1,4 +1,5 @@
-//! What the problems have in common: the KKT system, dense; random states on the manifold; errors judged apart.
+//! What the problems have in common: the KKT system, dense; random states on the manifold; errors judged
+//! apart.
 
 use dynamics::model::{Terms, Vector};
 use dynamics::prelude::*;
@@ -34,7 +35,8 @@ impl Kkt {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mut mass, mut force) = (vec![0.0; n * n], vec![0.0; n]);
         let (mut jacobian, mut gamma) = (vec![0.0; r * n], vec![0.0; r]);
-        let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        let mut terms =
+            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
         model.terms(state, &mut terms);
         Self {
             mass: DMatrix::from_row_slice(n, n, &mass),
@@ -99,8 +101,8 @@ impl Random {
     }
 }
 
-/// A state that satisfies the constraints to rounding, at random around another: Newton with the pseudo-inverse of Φ_q, none of the library's
-/// solvers. `None` where Newton does not settle.
+/// A state that satisfies the constraints to rounding, at random around another: Newton with the
+/// pseudo-inverse of Φ_q, none of the library's solvers. `None` where Newton does not settle.
 pub(crate) fn near<M: Constraints>(
     model: &M,
     around: &M::State,
@@ -114,7 +116,8 @@ pub(crate) fn near<M: Constraints>(
     let mut settled = rows == 0;
     for _ in 0..if settled { 0 } else { 60 } {
         let residual = DVector::from_row_slice(model.residual(&state).as_slice());
-        let step = Kkt::of(model, &state).jacobian.rows(0, rows).into_owned().svd(true, true).solve(&residual, 1e-9);
+        let step =
+            Kkt::of(model, &state).jacobian.rows(0, rows).into_owned().svd(true, true).solve(&residual, 1e-9);
         let step = step.ok()?;
         state.q_mut().as_mut_slice().iter_mut().zip(&step).for_each(|(q, d)| *q -= d);
         if settled {
@@ -130,7 +133,8 @@ pub(crate) fn near<M: Constraints>(
     settled.then_some(state)
 }
 
-/// Values of a motion at a time: positions, velocities and multipliers apart; what is not published is left empty.
+/// Values of a motion at a time: positions, velocities and multipliers apart; what is not published is left
+/// empty.
 pub(crate) struct Reference<'a> {
     pub(crate) t: f64,
     pub(crate) q: &'a [f64],
@@ -138,8 +142,9 @@ pub(crate) struct Reference<'a> {
     pub(crate) multipliers: &'a [f64],
 }
 
-/// How far a run may be from the reference: largest errors of positions, velocities and multipliers over the whole table, each relative to the
-/// largest value of its kind there, and the largest |Φ| and |Φ̇| at any step.
+/// How far a run may be from the reference: largest errors of positions, velocities and multipliers over the
+/// whole table, each relative to the largest value of its kind there, and the largest |Φ| and |Φ̇| at any
+/// step.
 pub(crate) struct Promise {
     pub(crate) formulation: Formulation,
     pub(crate) tolerance: f64,
@@ -148,14 +153,24 @@ pub(crate) struct Promise {
 }
 
 /// A line of a table of promises.
-pub(crate) const fn promise(formulation: Formulation, tolerance: f64, errors: [f64; 3], drift: [f64; 2]) -> Promise {
+pub(crate) const fn promise(
+    formulation: Formulation,
+    tolerance: f64,
+    errors: [f64; 3],
+    drift: [f64; 2],
+) -> Promise {
     Promise { formulation, tolerance, errors, drift }
 }
 
-/// Runs the model in every way that the table lists and judges positions, velocities, multipliers and drift apart. All lines are judged before
-/// it fails, so that one run shows the whole table.
+/// Runs the model in every way that the table lists and judges positions, velocities, multipliers and drift
+/// apart. All lines are judged before it fails, so that one run shows the whole table.
 #[track_caller]
-pub(crate) fn keeps<M: Simulate>(model: &M, start: M::State, references: &[Reference<'_>], promises: &[Promise]) {
+pub(crate) fn keeps<M: Simulate>(
+    model: &M,
+    start: M::State,
+    references: &[Reference<'_>],
+    promises: &[Promise],
+) {
     judge(model, start, references, None, promises);
 }
 
@@ -188,12 +203,14 @@ fn judge<M: Simulate>(
         let met = errors_of(&motion, references);
         let summary = motion.summary();
         let drifts = summary.constraints.iter();
-        let drifted = drifts.fold([0.0f64; 2], |[a, b], d| [worse(a, d.residual), worse(b, d.velocity_residual)]);
-        let good =
-            met.iter().zip(errors).all(|(e, bound)| e <= bound) && drifted.iter().zip(drift).all(|(d, b)| d <= b);
+        let drifted =
+            drifts.fold([0.0f64; 2], |[a, b], d| [worse(a, d.residual), worse(b, d.velocity_residual)]);
+        let good = met.iter().zip(errors).all(|(e, bound)| e <= bound)
+            && drifted.iter().zip(drift).all(|(d, b)| d <= b);
         kept &= good;
         table += &format!(
-            "{} {formulation:?} at {tolerance:.0e}: errors {} (digits {:.1?}), drift {}, {} steps, {} evaluations\n",
+            "{} {formulation:?} at {tolerance:.0e}: errors {} (digits {:.1?}), drift {}, {} steps, {} \
+             evaluations\n",
             if good { "kept  " } else { "BROKEN" },
             beside(&met, errors),
             met.map(|error| -error.log10()),
@@ -206,7 +223,8 @@ fn judge<M: Simulate>(
     assert!(kept, "{table}");
 }
 
-/// Runs with a fixed step and half of it: errors of positions, velocities and multipliers, each with its own bound, fall to a quarter, and drift stays at rounding level.
+/// Runs with a fixed step and half of it: errors of positions, velocities and multipliers, each with its own
+/// bound, fall to a quarter, and drift stays at rounding level.
 #[track_caller]
 pub(crate) fn keeps_order_2<M: Simulate>(
     method: impl Into<methods::Any<M>>,
@@ -221,7 +239,10 @@ pub(crate) fn keeps_order_2<M: Simulate>(
         let run = model.simulate(start).until(end).fixed_step(h).method(&method).run();
         let motion = run.unwrap_or_else(|e| panic!("{method} with steps of {h:e}: {e}"));
         let summary = motion.summary();
-        let drift = summary.constraints.iter().fold(0.0, |m: f64, d| worse(m, worse(d.residual, d.velocity_residual)));
+        let drift = summary
+            .constraints
+            .iter()
+            .fold(0.0, |m: f64, d| worse(m, worse(d.residual, d.velocity_residual)));
         let errors = errors_of(&motion, references);
         println!("{method} {h:e}: errors {}, drift {drift:.1e}", beside(&errors, &bounds));
         println!("  {} steps, {} evaluations", summary.steps, summary.evaluations);
@@ -235,9 +256,10 @@ pub(crate) fn keeps_order_2<M: Simulate>(
     }
 }
 
-/// Runs embedded and projected at five tolerances: as the geometric mean over them, what is embedded may have `factor` times the error, in
-/// positions and in velocities, and at none twenty times that; drift stays at rounding level. An error passes zero now and then, so that each is the geometric mean
-/// of those at three tolerances close by.
+/// Runs embedded and projected at five tolerances: as the geometric mean over them, what is embedded may have
+/// `factor` times the error, in positions and in velocities, and at none twenty times that; drift stays at
+/// rounding level. An error passes zero now and then, so that each is the geometric mean of those at three
+/// tolerances close by.
 #[track_caller]
 pub(crate) fn embeds_as_it_projects<M: Simulate>(
     model: &M,
@@ -249,8 +271,8 @@ pub(crate) fn embeds_as_it_projects<M: Simulate>(
     let tolerances = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
     for tolerance in tolerances {
         let [projected, embedded] = [Formulation::Projected, Formulation::Embedded].map(|formulation| {
-            let close_by =
-                [1.0, 0.8, 0.64].map(|part| Held::of(model, start, references, formulation, part * tolerance));
+            let close_by = [1.0, 0.8, 0.64]
+                .map(|part| Held::of(model, start, references, formulation, part * tolerance));
             close_by.into_iter().reduce(Held::and).expect("three").mean(3.0)
         });
         let drift = worse(projected.drift, embedded.drift);
@@ -306,13 +328,18 @@ impl Held {
     }
 
     fn mean(self, of: f64) -> Self {
-        Self { errors: self.errors.map(|x| (x / of).exp()), evaluations: self.evaluations / of as u64, ..self }
+        Self {
+            errors: self.errors.map(|x| (x / of).exp()),
+            evaluations: self.evaluations / of as u64,
+            ..self
+        }
     }
 }
 
 /// Each value with its bound.
 fn beside(values: &[f64], bounds: &[f64]) -> String {
-    let pairs: Vec<_> = values.iter().zip(bounds).map(|(value, bound)| format!("{value:.1e} ≤ {bound:.0e}")).collect();
+    let pairs: Vec<_> =
+        values.iter().zip(bounds).map(|(value, bound)| format!("{value:.1e} ≤ {bound:.0e}")).collect();
     pairs.join(", ")
 }
 
@@ -320,7 +347,8 @@ fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Largest errors of positions, velocities and multipliers over the table, each relative to the largest value of its kind.
+/// Largest errors of positions, velocities and multipliers over the table, each relative to the largest value
+/// of its kind.
 fn errors_of<M: Simulate>(motion: &Motion<'_, M>, references: &[Reference<'_>]) -> [f64; 3] {
     let (mut errors, mut scales) = ([0.0; 3], [0.0f64; 3]);
     for reference in references {
@@ -339,7 +367,8 @@ fn errors_of<M: Simulate>(motion: &Motion<'_, M>, references: &[Reference<'_>]) 
     [0, 1, 2].map(|k| if errors[k] == 0.0 { 0.0 } else { errors[k] / scales[k] })
 }
 
-/// Asserts that every formulation agrees to 1e-10, in accelerations and in multipliers, with the dense solution of the equations by hand.
+/// Asserts that every formulation agrees to 1e-10, in accelerations and in multipliers, with the dense
+/// solution of the equations by hand.
 #[track_caller]
 pub(crate) fn assert_agreement<M: Constraints>(model: &M, state: &M::State, by_hand: &Kkt) {
     let (accelerations, multipliers) = by_hand.solve();
@@ -352,8 +381,12 @@ pub(crate) fn assert_agreement<M: Constraints>(model: &M, state: &M::State, by_h
         let a = relative(solved.accelerations.as_slice(), accelerations.as_slice());
         // Multipliers may be what large forces leave of each other: their rounding is that of the forces.
         let forces = by_hand.force.amax() / by_hand.jacobian.amax();
-        let l = distance(solved.multipliers.as_slice(), multipliers.as_slice()) / multipliers.amax().max(forces);
+        let l =
+            distance(solved.multipliers.as_slice(), multipliers.as_slice()) / multipliers.amax().max(forces);
         let name = &formulation.name;
-        assert!(a <= 1e-10 && l <= 1e-10, "{name}: accelerations differ by {a:e}, multipliers by {l:e} at {state:?}");
+        assert!(
+            a <= 1e-10 && l <= 1e-10,
+            "{name}: accelerations differ by {a:e}, multipliers by {l:e} at {state:?}"
+        );
     }
 }

@@ -1,5 +1,6 @@
-//! An elliptic trammel that spins: a rod whose ends slide on two axes, by its middle and its angle. The middle turns round twice in every turn, within few
-//! steps: coordinates that lead for longer than a moment lead badly.
+//! An elliptic trammel that spins: a rod whose ends slide on two axes, by its middle and its angle. The
+//! middle turns round twice in every turn, within few steps: coordinates that lead for longer than a moment
+//! lead badly.
 
 #[path = "../models/turning_trammel.rs"]
 mod turning_trammel;
@@ -33,7 +34,8 @@ impl Trammel {
     }
 }
 
-/// Where coordinates themselves led the error was a hundred to two thousand times that of projection, and errors of steps were said to grow by up to 10¹⁰.
+/// Where coordinates themselves led the error was a hundred to two thousand times that of projection, and
+/// errors of steps were said to grow by up to 10¹⁰.
 #[test]
 fn embedded_trammels_are_as_accurate_as_their_angle_alone() {
     let (half, mass, g) = (0.5, 2.0, 9.81);
@@ -60,8 +62,12 @@ fn embedded_trammels_are_as_accurate_as_their_angle_alone() {
             let errors = motions.each_ref().map(|motion| worst(&|t| motion.at(t).phi()));
             (0..2).for_each(|k| excess[k] += (errors[k] / of_angle).ln() / tolerances.len() as f64);
             let [projected, embedded] = motions.each_ref().map(Motion::summary);
-            let shown = [&projected, &embedded].map(|summary| summary.doubts.halved_at_most.expect("adaptive steps"));
-            println!("{tolerance:.0e}: alone {of_angle:.1e}, projected {:.1e}, embedded {:.1e}", errors[0], errors[1]);
+            let shown =
+                [&projected, &embedded].map(|summary| summary.doubts.halved_at_most.expect("adaptive steps"));
+            println!(
+                "{tolerance:.0e}: alone {of_angle:.1e}, projected {:.1e}, embedded {:.1e}",
+                errors[0], errors[1]
+            );
             println!("  half steps show {shown:.1?}");
             println!("  in {} and {} evaluations", projected.evaluations, embedded.evaluations);
             // Of x and y, too, and at all steps.

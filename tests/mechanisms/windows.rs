@@ -14,8 +14,9 @@ pub(crate) trait Windows: Constraints {
     fn state_of(&self, rods: &[[f64; 3]], rates: &[[f64; 3]]) -> Self::State;
 }
 
-/// 2N + 1 uniform rods of unit length: N + 1 that stand on the ground, and N between their tops. Each has the coordinates of its centre and its
-/// angle; every joint is a pair of rows: 3 (2N + 1) coordinates, 2 (3N + 1) rows, one degree of freedom, N more where the rods lie in one line.
+/// 2N + 1 uniform rods of unit length: N + 1 that stand on the ground, and N between their tops. Each has the
+/// coordinates of its centre and its angle; every joint is a pair of rows: 3 (2N + 1) coordinates, 2 (3N + 1)
+/// rows, one degree of freedom, N more where the rods lie in one line.
 macro_rules! windows {
     ($name:ident, windows: $windows:literal, standing: $standing:literal, rods: $rods:literal, between: $between:literal) => {
         /// N windows in absolute coordinates.

@@ -1,5 +1,6 @@
-//! Andrews' squeezing mechanism: seven bodies, seven angles, three closed loops; Giles 1978; Schiehlen (ed.), Multibody Systems Handbook 1990;
-//! Hairer & Wanner, Solving ODE II, VII.7; Test Set for IVP Solvers. The tests and the benchmarks of evaluation include this file.
+//! Andrews' squeezing mechanism: seven bodies, seven angles, three closed loops; Giles 1978; Schiehlen (ed.),
+//! Multibody Systems Handbook 1990; Hairer & Wanner, Solving ODE II, VII.7; Test Set for IVP Solvers. The
+//! tests and the benchmarks of evaluation include this file.
 
 use dynamics::prelude::*;
 
@@ -106,10 +107,12 @@ impl Andrews {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         let centres = self.centres(q);
-        let angles = [q.beta, q.beta + q.theta, q.gamma, q.phi + q.delta, q.delta, q.omega + q.epsilon, q.epsilon];
+        let angles =
+            [q.beta, q.beta + q.theta, q.gamma, q.phi + q.delta, q.delta, q.omega + q.epsilon, q.epsilon];
         let mut sum = Expr::ZERO;
         for k in 0..7 {
-            sum += 0.5 * self.m[k] * centres[k].dt().norm_squared() + 0.5 * self.i[k] * angles[k].dt().powi(2);
+            sum +=
+                0.5 * self.m[k] * centres[k].dt().norm_squared() + 0.5 * self.i[k] * angles[k].dt().powi(2);
         }
         sum
     }

@@ -2,7 +2,8 @@
 
 use dynamics::prelude::*;
 
-/// Arenstorf's orbit in the frame that turns with earth and moon (Hairer, Nørsett, Wanner, *Solving ODE I*, p. 129).
+/// Arenstorf's orbit in the frame that turns with earth and moon (Hairer, Nørsett, Wanner, *Solving ODE I*,
+/// p. 129).
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
 pub(crate) struct Arenstorf {

@@ -1,10 +1,10 @@
-//! Whipple's bicycle with the parameters of J. P. Meijaard, J. M. Papadopoulos, A. Ruina and A. L. Schwab, Proc. R. Soc. A 463 (2007) 1955, table 1. Tests and
-//! the example include this file.
+//! Whipple's bicycle with the parameters of J. P. Meijaard, J. M. Papadopoulos, A. Ruina and A. L. Schwab,
+//! Proc. R. Soc. A 463 (2007) 1955, table 1. Tests and the example include this file.
 
 use dynamics::prelude::*;
 
-/// Four rigid bodies, hands off: wheels, the frame with a rigid rider, fork and handlebar. x forward, y to the right, z down; thin wheels roll
-/// without slipping on the plane z = 0.
+/// Four rigid bodies, hands off: wheels, the frame with a rigid rider, fork and handlebar. x forward, y to
+/// the right, z down; thin wheels roll without slipping on the plane z = 0.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, yaw: rad, roll: rad, pitch: rad, steer: rad, rear: rad, front: rad)]
 #[units(wheelbase: m, trail: m, tilt: rad, g: m / s^2, radius: m, mass: kg, frame_center: m, fork_center: m,
@@ -65,7 +65,8 @@ impl Bicycle {
         RigidBody::new(self.mass[1], center, self.frame_inertia, self.rear_frame(q))
     }
     fn fork(&self, q: &Coordinates<Self>) -> RigidBody {
-        let center = vec3(self.fork_center.x - self.wheelbase - self.trail, self.fork_center.y, self.fork_center.z);
+        let center =
+            vec3(self.fork_center.x - self.wheelbase - self.trail, self.fork_center.y, self.fork_center.z);
         RigidBody::new(self.mass[2], center, self.fork_inertia, self.fork_frame(q))
     }
     fn front_wheel(&self, q: &Coordinates<Self>) -> RigidBody {

@@ -1,9 +1,10 @@
-//! The car axis: a moving constraint and a small mass; Schneider, Test Set for IVP Solvers (Mazzia, Magherini & Iavernaro). The tests and the
-//! example of error against cost include this file.
+//! The car axis: a moving constraint and a small mass; Schneider, Test Set for IVP Solvers (Mazzia, Magherini
+//! & Iavernaro). The tests and the example of error against cost include this file.
 
 use dynamics::prelude::*;
 
-/// A bar between two springs that follow a bumpy road: the right wheel at (x_b, y_b) goes up and down, the left one stays at (0, 0).
+/// A bar between two springs that follow a bumpy road: the right wheel at (x_b, y_b) goes up and down, the
+/// left one stays at (0, 0).
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(xl, yl, xr, yr)]
 pub(crate) struct CarAxis {
@@ -60,5 +61,13 @@ pub(crate) fn model() -> CarAxis {
 
 /// The published start.
 pub(crate) fn start(model: &CarAxis) -> State<CarAxis> {
-    model.state().yl(0.5).xr(1.0).yr(0.5).xl_rate(-0.5).xr_rate(-0.5).build().expect("it fulfils the constraints")
+    model
+        .state()
+        .yl(0.5)
+        .xr(1.0)
+        .yr(0.5)
+        .xl_rate(-0.5)
+        .xr_rate(-0.5)
+        .build()
+        .expect("it fulfils the constraints")
 }

@@ -1,9 +1,11 @@
-//! The stiff flyball governor; IFToMM problem A05, González et al. 2006. The tests and the example of error against cost include this file.
+//! The stiff flyball governor; IFToMM problem A05, González et al. 2006. The tests and the example of error
+//! against cost include this file.
 
 use dynamics::prelude::*;
 
-/// A shaft that carries two hinged rods with balls; spring-dampers from the rods' middles hold a slider that turns with it.
-/// Shaft, slider and each rod have their own angle about the shaft; constraints make them turn as one.
+/// A shaft that carries two hinged rods with balls; spring-dampers from the rods' middles hold a slider that
+/// turns with it. Shaft, slider and each rod have their own angle about the shaft; constraints make them turn
+/// as one.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(psi: rad, slider: rad, arm: [rad; 2], s: m, b: [rad; 2])]
 #[units(

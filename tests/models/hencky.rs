@@ -1,4 +1,5 @@
-//! Rigid links with springs between them, clamped at the foot, under a dead load; H. Hencky, Der Eisenbau 11 (1920) 437.
+//! Rigid links with springs between them, clamped at the foot, under a dead load; H. Hencky, Der Eisenbau 11
+//! (1920) 437.
 
 use dynamics::prelude::*;
 

@@ -2,7 +2,8 @@
 
 use dynamics::prelude::*;
 
-/// Two bodies that attract each other: the motion of one about the other (Hairer, Lubich, Wanner, *Geometric Numerical Integration*, §I.2).
+/// Two bodies that attract each other: the motion of one about the other (Hairer, Lubich, Wanner, *Geometric
+/// Numerical Integration*, §I.2).
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
 pub(crate) struct Kepler {

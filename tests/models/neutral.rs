@@ -18,7 +18,8 @@ impl Neutral {
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.inertia * (q.crank.dt().powi(2) + 0.3 * q.coupler.dt().powi(2) + 1.4 * q.rocker.dt().powi(2))
+        0.5 * self.inertia
+            * (q.crank.dt().powi(2) + 0.3 * q.coupler.dt().powi(2) + 1.4 * q.rocker.dt().powi(2))
     }
     #[holonomic]
     fn closure(&self, q: &Coordinates<Self>) -> Vec2 {

@@ -1,4 +1,5 @@
-//! A parallelogram with a torsional spring on its first crank, whose change point lies at zero: there its rows are not independent.
+//! A parallelogram with a torsional spring on its first crank, whose change point lies at zero: there its
+//! rows are not independent.
 
 use dynamics::prelude::*;
 

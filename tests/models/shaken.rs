@@ -2,7 +2,8 @@
 
 use dynamics::prelude::*;
 
-/// ẍ = pull − (stiffness − load) x − cubic x³ + growth ẋ + even cos 2t + odd sin 3t + late, which comes and goes within a tenth of a second at 20 s.
+/// ẍ = pull − (stiffness − load) x − cubic x³ + growth ẋ + even cos 2t + odd sin 3t + late, which comes and
+/// goes within a tenth of a second at 20 s.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]
 #[units(m: kg, stiffness: N / m, load: N / m, cubic: N / m^3, pull: N, growth: N * s / m, even: N, odd: N, late: N, rate: 1 / s)]

@@ -30,7 +30,9 @@ impl ThreeCranks {
     }
     #[holonomic]
     fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.along(self.a, q.first) + self.along(self.b, q.coupler) - self.along(self.a, q.second) - vec2(self.b, 0.0)
+        self.along(self.a, q.first) + self.along(self.b, q.coupler)
+            - self.along(self.a, q.second)
+            - vec2(self.b, 0.0)
     }
     #[holonomic]
     #[redundant]

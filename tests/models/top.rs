@@ -2,7 +2,8 @@
 
 use dynamics::prelude::*;
 
-/// A heavy symmetrical top in Cardan angles, upright at zero, which are regular there; H. Goldstein, *Classical Mechanics*, §5.7.
+/// A heavy symmetrical top in Cardan angles, upright at zero, which are regular there; H. Goldstein,
+/// *Classical Mechanics*, §5.7.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(a: rad, b: rad, spin: rad)]
 #[units(across: kg * m^2, along: kg * m^2, weight: N * m)]

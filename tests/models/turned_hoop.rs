@@ -1,4 +1,5 @@
-//! A bead on a hoop that is turned at a given speed about its vertical diameter; S. H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5.
+//! A bead on a hoop that is turned at a given speed about its vertical diameter; S. H. Strogatz, *Nonlinear
+//! Dynamics and Chaos*, §3.5.
 
 use dynamics::prelude::*;
 

@@ -1,11 +1,14 @@
-//! A railway wheelset that hunts on its rails; test set for initial value problems, wheelset (B. Simeon, C. Führer & P. Rentrop, Surv. Math. Ind. 1 (1991) 1–37).
+//! A railway wheelset that hunts on its rails; test set for initial value problems, wheelset (B. Simeon, C.
+//! Führer & P. Rentrop, Surv. Math. Ind. 1 (1991) 1–37).
 //!
-//! Conical wheels, circular rails, contact points as coordinates without inertia. Creep forces go with the normal forces by tanh, and the radii of the contact
-//! ellipses by their cube root (A. Jaschinski, DLR-FB 90-06, 1990), so that no force is given where nothing presses.
+//! Conical wheels, circular rails, contact points as coordinates without inertia. Creep forces go with the
+//! normal forces by tanh, and the radii of the contact ellipses by their cube root (A. Jaschinski, DLR-FB
+//! 90-06, 1990), so that no force is given where nothing presses.
 
 use dynamics::prelude::*;
 
-/// Axle, yaw and roll, the turning of the wheels beside ω = v/r, and where the wheels touch: side −1 is the wheel with ξ < 0.
+/// Axle, yaw and roll, the turning of the wheels beside ω = v/r, and where the wheels touch: side −1 is the
+/// wheel with ξ < 0.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y, z, theta, phi, beta, psi_left, xi_left, psi_right, xi_right)]
 #[nominal(
@@ -113,7 +116,8 @@ impl Wheelset {
         let (left, right) = (q.reaction(Self::left), q.reaction(Self::right));
         let (dl, dr) = (self.angle(q, q.psi_left, -1.0), self.angle(q, q.psi_right, 1.0));
         let det = -dl.sin() * dr.cos() - dr.sin() * dl.cos();
-        let (gl, gr) = (self.gradient(q, q.psi_left, q.xi_left, -1.0), self.gradient(q, q.psi_right, q.xi_right, 1.0));
+        let (gl, gr) =
+            (self.gradient(q, q.psi_left, q.xi_left, -1.0), self.gradient(q, q.psi_right, q.xi_right, 1.0));
         let w1 = gl.x * left + gr.x * right;
         let w2 = -left - right;
         vec2((dr.cos() * w1 - dr.sin() * w2) / det, (-dl.cos() * w1 - dl.sin() * w2) / det)
@@ -149,7 +153,8 @@ impl Wheelset {
         let ns = (-sd * spin + cd * td) / wr;
         let wt = self.mu * normal;
         let along = (self.shear * c * c * self.c11 * nx / wt).tanh();
-        let across = ((self.shear * c * c * self.c22 * ny + self.shear * c * c * c * self.c23 * ns) / wt).tanh();
+        let across =
+            ((self.shear * c * c * self.c22 * ny + self.shear * c * c * c * self.c23 * ns) / wt).tanh();
         let over = (along * along + across * across).max(1.0).sqrt();
         let (tx, ty) = (-wt * along / over, -wt * across / over);
         vec3(st * tx + ct * cd * ty, sd * ty, ct * tx - st * cd * ty)
@@ -203,7 +208,8 @@ impl Wheelset {
     #[force]
     fn creepage(&self, q: &Coordinates<Self>) -> Force {
         let n = self.normals(q);
-        self.one_contact(q, q.psi_left, q.xi_left, -1.0, n.x) + self.one_contact(q, q.psi_right, q.xi_right, 1.0, n.y)
+        self.one_contact(q, q.psi_left, q.xi_left, -1.0, n.x)
+            + self.one_contact(q, q.psi_right, q.xi_right, 1.0, n.y)
     }
     #[force]
     fn yaw_springs(&self, q: &Coordinates<Self>) -> Force {

@@ -1,4 +1,5 @@
-//! Problems on which solvers of differential equations are compared, as energies and forces. Examples and benchmarks include this file.
+//! Problems on which solvers of differential equations are compared, as energies and forces. Examples and
+//! benchmarks include this file.
 
 #[path = "double_pendulum.rs"]
 mod double_pendulum;
@@ -10,7 +11,8 @@ use dynamics::prelude::*;
 pub(crate) use double_pendulum::DoublePendulum;
 pub(crate) use kepler::Kepler;
 
-/// A bob on a damped spring that is almost a rod: it swings in seconds and settles along the spring in 10⁻⁴ of them.
+/// A bob on a damped spring that is almost a rod: it swings in seconds and settles along the spring in 10⁻⁴
+/// of them.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(mass: kg, stiffness: N / m, damping: N * s / m, length: m, g: m / s^2)]

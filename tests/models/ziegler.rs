@@ -1,4 +1,5 @@
-//! A double pendulum under a force that follows its second link, or a part of its angle; H. Ziegler, Ing.-Archiv 20 (1952) 49.
+//! A double pendulum under a force that follows its second link, or a part of its angle; H. Ziegler,
+//! Ing.-Archiv 20 (1952) 49.
 
 use dynamics::prelude::*;
 

@@ -1,4 +1,5 @@
-//! Integrals of outputs that saturate, by the adjoint equations: corners between and beside the nodes of steps, in the state, in a parameter, and in time.
+//! Integrals of outputs that saturate, by the adjoint equations: corners between and beside the nodes of
+//! steps, in the state, in a parameter, and in time.
 
 use dynamics::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -45,9 +46,12 @@ const NAMES: [&str; 5] = ["m", "k", "gain", "limit", "x"];
 fn integral(end: f64, levels: &[f64], f: impl Fn(f64) -> f64) -> f64 {
     let turns = (0..=(2.0 * end / TAU) as i32 + 1).map(|n| f64::from(n) * PI);
     let about = |at: f64| {
-        levels.iter().flat_map(move |level| [at - 0.5 * (level / 2.0).acos(), at + 0.5 * (level / 2.0).acos()])
+        levels
+            .iter()
+            .flat_map(move |level| [at - 0.5 * (level / 2.0).acos(), at + 0.5 * (level / 2.0).acos()])
     };
-    let mut ends: Vec<f64> = turns.flat_map(about).filter(|t| *t > 0.0 && *t < end).chain([0.0, end]).collect();
+    let mut ends: Vec<f64> =
+        turns.flat_map(about).filter(|t| *t > 0.0 && *t < end).chain([0.0, end]).collect();
     ends.sort_by(f64::total_cmp);
     let nodes = [
         (0.0, 0.568_888_888_888_888_9),
@@ -71,7 +75,8 @@ fn integral(end: f64, levels: &[f64], f: impl Fn(f64) -> f64) -> f64 {
     pieces.sum()
 }
 
-/// Seven and 64 corners: crawling up to them takes thousands of steps, and what lies in the blind ends of steps makes per cents of a derivative.
+/// Seven and 64 corners: crawling up to them takes thousands of steps, and what lies in the blind ends of
+/// steps makes per cents of a derivative.
 #[test]
 fn integrals_of_saturated_outputs_have_their_gradients() {
     for (end, most) in [(5.3, 70), (50.3, 600)] {
@@ -117,28 +122,37 @@ fn integrals_of_saturated_outputs_have_their_gradients() {
 #[test]
 fn corners_in_time_are_met() {
     let start = METER.state().x(1.0).build().unwrap();
-    let found = METER.objective(start).integral("fading", 1.0).by(["limit", "fades"]).until(17.0).run().unwrap();
+    let found =
+        METER.objective(start).integral("fading", 1.0).by(["limit", "fades"]).until(17.0).run().unwrap();
     let [limit, fades] = [found.get("limit").unwrap(), found.get("fades").unwrap()];
-    assert!((found.value - 1.25).abs() < 1e-9 && (limit - 5.0).abs() < 1e-8 && (fades + 12.5).abs() < 1e-8, "{found}");
+    assert!(
+        (found.value - 1.25).abs() < 1e-9 && (limit - 5.0).abs() < 1e-8 && (fades + 12.5).abs() < 1e-8,
+        "{found}"
+    );
 }
 
-/// Saturated all the time it depends on the limit alone, though a gain three times as long, or none, would do the same.
+/// Saturated all the time it depends on the limit alone, though a gain three times as long, or none, would do
+/// the same.
 #[test]
 fn what_is_saturated_does_not_depend_on_its_gain() {
     let start = METER.state().x(1.0).build().unwrap();
-    let found = METER.objective(start).integral("saturated", 1.0).by(["gain", "limit"]).until(0.4).run().unwrap();
+    let found =
+        METER.objective(start).integral("saturated", 1.0).by(["gain", "limit"]).until(0.4).run().unwrap();
     assert_eq!(found.get("gain").unwrap(), 0.0);
     assert!((found.get("limit").unwrap() - 0.4).abs() < 1e-10);
     let forward = METER.sensitivities(start).by(["gain"]).until(0.4).output_times([0.4]).run().unwrap();
     assert_eq!(forward.series("saturated", "gain").unwrap()[0].1, 0.0);
 }
 
-/// Swinging a thousand times as far it passes through the unsaturated range within a few ten-thousandths of a second, between the places that are looked at: what the value does tells.
+/// Swinging a thousand times as far it passes through the unsaturated range within a few ten-thousandths of a
+/// second, between the places that are looked at: what the value does tells.
 #[test]
 fn what_passes_quickly_is_met() {
     let start = METER.state().x(1e3).build().unwrap();
-    let found = METER.objective(start).integral("saturated", 1.0).by(["k", "limit", "x"]).until(9.0).run().unwrap();
-    // Zero crossings at t = (n + ½) π/2, through which x goes with 2·1000 m/s: each adds 0.5/2000 of gain ∂x/∂k = −gain x₀ t sin(2t)/4.
+    let found =
+        METER.objective(start).integral("saturated", 1.0).by(["k", "limit", "x"]).until(9.0).run().unwrap();
+    // Zero crossings at t = (n + ½) π/2, through which x goes with 2·1000 m/s: each adds 0.5/2000 of gain
+    // ∂x/∂k = −gain x₀ t sin(2t)/4.
     let crossings = (0..6).map(|n| (f64::from(n) + 0.5) * PI / 2.0).filter(|t| *t < 9.0);
     let by_k = crossings.map(|t| -2.0 * 1e3 * t * (2.0 * t).sin() / 4.0 * 0.5 / 2e3).sum::<f64>();
     let k = found.get("k").unwrap();
@@ -157,10 +171,14 @@ fn what_passes_quickly_is_met() {
 fn small_motions_have_their_digits() {
     for x0 in [1e-2, 1e-4, 1e-6] {
         let start = METER.state().x(x0).build().unwrap();
-        let found = METER.objective(start).integral("saturated", 1.0).by(["k", "x"]).until(5.3).run().unwrap();
+        let found =
+            METER.objective(start).integral("saturated", 1.0).by(["k", "x"]).until(5.3).run().unwrap();
         let wanted = [-0.5 * x0 * (0.25 * 10.6_f64.sin() - 2.65 * 10.6_f64.cos()), 10.6_f64.sin()];
         assert!((found.value / (x0 * 10.6_f64.sin()) - 1.0).abs() < 1e-8, "{x0:e} {found}");
-        assert!(found.derivatives().iter().zip(wanted).all(|(by, wanted)| (by / wanted - 1.0).abs() < 1e-8), "{found}");
+        assert!(
+            found.derivatives().iter().zip(wanted).all(|(by, wanted)| (by / wanted - 1.0).abs() < 1e-8),
+            "{found}"
+        );
         let forward = METER.sensitivities(start).by(["k"]).until(5.3).output_times([5.3]).run().unwrap();
         let wanted = -0.25 * x0 * 5.3 * 10.6_f64.sin();
         assert!((forward.series("x", "k").unwrap()[0].1 / wanted - 1.0).abs() < 1e-8, "{x0:e}");

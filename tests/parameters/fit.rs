@@ -60,7 +60,11 @@ fn the_covariance_is_that_of_many_experiments() {
     let fit = |seed: u64, given: bool| {
         let data = measured(SIGMA, seed);
         let fit = guess.fit(start).find(FOUND).tolerance(1e-8);
-        if given { fit.data_with("x", SIGMA, data).run().unwrap() } else { fit.data("x", data).run().unwrap() }
+        if given {
+            fit.data_with("x", SIGMA, data).run().unwrap()
+        } else {
+            fit.data("x", data).run().unwrap()
+        }
     };
     let values = |fit: &Fit| [fit.found[0].value, fit.found[1].value, fit.found[2].value];
     let all: Vec<Fit> = (1..=120).map(|seed| fit(seed, true)).collect();
@@ -117,10 +121,12 @@ fn samples_scatter_as_the_covariance_says_and_are_the_same_again() {
 fn several_quantities_with_noise_of_their_own() {
     let (guess, start) = first();
     let model = Oscillator::PLAIN;
-    let motion = model.simulate(model.state().x(0.3).build().unwrap()).until(2.0).tolerance(1e-11).run().unwrap();
+    let motion =
+        model.simulate(model.state().x(0.3).build().unwrap()).until(2.0).tolerance(1e-11).run().unwrap();
     let times = || (0..=40).rev().map(|k| 0.05 * f64::from(k));
     let mut noise = Noise(3);
-    let pull: Vec<_> = times().map(|t| (t, motion.output("pull", t).unwrap() + 0.2 * noise.normal())).collect();
+    let pull: Vec<_> =
+        times().map(|t| (t, motion.output("pull", t).unwrap() + 0.2 * noise.normal())).collect();
     let rate: Vec<_> = times().map(|t| (t, motion.at(t).x_rate() + 0.01 * noise.normal())).collect();
     let asked = guess.fit(start).find(["mass", "damping", "stiffness", "x"]);
     let fit = asked.data_with("pull", 0.2, pull).data_with("x_rate", 0.01, rate).run().unwrap();
@@ -141,26 +147,39 @@ fn what_lies_on_its_bound_has_no_error_and_the_others_theirs() {
     assert!(damping.value == 0.8 && damping.standard_error.is_none(), "{fit}");
     assert!(fit.get("stiffness").unwrap().standard_error.is_some() && fit.rank == 2);
     // The wrong damping leaves what is no noise, and the fit says so.
-    assert!(fit.residuals[0].neighbours > 0.5 && fit.to_string().contains("the model lacks something"), "{fit}");
+    assert!(
+        fit.residuals[0].neighbours > 0.5 && fit.to_string().contains("the model lacks something"),
+        "{fit}"
+    );
 }
 
 /// Data without noise leave what motions are off by, at any tolerance; and what made them may be zero.
 #[test]
 fn data_without_noise_settle_where_unknowns_are_zero() {
     let guess = Oscillator { mass: 2.0, damping: 0.5, stiffness: 42.0 };
-    for (tolerance, made_with) in [(1e-7, 0.0), (1e-8, 1.2), (1e-9, 0.0), (1e-9, 1.2), (1e-11, 0.0), (1e-12, 1.2)] {
+    for (tolerance, made_with) in
+        [(1e-7, 0.0), (1e-8, 1.2), (1e-9, 0.0), (1e-9, 1.2), (1e-11, 0.0), (1e-12, 1.2)]
+    {
         let p = [2.0, made_with, 50.0, 0.3, 0.0];
-        let data =
-            |scale: f64| (1..=60).map(|k| 0.05 * f64::from(k)).map(move |t| (t, scale * Oscillator::closed(p, t)[0]));
+        let data = |scale: f64| {
+            (1..=60).map(|k| 0.05 * f64::from(k)).map(move |t| (t, scale * Oscillator::closed(p, t)[0]))
+        };
         let start = guess.state().x(0.25).x_rate(0.1).build().unwrap();
         let fit = guess.fit(start).find(["damping", "stiffness", "x", "x_rate"]).tolerance(tolerance);
-        let fit = fit.data("x", data(1.0)).run().unwrap_or_else(|error| panic!("{tolerance}, {made_with}: {error}"));
+        let fit = fit
+            .data("x", data(1.0))
+            .run()
+            .unwrap_or_else(|error| panic!("{tolerance}, {made_with}: {error}"));
         for (name, value) in [("damping", made_with), ("stiffness", 50.0), ("x", 0.3), ("x_rate", 0.0)] {
             let found = fit.get(name).unwrap().value;
-            assert!((found - value).abs() < 1e2 * tolerance * value.max(1.0), "{name} at {tolerance}: {found}");
+            assert!(
+                (found - value).abs() < 1e2 * tolerance * value.max(1.0),
+                "{name} at {tolerance}: {found}"
+            );
         }
         let bounded = guess.fit(guess.state().x(0.25).build().unwrap()).find(["stiffness", "x"]);
-        let bounded = bounded.find_within("damping", [0.0, 5.0]).tolerance(tolerance).data("x", data(1.0)).run();
+        let bounded =
+            bounded.find_within("damping", [0.0, 5.0]).tolerance(tolerance).data("x", data(1.0)).run();
         assert!((bounded.unwrap().get("damping").unwrap().value - made_with).abs() < 1e2 * tolerance);
     }
 }
@@ -194,7 +213,8 @@ fn measured_from(p: [f64; 5], sigma: f64, seed: u64) -> Vec<(f64, f64)> {
     times.map(|t| (t, Oscillator::closed(p, t)[0] + sigma * noise.normal())).collect()
 }
 
-/// Two runs from two starts, the second with a mass that is known to be another: what neither tells alone, mass and stiffness, both tell together.
+/// Two runs from two starts, the second with a mass that is known to be another: what neither tells alone,
+/// mass and stiffness, both tell together.
 #[test]
 fn experiments_share_parameters_and_have_starts_of_their_own() {
     let guess = Oscillator { mass: 1.0, damping: 0.5, stiffness: 42.0 };
@@ -206,11 +226,14 @@ fn experiments_share_parameters_and_have_starts_of_their_own() {
         let asked = asked.experiment(start(-0.4)).known("mass", 5.0).find(["x"]);
         asked.data_with("x", SIGMA, measured_from(heavy, sigma, seed + 1000)).tolerance(1e-10)
     };
-    let alone =
-        guess.fit(start(0.25)).find(["mass", "damping", "stiffness", "x"]).data("x", measured_from(TRUE, 0.0, 0));
+    let alone = guess
+        .fit(start(0.25))
+        .find(["mass", "damping", "stiffness", "x"])
+        .data("x", measured_from(TRUE, 0.0, 0));
     assert!(matches!(alone.run(), Err(dynamics::analysis::FitError::Indistinguishable { .. })));
     let fit = two(0.0, 0).run().unwrap();
-    let truth = [("mass", 2.0), ("damping", 1.2), ("stiffness", 50.0), ("x", 0.3), ("x (experiment 2)", -0.5)];
+    let truth =
+        [("mass", 2.0), ("damping", 1.2), ("stiffness", 50.0), ("x", 0.3), ("x (experiment 2)", -0.5)];
     for (name, value) in truth {
         assert!((fit.get(name).unwrap().value / value - 1.0).abs() < 1e-8, "{fit}");
     }
@@ -219,7 +242,9 @@ fn experiments_share_parameters_and_have_starts_of_their_own() {
     // The scatter of forty is that of the covariance.
     let fits: Vec<Fit> = (1..=40).map(|seed| two(SIGMA, seed).run().unwrap()).collect();
     for (name, value) in truth {
-        let off = |fit: &Fit| (fit.get(name).unwrap().value - value) / fit.get(name).unwrap().standard_error.unwrap();
+        let off = |fit: &Fit| {
+            (fit.get(name).unwrap().value - value) / fit.get(name).unwrap().standard_error.unwrap()
+        };
         let mean_square = fits.iter().map(|fit| off(fit).powi(2)).sum::<f64>() / 40.0;
         assert!((0.5..1.7).contains(&mean_square), "{name}: {mean_square}");
     }
@@ -252,19 +277,25 @@ fn experiments_that_make_no_sense_are_refused() {
     let error = error.data("x", measured(0.0, 0)).run().unwrap_err();
     assert!(matches!(&error, FitError::BeforeStart { name, .. } if name == "x (experiment 2)"), "{error}");
     // Known everywhere, it says nothing.
-    let known = guess.fit(start).known("damping", 1.2).find(["damping", "stiffness"]).data("x", measured(0.0, 0));
+    let known =
+        guess.fit(start).known("damping", 1.2).find(["damping", "stiffness"]).data("x", measured(0.0, 0));
     let error = known.run().unwrap_err();
-    assert!(matches!(&error, FitError::Indistinguishable { groups, .. } if groups == &[["damping"]]), "{error}");
+    assert!(
+        matches!(&error, FitError::Indistinguishable { groups, .. } if groups == &[["damping"]]),
+        "{error}"
+    );
 }
 
-/// NIST's certified regressions y = b₁ (1 − e^{−b₂ t}), Misra1a and BoxBOD, by the motion that they are: a body that a damper brings to rest, b₂ = c/m and b₁ = ẋ₀/b₂. In these unknowns BoxBOD's farther
-/// start leads to the least, too, where in b₁ and b₂ both MINPACK's method and ours settle on a plateau.
+/// NIST's certified regressions y = b₁ (1 − e^{−b₂ t}), Misra1a and BoxBOD, by the motion that they are: a
+/// body that a damper brings to rest, b₂ = c/m and b₁ = ẋ₀/b₂. In these unknowns BoxBOD's farther start leads
+/// to the least, too, where in b₁ and b₂ both MINPACK's method and ours settle on a plateau.
 #[test]
 fn certified_regressions_are_found_through_a_motion() {
-    let misra = [77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8, 593.1, 689.1, 760.0];
-    let misra = misra
-        .into_iter()
-        .zip([10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.40, 75.47, 81.78]);
+    let misra =
+        [77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8, 593.1, 689.1, 760.0];
+    let misra = misra.into_iter().zip([
+        10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.40, 75.47, 81.78,
+    ]);
     let misra: Vec<(f64, f64)> = misra.collect();
     let boxes = vec![(1.0, 109.0), (2.0, 149.0), (3.0, 149.0), (5.0, 191.0), (7.0, 213.0), (10.0, 224.0)];
     let of = |b: [f64; 2], data: &[(f64, f64)]| {
@@ -287,8 +318,9 @@ fn certified_regressions_are_found_through_a_motion() {
     }
 }
 
-/// Of data with normal noise robust losses find what least squares do, with standard errors little larger; of those of which a tenth are off by 50 to 100 σ they still find it within
-/// their errors, which are those of the good ones.
+/// Of data with normal noise robust losses find what least squares do, with standard errors little larger; of
+/// those of which a tenth are off by 50 to 100 σ they still find it within their errors, which are those of
+/// the good ones.
 #[test]
 fn outliers_do_not_decide_robust_fits() {
     let (guess, start) = first();

@@ -20,7 +20,8 @@ fn asked() -> (Oscillator, <Oscillator as Model>::State) {
 #[test]
 fn what_cannot_be_told_apart_is_named() {
     let (model, start) = asked();
-    let error = model.fit(start).find(["mass", "damping", "stiffness"]).data("x", data(60)).run().unwrap_err();
+    let error =
+        model.fit(start).find(["mass", "damping", "stiffness"]).data("x", data(60)).run().unwrap_err();
     let FitError::Indistinguishable { groups, values, chi_squared } = &error else { panic!("{error}") };
     assert_eq!(*groups, [["mass", "damping", "stiffness"]]);
     // The search came to the valley: ratios are those of the data.
@@ -48,7 +49,10 @@ fn what_has_no_influence_is_named() {
     let error = angle.fit(start).find(["mass", "length"]).data("theta", data.clone()).run().unwrap_err();
     assert!(matches!(&error, FitError::Indistinguishable { groups, .. } if *groups == [["mass"]]), "{error}");
     let error = angle.fit(start).find(["g", "length"]).data("theta", data).run().unwrap_err();
-    assert!(matches!(&error, FitError::Indistinguishable { groups, .. } if *groups == [["g", "length"]]), "{error}");
+    assert!(
+        matches!(&error, FitError::Indistinguishable { groups, .. } if *groups == [["g", "length"]]),
+        "{error}"
+    );
 }
 
 #[test]
@@ -76,7 +80,10 @@ fn data_that_make_no_sense_are_refused_with_their_row() {
         fit().data("x", [(0.0, 0.3), (0.0, 0.3), (0.0, 0.3)]).run().unwrap_err(),
         FitError::OneInstant { time: 0.0 }
     );
-    assert!(matches!(fit().data_with("x", 0.0, data(20)).run().unwrap_err(), FitError::Noise { sigma: 0.0, .. }));
+    assert!(matches!(
+        fit().data_with("x", 0.0, data(20)).run().unwrap_err(),
+        FitError::Noise { sigma: 0.0, .. }
+    ));
     let error = fit().data_with("x", 0.1, data(20)).data("pull", data(20)).run().unwrap_err();
     assert_eq!(error, FitError::NoiseOfSome { without: "pull".into() });
 }
@@ -87,7 +94,9 @@ fn names_and_bounds_that_make_no_sense_are_refused() {
     let fit = || model.fit(start).data("x", data(20));
     assert_eq!(fit().run().unwrap_err(), FitError::NothingToFind);
     let error = fit().find(["stifness"]).run().unwrap_err();
-    assert!(matches!(&error, FitError::Variable(VariableError::Unknown { nearest: Some(n), .. }) if n == "stiffness"));
+    assert!(
+        matches!(&error, FitError::Variable(VariableError::Unknown { nearest: Some(n), .. }) if n == "stiffness")
+    );
     let error = model.fit(start).find(["mass"]).data("y", data(20)).run().unwrap_err();
     assert!(matches!(error, FitError::Motion(SensitivityError::UnknownQuantity { .. })), "{error}");
     for bounds in [[50.0, 60.0], [60.0, 40.0], [f64::NAN, 60.0]] {
@@ -103,12 +112,14 @@ fn names_and_bounds_that_make_no_sense_are_refused() {
 #[test]
 fn a_search_that_is_cut_short_is_no_result() {
     let (model, start) = asked();
-    let error = model.fit(start).find(["damping", "stiffness"]).data("x", data(60)).iterations(1).run().unwrap_err();
+    let error =
+        model.fit(start).find(["damping", "stiffness"]).data("x", data(60)).iterations(1).run().unwrap_err();
     let FitError::NotSettled { iterations: 1, so_far } = &error else { panic!("{error}") };
     assert!(so_far.found.len() == 2 && so_far.chi_squared > 0.0);
 }
 
-/// One datum that is off by a thousand, or by what no square holds: an error that names it, and no numbers that look like a result.
+/// One datum that is off by a thousand, or by what no square holds: an error that names it, and no numbers
+/// that look like a result.
 #[test]
 fn a_datum_that_is_far_off_is_named() {
     let (model, start) = asked();
@@ -124,7 +135,8 @@ fn a_datum_that_is_far_off_is_named() {
             Err(error) => panic!("{row} {by}: {error}"),
         }
         for loss in [Loss::HUBER, Loss::CAUCHY] {
-            let fit = model.fit(start).find(["damping", "stiffness", "x"]).data("x", broken.clone()).loss(loss);
+            let fit =
+                model.fit(start).find(["damping", "stiffness", "x"]).data("x", broken.clone()).loss(loss);
             let fit = fit.run().unwrap_or_else(|error| panic!("{row} {by} {loss:?}: {error}"));
             // The mass is a tenth more than that of the data.
             let found = fit.get("stiffness").unwrap();
@@ -136,18 +148,25 @@ fn a_datum_that_is_far_off_is_named() {
     let mut broken = data(20);
     broken[7].1 = 1e160;
     for loss in [Loss::Squares, Loss::CAUCHY] {
-        let error = model.fit(start).find(["damping", "stiffness"]).data("x", broken.clone()).loss(loss).run();
+        let error =
+            model.fit(start).find(["damping", "stiffness"]).data("x", broken.clone()).loss(loss).run();
         let error = error.unwrap_err();
         assert!(matches!(error, FitError::TooLarge { row: 7, value: 1e160, .. }), "{error}");
     }
     for limit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = model.fit(start).find(["damping"]).data("x", data(20)).loss(Loss::Huber(limit)).run().unwrap_err();
+        let error = model
+            .fit(start)
+            .find(["damping"])
+            .data("x", data(20))
+            .loss(Loss::Huber(limit))
+            .run()
+            .unwrap_err();
         assert!(matches!(error, FitError::Loss { .. }), "{error}");
     }
 }
 
-/// Wherever the outlier lies and whatever the search comes to by it, also where unknowns cannot be told apart at
-/// its end: the datum, its time, how far off it is, and what helps.
+/// Wherever the outlier lies and whatever the search comes to by it, also where unknowns cannot be told apart
+/// at its end: the datum, its time, how far off it is, and what helps.
 #[test]
 fn what_an_outlier_leads_to_names_it() {
     let (model, start) = asked();
@@ -177,7 +196,10 @@ fn first_values_without_a_motion_are_named() {
         let error = far.fit(start).find(["damping", "stiffness"]).data("x", data(20)).run().unwrap_err();
         let said = error.to_string();
         assert!(matches!(&error, FitError::FirstValues { values, .. } if values[1].1 == stiffness), "{said}");
-        assert!(said.contains("first values `damping` = 1, `stiffness` = ") && said.contains("e160; begin"), "{said}");
+        assert!(
+            said.contains("first values `damping` = 1, `stiffness` = ") && said.contains("e160; begin"),
+            "{said}"
+        );
         assert!(said.contains("the acceleration of `x` is ") && !said.contains("tolerance"), "{said}");
     }
     let far = model.state().x(1e160).build().unwrap();

@@ -1,4 +1,5 @@
-//! Gradients by the adjoint equations against closed forms, the variational equations, and differences of whole motions.
+//! Gradients by the adjoint equations against closed forms, the variational equations, and differences of
+//! whole motions.
 
 use dynamics::analysis::{Gradient, Objective, Sensitivities};
 use dynamics::prelude::*;
@@ -26,8 +27,12 @@ fn a_damped_oscillator_has_the_gradient_of_its_closed_form() {
         3.0 * v - 2.0 * x + 0.7 * pull(1.7) + 0.2 * (energy(0.0) - energy(4.0)) + 5.0 * squares
     };
     for (tolerance, within) in [(1e-6, 1e-5), (1e-9, 1e-8), (1e-12, 1e-10)] {
-        let asked =
-            model.objective(start).end("x_rate", 3.0).end("x", -2.0).at(1.7, "pull", 0.7).squares("x", 5.0, data);
+        let asked = model
+            .objective(start)
+            .end("x_rate", 3.0)
+            .end("x", -2.0)
+            .at(1.7, "pull", 0.7)
+            .squares("x", 5.0, data);
         let found = asked.integral("power", 0.2).until(4.0).tolerance(tolerance).run().unwrap();
         assert!((found.value / objective(p) - 1.0).abs() < within, "{} {}", found.value, objective(p));
         assert_eq!(found.derivatives().len(), 5);
@@ -66,13 +71,22 @@ fn against_variations<M: Simulate + Parameters + Clone>(
     tolerance: f64,
 ) -> (f64, bool) {
     let times: Vec<f64> = terms.iter().map(|term| term.0).collect();
-    let all = model.sensitivities(start).by(names).until(end).output_times(times).tolerance(tolerance).run().unwrap();
+    let all = model
+        .sensitivities(start)
+        .by(names)
+        .until(end)
+        .output_times(times)
+        .tolerance(tolerance)
+        .run()
+        .unwrap();
     let asked = model.objective(start).by(names).until(end).tolerance(tolerance);
-    let asked = terms.iter().fold(asked, |asked: Objective<'_, M>, (t, name, weight)| asked.at(*t, name, *weight));
+    let asked =
+        terms.iter().fold(asked, |asked: Objective<'_, M>, (t, name, weight)| asked.at(*t, name, *weight));
     let found: Gradient<'_, M> = asked.run().unwrap();
     let expected: Vec<f64> = names.iter().map(|name| by_variations(&all, name, terms)).collect();
     let largest = expected.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let off = expected.iter().zip(found.derivatives()).map(|(a, b)| (a - b).abs() / largest).fold(0.0, f64::max);
+    let off =
+        expected.iter().zip(found.derivatives()).map(|(a, b)| (a - b).abs() / largest).fold(0.0, f64::max);
     assert!(largest > 0.0);
     (off, found.exact)
 }
@@ -83,8 +97,12 @@ fn both_ways_agree_on_free_motions_forward_and_backward() {
     let start = model.state().theta1(1.2).theta2(-0.4).theta1_rate(0.5).build().unwrap();
     let names = ["m1", "m2", "l1", "l2", "g", "theta1", "theta2", "theta1_rate", "theta2_rate"];
     for end in [2.0, -2.0] {
-        let terms =
-            [(0.0, "theta1", 0.3), (0.25 * end, "theta2", 1.0), (end, "theta2_rate", -0.5), (end, "theta1", 2.0)];
+        let terms = [
+            (0.0, "theta1", 0.3),
+            (0.25 * end, "theta2", 1.0),
+            (end, "theta2_rate", -0.5),
+            (end, "theta1", 2.0),
+        ];
         let (off, exact) = against_variations(&model, start, end, &names, &terms, 1e-12);
         assert!(exact && off < 1e-10, "{end}: {off:e}");
     }
@@ -105,9 +123,11 @@ fn both_ways_agree_under_constraints() {
     }
     check!(once, true);
     check!(twice, false);
-    let start = DISK.state().lean(0.3).yaw(0.1).yaw_rate(0.4).lean_rate(0.1).spin_rate(1.5).assemble().unwrap();
+    let start =
+        DISK.state().lean(0.3).yaw(0.1).yaw_rate(0.4).lean_rate(0.1).spin_rate(1.5).assemble().unwrap();
     let names = ["r", "g", "lean", "spin_rate", "yaw_rate"];
-    let (off, _) = against_variations(&DISK, start, 1.5, &names, &[(0.7, "yaw", 1.0), (1.5, "x", 1.0)], 1e-11);
+    let (off, _) =
+        against_variations(&DISK, start, 1.5, &names, &[(0.7, "yaw", 1.0), (1.5, "x", 1.0)], 1e-11);
     assert!(off < 1e-9, "{off:e}");
 }
 
@@ -160,7 +180,8 @@ mod borne {
         let of = |model: &Borne, start: <Borne as Model>::State, tolerance: f64, by: &[&str]| {
             let asked = model.objective(start).integral("tension", 1.0).integral("weighed", 0.5).until(2.0);
             let asked = asked.tolerance(tolerance).by(by);
-            let found = asked.with(|s| s.inputs(|t, state| [0.3 * t.sin() - 0.2 * state.x_rate()])).run().unwrap();
+            let found =
+                asked.with(|s| s.inputs(|t, state| [0.3 * t.sin() - 0.2 * state.x_rate()])).run().unwrap();
             (found.value, found.derivatives().to_vec(), found.exact)
         };
         let (_, by, exact) = of(&model, start, 1e-11, &["mass", "g"]);
@@ -226,9 +247,16 @@ fn many_parameters_take_the_steps_of_one() {
     let of = |size: f64| core::array::from_fn(|k| value(k, size));
     let model = Chain { masses: of(1.0), springs: of(40.0), dampers: of(0.3), short: 2.0 };
     let start = model.state().x(core::array::from_fn(|k| 0.1 * (0.9 * k as f64).cos())).build().unwrap();
-    let points: Vec<(f64, f64)> = (1..=10).map(|k| (0.15 * f64::from(k), 0.02 * (2.1 * f64::from(k)).sin())).collect();
-    let asked =
-        || model.objective(start).squares("x[5]", 1.0, points.clone()).end("x[3]", 0.1).until(1.5).tolerance(1e-10);
+    let points: Vec<(f64, f64)> =
+        (1..=10).map(|k| (0.15 * f64::from(k), 0.02 * (2.1 * f64::from(k)).sin())).collect();
+    let asked = || {
+        model
+            .objective(start)
+            .squares("x[5]", 1.0, points.clone())
+            .end("x[3]", 0.1)
+            .until(1.5)
+            .tolerance(1e-10)
+    };
     let all = asked().run().unwrap();
     assert_eq!(all.derivatives().len(), 31);
     let names = ["masses[4]", "springs[0]", "dampers[5]", "x[4]", "x_rate[2]"];
@@ -239,18 +267,21 @@ fn many_parameters_take_the_steps_of_one() {
         assert!((one / all - 1.0).abs() < 1e-8, "{name}: {one} {all}");
     }
     let times: Vec<f64> = points.iter().map(|point| point.0).collect();
-    let forward = model.sensitivities(start).by(names).until(1.5).output_times(times).tolerance(1e-10).run().unwrap();
+    let forward =
+        model.sensitivities(start).by(names).until(1.5).output_times(times).tolerance(1e-10).run().unwrap();
     for name in names {
         let last = forward.series("x[5]", name).unwrap();
-        let squares: f64 =
-            (last.iter().zip(&points)).map(|((t, by), (_, y))| 2.0 * by * (forward.motion.at(*t).q[5] - y)).sum();
+        let squares: f64 = (last.iter().zip(&points))
+            .map(|((t, by), (_, y))| 2.0 * by * (forward.motion.at(*t).q[5] - y))
+            .sum();
         let expected = squares + 0.1 * forward.series("x[3]", name).unwrap().last().unwrap().1;
         let found = all.get(name).unwrap();
         assert!((found / expected - 1.0).abs() < 1e-8, "{name}: {found} {expected}");
     }
 }
 
-/// A fixed step among the options: sensitivities, gradients and fits are those of such motions, within their errors.
+/// A fixed step among the options: sensitivities, gradients and fits are those of such motions, within their
+/// errors.
 #[test]
 fn motions_of_a_fixed_step_have_them_too() {
     let model = Oscillator::PLAIN;
@@ -287,7 +318,8 @@ fn motions_of_a_fixed_step_have_them_too() {
     }
 }
 
-/// An output that grows by e within a hundredth of a parameter's size: differences are as short as they have to be.
+/// An output that grows by e within a hundredth of a parameter's size: differences are as short as they have
+/// to be.
 #[test]
 fn outputs_that_are_sharp_in_a_parameter_keep_their_digits() {
     for width in [0.1, 0.025, 0.01, 0.007, 0.003] {

@@ -72,7 +72,8 @@ fn jumps_are_refused_with_their_time() {
     let start = BALL.state().height(1.0).build().unwrap();
     let asked = || BALL.objective(start).end("height", 1.0).until(0.4);
     let at_low = (1.0_f64 / 9.81).sqrt();
-    let error = asked().with(|s| s.on_event("low", Direction::Falling, |state| state.u[0] = -state.u[0])).run();
+    let error =
+        asked().with(|s| s.on_event("low", Direction::Falling, |state| state.u[0] = -state.u[0])).run();
     let Some(SensitivityError::Jump { time, .. }) = error.err() else { panic!("a rebound was not seen") };
     assert!((time - at_low).abs() < 1e-9);
     let error = asked().with(|s| s.stop_at("low", Direction::Falling)).run().err().unwrap();
@@ -81,7 +82,8 @@ fn jumps_are_refused_with_their_time() {
     // Steps of a fixed size end at no change of branch.
     let relay = Relay { mass: 1.0, force: 1.0 };
     let middle = relay.state().x(1.0).build().unwrap();
-    let forward = relay.sensitivities(middle).by(["force"]).until(2.5).with(|s| s.fixed_step(0.01)).run().err();
+    let forward =
+        relay.sensitivities(middle).by(["force"]).until(2.5).with(|s| s.fixed_step(0.01)).run().err();
     let back = relay.objective(middle).end("x", 1.0).until(2.5).with(|s| s.fixed_step(0.01)).run().err();
     for error in [forward, back] {
         let error = error.expect("a jump within a step was not seen");
@@ -105,7 +107,8 @@ fn jumps_are_refused_with_their_time() {
     });
     assert!(off[0] < 1e-2 && off[1] < 0.1 * off[0], "{off:?}");
     for output in ["lit", "flash"] {
-        let error = asked().integral(output, 1.0).run().err().unwrap_or_else(|| panic!("{output} was integrated"));
+        let error =
+            asked().integral(output, 1.0).run().err().unwrap_or_else(|| panic!("{output} was integrated"));
         let SensitivityError::Jump { time, what } = &error else { panic!("{error}") };
         assert!((time - at_low).abs() < 0.04 && what.contains("output"), "{error}");
     }
@@ -116,7 +119,8 @@ fn jumps_are_refused_with_their_time() {
 fn corners_are_integrated() {
     let start = BALL.state().height(1.0).build().unwrap();
     let of = |model: &Ball, tolerance: f64| {
-        let found = model.objective(start).integral("depth", 1.0).end("height", 0.1).until(1.4).tolerance(tolerance);
+        let found =
+            model.objective(start).integral("depth", 1.0).end("height", 0.1).until(1.4).tolerance(tolerance);
         let found = found.by(["g", "stiffness"]).run().unwrap();
         (found.value, found.derivatives().to_vec())
     };
@@ -172,7 +176,11 @@ mod switch {
         let found = asked().with(|s| s.inputs(|t, _| [if t < 1.0 { -1.0 } else { 1.0 }])).run().unwrap();
         let by = |name: &str| found.series("theta", name).unwrap().last().unwrap().1;
         // θ = 1 + (−½·1² − 1·1.5 + ½·1.5²)/I.
-        assert!((by("theta") - 1.0).abs() < 1e-9 && (by("inertia") - 0.875).abs() < 1e-7, "{}", by("inertia"));
+        assert!(
+            (by("theta") - 1.0).abs() < 1e-9 && (by("inertia") - 0.875).abs() < 1e-7,
+            "{}",
+            by("inertia")
+        );
     }
 
     /// A law that bends within a thousandth of a radian is followed by steps that are as small.
@@ -180,12 +188,21 @@ mod switch {
     fn laws_that_bend_sharply_have_their_derivatives() {
         let model = Shaft { inertia: 1.0 };
         let start = model.state().theta(1e-5).torque(0.0).build().unwrap();
-        let asked = model.sensitivities(start).by(["theta"]).until(1e-2).output_times([1e-2]).tolerance(1e-11);
+        let asked =
+            model.sensitivities(start).by(["theta"]).until(1e-2).output_times([1e-2]).tolerance(1e-11);
         let law = |_: f64, state: &<Shaft as Model>::State| [-(2e4 * state.theta()).tanh()];
         let found = asked.with(move |s| s.inputs(law).tolerances(1e-17, 1e-12)).run().unwrap();
         let moved = |h: f64| {
             let start = model.state().theta(1e-5 + h).torque(0.0).build().unwrap();
-            model.simulate(start).inputs(law).tolerances(1e-18, 1e-13).until(1e-2).run().unwrap().end().theta()
+            model
+                .simulate(start)
+                .inputs(law)
+                .tolerances(1e-18, 1e-13)
+                .until(1e-2)
+                .run()
+                .unwrap()
+                .end()
+                .theta()
         };
         let (by, expected) = (found.series("theta", "theta").unwrap()[0].1, difference(1e-7, moved));
         assert!((by / expected - 1.0).abs() < 1e-6, "{by} {expected}");

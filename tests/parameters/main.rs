@@ -1,4 +1,5 @@
-//! What motions, equilibria and frequencies make of parameters and starts, against closed forms and whole motions; parameters found from measured motion; sweeps.
+//! What motions, equilibria and frequencies make of parameters and starts, against closed forms and whole
+//! motions; parameters found from measured motion; sweeps.
 
 mod corners;
 #[path = "../models/double_pendulum.rs"]

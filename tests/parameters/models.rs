@@ -50,7 +50,8 @@ impl Oscillator {
     }
 }
 
-/// The bob of a pendulum in the plane, once on one rod and once on the same rod twice over; pushed from the side.
+/// The bob of a pendulum in the plane, once on one rod and once on the same rod twice over; pushed from the
+/// side.
 macro_rules! bob {
     ($name:ident, $($again:tt)*) => {
         #[derive(Clone, Debug, Dynamics)]

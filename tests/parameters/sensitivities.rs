@@ -1,4 +1,5 @@
-//! Sensitivities of motions against closed forms, against differences of whole motions, and in other coordinates.
+//! Sensitivities of motions against closed forms, against differences of whole motions, and in other
+//! coordinates.
 
 use dynamics::analysis::Sensitivities;
 use dynamics::constrain::{project_velocities, with_workspace};
@@ -91,7 +92,8 @@ fn a_double_pendulum_has_the_differences_of_its_motions() {
     }
 }
 
-/// With the rod once the solution is generated, with the rod twice it is not: both ways give what the angle gives.
+/// With the rod once the solution is generated, with the rod twice it is not: both ways give what the angle
+/// gives.
 #[test]
 fn constrained_coordinates_change_as_the_angle_does() {
     let angle = Angle { mass: 0.4, length: 1.3, g: 9.81, push: 0.5 };
@@ -100,18 +102,22 @@ fn constrained_coordinates_change_as_the_angle_does() {
     let times: Vec<f64> = (0..=30).map(|k| 0.1 * f64::from(k)).collect();
     let start = angle.state().theta(theta).theta_rate(0.7).build().unwrap();
     let by = ["length", "mass", "push", "g"];
-    let in_angle = angle.sensitivities(start).by(by).until(end).tolerance(tolerance).output_times(times.clone());
+    let in_angle =
+        angle.sensitivities(start).by(by).until(end).tolerance(tolerance).output_times(times.clone());
     let in_angle = in_angle.run().unwrap();
     macro_rules! check {
         ($module:ident, $exact:expr, $within:expr) => {{
             let bob = $module::Bob { mass: 0.4, length: 1.3, g: 9.81, push: 0.5 };
             let (sin, cos) = theta.sin_cos();
             let [x, y] = [1.3 * sin, -1.3 * cos];
-            let start = bob.state().x(x).y(y).x_rate(1.3 * 0.7 * cos).y_rate(1.3 * 0.7 * sin).build().unwrap();
-            let found = bob.sensitivities(start).by(by).until(end).tolerance(tolerance).output_times(times.clone());
+            let start =
+                bob.state().x(x).y(y).x_rate(1.3 * 0.7 * cos).y_rate(1.3 * 0.7 * sin).build().unwrap();
+            let found =
+                bob.sensitivities(start).by(by).until(end).tolerance(tolerance).output_times(times.clone());
             let found = found.run().unwrap();
             assert_eq!(found.exact, $exact);
-            // What keeps its velocity while the rod grows turns more slowly: the start in angles moves with it.
+            // What keeps its velocity while the rod grows turns more slowly: the start in angles moves with
+            // it.
             let rate = in_angle_rate(&angle, in_angle.motion.start(), &times);
             for name in by {
                 let extra = |t: f64| if name == "length" { -0.7 / 1.3 * rate(t) } else { 0.0 };
@@ -120,7 +126,11 @@ fn constrained_coordinates_change_as_the_angle_does() {
                     let by_angle = |t: f64| {
                         let state = in_angle.motion.at(t);
                         let k = times.iter().position(|time| *time == t).unwrap();
-                        let lever = if quantity == "x" { 1.3 * state.theta().cos() } else { 1.3 * state.theta().sin() };
+                        let lever = if quantity == "x" {
+                            1.3 * state.theta().cos()
+                        } else {
+                            1.3 * state.theta().sin()
+                        };
                         expected[k].1 + lever * extra(t)
                     };
                     let off = off(&found.series(quantity, name).unwrap(), by_angle);
@@ -129,7 +139,8 @@ fn constrained_coordinates_change_as_the_angle_does() {
                 for k in 0..times.len() {
                     let (state, by) = (found.motion.at(times[k]), found.matrix(k).unwrap());
                     let column = by_names(&by_column(&found, name), by);
-                    let left = state.x() * column[0] + state.y() * column[1] - if name == "length" { 1.3 } else { 0.0 };
+                    let left = state.x() * column[0] + state.y() * column[1]
+                        - if name == "length" { 1.3 } else { 0.0 };
                     let size = column.iter().map(|x| x.abs()).fold(1.0, f64::max);
                     assert!(left.abs() < 1e-9 * size, "off the constraint by {left:e}");
                 }
@@ -141,9 +152,14 @@ fn constrained_coordinates_change_as_the_angle_does() {
 }
 
 /// ∂θ(t)/∂θ̇₀.
-fn in_angle_rate(angle: &Angle, start: <Angle as Model>::State, times: &[f64]) -> impl Fn(f64) -> f64 + use<> {
+fn in_angle_rate(
+    angle: &Angle,
+    start: <Angle as Model>::State,
+    times: &[f64],
+) -> impl Fn(f64) -> f64 + use<> {
     let asked = angle.sensitivities(start).by(["theta_rate"]).until(3.0).tolerance(1e-11);
-    let series = asked.output_times(times.iter().copied()).run().unwrap().series("theta", "theta_rate").unwrap();
+    let series =
+        asked.output_times(times.iter().copied()).run().unwrap().series("theta", "theta_rate").unwrap();
     move |t| series.iter().find(|(time, _)| *time == t).unwrap().1
 }
 
@@ -158,7 +174,8 @@ fn by_names(column: &usize, matrix: &nalgebra::DMatrix<f64>) -> Vec<f64> {
 /// Rolling leaves families of starts: they move as velocities are put onto the constraints.
 #[test]
 fn a_rolling_disk_has_the_differences_of_its_motions() {
-    let start = DISK.state().lean(0.3).yaw(0.1).yaw_rate(0.4).lean_rate(0.1).spin_rate(1.5).assemble().unwrap();
+    let start =
+        DISK.state().lean(0.3).yaw(0.1).yaw_rate(0.4).lean_rate(0.1).spin_rate(1.5).assemble().unwrap();
     let found = DISK.sensitivities(start).by(["r", "g", "lean"]).until(1.5).tolerance(1e-11).run().unwrap();
     let end = found.times().len() - 1;
     for (column, name) in ["r", "g", "lean"].iter().enumerate() {
@@ -170,7 +187,8 @@ fn a_rolling_disk_has_the_differences_of_its_motions() {
                 _ => start.q[3] += h,
             }
             let constants = model.constants().unwrap();
-            with_workspace::<Disk, _>(|memory| project_velocities(&model, &constants, &mut start, memory)).unwrap();
+            with_workspace::<Disk, _>(|memory| project_velocities(&model, &constants, &mut start, memory))
+                .unwrap();
             model.simulate(start).until(1.5).tolerance(1e-12).run().unwrap().end().q[i]
         };
         for i in 0..5 {
@@ -242,7 +260,8 @@ fn backwards_and_stiff_motions_have_them_too() {
         let (slow, fast) = (-k / (0.5 * c + root), -0.5 * c - root);
         (fast * (slow * t).exp() - slow * (fast * t).exp()) / (fast - slow)
     };
-    let off_stiff = off(&found.series("x", "stiffness").unwrap(), |t| difference(10.0, |h| decay(1e4, 1e4 + h, t)));
+    let off_stiff =
+        off(&found.series("x", "stiffness").unwrap(), |t| difference(10.0, |h| decay(1e4, 1e4 + h, t)));
     assert!(off_stiff < 1e-5, "{off_stiff:e}");
     assert!(found.steps < 2000, "{}", found.steps);
 

@@ -21,11 +21,20 @@ fn names_that_are_none_say_what_may_have_been_meant() {
     let error = asked().by(["mass"]).output_times([0.5, 1.5]).run().err().unwrap();
     assert_eq!(error, SensitivityError::OutOfRange { time: 1.5, start: 0.0, end: 1.0 });
     let found = asked().by(["mass"]).run().unwrap();
-    assert_eq!(found.series("x", "damping").unwrap_err(), SensitivityError::NotAsked { name: "damping".into() });
+    assert_eq!(
+        found.series("x", "damping").unwrap_err(),
+        SensitivityError::NotAsked { name: "damping".into() }
+    );
     assert!(
         matches!(found.series("pul", "mass"), Err(SensitivityError::UnknownQuantity { nearest: Some(n), .. }) if n == "pull")
     );
-    let error = Oscillator { mass: 0.0, ..model }.sensitivities(start).by(["damping"]).until(1.0).run().err().unwrap();
+    let error = Oscillator { mass: 0.0, ..model }
+        .sensitivities(start)
+        .by(["damping"])
+        .until(1.0)
+        .run()
+        .err()
+        .unwrap();
     assert!(matches!(error, SensitivityError::Motion(_)), "{error}");
 }
 
@@ -33,17 +42,22 @@ fn names_that_are_none_say_what_may_have_been_meant() {
 fn resets_are_refused_with_their_time() {
     let start = BALL.state().height(1.0).build().unwrap();
     let asked = BALL.sensitivities(start).by(["g"]).until(1.0);
-    let error =
-        asked.with(|s| s.on_event("low", Direction::Falling, |state| state.u[0] = -state.u[0])).run().err().unwrap();
+    let error = asked
+        .with(|s| s.on_event("low", Direction::Falling, |state| state.u[0] = -state.u[0]))
+        .run()
+        .err()
+        .unwrap();
     let SensitivityError::Jump { time, what } = &error else { panic!("{error}") };
     assert!((time - (1.0_f64 / 9.81).sqrt()).abs() < 1e-9 && what == "low", "{error}");
 }
 
-/// The accelerations of the soft floor have a corner, and no jump: the sensitivities are those of differences, across two landings.
+/// The accelerations of the soft floor have a corner, and no jump: the sensitivities are those of
+/// differences, across two landings.
 #[test]
 fn corners_of_forces_are_none() {
     let start = BALL.state().height(1.0).build().unwrap();
-    let found = BALL.sensitivities(start).by(["g", "stiffness", "height"]).until(1.4).tolerance(1e-11).run().unwrap();
+    let found =
+        BALL.sensitivities(start).by(["g", "stiffness", "height"]).until(1.4).tolerance(1e-11).run().unwrap();
     let last = found.matrix(found.times().len() - 1).unwrap();
     let moved = |k: usize, h: f64| {
         let (mut model, mut start) = (BALL, start);
@@ -144,7 +158,8 @@ mod contradiction {
     }
 }
 
-/// What a rod that was let go does is that of a free bob: of released constraints there is no generated solution.
+/// What a rod that was let go does is that of a free bob: of released constraints there is no generated
+/// solution.
 mod released {
     use super::*;
 

@@ -31,7 +31,11 @@ fn a_pushed_pendulum_leans_as_tan_theta_says() {
                 (by("g"), [-length * cos * by_push * push / g, -length * sin * by_push * push / g]),
             ] {
                 for i in 0..2 {
-                    assert!((found[i] - expected[i]).abs() < 1e-9, "{}: {found} {expected:?}", stringify!($module));
+                    assert!(
+                        (found[i] - expected[i]).abs() < 1e-9,
+                        "{}: {found} {expected:?}",
+                        stringify!($module)
+                    );
                 }
             }
         }};
@@ -40,7 +44,8 @@ fn a_pushed_pendulum_leans_as_tan_theta_says() {
     check!(twice);
 }
 
-/// cos θ = g/(R Ω²) aside, where ω² = Ω² − (g/R)²/Ω²: the equilibrium moves with the speed, and stiffness with it.
+/// cos θ = g/(R Ω²) aside, where ω² = Ω² − (g/R)²/Ω²: the equilibrium moves with the speed, and stiffness
+/// with it.
 #[test]
 fn frequencies_follow_their_equilibrium() {
     let (g, radius, speed) = (9.81, 0.5, 7.0_f64);
@@ -119,7 +124,8 @@ fn what_has_no_derivative_is_refused() {
     let rest = damped.state().build().unwrap();
     let error = damped.frequencies_by(&rest, "between").unwrap_err();
     assert!(matches!(error, SensitivityError::NotConservative { part } if part > 1e-3), "{error}");
-    // At the critical speed the bottom of the hoop is a pitchfork: nothing resists, but for what rounding leaves.
+    // At the critical speed the bottom of the hoop is a pitchfork: nothing resists, but for what rounding
+    // leaves.
     for radius in (0..40).map(|k| 0.1 + 0.037 * f64::from(k)) {
         let hoop = TurnedHoop { drag: 0.0, m: 0.13, g: 9.81, radius, speed: (9.81_f64 / radius).sqrt() };
         let error = hoop.equilibrium_by(&hoop.state().build().unwrap(), "speed").unwrap_err();
@@ -128,7 +134,10 @@ fn what_has_no_derivative_is_refused() {
     let oscillator = Oscillator::PLAIN;
     let aside = oscillator.state().x(0.1).build().unwrap();
     let error = oscillator.equilibrium_by(&aside, "stiffness").unwrap_err();
-    assert!(matches!(error, SensitivityError::Linearize(LinearizeError::Accelerates { name: "x", .. })), "{error}");
+    assert!(
+        matches!(error, SensitivityError::Linearize(LinearizeError::Accelerates { name: "x", .. })),
+        "{error}"
+    );
     let error = oscillator.equilibrium_by(&oscillator.state().build().unwrap(), "x").unwrap_err();
     assert!(matches!(error, SensitivityError::Variable(_)), "{error}");
 }
@@ -162,7 +171,8 @@ impl Beside {
     }
 }
 
-/// A soft coordinate beside a stiff one is no fold, and its damping is not hidden by the size of the other's terms.
+/// A soft coordinate beside a stiff one is no fold, and its damping is not hidden by the size of the other's
+/// terms.
 #[test]
 fn what_is_small_in_its_unit_counts() {
     for (mass, spring, wire) in [(1.0, 1e6, 1e-3), (1.0, 1e9, 1e-2), (1e6, 1e12, 1e-3)] {
@@ -172,11 +182,16 @@ fn what_is_small_in_its_unit_counts() {
         assert!((change.by[1] * wire - 1.0).abs() < 1e-9 && change.by[0] == 0.0, "{change:?}");
         assert!((1.0..5.0).contains(&change.conditioning), "{change:?}");
         let first = soft.frequencies_by(&state, "wire").unwrap()[0];
-        assert!((first.square / (wire / 1e-3) - 1.0).abs() < 1e-9 && (first.square_by / 1e3 - 1.0).abs() < 1e-9);
+        assert!(
+            (first.square / (wire / 1e-3) - 1.0).abs() < 1e-9 && (first.square_by / 1e3 - 1.0).abs() < 1e-9
+        );
         // 2 ζ ω = 2 ω: damped as strongly as it can be and still swing.
         let damped = Beside { drag: 2.0 * (wire * 1e-3).sqrt(), ..soft };
         let error = damped.frequencies_by(&state, "wire").unwrap_err();
-        assert!(matches!(error, SensitivityError::NotConservative { part } if (part - 2.0).abs() < 1e-9), "{error}");
+        assert!(
+            matches!(error, SensitivityError::NotConservative { part } if (part - 2.0).abs() < 1e-9),
+            "{error}"
+        );
     }
 }
 
@@ -184,8 +199,10 @@ fn what_is_small_in_its_unit_counts() {
 fn forces_that_change_with_time_leave_no_equilibrium_to_change() {
     let refused = |model: &Shaken, x: f64, name: &str| {
         let error = model.equilibrium_by(&model.state().x(x).build().unwrap(), name).unwrap_err();
-        let of_time =
-            matches!(error, SensitivityError::Equilibrium(EquilibriumError::DependsOnTime { coordinate: "x", .. }));
+        let of_time = matches!(
+            error,
+            SensitivityError::Equilibrium(EquilibriumError::DependsOnTime { coordinate: "x", .. })
+        );
         assert!(of_time, "{name}: {error}");
     };
     // In balance at t = 0 alone: by cos 2t at x = 0.5, by sin 3t at 0.

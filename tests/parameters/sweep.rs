@@ -44,7 +44,10 @@ fn runs_that_fail_stand_beside_the_others() {
     let failed: Vec<usize> = sweep.failures().map(|(k, _)| k).collect();
     assert_eq!(failed, [1]);
     let failure = sweep.results[1].as_ref().unwrap_err();
-    assert!(failure.time == Some(0.0) && failure.state == [0.3, 0.0] && failure.message.contains("`x`"), "{failure}");
+    assert!(
+        failure.time == Some(0.0) && failure.state == [0.3, 0.0] && failure.message.contains("`x`"),
+        "{failure}"
+    );
     let csv = sweep.to_csv();
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!(lines.len(), 4);
@@ -56,7 +59,8 @@ fn runs_that_fail_stand_beside_the_others() {
 #[test]
 fn grids_that_make_no_sense_are_refused() {
     let (model, start) = model();
-    let run = |sweep: dynamics::analysis::Sweeping<'_, Oscillator>| sweep.run(["x"], |_, _| Ok([0.0])).unwrap_err();
+    let run =
+        |sweep: dynamics::analysis::Sweeping<'_, Oscillator>| sweep.run(["x"], |_, _| Ok([0.0])).unwrap_err();
     assert_eq!(run(model.sweep(start)), SweepError::NoAxis);
     assert_eq!(run(model.sweep(start).over("mass", [])), SweepError::Empty { name: "mass".into() });
     let error = run(model.sweep(start).over("mass", [1.0]).over("mass", [2.0]));
@@ -77,7 +81,8 @@ fn one_core_and_four_write_the_same_bytes() {
     let (model, start) = model();
     let csv = |threads: usize| {
         let masses = (0..40).map(|k| 0.05 * f64::from(k));
-        let sweep = model.sweep(start).over("mass", masses).over("x", (0..10).map(f64::from)).threads(threads);
+        let sweep =
+            model.sweep(start).over("mass", masses).over("x", (0..10).map(f64::from)).threads(threads);
         let run = |model: &Oscillator, start| Ok([model.simulate(start).until(2.0).run()?.end().x()]);
         sweep.run(["x"], run).unwrap().to_csv()
     };
@@ -91,7 +96,8 @@ fn one_core_and_four_write_the_same_bytes() {
 #[test]
 fn places_beyond_the_grid_are_none() {
     let (model, start) = model();
-    let sweep = model.sweep(start).over("damping", [1.0, 2.0]).run(["c"], |model, _| Ok([model.damping])).unwrap();
+    let sweep =
+        model.sweep(start).over("damping", [1.0, 2.0]).run(["c"], |model, _| Ok([model.damping])).unwrap();
     assert_eq!(sweep.at(1), [2.0]);
     assert!(sweep.at(2)[0].is_nan());
 }

@@ -8,7 +8,8 @@ use crate::models::{Duffing, Pendulum, TwiceHeld, VanDerPol};
 
 #[test]
 fn a_driven_oscillator_has_its_published_exponents() {
-    // Ueda's: J. C. Sprott, Chaos and Time-Series Analysis (2003), appendix A.5: 0.1034, −0.1534 (and the 0 of time).
+    // Ueda's: J. C. Sprott, Chaos and Time-Series Analysis (2003), appendix A.5: 0.1034, −0.1534 (and the 0
+    // of time).
     let model = Duffing { alpha: 0.0, beta: 1.0, delta: 0.05, gamma: 7.5, omega: 1.0 };
     let start = model.state().x(2.5).build().unwrap();
     let found = model.lyapunov(start).settle(200.0).during(10_000.0).tolerance(1e-7).run().unwrap();
@@ -27,7 +28,8 @@ fn a_limit_cycle_has_zero_and_the_rate_of_its_multiplier() {
     let model = VanDerPol { mu: 1.0 };
     let start = model.state().x(2.0).build().unwrap();
     let orbit = model.periodic(start, 6.6).run().unwrap();
-    let found = model.lyapunov(start).settle(20.0).during(100.0 * orbit.period).tolerance(1e-10).run().unwrap();
+    let found =
+        model.lyapunov(start).settle(20.0).during(100.0 * orbit.period).tolerance(1e-10).run().unwrap();
     let rate = orbit.floquet.multipliers[0].value.norm().ln() / orbit.period;
     assert!((found.exponents[1].value - rate).abs() < 1e-4, "{rate}: {found}");
     assert!(found.exponents[0].value.abs() < 1e-3 && found.known_zeros == 1, "{found}");
@@ -67,7 +69,8 @@ fn long_runs_do_not_leave_the_range_of_numbers() {
 #[test]
 fn a_double_pendulum_is_regular_when_it_swings_little_and_chaotic_when_it_swings_far() {
     let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
-    let little = model.lyapunov(model.state().theta1(0.1).theta2(0.05).build().unwrap()).during(1000.0).run().unwrap();
+    let little =
+        model.lyapunov(model.state().theta1(0.1).theta2(0.05).build().unwrap()).during(1000.0).run().unwrap();
     // All four are 0; two for a reason that is known, but not which two.
     assert_eq!(little.is_chaotic(), None, "{little}");
     assert_eq!(little.kaplan_yorke(), None, "{little}");
@@ -76,18 +79,24 @@ fn a_double_pendulum_is_regular_when_it_swings_little_and_chaotic_when_it_swings
         "{little}"
     );
     assert_eq!(little.known_zeros, 2, "{little}");
-    let far = model.lyapunov(model.state().theta1(2.0).theta2(2.5).build().unwrap()).during(1000.0).run().unwrap();
+    let far =
+        model.lyapunov(model.state().theta1(2.0).theta2(2.5).build().unwrap()).during(1000.0).run().unwrap();
     assert_eq!(far.is_chaotic(), Some(true), "{far}");
     assert!(far.largest().value > 0.5 && far.pairing_defect().unwrap() < 0.05, "{far}");
     assert!(far.sum_defect().unwrap().abs() < 1e-6 && far.divergence.abs() < 0.05, "{far}");
     let zeros = far.exponents.iter().filter(|one| one.sign == ExponentSign::Zero).count();
-    assert!(zeros >= 1 && far.exponents[1].value.abs() < 0.02 && far.exponents[2].value.abs() < 0.02, "{far}");
+    assert!(
+        zeros >= 1 && far.exponents[1].value.abs() < 0.02 && far.exponents[2].value.abs() < 0.02,
+        "{far}"
+    );
 }
 
 #[test]
 fn constraints_leave_as_many_exponents_as_there_is_freedom() {
-    let (angle, twice) =
-        (Pendulum { m: 1.0, l: 1.0, g: 9.81 }, TwiceHeld { m: 1.0, l: 1.0, amplitude: 0.0, frequency: 1.0, g: 9.81 });
+    let (angle, twice) = (
+        Pendulum { m: 1.0, l: 1.0, g: 9.81 },
+        TwiceHeld { m: 1.0, l: 1.0, amplitude: 0.0, frequency: 1.0, g: 9.81 },
+    );
     let one = angle.lyapunov(angle.state().theta(1.0).build().unwrap()).during(50.0).run().unwrap();
     let start = twice.state().x(1f64.sin()).y(-1f64.cos()).build().unwrap();
     let other = twice.lyapunov(start).during(50.0).run().unwrap();
@@ -95,7 +104,11 @@ fn constraints_leave_as_many_exponents_as_there_is_freedom() {
     assert!(one.exponents.iter().chain(&other.exponents).all(|x| x.value.abs() < 0.15), "{one} {other}");
     assert_ne!(one.is_chaotic(), Some(true), "{one}");
     // Upright it falls: ±√(g/l), both known.
-    let up = angle.lyapunov(angle.state().theta(std::f64::consts::PI).build().unwrap()).settle(5.0).during(2.0).run();
+    let up = angle
+        .lyapunov(angle.state().theta(std::f64::consts::PI).build().unwrap())
+        .settle(5.0)
+        .during(2.0)
+        .run();
     let up = up.unwrap();
     assert!((up.exponents[0].value - 9.81_f64.sqrt()).abs() < 1e-3, "{up}");
 }
@@ -116,7 +129,10 @@ fn what_makes_no_sense_is_refused() {
     let away = Duffing { alpha: 1.0, beta: -1.0, delta: 0.0, gamma: 0.0, omega: 1.0 };
     let said = away.lyapunov(away.state().x(3.0).build().unwrap()).during(100.0).run().unwrap_err();
     assert!(
-        matches!(said, PeriodicError::RunsAway { .. } | PeriodicError::Ends { .. } | PeriodicError::Stalls { .. }),
+        matches!(
+            said,
+            PeriodicError::RunsAway { .. } | PeriodicError::Ends { .. } | PeriodicError::Stalls { .. }
+        ),
         "{said}"
     );
 }

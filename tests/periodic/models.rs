@@ -68,7 +68,8 @@ impl ShakenInPlane {
     }
 }
 
-/// The same with the rod said twice: only the general solver has its accelerations, and derivatives stand before their solution only.
+/// The same with the rod said twice: only the general solver has its accelerations, and derivatives stand
+/// before their solution only.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(m: kg, l: m, amplitude: m, frequency: rad / s, g: m / s^2)]
@@ -211,7 +212,8 @@ impl Relay {
     }
 }
 
-/// The top of a hill in a magnetic field: s⁴ + (field² − 2 slope) s² + slope² = 0, which keeps it up from field² = 4 slope on.
+/// The top of a hill in a magnetic field: s⁴ + (field² − 2 slope) s² + slope² = 0, which keeps it up from
+/// field² = 4 slope on.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
 pub(crate) struct Hilltop {
@@ -328,7 +330,8 @@ impl Chosen {
     }
     #[force]
     fn spring(&self, q: &Coordinates<Self>) -> Force {
-        let depth = if (self.omega * q.t).sin() > 0.0 { Expr::from(self.depth) } else { Expr::from(-self.depth) };
+        let depth =
+            if (self.omega * q.t).sin() > 0.0 { Expr::from(self.depth) } else { Expr::from(-self.depth) };
         Force::along(q.x, -self.k * (1.0 + depth) * q.x)
     }
 }

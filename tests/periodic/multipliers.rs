@@ -1,4 +1,5 @@
-//! Floquet multipliers: published thresholds, volumes, differences of the motion, constraints, forces that jump.
+//! Floquet multipliers: published thresholds, volumes, differences of the motion, constraints, forces that
+//! jump.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,20 +8,29 @@ use dynamics::prelude::*;
 use nalgebra::{DMatrix, Matrix2};
 
 use crate::models::{
-    Beside, Chosen, Duffing, Hilltop, Meissner, Pendulum, Relay, Shaken, ShakenInPlane, Skate, TwiceHeld, VanDerPol,
+    Beside, Chosen, Duffing, Hilltop, Meissner, Pendulum, Relay, Shaken, ShakenInPlane, Skate, TwiceHeld,
+    VanDerPol,
 };
 
 /// The upright pendulum with Mathieu's a = −4g/(lΩ²) and q = 2A/l.
 fn mathieu(a: f64, q: f64) -> Shaken {
     let (l, frequency) = (0.3, 40.0);
-    Shaken { m: 0.2, l, amplitude: 0.5 * q * l, frequency, damping: 0.0, g: -0.25 * a * l * frequency * frequency }
+    Shaken {
+        m: 0.2,
+        l,
+        amplitude: 0.5 * q * l,
+        frequency,
+        damping: 0.0,
+        g: -0.25 * a * l * frequency * frequency,
+    }
 }
 
 fn judge(model: &Shaken) -> Floquet {
     model.floquet(&model.state().build().unwrap(), TAU / model.frequency).unwrap()
 }
 
-/// a₀(q), or b₁(q), from the Fourier coefficients of the solution (Abramowitz & Stegun 20.2): eigenvalues of a tridiagonal matrix.
+/// a₀(q), or b₁(q), from the Fourier coefficients of the solution (Abramowitz & Stegun 20.2): eigenvalues of
+/// a tridiagonal matrix.
 fn characteristic(q: f64, even: bool) -> f64 {
     let n = 30;
     let m = DMatrix::from_fn(n, n, |i, j| match (i.abs_diff(j), even) {
@@ -36,8 +46,11 @@ fn characteristic(q: f64, even: bool) -> f64 {
 #[test]
 fn the_upright_pendulum_stands_between_the_characteristic_values_of_mathieu() {
     // Abramowitz & Stegun, table 20.1; NIST DLMF §28.
-    for (q, a0, b1) in [(1.0, -0.455_138_604_1, -0.110_248_816_99), (5.0, -5.800_046_020_9, -5.790_080_598_6)] {
-        assert!((characteristic(q, true) - a0).abs() < 2e-10 && (characteristic(q, false) - b1).abs() < 2e-10);
+    for (q, a0, b1) in [(1.0, -0.455_138_604_1, -0.110_248_816_99), (5.0, -5.800_046_020_9, -5.790_080_598_6)]
+    {
+        assert!(
+            (characteristic(q, true) - a0).abs() < 2e-10 && (characteristic(q, false) - b1).abs() < 2e-10
+        );
     }
     for q in [0.2, 0.5, 1.0] {
         let (a0, b1) = (characteristic(q, true), characteristic(q, false));
@@ -94,7 +107,12 @@ fn damping_makes_volumes_smaller_by_as_much_as_it_says() {
 }
 
 /// The derivatives of the state at the end of a motion by that at its start, by differences of order four.
-fn by_differences<M: dynamics::motion::Simulate>(model: &M, start: M::State, period: f64, h: f64) -> Matrix2<f64> {
+fn by_differences<M: dynamics::motion::Simulate>(
+    model: &M,
+    start: M::State,
+    period: f64,
+    h: f64,
+) -> Matrix2<f64> {
     use dynamics::model::ModelState;
     let end = |by: [f64; 2]| {
         let mut moved = start;
@@ -119,7 +137,10 @@ fn a_closed_motion_has_the_derivatives_of_the_motion() {
     let orbit = model.periodic(guess, TAU / 1.2).run().unwrap();
     let differences = by_differences(&model, orbit.start, orbit.period, 1e-3);
     let m = &orbit.floquet.monodromy;
-    assert!((0..4).all(|k| (m[(k / 2, k % 2)] - differences[(k / 2, k % 2)]).abs() < 1e-9), "{m} {differences}");
+    assert!(
+        (0..4).all(|k| (m[(k / 2, k % 2)] - differences[(k / 2, k % 2)]).abs() < 1e-9),
+        "{m} {differences}"
+    );
     assert!((orbit.floquet.divergence + 0.1 * TAU / 1.2).abs() < 1e-11);
     assert_eq!(orbit.floquet.verdict, FloquetVerdict::AsymptoticallyStable);
 }
@@ -133,14 +154,21 @@ fn forces_that_jump_turn_what_lies_beside_the_motion() {
     assert!(orbit.start.x().abs() > 0.1, "{orbit}");
     let differences = by_differences(&model, orbit.start, orbit.period, 1e-3);
     let m = &orbit.floquet.monodromy;
-    assert!((0..4).all(|k| (m[(k / 2, k % 2)] - differences[(k / 2, k % 2)]).abs() < 1e-7), "{m} {differences}");
+    assert!(
+        (0..4).all(|k| (m[(k / 2, k % 2)] - differences[(k / 2, k % 2)]).abs() < 1e-7),
+        "{m} {differences}"
+    );
     assert!((m.determinant() - 1.0).abs() < 1e-9 && orbit.floquet.symplectic_defect < 1e-8, "{orbit}");
-    // Dry friction, on an oscillator that never sticks: the force jumps where it turns, and volumes become smaller there alone.
+    // Dry friction, on an oscillator that never sticks: the force jumps where it turns, and volumes become
+    // smaller there alone.
     let rubs = Relay { k: 1.0, jump: 0.0, dry: 0.1, gamma: 0.5, omega: 0.7 };
     let orbit = rubs.periodic(rubs.state().x(0.9).build().unwrap(), TAU / 0.7).run().unwrap();
     let differences = by_differences(&rubs, orbit.start, orbit.period, 1e-3);
     let m = &orbit.floquet.monodromy;
-    assert!((0..4).all(|k| (m[(k / 2, k % 2)] - differences[(k / 2, k % 2)]).abs() < 1e-7), "{m} {differences}");
+    assert!(
+        (0..4).all(|k| (m[(k / 2, k % 2)] - differences[(k / 2, k % 2)]).abs() < 1e-7),
+        "{m} {differences}"
+    );
     assert!(
         orbit.floquet.divergence < -0.1 && (m.determinant().ln() - orbit.floquet.divergence).abs() < 1e-9,
         "{orbit}"
@@ -163,8 +191,13 @@ fn forces_that_jump_turn_what_lies_beside_the_motion() {
 #[test]
 fn constraints_leave_the_multipliers_that_angles_have() {
     let angle = mathieu(-0.3, 1.0);
-    let plane =
-        ShakenInPlane { m: angle.m, l: angle.l, amplitude: angle.amplitude, frequency: angle.frequency, g: angle.g };
+    let plane = ShakenInPlane {
+        m: angle.m,
+        l: angle.l,
+        amplitude: angle.amplitude,
+        frequency: angle.frequency,
+        g: angle.g,
+    };
     let up = plane.state().y(angle.amplitude + angle.l).build().unwrap();
     let (one, other) = (judge(&angle), plane.floquet(&up, TAU / angle.frequency).unwrap());
     assert_eq!((other.multipliers.len(), other.verdict), (2, one.verdict), "{other}");
@@ -172,8 +205,13 @@ fn constraints_leave_the_multipliers_that_angles_have() {
         assert!((a.value - b.value).norm() < 1e-9, "{one} {other}");
     }
     assert!((one.divergence - other.divergence).abs() < 1e-10 && other.symplectic_defect < 1e-8);
-    let twice =
-        TwiceHeld { m: plane.m, l: plane.l, amplitude: plane.amplitude, frequency: plane.frequency, g: plane.g };
+    let twice = TwiceHeld {
+        m: plane.m,
+        l: plane.l,
+        amplitude: plane.amplitude,
+        frequency: plane.frequency,
+        g: plane.g,
+    };
     let up = twice.state().y(angle.amplitude + angle.l).build().unwrap();
     let again = twice.floquet(&up, TAU / angle.frequency).unwrap();
     for (a, b) in one.multipliers.iter().zip(&again.multipliers) {
@@ -182,15 +220,20 @@ fn constraints_leave_the_multipliers_that_angles_have() {
     assert_eq!((again.multipliers.len(), again.verdict), (2, one.verdict), "{again}");
 
     // A swing, in an angle and with the rod that is there twice.
-    let (angle, twice) =
-        (Pendulum { m: 1.0, l: 1.3, g: 9.81 }, TwiceHeld { m: 1.0, l: 1.3, amplitude: 0.0, frequency: 1.0, g: 9.81 });
+    let (angle, twice) = (
+        Pendulum { m: 1.0, l: 1.3, g: 9.81 },
+        TwiceHeld { m: 1.0, l: 1.3, amplitude: 0.0, frequency: 1.0, g: 9.81 },
+    );
     let theta = 2.0_f64;
     let start = angle.state().theta(theta).build().unwrap();
     let held = twice.state().x(1.3 * theta.sin()).y(-1.3 * theta.cos()).build().unwrap();
     let one = angle.periodic(start, 3.0).hold("theta", theta).run().unwrap();
     let other = twice.periodic(held, 3.0).hold("y", -1.3 * theta.cos()).run().unwrap();
     assert!((one.period - other.period).abs() < 1e-9 * one.period, "{one} {other}");
-    assert!(one.floquet.nontrivial().count() == 0 && other.floquet.nontrivial().count() == 0, "{one} {other}");
+    assert!(
+        one.floquet.nontrivial().count() == 0 && other.floquet.nontrivial().count() == 0,
+        "{one} {other}"
+    );
 }
 
 #[test]
@@ -221,11 +264,15 @@ fn rest_has_the_multipliers_of_its_eigenvalues() {
     let judged = model.floquet(&rest, 1.7).unwrap();
     let root = (1.0_f64 - 0.0625).sqrt();
     for one in &judged.multipliers {
-        let wanted = nalgebra::Complex::from_polar((0.25_f64 * 1.7).exp(), root * 1.7 * one.value.im.signum());
+        let wanted =
+            nalgebra::Complex::from_polar((0.25_f64 * 1.7).exp(), root * 1.7 * one.value.im.signum());
         // Off by no more than it says, and that is little.
         assert!((one.value - wanted).norm() <= one.uncertainty && one.uncertainty < 1e-10, "{judged}");
     }
-    assert!(matches!(judged.verdict, FloquetVerdict::Unstable { threshold: Threshold::NeimarkSacker, .. }), "{judged}");
+    assert!(
+        matches!(judged.verdict, FloquetVerdict::Unstable { threshold: Threshold::NeimarkSacker, .. }),
+        "{judged}"
+    );
     let hanging = Pendulum { m: 1.0, l: 1.0, g: 4.0 };
     let judged = hanging.floquet(&hanging.state().build().unwrap(), 1.0).unwrap();
     assert_eq!(judged.verdict, FloquetVerdict::StableToFirstOrder, "{judged}");
@@ -247,12 +294,16 @@ fn what_rolls_has_the_multipliers_of_its_eigenvalues_at_rest() {
         let wanted = wanted.remove(nearest.unwrap());
         assert!((wanted - one.value).norm() < 1e-9, "{wanted} {judged}");
     }
-    assert!(matches!(judged.verdict, FloquetVerdict::Undecided { threshold: Threshold::Fold, .. }), "{judged}");
+    assert!(
+        matches!(judged.verdict, FloquetVerdict::Undecided { threshold: Threshold::Fold, .. }),
+        "{judged}"
+    );
 }
 
 #[test]
 fn a_start_where_a_force_jumps_is_refused() {
-    // Rounding would decide whether the jump is at the start, at the end, or at both: −5.83 instead of 1 was told of this one.
+    // Rounding would decide whether the jump is at the start, at the end, or at both: −5.83 instead of 1 was
+    // told of this one.
     let model = Relay { k: 0.0, jump: 1.0, dry: 0.0, gamma: 0.0, omega: 1.0 };
     for speed in [1.0, -1.0, 0.7] {
         let start = model.state().x_rate(speed).build().unwrap();
@@ -293,7 +344,8 @@ fn a_slow_coordinate_that_does_not_repeat_is_seen_beside_a_fast_one() {
     assert!(matches!(said, PeriodicError::NotPeriodic { coordinate: "y", .. }), "{said}");
 }
 
-/// Meissner's equation: half a period with each stiffness, so that the trace is known (E. Meissner, Schweizerische Bauzeitung 72 (1918) 95; Magnus & Winkler, *Hill's Equation*, §8.1).
+/// Meissner's equation: half a period with each stiffness, so that the trace is known (E. Meissner,
+/// Schweizerische Bauzeitung 72 (1918) 95; Magnus & Winkler, *Hill's Equation*, §8.1).
 #[test]
 fn a_stiffness_that_jumps_is_judged_from_every_start() {
     let (a, b) = (1.3f64.sqrt(), 0.7f64.sqrt());
@@ -310,7 +362,10 @@ fn a_stiffness_that_jumps_is_judged_from_every_start() {
         // What is no period is refused as before, also where jumps fall on jumps.
         for wrong in [PI, 4.0, 3.0 * PI] {
             let said = model.floquet(&start, wrong).unwrap_err();
-            assert!(matches!(said, PeriodicError::NotPeriodic { coordinate: "x", .. }), "{t0} {wrong}: {said}");
+            assert!(
+                matches!(said, PeriodicError::NotPeriodic { coordinate: "x", .. }),
+                "{t0} {wrong}: {said}"
+            );
         }
     }
 }

@@ -19,7 +19,8 @@ fn slower(k: f64) -> f64 {
 
 #[test]
 fn van_der_pol_has_its_published_cycle() {
-    // Period for μ = 1: Andersen & Geer, SIAM J. Appl. Math. 42 (1982) 678; amplitude 2.00861986087484313650940188 with ẋ = 0.
+    // Period for μ = 1: Andersen & Geer, SIAM J. Appl. Math. 42 (1982) 678; amplitude
+    // 2.00861986087484313650940188 with ẋ = 0.
     let model = VanDerPol { mu: 1.0 };
     let orbit = model.periodic(model.state().x(2.0).build().unwrap(), 6.0).run().unwrap();
     assert!((orbit.period - 6.663_286_859_323_13).abs() < 1e-10, "{orbit}");
@@ -29,7 +30,8 @@ fn van_der_pol_has_its_published_cycle() {
     // The other one is what volumes are multiplied by: ∫ (1 − x²) along a motion of another kind.
     let other = orbit.floquet.multipliers[0];
     assert!((other.value.re.ln() - orbit.floquet.divergence).abs() < 1e-8, "{orbit}");
-    let motion = model.simulate(orbit.start).until(orbit.start.t + orbit.period).tolerance(1e-12).run().unwrap();
+    let motion =
+        model.simulate(orbit.start).until(orbit.start.t + orbit.period).tolerance(1e-12).run().unwrap();
     let n = 2000;
     let mean: f64 = (0..n)
         .map(|k| motion.at(orbit.start.t + orbit.period * f64::from(k) / f64::from(n)))
@@ -77,7 +79,10 @@ fn a_pendulum_takes_the_elliptic_integral_and_its_family_is_told() {
     let start = model.state().theta(1.0).build().unwrap();
     let said = model.periodic(start, 2.4).run().unwrap_err();
     let PeriodicError::NotIsolated { conserved, ratio, .. } = &said else { panic!("{said}") };
-    assert!(conserved == &["energy"] && *ratio < 1e-9 && said.to_string().contains(".hold_energy("), "{said}");
+    assert!(
+        conserved == &["energy"] && *ratio < 1e-9 && said.to_string().contains(".hold_energy("),
+        "{said}"
+    );
     let PeriodicError::NotIsolated { remedies, .. } = &said else { panic!("{said}") };
     assert_eq!(remedies[..], [".hold_energy(..)", ".hold(\"theta\", ..)", ".hold_period()"], "{said}");
     // Round and round: the angle is a turn further.
@@ -92,7 +97,10 @@ fn a_pendulum_takes_the_elliptic_integral_and_its_family_is_told() {
     assert_eq!(judged.verdict, turning.floquet.verdict, "{judged}");
     assert!((judged.monodromy - &turning.floquet.monodromy).amax() < 1e-9);
     let said = model.floquet(&turning.start, turning.period).unwrap_err();
-    assert!(matches!(said, PeriodicError::NotClosed { .. }) && said.to_string().contains(".advance("), "{said}");
+    assert!(
+        matches!(said, PeriodicError::NotClosed { .. }) && said.to_string().contains(".advance("),
+        "{said}"
+    );
 }
 
 /// A motion that is as fast again 3 rad further does not go on so: gravity is another there.
@@ -116,7 +124,8 @@ fn what_is_further_by_no_whole_turn_does_not_repeat() {
 
 #[test]
 fn a_pair_of_ones_that_nobody_knows_of_is_not_decided() {
-    // A constant force: energy and its work are conserved, which neither the parameters nor the powers tell. The second 1 is off by rounding.
+    // A constant force: energy and its work are conserved, which neither the parameters nor the powers tell.
+    // The second 1 is off by rounding.
     let model = Duffing { alpha: 1.0, beta: 1.0, delta: 0.0, gamma: 0.1, omega: 0.0 };
     for x in [0.5, 0.8, 1.0, 1.3, 2.0, 3.0_f64] {
         let guess = TAU / (1.0 + 0.72 * x * x).sqrt();
@@ -159,7 +168,11 @@ fn a_driven_duffing_oscillator_has_three_motions_where_the_curve_leans_over() {
         verdicts.push(orbit.floquet.verdict);
     }
     assert_eq!(verdicts[0], FloquetVerdict::AsymptoticallyStable);
-    assert!(matches!(verdicts[1], FloquetVerdict::Unstable { threshold: Threshold::Fold, .. }), "{}", verdicts[1]);
+    assert!(
+        matches!(verdicts[1], FloquetVerdict::Unstable { threshold: Threshold::Fold, .. }),
+        "{}",
+        verdicts[1]
+    );
     assert_eq!(verdicts[2], FloquetVerdict::AsymptoticallyStable);
 }
 
@@ -191,13 +204,17 @@ fn what_runs_away_within_a_period_is_held_by_segments() {
     let rest = model.state().build().unwrap();
     let said = model.periodic(rest, period).run().unwrap_err();
     assert!(
-        matches!(said, PeriodicError::RunsAway { coordinate: "x", .. }) && said.to_string().contains(".through("),
+        matches!(said, PeriodicError::RunsAway { coordinate: "x", .. })
+            && said.to_string().contains(".through("),
         "{said}"
     );
     let orbit = model.periodic(rest, period).through([rest; 8]).run().unwrap();
     for (k, node) in orbit.nodes.iter().enumerate() {
         let time = period * k as f64 / 8.0;
-        assert!((node.t - time).abs() < 1e-12 && (node.x() + 0.1 / 9.25 * (0.5 * time).cos()).abs() < 1e-10, "{orbit}");
+        assert!(
+            (node.t - time).abs() < 1e-12 && (node.x() + 0.1 / 9.25 * (0.5 * time).cos()).abs() < 1e-10,
+            "{orbit}"
+        );
     }
     let FloquetVerdict::Unstable { threshold: Threshold::Fold, growth, .. } = orbit.floquet.verdict else {
         panic!("{orbit}")
@@ -215,15 +232,21 @@ fn searches_that_fail_say_why() {
     let said = model.periodic(model.state().x(0.01).build().unwrap(), 6.0).run().unwrap_err();
     assert!(matches!(said, PeriodicError::Rests { .. } | PeriodicError::NoConvergence { .. }), "{said}");
     // Far away, with a period that is none.
-    let said =
-        model.periodic(model.state().x(40.0).x_rate(-300.0).build().unwrap(), 0.3).max_iterations(4).run().unwrap_err();
+    let said = model
+        .periodic(model.state().x(40.0).x_rate(-300.0).build().unwrap(), 0.3)
+        .max_iterations(4)
+        .run()
+        .unwrap_err();
     let PeriodicError::NoConvergence { at, period, .. } = &said else { panic!("{said}") };
     assert!(at.len() == 2 && *period > 0.0 && said.to_string().contains("start nearer"), "{said}");
     // A spring that pushes: the shot runs away within the period.
     let away = Duffing { alpha: 1.0, beta: -1.0, delta: 0.0, gamma: 0.1, omega: 1.0 };
     let said = away.periodic(away.state().x(3.0).build().unwrap(), TAU).run().unwrap_err();
     assert!(
-        matches!(said, PeriodicError::RunsAway { .. } | PeriodicError::Ends { .. } | PeriodicError::Stalls { .. }),
+        matches!(
+            said,
+            PeriodicError::RunsAway { .. } | PeriodicError::Ends { .. } | PeriodicError::Stalls { .. }
+        ),
         "{said}"
     );
     // Equations that do not have the period.

@@ -1,7 +1,9 @@
-//! States between the steps of every method and formulation, beside change points: a balance whose constraints repeat each other, and four bars.
+//! States between the steps of every method and formulation, beside change points: a balance whose
+//! constraints repeat each other, and four bars.
 //!
-//! Steps are recorded, and made again where states within them are asked for. Radau5's iterations, begun anew from less than what they knew in the run, ended beside a change
-//! point at no solution or at another one: ends of steps were right to 1e-9, angles between them off by 12 rad, as a success.
+//! Steps are recorded, and made again where states within them are asked for. Radau5's iterations, begun anew
+//! from less than what they knew in the run, ended beside a change point at no solution or at another one:
+//! ends of steps were right to 1e-9, angles between them off by 12 rad, as a success.
 
 use dynamics::methods::Any;
 use dynamics::motion::Motion;
@@ -9,7 +11,8 @@ use dynamics::prelude::*;
 
 use super::*;
 
-/// Roberval's balance: two pans on three parallel beams, of which two would do. Its change points are the upright beams.
+/// Roberval's balance: two pans on three parallel beams, of which two would do. Its change points are the
+/// upright beams.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(beam: [rad; 3], left: [m; 2], left_tilt: rad, right: [m; 2], right_tilt: rad)]
 #[units(masses: kg, pan: kg * m^2, inertia: kg * m^2, arm: m, apart: m, gravity: m / s^2)]
@@ -112,12 +115,14 @@ fn worst<M: Simulate>(motion: &Motion<'_, M>, off: impl Fn(&M::State) -> f64) ->
         let (from, to) = (pair[0].t(), pair[1].t());
         (1..12).map(move |k| from + (to - from) * f64::from(k) / 12.0).collect::<Vec<_>>()
     };
-    let largest = |states: &mut dyn Iterator<Item = M::State>| states.map(|state| off(&state)).fold(0.0, f64::max);
+    let largest =
+        |states: &mut dyn Iterator<Item = M::State>| states.map(|state| off(&state)).fold(0.0, f64::max);
     let between = largest(&mut motion.sample(ends.windows(2).flat_map(within)));
     (largest(&mut ends.into_iter()), between)
 }
 
-/// All of them, from several starts; `permitted` times the tolerance is what a state may be off, at the end of a step or between.
+/// All of them, from several starts; `permitted` times the tolerance is what a state may be off, at the end
+/// of a step or between.
 fn check<M: Simulate + Clone>(
     name: &str,
     (model, start): (&M, M::State),
@@ -134,7 +139,8 @@ fn check<M: Simulate + Clone>(
                 let run = model.simulate(start).until(end).formulation(formulation).method(&method);
                 let Ok(motion) = run.tolerance(tolerance).max_steps(20_000).run() else { continue };
                 let (ends, between) = worst(&motion, &off);
-                let case = format!("{name}: {method}, {formulation}, {tolerance:e}: {ends:.1e} {between:.1e}");
+                let case =
+                    format!("{name}: {method}, {formulation}, {tolerance:e}: {ends:.1e} {between:.1e}");
                 println!("{case}");
                 assert!(ends < permitted * tolerance && between < permitted * tolerance, "{case}");
                 made += 1;

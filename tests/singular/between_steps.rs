@@ -2,8 +2,9 @@
 
 use super::*;
 
-/// Bars 1 : 2 : 1 : 2 crossed: the antiparallelogram, which passes a flat position twice in a turn of its short bars. With the platform's sines:
-/// where steps end beside the flat position is a matter of the last bits.
+/// Bars 1 : 2 : 1 : 2 crossed: the antiparallelogram, which passes a flat position twice in a turn of its
+/// short bars. With the platform's sines: where steps end beside the flat position is a matter of the last
+/// bits.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(a: rad, b: rad, c: rad)]
 #[units(short: m, long: m, inertia: kg * m^2)]
@@ -21,12 +22,13 @@ impl Crossed {
     }
     #[holonomic]
     fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.short * vec2(q.a.cos() - q.c.cos(), q.a.sin() - q.c.sin()) + self.long * vec2(q.b.cos() - 1.0, q.b.sin())
+        self.short * vec2(q.a.cos() - q.c.cos(), q.a.sin() - q.c.sin())
+            + self.long * vec2(q.b.cos() - 1.0, q.b.sin())
     }
 }
 
-/// Between steps, too, rates near a change point are those of the branch. They were off by their own size, in runs that ended well; consistent
-/// output made it worse.
+/// Between steps, too, rates near a change point are those of the branch. They were off by their own size, in
+/// runs that ended well; consistent output made it worse.
 #[test]
 fn states_between_steps_are_right_beside_change_points() {
     let model = Crossed { short: 1.0, long: 2.0, inertia: 0.1 };
@@ -42,7 +44,8 @@ fn states_between_steps_are_right_beside_change_points() {
                     off_branch = off_branch.max(self::off_branch(&state));
                     off_energy = off_energy.max((model.energy_function(&state) / energy - 1.0).abs());
                 }
-                let case = format!("{formulation} {tolerance:e} {consistent}: {off_branch:.1e} {off_energy:.1e}");
+                let case =
+                    format!("{formulation} {tolerance:e} {consistent}: {off_branch:.1e} {off_energy:.1e}");
                 println!("{case}");
                 assert!(off_branch < 1e3 * tolerance && off_energy < 1e3 * tolerance, "{case}");
             }
@@ -50,8 +53,9 @@ fn states_between_steps_are_right_beside_change_points() {
     }
 }
 
-/// That holds whatever the last bits are: a stage of one of these runs, or one that only its interpolant has, lies so near a change point that rounding decides
-/// what becomes of it. Steps that were made again otherwise than in the run left rates off by up to 1e-2.
+/// That holds whatever the last bits are: a stage of one of these runs, or one that only its interpolant has,
+/// lies so near a change point that rounding decides what becomes of it. Steps that were made again otherwise
+/// than in the run left rates off by up to 1e-2.
 #[test]
 fn states_between_steps_do_not_depend_on_the_last_bits() {
     let model = Crossed { short: 1.0, long: 2.0, inertia: 0.1 };
@@ -60,7 +64,8 @@ fn states_between_steps_do_not_depend_on_the_last_bits() {
         let start = model.state().a(a).a_rate(2.0).b_guess(-0.5).c_guess(-2.0).assemble().unwrap();
         let motion = model.simulate(start).until(20.0).tolerance(1e-10).run().unwrap();
         let knots: Vec<f64> = motion.steps().map(|state| state.t()).collect();
-        let within = |ends: &[f64]| (0..20).map(move |i| (ends[0], ends[1], f64::from(i) / 20.0)).collect::<Vec<_>>();
+        let within =
+            |ends: &[f64]| (0..20).map(move |i| (ends[0], ends[1], f64::from(i) / 20.0)).collect::<Vec<_>>();
         let times = knots.windows(2).flat_map(within).map(|(a, b, part)| a + part * (b - a));
         for state in motion.sample(times) {
             let off = off_branch(&state);
@@ -75,8 +80,8 @@ fn off_branch(state: &CrossedState) -> f64 {
     (state.c_rate() + 3.0 * state.a_rate() / (c * c + 9.0 * s * s)).abs()
 }
 
-/// At rest on a floor that is shaken: nothing is left to integrate, steps are as long as projection permits, and states between them are on
-/// the floor.
+/// At rest on a floor that is shaken: nothing is left to integrate, steps are as long as projection permits,
+/// and states between them are on the floor.
 #[test]
 fn states_between_steps_are_on_a_shaken_floor() {
     let model = Shaken { mass: 1.0, amplitude: 0.1, rate: 7.0 };

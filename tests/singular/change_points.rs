@@ -1,11 +1,11 @@
-//! Change points: positions where branches of a mechanism cross. Whatever the formulation, the method, the tolerance and the direction in time, a run
-//! stays on its branch or says that it cannot tell.
+//! Change points: positions where branches of a mechanism cross. Whatever the formulation, the method, the
+//! tolerance and the direction in time, a run stays on its branch or says that it cannot tell.
 
 use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
 
-/// Four bars by their angles: crank `a`, coupler `b`, rocker `c`, over a ground of length `d`. With the platform's sines: runs below are those
-/// that went wrong by the last bits of what was evaluated.
+/// Four bars by their angles: crank `a`, coupler `b`, rocker `c`, over a ground of length `d`. With the
+/// platform's sines: runs below are those that went wrong by the last bits of what was evaluated.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, coupler: rad, rocker: rad)]
 #[units(inertia: kg * m^2, a: m, b: m, c: m, d: m, weight: N)]
@@ -38,12 +38,15 @@ impl FourBar {
     }
     #[holonomic]
     fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.along(self.a, q.crank) + self.along(self.b, q.coupler) - self.along(self.c, q.rocker) - vec2(self.d, 0.0)
+        self.along(self.a, q.crank) + self.along(self.b, q.coupler)
+            - self.along(self.c, q.rocker)
+            - vec2(self.d, 0.0)
     }
 }
 
-/// A neutral one, a + b = c + d, on one of its branches, by the crank's angle alone. In y = tan(rocker/2) and s, k = sin, cos(crank/2) the closure is
-/// (R k² + S s²) y² − 8ac s k y + P s² = 0: both roots are smooth through s = 0, where they meet.
+/// A neutral one, a + b = c + d, on one of its branches, by the crank's angle alone. In y = tan(rocker/2) and
+/// s, k = sin, cos(crank/2) the closure is (R k² + S s²) y² − 8ac s k y + P s² = 0: both roots are smooth
+/// through s = 0, where they meet.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad)]
 #[units(inertia: kg * m^2, a: m, b: m, c: m, d: m, weight: N, side: 1)]
@@ -78,7 +81,8 @@ impl Neutral {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
         let [crank, coupler, rocker] = self.inertia;
-        let (coupler, rocker) = (coupler * self.coupler(q).dt().powi(2), rocker * self.rocker(q).dt().powi(2));
+        let (coupler, rocker) =
+            (coupler * self.coupler(q).dt().powi(2), rocker * self.rocker(q).dt().powi(2));
         0.5 * (crank * q.crank.dt().powi(2) + coupler + rocker)
     }
     #[potential]
@@ -87,8 +91,8 @@ impl Neutral {
     }
 }
 
-/// One whose opposite bars are equal, a : d : a : d, on one of its branches: tan(rocker/2) = κ tan(crank/2), κ = 1 for the parallelogram and
-/// −(d + a)/(d − a) for the antiparallelogram.
+/// One whose opposite bars are equal, a : d : a : d, on one of its branches: tan(rocker/2) = κ tan(crank/2),
+/// κ = 1 for the parallelogram and −(d + a)/(d − a) for the antiparallelogram.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad)]
 #[units(inertia: kg * m^2, a: m, d: m, weight: N, ratio: 1)]
@@ -107,7 +111,10 @@ impl Folding {
     fn rocker(&self, q: &Coordinates<Self>) -> (Vec2, Expr) {
         let (sine, cosine) = (self.ratio * (0.5 * q.crank).sin(), (0.5 * q.crank).cos());
         let square = sine * sine + cosine * cosine;
-        (vec2(cosine * cosine - sine * sine, 2.0 * sine * cosine) / square, self.ratio * q.crank.dt() / square)
+        (
+            vec2(cosine * cosine - sine * sine, 2.0 * sine * cosine) / square,
+            self.ratio * q.crank.dt() / square,
+        )
     }
     fn rod(&self, q: &Coordinates<Self>) -> Vec2 {
         let (rocker, _) = self.rocker(q);
@@ -143,7 +150,8 @@ pub(super) struct EqualSliderCrank {
 impl EqualSliderCrank {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.inertia * (q.crank.dt().powi(2) + q.rod.dt().powi(2)) + 0.5 * self.mass * q.slide.dt().powi(2)
+        0.5 * self.inertia * (q.crank.dt().powi(2) + q.rod.dt().powi(2))
+            + 0.5 * self.mass * q.slide.dt().powi(2)
     }
     #[potential]
     fn push(&self, q: &Coordinates<Self>) -> Expr {
@@ -199,7 +207,12 @@ enum Control {
 /// How it ended: how far from its branch, or why and where.
 type Outcome = Result<f64, (Kind, f64)>;
 
-fn run<M: Simulate + Clone>(model: &M, start: M::State, way: Way, judge: impl Fn(&M::State) -> f64) -> Outcome {
+fn run<M: Simulate + Clone>(
+    model: &M,
+    start: M::State,
+    way: Way,
+    judge: impl Fn(&M::State) -> f64,
+) -> Outcome {
     let run = model.simulate(start).until(way.end).formulation(way.formulation);
     let run = match way.method {
         0 => run.method(methods::Rk4),
@@ -243,10 +256,12 @@ fn folding(name: &str, weight: f64, crossed: bool, (angle, rate): (f64, f64), en
     let reduced = branch.simulate(alone).until(end).tolerance(1e-13).run().unwrap().end().crank();
     let rocker = move |crank: f64| 2.0 * (ratio * (0.5 * crank).sin()).atan2((0.5 * crank).cos());
     let (s, c) = (a * rocker(angle).sin() - a * angle.sin(), d + a * rocker(angle).cos() - a * angle.cos());
-    let start = model.state().crank(angle).coupler_guess(s.atan2(c)).rocker_guess(rocker(angle)).crank_rate(rate);
+    let start =
+        model.state().crank(angle).coupler_guess(s.atan2(c)).rocker_guess(rocker(angle)).crank_rate(rate);
     let start = start.assemble().unwrap();
-    let judge =
-        move |state: &State<FourBar>| (state.crank() - reduced).abs().max(turned(state.rocker(), rocker(reduced)));
+    let judge = move |state: &State<FourBar>| {
+        (state.crank() - reduced).abs().max(turned(state.rocker(), rocker(reduced)))
+    };
     Case::new(name, (angle, rate), end, move |way| run(&model, start, way, judge))
 }
 
@@ -263,7 +278,9 @@ fn neutral(name: &str, weight: f64, side: f64, (angle, rate): (f64, f64), end: f
     let ([coupler, rocker], [_, last]) = (place(&alone), place(&reduced));
     let start = model.state().crank(angle).coupler_guess(coupler).rocker_guess(rocker).crank_rate(rate);
     let start = start.assemble().unwrap();
-    let judge = move |state: &State<FourBar>| (state.crank() - reduced.crank()).abs().max(turned(state.rocker(), last));
+    let judge = move |state: &State<FourBar>| {
+        (state.crank() - reduced.crank()).abs().max(turned(state.rocker(), last))
+    };
     Case::new(name, (angle, rate), end, move |way| run(&model, start, way, judge))
 }
 
@@ -273,10 +290,17 @@ fn sliding(name: &str, force: f64, (angle, rate): (f64, f64), end: f64) -> Case 
     let branch = Sliding { inertia, mass, length, force };
     let alone = branch.state().crank(angle).crank_rate(rate).build().unwrap();
     let reduced = branch.simulate(alone).until(end).tolerance(1e-13).run().unwrap().end().crank();
-    let start =
-        model.state().crank(angle).rod_guess(angle).slide_guess(angle.cos()).crank_rate(rate).assemble().unwrap();
-    let judge =
-        move |state: &State<EqualSliderCrank>| (state.crank() - reduced).abs().max((state.rod() - reduced).abs());
+    let start = model
+        .state()
+        .crank(angle)
+        .rod_guess(angle)
+        .slide_guess(angle.cos())
+        .crank_rate(rate)
+        .assemble()
+        .unwrap();
+    let judge = move |state: &State<EqualSliderCrank>| {
+        (state.crank() - reduced).abs().max((state.rod() - reduced).abs())
+    };
     Case::new(name, (angle, rate), end, move |way| run(&model, start, way, judge))
 }
 
@@ -327,7 +351,9 @@ fn tally(formulation: Formulation, exponents: &[i32], bound: impl Fn(f64) -> f64
             match (case.run)(Way { formulation, method, control, end: case.end }) {
                 Ok(off) if off < bound => counts[0] += 1,
                 Err((kind, _)) if said(&kind) => counts[1] += 1,
-                other => failures.push(format!("{}, {formulation}, {method} {control:?}: {other:?}", case.name)),
+                other => {
+                    failures.push(format!("{}, {formulation}, {method} {control:?}: {other:?}", case.name))
+                }
             }
         }
     }
@@ -361,17 +387,20 @@ fn motions_with_tied_gains_stay_on_their_branch_or_say_so() {
 
 #[test]
 fn projected_motions_stay_on_their_branch() {
-    let [passed, said] = tally(Formulation::Projected, &[-4, -6, -7, -9], |tolerance| 300.0 * tolerance.powf(0.8));
+    let [passed, said] =
+        tally(Formulation::Projected, &[-4, -6, -7, -9], |tolerance| 300.0 * tolerance.powf(0.8));
     assert!(passed > 10 && said < 10);
 }
 
 #[test]
 fn embedded_motions_stay_on_their_branch() {
-    let [passed, said] = tally(Formulation::Embedded, &[-4, -6, -7, -9], |tolerance| 300.0 * tolerance.powf(0.8));
+    let [passed, said] =
+        tally(Formulation::Embedded, &[-4, -6, -7, -9], |tolerance| 300.0 * tolerance.powf(0.8));
     assert!(passed > 10 && said < 10);
 }
 
-/// Steps that creep to a change point, until nothing is left of their drift but rounding, turn there to the other branch: this run ended 3.2 rad off.
+/// Steps that creep to a change point, until nothing is left of their drift but rounding, turn there to the
+/// other branch: this run ended 3.2 rad off.
 #[test]
 fn rounding_does_not_choose_a_branch() {
     let (a, c, d) = (0.46100526914494766, 1.0, 2.0);
@@ -379,40 +408,59 @@ fn rounding_does_not_choose_a_branch() {
     let model = FourBar { inertia, a, b: 2.5389947308550522, c, d, weight: 0.0 };
     let start = model.state().crank(1.3135086975063404).crank_rate(-1.5043614870092747);
     let start = start.coupler_guess(0.8).rocker_guess(2.0).assemble().unwrap();
-    let run = model.simulate(start).until(-6.0).method(methods::Dop853).formulation(Formulation::BaumgarteTied);
+    let run =
+        model.simulate(start).until(-6.0).method(methods::Dop853).formulation(Formulation::BaumgarteTied);
     let error = run.tolerance(5.072351305779869e-8).run().unwrap_err();
     let Kind::BranchUndetermined { rows, coordinates, condition } = error.kind else { panic!("{error}") };
     assert!(rows.contains("closure.x") && coordinates.contains("rocker") && condition > 1e3, "{condition:e}");
     assert!((error.time + 3.3655).abs() < 1e-3, "{}", error.time);
 }
 
-/// A stage beside the change point throws the end of its step anywhere: this run went on at three hundred times its energy, 96 rad off. Made in parts, the
-/// step is as good as shorter ones.
+/// A stage beside the change point throws the end of its step anywhere: this run went on at three hundred
+/// times its energy, 96 rad off. Made in parts, the step is as good as shorter ones.
 #[test]
 fn fixed_steps_are_not_thrown_from_change_points() {
     let model = FourBar { inertia: [1.0; 3], a: 0.5, b: 0.8, c: 0.5, d: 0.8, weight: 0.0 };
-    let start = model.state().crank(1.0).coupler_guess(-1.2).rocker_guess(-2.0).crank_rate(2.0).assemble().unwrap();
-    let end = |h| model.simulate(start).until(6.0).method(methods::Rk4).fixed_step(h).run().unwrap().end().crank();
+    let start =
+        model.state().crank(1.0).coupler_guess(-1.2).rocker_guess(-2.0).crank_rate(2.0).assemble().unwrap();
+    let end =
+        |h| model.simulate(start).until(6.0).method(methods::Rk4).fixed_step(h).run().unwrap().end().crank();
     let off = [0.04, 0.03, 0.02, 0.01].map(|h| (end(h) - end(0.005)).abs());
     assert!(off[0] < 1e-4 && off[1] < 1e-5 && off[2] < 2e-6 && off[3] < 1e-7, "{off:?}");
 }
 
-/// A stage in the change point itself, under weights, takes the accelerations of the branch: those of least norm were off by a tenth of their size.
+/// A stage in the change point itself, under weights, takes the accelerations of the branch: those of least
+/// norm were off by a tenth of their size.
 #[test]
 fn stages_in_the_change_point_are_on_the_branch() {
     let (a, d, inertia, weight) = (0.5, 0.8, [1.0, 0.3, 1.4], 2.0);
     let model = FourBar { inertia, a, b: d, c: a, d, weight };
-    let start = model.state().crank(0.05).coupler(0.0).rocker(0.05).crank_rate(-1.0).rocker_rate(-1.0).build().unwrap();
+    let start = model
+        .state()
+        .crank(0.05)
+        .coupler(0.0)
+        .rocker(0.05)
+        .crank_rate(-1.0)
+        .rocker_rate(-1.0)
+        .build()
+        .unwrap();
     let branch = Folding { inertia, a, d, weight, ratio: 1.0 };
     let alone = branch.state().crank(0.05).crank_rate(-1.0).build().unwrap();
     let truth = branch.simulate(alone).until(0.1).tolerance(1e-13).run().unwrap().end();
     for formulation in [Formulation::Projected, Formulation::Embedded, Formulation::Augmented] {
         // The second and the third stage.
-        let run = model.simulate(start).until(0.1).method(methods::Rk4).fixed_step(0.1).formulation(formulation).run();
+        let run = model
+            .simulate(start)
+            .until(0.1)
+            .method(methods::Rk4)
+            .fixed_step(0.1)
+            .formulation(formulation)
+            .run();
         let motion = run.unwrap_or_else(|error| panic!("{formulation}: {error}"));
         let (end, off) = (motion.end(), |a: f64, b: f64| (a - b).abs());
         assert!(motion.summary().upkept.dependent > 0, "{}", motion.summary());
-        let angles = off(end.crank(), truth.crank()).max(off(end.rocker(), truth.crank())).max(end.coupler().abs());
+        let angles =
+            off(end.crank(), truth.crank()).max(off(end.rocker(), truth.crank())).max(end.coupler().abs());
         let rates = off(end.crank_rate(), truth.crank_rate()).max(off(end.rocker_rate(), truth.crank_rate()));
         println!("{formulation}: {angles:e} {rates:e}");
         assert!(angles < 1e-6 && rates < 1e-5, "{formulation}: {angles:e} {rates:e}");

@@ -1,5 +1,6 @@
-//! Fixed steps over change points. No tolerance judges them: a stage that lay beside such a position threw the end of its step along the branch, by up to percents of the
-//! velocity, and the motion ended up to 0.35 rad off as a success.
+//! Fixed steps over change points. No tolerance judges them: a stage that lay beside such a position threw
+//! the end of its step along the branch, by up to percents of the velocity, and the motion ended up to 0.35
+//! rad off as a success.
 
 use dynamics::motion::Motion;
 use dynamics::prelude::*;
@@ -44,7 +45,8 @@ fn explicit() -> [methods::Any<FourBar>; 3] {
 
 /// Runs it by some methods with steps of several lengths.
 fn runs(formulation: Formulation, methods: &[methods::Any<FourBar>]) -> Runs {
-    let scenes = [(0.0, 1.0, (1.0, 2.0)), (1.0, 1.0, (1.0, 4.0)), (0.0, -1.0, (0.7, -1.2)), (1.0, -1.0, (0.7, -2.4))];
+    let scenes =
+        [(0.0, 1.0, (1.0, 2.0)), (1.0, 1.0, (1.0, 4.0)), (0.0, -1.0, (0.7, -1.2)), (1.0, -1.0, (0.7, -2.4))];
     let mut runs = Vec::new();
     for (weight, side, at) in scenes {
         let scene = scene(weight, side, at);
@@ -85,7 +87,8 @@ fn projected_and_embedded_fixed_steps_go_round_change_points() {
     }
 }
 
-/// Steps of Radau's method whose equations do not converge there are made in parts, too. The stages of the other one lie too far beside the manifold for that: it says so.
+/// Steps of Radau's method whose equations do not converge there are made in parts, too. The stages of the
+/// other one lie too far beside the manifold for that: it says so.
 #[test]
 fn implicit_fixed_steps_pass_change_points_or_say_so() {
     for (name, outcome) in runs(Formulation::Projected, &[methods::Radau5.into()]) {
@@ -95,7 +98,9 @@ fn implicit_fixed_steps_pass_change_points_or_say_so() {
     for (name, outcome) in runs(Formulation::Projected, &[methods::Esdirk4.into()]) {
         match outcome {
             Ok((off, _)) => assert!(off < 1e-6, "{name}: {off:e}"),
-            Err(error) => assert!(error.contains("constraint `closure.x` loses its gradient here"), "{name}: {error}"),
+            Err(error) => {
+                assert!(error.contains("constraint `closure.x` loses its gradient here"), "{name}: {error}")
+            }
         }
     }
 }
@@ -105,8 +110,10 @@ fn implicit_fixed_steps_pass_change_points_or_say_so() {
 fn drift_that_turns_motions_is_told() {
     for formulation in [Formulation::Baumgarte { alpha: 50.0, beta: 50.0 }, Formulation::BaumgarteTied] {
         let runs = runs(formulation, &explicit());
-        let right = runs.iter().filter(|(_, outcome)| outcome.as_ref().is_ok_and(|(off, _)| *off < 3e-3)).count();
-        let told = runs.iter().filter(|(_, outcome)| outcome.as_ref().map_or(true, |(_, warns)| *warns)).count();
+        let right =
+            runs.iter().filter(|(_, outcome)| outcome.as_ref().is_ok_and(|(off, _)| *off < 3e-3)).count();
+        let told =
+            runs.iter().filter(|(_, outcome)| outcome.as_ref().map_or(true, |(_, warns)| *warns)).count();
         println!("{formulation}: {right} right, {told} told of {}", runs.len());
         for (name, outcome) in &runs {
             if let Ok((off, warns)) = outcome {

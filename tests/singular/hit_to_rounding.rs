@@ -1,4 +1,5 @@
-//! Change points at multiples of π, where gradients are 10⁻¹⁶ and not zero: scaled to unit length they counted as constraints like any other.
+//! Change points at multiples of π, where gradients are 10⁻¹⁶ and not zero: scaled to unit length they
+//! counted as constraints like any other.
 
 use core::f64::consts::PI;
 
@@ -52,14 +53,17 @@ fn starts_go_on_along_their_velocities_and_at_rest_under_weights_are_refused() {
             assert!(error < 1e-7, "{turns} {formulation}: {error:e}");
             let error = run(0.0).unwrap_err();
             let message = error.to_string();
-            let SimulationErrorKind::SingularStart { rows, coordinates } = error.kind else { panic!("{message}") };
+            let SimulationErrorKind::SingularStart { rows, coordinates } = error.kind else {
+                panic!("{message}")
+            };
             assert!(rows.contains("closure.x") && coordinates.contains("coupler"), "{message}");
             assert!(message.contains("constraint `closure.x` loses its gradient"), "{message}");
         }
     }
 }
 
-/// A step ended in the change point, to rounding; what followed was any position, at any energy, as a success.
+/// A step ended in the change point, to rounding; what followed was any position, at any energy, as a
+/// success.
 #[test]
 fn fixed_steps_that_land_there_go_on_on_the_branch_or_say_where_they_are() {
     let model = Parallelogram::new(0.0, 0.0);
@@ -70,11 +74,21 @@ fn fixed_steps_that_land_there_go_on_on_the_branch_or_say_where_they_are() {
         for formulation in formulations {
             let start = model.start(1.0, rate);
             let case = format!("{rate} {h} {formulation}");
-            match model.simulate(start).until(6.0).method(methods::Rk4).fixed_step(h).formulation(formulation).run() {
+            match model
+                .simulate(start)
+                .until(6.0)
+                .method(methods::Rk4)
+                .fixed_step(h)
+                .formulation(formulation)
+                .run()
+            {
                 Ok(motion) => {
                     passed += 1;
                     let (end, truth) = (motion.end(), 1.0 + 6.0 * rate);
-                    assert!((end.crank() - truth).abs() < 1e-9 && (end.rocker() - truth).abs() < 1e-9, "{case}");
+                    assert!(
+                        (end.crank() - truth).abs() < 1e-9 && (end.rocker() - truth).abs() < 1e-9,
+                        "{case}"
+                    );
                     assert!(motion.summary().energy_drift < 1e-9, "{case}: {}", motion.summary());
                 }
                 Err(error) => {
@@ -90,7 +104,8 @@ fn fixed_steps_that_land_there_go_on_on_the_branch_or_say_where_they_are() {
     assert!(passed >= 20, "{passed}");
 }
 
-/// Two cranks whose pins a rod holds at a distance: a single row, and nothing beside it to compare its gradient with.
+/// Two cranks whose pins a rod holds at a distance: a single row, and nothing beside it to compare its
+/// gradient with.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, rocker: rad)]
 #[units(inertia: kg * m^2, a: m, b: m, weight: N)]

@@ -26,7 +26,9 @@ impl Driven {
     }
     #[holonomic]
     fn closure(&self, q: &Coordinates<Self>) -> Vec2 {
-        self.along(self.a, q.crank) + self.along(self.b, q.coupler) - self.along(self.c, q.rocker) - vec2(self.d, 0.0)
+        self.along(self.a, q.crank) + self.along(self.b, q.coupler)
+            - self.along(self.c, q.rocker)
+            - vec2(self.d, 0.0)
     }
     #[holonomic]
     fn drive(&self, q: &Coordinates<Self>) -> Expr {
@@ -34,7 +36,8 @@ impl Driven {
     }
 }
 
-/// At the lock-up crank and coupler lie in one line: (a + b)² = c² + d² − 2 c d cos ρ with the rocker at π − ρ to the ground.
+/// At the lock-up crank and coupler lie in one line: (a + b)² = c² + d² − 2 c d cos ρ with the rocker at π −
+/// ρ to the ground.
 #[test]
 fn a_drive_that_asks_for_too_much_is_told_so() {
     let model = Driven { inertia: 1.0, a: 0.3, b: 0.9, c: 0.6, d: 0.8, rate: 0.2 };
@@ -96,12 +99,14 @@ impl Led {
     }
 }
 
-/// A drive that turns round just at the dead point leaves two ways, with finite velocities: no lock-up, and one of them is continuous.
+/// A drive that turns round just at the dead point leaves two ways, with finite velocities: no lock-up, and
+/// one of them is continuous.
 #[test]
 fn a_drive_that_turns_round_at_the_dead_point_meets_a_bifurcation() {
     for (reach, locks) in [(1.0, false), (1.000_001, true)] {
         let led = Led { inertia: 0.1, crank: 1.0, rod: 3.0, reach, rate: 1.0 };
-        let start = led.state().at_time(1.0).theta_guess(-1.2).phi_guess(-0.3).x_guess(3.5).assemble().unwrap();
+        let start =
+            led.state().at_time(1.0).theta_guess(-1.2).phi_guess(-0.3).x_guess(3.5).assemble().unwrap();
         let Err(error) = led.kinematics(start).until(8.0).run() else { panic!("went through") };
         let message = error.to_string();
         assert_eq!(message.contains("infinite velocity"), locks, "{message}");
@@ -111,12 +116,23 @@ fn a_drive_that_turns_round_at_the_dead_point_meets_a_bifurcation() {
             let end = motion.end();
             let cosine = (end.x().powi(2) - 8.0) / (2.0 * end.x());
             assert!((end.theta().cos() - cosine).abs() < 1e-9, "{end:?}");
-            // The crank goes on, across the inner dead point and then the outer one, where 4 − x = (2/3) θ² = t²/2 and θ̇² = 3/4.
+            // The crank goes on, across the inner dead point and then the outer one, where 4 − x = (2/3) θ² =
+            // t²/2 and θ̇² = 3/4.
             let outer = motion.at(std::f64::consts::TAU);
-            assert!(end.theta() < -std::f64::consts::TAU && (outer.theta() + std::f64::consts::TAU).abs() < 1e-5);
-            // Right beside it, where rounding decides what is solved for, velocities are those of the branch to a hundredth.
-            let places =
-                [(-1e-3, 1e-5), (-1e-6, 0.01), (-1e-9, 0.01), (0.0, 0.01), (1e-12, 0.01), (1e-6, 0.01), (1e-3, 1e-5)];
+            assert!(
+                end.theta() < -std::f64::consts::TAU && (outer.theta() + std::f64::consts::TAU).abs() < 1e-5
+            );
+            // Right beside it, where rounding decides what is solved for, velocities are those of the branch
+            // to a hundredth.
+            let places = [
+                (-1e-3, 1e-5),
+                (-1e-6, 0.01),
+                (-1e-9, 0.01),
+                (0.0, 0.01),
+                (1e-12, 0.01),
+                (1e-6, 0.01),
+                (1e-3, 1e-5),
+            ];
             for (beside, bound) in places {
                 let state = motion.at(std::f64::consts::TAU + beside);
                 assert!((state.theta_rate() + 0.75_f64.sqrt()).abs() < bound, "{beside:e}: {state:?}");

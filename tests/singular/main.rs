@@ -1,4 +1,5 @@
-//! Singular positions: where constraints lose rank a motion goes on as it has to, or says what it met: rows, coordinates, conditioning.
+//! Singular positions: where constraints lose rank a motion goes on as it has to, or says what it met: rows,
+//! coordinates, conditioning.
 
 use dynamics::constrain::solve_once;
 use dynamics::motion::SimulationErrorKind;

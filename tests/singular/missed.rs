@@ -1,9 +1,11 @@
-//! Positions that are nearly singular: where the branches of a mechanism avoid each other by less than the errors of steps, a motion is taken across, or not.
+//! Positions that are nearly singular: where the branches of a mechanism avoid each other by less than the
+//! errors of steps, a motion is taken across, or not.
 
 use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
 
-/// A slider-crank that its slider leads: x = c + a cos t. Its crank turns round before the dead point if a < 1 by ever so little, and goes on through it at a = 1.
+/// A slider-crank that its slider leads: x = c + a cos t. Its crank turns round before the dead point if a <
+/// 1 by ever so little, and goes on through it at a = 1.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, phi: rad, x: m)]
 #[units(crank: m, rod: m, amplitude: m, rate: rad / s, inertia: kg * m^2, slider: kg)]
@@ -36,7 +38,8 @@ impl Led {
 
 #[test]
 fn what_turns_round_within_the_tolerance_is_told() {
-    let led = |gap: f64| Led { crank: 1.0, rod: 3.0, amplitude: 1.0 - gap, rate: 1.0, inertia: 0.1, slider: 1.0 };
+    let led =
+        |gap: f64| Led { crank: 1.0, rod: 3.0, amplitude: 1.0 - gap, rate: 1.0, inertia: 0.1, slider: 1.0 };
     let said = "the constraints miss the singular position at t = ";
     let (mut wrong, mut told, mut refused) = (0, 0, 0);
     for gap in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11] {
@@ -47,14 +50,16 @@ fn what_turns_round_within_the_tolerance_is_told() {
         let truth = ((x * x - 8.0) / (2.0 * x)).acos();
         for formulation in [Formulation::Projected, Formulation::Embedded] {
             for tolerance in [1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
-                let run = model.simulate(start).until(6.0).tolerance(tolerance).formulation(formulation).run();
+                let run =
+                    model.simulate(start).until(6.0).tolerance(tolerance).formulation(formulation).run();
                 let motion = match run {
                     Ok(motion) => motion,
                     Err(error) => {
                         let kind = &error.kind;
                         let named = matches!(
                             kind,
-                            SimulationErrorKind::SingularPosition { .. } | SimulationErrorKind::StepSizeTooSmall { .. }
+                            SimulationErrorKind::SingularPosition { .. }
+                                | SimulationErrorKind::StepSizeTooSmall { .. }
                         );
                         assert!(named, "{gap:e} {formulation} {tolerance:e}: {error}");
                         refused += 1;
@@ -66,7 +71,10 @@ fn what_turns_round_within_the_tolerance_is_told() {
                 println!("{gap:e} {formulation} {tolerance:e}: {off:.1e} {told_of}");
                 wrong += usize::from(off > 1e-2);
                 told += usize::from(told_of);
-                assert!(off < 1e-2 || words.contains("\n  warning "), "{gap:e} {formulation} {tolerance:e}: {words}");
+                assert!(
+                    off < 1e-2 || words.contains("\n  warning "),
+                    "{gap:e} {formulation} {tolerance:e}: {words}"
+                );
                 // What steps resolve by far is not warned of.
                 assert!(!told_of || gap <= 1e3 * tolerance, "{gap:e} {formulation} {tolerance:e}: {words}");
             }
@@ -76,14 +84,16 @@ fn what_turns_round_within_the_tolerance_is_told() {
     assert!(wrong > 20 && told > 20 && refused < 10, "{wrong} {told} {refused}");
     // In the dead point itself branches cross.
     let model = led(0.0);
-    let start = model.state().at_time(0.5 * core::f64::consts::PI).theta_guess(1.5).x_guess(3.0).assemble().unwrap();
+    let start =
+        model.state().at_time(0.5 * core::f64::consts::PI).theta_guess(1.5).x_guess(3.0).assemble().unwrap();
     for tolerance in [1e-6, 1e-8, 1e-10] {
         let summary = model.simulate(start).until(6.0).tolerance(tolerance).run().unwrap().summary();
         assert!(summary.nearest.as_ref().is_some_and(|n| n.passed > 0 && n.missed.is_none()), "{summary}");
     }
 }
 
-/// The same one with a slider of its own length that a spring leads, a guide that repeats its drive, and a wheel that rolls: rows that do not count.
+/// The same one with a slider of its own length that a spring leads, a guide that repeats its drive, and a
+/// wheel that rolls: rows that do not count.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, phi: rad, x: m, roll: rad, place: m)]
 #[units(crank: m, rod: m, amplitude: m, rate: rad / s, inertia: kg * m^2, slider: kg, radius: m)]
@@ -132,9 +142,17 @@ impl Repeated {
 #[test]
 fn rows_that_repeat_others_or_are_released_hide_nothing() {
     let told = |gap: f64| {
-        let model =
-            Repeated { crank: 1.0, rod: 3.0, amplitude: 1.0 - gap, rate: 1.0, inertia: 0.1, slider: 1.0, radius: 0.2 };
-        let start = model.state().at_time(0.5 * core::f64::consts::PI).theta_guess(1.5).x_guess(3.0).release("stop");
+        let model = Repeated {
+            crank: 1.0,
+            rod: 3.0,
+            amplitude: 1.0 - gap,
+            rate: 1.0,
+            inertia: 0.1,
+            slider: 1.0,
+            radius: 0.2,
+        };
+        let start =
+            model.state().at_time(0.5 * core::f64::consts::PI).theta_guess(1.5).x_guess(3.0).release("stop");
         let start = start.place(0.0).place_rate(0.1);
         let run = model.simulate(start.assemble().unwrap()).until(6.0).tolerance(1e-6).run().unwrap();
         run.summary().nearest.unwrap().missed.is_some()
@@ -143,8 +161,8 @@ fn rows_that_repeat_others_or_are_released_hide_nothing() {
     assert!([1e-2, 0.0].map(told) == [false; 2]);
 }
 
-/// The led slider-crank beside a pair that has no place further on, as the summary has to look around for what was missed: it came to no end ten turns later, where the clock counts
-/// for more than places.
+/// The led slider-crank beside a pair that has no place further on, as the summary has to look around for
+/// what was missed: it came to no end ten turns later, where the clock counts for more than places.
 #[test]
 fn what_has_no_value_nearby_hides_nothing_and_halts_nothing() {
     #[derive(Clone, Debug, Dynamics)]
@@ -182,11 +200,19 @@ fn what_has_no_value_nearby_hides_nothing_and_halts_nothing() {
             q.z - (1.0 - q.w.powi(2)).sqrt()
         }
     }
-    let model =
-        Bounded { crank: 1.0, rod: 3.0, amplitude: 1.0 - 1e-8, rate: 1.0, inertia: 0.1, slider: 1.0, other: 1.0 };
+    let model = Bounded {
+        crank: 1.0,
+        rod: 3.0,
+        amplitude: 1.0 - 1e-8,
+        rate: 1.0,
+        inertia: 0.1,
+        slider: 1.0,
+        other: 1.0,
+    };
     for turns in [0.0, 10.0] {
         let begin = (0.5 + 2.0 * turns) * core::f64::consts::PI;
-        let start = model.state().at_time(begin).theta_guess(1.5).x_guess(3.0).w(-0.5).w_rate(0.2).z_guess(0.8);
+        let start =
+            model.state().at_time(begin).theta_guess(1.5).x_guess(3.0).w(-0.5).w_rate(0.2).z_guess(0.8);
         let run = model.simulate(start.assemble().unwrap()).until(begin + 4.0).tolerance(1e-6).run().unwrap();
         assert!(run.summary().nearest.unwrap().missed.is_some(), "{turns}");
     }

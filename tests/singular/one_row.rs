@@ -1,4 +1,5 @@
-//! A loop that is closed by one row, the length of a rod: at a change point that row has no gradient, and its conditioning says nothing of how near that is.
+//! A loop that is closed by one row, the length of a rod: at a change point that row has no gradient, and its
+//! conditioning says nothing of how near that is.
 
 use dynamics::kinematics::KinematicsErrorKind;
 use dynamics::prelude::*;
@@ -61,7 +62,8 @@ fn motions_pass_or_say_that_drift_decides() {
         let speed = 1.6 + 0.18 * f64::from(k);
         let truth = alone.state().theta(0.4).theta_rate(speed).build().unwrap();
         let truth = alone.simulate(truth).until(1.5).tolerance(1e-12).run().unwrap().end().theta();
-        let start = SCENE.state().theta(0.4).theta_rate(speed).x_guess(0.9).release("drive").assemble().unwrap();
+        let start =
+            SCENE.state().theta(0.4).theta_rate(speed).x_guess(0.9).release("drive").assemble().unwrap();
         for formulation in [
             Formulation::Projected,
             Formulation::Embedded,
@@ -70,17 +72,25 @@ fn motions_pass_or_say_that_drift_decides() {
             Formulation::Baumgarte { alpha: 10.0, beta: 10.0 },
         ] {
             for tolerance in [1e-5, 1e-6, 1e-8, 1e-10] {
-                let run = SCENE.simulate(start).until(1.5).tolerance(tolerance).formulation(formulation).run();
+                let run =
+                    SCENE.simulate(start).until(1.5).tolerance(tolerance).formulation(formulation).run();
                 let case = format!("{speed} {formulation} {tolerance:e}");
                 match run {
                     Ok(motion) => {
                         passed += 1;
-                        assert!((motion.end().theta() - truth).abs() < 0.02, "{case}: {}", motion.end().theta());
+                        assert!(
+                            (motion.end().theta() - truth).abs() < 0.02,
+                            "{case}: {}",
+                            motion.end().theta()
+                        );
                     }
                     Err(error) => {
                         refused += 1;
                         let drifts = !matches!(formulation, Formulation::Projected | Formulation::Embedded);
-                        assert!(drifts && error.to_string().contains("Formulation::Projected"), "{case}: {error}");
+                        assert!(
+                            drifts && error.to_string().contains("Formulation::Projected"),
+                            "{case}: {error}"
+                        );
                     }
                 }
             }
@@ -145,7 +155,8 @@ fn kinematics_goes_on_rightly_or_not_at_all_where_branches_touch() {
             let model = Touching { mass: 1.0, rate: 1.0, fourth, sixth };
             let start = model.state().at_time(begin).x(begin).y_guess(begin * begin).assemble().unwrap();
             // Smooth through x = 0.
-            let branch = |x: f64| if fourth > 0.0 { x * x * (fourth + sixth * x * x).sqrt() } else { -x.powi(3) };
+            let branch =
+                |x: f64| if fourth > 0.0 { x * x * (fourth + sixth * x * x).sqrt() } else { -x.powi(3) };
             for through in [false, true] {
                 let run = model.kinematics(start).until(0.9);
                 match if through { run.through_bifurcations().run() } else { run.run() } {
@@ -164,7 +175,8 @@ fn kinematics_goes_on_rightly_or_not_at_all_where_branches_touch() {
                         told += 1;
                         let named = matches!(
                             error.kind,
-                            KinematicsErrorKind::BranchesTouch { .. } | KinematicsErrorKind::NoContinuation { .. }
+                            KinematicsErrorKind::BranchesTouch { .. }
+                                | KinematicsErrorKind::NoContinuation { .. }
                         );
                         assert!(named && error.time.abs() < 0.05, "{fourth} {sixth} {begin}: {error}");
                     }

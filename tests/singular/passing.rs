@@ -4,8 +4,9 @@ use super::change_points::EqualSliderCrank;
 use super::three_cranks::ThreeCranks;
 use super::*;
 
-/// Where constraints may drift, what they have drifted decides at a change point: the run says so, or it has passed and is right. The motion
-/// used to go on along the antiparallelogram, or back, at every tolerance, with a drift of 1e-9 and without a word.
+/// Where constraints may drift, what they have drifted decides at a change point: the run says so, or it has
+/// passed and is right. The motion used to go on along the antiparallelogram, or back, at every tolerance,
+/// with a drift of 1e-9 and without a word.
 #[test]
 fn drift_does_not_choose_a_branch() {
     let gains = Formulation::Baumgarte { alpha: 5.0, beta: 5.0 };
@@ -17,7 +18,8 @@ fn drift_does_not_choose_a_branch() {
             for formulation in [Formulation::Augmented, gains, Formulation::BaumgarteTied] {
                 for tolerance in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11] {
                     let case = format!("{weight} {incline} {crank} {formulation:?} {tolerance:e}");
-                    match model.simulate(start).until(end).tolerance(tolerance).formulation(formulation).run() {
+                    match model.simulate(start).until(end).tolerance(tolerance).formulation(formulation).run()
+                    {
                         Ok(motion) => {
                             passed += 1;
                             let [q, bound] = [motion.end().crank(), 100.0 * tolerance.powf(0.8) + 1e-8];
@@ -29,7 +31,10 @@ fn drift_does_not_choose_a_branch() {
                             match error.kind {
                                 SimulationErrorKind::BranchUndetermined { rows, coordinates, condition } => {
                                     said += 1;
-                                    assert!(rows.contains("closure.x") && coordinates.contains("coupler"), "{case}");
+                                    assert!(
+                                        rows.contains("closure.x") && coordinates.contains("coupler"),
+                                        "{case}"
+                                    );
                                     assert!(condition > 5.0 && away < 0.1, "{case}: {condition} {away}");
                                 }
                                 SimulationErrorKind::Drift { .. } => {}
@@ -47,7 +52,8 @@ fn drift_does_not_choose_a_branch() {
     assert!(passed > 10 && said > 60, "{passed} passed, {said} said so");
 }
 
-/// Momentum decides where states are put back onto the constraints: every tolerance stays on the branch, through a dozen change points.
+/// Momentum decides where states are put back onto the constraints: every tolerance stays on the branch,
+/// through a dozen change points.
 #[test]
 fn projected_and_embedded_motions_stay_on_their_branch() {
     for (weight, incline) in [(2.0, 0.0), (2.0, 0.4), (0.0, 0.0)] {
@@ -56,9 +62,11 @@ fn projected_and_embedded_motions_stay_on_their_branch() {
             let (start, truth) = (model.start(crank, -1.0), model.truth(crank, -1.0, end));
             for formulation in [Formulation::Projected, Formulation::Embedded] {
                 for tolerance in [1e-6, 1e-7, 1e-8, 1e-9, 1e-10] {
-                    let run = model.simulate(start).until(end).tolerance(tolerance).formulation(formulation).run();
-                    let motion =
-                        run.unwrap_or_else(|error| panic!("{weight} {incline} {formulation:?} {tolerance:e}: {error}"));
+                    let run =
+                        model.simulate(start).until(end).tolerance(tolerance).formulation(formulation).run();
+                    let motion = run.unwrap_or_else(|error| {
+                        panic!("{weight} {incline} {formulation:?} {tolerance:e}: {error}")
+                    });
                     let [q, bound] = [motion.end().crank(), 1e3 * tolerance];
                     assert!(
                         (q - truth).abs() < bound,
@@ -71,12 +79,13 @@ fn projected_and_embedded_motions_stay_on_their_branch() {
     }
 }
 
-/// The change point: crank, coupler and rocker of a parallelogram lie in one line, and Φ_q loses a rank. The motion passes on the branch on
-/// which it came; it does not become an antiparallelogram.
+/// The change point: crank, coupler and rocker of a parallelogram lie in one line, and Φ_q loses a rank. The
+/// motion passes on the branch on which it came; it does not become an antiparallelogram.
 #[test]
 fn a_parallelogram_stays_one() {
     let model = Parallelogram { inertia: 1.0, a: 1.0, b: 2.0, weight: 0.0, incline: 0.0 };
-    let start = model.state().crank(0.7).coupler(0.0).rocker(0.7).crank_rate(-1.0).rocker_rate(-1.0).build().unwrap();
+    let start =
+        model.state().crank(0.7).coupler(0.0).rocker(0.7).crank_rate(-1.0).rocker_rate(-1.0).build().unwrap();
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
         let end = model.simulate(start).until(6.0).tolerance(tolerance).run().unwrap().end();
         let bound = tolerance + 1e-12;
@@ -86,7 +95,8 @@ fn a_parallelogram_stays_one() {
     }
 }
 
-/// With one rate given the velocities of least energy are on neither branch; with what decides, they are those of its branch.
+/// With one rate given the velocities of least energy are on neither branch; with what decides, they are
+/// those of its branch.
 #[test]
 fn velocities_are_not_assembled_where_branches_meet_unless_what_is_given_decides() {
     for incline in [0.0, 0.5] {
@@ -101,8 +111,12 @@ fn velocities_are_not_assembled_where_branches_meet_unless_what_is_given_decides
         }
         let error = flat().crank_rate(1.0).assemble().unwrap_err();
         let message = error.to_string();
-        assert!(message.contains("singular") && message.contains("give the rates of `rocker`, `coupler`"), "{message}");
-        // The parallelogram by what it moves on, the antiparallelogram by the ratio of its bars: a θ̇₁² + b θ̇₂² = a θ̇₃².
+        assert!(
+            message.contains("singular") && message.contains("give the rates of `rocker`, `coupler`"),
+            "{message}"
+        );
+        // The parallelogram by what it moves on, the antiparallelogram by the ratio of its bars: a θ̇₁² + b
+        // θ̇₂² = a θ̇₃².
         for [crank, coupler, rocker] in [[1.0, 0.0, 1.0], [1.0, -2.0, -3.0]] {
             let start = flat().crank_rate(crank).rocker_rate(rocker).assemble().unwrap();
             assert!((start.coupler_rate() - coupler).abs() < 1e-14, "{start:?}");
@@ -112,12 +126,16 @@ fn velocities_are_not_assembled_where_branches_meet_unless_what_is_given_decides
         assert_eq!(flat().assemble().unwrap().u.norm(), 0.0);
         for beside in [1e-5, 1e-3, 0.1] {
             let start = at(incline + beside).crank_rate(1.0).assemble().unwrap();
-            assert!(start.coupler_rate().abs() < 1e-9 && (start.rocker_rate() - 1.0).abs() < 1e-9, "{start:?}");
+            assert!(
+                start.coupler_rate().abs() < 1e-9 && (start.rocker_rate() - 1.0).abs() < 1e-9,
+                "{start:?}"
+            );
         }
     }
 }
 
-/// In the change point reactions are not unique, and velocities that belong to no branch have no accelerations.
+/// In the change point reactions are not unique, and velocities that belong to no branch have no
+/// accelerations.
 #[test]
 fn in_the_change_point_reactions_are_not_unique() {
     let incline = 0.5;
@@ -134,7 +152,8 @@ fn in_the_change_point_reactions_are_not_unique() {
     assert!(matches!(error, SolveError::Contradiction { rank: 1, .. }), "{error}");
 }
 
-/// Where the line is an axis, the gradient of one row vanishes there altogether, and it is a change point all the same.
+/// Where the line is an axis, the gradient of one row vanishes there altogether, and it is a change point all
+/// the same.
 #[test]
 fn in_a_change_point_along_an_axis_a_row_has_no_gradient() {
     let model = Parallelogram { inertia: 1.0, a: 1.0, b: 2.0, weight: 0.0, incline: 0.0 };
@@ -162,8 +181,8 @@ fn a_slider_crank_of_equal_lengths_stays_on_its_branch() {
     }
 }
 
-/// What the third crank repeats has no rank of its own, here less than elsewhere: that is no contradiction. Runs used to end with one 6e-6 rad
-/// before.
+/// What the third crank repeats has no rank of its own, here less than elsewhere: that is no contradiction.
+/// Runs used to end with one 6e-6 rad before.
 #[test]
 fn three_cranks_pass_their_change_points() {
     for weight in [0.0, 2.0] {
@@ -177,16 +196,20 @@ fn three_cranks_pass_their_change_points() {
         };
         for tolerance in [1e-6, 1e-8, 1e-10, 1e-12] {
             for formulation in [Formulation::Projected, Formulation::Embedded] {
-                let motion = run(formulation, tolerance).unwrap_or_else(|error| panic!("{tolerance:e}: {error}"));
+                let motion =
+                    run(formulation, tolerance).unwrap_or_else(|error| panic!("{tolerance:e}: {error}"));
                 let error = (motion.end().first() - truth).abs();
                 assert!(error < 100.0 * tolerance + 1e-10, "{weight} {formulation} {tolerance:e}: {error:e}");
             }
             match run(Formulation::Augmented, tolerance) {
-                Ok(motion) => assert!((motion.end().first() - truth).abs() < 1e3 * tolerance, "{tolerance:e}"),
+                Ok(motion) => {
+                    assert!((motion.end().first() - truth).abs() < 1e3 * tolerance, "{tolerance:e}")
+                }
                 Err(error) => {
                     let undetermined = matches!(
                         error.kind,
-                        SimulationErrorKind::BranchUndetermined { .. } | SimulationErrorKind::SingularPosition { .. }
+                        SimulationErrorKind::BranchUndetermined { .. }
+                            | SimulationErrorKind::SingularPosition { .. }
                     );
                     assert!(undetermined && error.state.first().sin().abs() < 0.01, "{tolerance:e}: {error}");
                 }
@@ -195,7 +218,8 @@ fn three_cranks_pass_their_change_points() {
     }
 }
 
-/// A parallelogram by the coordinates of its pins: beside its flat positions either of them moves as freely as the other, none can lead.
+/// A parallelogram by the coordinates of its pins: beside its flat positions either of them moves as freely
+/// as the other, none can lead.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x1: m, y1: m, x2: m, y2: m)]
 #[units(m1: kg, m2: kg, a: m, b: m)]
@@ -210,7 +234,8 @@ struct Pins {
 impl Pins {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m1 * vec2(q.x1, q.y1).dt().norm_squared() + 0.5 * self.m2 * vec2(q.x2, q.y2).dt().norm_squared()
+        0.5 * self.m1 * vec2(q.x1, q.y1).dt().norm_squared()
+            + 0.5 * self.m2 * vec2(q.x2, q.y2).dt().norm_squared()
     }
     #[holonomic]
     fn crank(&self, q: &Coordinates<Self>) -> Expr {
@@ -251,7 +276,8 @@ fn pins_pass_flat_positions() {
     }
 }
 
-/// Constraints as they are (index 3) at change points: with fixed steps and step control the generalized-α method stays on the branch, with its order, or says that it cannot.
+/// Constraints as they are (index 3) at change points: with fixed steps and step control the generalized-α
+/// method stays on the branch, with its order, or says that it cannot.
 #[test]
 fn generalized_alpha_stays_on_its_branch_or_says_so() {
     let (mut passed, mut said) = (0, 0);
@@ -262,8 +288,8 @@ fn generalized_alpha_stays_on_its_branch_or_says_so() {
         for rho in [0.0, 0.5, 0.8, 0.95] {
             let method = methods::GeneralizedAlpha { rho };
             let run = || model.simulate(start).until(end).method(method);
-            let fixed =
-                [0.05, 0.037, 0.02, 0.013, 0.01, 0.0073, 0.005].map(|h| (run().fixed_step(h).run(), 8.0 * h * h));
+            let fixed = [0.05, 0.037, 0.02, 0.013, 0.01, 0.0073, 0.005]
+                .map(|h| (run().fixed_step(h).run(), 8.0 * h * h));
             let adaptive = [1e-2, 1e-3, 1e-4].map(|e| (run().tolerance(e).run(), 30.0 * e));
             for (k, (run, bound)) in fixed.into_iter().chain(adaptive).enumerate() {
                 let case = format!("{weight} {incline} rho {rho}, run {k}");

@@ -8,8 +8,8 @@ fn flat(model: &Parallelogram, rates: [f64; 3]) -> State<Parallelogram> {
     state
 }
 
-/// In line, the velocities say on which branch the mechanism is, and the motion goes on there: with weights its accelerations there are not
-/// those of least norm.
+/// In line, the velocities say on which branch the mechanism is, and the motion goes on there: with weights
+/// its accelerations there are not those of least norm.
 #[test]
 fn a_flat_start_goes_on_along_its_velocities() {
     for (weight, incline) in [(0.0, 0.0), (2.0, 0.0), (2.0, 0.4)] {
@@ -20,10 +20,15 @@ fn a_flat_start_goes_on_along_its_velocities() {
         {
             for tolerance in [1e-6, 1e-8, 1e-10, 1e-12] {
                 let start = flat(&model, [-1.0, 0.0, -1.0]);
-                let run = model.simulate(start).until(1.5).tolerance(tolerance).formulation(formulation).run();
-                let end = run.unwrap_or_else(|error| panic!("{weight} {formulation} {tolerance:e}: {error}")).end();
+                let run =
+                    model.simulate(start).until(1.5).tolerance(tolerance).formulation(formulation).run();
+                let end =
+                    run.unwrap_or_else(|error| panic!("{weight} {formulation} {tolerance:e}: {error}")).end();
                 let error = (end.crank() - truth).abs().max((end.rocker() - end.crank()).abs());
-                assert!(error < 10.0 * tolerance + 2e-11, "{weight} {incline} {formulation} {tolerance:e}: {error:e}");
+                assert!(
+                    error < 10.0 * tolerance + 2e-11,
+                    "{weight} {incline} {formulation} {tolerance:e}: {error:e}"
+                );
             }
         }
     }

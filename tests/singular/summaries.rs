@@ -2,12 +2,14 @@
 
 use super::*;
 
-/// Generated code passes the change points without the general solver; the summary tells of them all the same.
+/// Generated code passes the change points without the general solver; the summary tells of them all the
+/// same.
 #[test]
 fn what_was_passed_is_counted_and_named() {
     let model = Parallelogram::new(2.0, 0.0);
     for formulation in [Formulation::Projected, Formulation::Embedded] {
-        let motion = model.simulate(model.start(1.0, -1.0)).until(6.0).tolerance(1e-9).formulation(formulation).run();
+        let motion =
+            model.simulate(model.start(1.0, -1.0)).until(6.0).tolerance(1e-9).formulation(formulation).run();
         let motion = motion.unwrap();
         let turns = |angle: f64| (angle / core::f64::consts::PI).floor();
         let expected = turns(1.0) - turns(motion.end().crank());
@@ -58,19 +60,22 @@ fn massless_coordinates_do_not_make_the_mass_matrix_ill_conditioned() {
     assert!(summary.nearest.unwrap().passed == 0);
 }
 
-/// Which coordinates depend on the others is chosen anew where the ones of the generated code no longer do, and counted.
+/// Which coordinates depend on the others is chosen anew where the ones of the generated code no longer do,
+/// and counted.
 #[test]
 fn other_dependent_coordinates_are_counted() {
     let text = |a: f64, b: f64| {
         let model = SliderCrank { inertia: 0.02, mass: 0.5, a, b };
         let start = model.state().crank(1.0).crank_rate(30.0).slide_guess(a + b).assemble().unwrap();
-        let run =
-            |formulation| model.simulate(start).until(2.0).tolerance(1e-9).formulation(formulation).run().unwrap();
+        let run = |formulation| {
+            model.simulate(start).until(2.0).tolerance(1e-9).formulation(formulation).run().unwrap()
+        };
         let (embedded, projected) = (run(Formulation::Embedded), run(Formulation::Projected));
         assert!((embedded.end().crank() - projected.end().crank()).abs() < 1e-4, "{a} {b}");
         embedded.summary().to_string()
     };
-    // With equal lengths the slider stands in the pivot of the crank each time that this is upright: there the rod's block vanishes.
+    // With equal lengths the slider stands in the pivot of the crank each time that this is upright: there
+    // the rod's block vanishes.
     let words = "of other dependent coordinates, where a pivot of the generated code vanished";
     let (equal, unequal) = (text(0.2, 0.2), text(0.1, 0.3));
     assert!(equal.contains(words) && !unequal.contains(words), "{equal} {unequal}");

@@ -1,5 +1,6 @@
-//! Change points at tolerances close to rounding: what rounding throws along the direction that constraints lose there is taken back where a step ends, and is no error of it.
-//! 21 of these 24 motions were refused at 1e-12, all of them at 1e-13, after as many steps as were permitted.
+//! Change points at tolerances close to rounding: what rounding throws along the direction that constraints
+//! lose there is taken back where a step ends, and is no error of it. 21 of these 24 motions were refused at
+//! 1e-12, all of them at 1e-13, after as many steps as were permitted.
 
 use dynamics::methods::Any;
 use dynamics::prelude::*;
@@ -10,7 +11,9 @@ use super::fixed_steps::{Scene, scene_until};
 const TIME: f64 = 20.0;
 
 fn scenes() -> Vec<Scene> {
-    (0..24).map(|k| scene_until(TIME, 0.0, 1.0, (0.6 + 0.03 * k as f64, 1.5 + 0.17 * (k % 7) as f64))).collect()
+    (0..24)
+        .map(|k| scene_until(TIME, 0.0, 1.0, (0.6 + 0.03 * k as f64, 1.5 + 0.17 * (k % 7) as f64)))
+        .collect()
 }
 
 /// Runs all, to within a bound of the motion by the crank alone, each in no more steps than that.
@@ -21,7 +24,8 @@ fn pass(scenes: &[Scene], method: impl Into<Any<FourBar>>, (tolerance, bound): (
         for (k, scene) in scenes.iter().enumerate() {
             let run = scene.model.simulate(scene.start).until(TIME).method(&method).formulation(formulation);
             let motion = run.tolerance(tolerance).max_steps(most).run();
-            let motion = motion.unwrap_or_else(|error| panic!("{k} {method} {formulation} {tolerance:e}: {error}"));
+            let motion =
+                motion.unwrap_or_else(|error| panic!("{k} {method} {formulation} {tolerance:e}: {error}"));
             let end = motion.end();
             let off = (end.crank() - scene.crank).abs().max(turned(end.rocker(), scene.rocker));
             assert!(off < bound, "{k} {method} {formulation} {tolerance:e}: {off:e}");

@@ -1,4 +1,5 @@
-//! Where one way of running a motion gives up at a position at which the mechanism can move on, the error names another that passes it, and that does.
+//! Where one way of running a motion gives up at a position at which the mechanism can move on, the error
+//! names another that passes it, and that does.
 
 use dynamics::methods::Any;
 use dynamics::motion::Over;
@@ -41,7 +42,10 @@ fn refused(method: impl Into<Any<FourBar>>, tolerance: f64) -> usize {
             panic!("{k} {method} {tolerance:e}: {text}")
         };
         let Some(Over { method: other, tolerance: looser, .. }) = met.over else { panic!("{text}") };
-        assert!(text.contains("go over such positions; if the mechanism cannot move on here, change"), "{text}");
+        assert!(
+            text.contains("go over such positions; if the mechanism cannot move on here, change"),
+            "{text}"
+        );
         assert!(other.is_some() || looser.is_some());
         assert_eq!(other.is_some(), text.contains("use methods::Dop853"), "{text}");
         assert_eq!(
@@ -63,7 +67,8 @@ fn tolerances_that_rounding_does_not_keep_there_are_to_be_loosened() {
     assert!(refused(methods::Dop853, 1e-15) > 0, "nothing was tested");
 }
 
-/// What does not come past such a position is told after some thousand steps, not when all are used up: 100,000 took seconds, and a million minutes.
+/// What does not come past such a position is told after some thousand steps, not when all are used up:
+/// 100,000 took seconds, and a million minutes.
 #[test]
 fn steps_that_crawl_are_given_up_soon() {
     let mut refused = 0;
@@ -73,7 +78,9 @@ fn steps_that_crawl_are_given_up_soon() {
         match run.max_steps(12_000).run() {
             Ok(motion) => assert!(off(&scene, &motion.end()) < 1e-10, "{k}"),
             Err(error) => {
-                let SimulationErrorKind::SingularPosition { met, .. } = error.kind else { panic!("{k}: {error}") };
+                let SimulationErrorKind::SingularPosition { met, .. } = error.kind else {
+                    panic!("{k}: {error}")
+                };
                 assert!(!matches!(met.kind, SimulationErrorKind::TooManySteps { .. }), "{k}: {:?}", met.kind);
                 refused += 1;
             }
@@ -82,7 +89,8 @@ fn steps_that_crawl_are_given_up_soon() {
     assert!(refused > 2, "nothing was tested: {refused}");
 }
 
-/// Two walls that meet at some millionths of a radian hold what lies between them; what rests along them crawls nowhere, however long.
+/// Two walls that meet at some millionths of a radian hold what lies between them; what rests along them
+/// crawls nowhere, however long.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, z: m)]
 #[units(mass: kg, damping: kg / s, rate: N / m)]

@@ -8,7 +8,8 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/snapshots")
 }
 
-/// Compares `text` with `snapshots/<name>.txt`, or writes the file where `UPDATE_SNAPSHOTS` is set to something.
+/// Compares `text` with `snapshots/<name>.txt`, or writes the file where `UPDATE_SNAPSHOTS` is set to
+/// something.
 #[track_caller]
 pub(crate) fn snapshot(name: &str, text: &str) {
     let path = folder().join(format!("{name}.txt"));
@@ -32,7 +33,10 @@ pub(crate) fn no_leftovers(tests: &str) {
         let path = entry.expect("an entry of the folder").path();
         if path.extension().is_some_and(|e| e == "txt") {
             let name = path.file_stem().expect("a file has a name").to_string_lossy().into_owned();
-            assert!(tests.contains(&format!("snapshot(\"{name}\"")), "no test compares {name}.txt; remove it");
+            assert!(
+                tests.contains(&format!("snapshot(\"{name}\"")),
+                "no test compares {name}.txt; remove it"
+            );
         }
     }
 }
@@ -61,8 +65,11 @@ fn aligned<'a>(old: &[&'a str], new: &[&'a str]) -> Vec<(char, &'a str)> {
     let mut common = vec![vec![0usize; new.len() + 1]; old.len() + 1];
     for i in (0..old.len()).rev() {
         for j in (0..new.len()).rev() {
-            common[i][j] =
-                if old[i] == new[j] { common[i + 1][j + 1] + 1 } else { common[i + 1][j].max(common[i][j + 1]) };
+            common[i][j] = if old[i] == new[j] {
+                common[i + 1][j + 1] + 1
+            } else {
+                common[i + 1][j].max(common[i][j + 1])
+            };
         }
     }
     let (mut i, mut j, mut out) = (0, 0, Vec::new());

@@ -11,12 +11,18 @@ pub(crate) fn near(a: f64, b: f64, scale: f64, what: &str) {
 
 /// As [`balanced`], with reactions: M q̈ = Q + Φ_qᵀλ, Φ_q q̈ = γ, multipliers as expected.
 #[track_caller]
-pub(crate) fn held<M: Constraints + Powers>(model: &M, state: &M::State, expected: &[f64], multipliers: &[f64]) {
+pub(crate) fn held<M: Constraints + Powers>(
+    model: &M,
+    state: &M::State,
+    expected: &[f64],
+    multipliers: &[f64],
+) {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     assert_eq!((expected.len(), multipliers.len()), (n, r));
     let constants = model.constants().expect("constants exist");
     let solved = dynamics::constrain::solve_once(model, &constants, state).expect("a regular state");
-    let (mass, force, jacobian) = (model.mass_matrix(state), model.generalized_force(state), model.jacobian(state));
+    let (mass, force, jacobian) =
+        (model.mass_matrix(state), model.generalized_force(state), model.jacobian(state));
     let gamma = model.gamma(state);
     for i in 0..n {
         let reaction: f64 = (0..r).map(|k| jacobian[(k, i)] * solved.multipliers[k]).sum();
@@ -35,8 +41,8 @@ pub(crate) fn held<M: Constraints + Powers>(model: &M, state: &M::State, expecte
     accounted(model, state, &solved.accelerations);
 }
 
-/// Accelerations as expected, M q̈ = Q, the rate of the energy function is the sum of the powers, and what is said to be conserved has no
-/// rate. Rates are central differences along the motion.
+/// Accelerations as expected, M q̈ = Q, the rate of the energy function is the sum of the powers, and what is
+/// said to be conserved has no rate. Rates are central differences along the motion.
 #[track_caller]
 pub(crate) fn balanced<M: Powers>(model: &M, state: &M::State, expected: &[f64]) {
     let n = M::Vector::LEN;

@@ -1,4 +1,5 @@
-//! Accelerations and multipliers by the speeds against the equations in coordinates, M q̈ − Φ_qᵀλ = Q and Φ_q q̈ = γ, solved as they stand; starts against the speeds.
+//! Accelerations and multipliers by the speeds against the equations in coordinates, M q̈ − Φ_qᵀλ = Q and Φ_q
+//! q̈ = γ, solved as they stand; starts against the speeds.
 
 use dynamics::model::Vector as _;
 use dynamics::prelude::*;
@@ -47,7 +48,8 @@ fn check<M: Constraints>(model: &M, state: &M::State, given: &[f64]) {
     let (n, s) = (M::COORDINATES.len(), given.len());
     let mut equations = vec![0.0; s * n + s];
     model.speed_equations(state, &mut equations);
-    let linear = |i: usize| (0..n).map(|j| equations[i * n + j] * state.u()[j]).sum::<f64>() + equations[s * n + i];
+    let linear =
+        |i: usize| (0..n).map(|j| equations[i * n + j] * state.u()[j]).sum::<f64>() + equations[s * n + i];
     close(&(0..s).map(linear).collect::<Vec<_>>(), given, "Y q' + y");
     let expected = dense(model, state);
     let constants = model.constants().expect("regular");

@@ -23,7 +23,11 @@ fn a_body_in_its_principal_axes_obeys_euler() {
         assert!((found - expected).abs() < 1e-13, "{rates:?}, not {euler:?}");
     }
     assert!(Top::REPORT.contains("the speeds, with inertia 3 x 3, diagonal, constant"), "{}", Top::REPORT);
-    assert!(Top::LISTING.contains("a - c") && Top::LISTING.contains("c - b"), "Euler's terms: {}", Top::LISTING);
+    assert!(
+        Top::LISTING.contains("a - c") && Top::LISTING.contains("c - b"),
+        "Euler's terms: {}",
+        Top::LISTING
+    );
 }
 
 #[test]
@@ -55,9 +59,9 @@ fn the_sleigh_forgets_where_it_is() {
 
 #[test]
 fn a_rolling_disk_in_the_axes_of_heading_and_lean() {
-    // Momentum about the center with the force at the contact put in by ṙ = −ω × (contact − r), in axes that turn with Ω = (ω₁, ω₃ tan θ, ω₃):
-    // A = ¼ m r² across, C = ½ m r² about the axle,
-    // (A + m r²) ω̇₁ = m g r sin θ + (C + m r²) ω₂ω₃ − A ω₃² tan θ, (C + m r²) ω̇₂ = −m r² ω₁ω₃, A ω̇₃ = A ω₁ω₃ tan θ − C ω₁ω₂.
+    // Momentum about the center with the force at the contact put in by ṙ = −ω × (contact − r), in axes that
+    // turn with Ω = (ω₁, ω₃ tan θ, ω₃): A = ¼ m r² across, C = ½ m r² about the axle, (A + m r²) ω̇₁ = m g r
+    // sin θ + (C + m r²) ω₂ω₃ − A ω₃² tan θ, (C + m r²) ω̇₂ = −m r² ω₁ω₃, A ω̇₃ = A ω₁ω₃ tan θ − C ω₁ω₂.
     let disk = Disk { m: 1.2, r: 0.6, g: 9.81 };
     let (lean, omega) = (0.35_f64, [0.8, -2.5, 1.7]);
     let state = disk.state().yaw(0.9).lean(lean).spin(0.2).omega(omega).build().expect("regular");
@@ -65,7 +69,8 @@ fn a_rolling_disk_in_the_axes_of_heading_and_lean() {
     let (across, about) = (0.25 * 1.2 * 0.36, 0.5 * 1.2 * 0.36);
     let (mr2, [w1, w2, w3]) = (1.2 * 0.36, omega);
     let turning = w3 * lean.tan();
-    let first = (1.2 * 9.81 * 0.6 * lean.sin() + (about + mr2) * w3 * w2 - across * w3 * turning) / (across + mr2);
+    let first =
+        (1.2 * 9.81 * 0.6 * lean.sin() + (about + mr2) * w3 * w2 - across * w3 * turning) / (across + mr2);
     let second = -mr2 * w1 * w3 / (about + mr2);
     let third = (across * w1 * turning - about * w1 * w2) / across;
     for (found, expected) in [(rates.x, first), (rates.y, second), (rates.z, third)] {
@@ -87,7 +92,10 @@ fn what_an_observer_on_a_turntable_sees() {
         (turning * turning - k / m) * rx + 2.0 * turning * seen[1],
         (turning * turning - k / m) * ry - 2.0 * turning * seen[0],
     ];
-    assert!((rates.x - expected[0]).abs() < 1e-13 && (rates.y - expected[1]).abs() < 1e-13, "{rates:?}, {expected:?}");
+    assert!(
+        (rates.x - expected[0]).abs() < 1e-13 && (rates.y - expected[1]).abs() < 1e-13,
+        "{rates:?}, {expected:?}"
+    );
 }
 
 #[test]
@@ -103,7 +111,17 @@ fn speeds_are_taken_where_they_are_shorter() {
         assert!(if shorter { with < without } else { with == without }, "case {i}: {with} beside {without}");
     }
     // A few operations more, and no division by what moves.
-    assert!(matches!(Sleigh::ROUTE, dynamics::model::Route::Unrolled { elimination: "the declared speeds lead" }));
-    assert!(Disk::REPORT.contains("coordinates, which takes no more work than the speeds"), "{}", Disk::REPORT);
-    assert!(matches!(Satellite::ROUTE, dynamics::model::Route::Unrolled { elimination: "the declared speeds lead" }));
+    assert!(matches!(
+        Sleigh::ROUTE,
+        dynamics::model::Route::Unrolled { elimination: "the declared speeds lead" }
+    ));
+    assert!(
+        Disk::REPORT.contains("coordinates, which takes no more work than the speeds"),
+        "{}",
+        Disk::REPORT
+    );
+    assert!(matches!(
+        Satellite::ROUTE,
+        dynamics::model::Route::Unrolled { elimination: "the declared speeds lead" }
+    ));
 }

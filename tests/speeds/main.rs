@@ -1,4 +1,5 @@
-//! Generalized speeds: equations solved in them against the same equations in coordinates and against closed ones; starts, outputs and motions.
+//! Generalized speeds: equations solved in them against the same equations in coordinates and against closed
+//! ones; starts, outputs and motions.
 
 mod against_coordinates;
 mod closed_forms;

@@ -2,7 +2,8 @@
 
 use dynamics::prelude::*;
 
-/// A body that turns about a fixed point, with the components of its angular velocity in its principal axes as speeds; and the same without speeds.
+/// A body that turns about a fixed point, with the components of its angular velocity in its principal axes
+/// as speeds; and the same without speeds.
 macro_rules! top {
     ($Name:ident $([$speeds:meta] [$kinematic:meta])?) => {
         #[derive(Clone, Debug, Dynamics)]
@@ -40,7 +41,8 @@ macro_rules! top {
 top!(Top [speeds(omega: [rad / s; 3])] [kinematic]);
 top!(TopInAngles);
 
-/// A body that flies, its center of mass beside its origin: speeds of its origin and angular velocity, all in its own axes. A thrust follows from a speed.
+/// A body that flies, its center of mass beside its origin: speeds of its origin and angular velocity, all in
+/// its own axes. A thrust follows from a speed.
 macro_rules! aircraft {
     ($Name:ident $([$speeds:meta] [$kinematic:meta])?) => {
         #[derive(Clone, Debug, Dynamics)]
@@ -218,7 +220,8 @@ macro_rules! disk {
 disk!(Disk [speeds(omega: [rad / s; 3])] [kinematic]);
 disk!(DiskInAngles);
 
-/// A particle on a turntable, in the world's coordinates: speeds are what an observer on the table sees, y ≠ 0.
+/// A particle on a turntable, in the world's coordinates: speeds are what an observer on the table sees, y
+/// ≠ 0.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[speeds(seen: [m / s; 2])]
@@ -248,7 +251,8 @@ impl Turntable {
     }
 }
 
-/// Two rods on a hinge each, the second angle measured from the first rod: the absolute turning rates are the speeds, whose inertia moves.
+/// Two rods on a hinge each, the second angle measured from the first rod: the absolute turning rates are the
+/// speeds, whose inertia moves.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(shoulder: rad, elbow: rad)]
 #[speeds(upper: rad / s, lower: rad / s)]
@@ -288,7 +292,8 @@ impl Rods {
     }
 }
 
-/// A body that flies, its origin's speeds counted in strides: they say nothing where a stride is 0, and M is as regular as ever.
+/// A body that flies, its origin's speeds counted in strides: they say nothing where a stride is 0, and M is
+/// as regular as ever.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(r: [m; 3], angles: [rad; 3])]
 #[speeds(v: [_; 3], omega: [rad / s; 3])]

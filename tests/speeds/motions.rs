@@ -1,4 +1,5 @@
-//! Motions of models with speeds: by every kind of method the same, with what is conserved; norms of Euler parameters and of rotation matrices.
+//! Motions of models with speeds: by every kind of method the same, with what is conserved; norms of Euler
+//! parameters and of rotation matrices.
 
 use dynamics::model::Vector as _;
 use dynamics::prelude::*;
@@ -20,12 +21,14 @@ fn a_free_body_flips_alike_with_and_without_speeds() {
         plain.state().phi(0.1).theta(1.2).psi(0.3).phi_rate(rates[0]).theta_rate(rates[1]).psi_rate(rates[2]);
     let until = 12.0;
     let motion = top.simulate(start).until(until).tolerance(1e-12).run().expect("runs");
-    let other = plain.simulate(of_plain.build().expect("finite")).until(until).tolerance(1e-12).run().expect("runs");
+    let other =
+        plain.simulate(of_plain.build().expect("finite")).until(until).tolerance(1e-12).run().expect("runs");
     let apart = motion.end().q - other.end().q;
     assert!(largest(apart.iter().copied()) < 1e-8, "{apart}");
     // In speeds: 2T and |L|², from the outputs.
     let measure = |t: f64| {
-        let [x, y, z] = ["omega[0]", "omega[1]", "omega[2]"].map(|name| motion.output(name, t).expect("an output"));
+        let [x, y, z] =
+            ["omega[0]", "omega[1]", "omega[2]"].map(|name| motion.output(name, t).expect("an output"));
         [a * x * x + b * y * y + c * z * z, (a * x).powi(2) + (b * y).powi(2) + (c * z).powi(2)]
     };
     let first = measure(0.0);
@@ -35,8 +38,9 @@ fn a_free_body_flips_alike_with_and_without_speeds() {
         assert!(largest([now[0] - first[0], now[1] - first[1]]) < 1e-8, "at {t}: {now:?}, {first:?}");
     }
     // It does flip: the middle axis turns over.
-    let least =
-        (0..1200).map(|i| motion.output("omega[1]", 0.01 * f64::from(i)).expect("an output")).fold(1.0, f64::min);
+    let least = (0..1200)
+        .map(|i| motion.output("omega[1]", 0.01 * f64::from(i)).expect("an output"))
+        .fold(1.0, f64::min);
     assert!(least < -0.9, "{least}");
 }
 
@@ -68,7 +72,10 @@ fn csv_has_the_speeds() {
     let motion = sleigh.simulate(start).until(0.1).run().expect("runs");
     let text = motion.csv().to_text().expect("a table");
     let head = text.lines().next().expect("a head");
-    assert!(head.contains("spin") && head.split(',').any(|name| name.trim_matches('"').starts_with('v')), "{head}");
+    assert!(
+        head.contains("spin") && head.split(',').any(|name| name.trim_matches('"').starts_with('v')),
+        "{head}"
+    );
 }
 
 /// A free body in nine elements of its rotation, held at right angles by six rows.
@@ -121,7 +128,8 @@ where
     let mut found = Vec::new();
     for (method, tolerance) in methods {
         let name = format!("{:?}", method.method());
-        let motion = model.simulate(start).until(until).tolerance(tolerance).method(method).run().expect("runs");
+        let motion =
+            model.simulate(start).until(until).tolerance(tolerance).method(method).run().expect("runs");
         let worst = motion.states().map(|state| largest(model.residual(&state).as_slice().iter().copied()));
         found.push((name, largest(worst), motion.summary().energy_drift));
     }
@@ -138,7 +146,14 @@ fn norms_hold_to_rounding_by_every_kind_of_method() {
     }
     let directions = Directions { inertia: [1.0, 2.0, 3.0] };
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let start = directions.state().a(axes[0]).b(axes[1]).c(axes[2]).omega([0.02, 1.0, 0.03]).build().expect("regular");
+    let start = directions
+        .state()
+        .a(axes[0])
+        .b(axes[1])
+        .c(axes[2])
+        .omega([0.02, 1.0, 0.03])
+        .build()
+        .expect("regular");
     for (name, worst, energy) in drifts(&directions, start, 4.0) {
         assert!(worst < 1e-13, "{name}: right angles are {worst:e} off");
         assert!(energy < 1e-3, "{name}: energy drifts by {energy:e}");

@@ -28,7 +28,10 @@ fn a_position_in_which_the_speeds_do_not_tell_the_rates_is_named() {
     for theta in [0.0, std::f64::consts::PI] {
         let error = TOP.state().phi(0.3).theta(theta).omega([1.0, 2.0, 3.0]).build().expect_err("locked");
         let StateError::SpeedsSingular { coordinates, pivot } = &error else { panic!("{error}") };
-        assert!(coordinates.count() == 2 && coordinates.contains("phi") && coordinates.contains("psi"), "{error}");
+        assert!(
+            coordinates.count() == 2 && coordinates.contains("phi") && coordinates.contains("psi"),
+            "{error}"
+        );
         assert!(*pivot < 1e-12);
         let text = error.to_string();
         assert!(text.contains("the rates of `p") && text.contains("apart in this position"), "{text}");
@@ -58,7 +61,9 @@ fn constraints_take_part() {
     // The skate goes ahead; the center swings about it.
     let (sin, cos) = 0.7_f64.sin_cos();
     let [x, y] = [2.0 * cos - 0.2 * 0.5 * sin, 2.0 * sin + 0.2 * 0.5 * cos];
-    assert!((state.x_rate() - x).abs() < 1e-15 && (state.y_rate() - y).abs() < 1e-15 && state.phi_rate() == 0.5);
+    assert!(
+        (state.x_rate() - x).abs() < 1e-15 && (state.y_rate() - y).abs() < 1e-15 && state.phi_rate() == 0.5
+    );
     // What is not given is 0.
     let turning = sleigh.state().spin(0.5).build().expect("regular");
     let mut speeds = [f64::NAN; 2];
@@ -69,11 +74,14 @@ fn constraints_take_part() {
     let off = satellite.state().e([1.0, 0.0, 0.1, 0.0]).omega([1.0, 0.0, 0.0]);
     let error = off.build().expect_err("off the unit sphere");
     assert!(matches!(error, StateError::ConstraintViolated { row: "unit", .. }), "{error}");
-    let closed = satellite.state().e_guess([1.0, 0.0, 0.1, 0.0]).omega([1.0, 2.0, 0.0]).assemble().expect("assembles");
+    let closed =
+        satellite.state().e_guess([1.0, 0.0, 0.1, 0.0]).omega([1.0, 2.0, 0.0]).assemble().expect("assembles");
     let mut speeds = [f64::NAN; 3];
     satellite.speeds(&closed, &mut speeds);
     assert!((speeds[0] - 1.0).abs() < 1e-14 && (speeds[1] - 2.0).abs() < 1e-14, "{speeds:?}");
-    assert!(satellite.residual(&closed)[0].abs() < 1e-14 && satellite.velocity_residual(&closed)[0].abs() < 1e-14);
+    assert!(
+        satellite.residual(&closed)[0].abs() < 1e-14 && satellite.velocity_residual(&closed)[0].abs() < 1e-14
+    );
 }
 
 #[test]
@@ -82,7 +90,8 @@ fn rest_on_a_turntable_is_a_start() {
     let table = Turntable { m: 1.5, turning: 0.7, k: 2.0 };
     for i in 0..50 {
         let t = 0.37 * f64::from(i);
-        let state = table.state().at_time(t).x(0.8).y(-0.4).seen([0.0, 0.0]).build().expect("at rest on the table");
+        let state =
+            table.state().at_time(t).x(0.8).y(-0.4).seen([0.0, 0.0]).build().expect("at rest on the table");
         assert!((state.x_rate() - 0.7 * 0.4).abs() < 1e-15 && (state.y_rate() - 0.7 * 0.8).abs() < 1e-15);
     }
 }
@@ -218,9 +227,21 @@ fn velocities_are_set_while_a_program_runs() {
 fn speeds_are_named_with_their_units_and_are_outputs() {
     let named: Vec<_> = Aircraft::SPEEDS.iter().map(|speed| (speed.name, speed.unit)).collect();
     let expected = ["v[0]", "v[1]", "v[2]"].map(|name| (name, "m/s")).into_iter();
-    assert!(named.iter().copied().eq(expected.chain(["omega[0]", "omega[1]", "omega[2]"].map(|name| (name, "rad/s")))));
-    assert!(Sleigh::OUTPUTS.iter().map(|output| output.name).eq(["speed_and_spin", "v", "spin"]), "behind the others");
-    assert!(Aircraft::REPORT.contains("6: v[0] ... v[2] (m/s), omega[0] ... omega[2] (rad/s)"), "{}", Aircraft::REPORT);
+    assert!(
+        named
+            .iter()
+            .copied()
+            .eq(expected.chain(["omega[0]", "omega[1]", "omega[2]"].map(|name| (name, "rad/s"))))
+    );
+    assert!(
+        Sleigh::OUTPUTS.iter().map(|output| output.name).eq(["speed_and_spin", "v", "spin"]),
+        "behind the others"
+    );
+    assert!(
+        Aircraft::REPORT.contains("6: v[0] ... v[2] (m/s), omega[0] ... omega[2] (rad/s)"),
+        "{}",
+        Aircraft::REPORT
+    );
     assert_eq!(TopInAngles::SPEEDS, &[]);
     // A speed without a unit has that of its function.
     assert_eq!(Satellite::SPEEDS.len(), 3);

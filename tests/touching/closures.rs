@@ -72,7 +72,8 @@ struct Case<M: Model> {
 /// Turned by three angles, moved, with and without weight.
 fn bead(k: u32) -> Case<Bead> {
     let (at, k) = (start_of(k), f64::from(k));
-    let ([a, b, c], w) = ([0.7 + 0.61 * k, 0.3 + 1.13 * k, 0.37 * k - 0.4], if k % 3.0 == 0.0 { 0.0 } else { 0.4 });
+    let ([a, b, c], w) =
+        ([0.7 + 0.61 * k, 0.3 + 1.13 * k, 0.37 * k - 0.4], if k % 3.0 == 0.0 { 0.0 } else { 0.4 });
     let turn = [[a.cos(), a.sin()], [b.cos(), b.sin()], [c.cos(), c.sin()]];
     let [[ca, sa], [cb, sb], [cc, sc]] = if k % 5.0 == 0.0 { [[1.0, 0.0]; 3] } else { turn };
     let axes = [
@@ -80,7 +81,8 @@ fn bead(k: u32) -> Case<Bead> {
         [sa * cc + ca * cb * sc, ca * cb * cc - sa * sc, -ca * sb],
         [sb * sc, sb * cc, cb],
     ];
-    let (pull, place) = ([0.3 * w, -0.8 * w, 0.2 * w], [0.3 * (1.7 * k).sin(), 0.4 * (2.3 * k).cos(), 0.2 * k.cos()]);
+    let (pull, place) =
+        ([0.3 * w, -0.8 * w, 0.2 * w], [0.3 * (1.7 * k).sin(), 0.4 * (2.3 * k).cos(), 0.2 * k.cos()]);
     let of_curve = axes.map(|axis| (0..3).map(|j| axis[j] * pull[j]).sum());
     let alone = Alone { mass: 0.5 + 0.03 * k, pull: of_curve };
     let begin = alone.state().s(at.0).s_rate(at.1).build().unwrap();
@@ -104,7 +106,8 @@ fn start_of(k: u32) -> (f64, f64) {
     (part(0.618) * 0.5 - 0.9, 0.8 + 0.4 * part(0.37))
 }
 
-/// A slider that a cam on one shaft lifts, k(1 − cos a)², and a crank on another one, 1 − cos b: sin(b/2) = ±√(2k) sin²(a/2), which touch where a = 0.
+/// A slider that a cam on one shaft lifts, k(1 − cos a)², and a crank on another one, 1 − cos b: sin(b/2) =
+/// ±√(2k) sin²(a/2), which touch where a = 0.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(a: rad, b: rad, s)]
 struct Cam {
@@ -171,7 +174,8 @@ fn cam(k: u32) -> Case<Cam> {
         ([state.a(), b.value(), s.value()], [state.a_rate(), b.dt().value(), s.dt().value()])
     };
     let (inertia, (q, u)) = (alone.inertia, read(&begin));
-    let model = Cam { inertia, k: alone.k, pull: alone.pull, mix: if k.is_multiple_of(2) { 0.0 } else { 0.7 } };
+    let model =
+        Cam { inertia, k: alone.k, pull: alone.pull, mix: if k.is_multiple_of(2) { 0.0 } else { 0.7 } };
     let start = model.state().a(q[0]).b(q[1]).s(q[2]).a_rate(u[0]).b_rate(u[1]).s_rate(u[2]).build().unwrap();
     Case { model, start, end: 1.6, truth: read(&last).0 }
 }
@@ -187,7 +191,8 @@ fn right<M: Simulate + Constraints>(
     for formulation in formulations {
         for method in methods {
             for digits in digits {
-                let run = case.model.simulate(case.start).until(case.end).method(method).formulation(*formulation);
+                let run =
+                    case.model.simulate(case.start).until(case.end).method(method).formulation(*formulation);
                 let named = format!("{formulation} {method} 1e-{digits} {:?}", case.start);
                 match run.tolerance(10f64.powi(-digits)).max_steps(250).run() {
                     Ok(motion) => {
@@ -203,7 +208,10 @@ fn right<M: Simulate + Constraints>(
                     Err(error) => {
                         let named_rows = |rows: &dynamics::constrain::Involved| rows.count() > 0;
                         if let Kind::BranchesTouch { rows, .. } = &error.kind {
-                            assert!(named_rows(rows) && error.to_string().contains("depend on each other"), "{error}");
+                            assert!(
+                                named_rows(rows) && error.to_string().contains("depend on each other"),
+                                "{error}"
+                            );
                         }
                     }
                 }

@@ -1,5 +1,6 @@
-//! Beads on plane curves with singular points, each by one row Φ(x, y) = 0 and by a parameter of its branch alone. Curves are turned and moved, so that a singular point
-//! lies nowhere in particular: rounding of coordinates is rounding of Φ.
+//! Beads on plane curves with singular points, each by one row Φ(x, y) = 0 and by a parameter of its branch
+//! alone. Curves are turned and moved, so that a singular point lies nowhere in particular: rounding of
+//! coordinates is rounding of Φ.
 
 use dynamics::prelude::*;
 
@@ -26,7 +27,8 @@ impl Scene {
     }
 }
 
-/// A curve as both of its models give it: where a motion by the parameter ends, and the start of one on the row.
+/// A curve as both of its models give it: where a motion by the parameter ends, and the start of one on the
+/// row.
 pub(crate) trait Curve {
     type Bead: Simulate + Constraints;
     fn bead(scene: &Scene) -> Self::Bead;
@@ -101,11 +103,18 @@ macro_rules! curve {
                 fn truth(scene: &Scene, (s, rate): (f64, f64), end: f64) -> [f64; 2] {
                     // Gravity in the axes of the curve.
                     let [c, sine] = scene.along;
-                    let pull = [c * scene.pull[0] + sine * scene.pull[1], c * scene.pull[1] - sine * scene.pull[0]];
+                    let pull =
+                        [c * scene.pull[0] + sine * scene.pull[1], c * scene.pull[1] - sine * scene.pull[0]];
                     let model = Alone { mass: scene.mass, pull };
                     let start = model.state().s(s).s_rate(rate).build().unwrap();
-                    let end =
-                        model.simulate(start).until(end).method(methods::Dop853).tolerance(1e-13).run().unwrap().end();
+                    let end = model
+                        .simulate(start)
+                        .until(end)
+                        .method(methods::Dop853)
+                        .tolerance(1e-13)
+                        .run()
+                        .unwrap()
+                        .end();
                     let q = <Alone as Model>::coordinates_with(&end, &Default::default(), &[]);
                     let place = model.place(&q);
                     [place.x.value(), place.y.value()]
@@ -128,9 +137,15 @@ macro_rules! curve {
 // y² = x⁴.
 curve!(tacnode, |x, y| y * y - 0.25 * x.powi(4), |s| vec2(s, 0.5 * s * s));
 // circles of radius 1 and 2 that touch from inside.
-curve!(inside, |x, y| (x * x + y * y - 2.0 * y) * (x * x + y * y - 4.0 * y), |s| vec2(s.sin(), 1.0 - s.cos()));
+curve!(inside, |x, y| (x * x + y * y - 2.0 * y) * (x * x + y * y - 4.0 * y), |s| vec2(
+    s.sin(),
+    1.0 - s.cos()
+));
 // unit circles that touch from outside.
-curve!(outside, |x, y| (x * x + y * y - 2.0 * y) * (x * x + y * y + 2.0 * y), |s| vec2(s.sin(), 1.0 - s.cos()));
+curve!(outside, |x, y| (x * x + y * y - 2.0 * y) * (x * x + y * y + 2.0 * y), |s| vec2(
+    s.sin(),
+    1.0 - s.cos()
+));
 // y² = x⁶.
 curve!(osculating, |x, y| y * y - x.powi(6), |s| vec2(s, s * s * s));
 // r = sin 2φ.

@@ -1,4 +1,5 @@
-//! Branches that touch where a drive leads along them or surfaces do, cusps, fixed steps, and RATTLE at change points.
+//! Branches that touch where a drive leads along them or surfaces do, cusps, fixed steps, and RATTLE at
+//! change points.
 
 use dynamics::methods::Any;
 use dynamics::motion::SimulationErrorKind as Kind;
@@ -36,7 +37,8 @@ fn driven_motions_stay_on_their_branch_or_say_so() {
     let model = Driven { mass: 1.0, rate: 1.0 };
     let mut right = 0;
     for begin in [-1.0_f64, -0.83] {
-        let start = model.state().at_time(begin).x(begin).y(begin.powi(3)).x_rate(1.0).y_rate(3.0 * begin * begin);
+        let start =
+            model.state().at_time(begin).x(begin).y(begin.powi(3)).x_rate(1.0).y_rate(3.0 * begin * begin);
         let start = start.build().unwrap();
         for formulation in EXACT.into_iter().chain(DRIFTING) {
             for method in methods() {
@@ -109,7 +111,8 @@ fn beads_stay_on_their_surface_or_say_so() {
         let alone = one.state().x(x).y(y).x_rate(0.9).y_rate(0.2).build().unwrap();
         let truth = one.simulate(alone).until(1.8).tolerance(1e-13).run().unwrap().end();
         let (h, rate) = (x + 0.3 * y * y, 0.9 + 0.6 * y * 0.2);
-        let start = both.state().x(x).y(y).z(0.2 * y + h * h).x_rate(0.9).y_rate(0.2).z_rate(0.04 + 2.0 * h * rate);
+        let start =
+            both.state().x(x).y(y).z(0.2 * y + h * h).x_rate(0.9).y_rate(0.2).z_rate(0.04 + 2.0 * h * rate);
         let start = start.build().unwrap();
         for formulation in EXACT {
             for method in methods() {
@@ -140,7 +143,10 @@ fn cusps_are_not_passed_in_silence() {
                     let run = model.simulate(start).until(2.0).method(&method).formulation(formulation);
                     if let Ok(motion) = run.tolerance(10f64.powi(-digits)).max_steps(3000).run() {
                         let summary = motion.summary().to_string();
-                        assert!(summary.contains("\n  warning "), "{k} {formulation} {method} 1e-{digits}: {summary}");
+                        assert!(
+                            summary.contains("\n  warning "),
+                            "{k} {formulation} {method} 1e-{digits}: {summary}"
+                        );
                     }
                 }
             }
@@ -174,7 +180,8 @@ fn fixed_steps_stay_on_their_branch_or_say_so() {
     assert!(right > 10, "{right}");
 }
 
-/// y² = x⁶ with steps of which one or two are taken within the place: of 1,600 runs nine went over to the other branch as a success.
+/// y² = x⁶ with steps of which one or two are taken within the place: of 1,600 runs nine went over to the
+/// other branch as a success.
 #[test]
 fn long_steps_stay_on_their_branch_or_say_so() {
     let (mut right, mut refused) = (0, 0);
@@ -205,16 +212,24 @@ fn long_steps_stay_on_their_branch_or_say_so() {
     assert!(right > 60, "{right}");
 }
 
-/// RATTLE moves the end of a step along the gradients where it starts, which does not lead to the constraints beside a change point: it says what that is, and what passes.
+/// RATTLE moves the end of a step along the gradients where it starts, which does not lead to the constraints
+/// beside a change point: it says what that is, and what passes.
 #[test]
 fn rattle_names_change_points() {
     let model = Neutral { inertia: 1.0, lengths: [0.3, 0.9, 0.5, 0.7] };
     let mut named = 0;
     for (crank, rate) in [(1.0, -1.0), (1.0, -2.3), (0.83, -1.0), (0.83, -2.3)] {
-        let start =
-            model.state().crank(crank).coupler_guess(0.5).rocker_guess(1.5).crank_rate(rate).assemble().unwrap();
+        let start = model
+            .state()
+            .crank(crank)
+            .coupler_guess(0.5)
+            .rocker_guess(1.5)
+            .crank_rate(rate)
+            .assemble()
+            .unwrap();
         for h in [0.1, 0.03, 0.01, 0.003] {
-            let Err(error) = model.simulate(start).until(6.0).method(methods::Rattle).fixed_step(h).run() else {
+            let Err(error) = model.simulate(start).until(6.0).method(methods::Rattle).fixed_step(h).run()
+            else {
                 continue;
             };
             let message = error.to_string();
@@ -252,7 +267,8 @@ impl Slack {
     }
 }
 
-/// Gradients of what does not hold say nothing: that of a slack rope vanishes where it is fixed, and stays so.
+/// Gradients of what does not hold say nothing: that of a slack rope vanishes where it is fixed, and stays
+/// so.
 #[test]
 fn what_is_released_touches_nothing() {
     let model = Slack { mass: 1.0, stiffness: 4.0, rope: 1.0 };
@@ -260,7 +276,8 @@ fn what_is_released_touches_nothing() {
     for formulation in EXACT {
         for method in methods() {
             let run = model.simulate(start).until(20.0).method(&method).formulation(formulation);
-            let motion = run.tolerance(1e-8).run().unwrap_or_else(|error| panic!("{formulation} {method}: {error}"));
+            let motion =
+                run.tolerance(1e-8).run().unwrap_or_else(|error| panic!("{formulation} {method}: {error}"));
             let off = (motion.end().beside() - 40f64.cos()).abs();
             assert!(off < 1e-5, "{formulation} {method}: {off:e}");
         }
@@ -294,14 +311,16 @@ fn what_only_fades_touches_nothing() {
     for formulation in EXACT {
         for method in methods() {
             let run = model.simulate(start).until(20.0).method(&method).formulation(formulation);
-            let motion = run.tolerance(1e-8).run().unwrap_or_else(|error| panic!("{formulation} {method}: {error}"));
+            let motion =
+                run.tolerance(1e-8).run().unwrap_or_else(|error| panic!("{formulation} {method}: {error}"));
             let off = (motion.end().x() - 20f64.cos()).abs();
             assert!(off < 1e-4, "{formulation} {method}: {off:e}");
         }
     }
 }
 
-/// A bead that comes down a track e^(5x), is turned round by a spring where it is flat, and goes up again: the gradient is 5e-7 of its longest there, and nothing vanishes.
+/// A bead that comes down a track e^(5x), is turned round by a spring where it is flat, and goes up again:
+/// the gradient is 5e-7 of its longest there, and nothing vanishes.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
 struct Follower {
@@ -339,7 +358,8 @@ fn what_is_only_scaled_touches_nothing() {
             for digits in [6, 8] {
                 let run = model.simulate(start).until(400.0).method(&method).formulation(formulation);
                 let run = run.tolerance(10f64.powi(-digits)).max_steps(6000).run();
-                let motion = run.unwrap_or_else(|error| panic!("{formulation} {method} 1e-{digits}: {error}"));
+                let motion =
+                    run.unwrap_or_else(|error| panic!("{formulation} {method} 1e-{digits}: {error}"));
                 let (q, u) = (*motion.end().q(), *motion.end().u());
                 let off = 0.5 * (u[0] * u[0] + u[1] * u[1]) + 5e5 * q[0] * q[0] - energy;
                 assert!(off.abs() < 0.05 * energy, "{formulation} {method} 1e-{digits}: {off:e}");
@@ -383,7 +403,8 @@ fn slim_ellipses_touch_nothing() {
         for until in [1.7, 2.9, 3.3, 4.1, 5.2] {
             let model = Slim { mass: 1.0, half, g: 0.3 };
             let (sine, cosine) = (0.4 + 0.3 * k as f64).sin_cos();
-            let start = model.state().x(cosine).y(half * sine).x_rate(-sine).y_rate(half * cosine).build().unwrap();
+            let start =
+                model.state().x(cosine).y(half * sine).x_rate(-sine).y_rate(half * cosine).build().unwrap();
             let energy = 0.5 * (sine * sine + half * half * cosine * cosine) + model.g * cosine;
             for formulation in EXACT {
                 for digits in [4, 5, 6, 8] {
@@ -394,7 +415,10 @@ fn slim_ellipses_touch_nothing() {
                             let (q, u) = (*motion.end().q(), *motion.end().u());
                             let off = 0.5 * (u[0] * u[0] + u[1] * u[1]) + model.g * q[0] - energy;
                             let told = motion.summary().to_string().contains("\n  warning ");
-                            assert!(off.abs() < 0.05 || told, "{half} {until} {formulation} 1e-{digits}: {off:e}");
+                            assert!(
+                                off.abs() < 0.05 || told,
+                                "{half} {until} {formulation} 1e-{digits}: {off:e}"
+                            );
                         }
                         Err(error) => {
                             let touches = matches!(error.kind, Kind::BranchesTouch { .. });

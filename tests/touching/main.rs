@@ -1,7 +1,8 @@
-//! Constraints of one row whose branches cross, touch or end: a motion that goes on does so along its own branch, whatever the formulation, the method and the tolerance,
-//! and says so where it cannot.
+//! Constraints of one row whose branches cross, touch or end: a motion that goes on does so along its own
+//! branch, whatever the formulation, the method and the tolerance, and says so where it cannot.
 //!
-//! Each curve is run by its row against the same motion by a parameter of the branch alone, which knows of no other branch.
+//! Each curve is run by its row against the same motion by a parameter of the branch alone, which knows of no
+//! other branch.
 
 mod closures;
 mod curves;
@@ -15,7 +16,12 @@ use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
 
 fn methods<M: Simulate>() -> [Any<M>; 4] {
-    [methods::Dop853.into(), methods::Verner9.into(), methods::Taylor::default().into(), methods::Radau5.into()]
+    [
+        methods::Dop853.into(),
+        methods::Verner9.into(),
+        methods::Taylor::default().into(),
+        methods::Radau5.into(),
+    ]
 }
 
 const EXACT: [Formulation; 2] = [Formulation::Projected, Formulation::Embedded];
@@ -56,7 +62,8 @@ fn tally<C: Curve>((from, to): (f64, f64), rate: f64, end: f64, formulations: &[
                     let case = format!("{k} {formulation} {method} {tolerance:e}");
                     match run.tolerance(tolerance).max_steps(3000).run() {
                         Ok(motion) => {
-                            let off = (0..2).map(|i| (motion.end().q()[i] - truth[i]).abs()).fold(0.0, f64::max);
+                            let off =
+                                (0..2).map(|i| (motion.end().q()[i] - truth[i]).abs()).fold(0.0, f64::max);
                             let told = motion.summary().to_string().contains("\n  warning ");
                             assert!(off < 1e3 * tolerance.powf(0.8) + 1e-6 || told, "{case}: {off:e}");
                             tally.right += usize::from(off < 1e-2);
@@ -74,7 +81,8 @@ fn tally<C: Curve>((from, to): (f64, f64), rate: f64, end: f64, formulations: &[
     tally
 }
 
-/// What is the least number of runs that end right, of 160; those of drifting formulations are refused as a rule.
+/// What is the least number of runs that end right, of 160; those of drifting formulations are refused as a
+/// rule.
 macro_rules! stays_on_its_branch {
     ($($name:ident, $curve:ty, $span:expr, $rate:literal, $end:literal, $least:literal;)*) => {$(
         #[test]

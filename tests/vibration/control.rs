@@ -59,12 +59,20 @@ fn a_pole_on_a_cart() {
     // The nonlinear model, let go beside the upright, comes back, and costs what X says, to the third order.
     let start = |tilt: f64| model.state().theta(tilt).force(0.0).build().unwrap();
     let tilt = 1e-3;
-    let motion =
-        model.simulate(start(tilt)).until(20.0).tolerance(1e-11).inputs(|_, s| control.inputs_at(s)).run().unwrap();
+    let motion = model
+        .simulate(start(tilt))
+        .until(20.0)
+        .tolerance(1e-11)
+        .inputs(|_, s| control.inputs_at(s))
+        .run()
+        .unwrap();
     assert!(motion.end().theta().abs() < 1e-9 && motion.end().x().abs() < 1e-9);
     let steps = 40_000;
     let running = |s: &State<CartPole>| {
-        4.0 * s.x().powi(2) + 9.0 * s.theta().powi(2) + 0.5 * s.theta_rate().powi(2) + 0.25 * s.force().powi(2)
+        4.0 * s.x().powi(2)
+            + 9.0 * s.theta().powi(2)
+            + 0.5 * s.theta_rate().powi(2)
+            + 0.25 * s.force().powi(2)
     };
     let h = 20.0 / f64::from(steps);
     // Simpson's rule.
@@ -88,7 +96,8 @@ fn a_pole_on_a_cart() {
     assert!((cost / wanted - 1.0).abs() < 1e-5, "{cost:e} {wanted:e}");
 }
 
-/// CAREX example 2 of category 1 (Benner, Laub & Mehrmann 1995): A unstable, R singular none, X known in closed form.
+/// CAREX example 2 of category 1 (Benner, Laub & Mehrmann 1995): A unstable, R singular none, X known in
+/// closed form.
 #[test]
 fn a_published_riccati_equation() {
     let a = DMatrix::from_row_slice(2, 2, &[4.0, 3.0, -4.5, -3.5]);
@@ -100,7 +109,8 @@ fn a_published_riccati_equation() {
     assert!((&found.riccati - &wanted).amax() < 1e-11, "{} {wanted}", found.riccati);
 }
 
-/// Two poles on one cart: of equal length the cart does not reach their difference, of nearly equal length hardly.
+/// Two poles on one cart: of equal length the cart does not reach their difference, of nearly equal length
+/// hardly.
 mod twins {
     use super::*;
 
@@ -141,7 +151,9 @@ fn what_no_control_reaches_is_named() {
         let model = twins::Twins { cart: 1.0, bob: 0.2, length: [0.5, second], g: 9.81 };
         model.state_space(&model.state().force(0.0).build().unwrap()).unwrap()
     };
-    let design = |space: &StateSpace| space.lqr().weight("theta[0]", 1.0).weight("x", 1.0).weight("force", 1.0).solve();
+    let design = |space: &StateSpace| {
+        space.lqr().weight("theta[0]", 1.0).weight("x", 1.0).weight("force", 1.0).solve()
+    };
     let refused = design(&space(0.5)).unwrap_err();
     let VibrationError::Unstabilisable { eigenvalue, states, .. } = &refused else { panic!("{refused}") };
     // The difference of the angles falls as one pole does.
@@ -151,7 +163,9 @@ fn what_no_control_reaches_is_named() {
     let unreached = space(0.5).controllability(&["force"]).unwrap();
     assert_eq!(unreached.iter().filter(|reach| !reach.is_reached()).count(), 2, "{unreached:?}");
     // A torque on one of them would do.
-    assert!(space(0.5).controllability(&["force", "theta[0]"]).unwrap().iter().all(|reach| reach.is_reached()));
+    assert!(
+        space(0.5).controllability(&["force", "theta[0]"]).unwrap().iter().all(|reach| reach.is_reached())
+    );
     // Nearly equal: reached, by as little as the distance says.
     let near: Vec<f64> = [0.51, 0.501, 0.5001]
         .map(|second| {
@@ -181,7 +195,8 @@ fn what_no_output_sees_is_told() {
 fn weights_that_cannot_be_are_refused() {
     let model = CartPole { cart: 1.0, bob: 0.2, length: 0.5, g: 9.81 };
     let space = model.state_space(&model.state().force(0.0).build().unwrap()).unwrap();
-    let with = |name: &str, weight: f64| space.lqr().weight("x", 1.0).weight(name, weight).solve().unwrap_err();
+    let with =
+        |name: &str, weight: f64| space.lqr().weight("x", 1.0).weight(name, weight).solve().unwrap_err();
     assert!(matches!(with("force", 0.0), VibrationError::Value { .. }));
     assert!(matches!(with("force", f64::NAN), VibrationError::Value { .. }));
     assert!(matches!(with("theta", -1.0), VibrationError::Value { .. }));
@@ -189,10 +204,14 @@ fn weights_that_cannot_be_are_refused() {
     assert!(matches!(space.lqr().weight("force", 1.0).solve(), Err(VibrationError::NoWeight { .. })));
     assert!(with("thetta", 1.0).to_string().contains("did you mean `theta`?"));
     let refused = space.lqr().weight("x_acceleration", 1.0).weight("force", 1.0).solve().unwrap_err();
-    assert_eq!(refused, VibrationError::Feedthrough { output: "x_acceleration".into(), input: "force".into() });
+    assert_eq!(
+        refused,
+        VibrationError::Feedthrough { output: "x_acceleration".into(), input: "force".into() }
+    );
 }
 
-/// Ten masses in a row, steered at one end: twenty states, and the cost that X promises is that of the closed loop, by its Lyapunov equation.
+/// Ten masses in a row, steered at one end: twenty states, and the cost that X promises is that of the closed
+/// loop, by its Lyapunov equation.
 #[test]
 fn twenty_states() {
     let chain = crate::normal::Chain::between([1.0, 0.0], 0.01, 0.0);

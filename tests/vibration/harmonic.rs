@@ -6,7 +6,8 @@ use nalgebra::Complex;
 
 use crate::models::Oscillator;
 
-/// Receptance, mobility, accelerance, force to the ground and transmissibility of every damping regime (Rao, *Mechanical Vibrations*, §3.4–3.6).
+/// Receptance, mobility, accelerance, force to the ground and transmissibility of every damping regime (Rao,
+/// *Mechanical Vibrations*, §3.4–3.6).
 #[test]
 fn responses_of_every_damping_regime() {
     for ratio in [0.0, 0.01, 0.3, 1.0, 2.5] {
@@ -16,7 +17,9 @@ fn responses_of_every_damping_regime() {
             let s = Complex::new(0.0, 2.0 * r);
             let dynamic = s * s * model.m + s * model.c + model.k;
             let (ground, one) = (s * model.c + model.k, Complex::new(1.0, 0.0));
-            let of = |input: Excitation, output: &str| space.frequency_response(input, output, &[2.0 * r]).unwrap();
+            let of = |input: Excitation, output: &str| {
+                space.frequency_response(input, output, &[2.0 * r]).unwrap()
+            };
             for (output, wanted) in
                 [("x", one), ("x_rate", s), ("x_acceleration", s * s), ("felt", s * s), ("to_ground", ground)]
             {
@@ -48,7 +51,11 @@ fn peaks_and_bandwidths() {
         let wanted = 2.0 * (1.0 - 2.0 * z).sqrt();
         let magnitude = 1.0 / (2.0 * model.k * ratio * (1.0 - z).sqrt());
         // Rounding of s − A, in parts of the damping, moves the peak.
-        assert!((peaks[0].frequency - wanted).abs() < 1e-13 * wanted, "{ratio} {:e}", peaks[0].frequency - wanted);
+        assert!(
+            (peaks[0].frequency - wanted).abs() < 1e-13 * wanted,
+            "{ratio} {:e}",
+            peaks[0].frequency - wanted
+        );
         assert!((peaks[0].magnitude - magnitude).abs() < 1e-15 / ratio * magnitude, "{ratio}");
         let beside = |sign: f64| 2.0 * (1.0 - 2.0 * z + sign * 2.0 * ratio * (1.0 - z).sqrt()).sqrt();
         match peaks[0].half_power {
@@ -61,7 +68,10 @@ fn peaks_and_bandwidths() {
             None => assert!(beside(-1.0).is_nan() && ratio == 0.6),
         }
         let gain = model.space().largest_response("force", "x").unwrap();
-        assert!((gain.magnitude - magnitude).abs() < 1e-14 / ratio * magnitude && gain.bound < magnitude * 1.000_002);
+        assert!(
+            (gain.magnitude - magnitude).abs() < 1e-14 / ratio * magnitude
+                && gain.bound < magnitude * 1.000_002
+        );
     }
     // Above ζ = 1/√2 there is no peak: the largest response is the static one.
     let model = Oscillator::damped(0.8);
@@ -73,17 +83,22 @@ fn peaks_and_bandwidths() {
     assert!(gain.frequency.is_infinite() && (gain.magnitude - 1.0 / 3.0).abs() < 1e-15);
 }
 
-/// A base that shakes (Rao, §3.6): the peak of transmissibility is at r² = (√(1 + 8ζ²) − 1)/(4ζ²), for every ζ, and dies out nowhere.
+/// A base that shakes (Rao, §3.6): the peak of transmissibility is at r² = (√(1 + 8ζ²) − 1)/(4ζ²), for every
+/// ζ, and dies out nowhere.
 #[test]
 fn peaks_of_what_a_shaking_base_transmits() {
     for ratio in [0.01f64, 0.3, 1.0, 2.0] {
-        let peaks = Oscillator::damped(ratio).space().resonances(Excitation::moved("base", "base_rate"), "x").unwrap();
+        let peaks = Oscillator::damped(ratio)
+            .space()
+            .resonances(Excitation::moved("base", "base_rate"), "x")
+            .unwrap();
         let z = ratio * ratio;
         let r = (((1.0 + 8.0 * z).sqrt() - 1.0) / (4.0 * z)).sqrt();
         let wanted = ((1.0 + 4.0 * z * r * r) / ((1.0 - r * r).powi(2) + 4.0 * z * r * r)).sqrt();
         assert_eq!(peaks.len(), 1, "{ratio}: {peaks:?}");
         assert!(
-            (peaks[0].frequency - 2.0 * r).abs() < 1e-10 && (peaks[0].magnitude - wanted).abs() < 1e-11 * wanted,
+            (peaks[0].frequency - 2.0 * r).abs() < 1e-10
+                && (peaks[0].magnitude - wanted).abs() < 1e-11 * wanted,
             "{ratio}: {peaks:?} {r}"
         );
     }
@@ -103,7 +118,8 @@ fn three_inputs_of_one_cause() {
 #[test]
 fn the_phase_passes_half_a_turn_without_a_jump() {
     let space = Oscillator::damped(0.05).space();
-    let response = space.frequency_response("force", "x_acceleration", &frequencies(0.02, 200.0, 500)).unwrap();
+    let response =
+        space.frequency_response("force", "x_acceleration", &frequencies(0.02, 200.0, 500)).unwrap();
     let phase = response.phase();
     assert!((phase[0].abs() - std::f64::consts::PI).abs() < 1e-2);
     assert!(((phase[0] - phase[499]) - std::f64::consts::PI).abs() < 2e-2);
@@ -114,7 +130,8 @@ fn the_phase_passes_half_a_turn_without_a_jump() {
     }
 }
 
-/// Of a resonance between two frequencies the chart goes through the top, 1/(m·2ζω₀²√(1 − ζ²)); what was asked for stays as it was.
+/// Of a resonance between two frequencies the chart goes through the top, 1/(m·2ζω₀²√(1 − ζ²)); what was
+/// asked for stays as it was.
 #[test]
 fn peaks_between_the_frequencies_are_in_the_chart() {
     let damping = 1e-4;
@@ -190,13 +207,15 @@ mod absorber {
     }
 }
 
-/// Den Hartog's optimum (*Mechanical Vibrations*, §3.3): tuned to 1/(1 + μ), the fixed points are equally high, √(1 + 2/μ) of the static deflection, at
-/// r² = (1 ∓ √(μ/(2 + μ)))/(1 + μ) for every damping; with ζ² = 3μ/(8 (1 + μ)³) the peaks stand nearly there.
+/// Den Hartog's optimum (*Mechanical Vibrations*, §3.3): tuned to 1/(1 + μ), the fixed points are equally
+/// high, √(1 + 2/μ) of the static deflection, at r² = (1 ∓ √(μ/(2 + μ)))/(1 + μ) for every damping; with ζ² =
+/// 3μ/(8 (1 + μ)³) the peaks stand nearly there.
 #[test]
 fn den_hartogs_absorber() {
     let mu = 0.05f64;
     let tuning = 1.0 / (1.0 + mu);
-    let with = |ratio: f64| absorber::Absorber { m: [1.0, mu], k: [1.0, mu * tuning * tuning], c: 2.0 * mu * ratio };
+    let with =
+        |ratio: f64| absorber::Absorber { m: [1.0, mu], k: [1.0, mu * tuning * tuning], c: 2.0 * mu * ratio };
     let space = |ratio: f64| {
         let model = with(ratio);
         model.state_space(&model.state().force(0.0).build().unwrap()).unwrap()

@@ -1,4 +1,5 @@
-//! The lowest modes of banded matrices: chains, bars and beams against closed and published values; what is free, repeated or not definite.
+//! The lowest modes of banded matrices: chains, bars and beams against closed and published values; what is
+//! free, repeated or not definite.
 
 use dynamics::analysis::{Banded, BandedModel, LinearizeError, VibrationError, lowest_modes};
 use dynamics::prelude::*;
@@ -42,7 +43,8 @@ fn twenty_of_a_thousand() {
     }
 }
 
-/// Lumped from below, consistent from above, their mean to the fourth order (Hughes, *The Finite Element Method*, §7.3).
+/// Lumped from below, consistent from above, their mean to the fourth order (Hughes, *The Finite Element
+/// Method*, §7.3).
 #[test]
 fn a_bar_with_three_mass_matrices() {
     let of = |n: usize, consistent: f64| {
@@ -75,7 +77,8 @@ fn a_bar_with_three_mass_matrices() {
         }
         let theta = PI / 40.0;
         let closed = 20.0
-            * (12.0 * (1.0 - theta.cos()) / (6.0 - 2.0 * consistent + 2.0 * consistent * theta.cos()) * 1.0).sqrt();
+            * (12.0 * (1.0 - theta.cos()) / (6.0 - 2.0 * consistent + 2.0 * consistent * theta.cos()) * 1.0)
+                .sqrt();
         assert!((found[0] / closed - 1.0).abs() < 1e-13, "{consistent}: {} {closed}", found[0]);
         let error = |n: usize| (of(n, consistent)[1] / (1.5 * PI) - 1.0).abs();
         let order = (error(10) / error(20)).log2();
@@ -91,8 +94,10 @@ fn bar(n: usize) -> [Vec<(usize, usize, f64)>; 2] {
     [mass, own.chain((1..n).map(|i| (i, i - 1, -1.0 / h))).collect()]
 }
 
-/// Pulled at its end by F from t = 0 on, the end of the bar goes to 2Fl/EA and back, straight, with the period 4l/c: a wave that the wall turns over (K. F. Graff, *Wave Motion in Elastic Solids*, §2.4). Elements make
-/// waves of number k slower by k²h²/24, so that the front is spread over (c t h²/8)^⅓, and the corners rounded by about half of that.
+/// Pulled at its end by F from t = 0 on, the end of the bar goes to 2Fl/EA and back, straight, with the
+/// period 4l/c: a wave that the wall turns over (K. F. Graff, *Wave Motion in Elastic Solids*, §2.4).
+/// Elements make waves of number k slower by k²h²/24, so that the front is spread over (c t h²/8)^⅓, and the
+/// corners rounded by about half of that.
 #[test]
 fn a_bar_that_is_pulled_answers_with_a_triangular_wave() {
     let times: Vec<f64> = (0..=400).map(|k| 0.02 * f64::from(k)).collect();
@@ -100,10 +105,12 @@ fn a_bar_that_is_pulled_answers_with_a_triangular_wave() {
     let mut largest = Vec::new();
     for n in [10, 20, 40, 80] {
         let [mass, stiffness] = bar(n);
-        let modes = BandedModel::from_elements(n, mass.clone(), stiffness.clone()).unwrap().lowest_modes(n).unwrap();
+        let modes =
+            BandedModel::from_elements(n, mass.clone(), stiffness.clone()).unwrap().lowest_modes(n).unwrap();
         let end = modes.shapes.row(n - 1);
         let of_mode = |t: f64, (k, w): (usize, &f64)| (end[k] / w).powi(2) * (1.0 - (w * t).cos());
-        let by_modes = |t: f64| modes.frequencies.iter().enumerate().map(|mode| of_mode(t, mode)).sum::<f64>();
+        let by_modes =
+            |t: f64| modes.frequencies.iter().enumerate().map(|mode| of_mode(t, mode)).sum::<f64>();
         let mut worst = 0.0f64;
         for t in &times {
             let off = (by_modes(*t) - triangle(*t)).abs();
@@ -124,7 +131,11 @@ fn a_bar_that_is_pulled_answers_with_a_triangular_wave() {
             c[n - 1] = 1.0;
             let space = StateSpace::from_matrices(a, b, c, DMatrix::zeros(1, 1)).unwrap();
             let found = space.step_response("w[0]", "y[0]", &times).unwrap();
-            let off = times.iter().enumerate().map(|(k, t)| (found.values[k] - by_modes(*t)).abs()).fold(0.0, f64::max);
+            let off = times
+                .iter()
+                .enumerate()
+                .map(|(k, t)| (found.values[k] - by_modes(*t)).abs())
+                .fold(0.0, f64::max);
             assert!(off < 1e-10, "{n}: {off:e}");
         }
     }
@@ -132,7 +143,8 @@ fn a_bar_that_is_pulled_answers_with_a_triangular_wave() {
     assert!((order - 2.0 / 3.0).abs() < 0.05, "{order} {largest:?}");
 }
 
-/// However coordinates are numbered: a ring has half-bandwidth 2, a membrane little more than its shorter side, two parts beside each other that of the wider; and the frequencies are theirs.
+/// However coordinates are numbered: a ring has half-bandwidth 2, a membrane little more than its shorter
+/// side, two parts beside each other that of the wider; and the frequencies are theirs.
 #[test]
 fn an_order_is_found_in_which_the_band_is_narrow() {
     // By multiplication modulo a number: as far apart as can be.
@@ -164,7 +176,8 @@ fn an_order_is_found_in_which_the_band_is_narrow() {
     assert!(model.stiffness.width() <= b + 1, "{}", model.stiffness.width());
     let found = model.lowest_modes(10).unwrap();
     let part = |k: usize, n: usize| 4.0 * (k as f64 * PI / (2.0 * (n as f64 + 1.0))).sin().powi(2);
-    let mut wanted: Vec<f64> = (1..=a).flat_map(|i| (1..=b).map(move |j| (part(i, a) + part(j, b)).sqrt())).collect();
+    let mut wanted: Vec<f64> =
+        (1..=a).flat_map(|i| (1..=b).map(move |j| (part(i, a) + part(j, b)).sqrt())).collect();
     wanted.sort_by(f64::total_cmp);
     assert!(found.frequencies.iter().zip(&wanted).all(|(x, y)| (x / y - 1.0).abs() < 1e-12), "{found:?}");
     // Rows of the shapes are places as they were given: the lowest has no node.
@@ -182,7 +195,8 @@ fn an_order_is_found_in_which_the_band_is_narrow() {
     assert_eq!(order, [0, 1, 2, 3, 4, 5, 6]);
 }
 
-/// From a Lagrangian to the bands: those of a chain, with its frequencies; what has no normal modes has no bands, and what cannot be is named.
+/// From a Lagrangian to the bands: those of a chain, with its frequencies; what has no normal modes has no
+/// bands, and what cannot be is named.
 #[test]
 fn bands_of_a_model() {
     let chain = Chain::between([1.0, 0.3], 0.0, 0.4);
@@ -198,21 +212,39 @@ fn bands_of_a_model() {
     let pole = CartPole { cart: 1.0, bob: 0.5, length: 1.0, g: 9.81 };
     let state = pole.state().force(0.0).theta(0.3).build().unwrap();
     let refused = pole.linearize(&state).unwrap().banded();
-    assert!(matches!(refused, Err(VibrationError::Linearize(LinearizeError::Accelerates { .. }))), "{refused:?}");
+    assert!(
+        matches!(refused, Err(VibrationError::Linearize(LinearizeError::Accelerates { .. }))),
+        "{refused:?}"
+    );
     let upright = pole.linearize(&pole.state().force(0.0).build().unwrap()).unwrap().banded().unwrap();
-    assert!(matches!(upright.lowest_modes(1), Err(VibrationError::NotDefinite { matrix: "stiffness", row: 1 })));
+    assert!(matches!(
+        upright.lowest_modes(1),
+        Err(VibrationError::NotDefinite { matrix: "stiffness", row: 1 })
+    ));
     let none = || [(0, 0, 1.0)].into_iter();
-    assert!(matches!(BandedModel::from_elements(1, none(), [(0, 1, 1.0)]), Err(VibrationError::Shapes { .. })));
-    assert!(matches!(BandedModel::from_elements(1, none(), [(0, 0, f64::NAN)]), Err(VibrationError::Value { .. })));
+    assert!(matches!(
+        BandedModel::from_elements(1, none(), [(0, 1, 1.0)]),
+        Err(VibrationError::Shapes { .. })
+    ));
+    assert!(matches!(
+        BandedModel::from_elements(1, none(), [(0, 0, f64::NAN)]),
+        Err(VibrationError::Value { .. })
+    ));
 }
 
-/// Hermite elements of a cantilever, EI = ρA = L = 1, against published values of these elements and of the beam.
+/// Hermite elements of a cantilever, EI = ρA = L = 1, against published values of these elements and of the
+/// beam.
 #[test]
 fn a_cantilever_of_hermite_elements() {
     let of = |n: usize| {
         let h = 1.0 / n as f64;
         let (mut m, mut k) = (Banded::zeros(2 * n, 3), Banded::zeros(2 * n, 3));
-        let bend = [[12.0, 6.0, -12.0, 6.0], [6.0, 4.0, -6.0, 2.0], [-12.0, -6.0, 12.0, -6.0], [6.0, 2.0, -6.0, 4.0]];
+        let bend = [
+            [12.0, 6.0, -12.0, 6.0],
+            [6.0, 4.0, -6.0, 2.0],
+            [-12.0, -6.0, 12.0, -6.0],
+            [6.0, 2.0, -6.0, 4.0],
+        ];
         let move_ = [
             [156.0, 22.0, 54.0, -13.0],
             [22.0, 4.0, 13.0, -3.0],
@@ -265,7 +297,8 @@ fn what_is_free_and_what_is_repeated() {
     for k in 1..5 {
         assert!((found.frequencies[k] / (2.0 * (k as f64 * PI / 400.0).sin()) - 1.0).abs() < 1e-8, "{k}");
     }
-    // Five equal chains side by side: every frequency five times, and none missed; an odd number cuts a cluster.
+    // Five equal chains side by side: every frequency five times, and none missed; an odd number cuts a
+    // cluster.
     let (n, copies) = (60, 5);
     let mut k = Banded::zeros(n * copies, copies);
     for i in 0..n * copies {

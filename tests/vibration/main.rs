@@ -1,4 +1,5 @@
-//! Linear vibration and control of derived models, against closed forms, published values and the nonlinear motion; and where the methods fail.
+//! Linear vibration and control of derived models, against closed forms, published values and the nonlinear
+//! motion; and where the methods fail.
 
 mod control;
 mod harmonic;

@@ -79,7 +79,8 @@ impl CartPole {
     }
 }
 
-/// The same pole, its bob in Cartesian coordinates on a rod, which is a constraint; the rod's force is an output.
+/// The same pole, its bob in Cartesian coordinates on a rod, which is a constraint; the rod's force is an
+/// output.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, bob_x: m, bob_y: m)]
 #[inputs(force: N)]

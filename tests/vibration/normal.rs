@@ -1,4 +1,5 @@
-//! Normal modes of derived models: chains, what is free, what is repeated, damping of both kinds; modes on the drawing.
+//! Normal modes of derived models: chains, what is free, what is repeated, damping of both kinds; modes on
+//! the drawing.
 
 use dynamics::analysis::Mode;
 use dynamics::output::Film;
@@ -7,7 +8,8 @@ use std::f64::consts::PI;
 
 use crate::models::{CartPole, Oscillator, RodCart};
 
-/// Ten masses on a line, springs between them and to both sides, each of its own stiffness; dampers in proportion, or one to the ground.
+/// Ten masses on a line, springs between them and to both sides, each of its own stiffness; dampers in
+/// proportion, or one to the ground.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [m; 10])]
 #[inputs(push: N)]
@@ -71,9 +73,10 @@ impl Chain {
 /// 2 √(k/m) sin of the published angles, and shapes that are sines.
 #[test]
 fn chains_between_walls_and_with_a_free_end() {
-    for (ends, angle) in
-        [([1.0, 1.0], &(|j: f64| j * PI / 22.0) as &dyn Fn(f64) -> f64), ([1.0, 0.0], &|j| (2.0 * j - 1.0) * PI / 42.0)]
-    {
+    for (ends, angle) in [
+        ([1.0, 1.0], &(|j: f64| j * PI / 22.0) as &dyn Fn(f64) -> f64),
+        ([1.0, 0.0], &|j| (2.0 * j - 1.0) * PI / 42.0),
+    ] {
         let chain = Chain::between(ends, 0.02, 0.0);
         let modes = chain.linear().normal_modes().unwrap();
         for (k, frequency) in modes.frequencies.iter().enumerate() {
@@ -97,7 +100,8 @@ fn chains_between_walls_and_with_a_free_end() {
             );
         }
         let everywhere: Vec<(String, f64)> = (0..10).map(|i| (format!("x[{i}]"), 1.0)).collect();
-        let everywhere: Vec<(&str, f64)> = everywhere.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let everywhere: Vec<(&str, f64)> =
+            everywhere.iter().map(|(name, value)| (name.as_str(), *value)).collect();
         let masses = modes.effective_masses(&everywhere).unwrap();
         assert!((masses.iter().sum::<f64>() - 10.0).abs() < 1e-13);
         if ends[1] == 1.0 {
@@ -122,10 +126,13 @@ fn what_is_free_has_the_frequency_zero_exactly() {
     assert!(modes.shapes.column(0).iter().all(|x| (x - 0.1f64.sqrt()).abs() < 1e-13));
     // It takes the whole mass along.
     let everywhere: [(&str, f64); 10] =
-        ["x[0]", "x[1]", "x[2]", "x[3]", "x[4]", "x[5]", "x[6]", "x[7]", "x[8]", "x[9]"].map(|name| (name, 1.0));
+        ["x[0]", "x[1]", "x[2]", "x[3]", "x[4]", "x[5]", "x[6]", "x[7]", "x[8]", "x[9]"]
+            .map(|name| (name, 1.0));
     let masses = modes.effective_masses(&everywhere).unwrap();
     assert!((masses[0] - 10.0).abs() < 1e-13 && masses[1..].iter().all(|mass| *mass < 1e-25));
-    assert!(modes.participation(&[("x[10]", 1.0)]).unwrap_err().to_string().contains("no independent coordinate"));
+    assert!(
+        modes.participation(&[("x[10]", 1.0)]).unwrap_err().to_string().contains("no independent coordinate")
+    );
 }
 
 #[test]
@@ -166,7 +173,8 @@ mod repeated {
         }
         #[force]
         fn coriolis(&self, q: &Coordinates<Self>) -> Force {
-            Force::along(q.x, self.m * self.turn * q.y.dt()) + Force::along(q.y, -self.m * self.turn * q.x.dt())
+            Force::along(q.x, self.m * self.turn * q.y.dt())
+                + Force::along(q.y, -self.m * self.turn * q.x.dt())
         }
     }
 }
@@ -177,7 +185,8 @@ fn repeated_and_nearly_repeated_modes() {
         let model = repeated::Mass { m: 2.0, k: [8.0, 8.0 * (1.0 + stiffer)], c: 0.3, turn };
         model.linearize(&model.state().build().unwrap()).unwrap().normal_modes()
     };
-    // Of one frequency, the vectors are turned to the line of the damper and across: one mode is damped, the other not.
+    // Of one frequency, the vectors are turned to the line of the damper and across: one mode is damped, the
+    // other not.
     let same = modes(0.0, 0.0).unwrap();
     let ratios = same.damping_ratios().unwrap();
     assert!(ratios[0].abs() < 1e-16 && (ratios[1] - 0.3 / 2.0 / (2.0 * 2.0)).abs() < 1e-15, "{ratios:?}");
@@ -193,7 +202,8 @@ fn repeated_and_nearly_repeated_modes() {
     assert!(upright.normal_modes().unwrap_err().to_string().contains("unstable"));
 }
 
-/// Critical damping: a defective pair. The conditioning says so, and responses, which take no eigenvectors, are right all the same.
+/// Critical damping: a defective pair. The conditioning says so, and responses, which take no eigenvectors,
+/// are right all the same.
 #[test]
 fn a_defective_pair_is_reported_by_its_conditioning() {
     let of = |ratio: f64| {
@@ -201,7 +211,13 @@ fn a_defective_pair_is_reported_by_its_conditioning() {
         let modes = model.linearize(&model.rest()).unwrap().modes().unwrap();
         modes.iter().map(|mode| mode.conditioning).fold(0.0, f64::max)
     };
-    assert!(of(0.5) < 10.0 && of(0.999_999) > 100.0 && of(1.0) > 1e6, "{} {} {}", of(0.5), of(0.999_999), of(1.0));
+    assert!(
+        of(0.5) < 10.0 && of(0.999_999) > 100.0 && of(1.0) > 1e6,
+        "{} {} {}",
+        of(0.5),
+        of(0.999_999),
+        of(1.0)
+    );
     let times: Vec<f64> = (0..=20).map(|k| 0.2 * f64::from(k)).collect();
     let found = Oscillator::damped(1.0).space().impulse_response("force", "x", &times).unwrap();
     for (t, x) in found.of("x").unwrap() {

@@ -157,10 +157,14 @@ fn gyroscopic_whirl_splits_and_a_flat_disk_has_no_forward_critical_speed() {
     assert!(long.onsets.is_empty(), "what is undamped does not grow by rounding: {long}");
     // I_p > I_t: the forward whirl runs away from the line 1×.
     let flat = study(0.9);
-    assert!(flat.critical.iter().filter(|c| c.order == 1.0).all(|c| c.mode.direction() == "backward"), "{flat}");
+    assert!(
+        flat.critical.iter().filter(|c| c.order == 1.0).all(|c| c.mode.direction() == "backward"),
+        "{flat}"
+    );
 }
 
-/// Isotropic and without damping both whirls have one frequency at every speed: none is told apart, and both are counted.
+/// Isotropic and without damping both whirls have one frequency at every speed: none is told apart, and both
+/// are counted.
 #[test]
 fn equal_frequencies_leave_the_whirl_open() {
     let at = |speed: f64| {
@@ -168,8 +172,13 @@ fn equal_frequencies_leave_the_whirl_open() {
         rotor.linearize(&rotor.state().build()?)
     };
     let found = Campbell::new(&[5.0, 9.0, 14.0], &[1.0], &[("x", "y")], at).unwrap();
-    assert!(found.modes.iter().flatten().all(|mode| mode.whirl.is_none() && mode.direction() == "neither way"));
-    assert!(found.critical.len() == 2 && found.critical.iter().all(|c| (c.speed - 10.0).abs() < 1e-12), "{found}");
+    assert!(
+        found.modes.iter().flatten().all(|mode| mode.whirl.is_none() && mode.direction() == "neither way")
+    );
+    assert!(
+        found.critical.len() == 2 && found.critical.iter().all(|c| (c.speed - 10.0).abs() < 1e-12),
+        "{found}"
+    );
 }
 
 /// Speeds that lie above the onset have none among them, but are told to be unstable.
@@ -180,7 +189,11 @@ fn what_is_unstable_from_the_first_speed_is_told() {
         rotor.linearize(&rotor.state().build()?)
     };
     let found = |speeds: &[f64]| Campbell::new(speeds, &[1.0], &[("x", "y")], at).unwrap().to_string();
-    assert!(found(&[16.0, 20.0]).starts_with("unstable at the first speed, 16, already"), "{}", found(&[16.0, 20.0]));
+    assert!(
+        found(&[16.0, 20.0]).starts_with("unstable at the first speed, 16, already"),
+        "{}",
+        found(&[16.0, 20.0])
+    );
     assert!(!found(&[1.0, 20.0]).contains("already"));
 }
 

@@ -1,4 +1,5 @@
-//! What rounding leaves, and the units of a model, decide about nothing: what is reached, free, damped, unique, or whirls.
+//! What rounding leaves, and the units of a model, decide about nothing: what is reached, free, damped,
+//! unique, or whirls.
 
 use dynamics::analysis::{Banded, Campbell, StateSpace, VibrationError, lowest_modes};
 use dynamics::prelude::*;
@@ -118,7 +119,9 @@ fn what_is_free_is_not_damped_by_rounding() {
     let modes = chain.linearize(&chain.rest()).unwrap().normal_modes().unwrap();
     let ratios = modes.damping_ratios().unwrap();
     assert!(modes.rigid() == 1 && ratios[0] == 0.0, "{ratios:?}");
-    assert!(ratios[1..].iter().zip(&modes.frequencies[1..]).all(|(z, w)| (z / (0.015 * w) - 1.0).abs() < 1e-11));
+    assert!(
+        ratios[1..].iter().zip(&modes.frequencies[1..]).all(|(z, w)| (z / (0.015 * w) - 1.0).abs() < 1e-11)
+    );
     for direction in [[("x[0]", 1.0), ("x[0]", 2.0)], [("x[0]", f64::NAN), ("x[1]", 1.0)]] {
         assert!(matches!(modes.effective_masses(&direction), Err(VibrationError::Value { .. })));
     }
@@ -130,7 +133,11 @@ fn negative_stiffness_is_not_freedom() {
     let ones = Banded::diagonal(&[1.0; 3]);
     for (soft, stiff) in [(-1.0, 1e8), (-1e-3, 1.0), (-1e-7, 1.0), (-1e-12, 1.0)] {
         let found = lowest_modes(&ones, &Banded::diagonal(&[stiff, soft, 2.0 * stiff]), 2);
-        assert_eq!(found, Err(VibrationError::NotDefinite { matrix: "stiffness", row: 1 }), "{soft:e} {stiff:e}");
+        assert_eq!(
+            found,
+            Err(VibrationError::NotDefinite { matrix: "stiffness", row: 1 }),
+            "{soft:e} {stiff:e}"
+        );
     }
     let free = lowest_modes(&ones, &Banded::diagonal(&[0.0; 3]), 2).unwrap();
     assert!(free.frequencies.iter().all(|frequency| *frequency < 1e-7), "{free:?}");
@@ -194,14 +201,18 @@ fn whirl_beside_something_stiff() {
             shaft.linearize(&shaft.state().build()?)
         });
         let modes = found.unwrap().modes;
-        modes.iter().flat_map(|modes| modes.iter().take(2).map(|mode| mode.whirl.unwrap())).collect::<Vec<_>>()
+        modes
+            .iter()
+            .flat_map(|modes| modes.iter().take(2).map(|mode| mode.whirl.unwrap()))
+            .collect::<Vec<_>>()
     };
     let (soft, stiff) = (whirl(1e3), whirl(1e14));
     assert!(soft.iter().any(|whirl| whirl.abs() > 0.1));
     assert!(soft.iter().zip(&stiff).all(|(a, b)| (a - b).abs() < 1e-6), "{soft:?} {stiff:?}");
 }
 
-/// Onsets are where they are without it: Ω = ω (1 + external/internal), coupled to what is stiff or not. What is coupled by p adds p²/axial to the stiffness.
+/// Onsets are where they are without it: Ω = ω (1 + external/internal), coupled to what is stiff or not. What
+/// is coupled by p adds p²/axial to the stiffness.
 #[test]
 fn onsets_beside_something_stiff() {
     for (axial, pull) in [(1e4, 0.0), (1e12, 0.0), (1e16, 0.0), (1e12, 10.0), (1e15, 1e3)] {
@@ -238,7 +249,9 @@ impl Pulled {
     }
     #[potential]
     fn springs(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.k * (q.x.powi(2) + q.y.powi(2)) + 0.5 * self.axial * q.z.powi(2) + self.pull * q.z * (q.x + q.y)
+        0.5 * self.k * (q.x.powi(2) + q.y.powi(2))
+            + 0.5 * self.axial * q.z.powi(2)
+            + self.pull * q.z * (q.x + q.y)
     }
     #[force]
     fn damping(&self, q: &Coordinates<Self>) -> Force {
@@ -262,13 +275,18 @@ fn what_is_slow_beside_something_stiff_has_its_response() {
         let (fast, slow) = (-0.5 * c - root, -c / (0.5 * c + root));
         for (k, t) in times.iter().enumerate() {
             let wanted = (fast * (slow * t).exp() - slow * (fast * t).exp()) / (fast - slow);
-            assert!((found.values[(k, 0)] - wanted).abs() < 1e-11, "{c:e} {t}: {}", found.values[(k, 0)] - wanted);
+            assert!(
+                (found.values[(k, 0)] - wanted).abs() < 1e-11,
+                "{c:e} {t}: {}",
+                found.values[(k, 0)] - wanted
+            );
             assert!(found.uncertainty[(k, 0)] < 1e-11);
         }
     }
 }
 
-/// Two masses, a stiff spring between them and a soft one to the ground, both in one element of K: what that loses is said.
+/// Two masses, a stiff spring between them and a soft one to the ground, both in one element of K: what that
+/// loses is said.
 #[test]
 fn what_elements_have_lost_is_in_the_uncertainty() {
     for stiff in [1e6, 1e10, 1e13] {
@@ -297,7 +315,8 @@ fn inputs_without_a_value_are_named() {
     assert_eq!(said, VibrationError::Linearize(LinearizeError::InputNotSet { input: "push" }));
 }
 
-/// What is left of a response that has died away has its digits in one step as in many, and an error that is said.
+/// What is left of a response that has died away has its digits in one step as in many, and an error that is
+/// said.
 #[test]
 fn what_has_died_away_keeps_its_digits() {
     // x̃ = e^{−1.2 t} sin(1.6 t)/(3 · 1.6) of the oscillator with ω = 2, ζ = 0.6.
@@ -320,6 +339,9 @@ fn what_is_free_has_no_response_to_what_stays() {
     (1..10).for_each(|i| chain.k[i] = 1.0 + 0.3 * (i as f64).sin());
     let space = chain.state_space(&chain.rest()).unwrap();
     let said = space.frequency_response("x[0]", "x[1]", &[0.0]).unwrap_err();
-    assert!(matches!(said, VibrationError::Free { .. }) && said.to_string().contains("free to move"), "{said}");
+    assert!(
+        matches!(said, VibrationError::Free { .. }) && said.to_string().contains("free to move"),
+        "{said}"
+    );
     assert!(space.frequency_response("x[0]", "x[1]", &[0.1]).is_ok());
 }

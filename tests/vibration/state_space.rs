@@ -17,9 +17,15 @@ fn matrices_of_an_oscillator() {
     };
     assert_eq!(names(&space.states), ["x|m", "x_rate|m/s"]);
     assert_eq!(names(&space.inputs), ["force|N", "base|m", "base_rate|m/s", "x|N"]);
-    assert_eq!(names(&space.outputs), ["to_ground|N", "felt|m/s^2", "x|m", "x_rate|m/s", "x_acceleration|m/s^2"]);
-    let wanted = |rows: usize, columns: usize, values: &[f64]| nalgebra::DMatrix::from_row_slice(rows, columns, values);
-    let close = |a: &nalgebra::DMatrix<f64>, b: nalgebra::DMatrix<f64>| assert!((a - &b).amax() < 1e-15, "{a} {b}");
+    assert_eq!(
+        names(&space.outputs),
+        ["to_ground|N", "felt|m/s^2", "x|m", "x_rate|m/s", "x_acceleration|m/s^2"]
+    );
+    let wanted = |rows: usize, columns: usize, values: &[f64]| {
+        nalgebra::DMatrix::from_row_slice(rows, columns, values)
+    };
+    let close =
+        |a: &nalgebra::DMatrix<f64>, b: nalgebra::DMatrix<f64>| assert!((a - &b).amax() < 1e-15, "{a} {b}");
     close(&space.a, wanted(2, 2, &[0.0, 1.0, -4.0, -0.2]));
     close(&space.b, wanted(2, 4, &[0.0, 0.0, 0.0, 0.0, 1.0 / 3.0, 4.0, 0.2, 1.0 / 3.0]));
     close(&space.c, wanted(5, 2, &[12.0, 0.6, -4.0, -0.2, 1.0, 0.0, 0.0, 1.0, -4.0, -0.2]));
@@ -30,14 +36,15 @@ fn matrices_of_an_oscillator() {
             5,
             4,
             &[
-                0.0, -12.0, -0.6, 0.0, third, 4.0, 0.2, third, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, third, 4.0, 0.2,
-                third,
+                0.0, -12.0, -0.6, 0.0, third, 4.0, 0.2, third, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, third,
+                4.0, 0.2, third,
             ],
         ),
     );
 }
 
-/// Outputs, reactions and accelerations among them, of states beside the reference, on the constraints, against C and D: two routes that share no derivative.
+/// Outputs, reactions and accelerations among them, of states beside the reference, on the constraints,
+/// against C and D: two routes that share no derivative.
 #[test]
 fn outputs_with_reactions_against_differences() {
     let model = RodCart { cart: 2.0, bob: 0.7, length: 0.5, g: 9.81 };
@@ -78,8 +85,9 @@ fn outputs_with_reactions_against_differences() {
     }
     assert!(largest > 10.0);
     for row in 0..4 {
-        let wanted =
-            (outputs(&state(0.0, 0.0, 0.2, 0.0, h))[row] - outputs(&state(0.0, 0.0, 0.2, 0.0, -h))[row]) / (2.0 * h);
+        let wanted = (outputs(&state(0.0, 0.0, 0.2, 0.0, h))[row]
+            - outputs(&state(0.0, 0.0, 0.2, 0.0, -h))[row])
+            / (2.0 * h);
         assert!((space.d[(row, 0)] - wanted).abs() < 1e-8, "{row}: {} {wanted}", space.d[(row, 0)]);
     }
 }
@@ -89,7 +97,8 @@ fn outputs_with_reactions_against_differences() {
 fn constraints_change_no_response() {
     let pole = CartPole { cart: 2.0, bob: 0.7, length: 0.5, g: 9.81 };
     let rod = RodCart { cart: 2.0, bob: 0.7, length: 0.5, g: 9.81 };
-    let hanging = pole.state_space(&pole.state().theta(std::f64::consts::PI).force(0.0).build().unwrap()).unwrap();
+    let hanging =
+        pole.state_space(&pole.state().theta(std::f64::consts::PI).force(0.0).build().unwrap()).unwrap();
     let on_rod = rod.state_space(&rod.state().bob_y(-0.5).force(0.0).build().unwrap()).unwrap();
     for frequency in [0.3, 4.0, 7.0] {
         let a = hanging.frequency_response("force", "x", &[frequency]).unwrap().values[0];
@@ -169,7 +178,10 @@ fn names_that_are_not_known_get_a_hint_and_moving_states_are_refused() {
     let unknown = space.frequency_response("force", "x_rat", &[1.0]).unwrap_err();
     assert!(unknown.to_string().contains("did you mean `x_rate`?"), "{unknown}");
     let beside = model.state().x(0.1).force(0.0).base(0.0).base_rate(0.0).build().unwrap();
-    assert!(matches!(model.state_space(&beside), Err(VibrationError::Linearize(LinearizeError::Accelerates { .. }))));
+    assert!(matches!(
+        model.state_space(&beside),
+        Err(VibrationError::Linearize(LinearizeError::Accelerates { .. }))
+    ));
 }
 
 mod blown {
@@ -279,7 +291,9 @@ fn outputs_with_corners_are_refused_there_and_only_there() {
         let model = corners::Hung { m: 2.0, k: 8.0, g };
         model.state_space(&model.state().x(2.0 * g / 8.0).force(0.0).build().unwrap()).unwrap()
     };
-    let of = |g: f64, output: &str| at(g).frequency_response("force", output, &[1.0]).map(|found| found.values[0].re);
+    let of = |g: f64, output: &str| {
+        at(g).frequency_response("force", output, &[1.0]).map(|found| found.values[0].re)
+    };
     assert!(
         (of(9.81, "distance").unwrap() - 1.0 / 6.0).abs() < 1e-15
             && (of(-9.81, "distance").unwrap() + 1.0 / 6.0).abs() < 1e-15
@@ -292,7 +306,8 @@ fn outputs_with_corners_are_refused_there_and_only_there() {
     assert!(of(0.0, "distance").unwrap_err().to_string().contains("corner"));
 }
 
-/// Rolling: the rows of rates and accelerations of the independent coordinates are those of A, by another way through the equations.
+/// Rolling: the rows of rates and accelerations of the independent coordinates are those of A, by another way
+/// through the equations.
 #[test]
 fn a_bicycle_in_state_space() {
     let model = bicycle::model();
@@ -311,7 +326,8 @@ fn a_bicycle_in_state_space() {
         assert!((space.c.row(found) - space.a.row(of)).amax() < 1e-12 * size, "{}", q.name);
         assert!((space.d.row(found) - space.b.row(of)).amax() < 1e-12 * space.b.amax());
     }
-    // Every coordinate, dependent ones, too: its rate is the derivative of its place along the small motion, its acceleration that of its rate.
+    // Every coordinate, dependent ones, too: its rate is the derivative of its place along the small motion,
+    // its acceleration that of its rate.
     let along = |row: usize| (space.c.row(row) * &space.a, space.c.row(row) * &space.b);
     let mut largest = 0.0f64;
     for coordinate in linear.all {
@@ -322,11 +338,15 @@ fn a_bicycle_in_state_space() {
             assert!((space.d.row(pair[1]) - d).amax() < 1e-10 * space.b.amax(), "{}", coordinate.name);
         }
         let is_free = linear.velocities.iter().any(|q| q.name == coordinate.name);
-        largest =
-            largest.max(if is_free { 0.0 } else { space.c.row(rows[2]).columns(0, linear.coordinates.len()).amax() });
+        largest = largest.max(if is_free {
+            0.0
+        } else {
+            space.c.row(rows[2]).columns(0, linear.coordinates.len()).amax()
+        });
     }
     assert!(largest > 1.0, "dependent coordinates accelerate with the places of the others");
-    // Both wheels touch the ground: what the constraints hold does not accelerate away from them. A torque on the steer is felt by the frame.
+    // Both wheels touch the ground: what the constraints hold does not accelerate away from them. A torque on
+    // the steer is felt by the frame.
     let push = space.frequency_response("steer", "roll", &[3.0]).unwrap().values[0];
     let back = space.frequency_response("roll", "steer", &[3.0]).unwrap().values[0];
     assert!(push.norm() > 1e-4 && back.norm() > 1e-4);

@@ -1,4 +1,5 @@
-//! Beside steady motions: what turns with them has constant coefficients, what is seen or pushed from the side has none.
+//! Beside steady motions: what turns with them has constant coefficients, what is seen or pushed from the
+//! side has none.
 
 use dynamics::analysis::{VibrationError, Withheld};
 use dynamics::prelude::*;
@@ -26,7 +27,8 @@ impl Spinner {
     }
     #[force]
     fn engine(&self, q: &Coordinates<Self>) -> Force {
-        Force::at(vec2(q.x, q.y), q.thrust * vec2(q.theta.cos(), q.theta.sin())) + Force::along(q.theta, q.torque)
+        Force::at(vec2(q.x, q.y), q.thrust * vec2(q.theta.cos(), q.theta.sin()))
+            + Force::along(q.theta, q.torque)
     }
     #[output]
     fn mark(&self, q: &Coordinates<Self>) -> Expr {
@@ -62,12 +64,14 @@ fn what_changes_along_the_motion_has_no_response() {
     varies("torque", "mark", "mark");
     varies("torque", "swept", "swept");
     varies("thrust", "x", "thrust");
-    let value = |input: &str, output: &str| space.frequency_response(input, output, &[3.0]).unwrap().values[0];
+    let value =
+        |input: &str, output: &str| space.frequency_response(input, output, &[3.0]).unwrap().values[0];
     // −1/(I ω²), 2/(I iω), 1/(k − m ω²).
     assert!((value("torque", "theta").re + 1.0 / 27.0).abs() < 1e-15);
     assert!((value("torque", "spin").im + 2.0 / 9.0).abs() < 1e-15);
     assert!((value("x", "x").re + 0.1).abs() < 1e-15);
-    let lqr = space.lqr().weight("x", 1.0).weight("theta", 1.0).weight("thrust", 1.0).weight("torque", 1.0).solve();
+    let lqr =
+        space.lqr().weight("x", 1.0).weight("theta", 1.0).weight("thrust", 1.0).weight("torque", 1.0).solve();
     assert_eq!(lqr.unwrap_err(), VibrationError::NoRow { name: "thrust".into(), why: Withheld::Varies });
     // At rest both are what they are, but for what time sweeps.
     let space = model.state_space(&model.turning(0.0)).unwrap();
@@ -103,17 +107,20 @@ fn a_regulator_follows_the_motion() {
     let model = Flywheel { inertia: 2.0 };
     let start = model.state().theta(0.4).theta_rate(10.0).torque(0.0).build().unwrap();
     let control = model.state_space(&start).unwrap();
-    let control = control.lqr().weight("theta", 1.0).weight("theta_rate", 1.0).weight("torque", 1.0).solve().unwrap();
+    let control =
+        control.lqr().weight("theta", 1.0).weight("theta_rate", 1.0).weight("torque", 1.0).solve().unwrap();
     let end = model.simulate(start).until(5.0).run().unwrap().end();
     assert!((end.theta() - 50.4).abs() < 1e-12 && control.inputs_at(&end)[0].abs() < 1e-12);
     // Let go behind and too fast it comes back into step.
     let late = model.state().theta(0.1).theta_rate(10.5).torque(0.0).build().unwrap();
-    let motion = model.simulate(late).until(60.0).tolerance(1e-10).inputs(|_, s| control.inputs_at(s)).run().unwrap();
+    let motion =
+        model.simulate(late).until(60.0).tolerance(1e-10).inputs(|_, s| control.inputs_at(s)).run().unwrap();
     let end = motion.end();
     assert!((end.theta() - 600.4).abs() < 1e-7 && (end.theta_rate() - 10.0).abs() < 1e-7, "{end:?}");
 }
 
-/// Of a wheel whose speed alone is held the angle goes where it goes: q = ρ, K = √(q/r) by the Riccati equation of one state, 2·0·X − X²/(I² r) + q = 0.
+/// Of a wheel whose speed alone is held the angle goes where it goes: q = ρ, K = √(q/r) by the Riccati
+/// equation of one state, 2·0·X − X²/(I² r) + q = 0.
 #[test]
 fn a_speed_is_held_and_the_angle_left_to_itself() {
     let model = Flywheel { inertia: 2.0 };
@@ -127,6 +134,7 @@ fn a_speed_is_held_and_the_angle_left_to_itself() {
     assert!(control.to_string().contains("left to itself: `theta`"), "{control}");
     // As soon as the angle counts it is not left out.
     let both = model.state_space(&start).unwrap();
-    let both = both.lqr().weight("theta", 1e-6).weight("theta_rate", 4.0).weight("torque", 0.25).solve().unwrap();
+    let both =
+        both.lqr().weight("theta", 1e-6).weight("theta_rate", 4.0).weight("torque", 0.25).solve().unwrap();
     assert!(both.left_out.is_empty() && both.closed_loop.len() == 2, "{both}");
 }

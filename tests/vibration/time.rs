@@ -48,7 +48,8 @@ fn every_damping_regime() {
     }
 }
 
-/// Half a sine in straight pieces, with jumps in front: the same straight pieces as an input of the nonlinear simulation.
+/// Half a sine in straight pieces, with jumps in front: the same straight pieces as an input of the nonlinear
+/// simulation.
 #[test]
 fn an_arbitrary_load_against_integration() {
     let model = Oscillator::damped(0.05);
@@ -105,15 +106,27 @@ fn superposition_of_modes_against_direct_integration() {
     let modes = chain.linearize(&chain.rest()).unwrap().normal_modes().unwrap();
     let at = times(30.0, 60);
     let load = |input: &str| [Load::new(input, [(0.0, 0.0), (15.0, 1.0), (40.0, 1.0)])];
-    let direct =
-        chain.simulate(chain.rest()).until(30.0).tolerance(1e-11).inputs(|t, _| [(t / 15.0).min(1.0)]).run().unwrap();
-    let whole = chain.state_space(&chain.rest()).unwrap().response(&load("push"), &["x[9]"], &[], &at).unwrap();
+    let direct = chain
+        .simulate(chain.rest())
+        .until(30.0)
+        .tolerance(1e-11)
+        .inputs(|t, _| [(t / 15.0).min(1.0)])
+        .run()
+        .unwrap();
+    let whole =
+        chain.state_space(&chain.rest()).unwrap().response(&load("push"), &["x[9]"], &[], &at).unwrap();
     let error = |count: usize| {
         let found = modes.superposition(count).unwrap().response(&load("x[9]"), &["x[9]"], &[], &at).unwrap();
-        at.iter().enumerate().map(|(k, t)| (found.values[(k, 0)] - direct.at(*t).x(9)).abs()).fold(0.0, f64::max)
+        at.iter()
+            .enumerate()
+            .map(|(k, t)| (found.values[(k, 0)] - direct.at(*t).x(9)).abs())
+            .fold(0.0, f64::max)
     };
-    let of_whole =
-        at.iter().enumerate().map(|(k, t)| (whole.values[(k, 0)] - direct.at(*t).x(9)).abs()).fold(0.0, f64::max);
+    let of_whole = at
+        .iter()
+        .enumerate()
+        .map(|(k, t)| (whole.values[(k, 0)] - direct.at(*t).x(9)).abs())
+        .fold(0.0, f64::max);
     let size = direct.at(30.0).x(9);
     assert!(of_whole < 1e-8 && error(10) < 1e-8, "{of_whole:e} {:e}", error(10));
     let (one, three, six) = (error(1), error(3), error(6));
@@ -124,7 +137,8 @@ fn superposition_of_modes_against_direct_integration() {
 /// Two equal oscillators, weakly coupled, beat: cos ω̄t cos Δt and sin ω̄t sin Δt.
 #[test]
 fn beating() {
-    // Only masses 4 and 5 of a chain whose other springs are cut: each on its own spring would need another model; here matrices of one's own.
+    // Only masses 4 and 5 of a chain whose other springs are cut: each on its own spring would need another
+    // model; here matrices of one's own.
     let (k, coupling) = (100.0, 2.0);
     let a = nalgebra::DMatrix::from_row_slice(
         4,
@@ -150,7 +164,8 @@ fn beating() {
     );
     let b = nalgebra::DMatrix::zeros(4, 1);
     let space =
-        StateSpace::from_matrices(a, b, nalgebra::DMatrix::identity(4, 4), nalgebra::DMatrix::zeros(4, 1)).unwrap();
+        StateSpace::from_matrices(a, b, nalgebra::DMatrix::identity(4, 4), nalgebra::DMatrix::zeros(4, 1))
+            .unwrap();
     let at = times(40.0, 400);
     let found = space.response(&[], &["y[0]", "y[1]"], &[("x[0]", 1.0)], &at).unwrap();
     let (low, high) = (k.sqrt(), (k + 2.0 * coupling).sqrt());
@@ -161,8 +176,9 @@ fn beating() {
     }
 }
 
-/// Driven without damping (Rao, §3.3): t sin ωt/(2mω) on its frequency, 2F sin((ω + Ω)t/2) sin((ω − Ω)t/2)/(m (ω² − Ω²)) beside it, which beats; by the motion, and by a matrix that has the force among its states,
-/// on the frequency a defective one.
+/// Driven without damping (Rao, §3.3): t sin ωt/(2mω) on its frequency, 2F sin((ω + Ω)t/2) sin((ω − Ω)t/2)/(m
+/// (ω² − Ω²)) beside it, which beats; by the motion, and by a matrix that has the force among its states, on
+/// the frequency a defective one.
 #[test]
 fn undamped_resonance_grows_and_beats_beside() {
     let (m, w) = (3.0, 2.0f64);
@@ -184,7 +200,11 @@ fn undamped_resonance_grows_and_beats_beside() {
         let space = StateSpace::from_matrices(a, into, out, none).unwrap();
         let found = space.response(&[], &["y[0]"], &[("x[2]", 1.0)], &at).unwrap();
         for (k, t) in at.iter().enumerate() {
-            assert!((found.values[k] - closed(*t)).abs() < 1e-11, "{drive} {t}: {:e}", found.values[k] - closed(*t));
+            assert!(
+                (found.values[k] - closed(*t)).abs() < 1e-11,
+                "{drive} {t}: {:e}",
+                found.values[k] - closed(*t)
+            );
             let moved = motion.at(*t).x();
             assert!((moved - closed(*t)).abs() < 1e-10, "{drive} {t}: {:e}", moved - closed(*t));
         }
@@ -198,8 +218,9 @@ fn loads_and_times_that_cannot_be_are_refused() {
     assert!(matches!(at(&[-1.0]), VibrationError::Value { .. }));
     assert!(matches!(at(&[1.0, 0.5]), VibrationError::Value { .. }));
     assert!(matches!(at(&[f64::NAN]), VibrationError::Value { .. }));
-    let load =
-        |points: Vec<(f64, f64)>| space.response(&[Load::new("force", points)], &["x"], &[], &[1.0]).unwrap_err();
+    let load = |points: Vec<(f64, f64)>| {
+        space.response(&[Load::new("force", points)], &["x"], &[], &[1.0]).unwrap_err()
+    };
     assert!(matches!(load(vec![(0.0, 1.0), (-1.0, 1.0)]), VibrationError::Value { .. }));
     assert!(matches!(load(vec![(0.0, f64::INFINITY), (1.0, 1.0)]), VibrationError::Value { .. }));
     // A load is zero beyond its points: of one it would be zero always.
@@ -232,7 +253,8 @@ fn spectra_show_amplitudes() {
         assert_eq!(middle.highest(1)[0].0, middle.frequencies[40]);
         assert_eq!(middle.frequencies.len(), 501);
         // Between two bins, at worst.
-        let off = Spectrum::of(&sine(40.5), interval, window).unwrap().amplitude_near(40.5 * resolution).unwrap();
+        let off =
+            Spectrum::of(&sine(40.5), interval, window).unwrap().amplitude_near(40.5 * resolution).unwrap();
         assert!(
             (off / 3.0 - 1.0).abs() < beside && (beside < 0.01 || (off / 3.0 - 1.0).abs() > 0.9 * beside),
             "{window:?} {off}"
@@ -243,14 +265,19 @@ fn spectra_show_amplitudes() {
     assert!(spectrum.amplitude_near(314.0).is_ok());
     let refused = spectrum.amplitude_near(400.0).unwrap_err();
     assert!(
-        matches!(refused, VibrationError::BeyondNyquist { .. }) && refused.to_string().contains("sample more often")
+        matches!(refused, VibrationError::BeyondNyquist { .. })
+            && refused.to_string().contains("sample more often")
     );
     assert!(matches!(Spectrum::of(&[1.0; 3], 0.1, Window::Hann), Err(VibrationError::TooFew { .. })));
-    assert!(matches!(Spectrum::of(&[1.0, 2.0, f64::NAN, 1.0], 0.1, Window::Hann), Err(VibrationError::Value { .. })));
+    assert!(matches!(
+        Spectrum::of(&[1.0, 2.0, f64::NAN, 1.0], 0.1, Window::Hann),
+        Err(VibrationError::Value { .. })
+    ));
     assert!(matches!(Spectrum::of(&[1.0; 9], 0.0, Window::Hann), Err(VibrationError::Value { .. })));
 }
 
-/// A mean shows in as many bins as its window has cosines: it is no peak, however large, and hides none beyond them.
+/// A mean shows in as many bins as its window has cosines: it is no peak, however large, and hides none
+/// beyond them.
 #[test]
 fn a_mean_is_no_peak() {
     let (n, interval) = (1000, 0.01);
@@ -260,7 +287,8 @@ fn a_mean_is_no_peak() {
         Spectrum::of(&(0..n).map(sine).collect::<Vec<_>>(), interval, window).unwrap()
     };
     // Scalloping at most, and the bins of the lobe.
-    for (window, least, lobe) in [(Window::Rectangular, 0.6, 1), (Window::Hann, 0.84, 2), (Window::FlatTop, 0.9989, 5)]
+    for (window, least, lobe) in
+        [(Window::Rectangular, 0.6, 1), (Window::Hann, 0.84, 2), (Window::FlatTop, 0.9989, 5)]
     {
         for mean in [0.0, 5.0, -5.0, 1e4] {
             let spectrum = of(mean, 7.77 / resolution, 0.0, window);
@@ -272,7 +300,10 @@ fn a_mean_is_no_peak() {
             // Only rounding of what was added differs from what is there without it.
             let alone = of(0.0, 7.77 / resolution, 0.0, window).highest(3);
             for ((f, a), (g, b)) in spectrum.highest(3).into_iter().zip(alone) {
-                assert!(f == g && (a - b).abs() < 1e-14 * (1.0 + mean.abs()), "{window:?} {mean}: {f} {a}, {g} {b}");
+                assert!(
+                    f == g && (a - b).abs() < 1e-14 * (1.0 + mean.abs()),
+                    "{window:?} {mean}: {f} {a}, {g} {b}"
+                );
             }
             // Right beside the lobe it is seen, within it nothing is, not even its flank.
             for phase in [0.0, 0.4, 1.0, 1.6, 2.5, 4.0] {
@@ -296,14 +327,16 @@ fn a_mean_is_no_peak() {
 fn the_spectrum_of_a_motion_is_the_response() {
     let model = Oscillator::damped(0.08);
     let forces = [(1.5, 4.0), (2.5, 1.0)];
-    let law = move |t: f64, _: &State<Oscillator>| [forces.iter().map(|(w, f)| f * (w * t).cos()).sum(), 0.0, 0.0];
+    let law =
+        move |t: f64, _: &State<Oscillator>| [forces.iter().map(|(w, f)| f * (w * t).cos()).sum(), 0.0, 0.0];
     let start = model.state().force(5.0).base(0.0).base_rate(0.0).build().unwrap();
     // The start has died away after 200 s, by e^{-32}; then 20 periods of the slower difference.
     let end = 200.0 + 20.0 * TAU;
     let motion = model.simulate(start).until(end).tolerance(1e-11).inputs(law).run().unwrap();
     let n = 2000;
     let interval = 20.0 * TAU / f64::from(n);
-    let samples: Vec<f64> = motion.sample((0..n).map(|k| 200.0 + interval * f64::from(k))).map(|s| s.x()).collect();
+    let samples: Vec<f64> =
+        motion.sample((0..n).map(|k| 200.0 + interval * f64::from(k))).map(|s| s.x()).collect();
     let response = model.space().frequency_response("force", "x", &[1.5, 2.5]).unwrap();
     for window in [Window::Rectangular, Window::Hann, Window::FlatTop] {
         let spectrum = Spectrum::of(&samples, interval, window).unwrap();

@@ -1,4 +1,5 @@
-//! Modes that a cause does not reach, or an answer does not see: on their frequency the response is finite, whatever their coordinates; what is reached by ever so little is refused.
+//! Modes that a cause does not reach, or an answer does not see: on their frequency the response is finite,
+//! whatever their coordinates; what is reached by ever so little is refused.
 
 use dynamics::prelude::*;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -13,14 +14,20 @@ fn hidden(k: &DMatrix<f64>, damping: &DMatrix<f64>, b: &[f64], c: &[f64]) -> Sta
     a.view_mut((0, n), (n, n)).fill_with_identity();
     a.view_mut((n, 0), (n, n)).copy_from(&-k);
     a.view_mut((n, n), (n, n)).copy_from(&-damping);
-    let turn = DMatrix::from_fn(2 * n, 2 * n, |i, j| (1.7 * (i * i) as f64 + 2.3 * (i * j) as f64 + j as f64).sin());
+    let turn =
+        DMatrix::from_fn(2 * n, 2 * n, |i, j| (1.7 * (i * i) as f64 + 2.3 * (i * j) as f64 + j as f64).sin());
     let turn = turn.qr().q();
     let mut into = DMatrix::zeros(2 * n, 1);
     into.rows_mut(n, n).copy_from_slice(b);
     let mut out = DMatrix::zeros(1, 2 * n);
     (0..n).for_each(|j| out[j] = c[j]);
-    StateSpace::from_matrices(&turn * a * turn.transpose(), &turn * into, out * turn.transpose(), DMatrix::zeros(1, 1))
-        .unwrap()
+    StateSpace::from_matrices(
+        &turn * a * turn.transpose(),
+        &turn * into,
+        out * turn.transpose(),
+        DMatrix::zeros(1, 1),
+    )
+    .unwrap()
 }
 
 fn chain(n: usize, ends: f64) -> DMatrix<f64> {
@@ -37,13 +44,18 @@ fn at(space: &StateSpace, frequency: f64) -> Result<(Complex<f64>, f64), Vibrati
     Ok((found.values[0], found.uncertainty[0]))
 }
 
-/// Three masses between walls, pushed in the middle at ω² = 2: the middle stands still, and the sides take half of the push each (K − 2 = tridiagonal of −1 and 0).
+/// Three masses between walls, pushed in the middle at ω² = 2: the middle stands still, and the sides take
+/// half of the push each (K − 2 = tridiagonal of −1 and 0).
 #[test]
 fn a_push_in_the_node_of_a_mode() {
     let none = DMatrix::zeros(3, 3);
     for (out, wanted) in [([0.0, 1.0, 0.0], 0.0), ([1.0, 0.0, 0.0], -0.5), ([0.0, 0.0, 1.0], -0.5)] {
-        let (found, said) = at(&hidden(&chain(3, 1.0), &none, &[0.0, 1.0, 0.0], &out), 2.0f64.sqrt()).unwrap();
-        assert!((found - wanted).norm() < 1e-13 && (found - wanted).norm() <= said && said < 1e-11, "{found} {said:e}");
+        let (found, said) =
+            at(&hidden(&chain(3, 1.0), &none, &[0.0, 1.0, 0.0], &out), 2.0f64.sqrt()).unwrap();
+        assert!(
+            (found - wanted).norm() < 1e-13 && (found - wanted).norm() <= said && said < 1e-11,
+            "{found} {said:e}"
+        );
         // Pushed at the side the mode is seen at the sides, and not in the middle.
         let pushed = at(&hidden(&chain(3, 1.0), &none, &[1.0, 0.0, 0.0], &out), 2.0f64.sqrt());
         match out[1] {
@@ -53,7 +65,8 @@ fn a_push_in_the_node_of_a_mode() {
     }
 }
 
-/// The chain of ten masses, from its Lagrangian, pushed at both ends alike, on each frequency of its antisymmetric modes: what half of the chain does, whose last spring never stretches.
+/// The chain of ten masses, from its Lagrangian, pushed at both ends alike, on each frequency of its
+/// antisymmetric modes: what half of the chain does, whose last spring never stretches.
 #[test]
 fn symmetric_pushes_on_antisymmetric_modes() {
     let chain = Chain::between([1.0, 1.0], 0.0, 0.0);
@@ -83,7 +96,8 @@ fn symmetric_pushes_on_antisymmetric_modes() {
     }
 }
 
-/// Two equal oscillators that nothing couples, one pushed, the other watched: both modes swing, and nothing goes from one to the other. Seen itself, the first is at resonance.
+/// Two equal oscillators that nothing couples, one pushed, the other watched: both modes swing, and nothing
+/// goes from one to the other. Seen itself, the first is at resonance.
 #[test]
 fn of_a_repeated_mode_what_is_pushed_is_not_what_is_seen() {
     let (k, none) = (DMatrix::from_diagonal_element(2, 2, 4.0), DMatrix::zeros(2, 2));
@@ -93,11 +107,13 @@ fn of_a_repeated_mode_what_is_pushed_is_not_what_is_seen() {
     assert!(matches!(both, Err(VibrationError::Resonance { .. })), "{both:?}");
     // Beside a third that is softer, whose response remains: 1/(1 − 4).
     let k = DMatrix::from_diagonal(&DVector::from_row_slice(&[4.0, 4.0, 1.0]));
-    let (found, said) = at(&hidden(&k, &DMatrix::zeros(3, 3), &[1.0, 0.0, 1.0], &[0.0, 1.0, 1.0]), 2.0).unwrap();
+    let (found, said) =
+        at(&hidden(&k, &DMatrix::zeros(3, 3), &[1.0, 0.0, 1.0], &[0.0, 1.0, 1.0]), 2.0).unwrap();
     assert!((found + 1.0 / 3.0).norm() < 1e-13 && said < 1e-12, "{found} {said:e}");
 }
 
-/// Pushed at 0 rad/s, a free chain goes away with F/n; its springs stretch by what accelerates the masses behind them.
+/// Pushed at 0 rad/s, a free chain goes away with F/n; its springs stretch by what accelerates the masses
+/// behind them.
 #[test]
 fn what_is_free_stretches_by_what_it_accelerates() {
     for n in [2, 5, 9] {
@@ -115,14 +131,18 @@ fn what_is_free_stretches_by_what_it_accelerates() {
             );
             // The damped springs have their peaks, and a largest stretch, though the chain goes away.
             let gain = space.largest_response("w[0]", "y[0]").unwrap();
-            assert!(gain.magnitude > wanted.abs() && !space.resonances("w[0]", "y[0]").unwrap().is_empty(), "{gain:?}");
+            assert!(
+                gain.magnitude > wanted.abs() && !space.resonances("w[0]", "y[0]").unwrap().is_empty(),
+                "{gain:?}"
+            );
         }
         let gone = at(&hidden(&chain(n, 0.0), &DMatrix::zeros(n, n), &push, &push), 0.0);
         assert!(matches!(gone, Err(VibrationError::Free { .. })), "{n}: {gone:?}");
     }
 }
 
-/// Two masses damped against each other alone: what they do together is never damped. Pushed apart, 1/(k₂ − ω² + 2cωi)·2 is all, with its peak.
+/// Two masses damped against each other alone: what they do together is never damped. Pushed apart, 1/(k₂ −
+/// ω² + 2cωi)·2 is all, with its peak.
 #[test]
 fn peaks_beside_a_mode_that_never_dies_away() {
     let (coupling, c) = (1.5, 0.1);
@@ -148,7 +168,8 @@ fn peaks_beside_a_mode_that_never_dies_away() {
     assert!(matches!(falls, Err(VibrationError::Unstable { .. })), "{falls:?}");
 }
 
-/// A mode that is reached by 1e-9 of the push, or one wall that is stiffer by that, is a resonance: it has no finite response.
+/// A mode that is reached by 1e-9 of the push, or one wall that is stiffer by that, is a resonance: it has no
+/// finite response.
 #[test]
 fn what_is_hardly_reached_is_reached() {
     let none = DMatrix::zeros(3, 3);
@@ -162,12 +183,14 @@ fn what_is_hardly_reached_is_reached() {
         let exact = k.symmetric_eigenvalues().iter().copied().find(|x| (x - 2.0).abs() < 0.1).unwrap().sqrt();
         match at(&space, exact) {
             Err(VibrationError::Resonance { .. }) => {}
-            // Where the frequency is off by its rounding the response is finite, and the uncertainty as large.
+            // Where the frequency is off by its rounding the response is finite, and the uncertainty as
+            // large.
             Ok((found, said)) => assert!(said > 1e-3 * found.norm(), "{little:e}: {found} {said:e}"),
             Err(other) => panic!("{other}"),
         }
     }
-    // Light and stiff beside it hide nothing: the mode at 1 rad/s is reached by a hundredth of what reaches the other, 1e5 times as fast.
+    // Light and stiff beside it hide nothing: the mode at 1 rad/s is reached by a hundredth of what reaches
+    // the other, 1e5 times as fast.
     let k = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1e10]);
     let mut a = DMatrix::zeros(4, 4);
     (a[(0, 2)], a[(1, 3)]) = (1.0, 1.0);
@@ -205,8 +228,12 @@ fn parts_that_are_not_between_cause_and_answer() {
     (a[(0, 2)], a[(1, 3)], a[(3, 3)]) = (1.0, 1.0, -0.2);
     a.view_mut((2, 0), (2, 2)).copy_from(&-k);
     let b = DMatrix::from_row_slice(4, 1, &[0.0, 0.0, 1.0, 1.0]);
-    let space =
-        StateSpace::from_matrices(a, b, DMatrix::from_row_slice(1, 4, &[0.0, 1.0, 0.0, 0.0]), DMatrix::zeros(1, 1));
+    let space = StateSpace::from_matrices(
+        a,
+        b,
+        DMatrix::from_row_slice(1, 4, &[0.0, 1.0, 0.0, 0.0]),
+        DMatrix::zeros(1, 1),
+    );
     let space = space.unwrap();
     let wanted = Complex::new(3.0 - 4.0, 0.4).inv();
     assert!((at(&space, 2.0).unwrap().0 - wanted).norm() < 1e-15);

@@ -35,7 +35,13 @@ fn weights_are_not_carried_beyond_the_limit_load() {
 fn steps_from_end_to_end_see_all_branch_points() {
     let chain = |p: f64| Hencky { m: 1.0, l: 1.0, k: 1.0, p };
     let start = chain(0.0).state().build().unwrap();
-    let long = continuation(chain).from(&start, 0.0).until(0.0..=4.0).first_step(2.0).longest_step(2.0).run().unwrap();
+    let long = continuation(chain)
+        .from(&start, 0.0)
+        .until(0.0..=4.0)
+        .first_step(2.0)
+        .longest_step(2.0)
+        .run()
+        .unwrap();
     let loads: Vec<f64> = long.branch_points().map(|point| point.parameter).collect();
     assert_eq!(loads.len(), 5, "{long}");
     for (j, load) in loads.iter().enumerate() {
@@ -61,7 +67,10 @@ fn at_the_critical_load_linear_theory_decides_nothing() {
     let found = chain.equilibria(chain.state().build().unwrap()).random(30).spread(1e-4).run().unwrap();
     assert_eq!(found.equilibria.len(), 1, "{found}");
     let judged = chain.stability(&found.equilibria[0].state).unwrap();
-    assert!(matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })), "{judged}");
+    assert!(
+        matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })),
+        "{judged}"
+    );
 }
 
 #[test]
@@ -83,7 +92,11 @@ fn a_little_damping_takes_stability_away() {
             let model = Ziegler { follows: 1.0, m: 1.0, l: 1.0, k: 1.0, c, p };
             model.stability(&model.state().build().unwrap()).unwrap()
         };
-        assert!(matches!(at(0.0).verdict, StabilityVerdict::Marginal(Undecided::Swings { .. })), "{}", at(0.0));
+        assert!(
+            matches!(at(0.0).verdict, StabilityVerdict::Marginal(Undecided::Swings { .. })),
+            "{}",
+            at(0.0)
+        );
         for c in [1e-6, 1e-3, 0.1] {
             assert!(matches!(at(c).verdict, StabilityVerdict::Flutter { .. }), "{c}: {}", at(c));
         }
@@ -111,9 +124,15 @@ fn what_nothing_holds_is_named() {
     let row = Masses { m: 1.0, ground: [0.0; 3], between: [3.0, 5.0], damper: 0.0 };
     let start = row.state().x([0.3, 0.1, 0.7]).build().unwrap();
     let one = row.equilibrium(&start).unwrap();
-    assert!((one.state.x(0) - one.state.x(1)).abs() < 1e-15 && one.uncertainty.iter().all(|off| *off < 1e-14), "{one}");
+    assert!(
+        (one.state.x(0) - one.state.x(1)).abs() < 1e-15 && one.uncertainty.iter().all(|off| *off < 1e-14),
+        "{one}"
+    );
     let judged = row.stability(&one.state).unwrap();
-    assert!(matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })), "{judged}");
+    assert!(
+        matches!(judged.verdict, StabilityVerdict::Marginal(Undecided::NothingResists { .. })),
+        "{judged}"
+    );
     let modes = row.linearize(&one.state).unwrap().normal_modes().unwrap();
     assert_eq!((modes.rigid(), modes.frequencies[0]), (1, 0.0));
     let family = |k: f64| Masses { between: [k, 5.0], ..row.clone() };
@@ -128,7 +147,13 @@ fn defective_matrices_are_told_by_their_conditioning() {
         let modes = one.linearize(&one.state().build().unwrap()).unwrap().modes().unwrap();
         modes.iter().map(|mode| mode.conditioning).fold(0.0, f64::max)
     };
-    assert!(of(0.5) < 10.0 && of(1.0 - 1e-6) > 100.0 && of(1.0) > 1e6, "{} {} {}", of(0.5), of(1.0 - 1e-6), of(1.0));
+    assert!(
+        of(0.5) < 10.0 && of(1.0 - 1e-6) > 100.0 && of(1.0) > 1e6,
+        "{} {} {}",
+        of(0.5),
+        of(1.0 - 1e-6),
+        of(1.0)
+    );
 }
 
 #[test]
@@ -137,7 +162,8 @@ fn shapes_of_nearly_repeated_modes_are_decided_by_next_to_nothing() {
         let row = Masses { m: 1.0, ground: [4.0, 4.0 + stiffer, 9.0], between: [between, 0.0], damper };
         row.linearize(&row.state().build().unwrap()).unwrap().normal_modes().unwrap()
     };
-    // A spring of 10⁻⁹ between two equal ones: together, and against each other. A millionth of stiffness: each by itself. Frequencies hardly know of it.
+    // A spring of 10⁻⁹ between two equal ones: together, and against each other. A millionth of stiffness:
+    // each by itself. Frequencies hardly know of it.
     let (together, apart) = (modes(0.0, 1e-9, 0.0), modes(4e-6, 1e-9, 0.0));
     assert!((together.shapes[(0, 0)].abs() - 0.5f64.sqrt()).abs() < 1e-6, "{}", together.shapes);
     assert!(apart.shapes.column(0).amax() > 1.0 - 1e-6, "{}", apart.shapes);

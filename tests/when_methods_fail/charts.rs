@@ -17,10 +17,13 @@ pub(crate) fn is_current(name: &str, chart: &Chart) {
     if std::env::var_os("UPDATE_CHARTS").is_some() {
         return chart.write_svg(&path).unwrap();
     }
-    let file =
-        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}; set UPDATE_CHARTS", path.display()));
+    let file = std::fs::read_to_string(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}; set UPDATE_CHARTS", path.display()));
     if let Err(difference) = same(&chart.to_svg(), &file) {
-        panic!("{} is not what is drawn now: {difference}; look at it and set UPDATE_CHARTS=1", path.display());
+        panic!(
+            "{} is not what is drawn now: {difference}; look at it and set UPDATE_CHARTS=1",
+            path.display()
+        );
     }
 }
 
@@ -57,7 +60,8 @@ fn pieces(text: &str) -> Vec<&str> {
     pieces
 }
 
-/// At most `count` points of a curve, the largest of each part of the time: what rises and falls in every step is a band of ink.
+/// At most `count` points of a curve, the largest of each part of the time: what rises and falls in every
+/// step is a band of ink.
 pub(crate) fn envelope(points: &[(f64, f64)], count: usize) -> Vec<(f64, f64)> {
     let (Some((start, _)), Some((end, _))) = (points.first(), points.last()) else { return Vec::new() };
     let mut parts = vec![0.0f64; count];
@@ -67,7 +71,12 @@ pub(crate) fn envelope(points: &[(f64, f64)], count: usize) -> Vec<(f64, f64)> {
         *part = part.max(*value);
     }
     let middle = |i: usize| start + (i as f64 + 0.5) * (end - start) / count as f64;
-    parts.into_iter().enumerate().filter(|(_, value)| *value > 0.0).map(|(i, value)| (middle(i), value)).collect()
+    parts
+        .into_iter()
+        .enumerate()
+        .filter(|(_, value)| *value > 0.0)
+        .map(|(i, value)| (middle(i), value))
+        .collect()
 }
 
 #[test]

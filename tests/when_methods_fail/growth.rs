@@ -7,7 +7,8 @@ use crate::charts;
 use crate::models::kepler::Kepler;
 use crate::models::*;
 
-/// Every digit of the tolerance is used up in the same time: about 3 s for this pendulum, whatever the method.
+/// Every digit of the tolerance is used up in the same time: about 3 s for this pendulum, whatever the
+/// method.
 #[test]
 fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
     let mut panel = Panel::new(Axis::new("time in s"), Axis::log("error in parts of the motion"));
@@ -20,13 +21,18 @@ fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
         let doubling = estimate.doubling_time.unwrap();
         assert!((0.5..1.3).contains(&doubling), "{estimate}");
         let end = estimate.lost_at.unwrap();
-        assert!(motion.summary().to_string().contains("nothing later can be trusted"), "{}", motion.summary());
+        assert!(
+            motion.summary().to_string().contains("nothing later can be trusted"),
+            "{}",
+            motion.summary()
+        );
         assert!(end > drawn, "{estimate}");
         lost.push(end);
         let until = estimate.history.iter().copied().filter(|(t, _)| *t <= drawn).collect::<Vec<_>>();
         panel = panel.line(format!("tolerance {tolerance:e}"), charts::envelope(&until, 40));
         // A run without estimate warns, too.
-        let plain = CHAOTIC.simulate(chaotic_start()).until(40.0).tolerance(tolerance).run().unwrap().summary();
+        let plain =
+            CHAOTIC.simulate(chaotic_start()).until(40.0).tolerance(tolerance).run().unwrap().summary();
         assert!(plain.to_string().contains("warning      global error about"), "{plain}");
     }
     println!("lost at {lost:.1?}");
@@ -35,13 +41,16 @@ fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
     charts::is_current("chaos", &Chart::new("A double pendulum by DOP853: error against time").panel(panel));
 }
 
-/// What implicit methods make of chaos is told by half steps, also where the model could choose between expressions (a buffer that is never reached).
+/// What implicit methods make of chaos is told by half steps, also where the model could choose between
+/// expressions (a buffer that is never reached).
 #[test]
 fn implicit_methods_tell_of_chaos_in_models_that_choose() {
     let run = || DUFFING.simulate(DUFFING.state().x(1.0).build().unwrap()).until(60.0);
     let exact = run().tolerance(1e-13).method(methods::Dop853).run().unwrap().end().x();
     let list: [Any<Kicked>; 2] = [methods::Radau5.into(), methods::Esdirk4.into()];
-    for (method, tolerance) in list.iter().flat_map(|method| [1e-6, 1e-8].map(|tolerance| (method, tolerance))) {
+    for (method, tolerance) in
+        list.iter().flat_map(|method| [1e-6, 1e-8].map(|tolerance| (method, tolerance)))
+    {
         let motion = run().tolerance(tolerance).method(method).run().unwrap();
         let (times, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.summary());
         let shown = summary.doubts.halved.unwrap();
@@ -51,7 +60,8 @@ fn implicit_methods_tell_of_chaos_in_models_that_choose() {
     }
 }
 
-/// Beside an unstable rest steps grow until no method follows e^(λ h), least of all one that damps: the mass stays on its hill in runs that keep their tolerance, in half steps as in whole ones.
+/// Beside an unstable rest steps grow until no method follows e^(λ h), least of all one that damps: the mass
+/// stays on its hill in runs that keep their tolerance, in half steps as in whole ones.
 #[test]
 fn rests_that_are_unstable_are_not_stepped_over() {
     let hill = Kicked { damping: 0.0, force: 0.0, ..DUFFING };
@@ -72,7 +82,8 @@ fn rests_that_are_unstable_are_not_stepped_over() {
             let tolerance = 10f64.powi(-k);
             let motion = run().tolerance(tolerance).method(method).run().unwrap();
             let mut sampler = exact.sampler();
-            let off = motion.steps().map(|state| (state.x() - sampler.at(state.t).x()).abs()).fold(0.0, f64::max);
+            let off =
+                motion.steps().map(|state| (state.x() - sampler.at(state.t).x()).abs()).fold(0.0, f64::max);
             let summary = motion.summary();
             assert!(
                 off < 1e3 * tolerance || summary.to_string().contains("warning"),
@@ -92,15 +103,18 @@ fn rests_that_are_unstable_are_not_stepped_over() {
         );
     }
     println!("{stayed} runs stayed, {told} were told of");
-    // Few stay since absolute tolerances follow small motions; that what long steps make of growth is wrong holds of more.
+    // Few stay since absolute tolerances follow small motions; that what long steps make of growth is wrong
+    // holds of more.
     assert!(stayed > 1 && told >= 2 * stayed, "{stayed} {told}");
     // What grows within steps that follow it is no doubt, nor is what dies.
-    for model in
-        [Kicked { stiffness: 1e8, damping: 2e4, cubic: 0.0, ..hill }, Kicked { stiffness: 1e6, cubic: 0.0, ..hill }]
-    {
+    for model in [
+        Kicked { stiffness: 1e8, damping: 2e4, cubic: 0.0, ..hill },
+        Kicked { stiffness: 1e6, cubic: 0.0, ..hill },
+    ] {
         for method in &list[..2] {
             let start = model.state().x(1e-3).build().unwrap();
-            let summary = model.simulate(start).until(0.5).tolerance(1e-4).method(method).run().unwrap().summary();
+            let summary =
+                model.simulate(start).until(0.5).tolerance(1e-4).method(method).run().unwrap().summary();
             assert!(summary.doubts.outgrown.is_none(), "{summary}");
         }
     }
@@ -109,13 +123,15 @@ fn rests_that_are_unstable_are_not_stepped_over() {
 /// The nearer the encounter, the more every error before it is amplified by it.
 #[test]
 fn close_encounters_amplify_errors() {
-    let list: [Any<Kepler>; 3] = [methods::DormandPrince5.into(), methods::Dop853.into(), methods::Verner9.into()];
+    let list: [Any<Kepler>; 3] =
+        [methods::DormandPrince5.into(), methods::Dop853.into(), methods::Verner9.into()];
     let distances = [0.5, 0.1, 0.01, 0.001];
     let mut panel = Panel::new(Axis::log("nearest distance"), Axis::log("error over tolerance"));
     for method in &list {
         let mut curve = Vec::new();
         for distance in distances {
-            let simulation = KEPLER.simulate(apocentre(1.0 - distance)).until(20.0).tolerance(1e-9).method(method);
+            let simulation =
+                KEPLER.simulate(apocentre(1.0 - distance)).until(20.0).tolerance(1e-9).method(method);
             let motion = simulation.estimate_error().run().unwrap();
             let ratio = motion.global_error().unwrap().ratio.unwrap();
             let summary = motion.summary().to_string();

@@ -42,7 +42,8 @@ impl Well {
     }
 }
 
-/// A mass that a spring and a damper hold to a moving guide, x = cos t where it starts on it: Prothero and Robinson's problem.
+/// A mass that a spring and a damper hold to a moving guide, x = cos t where it starts on it: Prothero and
+/// Robinson's problem.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]
 #[units(mass: kg, stiffness: N / m, damping: N * s / m, amplitude: m, omega: rad / s)]
@@ -150,7 +151,8 @@ impl Spring {
 /// ω = 1.
 pub(crate) const SPRING: Spring = Spring { mass: 1.0, stiffness: 1.0 };
 
-/// A mass in a well with two bottoms, shaken, kicked for a moment, and before a buffer that it need not reach.
+/// A mass in a well with two bottoms, shaken, kicked for a moment, and before a buffer that it need not
+/// reach.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]
 #[units(mass: kg, stiffness: N / m, cubic: N / m^3, damping: N * s / m, force: N, omega: rad / s, kick: N, at: s, width: s, buffer: m)]

@@ -64,8 +64,10 @@ fn what_is_quoted_is_what_is_said() {
         };
         for quote in cells[says].split('`').skip(1).step_by(2) {
             // What stands for a number, and the brackets of a value, are no words.
-            for piece in
-                quote.split("..").flat_map(|piece| piece.split(['(', ')'])).map(|piece| piece.trim_matches(['.', ' ']))
+            for piece in quote
+                .split("..")
+                .flat_map(|piece| piece.split(['(', ')']))
+                .map(|piece| piece.trim_matches(['.', ' ']))
             {
                 assert!(sources.contains(piece), "nobody says `{piece}`, as in: {line}");
             }
@@ -77,9 +79,14 @@ fn what_is_quoted_is_what_is_said() {
 
 #[test]
 fn every_chart_is_shown() {
-    let shown: BTreeSet<String> =
-        PAGE.split("](charts/").skip(1).filter_map(|rest| rest.split(')').next()).map(str::to_string).collect();
+    let shown: BTreeSet<String> = PAGE
+        .split("](charts/")
+        .skip(1)
+        .filter_map(|rest| rest.split(')').next())
+        .map(str::to_string)
+        .collect();
     let files = std::fs::read_dir(crate::charts::folder()).unwrap();
-    let files: BTreeSet<String> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    let files: BTreeSet<String> =
+        files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
     assert_eq!(shown, files);
 }

@@ -1,7 +1,8 @@
-//! Instructions that each benchmark took when it was last looked at: rustc 1.95, x86-64 without further target features, valgrind 3.19.
+//! Instructions that each benchmark took when it was last looked at: rustc 1.95, x86-64 without further
+//! target features, valgrind 3.19.
 //!
-//! `run.sh` prints the present ones. Who makes something slower on purpose writes the new count here and says why in the commit; who makes it
-//! faster lowers it, so that the gain is kept.
+//! `run.sh` prints the present ones. Who makes something slower on purpose writes the new count here and says
+//! why in the commit; who makes it faster lowers it, so that the gain is kept.
 
 /// Most percent above a count before it is a regression: what compilers' versions and their moods make.
 pub(crate) const TOLERANCE: u64 = 4;

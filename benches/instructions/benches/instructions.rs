@@ -1,4 +1,5 @@
-//! Instructions of evaluations and motions: they are the same on every run, where times are not. `run.sh` of this package runs it.
+//! Instructions of evaluations and motions: they are the same on every run, where times are not. `run.sh` of
+//! this package runs it.
 #![allow(clippy::duplicate_mod, reason = "models are included where they are used")]
 
 #[path = "../../evaluation/by_hand.rs"]
@@ -22,7 +23,9 @@ mod stiff;
 use std::hint::black_box;
 
 use dynamics::prelude::*;
-use gungraun::{Callgrind, EventKind, LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main};
+use gungraun::{
+    Callgrind, EventKind, LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main,
+};
 use loops::SliderCrank;
 use loops::andrews::Andrews;
 use models::{Chain5, Chain10, DoublePendulum};
@@ -118,7 +121,15 @@ fn swinging() -> (DoublePendulum, State<DoublePendulum>) {
 fn squeezing() -> (Andrews, State<Andrews>) {
     let model = loops::andrews::PUBLISHED;
     let [beta, theta, gamma, phi, delta, omega, epsilon] = loops::andrews::START;
-    let start = model.state().beta(beta).theta(theta).gamma(gamma).phi(phi).delta(delta).omega(omega).epsilon(epsilon);
+    let start = model
+        .state()
+        .beta(beta)
+        .theta(theta)
+        .gamma(gamma)
+        .phi(phi)
+        .delta(delta)
+        .omega(omega)
+        .epsilon(epsilon);
     let start = start.build().expect("it is assembled");
     (model, start)
 }

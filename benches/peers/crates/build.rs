@@ -1,4 +1,5 @@
-//! Compiles the right-hand side of Andrews' mechanism that `python/andrews_c.py` generated into `PEERS_GENERATED`; where that is empty it is not measured.
+//! Compiles the right-hand side of Andrews' mechanism that `python/andrews_c.py` generated into
+//! `PEERS_GENERATED`; where that is empty it is not measured.
 
 use std::env;
 use std::path::PathBuf;
@@ -15,7 +16,8 @@ fn main() {
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
     let source = out.join("andrews.c");
     let text =
-        "#include \"andrews.h\"\nvoid peers_andrews(const double *y, double *slope) { andrews_ode(y, slope); }\n";
+        "#include \"andrews.h\"\nvoid peers_andrews(const double *y, double *slope) \
+         { andrews_ode(y, slope); }\n";
     std::fs::write(&source, text).expect("the folder can be written");
     let run = |program: &str, arguments: &[&str]| {
         let done = Command::new(program).args(arguments).status().expect("a C compiler");

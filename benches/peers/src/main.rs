@@ -1,7 +1,8 @@
 //! Error against cost beside `ode_solvers`, on the same derived right-hand sides and the same tolerances.
 //! `cargo run --release --manifest-path benches/peers/Cargo.toml`.
 //!
-//! `ode_solvers` integrates the first-order system (q, q̇) and keeps its accepted steps, as it cannot but do; this library keeps nothing.
+//! `ode_solvers` integrates the first-order system (q, q̇) and keeps its accepted steps, as it cannot but do;
+//! this library keeps nothing.
 
 mod problems;
 
@@ -34,7 +35,8 @@ macro_rules! measured {
         for tolerance in tolerances() {
             for _ in 0..REPEATS {
                 let clock = Instant::now();
-                let mut solver = $solver::new(&system, 0.0, $problem.end, $problem.end, y, tolerance, tolerance);
+                let mut solver =
+                    $solver::new(&system, 0.0, $problem.end, $problem.end, y, tolerance, tolerance);
                 solver.set_output(OutputType::Sparse);
                 let stats = solver.integrate();
                 let time = clock.elapsed().as_secs_f64() * 1e6;

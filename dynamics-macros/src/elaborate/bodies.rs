@@ -1,7 +1,9 @@
-//! Rigid bodies whose energies a model adds up: by which steps their frames are reached, for the engine to derive from.
+//! Rigid bodies whose energies a model adds up: by which steps their frames are reached, for the engine to
+//! derive from.
 //!
-//! Like the turns of a rotation, what a place is made of is looked up by its elements: a vector that a known rotation carried into the world, added to
-//! another place. So frames of frames are found however they were written; a place of unknown making is a shift in the world.
+//! Like the turns of a rotation, what a place is made of is looked up by its elements: a vector that a known
+//! rotation carried into the world, added to another place. So frames of frames are found however they were
+//! written; a place of unknown making is a shift in the world.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -54,7 +56,9 @@ impl Elaborator<'_> {
 
     /// Notes an energy of a rigid body.
     pub(super) fn note_energy(&mut self, arguments: &[Argument], name: &Ident, energy: &Value) {
-        let (Some((Value::Record(body), _)), Value::Scalar(energy)) = (arguments.first(), energy) else { return };
+        let (Some((Value::Record(body), _)), Value::Scalar(energy)) = (arguments.first(), energy) else {
+            return;
+        };
         let key = all_nodes(body);
         match (self.role, arguments.get(1).map(|(gravity, _)| gravity)) {
             (Role::Kinetic, None) => {
@@ -154,7 +158,9 @@ impl Elaborator<'_> {
         let graph = &self.model.graph;
         let is_identity = |rows: &Rows| {
             (0..3).all(|i| {
-                (0..3).all(|j| if i == j { graph.is_one(rows[i][j].node) } else { graph.is_zero(rows[i][j].node) })
+                (0..3).all(|j| {
+                    if i == j { graph.is_one(rows[i][j].node) } else { graph.is_zero(rows[i][j].node) }
+                })
             })
         };
         if is_identity(rotation) {

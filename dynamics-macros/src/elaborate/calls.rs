@@ -42,7 +42,8 @@ impl<'a> Elaborator<'a> {
             return Value::Poison;
         }
         // A model's own function comes before one of a trait.
-        let is_own = matches!(receiver, Value::Model) && self.implementation.functions.iter().any(|f| f.name == *name);
+        let is_own =
+            matches!(receiver, Value::Model) && self.implementation.functions.iter().any(|f| f.name == *name);
         // Conversions between `f64` and `Expr`, copies and borrows change nothing here.
         if !is_own && matches!(text.as_str(), "into" | "clone" | "to_owned") && arguments.is_empty() {
             return receiver;
@@ -99,7 +100,8 @@ impl<'a> Elaborator<'a> {
             ("unit", "normalize"),
         ];
         let text = name.to_string();
-        let renamed = RENAMED.iter().find(|(wrong, right)| *wrong == text && known.contains(right)).map(|(_, r)| *r);
+        let renamed =
+            RENAMED.iter().find(|(wrong, right)| *wrong == text && known.contains(right)).map(|(_, r)| *r);
         let hint = match renamed.or_else(|| crate::suggest::nearest(&text, known.iter().copied())) {
             Some(best) => format!("did you mean `{best}`?"),
             None if known.is_empty() => "use its parts".into(),
@@ -108,7 +110,8 @@ impl<'a> Elaborator<'a> {
         self.fail(name.span(), &messages::unknown_method(receiver.shape(), name, hint))
     }
 
-    /// Whether a method got as many arguments as it takes. (rustc says it too, but only once the model is understood.)
+    /// Whether a method got as many arguments as it takes. (rustc says it too, but only once the model is
+    /// understood.)
     pub(super) fn takes(&mut self, name: &Ident, arguments: &[Argument], expected: usize) -> bool {
         let fits = arguments.len() == expected;
         if !fits {
@@ -177,7 +180,8 @@ impl<'a> Elaborator<'a> {
     pub(super) fn reach(&mut self, index: usize) {
         if self.reached.insert(index) {
             let function = &self.implementation.functions[index].item;
-            let (inputs, output) = (function.sig.inputs.to_token_stream(), function.sig.output.to_token_stream());
+            let (inputs, output) =
+                (function.sig.inputs.to_token_stream(), function.sig.output.to_token_stream());
             for tokens in [inputs, output, function.block.to_token_stream()] {
                 self.refuse_single_precision(tokens);
             }
@@ -208,8 +212,11 @@ impl<'a> Elaborator<'a> {
             return self.library_call(record, name, arguments, place);
         }
         match segments.as_slice() {
-            [ty, name] if *ty == "Self" || **ty == self.declaration.name => self.call_function(name, arguments),
-            // A longer path may lead to a type of the same name elsewhere: `dynamics::Force::along` in a model called `Force`.
+            [ty, name] if *ty == "Self" || **ty == self.declaration.name => {
+                self.call_function(name, arguments)
+            }
+            // A longer path may lead to a type of the same name elsewhere: `dynamics::Force::along` in a
+            // model called `Force`.
             [.., ty, name] if **ty == self.declaration.name && self.has_function(name) => {
                 self.call_function(name, arguments)
             }
@@ -229,7 +236,11 @@ impl<'a> Elaborator<'a> {
             "vec3" => 3,
             text if self.frame().find(text).is_some() => {
                 let poisoned = self.frame().find(text).is_some_and(Value::is_poison);
-                return if poisoned { Value::Poison } else { self.fail(name.span(), &messages::call_of_value()) };
+                return if poisoned {
+                    Value::Poison
+                } else {
+                    self.fail(name.span(), &messages::call_of_value())
+                };
             }
             text => {
                 let methods = self.implementation.functions.iter().any(|f| f.name == text);
@@ -284,7 +295,9 @@ impl<'a> Elaborator<'a> {
                 self.scalar(value, place).into()
             }
             ("Vec2" | "Vec3", "new") => self.vector_of(arguments),
-            ("Vec2" | "Vec3", _) => self.vector_from(if ty_text == "Vec2" { 2 } else { 3 }, arguments.remove(0)),
+            ("Vec2" | "Vec3", _) => {
+                self.vector_from(if ty_text == "Vec2" { 2 } else { 3 }, arguments.remove(0))
+            }
             ("Force", "at") => self.force_at(arguments),
             ("Force", _) => self.force_along(arguments),
             _ => self.matrix_constructor(name, arguments),
@@ -323,12 +336,18 @@ impl<'a> Elaborator<'a> {
         let (point, at_point) = arguments.remove(0);
         match (point, vector) {
             (Value::Vector(point), Value::Vector(vector)) if point.len() == vector.len() => {
-                Value::Force(Rc::new(vec![Term::At { point, vector, place: Place::joined(at_point, at_vector) }]))
+                Value::Force(Rc::new(vec![Term::At {
+                    point,
+                    vector,
+                    place: Place::joined(at_point, at_vector),
+                }]))
             }
             (point @ Value::Vector(_), vector) => {
                 self.fail(at_vector, &messages::expected_shape(point.shape(), vector.shape()))
             }
-            (point, _) => self.fail(at_point, &messages::expected_shape("a `Vec2` or a `Vec3`", point.shape())),
+            (point, _) => {
+                self.fail(at_point, &messages::expected_shape("a `Vec2` or a `Vec3`", point.shape()))
+            }
         }
     }
 

@@ -1,4 +1,5 @@
-//! `if`, `match` and `for`. What is decided by integers is decided now; what is decided by the motion becomes a selection.
+//! `if`, `match` and `for`. What is decided by integers is decided now; what is decided by the motion becomes
+//! a selection.
 
 use std::rc::Rc;
 
@@ -54,8 +55,8 @@ impl<'a> Elaborator<'a> {
         e.else_branch.as_ref().map_or_else(Value::unit, |(_, branch)| self.expression(branch))
     }
 
-    /// Both branches, each on its own copy of the variables; then a selection of everything that differs. Without a condition (a mistake in
-    /// it is reported already) whatever differs is unknown.
+    /// Both branches, each on its own copy of the variables; then a selection of everything that differs.
+    /// Without a condition (a mistake in it is reported already) whatever differs is unknown.
     fn undecided(&mut self, e: &'a ExprIf, condition: Option<Condition>) -> Value {
         let before = self.frame().scopes.clone();
         self.frame().undecided += 1;
@@ -74,8 +75,15 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Variables after both branches. The branches' own scopes are gone: both sides have the same names in the same order.
-    fn merge(&mut self, condition: Option<&Condition>, then: Scopes, otherwise: Scopes, place: Place) -> Scopes {
+    /// Variables after both branches. The branches' own scopes are gone: both sides have the same names in
+    /// the same order.
+    fn merge(
+        &mut self,
+        condition: Option<&Condition>,
+        then: Scopes,
+        otherwise: Scopes,
+        place: Place,
+    ) -> Scopes {
         let pairs = then.into_iter().zip(otherwise);
         let mut merged = Vec::new();
         for (a, b) in pairs {
@@ -94,7 +102,13 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `if condition { then } else { otherwise }` for values of any shape.
-    pub(super) fn select(&mut self, condition: &Condition, then: &Value, otherwise: &Value, at: Place) -> Value {
+    pub(super) fn select(
+        &mut self,
+        condition: &Condition,
+        then: &Value,
+        otherwise: &Value,
+        at: Place,
+    ) -> Value {
         if same(then, otherwise) {
             return then.clone();
         }
@@ -156,7 +170,9 @@ impl<'a> Elaborator<'a> {
         match condition {
             Condition::Known(true) => a,
             Condition::Known(false) => b,
-            Condition::Compare(comparison, left, right) => self.model.graph.select(*comparison, *left, *right, a, b),
+            Condition::Compare(comparison, left, right) => {
+                self.model.graph.select(*comparison, *left, *right, a, b)
+            }
             Condition::Not(inner) => self.select_node(inner, b, a),
             Condition::And(first, second) => {
                 let inner = self.select_node(second, a, b);
@@ -180,10 +196,8 @@ impl<'a> Elaborator<'a> {
                         .map(&mut gate)
                         .collect::<Option<Vec<_>>>()
                         .map(|vector| Term::At { point: point.clone(), vector, place: *place }),
-                    Term::Along { expression, magnitude, place } => gate(magnitude).map(|magnitude| Term::Along {
-                        expression: expression.clone(),
-                        magnitude,
-                        place: *place,
+                    Term::Along { expression, magnitude, place } => gate(magnitude).map(|magnitude| {
+                        Term::Along { expression: expression.clone(), magnitude, place: *place }
                     }),
                 };
                 let Some(gated) = gated else { return Value::Poison };
@@ -218,7 +232,8 @@ impl<'a> Elaborator<'a> {
                 }
             }
         }
-        // Patterns that are not exhaustive are rustc's to report; a value that none of them has cannot get past it.
+        // Patterns that are not exhaustive are rustc's to report; a value that none of them has cannot get
+        // past it.
         self.fail(Place::of(&e.expr), &messages::no_arm(value.value))
     }
 
@@ -258,14 +273,17 @@ impl<'a> Elaborator<'a> {
             }
             Pat::Range(range) => {
                 let bound = |e: &Option<Box<Expr>>, open| e.as_ref().map_or(Some(open), |e| literal(e));
-                if let (Some(start), Some(end)) = (bound(&range.start, i128::MIN), bound(&range.end, i128::MAX)) {
+                if let (Some(start), Some(end)) =
+                    (bound(&range.start, i128::MIN), bound(&range.end, i128::MAX))
+                {
                     let closed = matches!(range.limits, syn::RangeLimits::Closed(_)) || range.end.is_none();
                     return Some(value >= start && (value < end || closed && value == end));
                 }
             }
             _ => {}
         }
-        let message = messages::unsupported("this kind of pattern", "match integers, ranges of them, names and `_`");
+        let message =
+            messages::unsupported("this kind of pattern", "match integers, ranges of them, names and `_`");
         self.fail(Place::of(pattern), &message);
         None
     }
@@ -275,7 +293,8 @@ impl<'a> Elaborator<'a> {
         if let Some(label) = &e.label {
             // What its rounds would have assigned is not known.
             self.frame().scopes.iter_mut().flatten().for_each(|variable| variable.value = Value::Poison);
-            return self.fail(Place::of(label), &messages::unsupported("labels", "write loops without labels"));
+            return self
+                .fail(Place::of(label), &messages::unsupported("labels", "write loops without labels"));
         }
         let items = match self.expression(&e.expr) {
             Value::Array(items) | Value::Sequence(items) => items,
@@ -317,7 +336,9 @@ impl<'a> Elaborator<'a> {
 fn same(a: &Value, b: &Value) -> bool {
     let all = |a: &[Value], b: &[Value]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b));
     match (a, b) {
-        (Value::Unset, Value::Unset) | (Value::Model, Value::Model) | (Value::Coordinates, Value::Coordinates) => true,
+        (Value::Unset, Value::Unset)
+        | (Value::Model, Value::Model)
+        | (Value::Coordinates, Value::Coordinates) => true,
         (Value::Scalar(a), Value::Scalar(b)) => a.node == b.node && a.unit == b.unit,
         (Value::Integer(a), Value::Integer(b)) => a.value == b.value,
         (Value::Condition(Condition::Known(a)), Value::Condition(Condition::Known(b))) => a == b,

@@ -38,8 +38,7 @@ impl Elaborator<'_> {
             .chain(declaration.fields.iter().filter_map(|f| f.unit.as_ref()))
             .chain(declaration.output_units.iter().map(|(_, unit)| unit))
             .collect();
-        let dimensional =
-            |unit: &&UnitText| matches!(Unit::parse_tokens(&unit.tokens()), Ok(Some(unit)) if !unit.dimension.is_one());
+        let dimensional = |unit: &&UnitText| matches!(Unit::parse_tokens(&unit.tokens()), Ok(Some(unit)) if !unit.dimension.is_one());
         self.dimensions.active = units.iter().any(dimensional);
 
         for quantity in &declaration.coordinates {
@@ -134,9 +133,9 @@ impl Elaborator<'_> {
             Shape::Vector2 => Value::Vector(vec![next(self), next(self)]),
             Shape::Vector3 => Value::Vector(vec![next(self), next(self), next(self)]),
             Shape::Matrix3 => Value::matrix([(); 3].map(|()| [(); 3].map(|()| next(self)))),
-            Shape::Array(length, inner) => {
-                Value::array((0..*length).map(|_| self.parameter_value(inner, declared, place, names)).collect())
-            }
+            Shape::Array(length, inner) => Value::array(
+                (0..*length).map(|_| self.parameter_value(inner, declared, place, names)).collect(),
+            ),
         }
     }
 
@@ -156,8 +155,12 @@ impl Elaborator<'_> {
         match self.dimensions.units.declare(&unit, origin) {
             Ok(expr) => Declared { unit: self.dimensions.active.then(|| Rc::new(expr)), text: unit.text },
             Err(mixed) => {
-                let message =
-                    messages::mixed_systems(mixed.unit, mixed.system.name(), mixed.other, mixed.other_system.name());
+                let message = messages::mixed_systems(
+                    mixed.unit,
+                    mixed.system.name(),
+                    mixed.other,
+                    mixed.other_system.name(),
+                );
                 self.diagnostics.error(text.place(), &message);
                 unknown
             }
@@ -181,12 +184,16 @@ impl Elaborator<'_> {
             UnitError::Unknown { name, suggestion, .. } => {
                 let hint = match suggestion {
                     Some(known) => format!("did you mean `{known}`?"),
-                    None => "use coherent units such as `m`, `kg`, `s`, `N` or `ft`, `slug`, `s`, `lb`".into(),
+                    None => {
+                        "use coherent units such as `m`, `kg`, `s`, `N` or `ft`, `slug`, `s`, `lb`".into()
+                    }
                 };
                 messages::unknown_unit(name, hint)
             }
             UnitError::Scaled { name, equals, coherent, .. } => messages::scaled_unit(name, equals, coherent),
-            UnitError::Mixed { name, system, before, .. } => messages::mixed_unit(name, system.name(), before.name()),
+            UnitError::Mixed { name, system, before, .. } => {
+                messages::mixed_unit(name, system.name(), before.name())
+            }
             UnitError::Syntax { expected, found, .. } => {
                 let found = found.as_ref().map_or_else(|| "the end".into(), |f| format!("`{f}`"));
                 messages::unit_syntax(expected, found)
@@ -211,7 +218,9 @@ impl Elaborator<'_> {
             super::derivative::collect(value, &mut scalars);
         }
         for scalar in scalars {
-            let dynamics_symbolic::graph::Node::Symbol(symbol) = self.model.graph.node(scalar.node) else { continue };
+            let dynamics_symbolic::graph::Node::Symbol(symbol) = self.model.graph.node(scalar.node) else {
+                continue;
+            };
             let slot = match symbol {
                 Symbol::Coordinate(i) => self.model.coordinates.get_mut(i as usize).map(|c| &mut c.unit),
                 Symbol::Input(i) => self.model.inputs.get_mut(i as usize).map(|c| &mut c.unit),

@@ -25,7 +25,8 @@ impl Elaborator<'_> {
                 let graph = &self.model.graph;
                 let mut rates = rates.into_iter().zip(&scalars).map(|(node, s)| {
                     // The rate of a constant is zero, which has any unit.
-                    let unit = s.unit.as_ref().filter(|_| !graph.is_zero(node)).map(|u| Rc::new(u.div(&second)));
+                    let unit =
+                        s.unit.as_ref().filter(|_| !graph.is_zero(node)).map(|u| Rc::new(u.div(&second)));
                     Scalar { node, unit }
                 });
                 rebuild(&value, &mut rates)

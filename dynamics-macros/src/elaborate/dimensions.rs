@@ -1,4 +1,5 @@
-//! Units of values while they are elaborated: where an operation demands equal units, and what a conflict is called.
+//! Units of values while they are elaborated: where an operation demands equal units, and what a conflict is
+//! called.
 
 use std::rc::Rc;
 
@@ -36,13 +37,16 @@ impl Elaborator<'_> {
         self.dimensions.active.then(|| Rc::new(self.dimensions.units.unknown(label)))
     }
 
-    /// Notes the units of the vectors that a helper returns: they tell places from directions when a model without a drawing is drawn.
+    /// Notes the units of the vectors that a helper returns: they tell places from directions when a model
+    /// without a drawing is drawn.
     pub(super) fn note_returned(&mut self, function: usize, value: &Value) {
         if !self.dimensions.active || self.implementation.functions[function].role != Role::Helper {
             return;
         }
         let (mut components, mut units) = (Vec::new(), Vec::new());
-        if matches!(value, Value::Vector(_) | Value::Array(_)) && flatten(value, "", &mut components, &mut units) {
+        if matches!(value, Value::Vector(_) | Value::Array(_))
+            && flatten(value, "", &mut components, &mut units)
+        {
             self.returned.insert(function, units);
         }
     }
@@ -50,12 +54,14 @@ impl Elaborator<'_> {
     /// Helpers whose vectors have a unit other than a length's. One whose unit is not known may be a place.
     pub(super) fn vectors_that_are_no_places(&self) -> Vec<Ident> {
         let known = |unit: &UnitOf| unit.as_ref().and_then(|unit| self.dimensions.units.dimension(unit));
-        let is_no_length = |unit: &UnitOf| known(unit).is_some_and(|dimension| dimension != Dimension::LENGTH);
+        let is_no_length =
+            |unit: &UnitOf| known(unit).is_some_and(|dimension| dimension != Dimension::LENGTH);
         let returned = self.returned.iter().filter(|(_, units)| units.iter().any(is_no_length));
         returned.map(|(index, _)| self.implementation.functions[*index].name.clone()).collect()
     }
 
-    /// Demands one unit of both; where they conflict, says so at `place` in the words of `message`(left, right).
+    /// Demands one unit of both; where they conflict, says so at `place` in the words of `message`(left,
+    /// right).
     pub(super) fn equate(
         &mut self,
         left: &UnitOf,
@@ -90,11 +96,13 @@ impl Elaborator<'_> {
         place: impl Into<Place>,
     ) -> Option<()> {
         let one = self.dimensionless();
-        self.equate(&scalar.unit, &one, place, |unit, _| messages::unit_of_argument(function, unit)).map(|_| ())
+        self.equate(&scalar.unit, &one, place, |unit, _| messages::unit_of_argument(function, unit))
+            .map(|_| ())
     }
 }
 
-/// The message of two units that one operator cannot combine; the remedy depends on whether one of them is a plain number.
+/// The message of two units that one operator cannot combine; the remedy depends on whether one of them is a
+/// plain number.
 pub(super) fn mismatch(operator: impl std::fmt::Display, left: String, right: String) -> Message {
     let number = left == "1" || right == "1";
     let remedy = if number {

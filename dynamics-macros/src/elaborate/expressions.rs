@@ -29,7 +29,8 @@ impl<'a> Elaborator<'a> {
         Value::Poison
     }
 
-    /// A value that was put together from parts, unless there are too many: shared parts make sizes that no memory holds.
+    /// A value that was put together from parts, unless there are too many: shared parts make sizes that no
+    /// memory holds.
     pub(super) fn bounded(&mut self, value: Value, place: impl Into<Place>) -> Value {
         let size = value.size();
         self.steps += size;
@@ -59,7 +60,8 @@ impl<'a> Elaborator<'a> {
 
     /// The value of an expression.
     ///
-    /// Chains that nest to the left (sums, products, method calls, fields) are unwound by a loop: a sum of a thousand terms is no recursion.
+    /// Chains that nest to the left (sums, products, method calls, fields) are unwound by a loop: a sum of a
+    /// thousand terms is no recursion.
     pub(super) fn expression(&mut self, expr: &'a Expr) -> Value {
         self.depth += 1;
         let mut chain = Vec::new();
@@ -137,7 +139,9 @@ impl<'a> Elaborator<'a> {
                 let value = e.expr.as_ref().map_or_else(Value::unit, |x| self.expression(x));
                 self.leave(Flow::Return(value), e.return_token.span)
             }
-            Expr::Break(e) if e.label.is_none() && e.expr.is_none() => self.leave(Flow::Break, e.break_token.span),
+            Expr::Break(e) if e.label.is_none() && e.expr.is_none() => {
+                self.leave(Flow::Break, e.break_token.span)
+            }
             Expr::Continue(e) if e.label.is_none() => self.leave(Flow::Continue, e.continue_token.span),
             other => self.unsupported(other),
         }
@@ -147,14 +151,18 @@ impl<'a> Elaborator<'a> {
     fn unsupported(&mut self, expr: &Expr) -> Value {
         let (place, what, remedy) = match expr {
             Expr::Closure(e) => (Place::of(e), "closures", "write a `for` loop or a function of the impl"),
-            Expr::While(e) => {
-                (e.while_token.span.into(), "`while` loops", "write a `for` loop over a range known at compile time")
-            }
+            Expr::While(e) => (
+                e.while_token.span.into(),
+                "`while` loops",
+                "write a `for` loop over a range known at compile time",
+            ),
             Expr::Loop(e) => {
                 (e.loop_token.span.into(), "`loop`s", "write a `for` loop over a range known at compile time")
             }
             Expr::Macro(e) => return self.macro_call(&e.mac),
-            Expr::Try(e) => (e.question_token.span().into(), "`?`", "a model's functions return plain values"),
+            Expr::Try(e) => {
+                (e.question_token.span().into(), "`?`", "a model's functions return plain values")
+            }
             Expr::Unsafe(e) => (e.unsafe_token.span.into(), "`unsafe` blocks", "write the expression itself"),
             Expr::Async(_) | Expr::Await(_) | Expr::Yield(_) => {
                 (Place::of(expr), "asynchronous code", "write the expression itself")
@@ -166,7 +174,11 @@ impl<'a> Elaborator<'a> {
             }
             Expr::Continue(e) => (e.continue_token.span.into(), "labels", "write loops without labels"),
             Expr::Const(e) => (e.const_token.span.into(), "`const` blocks", "write a constant of the impl"),
-            _ => (Place::of(expr), "this kind of expression", "write it with arithmetic, functions, `if` and `for`"),
+            _ => (
+                Place::of(expr),
+                "this kind of expression",
+                "write it with arithmetic, functions, `if` and `for`",
+            ),
         };
         self.fail(place, &messages::unsupported(what, remedy))
     }
@@ -174,17 +186,17 @@ impl<'a> Elaborator<'a> {
     /// What a macro expands to is not seen; for those of std it is known what else to do.
     pub(super) fn macro_call(&mut self, call: &syn::Macro) -> Value {
         let name = crate::syntax::path_text(&call.path);
-        let remedy = match call.path.segments.last().map(|s| s.ident.to_string()).unwrap_or_default().as_str() {
-            "println" | "print" | "eprintln" | "eprint" | "dbg" => {
-                "remove it, and mark what you want to see `#[output]`"
-            }
-            "assert" | "assert_eq" | "assert_ne" | "debug_assert" | "debug_assert_eq" | "debug_assert_ne" => {
-                "check parameters where the model is made"
-            }
-            "panic" | "unreachable" | "todo" | "unimplemented" => "give every case a value",
-            "vec" => "write an array, `[..]`",
-            _ => "write its code out",
-        };
+        let remedy =
+            match call.path.segments.last().map(|s| s.ident.to_string()).unwrap_or_default().as_str() {
+                "println" | "print" | "eprintln" | "eprint" | "dbg" => {
+                    "remove it, and mark what you want to see `#[output]`"
+                }
+                "assert" | "assert_eq" | "assert_ne" | "debug_assert" | "debug_assert_eq"
+                | "debug_assert_ne" => "check parameters where the model is made",
+                "panic" | "unreachable" | "todo" | "unimplemented" => "give every case a value",
+                "vec" => "write an array, `[..]`",
+                _ => "write its code out",
+            };
         self.fail(Place::of(&call.path), &messages::macro_in_model(name, remedy))
     }
 
@@ -242,8 +254,10 @@ impl<'a> Elaborator<'a> {
         }
         let left = self.expression(&e.left);
         match (&e.op, &left) {
-            // As Rust does: what stands on the right may hold only where this does not decide, as in `i > 0 && a[i - 1] > 0.0`.
-            (And(_), Value::Condition(Condition::Known(false))) | (Or(_), Value::Condition(Condition::Known(true))) => {
+            // As Rust does: what stands on the right may hold only where this does not decide, as in
+            // `i > 0 && a[i - 1] > 0.0`.
+            (And(_), Value::Condition(Condition::Known(false)))
+            | (Or(_), Value::Condition(Condition::Known(true))) => {
                 return left;
             }
             _ => {}
@@ -264,7 +278,8 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Integers become real numbers or other integers; everything else that `as` can do to real numbers rounds.
+    /// Integers become real numbers or other integers; everything else that `as` can do to real numbers
+    /// rounds.
     fn cast(&mut self, e: &'a syn::ExprCast) -> Value {
         let value = self.expression(&e.expr);
         let name = match &*e.ty {
@@ -315,8 +330,10 @@ impl<'a> Elaborator<'a> {
             "Vec3" => &["x", "y", "z"],
             _ => {
                 let path = Place::of(&e.path);
-                return self
-                    .fail(path, &messages::unsupported("structs other than vectors", "use a tuple or an array"));
+                return self.fail(
+                    path,
+                    &messages::unsupported("structs other than vectors", "use a tuple or an array"),
+                );
             }
         };
         self.taken_for_library(&e.path);
@@ -372,19 +389,30 @@ impl<'a> Elaborator<'a> {
         self.is_of(index, TypeOf::USIZE);
         match (base, index) {
             (Value::Poison, _) | (_, Value::Poison) => Value::Poison,
-            (Value::Array(items) | Value::Sequence(items), Value::Integer(i)) => match pick(i.value, items.len()) {
-                Some(k) => items[k].clone(),
-                None => self.fail(Place::of(at), &messages::index_out_of_range(i.value, "the array", items.len())),
-            },
+            (Value::Array(items) | Value::Sequence(items), Value::Integer(i)) => {
+                match pick(i.value, items.len()) {
+                    Some(k) => items[k].clone(),
+                    None => self.fail(
+                        Place::of(at),
+                        &messages::index_out_of_range(i.value, "the array", items.len()),
+                    ),
+                }
+            }
             (Value::Vector(v), Value::Integer(i)) => match pick(i.value, v.len()) {
                 Some(k) => Value::Scalar(v[k].clone()),
-                None => self.fail(Place::of(at), &messages::index_out_of_range(i.value, "the vector", v.len())),
+                None => {
+                    self.fail(Place::of(at), &messages::index_out_of_range(i.value, "the vector", v.len()))
+                }
             },
             (Value::Matrix(m), Value::Tuple(pair)) => match pair.as_slice() {
                 [Value::Integer(i), Value::Integer(j)] => match (pick(i.value, 3), pick(j.value, 3)) {
                     (Some(i), Some(j)) => Value::Scalar(m[i][j].clone()),
-                    (None, _) => self.fail(Place::of(at), &messages::index_out_of_range(i.value, "the matrix", 3)),
-                    (_, None) => self.fail(Place::of(at), &messages::index_out_of_range(j.value, "the matrix", 3)),
+                    (None, _) => {
+                        self.fail(Place::of(at), &messages::index_out_of_range(i.value, "the matrix", 3))
+                    }
+                    (_, None) => {
+                        self.fail(Place::of(at), &messages::index_out_of_range(j.value, "the matrix", 3))
+                    }
                 },
                 items if items.iter().any(Value::is_poison) => Value::Poison,
                 _ => self.fail(Place::of(at), &messages::matrix_index()),
@@ -457,8 +485,10 @@ impl<'a> Elaborator<'a> {
         let (start, end) = (start.value, end.value);
         let end = if matches!(e.limits, syn::RangeLimits::Closed(_)) { end + 1 } else { end };
         if end - start > super::control::MAX_ITERATIONS {
-            return self
-                .fail(Place::of(e), &messages::too_many_iterations(end - start, super::control::MAX_ITERATIONS));
+            return self.fail(
+                Place::of(e),
+                &messages::too_many_iterations(end - start, super::control::MAX_ITERATIONS),
+            );
         }
         self.steps += usize::try_from(end - start).unwrap_or(0);
         let item = |value| Value::Integer(Integer { value, truncated: None, ty });

@@ -13,27 +13,38 @@ pub(super) fn constraint(fault: &ConstraintFinding) -> (Message, Vec<Origin>) {
         Fault::Contains { name, what, reason, origin } => {
             (messages::constraint_contains(name, what, reason), at(origin))
         }
-        Fault::HolonomicWithVelocities { name, origin } => (messages::constraint_with_velocities(name), at(origin)),
+        Fault::HolonomicWithVelocities { name, origin } => {
+            (messages::constraint_with_velocities(name), at(origin))
+        }
         Fault::NonholonomicWithoutVelocities { name, origin } => {
             (messages::constraint_without_velocities(name), at(origin))
         }
         Fault::NotLinear { name, origin } => (messages::constraint_not_linear(name), at(origin)),
         Fault::AlwaysZero { name, origin } => (messages::constraint_always_zero(name), at(origin)),
-        Fault::WithoutCoordinate { name, origin } => (messages::constraint_without_coordinate(name), at(origin)),
+        Fault::WithoutCoordinate { name, origin } => {
+            (messages::constraint_without_coordinate(name), at(origin))
+        }
         Fault::Repeats { name, of, on_manifold: false, origin } => {
             (messages::constraint_repeats(name, combination(of)), at(origin))
         }
         Fault::Repeats { name, of, on_manifold: true, origin } => {
             (messages::constraint_repeats_where_held(name, combination(of)), at(origin))
         }
-        Fault::Tangent { name, to, origin } => (messages::constraint_tangent(name, combination(to)), at(origin)),
+        Fault::Tangent { name, to, origin } => {
+            (messages::constraint_tangent(name, combination(to)), at(origin))
+        }
         Fault::Contradicts { name, with, origin } => {
             (messages::constraint_contradicts(name, combination(with)), at(origin))
         }
-        Fault::Unsatisfiable { missed: rows, origin } => (messages::constraint_unsatisfiable(missed(rows)), at(origin)),
+        Fault::Unsatisfiable { missed: rows, origin } => {
+            (messages::constraint_unsatisfiable(missed(rows)), at(origin))
+        }
         Fault::TooMany { rows, coordinates, name, origin } => {
-            let coordinates =
-                if *coordinates == 1 { "1 coordinate".to_owned() } else { format!("{coordinates} coordinates") };
+            let coordinates = if *coordinates == 1 {
+                "1 coordinate".to_owned()
+            } else {
+                format!("{coordinates} coordinates")
+            };
             (messages::constraint_too_many(rows, coordinates, name), at(origin))
         }
         Fault::RedundantInVain { name, origin } => (messages::constraint_redundant_in_vain(name), at(origin)),
@@ -49,8 +60,12 @@ pub(super) fn constraint(fault: &ConstraintFinding) -> (Message, Vec<Origin>) {
             };
             (messages::constraint_integrable(which, quoted(names)), at(origin))
         }
-        Fault::IntegrableInVain { name, origin } => (messages::constraint_integrable_in_vain(name), at(origin)),
-        Fault::GradientVanishes { name, origin } => (messages::constraint_gradient_vanishes(name), at(origin)),
+        Fault::IntegrableInVain { name, origin } => {
+            (messages::constraint_integrable_in_vain(name), at(origin))
+        }
+        Fault::GradientVanishes { name, origin } => {
+            (messages::constraint_gradient_vanishes(name), at(origin))
+        }
         Fault::FreeWithoutInertia { direction, origins } => {
             (messages::constraint_leaves_without_inertia(direction), origins.clone())
         }
@@ -63,7 +78,8 @@ const NAMED: usize = 6;
 
 /// Rows that cannot hold together.
 fn missed(rows: &[(String, f64)]) -> String {
-    let named = rows.iter().take(NAMED).map(|(name, by)| format!("`{name}` is missed by {}", two_digits(*by)));
+    let named =
+        rows.iter().take(NAMED).map(|(name, by)| format!("`{name}` is missed by {}", two_digits(*by)));
     let named = named.collect::<Vec<_>>().join(", ");
     match rows.len().saturating_sub(NAMED) {
         0 => named,

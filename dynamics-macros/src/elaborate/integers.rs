@@ -1,7 +1,8 @@
 //! Integers: their values are known while the macro runs, and their types are those that rustc infers.
 //!
-//! A literal has the type of what it meets: an index, an argument, an annotation; `i32` where it meets none. A value that its type does not hold
-//! panics or wraps when the function runs, so that it is an error here; what `as` makes of a value is what Rust makes of it.
+//! A literal has the type of what it meets: an index, an argument, an annotation; `i32` where it meets none.
+//! A value that its type does not hold panics or wraps when the function runs, so that it is an error here;
+//! what `as` makes of a value is what Rust makes of it.
 
 use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use syn::{Ident, Type};
@@ -25,7 +26,8 @@ const fn ty(name: &'static str, bits: u32, signed: bool) -> IntegerType {
     IntegerType { name, bits, signed }
 }
 
-/// What indexes and counts. Machines of 32 bits differ only in what no index reaches, and in casts, which look at that.
+/// What indexes and counts. Machines of 32 bits differ only in what no index reaches, and in casts, which
+/// look at that.
 const USIZE: IntegerType = ty("usize", 64, false);
 const I32: IntegerType = ty("i32", 32, true);
 const TYPES: [IntegerType; 12] = [
@@ -160,7 +162,8 @@ impl Elaborator<'_> {
 
     /// All integers among these are of one type, as in an array.
     pub(super) fn all_of_one_type(&mut self, values: &[Value]) {
-        let mut types = values.iter().filter_map(|v| if let Value::Integer(i) = v { Some(i.ty) } else { None });
+        let mut types =
+            values.iter().filter_map(|v| if let Value::Integer(i) = v { Some(i.ty) } else { None });
         let Some(first) = types.next() else { return };
         for other in types {
             self.inference.unify(first, other);
@@ -199,7 +202,8 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The result of `what`, an error where its type does not hold it; where the type is not known yet, that is looked at last.
+    /// The result of `what`, an error where its type does not hold it; where the type is not known yet, that
+    /// is looked at last.
     pub(super) fn held(&mut self, integer: Integer, what: &str, at: impl Into<Place>) -> Value {
         let Integer { value, ty, .. } = integer;
         match self.inference.resolved(ty) {
@@ -264,7 +268,8 @@ impl Elaborator<'_> {
                 other => return self.fail(*place, &messages::expected_shape("an integer", other.shape())),
             }
         }
-        // A type that is still unknown saturates where `i32` does; that it is none that does so elsewhere is looked at below.
+        // A type that is still unknown saturates where `i32` does; that it is none that does so elsewhere is
+        // looked at below.
         let ty = match self.inference.resolved(i.ty) {
             TypeOf::Known(known) => known,
             TypeOf::Inferred(_) => I32,
@@ -294,7 +299,8 @@ impl Elaborator<'_> {
             ("saturating_add", [j]) => saturated(i.value.checked_add(*j)),
             ("pow", [j]) => u32::try_from(*j).ok().and_then(|j| i.value.checked_pow(j)),
             (known, _) if INTEGER_METHODS.contains(&known) => {
-                let expected = usize::from(!matches!(known, "abs" | "signum")) + usize::from(known == "clamp");
+                let expected =
+                    usize::from(!matches!(known, "abs" | "signum")) + usize::from(known == "clamp");
                 return self.fail(name.span(), &messages::argument_count(name, expected, arguments.len()));
             }
             _ => return self.unknown_method(&Value::Integer(i), name, INTEGER_METHODS),
@@ -317,14 +323,15 @@ impl Elaborator<'_> {
             let trees: Vec<TokenTree> = stream.into_iter().collect();
             for (k, tree) in trees.iter().enumerate() {
                 // A field, a function or a method may have this name.
-                let after_dot = k > 0 && matches!(&trees[k - 1], TokenTree::Punct(dot) if dot.as_char() == '.');
-                let called =
-                    matches!(trees.get(k + 1), Some(TokenTree::Group(g)) if g.delimiter() == Delimiter::Parenthesis);
+                let after_dot =
+                    k > 0 && matches!(&trees[k - 1], TokenTree::Punct(dot) if dot.as_char() == '.');
+                let called = matches!(trees.get(k + 1), Some(TokenTree::Group(g)) if g.delimiter() == Delimiter::Parenthesis);
                 let single = match tree {
                     TokenTree::Ident(word) => word == "f32" && !after_dot && !called,
                     TokenTree::Literal(literal) => {
                         let text = literal.to_string();
-                        let decimal = text.starts_with(|c: char| c.is_ascii_digit()) && !text.starts_with("0x");
+                        let decimal =
+                            text.starts_with(|c: char| c.is_ascii_digit()) && !text.starts_with("0x");
                         decimal && text.ends_with("f32")
                     }
                     TokenTree::Group(group) => {

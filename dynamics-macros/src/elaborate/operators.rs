@@ -153,7 +153,13 @@ impl Elaborator<'_> {
     }
 
     /// a ± b.
-    pub(super) fn sum(&mut self, op: Operator, a: &Scalar, b: &Scalar, at: impl Into<Place>) -> Option<Scalar> {
+    pub(super) fn sum(
+        &mut self,
+        op: Operator,
+        a: &Scalar,
+        b: &Scalar,
+        at: impl Into<Place>,
+    ) -> Option<Scalar> {
         let unit = self.equate(&a.unit, &b.unit, at, |l, r| super::dimensions::mismatch(op.sign(), l, r))?;
         let graph = &mut self.model.graph;
         let node = if op == Operator::Sub { graph.sub(a.node, b.node) } else { graph.add(a.node, b.node) };
@@ -247,9 +253,11 @@ impl Elaborator<'_> {
             None => self.negative(x),
         };
         let mut term = |t: &Term| match t {
-            Term::At { point, vector, place } => {
-                Term::At { point: point.clone(), vector: vector.iter().map(&mut scale).collect(), place: *place }
-            }
+            Term::At { point, vector, place } => Term::At {
+                point: point.clone(),
+                vector: vector.iter().map(&mut scale).collect(),
+                place: *place,
+            },
             Term::Along { expression, magnitude, place } => {
                 Term::Along { expression: expression.clone(), magnitude: scale(magnitude), place: *place }
             }

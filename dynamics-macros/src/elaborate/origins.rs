@@ -52,8 +52,14 @@ impl Origins {
     }
 
     /// Says what the engine found of what has no mistakes beside.
-    pub(crate) fn report_whole(&self, mut findings: Vec<Finding>, model: Place, diagnostics: &mut Diagnostics) {
-        findings.retain(|finding| !describe(finding).1.iter().any(|origin| self.mistaken.contains(&origin.0)));
+    pub(crate) fn report_whole(
+        &self,
+        mut findings: Vec<Finding>,
+        model: Place,
+        diagnostics: &mut Diagnostics,
+    ) {
+        findings
+            .retain(|finding| !describe(finding).1.iter().any(|origin| self.mistaken.contains(&origin.0)));
         self.report(findings, model, diagnostics);
     }
 
@@ -84,15 +90,18 @@ impl Origins {
     pub(crate) fn report(&self, findings: Vec<Finding>, model: Place, diagnostics: &mut Diagnostics) {
         for finding in findings {
             let (message, origins) = describe(&finding);
-            let place =
-                self.in_vain(&finding).or_else(|| origins.first().and_then(|o| self.place(*o))).unwrap_or(model);
+            let place = self
+                .in_vain(&finding)
+                .or_else(|| origins.first().and_then(|o| self.place(*o)))
+                .unwrap_or(model);
             diagnostics.error(place, &message);
         }
     }
 
     /// The option that a finding says is in vain.
     fn in_vain(&self, finding: &Finding) -> Option<Place> {
-        let options = |of: &Origin| self.options.iter().find(|(origin, _)| origin == of).map(|(_, options)| options);
+        let options =
+            |of: &Origin| self.options.iter().find(|(origin, _)| origin == of).map(|(_, options)| options);
         match finding {
             Finding::Constraint(Fault::RedundantInVain { origin, .. }) => options(origin)?.redundant,
             Finding::Constraint(Fault::IntegrableInVain { origin, .. }) => options(origin)?.integrable,
@@ -121,14 +130,20 @@ fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
         Finding::TooLarge { function, operations, limit } => {
             (messages::too_large(function, operations, limit), Vec::new())
         }
-        Finding::NotQuadratic { name, origin, chooses: true } => (messages::corner_in_position(name), vec![*origin]),
-        Finding::EnergyJumps { name, origin, at_rest: true } => (messages::potential_jumps(name), vec![*origin]),
+        Finding::NotQuadratic { name, origin, chooses: true } => {
+            (messages::corner_in_position(name), vec![*origin])
+        }
+        Finding::EnergyJumps { name, origin, at_rest: true } => {
+            (messages::potential_jumps(name), vec![*origin])
+        }
         Finding::EnergyJumps { name, origin, .. } => (messages::energy_jumps(name), vec![*origin]),
         Finding::NotQuadratic { name, origin, .. } => (messages::not_quadratic(name), vec![*origin]),
         Finding::Contains { role, name, what, reason, origin } => {
             (messages::contains(role, name, what, reason), vec![*origin])
         }
-        Finding::NoEffect { role, name, reason, origin } => (messages::no_effect(role, name, reason), vec![*origin]),
+        Finding::NoEffect { role, name, reason, origin } => {
+            (messages::no_effect(role, name, reason), vec![*origin])
+        }
         Finding::NegativeInertia { direction, nominal, origins } => {
             let when = if *nominal { " at the nominal values" } else { "" };
             (messages::negative_inertia(direction, when), origins.clone())
@@ -140,8 +155,16 @@ fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
         Finding::SpeedNotLinear { name, origin } => (messages::speed_not_linear(name), vec![*origin]),
         Finding::SpeedsCount { speeds, needed, coordinates, rank, origin } => {
             let left = match rank {
-                0 => format!("{} move{}", count(*coordinates, "coordinate"), if *coordinates == 1 { "s" } else { "" }),
-                rows => format!("{} of constraints leave {} of {coordinates} velocities", count(*rows, "row"), needed),
+                0 => format!(
+                    "{} move{}",
+                    count(*coordinates, "coordinate"),
+                    if *coordinates == 1 { "s" } else { "" }
+                ),
+                rows => format!(
+                    "{} of constraints leave {} of {coordinates} velocities",
+                    count(*rows, "row"),
+                    needed
+                ),
             };
             (messages::speeds_count(count(*speeds, "speed"), left, needed), vec![*origin])
         }

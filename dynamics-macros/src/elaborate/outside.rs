@@ -1,9 +1,11 @@
 //! Functions that no role reaches: they are not elaborated, but what they read is read.
 //!
-//! A function that looks like a role, that nothing calls, and that alone reads some parameter, is a role that was forgotten: a spring
-//! without its `#[potential]` would otherwise be left out of the motion without a word.
+//! A function that looks like a role, that nothing calls, and that alone reads some parameter, is a role that
+//! was forgotten: a spring without its `#[potential]` would otherwise be left out of the motion without a
+//! word.
 //!
-//! What they ask constraints for is checked by its tokens: a drawing that reads the reaction of a helper would show nothing.
+//! What they ask constraints for is checked by its tokens: a drawing that reads the reaction of a helper
+//! would show nothing.
 
 use std::collections::BTreeSet;
 
@@ -59,7 +61,9 @@ fn asked(function: &Function, model: &Ident) -> Vec<(Ident, Ident)> {
             }
         }
         left.extend(
-            trees.into_iter().filter_map(|tree| if let TokenTree::Group(g) = tree { Some(g.stream()) } else { None }),
+            trees
+                .into_iter()
+                .filter_map(|tree| if let TokenTree::Group(g) = tree { Some(g.stream()) } else { None }),
         );
     }
     found
@@ -94,12 +98,14 @@ impl Elaborator<'_> {
                 }
             }
             let name = function.name.to_string();
-            let others = || functions.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, (_, _, names))| names);
+            let others =
+                || functions.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, (_, _, names))| names);
             if !looks_like_a_role(function) || others().any(|names| names.contains(&name)) {
                 continue;
             }
             let fields = self.declaration.fields.iter().map(|field| field.name.to_string());
-            let own = fields.filter(|field| names.contains(field) && !others().any(|names| names.contains(field)));
+            let own =
+                fields.filter(|field| names.contains(field) && !others().any(|names| names.contains(field)));
             if let Some(field) = own.into_iter().next() {
                 self.diagnostics.error(function.name.span(), &messages::forgotten_role(&name, field));
             }

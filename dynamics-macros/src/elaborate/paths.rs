@@ -1,7 +1,8 @@
 //! Names: variables, constants, parameters, coordinates.
 //!
-//! What a path outside of the block means, only rustc knows. A path that ends like a constant of std's is taken for it, and noted: the emitted code
-//! asserts where it stands that rustc finds std's there, too (`emit/constants.rs`).
+//! What a path outside of the block means, only rustc knows. A path that ends like a constant of std's is
+//! taken for it, and noted: the emitted code asserts where it stands that rustc finds std's there, too
+//! (`emit/constants.rs`).
 
 use dynamics_symbolic::graph::Number;
 use proc_macro2::TokenStream;
@@ -112,7 +113,8 @@ impl Elaborator<'_> {
                         let hint = format!("did you mean `{best}`?");
                         self.fail(Place::of(path), &messages::unknown_name(name, hint))
                     }
-                    None => self.fail(Place::of(path), &messages::foreign_constant(crate::syntax::path_text(path))),
+                    None => self
+                        .fail(Place::of(path), &messages::foreign_constant(crate::syntax::path_text(path))),
                 }
             }
         }
@@ -135,14 +137,20 @@ impl Elaborator<'_> {
         if let Some(within) = self.within() {
             let text = crate::syntax::path_text(path);
             if !self.taken.iter().any(|known| known.within == within && known.text == text) {
-                self.taken.push(TakenForStd { within, text, path: path.clone(), name: name.to_string(), value });
+                self.taken.push(TakenForStd {
+                    within,
+                    text,
+                    path: path.clone(),
+                    name: name.to_string(),
+                    value,
+                });
             }
         }
         self.number(Number::Float(value)).into()
     }
 
-    /// The user's function or constant that is elaborated; `None` inside of the library's own words, which are the
-    /// runtime's, where they are compiled.
+    /// The user's function or constant that is elaborated; `None` inside of the library's own words, which
+    /// are the runtime's, where they are compiled.
     fn within(&mut self) -> Option<Within> {
         let frame = self.frame();
         match (frame.function, frame.constant) {
@@ -152,7 +160,8 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Notes that a path, perhaps to an item of the user's own, was taken for a type or a function of the library.
+    /// Notes that a path, perhaps to an item of the user's own, was taken for a type or a function of the
+    /// library.
     pub(super) fn taken_for_library(&mut self, path: &syn::Path) {
         let (Some(within), Some(last)) = (self.within(), path.segments.last()) else { return };
         let (name, mut path) = (last.ident.clone(), path.clone());
@@ -209,10 +218,14 @@ impl Elaborator<'_> {
             ("Expr", "ZERO", _) => number(0).into(),
             ("Expr", "ONE", _) => number(1).into(),
             ("Vec2" | "Vec3", "ZERO", _) => Value::Vector(vec![number(0); if ty == "Vec2" { 2 } else { 3 }]),
-            ("Vec2", _, Some(k)) if k < 2 => Value::Vector((0..2).map(|i| number(i64::from(i == k))).collect()),
+            ("Vec2", _, Some(k)) if k < 2 => {
+                Value::Vector((0..2).map(|i| number(i64::from(i == k))).collect())
+            }
             ("Vec3", _, Some(k)) => Value::Vector((0..3).map(|i| number(i64::from(i == k))).collect()),
             ("Mat3", "ZERO", _) => Value::matrix([(); 3].map(|()| [(); 3].map(|()| number(0)))),
-            ("Mat3", "IDENTITY", _) => Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| number(i64::from(i == j))))),
+            ("Mat3", "IDENTITY", _) => {
+                Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| number(i64::from(i == j)))))
+            }
             ("EulerSequence", _, _) => match sequence(&name) {
                 Some(axes) => Value::Axes(axes),
                 None => self.fail(place, &messages::foreign_constant(format!("{ty}::{name}"))),

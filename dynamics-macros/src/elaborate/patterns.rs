@@ -71,7 +71,8 @@ impl<'a> Elaborator<'a> {
     /// `Vec3 { x, y, .. }`.
     fn bind_components(&mut self, pattern: &'a syn::PatStruct, value: Value) {
         for field in &pattern.fields {
-            let part = if value.is_poison() { Value::Poison } else { self.field(value.clone(), &field.member) };
+            let part =
+                if value.is_poison() { Value::Poison } else { self.field(value.clone(), &field.member) };
             if field.colon_token.is_none()
                 && let Member::Named(name) = &field.member
             {
@@ -88,7 +89,9 @@ impl<'a> Elaborator<'a> {
         while let Some(tokens) = left.pop() {
             for tree in tokens {
                 match tree {
-                    proc_macro2::TokenTree::Ident(name) => self.frame().declare(name.to_string(), Value::Poison),
+                    proc_macro2::TokenTree::Ident(name) => {
+                        self.frame().declare(name.to_string(), Value::Poison)
+                    }
                     proc_macro2::TokenTree::Group(group) => left.push(group.stream()),
                     _ => {}
                 }

@@ -1,7 +1,9 @@
-//! What the equations take for granted of bodies and frames: masses that are not negative, inertia that some body has, matrices that turn or mirror.
+//! What the equations take for granted of bodies and frames: masses that are not negative, inertia that some
+//! body has, matrices that turn or mirror.
 //!
-//! What numbers alone decide is checked here, at nominal values too. What is so whatever the values are (turns by angles, Euler parameters whose norm a
-//! constraint holds, inertia of solids) is not asked again; the rest goes to the runtime, which asks it at starts, by the names that it is made of.
+//! What numbers alone decide is checked here, at nominal values too. What is so whatever the values are
+//! (turns by angles, Euler parameters whose norm a constraint holds, inertia of solids) is not asked again;
+//! the rest goes to the runtime, which asks it at starts, by the names that it is made of.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -35,14 +37,21 @@ pub(super) struct Premises {
 
 /// Relative to the largest element: what rounding may be off. As the runtime has it.
 const TOLERANCE: f64 = 1e-9;
-/// Where a principal moment exceeds the sum of the others: data of thin plates, with six digits. As the runtime has it.
+/// Where a principal moment exceeds the sum of the others: data of thin plates, with six digits. As the
+/// runtime has it.
 const PLATES: f64 = 1e-5;
 /// States and parameters at which is looked whether a matrix is orthonormal everywhere.
 const TRIALS: u64 = 4;
 
 impl Elaborator<'_> {
     /// What a call of the library takes for granted of its arguments.
-    pub(super) fn note_premises(&mut self, record: &str, function: &Ident, arguments: &[Argument], value: &Value) {
+    pub(super) fn note_premises(
+        &mut self,
+        record: &str,
+        function: &Ident,
+        arguments: &[Argument],
+        value: &Value,
+    ) {
         // What the library does with what it was given is noted where it was given.
         if self.frame().of.is_some() {
             return;
@@ -81,7 +90,9 @@ impl Elaborator<'_> {
             }
             // Squares of lengths: with a mass that is one they are those of a body.
             ("Inertia", name) if name != "offset" && name != "turned" => {
-                if let (Value::Matrix(inertia), Some((Value::Scalar(mass), place))) = (value, arguments.first()) {
+                if let (Value::Matrix(inertia), Some((Value::Scalar(mass), place))) =
+                    (value, arguments.first())
+                {
                     self.premises.solids.insert(nodes(inertia));
                     self.note(Claim::Mass, vec![mass.node], *place);
                 }
@@ -118,7 +129,9 @@ impl Elaborator<'_> {
             if !turn.is_by_angle() {
                 self.note(Claim::Rotation, nodes(turn.rows()), place);
                 // Whether a constraint holds their norm is known when all are elaborated.
-                if let Some(noted) = self.premises.noted.iter_mut().find(|n| n.premise.nodes == nodes(turn.rows())) {
+                if let Some(noted) =
+                    self.premises.noted.iter_mut().find(|n| n.premise.nodes == nodes(turn.rows()))
+                {
                     noted.by_norm = turn.euler_parameters().cloned();
                 }
             }
@@ -129,13 +142,17 @@ impl Elaborator<'_> {
         let graph = &self.model.graph;
         let depends = nodes.iter().fold(Dependence::NONE, |all, node| all.with(graph.dependence(*node)));
         let unknown = Dependence::INPUTS.with(Dependence::RATES).with(Dependence::ACCELERATIONS);
-        let known =
-            self.premises.noted.iter().any(|noted| noted.premise.nodes == nodes && noted.premise.claim == claim);
+        let known = self
+            .premises
+            .noted
+            .iter()
+            .any(|noted| noted.premise.nodes == nodes && noted.premise.claim == claim);
         if known || depends.on(unknown.with(Dependence::MULTIPLIERS)) {
             return;
         }
         let function = self.frames.iter().rev().find_map(|frame| frame.function);
-        let within = function.map(|index| self.implementation.functions[index].name.to_string()).unwrap_or_default();
+        let within =
+            function.map(|index| self.implementation.functions[index].name.to_string()).unwrap_or_default();
         let constant = depends.within(Dependence::PARAMETERS);
         let origin = self.origins.add(self.diagnostics.shown_at(place));
         let premise = Premise { claim, of: self.made_of(&nodes), nodes, within, constant, origin };
@@ -170,8 +187,10 @@ impl Elaborator<'_> {
             let decided = premise.nodes.iter().all(|node| graph.dependence(*node).within(Dependence::NONE));
             if decided || values.iter().all(|value| !value.is_nan()) {
                 if let Some(message) = refuted(premise.claim, &values, &premise.within) {
-                    let place =
-                        self.origins.place(premise.origin).unwrap_or_else(|| self.declaration.name.span().into());
+                    let place = self
+                        .origins
+                        .place(premise.origin)
+                        .unwrap_or_else(|| self.declaration.name.span().into());
                     self.diagnostics.error(place, &message);
                 } else if decided {
                     continue;
@@ -187,7 +206,9 @@ impl Elaborator<'_> {
     /// NaN where something has no nominal value.
     fn at_nominal_values(&self, nodes: &[NodeId]) -> Vec<f64> {
         let given = |symbol| match symbol {
-            Symbol::Parameter(i) => self.model.nominal.iter().find(|(p, _)| *p == i).map_or(f64::NAN, |(_, x)| *x),
+            Symbol::Parameter(i) => {
+                self.model.nominal.iter().find(|(p, _)| *p == i).map_or(f64::NAN, |(_, x)| *x)
+            }
             _ => f64::NAN,
         };
         self.values(nodes, &given)
@@ -257,7 +278,8 @@ fn refuted(claim: Claim, values: &[f64], within: &str) -> Option<Message> {
     }
 }
 
-/// Why no body has this inertia I: second moments of its mass, ½ tr I − I, are not negative along any axis, which is the triangle inequality of the principal moments.
+/// Why no body has this inertia I: second moments of its mass, ½ tr I − I, are not negative along any axis,
+/// which is the triangle inequality of the principal moments.
 fn unphysical(m: &[f64]) -> Option<String> {
     let at = |i: usize, j: usize| m[3 * i + j];
     let scale = m.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
@@ -271,11 +293,13 @@ fn unphysical(m: &[f64]) -> Option<String> {
         }
     }
     let half = 0.5 * (at(0, 0) + at(1, 1) + at(2, 2));
-    let second =
-        |i: usize, j: usize| if i == j { half + 0.5 * PLATES * scale - at(i, j) } else { -0.5 * (at(i, j) + at(j, i)) };
+    let second = |i: usize, j: usize| {
+        if i == j { half + 0.5 * PLATES * scale - at(i, j) } else { -0.5 * (at(i, j) + at(j, i)) }
+    };
     let minor = |i: usize, j: usize| second(i, i) * second(j, j) - second(i, j) * second(i, j);
     let cofactor = |a: usize, b: usize| second(1, a) * second(2, b) - second(1, b) * second(2, a);
-    let determinant = second(0, 0) * cofactor(1, 2) - second(0, 1) * cofactor(0, 2) + second(0, 2) * cofactor(0, 1);
+    let determinant =
+        second(0, 0) * cofactor(1, 2) - second(0, 1) * cofactor(0, 2) + second(0, 2) * cofactor(0, 1);
     let negative = |x: f64, degree: i32| x < -TOLERANCE * scale.powi(degree);
     let bad = (0..3).any(|i| negative(second(i, i), 1))
         || [(0, 1), (0, 2), (1, 2)].into_iter().any(|(i, j)| negative(minor(i, j), 2))

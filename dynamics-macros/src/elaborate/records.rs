@@ -16,8 +16,15 @@ use crate::library::type_name;
 use crate::messages;
 
 impl<'a> Elaborator<'a> {
-    /// `receiver.name(..)` and `Type::name(..)`: a function of a library type, the receiver among the arguments.
-    pub(super) fn library_call(&mut self, ty: usize, name: &Ident, arguments: Vec<Argument>, place: Place) -> Value {
+    /// `receiver.name(..)` and `Type::name(..)`: a function of a library type, the receiver among the
+    /// arguments.
+    pub(super) fn library_call(
+        &mut self,
+        ty: usize,
+        name: &Ident,
+        arguments: Vec<Argument>,
+        place: Place,
+    ) -> Value {
         let library = self.library;
         let record = &library.types[ty];
         let Some(function) = record.function(&name.to_string()) else {
@@ -31,7 +38,8 @@ impl<'a> Elaborator<'a> {
                 Some(best) => format!("did you mean `{best}`?"),
                 None => "the manual lists what models can use".into(),
             };
-            return self.fail(name.span(), &messages::unknown_method(format!("`{}`", record.name), name, hint));
+            return self
+                .fail(name.span(), &messages::unknown_method(format!("`{}`", record.name), name, hint));
         };
         let inputs = &function.sig.inputs;
         if inputs.len() != arguments.len() {
@@ -45,7 +53,9 @@ impl<'a> Elaborator<'a> {
         for (input, (value, at)) in inputs.iter().zip(arguments) {
             match input {
                 FnArg::Receiver(_) => variables.push((None, self.record_of(ty, value, at))),
-                FnArg::Typed(argument) => variables.push((Some(&*argument.pat), self.fitted(&argument.ty, value, at))),
+                FnArg::Typed(argument) => {
+                    variables.push((Some(&*argument.pat), self.fitted(&argument.ty, value, at)))
+                }
             }
         }
         if variables.iter().any(|(_, value)| value.is_poison()) {
@@ -146,7 +156,8 @@ impl<'a> Elaborator<'a> {
                 _ => None,
             };
             if length == Some(items.len()) {
-                let items = items.iter().map(|item| self.fitted(&array.elem, item.clone(), at)).collect::<Vec<_>>();
+                let items =
+                    items.iter().map(|item| self.fitted(&array.elem, item.clone(), at)).collect::<Vec<_>>();
                 return if items.iter().any(Value::is_poison) { Value::Poison } else { Value::array(items) };
             }
         }
@@ -178,7 +189,9 @@ impl<'a> Elaborator<'a> {
 fn into_what(ty: &Type) -> Option<&Type> {
     let Type::ImplTrait(bounds) = ty else { return None };
     let Some(TypeParamBound::Trait(bound)) = bounds.bounds.first() else { return None };
-    let PathArguments::AngleBracketed(arguments) = &bound.path.segments.last()?.arguments else { return None };
+    let PathArguments::AngleBracketed(arguments) = &bound.path.segments.last()?.arguments else {
+        return None;
+    };
     match arguments.args.first() {
         Some(GenericArgument::Type(ty)) => Some(ty),
         _ => None,

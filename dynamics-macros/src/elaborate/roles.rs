@@ -29,7 +29,8 @@ pub(crate) fn is_generated(item: &ImplItem) -> bool {
 }
 
 impl<'a> Elaborator<'a> {
-    /// All functions with a role: the constraints first, since their rows have to be known where a reaction is read.
+    /// All functions with a role: the constraints first, since their rows have to be known where a reaction
+    /// is read.
     pub(super) fn roles(&mut self) {
         self.check_something_moves();
         self.check_result_names();
@@ -37,7 +38,9 @@ impl<'a> Elaborator<'a> {
         for wanted in [
             |role| role == Role::Holonomic,
             |role| role == Role::Nonholonomic,
-            |role: Role| !role.is_constraint() && !matches!(role, Role::Helper | Role::Drawing | Role::Kinematic),
+            |role: Role| {
+                !role.is_constraint() && !matches!(role, Role::Helper | Role::Drawing | Role::Kinematic)
+            },
             // Last: what they share with the energies is to have the energies' form.
             |role| role == Role::Kinematic,
         ] {
@@ -100,8 +103,10 @@ impl<'a> Elaborator<'a> {
         taken.extend(quantities(&declaration.inputs, "an input"));
         let moving = taken.len();
         taken.extend(declaration.fields.iter().map(|field| (plain(&field.name), "a parameter".to_owned())));
-        taken
-            .extend([("t".to_owned(), "the time".to_owned()), ("energy".to_owned(), "the energy function".to_owned())]);
+        taken.extend([
+            ("t".to_owned(), "the time".to_owned()),
+            ("energy".to_owned(), "the energy function".to_owned()),
+        ]);
         for constant in &self.implementation.constants {
             if GENERATED_CONSTANTS.contains(&plain(&constant.name).as_str()) {
                 self.diagnostics.error(constant.name.span(), &messages::generated_name(&constant.name));
@@ -119,7 +124,8 @@ impl<'a> Elaborator<'a> {
                 _ => continue,
             };
             if let Some((_, other)) = taken.iter().find(|(known, _)| *known == name) {
-                self.diagnostics.error(function.name.span(), &messages::result_name(name, function.role.name(), other));
+                self.diagnostics
+                    .error(function.name.span(), &messages::result_name(name, function.role.name(), other));
             }
         }
     }
@@ -133,18 +139,24 @@ impl<'a> Elaborator<'a> {
         };
         let allowed: &[&str] = match function.role {
             Role::Force => &["Force"],
-            Role::Output | Role::Holonomic | Role::Nonholonomic | Role::Kinematic => &["Expr", "Vec2", "Vec3"],
+            Role::Output | Role::Holonomic | Role::Nonholonomic | Role::Kinematic => {
+                &["Expr", "Vec2", "Vec3"]
+            }
             _ => &["Expr"],
         };
-        // A type that is none of the vocabulary's may be the user's alias; arrays have no path. Their value decides.
-        const VOCABULARY: &[&str] = &["Expr", "Vec2", "Vec3", "Mat3", "Force", "f64", "bool", "usize", "i32", "f32"];
+        // A type that is none of the vocabulary's may be the user's alias; arrays have no path. Their value
+        // decides.
+        const VOCABULARY: &[&str] =
+            &["Expr", "Vec2", "Vec3", "Mat3", "Force", "f64", "bool", "usize", "i32", "f32"];
         let fitting = match function.returns() {
             Some(name) => allowed.contains(&name.as_str()) || !VOCABULARY.contains(&name.as_str()),
             None => !matches!(signature.output, syn::ReturnType::Default),
         };
         let by_reference = signature.receiver().is_some_and(|receiver| match &receiver.kind {
             ReceiverKind::Reference(_, _, mutability) => mutability.is_none(),
-            ReceiverKind::Typed(_, ty) => matches!(&**ty, Type::Reference(reference) if reference.mutability.is_none()),
+            ReceiverKind::Typed(_, ty) => {
+                matches!(&**ty, Type::Reference(reference) if reference.mutability.is_none())
+            }
             _ => false,
         });
         let plain = signature.asyncness.is_none()
@@ -178,7 +190,8 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// A value is lost only to a mistake that is reported. Should this ever fail, silence would drop the function from the model.
+    /// A value is lost only to a mistake that is reported. Should this ever fail, silence would drop the
+    /// function from the model.
     fn check_reported(&mut self, function: &Function) {
         if self.diagnostics.len() == 0 {
             self.diagnostics.error(function.name.span(), &messages::not_followed(&function.name));
@@ -246,7 +259,9 @@ impl<'a> Elaborator<'a> {
             }
             let nodes = |scalars: &[Scalar]| scalars.iter().map(|s| s.node).collect();
             made.push(match term {
-                Term::At { point, vector, .. } => ForceTerm::At { point: nodes(point), vector: nodes(vector) },
+                Term::At { point, vector, .. } => {
+                    ForceTerm::At { point: nodes(point), vector: nodes(vector) }
+                }
                 Term::Along { expression, magnitude, .. } => {
                     ForceTerm::Along { expression: expression.node, magnitude: magnitude.node }
                 }
@@ -271,7 +286,8 @@ impl<'a> Elaborator<'a> {
         if !flatten(&value, "", &mut components, &mut units) {
             return self.wrong_result(function, "a scalar, a vector or an array of them", &value);
         }
-        let components: Vec<(String, NodeId)> = components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect();
+        let components: Vec<(String, NodeId)> =
+            components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect();
         let declaration = self.declaration;
         let unit = match declaration.output_units.iter().find(|(name, _)| *name == function.name) {
             Some((_, unit)) => match self.declared_of_output(function, unit, &units) {
@@ -285,7 +301,12 @@ impl<'a> Elaborator<'a> {
     }
 
     /// The unit that `#[units(..)]` gives an output, as text; `None` where its values have another one.
-    fn declared_of_output(&mut self, function: &Function, unit: &UnitText, values: &[UnitOf]) -> Option<String> {
+    fn declared_of_output(
+        &mut self,
+        function: &Function,
+        unit: &UnitText,
+        values: &[UnitOf],
+    ) -> Option<String> {
         let (declared, text) = self.declared_text(unit);
         for value in values {
             let what = "what `#[units(..)]` says of it";
@@ -295,15 +316,17 @@ impl<'a> Elaborator<'a> {
         Some(text)
     }
 
-    /// The unit that all values of an output have, as text. Moments of forces have the dimension of energies: what depends on reactions, accelerations
-    /// or inputs of that dimension is a moment, since no energy does but by a factor of velocity or displacement.
+    /// The unit that all values of an output have, as text. Moments of forces have the dimension of energies:
+    /// what depends on reactions, accelerations or inputs of that dimension is a moment, since no energy does
+    /// but by a factor of velocity or displacement.
     fn inferred_of_output(&self, units: &[UnitOf], components: &[(String, NodeId)]) -> String {
         let text = self.common_unit(units);
         if text != "J" {
             return text;
         }
         let moment = |input: &Input| {
-            Unit::parse(&input.unit).is_ok_and(|unit| unit.is_some_and(|unit| unit.dimension == Dimension::ENERGY))
+            Unit::parse(&input.unit)
+                .is_ok_and(|unit| unit.is_some_and(|unit| unit.dimension == Dimension::ENERGY))
         };
         let forces = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
         let of = if self.model.inputs.iter().any(moment) { forces.with(Dependence::INPUTS) } else { forces };
@@ -315,7 +338,9 @@ impl<'a> Elaborator<'a> {
     pub(super) fn common_unit(&self, units: &[UnitOf]) -> String {
         let known: Vec<String> = units.iter().flatten().map(|u| self.dimensions.units.text(u)).collect();
         match known.split_first() {
-            Some((first, rest)) if rest.iter().all(|u| u == first) && !first.contains('[') && first != "1" => {
+            Some((first, rest))
+                if rest.iter().all(|u| u == first) && !first.contains('[') && first != "1" =>
+            {
                 first.clone()
             }
             _ => String::new(),

@@ -1,8 +1,9 @@
 //! Rotations, and the angular velocity of what they turn.
 //!
-//! Where a matrix is known to be a product of turns, its angular velocity is the sum of their rates about the axes as the turns before left
-//! them: what an expert writes by hand. Only a matrix of unknown making is differentiated element by element. Which turns a matrix is made of is
-//! looked up by its elements: equal elements are one node, so whatever way a matrix was made, it is found.
+//! Where a matrix is known to be a product of turns, its angular velocity is the sum of their rates about the
+//! axes as the turns before left them: what an expert writes by hand. Only a matrix of unknown making is
+//! differentiated element by element. Which turns a matrix is made of is looked up by its elements: equal
+//! elements are one node, so whatever way a matrix was made, it is found.
 
 mod velocity;
 
@@ -114,12 +115,15 @@ impl Elaborator<'_> {
         self.rotations.entry(key(rows)).or_insert_with(|| Rc::new(turns));
     }
 
-    /// Notes the rotations that three coordinates make, one after the other about axes of the body: what they cannot tell apart the runtime names.
+    /// Notes the rotations that three coordinates make, one after the other about axes of the body: what they
+    /// cannot tell apart the runtime names.
     pub(super) fn note_angle_sets(&mut self) {
         let mut found: Vec<(bool, AngleSet)> = Vec::new();
         for turns in self.rotations.values() {
             for three in turns.windows(3) {
-                let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|k| self.coordinate_turn(&three[k])) else { continue };
+                let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|k| self.coordinate_turn(&three[k])) else {
+                    continue;
+                };
                 if a.axis != b.axis
                     && b.axis != c.axis
                     && a.coordinate != b.coordinate
@@ -135,7 +139,11 @@ impl Elaborator<'_> {
         found.sort_unstable();
         for (back, set) in found {
             let [a, b, c] = set.angles;
-            let known = self.model.angle_sets.iter().any(|s| s.angles == [a, b, c] || (back && s.angles == [c, b, a]));
+            let known = self
+                .model
+                .angle_sets
+                .iter()
+                .any(|s| s.angles == [a, b, c] || (back && s.angles == [c, b, a]));
             if !known {
                 self.model.angle_sets.push(set);
             }
@@ -149,7 +157,8 @@ impl Elaborator<'_> {
         let number = |x: &Scalar| graph.as_number(x.node).map(Number::value);
         let [x, y, z] = axis.each_ref().map(number);
         let axis = [x?, y?, z?].map(f64::abs);
-        let axis = 1 + (0..3u8).find(|k| (0..3u8).all(|i| axis[usize::from(i)] == f64::from(u8::from(i == *k))))?;
+        let axis =
+            1 + (0..3u8).find(|k| (0..3u8).all(|i| axis[usize::from(i)] == f64::from(u8::from(i == *k))))?;
         let (node, back) = match graph.node(angle.node) {
             Node::Neg(angle) => (graph.node(angle), true),
             angle => (angle, false),
@@ -197,7 +206,8 @@ impl Elaborator<'_> {
             return (self.number(Number::integer(sin)), self.number(Number::integer(cos)));
         }
         let unit = self.dimensionless();
-        let mut of = |function| Scalar { node: self.model.graph.unary(function, angle.node), unit: unit.clone() };
+        let mut of =
+            |function| Scalar { node: self.model.graph.unary(function, angle.node), unit: unit.clone() };
         let cos = of(Unary::Cos);
         (of(Unary::Sin), cos)
     }
@@ -224,16 +234,24 @@ impl Elaborator<'_> {
         let axes = match sequence {
             Value::Axes(axes) => axes,
             Value::Poison => return Value::Poison,
-            other => return self.fail(at_sequence, &messages::expected_shape("an `EulerSequence`", other.shape())),
+            other => {
+                return self
+                    .fail(at_sequence, &messages::expected_shape("an `EulerSequence`", other.shape()));
+            }
         };
         let angles = match angles {
             Value::Array(items) if items.len() == 3 => items,
             Value::Poison => return Value::Poison,
-            other => return self.fail(at_angles, &messages::expected_shape("an array of 3 angles", other.shape())),
+            other => {
+                return self
+                    .fail(at_angles, &messages::expected_shape("an array of 3 angles", other.shape()));
+            }
         };
         let mut turns = Vec::new();
         for (axis, angle) in axes.into_iter().zip(angles.iter()) {
-            let Some(angle) = self.angle((angle.clone(), at_angles), &name.to_string()) else { return Value::Poison };
+            let Some(angle) = self.angle((angle.clone(), at_angles), &name.to_string()) else {
+                return Value::Poison;
+            };
             turns.push(self.about(axis, angle));
         }
         if name == "euler_space" {
@@ -254,7 +272,8 @@ impl Elaborator<'_> {
             other => return self.fail(at, &messages::expected_shape("a `Vec3`", other.shape())),
         };
         let Some(angle) = self.angle(angle, "axis_angle") else { return Value::Poison };
-        let Value::Vector(n) = self.vector_method(v, &Ident::new("normalize", name.span()), Vec::new()) else {
+        let Value::Vector(n) = self.vector_method(v, &Ident::new("normalize", name.span()), Vec::new())
+        else {
             return Value::Poison;
         };
         let (sin, cos) = self.sine_and_cosine(&angle);
@@ -269,7 +288,14 @@ impl Elaborator<'_> {
     }
 
     /// (1 − cos) n nᵀ + sin n× + cos.
-    fn rodrigues(&mut self, n: &[Scalar], sin: &Scalar, cos: &Scalar, versine: &Scalar, at: Place) -> Option<Rows> {
+    fn rodrigues(
+        &mut self,
+        n: &[Scalar],
+        sin: &Scalar,
+        cos: &Scalar,
+        versine: &Scalar,
+        at: Place,
+    ) -> Option<Rows> {
         let mut rows = [(); 3].map(|()| [(); 3].map(|()| cos.clone()));
         for i in 0..3 {
             for j in 0..3 {
@@ -336,7 +362,8 @@ impl Elaborator<'_> {
     }
 }
 
-/// Sine and cosine of a whole number of quarter turns, written as a multiple of π/2 in `f64`: it stands for the quarter turn, not for the number beside it.
+/// Sine and cosine of a whole number of quarter turns, written as a multiple of π/2 in `f64`: it stands for
+/// the quarter turn, not for the number beside it.
 fn of_quarters(angle: f64) -> Option<(i64, i64)> {
     let quarters: i32 = (-4..=4).find(|k| f64::from(*k) * core::f64::consts::FRAC_PI_2 == angle)?;
     Some([(0, 1), (1, 0), (0, -1), (-1, 0)][quarters.rem_euclid(4) as usize])

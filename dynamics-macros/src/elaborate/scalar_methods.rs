@@ -46,8 +46,8 @@ const UNARY: &[(&str, Unary, Rule)] = &[
 
 /// All methods of a scalar, for did-you-mean and for the test that holds this list against the runtime's.
 pub(crate) const SCALAR_METHODS: &[&str] = &[
-    "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "ln", "sqrt", "cbrt", "abs", "signum",
-    "recip", "sin_cos", "powi", "powf", "atan2", "hypot", "min", "max", "clamp", "mul_add", "dt",
+    "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "ln", "sqrt", "cbrt", "abs",
+    "signum", "recip", "sin_cos", "powi", "powf", "atan2", "hypot", "min", "max", "clamp", "mul_add", "dt",
 ];
 
 /// Largest power that is multiplied out.
@@ -130,7 +130,8 @@ impl Elaborator<'_> {
 
     /// A function of two numbers of one unit; the result has it too.
     fn equal_units(&mut self, f: Binary, x: &Scalar, y: &Scalar, name: &Ident) -> Option<Scalar> {
-        let unit = self.equate(&x.unit, &y.unit, name.span(), |l, r| super::dimensions::mismatch(name, l, r))?;
+        let unit =
+            self.equate(&x.unit, &y.unit, name.span(), |l, r| super::dimensions::mismatch(name, l, r))?;
         Some(Scalar { node: self.model.graph.binary(f, x.node, y.node), unit })
     }
 
@@ -208,7 +209,9 @@ impl Elaborator<'_> {
                 self.diagnostics.error(name.span(), &messages::domain(name, messages::number(base)));
                 None
             }
-            (_, Some(n)) if n.value() == 0.5 => self.unary_function(Unary::Sqrt, Rule::Power(Exponent::HALF), x, name),
+            (_, Some(n)) if n.value() == 0.5 => {
+                self.unary_function(Unary::Sqrt, Rule::Power(Exponent::HALF), x, name)
+            }
             (_, Some(Number::Rational(n, d))) => {
                 let node = self.model.graph.binary(Binary::Powf, x.node, y.node);
                 let unit = match Exponent::ratio(n, d) {
@@ -227,7 +230,12 @@ impl Elaborator<'_> {
     }
 
     /// `self.track.at(x)`.
-    pub(super) fn function_method(&mut self, f: FunctionId, name: &Ident, mut arguments: Vec<Argument>) -> Value {
+    pub(super) fn function_method(
+        &mut self,
+        f: FunctionId,
+        name: &Ident,
+        mut arguments: Vec<Argument>,
+    ) -> Value {
         if name != "at" {
             return self.unknown_method(&Value::Function(f), name, &["at"]);
         }

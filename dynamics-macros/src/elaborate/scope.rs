@@ -40,7 +40,12 @@ impl Frame {
         self.scopes.iter().rev().flat_map(|s| s.iter().rev()).find(|v| v.name == name).map(|v| &v.value)
     }
     pub(super) fn find_mut(&mut self, name: &str) -> Option<&mut Value> {
-        self.scopes.iter_mut().rev().flat_map(|s| s.iter_mut().rev()).find(|v| v.name == name).map(|v| &mut v.value)
+        self.scopes
+            .iter_mut()
+            .rev()
+            .flat_map(|s| s.iter_mut().rev())
+            .find(|v| v.name == name)
+            .map(|v| &mut v.value)
     }
     pub(super) fn declare(&mut self, name: String, value: Value) {
         if self.scopes.is_empty() {

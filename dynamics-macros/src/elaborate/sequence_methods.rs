@@ -29,17 +29,35 @@ const SEQUENCE_METHODS: &[&str] = &[
 ];
 
 /// Methods that take closures, which cannot be followed.
-const CLOSURE_METHODS: &[&str] =
-    &["map", "fold", "for_each", "filter", "flat_map", "scan", "reduce", "all", "any", "map_while", "take_while"];
+const CLOSURE_METHODS: &[&str] = &[
+    "map",
+    "fold",
+    "for_each",
+    "filter",
+    "flat_map",
+    "scan",
+    "reduce",
+    "all",
+    "any",
+    "map_while",
+    "take_while",
+];
 
 impl Elaborator<'_> {
-    pub(super) fn array_method(&mut self, items: Rc<Vec<Value>>, name: &Ident, arguments: Vec<Argument>) -> Value {
+    pub(super) fn array_method(
+        &mut self,
+        items: Rc<Vec<Value>>,
+        name: &Ident,
+        arguments: Vec<Argument>,
+    ) -> Value {
         match (name.to_string().as_str(), arguments.len()) {
             ("len", 0) => Value::count(items.len()),
             ("iter" | "into_iter", 0) => Value::Sequence(items),
             ("dt", 0) => self.time_derivative(Value::Array(items), name),
             ("iter_mut", _) => self.fail(name.span(), &messages::mutable_iterator()),
-            (text, _) if CLOSURE_METHODS.contains(&text) => self.fail(name.span(), &messages::closure_method(name)),
+            (text, _) if CLOSURE_METHODS.contains(&text) => {
+                self.fail(name.span(), &messages::closure_method(name))
+            }
             _ => self.unknown_method(&Value::Array(items), name, ARRAY_METHODS),
         }
     }
@@ -107,7 +125,8 @@ impl Elaborator<'_> {
     /// `.sum()`.
     fn total(&mut self, items: &[Value], name: &Ident) -> Value {
         let mut items = items.iter().cloned();
-        // The sum of nothing has the type that rustc infers for it; zero of scalars is the only one that loops over numbers can mean.
+        // The sum of nothing has the type that rustc infers for it; zero of scalars is the only one that
+        // loops over numbers can mean.
         let mut sum = items.next().unwrap_or_else(|| self.integer_literal(0, ""));
         for item in items {
             sum = self.arithmetic(Operator::Add, sum, item, name.span());

@@ -1,4 +1,5 @@
-//! Generalized speeds: what `#[speeds(..)]` names, and the functions with `#[kinematic]` that say what they are.
+//! Generalized speeds: what `#[speeds(..)]` names, and the functions with `#[kinematic]` that say what they
+//! are.
 
 use dynamics_symbolic::mechanics::{Output, Speed};
 
@@ -22,7 +23,10 @@ impl Elaborator<'_> {
         let declared = &self.declaration.speeds;
         let Some(of) = declared.iter().position(|speed| speed.name == function.name) else {
             let known: Vec<String> = declared.iter().map(|speed| speed.name.to_string()).collect();
-            let hint = crate::suggest::did_you_mean_only(&function.name.to_string(), known.iter().map(String::as_str));
+            let hint = crate::suggest::did_you_mean_only(
+                &function.name.to_string(),
+                known.iter().map(String::as_str),
+            );
             return self
                 .diagnostics
                 .error(function.name.span(), &messages::kinematic_without_speed(&function.name, hint));
@@ -40,7 +44,10 @@ impl Elaborator<'_> {
         let (mut components, mut units) = (Vec::new(), Vec::new());
         let flat = !matches!(&value, Value::Array(items) if items.iter().any(|item| !matches!(item, Value::Scalar(_))))
             && flatten(&value, "", &mut components, &mut units);
-        if !flat || components.len() != speed.scalars() || speed.length.is_some() == matches!(value, Value::Scalar(_)) {
+        if !flat
+            || components.len() != speed.scalars()
+            || speed.length.is_some() == matches!(value, Value::Scalar(_))
+        {
             let place = Place::of(&function.item.sig.output);
             let message = messages::kinematic_shape(&function.name, shape(speed), value.shape());
             return self.diagnostics.error(place, &message);

@@ -60,7 +60,8 @@ impl<'a> Elaborator<'a> {
             None => Value::Unset,
             Some(init) => {
                 if let Some((else_token, _)) = &init.diverge {
-                    let message = messages::unsupported("`let .. else`", "use `let` and `if` on a comparison");
+                    let message =
+                        messages::unsupported("`let .. else`", "use `let` and `if` on a comparison");
                     self.diagnostics.error(else_token.span, &message);
                     return self.bind_names(&local.pat);
                 }
@@ -70,7 +71,8 @@ impl<'a> Elaborator<'a> {
         self.bind(&local.pat, value);
     }
 
-    /// Constants in a function are like `let`s; imports change nothing; everything else has no meaning in a model.
+    /// Constants in a function are like `let`s; imports change nothing; everything else has no meaning in a
+    /// model.
     fn item(&mut self, item: &'a Item) {
         match item {
             Item::Const(constant) => {
@@ -80,7 +82,8 @@ impl<'a> Elaborator<'a> {
             }
             Item::Use(_) => {}
             other => {
-                let message = messages::unsupported("items inside functions", "move them out of the function");
+                let message =
+                    messages::unsupported("items inside functions", "move them out of the function");
                 self.diagnostics.error(Place::of(other), &message);
             }
         }
@@ -117,7 +120,12 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `(a, b) = value`.
-    fn assign_parts(&mut self, parts: impl ExactSizeIterator<Item = &'a Expr>, new: Value, at: Place) -> Value {
+    fn assign_parts(
+        &mut self,
+        parts: impl ExactSizeIterator<Item = &'a Expr>,
+        new: Value,
+        at: Place,
+    ) -> Value {
         let items = match new {
             Value::Tuple(items) | Value::Array(items) if items.len() == parts.len() => items,
             Value::Poison => Rc::new(vec![Value::Poison; parts.len()]),
@@ -132,7 +140,13 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `place ∘= value`.
-    pub(super) fn assign_compound(&mut self, op: Operator, place: &'a Expr, value: &'a Expr, at: Span) -> Value {
+    pub(super) fn assign_compound(
+        &mut self,
+        op: Operator,
+        place: &'a Expr,
+        value: &'a Expr,
+        at: Span,
+    ) -> Value {
         let right = self.expression(value);
         let left = self.expression(place);
         self.note_term(Some(place), op, value, &right);
@@ -232,7 +246,9 @@ impl<'a> Elaborator<'a> {
         let known = self.frame().names();
         let hint = match crate::suggest::nearest(&name.to_string(), known.iter().map(String::as_str)) {
             Some(best) => format!("did you mean `{best}`?"),
-            None => "declare what stands outside of the `impl` as a constant of the `impl`, `Self::NAME`".into(),
+            None => {
+                "declare what stands outside of the `impl` as a constant of the `impl`, `Self::NAME`".into()
+            }
         };
         self.fail(name.span(), &messages::unknown_name(name, hint))
     }

@@ -1,4 +1,5 @@
-//! The terms of a sum that a function returns, so that an error of the whole can be shown at the one at fault.
+//! The terms of a sum that a function returns, so that an error of the whole can be shown at the one at
+//! fault.
 
 use dynamics_symbolic::graph::NodeId;
 use syn::{BinOp, Expr, ExprReturn, Stmt};
@@ -41,9 +42,12 @@ impl<'a> Elaborator<'a> {
                 }
                 expr => {
                     let name = name_of(expr);
-                    let same =
-                        |added: &&Added<'_>| std::ptr::eq(added.term, expr) || name.is_some() && added.to == name;
-                    found.extend(self.terms.iter().filter(same).map(|added| (added.node, Place::of(added.term))));
+                    let same = |added: &&Added<'_>| {
+                        std::ptr::eq(added.term, expr) || name.is_some() && added.to == name
+                    };
+                    found.extend(
+                        self.terms.iter().filter(same).map(|added| (added.node, Place::of(added.term))),
+                    );
                 }
             }
         }

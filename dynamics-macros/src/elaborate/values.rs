@@ -114,7 +114,9 @@ impl Value {
                 items.iter().fold(1, |sum: usize, item| sum.saturating_add(item.size()))
             }
             Self::Force(terms) => 1 + terms.len(),
-            Self::Record(record) => record.fields.iter().fold(1, |sum: usize, field| sum.saturating_add(field.size())),
+            Self::Record(record) => {
+                record.fields.iter().fold(1, |sum: usize, field| sum.saturating_add(field.size()))
+            }
             _ => 1,
         }
     }

@@ -34,7 +34,12 @@ pub(crate) const MATRIX_METHODS: &[&str] = &[
 ];
 
 impl Elaborator<'_> {
-    pub(super) fn vector_method(&mut self, v: Vec<Scalar>, name: &Ident, mut arguments: Vec<Argument>) -> Value {
+    pub(super) fn vector_method(
+        &mut self,
+        v: Vec<Scalar>,
+        name: &Ident,
+        mut arguments: Vec<Argument>,
+    ) -> Value {
         let text = name.to_string();
         let expected = match text.as_str() {
             "dot" | "cross" => 1,
@@ -98,7 +103,12 @@ impl Elaborator<'_> {
         let text = name.to_string();
         let expected = match text.as_str() {
             "row" | "column" | "rotational_energy" => 1,
-            "transpose" | "trace" | "determinant" | "angular_velocity" | "angular_velocity_in_body" | "dt" => 0,
+            "transpose"
+            | "trace"
+            | "determinant"
+            | "angular_velocity"
+            | "angular_velocity_in_body"
+            | "dt" => 0,
             _ => return self.unknown_method(&Value::Matrix(m), name, MATRIX_METHODS),
         };
         if !self.takes(name, &arguments, expected) {
@@ -124,7 +134,9 @@ impl Elaborator<'_> {
                 let k = match index {
                     Value::Integer(i) => match usize::try_from(i.value).ok().filter(|k| *k < 3) {
                         Some(k) => k,
-                        None => return self.fail(place, &messages::index_out_of_range(i.value, "the matrix", 3)),
+                        None => {
+                            return self.fail(place, &messages::index_out_of_range(i.value, "the matrix", 3));
+                        }
                     },
                     other => return self.fail(place, &messages::index_unknown(other.shape())),
                 };
@@ -144,10 +156,9 @@ impl Elaborator<'_> {
             "from_rows" | "from_columns" => {
                 let Some(rows) = self.spatial_vectors(arguments) else { return Value::Poison };
                 let transposed = name == "from_columns";
-                Value::matrix(
-                    [0, 1, 2]
-                        .map(|i| [0, 1, 2].map(|j| if transposed { rows[j][i].clone() } else { rows[i][j].clone() })),
-                )
+                Value::matrix([0, 1, 2].map(|i| {
+                    [0, 1, 2].map(|j| if transposed { rows[j][i].clone() } else { rows[i][j].clone() })
+                }))
             }
             "from" => self.matrix_from(arguments),
             "diagonal" => match self.vector_of(arguments) {
@@ -157,7 +168,8 @@ impl Elaborator<'_> {
                 _ => Value::Poison,
             },
             "skew" => {
-                let Some((Value::Vector(v), _)) = arguments.first().filter(|(v, _)| v.shape() == "a `Vec3`") else {
+                let Some((Value::Vector(v), _)) = arguments.first().filter(|(v, _)| v.shape() == "a `Vec3`")
+                else {
                     return self.wrong_shape("a `Vec3`", arguments);
                 };
                 let [x, y, z] = [0, 1, 2].map(|i| self.negative(&v[i]));
@@ -168,7 +180,9 @@ impl Elaborator<'_> {
                 ])
             }
             "outer" => match self.spatial_vectors(arguments).as_deref() {
-                Some([a, b]) => Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| self.product(&a[i], &b[j])))),
+                Some([a, b]) => {
+                    Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| self.product(&a[i], &b[j]))))
+                }
                 _ => Value::Poison,
             },
             "rotation_x" => self.rotation(0, arguments),
@@ -177,7 +191,9 @@ impl Elaborator<'_> {
             "axis_angle" => self.axis_angle(word, arguments),
             "euler" | "euler_space" => self.euler(word, arguments),
             "euler_parameters" => self.euler_parameters(arguments),
-            _ => Value::matrix([0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { one.clone() } else { zero.clone() }))),
+            _ => Value::matrix(
+                [0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { one.clone() } else { zero.clone() })),
+            ),
         }
     }
 
@@ -192,7 +208,9 @@ impl Elaborator<'_> {
         let mut rows = Vec::new();
         for item in items.iter() {
             let row = match item {
-                Value::Array(row) if row.len() == 3 => self.vector_of(row.iter().map(|x| (x.clone(), place)).collect()),
+                Value::Array(row) if row.len() == 3 => {
+                    self.vector_of(row.iter().map(|x| (x.clone(), place)).collect())
+                }
                 other => self.wrong_shape("three rows of three scalars", vec![(other.clone(), place)]),
             };
             rows.push((row, place));

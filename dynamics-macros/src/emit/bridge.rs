@@ -1,9 +1,10 @@
-//! How the two macros meet: the derive leaves a macro of the struct's own name that carries the struct's tokens; `#[dynamics] impl`
-//! calls it with the impl's tokens, and it hands both to `__model!`.
+//! How the two macros meet: the derive leaves a macro of the struct's own name that carries the struct's
+//! tokens; `#[dynamics] impl` calls it with the impl's tokens, and it hands both to `__model!`.
 //!
-//! Types and macros live in different namespaces, so the macro may have the struct's name and is imported wherever the struct is:
-//! struct and impl may stand in different modules. What only the compiler can know, that there is no such macro or that two blocks call it,
-//! it says in its own words; the names of what it then speaks of are chosen so that these words say what to do.
+//! Types and macros live in different namespaces, so the macro may have the struct's name and is imported
+//! wherever the struct is: struct and impl may stand in different modules. What only the compiler can know,
+//! that there is no such macro or that two blocks call it, it says in its own words; the names of what it
+//! then speaks of are chosen so that these words say what to do.
 
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, format_ident, quote};
@@ -23,8 +24,8 @@ pub(crate) fn dead_bridge(name: &Ident, vis: &Visibility) -> TokenStream {
     define(name, vis, &TokenStream::new())
 }
 
-/// Visible where the struct is, and no further: who imports a private struct is told so, instead of getting the macro alone. (A macro without `#[macro_export]`
-/// cannot be public.)
+/// Visible where the struct is, and no further: who imports a private struct is told so, instead of getting
+/// the macro alone. (A macro without `#[macro_export]` cannot be public.)
 fn define(name: &Ident, vis: &Visibility, body: &TokenStream) -> TokenStream {
     let vis = if matches!(vis, Visibility::Public(_)) { quote!(pub(crate)) } else { vis.to_token_stream() };
     let hidden = format_ident!("__dynamics_model_{}", name);
@@ -40,7 +41,8 @@ fn define(name: &Ident, vis: &Visibility, body: &TokenStream) -> TokenStream {
     }
 }
 
-/// The macro of a struct with errors of its own: the impl block is not looked into, since its errors would only repeat the struct's.
+/// The macro of a struct with errors of its own: the impl block is not looked into, since its errors would
+/// only repeat the struct's.
 pub(crate) fn broken_bridge(surface: &Surface) -> TokenStream {
     bridge(surface, &TokenStream::new())
 }
@@ -48,7 +50,8 @@ pub(crate) fn broken_bridge(surface: &Surface) -> TokenStream {
 /// What rustc says is not found for a struct without the derive.
 const MARK: &str = "derive_Dynamics";
 
-/// The sign that a struct has the derive: without it rustc misses a macro, which says nothing to who did not write one.
+/// The sign that a struct has the derive: without it rustc misses a macro, which says nothing to who did not
+/// write one.
 pub(crate) fn mark(name: &Ident, generics: &syn::Generics) -> TokenStream {
     let (quiet, mark, (generics, arguments, conditions)) =
         (super::quiet(), super::function(MARK), generics.split_for_impl());
@@ -63,14 +66,18 @@ pub(crate) fn mark(name: &Ident, generics: &syn::Generics) -> TokenStream {
     }
 }
 
-/// Calls the bridge of the struct with this path with the impl block `item`, unless another block of the module has done so.
+/// Calls the bridge of the struct with this path with the impl block `item`, unless another block of the
+/// module has done so.
 ///
-/// Each block defines a module of the same name with a macro that lets pass what has the block's key, made of its tokens and the `place` where it
-/// stands, and answers others with their error. `marked`: asks for the [`mark()`] of the derive. Of two modules of one name the first counts: the second is an error of rustc's, and its block meets the first block's macro. Two
-/// blocks for one struct in different modules meet only in the impls that both would have, where `OnlyOneDynamicsImplPerModel` names the cause.
+/// Each block defines a module of the same name with a macro that lets pass what has the block's key, made of
+/// its tokens and the `place` where it stands, and answers others with their error. `marked`: asks for the
+/// [`mark()`] of the derive. Of two modules of one name the first counts: the second is an error of rustc's,
+/// and its block meets the first block's macro. Two blocks for one struct in different modules meet only in
+/// the impls that both would have, where `OnlyOneDynamicsImplPerModel` names the cause.
 pub(crate) fn once(path: &Path, item: &TokenStream, marked: bool, place: [usize; 2]) -> TokenStream {
     let segments: Vec<String> = path.segments.iter().map(|s| super::plain(&s.ident)).collect();
-    let (name, at) = (segments.join("_"), path.segments.last().map_or_else(Span::call_site, |s| s.ident.span()));
+    let (name, at) =
+        (segments.join("_"), path.segments.last().map_or_else(Span::call_site, |s| s.ident.span()));
     let only = Ident::new(&format!("only_one_dynamics_impl_for_{name}"), at);
     let marked = marked.then(|| {
         let mark = Ident::new(MARK, at);
@@ -97,9 +104,14 @@ pub(crate) fn once(path: &Path, item: &TokenStream, marked: bool, place: [usize;
     }
 }
 
-/// What is `derived` of the struct with this name, `item`, unless another struct of the name and module came first:
-/// as [`once`] for blocks.
-pub(crate) fn once_per_name(name: &Ident, derived: &TokenStream, item: &TokenStream, place: [usize; 2]) -> TokenStream {
+/// What is `derived` of the struct with this name, `item`, unless another struct of the name and module came
+/// first: as [`once`] for blocks.
+pub(crate) fn once_per_name(
+    name: &Ident,
+    derived: &TokenStream,
+    item: &TokenStream,
+    place: [usize; 2],
+) -> TokenStream {
     let only = Ident::new(&format!("only_one_dynamics_model_called_{}", super::plain(name)), name.span());
     let key = format_ident!("key_{:016x}", fingerprint(&format!("{place:?} {item}")));
     quote! {
@@ -118,5 +130,7 @@ pub(crate) fn once_per_name(name: &Ident, derived: &TokenStream, item: &TokenStr
 
 /// FNV-1a: the same in every build.
 fn fingerprint(text: &str) -> u64 {
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
 }

@@ -10,15 +10,16 @@ pub(super) fn builder(surface: &Surface) -> TokenStream {
     let (name, vis, private) = (surface.builder_type(), &surface.vis, surface.private());
     let (model, state) = (&surface.name, surface.state_type());
     let derive = docs::derive(&private, &["Clone", "Copy"]);
-    let doc = format!("Assembles a [`{state}`] by name. What is not set is 0; an input that is not set is NaN.");
+    let doc =
+        format!("Assembles a [`{state}`] by name. What is not set is 0; an input that is not set is NaN.");
     let coordinates = offsets(&surface.coordinates).map(|(at, slot)| {
         let q = setter(surface, slot, (at, ""), "q", Some(("given_q", true)), &docs::coordinate(slot));
         let guess = setter(surface, slot, (at, "_guess"), "q", Some(("given_q", false)), &docs::guess(slot));
         let u = setter(surface, slot, (at, "_rate"), "u", Some(("given_u", true)), &docs::rate(slot));
         quote!(#q #guess #u)
     });
-    let inputs =
-        offsets(&surface.inputs).map(|(at, slot)| setter(surface, slot, (at, ""), "inputs", None, &docs::input(slot)));
+    let inputs = offsets(&surface.inputs)
+        .map(|(at, slot)| setter(surface, slot, (at, ""), "inputs", None, &docs::input(slot)));
     let speeds = offsets(&surface.speeds).map(|(at, slot)| speed(surface, slot, at));
     let (constructor, build, quiet) = (constructor(surface), build(surface), quiet());
     let count = surface.speed_count();
@@ -67,7 +68,8 @@ pub(super) fn builder(surface: &Surface) -> TokenStream {
     }
 }
 
-/// `.theta(value)`, the whole array for arrays; `given`: the flags that say what must not be changed, and whether it is given by this.
+/// `.theta(value)`, the whole array for arrays; `given`: the flags that say what must not be changed, and
+/// whether it is given by this.
 fn setter(
     surface: &Surface,
     slot: &Slot,
@@ -129,7 +131,8 @@ fn build(surface: &Surface) -> TokenStream {
     let released = released(surface);
     let built = at_name(surface, quote!(#complete::built(self.model, self.state, self.sided)));
     let given = quote!([&self.given_q, &self.given_u]);
-    let assembled = at_name(surface, quote!(#complete::assembled(self.model, self.state, #given, self.sided)));
+    let assembled =
+        at_name(surface, quote!(#complete::assembled(self.model, self.state, #given, self.sided)));
     let by_speeds = |assembled: bool| {
         let given = quote!([&self.given_q, &self.given_u]);
         let moved = at_name(
@@ -155,18 +158,19 @@ fn build(surface: &Surface) -> TokenStream {
         /// The state as it was set.
         ///
         /// # Errors
-        /// Where a value is not finite, or where the state does not fulfil a constraint: with its name, its value and how far away it is
-        /// fulfilled.
+        /// Where a value is not finite, or where the state does not fulfil a constraint: with its name, its
+        /// value and how far away it is fulfilled.
         #vis fn build(self) -> #result {
             #check_names
             #built_by_speeds
             #built
         }
-        /// The state completed: what was set stays, positions that were not set are solved from their guesses (0 where there is none),
-        /// then velocities that were not set, so that all constraints are fulfilled.
+        /// The state completed: what was set stays, positions that were not set are solved from their guesses
+        /// (0 where there is none), then velocities that were not set, so that all constraints are fulfilled.
         ///
         /// # Errors
-        /// Where a value is not finite, or where the constraints cannot be fulfilled: with the one that is missed, and by how much.
+        /// Where a value is not finite, or where the constraints cannot be fulfilled: with the one that is
+        /// missed, and by how much.
         #vis fn assemble(self) -> #result {
             #check_names
             #assembled_by_speeds
@@ -181,9 +185,10 @@ fn released(surface: &Surface) -> TokenStream {
     let (name, side, index, error) = (local("name"), local("side"), local("index"), local("error"));
     let found = at_name(surface, quote!(#complete::switched(#name)));
     quote! {
-        /// Releases a switched constraint: the state need not fulfil it. A nonholonomic one of one row is released to the side to which the
-        /// velocities slip, at rest to the side to which it is pushed; others, and what is not pushed, to that of growing values. That no switched constraint has this name is said by
-        /// [`Self::build`] and [`Self::assemble`].
+        /// Releases a switched constraint: the state need not fulfil it. A nonholonomic one of one row is
+        /// released to the side to which the velocities slip, at rest to the side to which it is pushed;
+        /// others, and what is not pushed, to that of growing values. That no switched constraint has this
+        /// name is said by [`Self::build`] and [`Self::assemble`].
         #vis fn release(mut self, #name: &'static #private::str) -> Self {
             match #found {
                 #private::Ok(#index) => {
@@ -194,8 +199,9 @@ fn released(surface: &Surface) -> TokenStream {
             }
             self
         }
-        /// Releases a switched constraint to a side: that of growing values where `side` is not negative. [`Self::build`] and
-        /// [`Self::assemble`] refuse a side to which a nonholonomic constraint of one row does not slip.
+        /// Releases a switched constraint to a side: that of growing values where `side` is not negative.
+        /// [`Self::build`] and [`Self::assemble`] refuse a side to which a nonholonomic constraint of one row
+        /// does not slip.
         #vis fn release_to(mut self, #name: &'static #private::str, #side: #private::f64) -> Self {
             match #found {
                 #private::Ok(#index) => {
@@ -217,7 +223,8 @@ fn constructor(surface: &Surface) -> TokenStream {
     let speeds = (count > 0).then(|| quote!(speeds: [0.0; #count], by_speeds: false,));
     let nan = vec![quote!(#private::f64::NAN); m];
     quote! {
-        /// Starts a state of this model: at rest at t = 0 with all coordinates 0, and what is then set by name.
+        /// Starts a state of this model: at rest at t = 0 with all coordinates 0, and what is then set by
+        /// name.
         #[inline]
         #vis fn state(&self) -> #builder<'_> {
             #builder {

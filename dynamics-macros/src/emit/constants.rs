@@ -1,7 +1,9 @@
 //! Assertions that constants, types and functions are for rustc what they were for the equations.
 //!
-//! The macro sees no names outside of the block. Where it took a path for a constant of std's, or for a type or a function of the library's, the function or constant that holds the path asserts it,
-//! among the names that are in scope there; and each constant of the block that the model uses is compared with the value that was derived with.
+//! The macro sees no names outside of the block. Where it took a path for a constant of std's, or for a type
+//! or a function of the library's, the function or constant that holds the path asserts it, among the names
+//! that are in scope there; and each constant of the block that the model uses is compared with the value
+//! that was derived with.
 
 use proc_macro2::{Group, Span, TokenStream, TokenTree};
 use quote::{ToTokens, quote};
@@ -43,7 +45,8 @@ pub(crate) fn assert_paths(
     }
 }
 
-/// `const _: () = expect_type::<path, Type>();`, or `const _: () = the_name_vec2_is_the_librarys_choose_another(path);` at the path.
+/// `const _: () = expect_type::<path, Type>();`, or
+/// `const _: () = the_name_vec2_is_the_librarys_choose_another(path);` at the path.
 fn library_word(taken: &TakenForLibrary, surface: &Surface) -> TokenStream {
     let TakenForLibrary { path, name, .. } = taken;
     let (private, at, text) = (surface.private(), path.span(), name.to_string());
@@ -85,7 +88,8 @@ fn std_constant(constant: &TakenForStd, surface: &Surface) -> TokenStream {
 /// The constants of the block, each beside what the equations have for it.
 pub(crate) fn followed(surface: &Surface, constants: &Constants) -> TokenStream {
     // One that holds a path of std's is what it was taken for, or an error already.
-    let asserted_already = |index| constants.taken.iter().any(|taken| taken.within == Within::Constant(index));
+    let asserted_already =
+        |index| constants.taken.iter().any(|taken| taken.within == Within::Constant(index));
     let (private, target, quiet) = (surface.private(), &surface.target, super::quiet());
     let mut asserted = TokenStream::new();
     for (index, FollowedConstant { name, parts }) in constants.followed.iter().enumerate() {

@@ -21,7 +21,8 @@ pub(super) fn coordinates(surface: &Surface) -> TokenStream {
     };
     let coordinates = fields(&surface.coordinates, docs::coordinate);
     let inputs = fields(&surface.inputs, docs::input);
-    let doc = format!("Time jets of the coordinates of [`{}`]: what its functions take as `q`.", surface.name);
+    let doc =
+        format!("Time jets of the coordinates of [`{}`]: what its functions take as `q`.", surface.name);
     let complete = complete(surface);
     let multipliers = at_name(surface, quote!(#private::Reactions<#complete::Multipliers>));
     let (derived, reactions) = (derived(surface), reactions(surface));
@@ -40,10 +41,12 @@ pub(super) fn coordinates(surface: &Surface) -> TokenStream {
     }
 }
 
-/// `Clone` and `Debug` as derives would have them, but that the error of a missing impl block is seen at the struct's name.
+/// `Clone` and `Debug` as derives would have them, but that the error of a missing impl block is seen at the
+/// struct's name.
 fn derived(surface: &Surface) -> TokenStream {
     let (name, private, quiet, f) = (surface.coordinates_type(), surface.private(), quiet(), local("f"));
-    let fields: Vec<&Ident> = surface.coordinates.iter().chain(&surface.inputs).map(|slot| &slot.name).collect();
+    let fields: Vec<&Ident> =
+        surface.coordinates.iter().chain(&surface.inputs).map(|slot| &slot.name).collect();
     let copies = fields.iter().map(|field| quote!(#field: self.#field,));
     let copy = at_name(surface, quote!(Self { #(#copies)* t: self.t, __reactions: self.__reactions }));
     let shown = fields.iter().map(|field| {
@@ -70,7 +73,8 @@ fn derived(surface: &Surface) -> TokenStream {
 
 /// `q.reaction(Self::rod)` and `q.slip(Self::stick)`: a constraint is named by its function.
 fn reactions(surface: &Surface) -> TokenStream {
-    let (name, vis, private, model) = (surface.coordinates_type(), &surface.vis, surface.private(), &surface.name);
+    let (name, vis, private, model) =
+        (surface.coordinates_type(), &surface.vis, surface.private(), &surface.name);
     let (complete, c) = (complete(surface), local("constraint"));
     let reaction = at_name(surface, quote!(#complete::reaction(&self.__reactions, #c)));
     let slip = at_name(surface, quote!(#complete::slip(&self.__reactions, #c)));
@@ -78,9 +82,9 @@ fn reactions(surface: &Surface) -> TokenStream {
     quote! {
         #quiet
         impl #name {
-            /// The multipliers λ of a constraint, named by its function as in `q.reaction(Self::rod)`, in the shape that the function
-            /// returns: generalized forces that push toward growing values of the constraint. NaN where no solution is at hand, or where
-            /// the function is no constraint.
+            /// The multipliers λ of a constraint, named by its function as in `q.reaction(Self::rod)`, in the
+            /// shape that the function returns: generalized forces that push toward growing values of the
+            /// constraint. NaN where no solution is at hand, or where the function is no constraint.
             #[must_use]
             #vis fn reaction<#f, #t>(&self, #constraint: #f) -> #t
             where
@@ -89,8 +93,8 @@ fn reactions(surface: &Surface) -> TokenStream {
             {
                 #reaction
             }
-            /// 0 while a switched constraint, named by its function, holds, else ±1: the side to which it was left. NaN where the function
-            /// is no switched constraint.
+            /// 0 while a switched constraint, named by its function, holds, else ±1: the side to which it was
+            /// left. NaN where the function is no switched constraint.
             #[must_use]
             #vis fn slip<#f, #t>(&self, #constraint: #f) -> #private::Expr
             where
@@ -105,7 +109,8 @@ fn reactions(surface: &Surface) -> TokenStream {
 /// `impl Model`: how the impl block, perhaps in another module, finds the types.
 pub(super) fn model(surface: &Surface) -> TokenStream {
     let (model, private, quiet) = (&surface.name, surface.private(), quiet());
-    let (state_type, coordinates_type, name) = (surface.state_type(), surface.coordinates_type(), plain(&surface.name));
+    let (state_type, coordinates_type, name) =
+        (surface.state_type(), surface.coordinates_type(), plain(&surface.name));
     let (n, m, f64) = (surface.degrees(), surface.input_count(), quote!(#private::f64));
     let (state, accelerations, assembly) = (local("state"), local("accelerations"), assembly(surface));
     let multipliers = local("multipliers");
@@ -137,7 +142,8 @@ fn assembly(surface: &Surface) -> TokenStream {
     let (name, state, accelerations) = (surface.coordinates_type(), local("state"), local("accelerations"));
     let multipliers = local("multipliers");
     let jets = offsets(&surface.coordinates).map(|(at, slot)| {
-        let jet = |i: usize| quote!(#private::Expr::coordinate(#state.q[#i], #state.u[#i], #accelerations[#i]));
+        let jet =
+            |i: usize| quote!(#private::Expr::coordinate(#state.q[#i], #state.u[#i], #accelerations[#i]));
         initializer(slot, at, &jet)
     });
     let inputs = offsets(&surface.inputs).map(|(at, slot)| {

@@ -27,7 +27,8 @@ pub(super) fn coordinate(slot: &Slot) -> String {
 /// Where the search for a coordinate starts.
 pub(super) fn guess(slot: &Slot) -> String {
     format!(
-        "Sets where the search for `{0}` starts when the state is assembled: with several solutions the guess decides. {1}",
+        "Sets where the search for `{0}` starts when the state is assembled: with several solutions the \
+         guess decides. {1}",
         slot.text(),
         coordinate(slot)
     )
@@ -47,7 +48,8 @@ pub(super) fn rate(slot: &Slot) -> String {
 /// A generalized speed.
 pub(super) fn speed(slot: &Slot) -> String {
     format!(
-        "Sets the generalized speed `{0}`{1}{2}. With some speed given, those that are not are 0, and all velocities follow from them and from the constraints: rates are then not given.",
+        "Sets the generalized speed `{0}`{1}{2}. With some speed given, those that are not are 0, and all \
+         velocities follow from them and from the constraints: rates are then not given.",
         slot.text(),
         elements(slot),
         unit(slot)
@@ -69,7 +71,8 @@ pub(super) fn order(slots: &[Slot]) -> String {
 /// The state struct.
 pub(super) fn state(surface: &Surface) -> String {
     format!(
-        "State of [`{}`]: time, generalized coordinates, generalized velocities and inputs, with an accessor for every name.",
+        "State of [`{}`]: time, generalized coordinates, generalized velocities and inputs, with an accessor \
+         for every name.",
         surface.name
     )
 }

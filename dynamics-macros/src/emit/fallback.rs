@@ -1,11 +1,13 @@
-//! What stands in for the traits of a model with errors, so that one mistake gives one error and not a cascade of missing impls.
+//! What stands in for the traits of a model with errors, so that one mistake gives one error and not a
+//! cascade of missing impls.
 
 use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::{Surface, only_one, quiet};
 
-/// Stub impls of everything that [`traits`](super::traits) implements. They never run: the errors stop the build.
+/// Stub impls of everything that [`traits`](super::traits) implements. They never run: the errors stop the
+/// build.
 pub(crate) fn fallback(surface: &Surface) -> TokenStream {
     let (model, private, quiet) = (&surface.target, surface.private(), quiet());
     let quantities = super::traits::named(surface, &super::traits::Names::default());

@@ -1,8 +1,10 @@
 //! Straight-line programs as Rust.
 //!
-//! One step is one `let` on `f64`. A block of some thousands of `let`s crashes rustc when debug info is on (rust-lang/rust#122357), so steps
-//! stand in nested blocks of at most [`BLOCK`] that return what later blocks read; above [`SPLIT`] operations a program is cut into functions
-//! of about [`PART`] operations, which halves the compile time of large models for some run time, or, where runs do not ask for it at every step, made a table (`program/table.rs`).
+//! One step is one `let` on `f64`. A block of some thousands of `let`s crashes rustc when debug info is on
+//! (rust-lang/rust#122357), so steps stand in nested blocks of at most [`BLOCK`] that return what later
+//! blocks read; above [`SPLIT`] operations a program is cut into functions of about [`PART`] operations,
+//! which halves the compile time of large models for some run time, or, where runs do not ask for it at every
+//! step, made a table (`program/table.rs`).
 
 mod operand;
 mod parts;
@@ -49,8 +51,8 @@ pub(super) fn read(graph: &Graph, step: &Step) -> Vec<NodeId> {
 
 /// Prints the steps of one function: where every value is found, and the `let`s.
 ///
-/// Statements are printed as text and parsed once: handing tens of thousands of tokens to the compiler one by one took most of the time of a
-/// large model.
+/// Statements are printed as text and parsed once: handing tens of thousands of tokens to the compiler one by
+/// one took most of the time of a large model.
 struct Printer<'a> {
     access: &'a Access<'a>,
     /// Values at hand and how they are written.
@@ -123,7 +125,9 @@ impl<'a> Printer<'a> {
             .iter()
             .enumerate()
             .filter_map(|(i, step)| match step {
-                Step::Node(id) if !wanted.contains(id) && readers.get(id) == Some(&(1, i / BLOCK)) => Some(*id),
+                Step::Node(id) if !wanted.contains(id) && readers.get(id) == Some(&(1, i / BLOCK)) => {
+                    Some(*id)
+                }
                 _ => None,
             })
             .collect();
@@ -158,7 +162,8 @@ impl<'a> Printer<'a> {
         lines
     }
 
-    /// How many of the first steps are sines and cosines of angles that are known before: none is a sine or cosine of these.
+    /// How many of the first steps are sines and cosines of angles that are known before: none is a sine or
+    /// cosine of these.
     fn known_angles(&self, steps: &[Step]) -> usize {
         let mut found: Vec<NodeId> = Vec::new();
         let known = |step: &&Step| match step {
@@ -232,10 +237,12 @@ impl<'a> Printer<'a> {
     }
 
     fn smooth(&mut self, orders: &[Option<NodeId>; 4]) -> String {
-        let Some((function, argument)) = orders.iter().flatten().find_map(|id| match self.access.graph.node(*id) {
-            Node::Smooth { function, argument, .. } => Some((function, argument)),
-            _ => None,
-        }) else {
+        let Some((function, argument)) =
+            orders.iter().flatten().find_map(|id| match self.access.graph.node(*id) {
+                Node::Smooth { function, argument, .. } => Some((function, argument)),
+                _ => None,
+            })
+        else {
             return String::new();
         };
         let (function, argument) = (self.access.function(function), self.value(argument));

@@ -20,8 +20,8 @@ pub(super) fn state(surface: &Surface) -> TokenStream {
         let u = accessor(surface, slot, "_rate", "u", at, &docs::rate(slot));
         quote!(#q #u)
     });
-    let inputs =
-        offsets(&surface.inputs).map(|(at, slot)| accessor(surface, slot, "", "inputs", at, &docs::input(slot)));
+    let inputs = offsets(&surface.inputs)
+        .map(|(at, slot)| accessor(surface, slot, "", "inputs", at, &docs::input(slot)));
     let (implementation, modes) = (model_state(surface), modes(surface));
     let quiet = quiet();
     quote! {
@@ -69,8 +69,8 @@ fn modes(surface: &Surface) -> TokenStream {
         #vis fn is_engaged(&self, #name: &'static #str) -> #held {
             #private::Ok(self.modes.holds(#found?))
         }
-        /// Lets a switched constraint hold. No velocity changes: where the state does not fulfil the constraint, the motion begins with an
-        /// error.
+        /// Lets a switched constraint hold. No velocity changes: where the state does not fulfil the
+        /// constraint, the motion begins with an error.
         ///
         /// # Errors
         /// Where no switched constraint has this name.
@@ -78,8 +78,8 @@ fn modes(surface: &Surface) -> TokenStream {
             self.modes.engage(#found?);
             #private::Ok(())
         }
-        /// Releases a switched constraint, to the side of growing values: one that slips to the other side is refused where a motion starts, see
-        /// [`Self::release_to`].
+        /// Releases a switched constraint, to the side of growing values: one that slips to the other side is
+        /// refused where a motion starts, see [`Self::release_to`].
         ///
         /// # Errors
         /// Where no switched constraint has this name.
@@ -117,8 +117,10 @@ fn accessor(surface: &Surface, slot: &Slot, suffix: &str, field: &str, at: usize
         };
     };
     let panics = format!("\n\n# Panics\nWhere `i` is not less than {len}.");
-    let (doc, setter_doc) =
-        (format!("{} Element `i`.{panics}", doc), format!("Sets element `i` of `{}`.{panics}", super::plain(&name)));
+    let (doc, setter_doc) = (
+        format!("{} Element `i`.{panics}", doc),
+        format!("Sets element `i` of `{}`.{panics}", super::plain(&name)),
+    );
     quote! {
         #[doc = #doc]
         #[inline]

@@ -27,7 +27,8 @@ const LONG: usize = 600;
 
 /// Everything that a compiled model implements.
 pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
-    let emission = Emission { surface, compiled, access: Access::new(surface, compiled), private: surface.private() };
+    let emission =
+        Emission { surface, compiled, access: Access::new(surface, compiled), private: surface.private() };
     let texts = identity::texts(surface, compiled);
     let (dynamics, energies) = (emission.dynamics(), emission.energies());
     let (linearize, powers) = (emission.linearize(), emission.powers());
@@ -95,8 +96,9 @@ impl Emission<'_> {
         Body { seldom: true, ..self.body(&[]) }.whole(program)
     }
 
-    /// Whether a function of so many steps may be inlined. Each part into which the compiler divides a program has a copy of what may; a long one makes
-    /// programs slow to compile, and is called in less time than one evaluation differs from the next.
+    /// Whether a function of so many steps may be inlined. Each part into which the compiler divides a
+    /// program has a copy of what may; a long one makes programs slow to compile, and is called in less time
+    /// than one evaluation differs from the next.
     fn inlining(&self, steps: usize) -> TokenStream {
         if steps > LONG { quote!(#[inline(never)]) } else { quote!(#[inline]) }
     }
@@ -134,11 +136,12 @@ impl Emission<'_> {
     /// Whether some of these nodes need the solution of a model with constraints.
     fn needs_solution(&self, results: &[NodeId]) -> bool {
         let solution = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
-        self.constrained().is_some() && results.iter().any(|id| self.access.graph.dependence(*id).on(solution))
+        self.constrained().is_some()
+            && results.iter().any(|id| self.access.graph.dependence(*id).on(solution))
     }
 
-    /// Accelerations and multipliers of a model with constraints, where a program reads them. In a function that cannot fail they are NaN
-    /// where there is no solution.
+    /// Accelerations and multipliers of a model with constraints, where a program reads them. In a function
+    /// that cannot fail they are NaN where there is no solution.
     fn solution(&self, results: &[NodeId], fallible: bool) -> TokenStream {
         if !self.needs_solution(results) {
             return TokenStream::new();
@@ -162,7 +165,8 @@ impl Emission<'_> {
         quote!(&self, #state: &<Self as #private::Model>::State)
     }
 
-    /// Refuses pivots that vanish against their diagonal elements, and negative ones of a kinetic energy: (coordinate, Dᵢ, Mᵢᵢ) as expressions.
+    /// Refuses pivots that vanish against their diagonal elements, and negative ones of a kinetic energy:
+    /// (coordinate, Dᵢ, Mᵢᵢ) as expressions.
     fn check(&self, pivots: &[(usize, TokenStream, TokenStream)]) -> TokenStream {
         if pivots.is_empty() {
             return TokenStream::new();

@@ -105,7 +105,8 @@ impl Cylindrical {
     }
 }
 
-/// Spherical coordinates: distance from the origin, angle ϑ from the z axis, angle φ about it from x toward y.
+/// Spherical coordinates: distance from the origin, angle ϑ from the z axis, angle φ about it from x toward
+/// y.
 ///
 /// φ is not determined on the z axis: what moves through it needs other coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]

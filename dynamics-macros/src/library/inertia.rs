@@ -2,10 +2,11 @@
 
 use crate::{Expr, Mat3, Vec3};
 
-/// Inertia matrices of solids of even density, about the center of mass; where there is one, the axis of symmetry is z.
+/// Inertia matrices of solids of even density, about the center of mass; where there is one, the axis of
+/// symmetry is z.
 ///
-/// In a model they are expressions like any other: `Inertia::cylinder(self.m, self.r, self.h)` is worked out once per model. (Formulas: E. J. Routh,
-/// *Elementary Rigid Dynamics*, 7th ed., chapter 1.)
+/// In a model they are expressions like any other: `Inertia::cylinder(self.m, self.r, self.h)` is worked out
+/// once per model. (Formulas: E. J. Routh, *Elementary Rigid Dynamics*, 7th ed., chapter 1.)
 #[derive(Clone, Copy, Debug)]
 pub struct Inertia;
 
@@ -60,7 +61,8 @@ impl Inertia {
         Mat3::diagonal(across, across, 8.0 * m * r)
     }
 
-    /// Thin rod along z. It has no inertia about its axis: a coordinate for its turning there would be without any.
+    /// Thin rod along z. It has no inertia about its axis: a coordinate for its turning there would be
+    /// without any.
     #[must_use]
     pub fn rod(mass: impl Into<Expr>, length: impl Into<Expr>) -> Mat3 {
         let across = mass.into() * length.into().powi(2) / 12.0;
@@ -81,7 +83,8 @@ impl Inertia {
         Mat3::diagonal(m * (b + c), m * (c + a), m * (a + b))
     }
 
-    /// What a mass in a point adds at this distance from where the inertia is taken: m (d·d 1 − d dᵀ), the theorem of parallel axes.
+    /// What a mass in a point adds at this distance from where the inertia is taken: m (d·d 1 − d dᵀ), the
+    /// theorem of parallel axes.
     #[must_use]
     pub fn offset(mass: impl Into<Expr>, distance: impl Into<Vec3>) -> Mat3 {
         let (m, d) = (mass.into(), distance.into());

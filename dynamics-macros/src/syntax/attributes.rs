@@ -1,4 +1,5 @@
-//! The struct's attributes: `#[coordinates(..)]`, `#[speeds(..)]`, `#[inputs(..)]`, `#[units(..)]`, `#[nominal(..)]`, `#[model(..)]`.
+//! The struct's attributes: `#[coordinates(..)]`, `#[speeds(..)]`, `#[inputs(..)]`, `#[units(..)]`,
+//! `#[nominal(..)]`, `#[model(..)]`.
 
 use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use quote::ToTokens;
@@ -146,7 +147,9 @@ fn split(tokens: TokenStream) -> Vec<Vec<TokenTree>> {
 fn named(part: &[TokenTree], d: &mut Diagnostics, example: &str) -> Option<(Ident, Vec<TokenTree>)> {
     match part {
         [TokenTree::Ident(name)] => Some((name.clone(), Vec::new())),
-        [TokenTree::Ident(name), TokenTree::Punct(colon), rest @ ..] if colon.as_char() == ':' && !rest.is_empty() => {
+        [TokenTree::Ident(name), TokenTree::Punct(colon), rest @ ..]
+            if colon.as_char() == ':' && !rest.is_empty() =>
+        {
             Some((name.clone(), rest.to_vec()))
         }
         _ => {
@@ -165,7 +168,9 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
     let mut all = Vec::new();
     let mut scalars = 0;
     for part in split(tokens) {
-        let Some((name, rest)) = named(&part, d, "`name`, `name: unit` or `name: [unit; length]`") else { continue };
+        let Some((name, rest)) = named(&part, d, "`name`, `name: unit` or `name: [unit; length]`") else {
+            continue;
+        };
         if syn::parse2::<Ident>(name.to_token_stream()).is_err() {
             d.error(name.span(), &messages::keyword_as_name(&name, what));
             continue;
@@ -309,7 +314,12 @@ fn model(tokens: TokenStream, all: &mut Attributes, d: &mut Diagnostics) {
 }
 
 /// Finds the field that an attribute's entry names.
-fn field<'a>(fields: &'a mut [Field], name: &Ident, attribute: &str, d: &mut Diagnostics) -> Option<&'a mut Field> {
+fn field<'a>(
+    fields: &'a mut [Field],
+    name: &Ident,
+    attribute: &str,
+    d: &mut Diagnostics,
+) -> Option<&'a mut Field> {
     let names: Vec<String> = fields.iter().map(|f| f.name.to_string()).collect();
     let found = fields.iter_mut().find(|f| f.name == *name);
     if found.is_none() {
@@ -427,7 +437,8 @@ const RESERVED: &[&str] = &[
     "is_engaged",
 ];
 
-/// Something moves; no name is taken twice; none collides with a generated one. What offends is left out, so that nothing is generated from it.
+/// Something moves; no name is taken twice; none collides with a generated one. What offends is left out, so
+/// that nothing is generated from it.
 pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {
     if declaration.coordinates.is_empty() && d.len() == 0 {
         d.error(declaration.name.span(), &messages::no_coordinates(&declaration.name));

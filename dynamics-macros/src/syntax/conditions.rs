@@ -1,4 +1,5 @@
-//! Conditional compilation inside a model: rustc removes what is switched off after the macro has derived equations from it.
+//! Conditional compilation inside a model: rustc removes what is switched off after the macro has derived
+//! equations from it.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use quote::ToTokens;
@@ -8,13 +9,15 @@ use super::impls::is_drawing;
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 
-/// A macro cannot ask what is switched on, so that a condition within its input has no meaning that it could follow.
-/// Conditions on the block as a whole and on the struct's fields are settled before the macros run; what is left of them is not.
+/// A macro cannot ask what is switched on, so that a condition within its input has no meaning that it could
+/// follow. Conditions on the block as a whole and on the struct's fields are settled before the macros run;
+/// what is left of them is not.
 pub(crate) fn check(item: &ItemImpl, d: &mut Diagnostics) {
     item.attrs.iter().for_each(|attribute| report(attribute.to_token_stream(), d));
     for inner in &item.items {
         match inner {
-            // A picture's body is not followed and stays rustc's own; only whether there is one has to be known.
+            // A picture's body is not followed and stays rustc's own; only whether there is one has to be
+            // known.
             ImplItem::Fn(function) if function.attrs.iter().any(is_drawing) => {
                 let attributes = function.attrs.iter().filter(|attribute| !is_drawing(attribute));
                 attributes.for_each(|attribute: &Attribute| report(attribute.to_token_stream(), d));
@@ -27,7 +30,8 @@ pub(crate) fn check(item: &ItemImpl, d: &mut Diagnostics) {
     }
 }
 
-/// Every `#[cfg(..)]`, `#[cfg_attr(..)]` and `#![..]` of them, at any depth. Tokens hold attributes wherever the language allows them.
+/// Every `#[cfg(..)]`, `#[cfg_attr(..)]` and `#![..]` of them, at any depth. Tokens hold attributes wherever
+/// the language allows them.
 fn report(tokens: TokenStream, d: &mut Diagnostics) {
     let mut left = vec![tokens];
     while let Some(stream) = left.pop() {

@@ -146,9 +146,10 @@ pub(crate) fn implementation(mut item: ItemImpl, d: &mut Diagnostics) -> Option<
             ImplItem::Const(constant) => {
                 constants.push(Constant { name: constant.ident.clone(), item: constant.clone() });
             }
-            ImplItem::Macro(call) => {
-                d.error(Place::of(&call.mac), &messages::macro_in_model(path(&call.mac.path), "write its code out"))
-            }
+            ImplItem::Macro(call) => d.error(
+                Place::of(&call.mac),
+                &messages::macro_in_model(path(&call.mac.path), "write its code out"),
+            ),
             _ => {}
         }
     }
@@ -180,7 +181,8 @@ fn check_one_drawing(functions: &[Function], d: &mut Diagnostics) {
     }
 }
 
-/// L is T − V already: energies beside it would be counted twice, or be half of a model. Several functions may add up to L.
+/// L is T − V already: energies beside it would be counted twice, or be half of a model. Several functions
+/// may add up to L.
 fn check_lagrangian_alone(functions: &[Function], d: &mut Diagnostics) {
     let lagrangian = functions.iter().find(|f| f.role == Role::Lagrangian);
     let energy = functions.iter().find(|f| matches!(f.role, Role::Kinetic | Role::Potential));

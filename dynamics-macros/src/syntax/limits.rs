@@ -9,13 +9,14 @@ use crate::messages;
 const DEPTH: usize = 64;
 /// Tokens between two separators (`;` or `,`) of one level: bounds the depth of a chain of operators.
 const CHAIN: usize = 4000;
-/// Tokens of one stretch that make a parser recurse to the right: prefix operators, assignments, closures, generics.
+/// Tokens of one stretch that make a parser recurse to the right: prefix operators, assignments, closures,
+/// generics.
 const RIGHT: usize = 200;
 
 /// Keywords after which an expression, a type or an item goes on inside itself.
 const ENTERING: &[&str] = &[
-    "return", "break", "yield", "else", "if", "while", "match", "for", "in", "let", "loop", "move", "static", "async",
-    "unsafe", "const", "fn", "dyn", "impl", "mut", "ref",
+    "return", "break", "yield", "else", "if", "while", "match", "for", "in", "let", "loop", "move", "static",
+    "async", "unsafe", "const", "fn", "dyn", "impl", "mut", "ref",
 ];
 
 /// Refuses streams that a recursive parser should not see. `None` after an error.

@@ -16,7 +16,8 @@ use crate::suggest;
 pub(crate) struct ConstraintOptions {
     /// It is switched on and off while the model runs.
     pub(crate) switched: bool,
-    /// Where it is said that it, or a combination of it with others, can be integrated, and that this is meant.
+    /// Where it is said that it, or a combination of it with others, can be integrated, and that this is
+    /// meant.
     pub(crate) integrable: Option<Place>,
     /// `#[redundant]`: where it is said that its repeating others is meant.
     pub(crate) redundant: Option<Place>,
@@ -123,7 +124,8 @@ fn read_options(attribute: &Attribute, role: Role, options: &mut ConstraintOptio
     }
 }
 
-/// Rust's own attributes near a role's name would be misread as misspelt; everything unknown and far from a role is rustc's to judge.
+/// Rust's own attributes near a role's name would be misread as misspelt; everything unknown and far from a
+/// role is rustc's to judge.
 fn check_misspelt(attribute: &Attribute, name: &str, d: &mut Diagnostics) {
     const RUST: &[&str] =
         &["doc", "inline", "cold", "cfg", "cfg_attr", "allow", "expect", "warn", "deny", "must_use", "test"];

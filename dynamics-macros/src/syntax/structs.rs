@@ -160,7 +160,8 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration 
     declaration
 }
 
-/// An enum or union: an empty model of its name, so that its `impl` block finds something and reports nothing more.
+/// An enum or union: an empty model of its name, so that its `impl` block finds something and reports nothing
+/// more.
 pub(crate) fn not_a_struct(other: syn::DeriveInput, d: &mut Diagnostics) -> Declaration {
     d.error(other.ident.span(), &messages::not_a_struct(&other.ident));
     let item = ItemStruct {
@@ -178,7 +179,8 @@ pub(crate) fn not_a_struct(other: syn::DeriveInput, d: &mut Diagnostics) -> Decl
 /// Types without which no model can be written.
 const ALWAYS_NAMED: &[&str] = &["Coordinates", "Expr", "f64"];
 
-/// Whether no model may have this name: in its module every function would find the struct in place of the type.
+/// Whether no model may have this name: in its module every function would find the struct in place of the
+/// type.
 pub(crate) fn is_always_named(name: &Ident) -> bool {
     ALWAYS_NAMED.iter().any(|word| name == word)
 }
@@ -311,10 +313,15 @@ fn never_smooth(ty: &Type) -> bool {
                 _ => Vec::new(),
             };
             let own = path.path.segments.len() == 1;
-            let foreign =
-                path.path.segments.first().is_some_and(|s| s.ident == "std" || s.ident == "core" || s.ident == "alloc");
+            let foreign = path
+                .path
+                .segments
+                .first()
+                .is_some_and(|s| s.ident == "std" || s.ident == "core" || s.ident == "alloc");
             match name.as_str() {
-                name if POINTERS.contains(&name) && (own || foreign) => types.iter().any(|inner| never_smooth(inner)),
+                name if POINTERS.contains(&name) && (own || foreign) => {
+                    types.iter().any(|inner| never_smooth(inner))
+                }
                 name if NOT_PARAMETERS.contains(&name) => own || foreign,
                 name if ALGEBRA.contains(&name) => !types.is_empty(),
                 "f64" => last.arguments.is_none(),
@@ -388,9 +395,16 @@ fn function(ty: &Type, d: &mut Diagnostics) -> Kind {
 /// A type as it is usually written, without the blanks between tokens that do not need them.
 fn type_text(ty: &Type) -> String {
     let mut text = quote!(#ty).to_string();
-    for (spaced, tight) in
-        [(" < ", "<"), (" >", ">"), (" ,", ","), (" :: ", "::"), ("& ", "&"), ("( ", "("), (" )", ")"), (" ;", ";")]
-    {
+    for (spaced, tight) in [
+        (" < ", "<"),
+        (" >", ">"),
+        (" ,", ","),
+        (" :: ", "::"),
+        ("& ", "&"),
+        ("( ", "("),
+        (" )", ")"),
+        (" ;", ";"),
+    ] {
         text = text.replace(spaced, tight);
     }
     text

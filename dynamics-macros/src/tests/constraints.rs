@@ -26,8 +26,8 @@ fn places(functions: &str) -> Vec<String> {
     with(functions).err().unwrap_or_default().into_iter().map(|(place, _)| place).collect()
 }
 
-const ROD: &str =
-    "#[holonomic] fn rod(&self, q: &Coordinates<Self>) -> Expr { q.x.powi(2) + q.y.powi(2) - self.l.powi(2) }";
+const ROD: &str = "#[holonomic] fn rod(&self, q: &Coordinates<Self>) -> Expr \
+     { q.x.powi(2) + q.y.powi(2) - self.l.powi(2) }";
 
 /// A model with a rod and an output.
 fn output(body: &str) -> String {
@@ -37,7 +37,8 @@ fn output(body: &str) -> String {
 #[test]
 fn holonomic_rows_come_first_whatever_the_order_of_declaration() {
     let compiled = model(CONSTRAINED.0, CONSTRAINED.1).compiled;
-    let listed: Vec<_> = compiled.model.constraints.iter().map(|c| (&*c.name, c.switched, c.redundant)).collect();
+    let listed: Vec<_> =
+        compiled.model.constraints.iter().map(|c| (&*c.name, c.switched, c.redundant)).collect();
     assert_eq!(listed, [("floor", false, true), ("roll", true, false)]);
     assert_eq!(compiled.model.constraints[1].kind, ConstraintKind::Nonholonomic { integrable: true });
     assert_eq!(compiled.model.row_name(1), "floor.y");
@@ -70,7 +71,9 @@ fn mistakes_are_reported_at_their_own_tokens() {
         (output("q.slip(Self::rod)"), "rod"),
         (output("q.reaction(Self::rod).dt()"), "dt"),
         (
-            format!("{ROD} #[potential] fn v(&self, q: &Coordinates<Self>) -> Expr {{ q.reaction(Self::rod) }}"),
+            format!(
+                "{ROD} #[potential] fn v(&self, q: &Coordinates<Self>) -> Expr {{ q.reaction(Self::rod) }}"
+            ),
             "reaction",
         ),
         (ROD.replace("holonomic", "holonomic(fixed)"), "fixed"),
@@ -80,7 +83,8 @@ fn mistakes_are_reported_at_their_own_tokens() {
         (ROD.replace("#[holonomic]", "#[redundant]"), "redundant"),
         (ROD.replace("-> Expr", "-> Force"), "fn rod(&self, q: &Coordinates<Self>) -> Force"),
         (
-            ROD.replace("-> Expr", "-> [Expr; 0]").replace("q.x.powi(2) + q.y.powi(2) - self.l.powi(2)", "[]"),
+            ROD.replace("-> Expr", "-> [Expr; 0]")
+                .replace("q.x.powi(2) + q.y.powi(2) - self.l.powi(2)", "[]"),
             "-> [Expr; 0]",
         ),
     ] {
@@ -107,7 +111,8 @@ fn a_helper_may_ask_where_its_callers_may() {
 fn windows(n: usize, nominal: &str) -> [String; 2] {
     let (rods, standing, between) = (2 * n + 1, n + 1, 2 * n);
     let declaration = format!(
-        "#[coordinates(x: [m; {rods}], y: [m; {rods}], angle: [rad; {rods}])] {nominal} struct Windows {{ m: f64, l: f64, g: f64 }}"
+        "#[coordinates(x: [m; {rods}], y: [m; {rods}], angle: [rad; {rods}])] {nominal} struct Windows \
+         {{ m: f64, l: f64, g: f64 }}"
     );
     let implementation = format!(
         "impl Windows {{
@@ -139,7 +144,8 @@ fn windows(n: usize, nominal: &str) -> [String; 2] {
                 let mut joints = [Vec2::ZERO; {between}];
                 for j in 0..{n} {{
                     let beam = {standing} + j;
-                    let (top, next) = (self.centre(q, j) + self.half(q, j), self.centre(q, j + 1) + self.half(q, j + 1));
+                    let (top, next) = (self.centre(q, j) + self.half(q, j), self.centre(q, j + 1) + \
+                    self.half(q, j + 1));
                     joints[2 * j] = self.centre(q, beam) - self.half(q, beam) - top;
                     joints[2 * j + 1] = self.centre(q, beam) + self.half(q, beam) - next;
                 }}

@@ -30,7 +30,10 @@ fn places(body: &str) -> Vec<String> {
 
 #[test]
 fn all_mistakes_are_reported_each_at_its_own_tokens() {
-    assert_eq!(places("q.z + self.n + strange + q.x.sine() * (-1.0).sqrt()"), ["z", "n", "strange", "sine", "sqrt"]);
+    assert_eq!(
+        places("q.z + self.n + strange + q.x.sine() * (-1.0).sqrt()"),
+        ["z", "n", "strange", "sine", "sqrt"]
+    );
 }
 
 #[test]
@@ -107,9 +110,17 @@ fn helpers_that_no_role_calls_may_hold_any_rust() {
 
 #[test]
 fn pointers_to_smooth_functions_are_smooth_functions() {
-    let held = ["Box<dyn SmoothFunction>", "std::sync::Arc<Track>", "Rc<cams::Track>", "&'static Track", "Track"];
-    let refused =
-        ["Box<f64>", "Arc<[f64]>", "Rc<Vec<f64>>", "&'static str", "Vector3<f32>", "fn(f64) -> f64", "Box<Box<u8>>"];
+    let held =
+        ["Box<dyn SmoothFunction>", "std::sync::Arc<Track>", "Rc<cams::Track>", "&'static Track", "Track"];
+    let refused = [
+        "Box<f64>",
+        "Arc<[f64]>",
+        "Rc<Vec<f64>>",
+        "&'static str",
+        "Vector3<f32>",
+        "fn(f64) -> f64",
+        "Box<Box<u8>>",
+    ];
     let implementation =
         "impl M { #[lagrangian] fn first(&self, q: &Coordinates<Self>) -> Expr { 0.5 * q.x.dt().powi(2) }
         #[lagrangian] fn second(&self, q: &Coordinates<Self>) -> Expr { -self.f.at(q.x) } }";

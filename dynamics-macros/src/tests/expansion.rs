@@ -1,4 +1,5 @@
-//! What the entry points emit, parsed again: it is Rust, it holds what it promises, and the same tokens give the same text.
+//! What the entry points emit, parsed again: it is Rust, it holds what it promises, and the same tokens give
+//! the same text.
 
 use proc_macro2::TokenStream;
 use quote::ToTokens;
@@ -52,7 +53,10 @@ fn items(tokens: TokenStream) -> Vec<Item> {
 }
 
 fn types(items: &[Item]) -> Vec<String> {
-    items.iter().filter_map(|item| if let Item::Struct(s) = item { Some(s.ident.to_string()) } else { None }).collect()
+    items
+        .iter()
+        .filter_map(|item| if let Item::Struct(s) = item { Some(s.ident.to_string()) } else { None })
+        .collect()
 }
 
 /// Names of the implemented traits, also inside of `const _: () = { .. }`.
@@ -61,12 +65,17 @@ fn implemented(items: &[Item]) -> Vec<String> {
     for item in items {
         match item {
             Item::Impl(item) => {
-                found.extend(item.trait_.as_ref().and_then(|t| t.0.segments.last()).map(|s| s.ident.to_string()));
+                found.extend(
+                    item.trait_.as_ref().and_then(|t| t.0.segments.last()).map(|s| s.ident.to_string()),
+                );
             }
             Item::Const(constant) => {
                 let syn::Expr::Block(block) = &*constant.expr else { continue };
-                let inner =
-                    block.block.stmts.iter().filter_map(|s| if let syn::Stmt::Item(i) = s { Some(i) } else { None });
+                let inner = block
+                    .block
+                    .stmts
+                    .iter()
+                    .filter_map(|s| if let syn::Stmt::Item(i) = s { Some(i) } else { None });
                 found.extend(implemented(&inner.cloned().collect::<Vec<_>>()));
             }
             _ => {}
@@ -78,7 +87,10 @@ fn implemented(items: &[Item]) -> Vec<String> {
 #[test]
 fn the_same_tokens_give_the_same_text() {
     assert_eq!(model().to_string(), model().to_string());
-    assert_eq!(expand::derive(tokens(DECLARATION)).to_string(), expand::derive(tokens(DECLARATION)).to_string());
+    assert_eq!(
+        expand::derive(tokens(DECLARATION)).to_string(),
+        expand::derive(tokens(DECLARATION)).to_string()
+    );
 }
 
 #[test]
@@ -86,7 +98,10 @@ fn the_derive_emits_the_types_with_the_models_names() {
     let items = items(expand::derive(tokens(DECLARATION)));
     assert_eq!(types(&items), ["ChainCoordinates", "ChainState", "ChainStateBuilder"]);
     let implemented = implemented(&items);
-    assert!(["Model", "ModelState"].iter().all(|name| implemented.iter().any(|i| i == name)), "{implemented:?}");
+    assert!(
+        ["Model", "ModelState"].iter().all(|name| implemented.iter().any(|i| i == name)),
+        "{implemented:?}"
+    );
     assert!(items.iter().any(|item| matches!(item, Item::Macro(_))), "the bridge");
 }
 
@@ -94,7 +109,9 @@ fn the_derive_emits_the_types_with_the_models_names() {
 fn the_model_implements_every_capability_and_keeps_the_users_functions() {
     let items = items(model());
     let implemented = implemented(&items);
-    for name in ["OnlyOneDynamicsImplPerModel", "Dynamics", "Energies", "Linearize", "Powers", "Outputs", "Events"] {
+    for name in
+        ["OnlyOneDynamicsImplPerModel", "Dynamics", "Energies", "Linearize", "Powers", "Outputs", "Events"]
+    {
         assert_eq!(implemented.iter().filter(|i| *i == name).count(), 1, "{name} in {implemented:?}");
     }
     let own = items.iter().find_map(|item| match item {
@@ -114,7 +131,8 @@ fn the_model_implements_every_capability_and_keeps_the_users_functions() {
 
 #[test]
 fn nothing_is_named_but_by_absolute_path() {
-    // Names of the prelude that a user's crate may shadow; in emitted code they follow `::` or are imported beside the impls.
+    // Names of the prelude that a user's crate may shadow; in emitted code they follow `::` or are imported
+    // beside the impls.
     let text = model().to_string();
     let emitted = text.split("const _ : () =").nth(1).expect("the impls stand in a block of their own");
     for name in ["Vec", "Some", "None", "Option", "String", "Box"] {
@@ -136,14 +154,16 @@ fn no_block_is_longer_than_rustc_bears() {
     // Eight links: Jacobians of thousands of operations.
     let resized = |text: &str| tokens(&text.replace("; 3]", "; 8]").replace("0..3", "0..8"));
     let (item, implementation) = (resized(DECLARATION), resized(IMPLEMENTATION));
-    let file = syn::parse2::<syn::File>(expand::model(quote::quote!({ #item } { #implementation }))).expect("items");
+    let file =
+        syn::parse2::<syn::File>(expand::model(quote::quote!({ #item } { #implementation }))).expect("items");
     let mut longest = Longest(0);
     syn::visit::Visit::visit_file(&mut longest, &file);
     // Steps that are read once are written where they are read: a block of 256 steps has fewer statements.
     assert!((60..=300).contains(&longest.0), "{} statements in one block", longest.0);
 }
 
-/// Without a `#[drawing]` helpers that return places are drawn, arrays too; by their units directions, velocities and forces are none.
+/// Without a `#[drawing]` helpers that return places are drawn, arrays too; by their units directions,
+/// velocities and forces are none.
 #[test]
 fn only_places_are_drawn() {
     let functions = r#"impl Bob {
@@ -162,7 +182,8 @@ fn only_places_are_drawn() {
         }
     }"#;
     let drawn = |units: &str| {
-        let declaration = format!("#[coordinates(theta: rad)] {units} struct Bob {{ mass: f64, length: f64, g: f64 }}");
+        let declaration =
+            format!("#[coordinates(theta: rad)] {units} struct Bob {{ mass: f64, length: f64, g: f64 }}");
         let (item, implementation) = (tokens(&declaration), tokens(functions));
         let emitted = expand::model(quote::quote!({ #item } { #implementation })).to_string();
         let drawing = emitted.split("of_helpers").nth(1).expect("helpers are drawn").split('}').next();

@@ -1,14 +1,16 @@
-//! Names in emitted code: each is bound where it is read, and none is bound that a user may have given to something else.
+//! Names in emitted code: each is bound where it is read, and none is bound that a user may have given to
+//! something else.
 //!
-//! Compiling what is emitted takes seconds for each model; to follow its names takes next to nothing, so that whole families of models can be
-//! asked. [`Names`] walks over blocks as rustc does.
+//! Compiling what is emitted takes seconds for each model; to follow its names takes next to nothing, so that
+//! whole families of models can be asked. [`Names`] walks over blocks as rustc does.
 
 use std::collections::BTreeSet;
 
 use syn::visit::{self, Visit};
 use syn::{Expr, Item, ItemConst, Pat, Path, Stmt};
 
-/// What rustc would not find, or find elsewhere, in the items that a model's macro emits; the user's own block is left out.
+/// What rustc would not find, or find elsewhere, in the items that a model's macro emits; the user's own
+/// block is left out.
 pub(super) fn mistakes(items: &[Item]) -> Vec<String> {
     let mut names = Names::default();
     for item in items {
@@ -104,7 +106,8 @@ impl<'a> Visit<'a> for Names {
 
     fn visit_block(&mut self, block: &'a syn::Block) {
         self.within(|names| {
-            let items = block.stmts.iter().filter_map(|s| if let Stmt::Item(item) = s { Some(item) } else { None });
+            let items =
+                block.stmts.iter().filter_map(|s| if let Stmt::Item(item) = s { Some(item) } else { None });
             names.declare(items);
             visit::visit_block(names, block);
         });

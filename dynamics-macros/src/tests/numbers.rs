@@ -93,9 +93,12 @@ fn the_type_is_inferred_as_rustc_does() {
     for extra in [
         "fn f(&self, i: usize) -> f64 { (i - 1) as f64 }",
         "fn f(&self, i: u8) -> f64 { let j = i; (j - 1) as f64 }",
-        "fn f(&self, i: i32) -> f64 { let n: usize = 0; let mut s = i as f64; for k in 0..1 { s += (n + k - 1) as f64; } s }",
-        "fn f(&self, i: i32) -> f64 { let a = [1.0, 2.0]; let k = 0; let j = k - 1; a[k] + i as f64 + j as f64 }",
-        "fn f(&self, _i: i32) -> f64 { let a = [1.0]; let mut s = 0.0; for (k, v) in a.iter().enumerate() { s += *v * (k - 1) as f64; } s }",
+        "fn f(&self, i: i32) -> f64 \
+         { let n: usize = 0; let mut s = i as f64; for k in 0..1 { s += (n + k - 1) as f64; } s }",
+        "fn f(&self, i: i32) -> f64 \
+         { let a = [1.0, 2.0]; let k = 0; let j = k - 1; a[k] + i as f64 + j as f64 }",
+        "fn f(&self, _i: i32) -> f64 \
+         { let a = [1.0]; let mut s = 0.0; for (k, v) in a.iter().enumerate() { s += *v * (k - 1) as f64; } s }",
     ] {
         let errors = output(extra, "self.f(0)").unwrap_err();
         assert_eq!(errors.len(), 1, "{extra}: {errors:?}");
@@ -111,7 +114,8 @@ fn the_type_is_inferred_as_rustc_does() {
     }
 }
 
-/// What a path outside of the block stands for is not known: it is std's, and that is asserted; or it is refused.
+/// What a path outside of the block stands for is not known: it is std's, and that is asserted; or it is
+/// refused.
 #[test]
 fn paths_outside_of_the_block_are_asserted_or_refused() {
     let taken = |path: &str| -> Vec<(String, f64)> {

@@ -107,7 +107,9 @@ fn changed(stream: TokenStream, left: &mut usize, change: &Change) -> TokenStrea
         let here = *left == 0;
         *left = left.wrapping_sub(1);
         let tree = match tree {
-            TokenTree::Group(g) => TokenTree::Group(Group::new(g.delimiter(), changed(g.stream(), left, change))),
+            TokenTree::Group(g) => {
+                TokenTree::Group(Group::new(g.delimiter(), changed(g.stream(), left, change)))
+            }
             tree => tree,
         };
         match (here, change) {
@@ -175,7 +177,12 @@ fn what_grows_without_bound_is_stopped() {
     let chain = |n: usize, part: &str| vec![part; n].join(" + ");
     let nested = |n: usize, open: &str, close: &str| format!("{}q.x{}", open.repeat(n), close.repeat(n));
     let doubling: String = (0..40)
-        .map(|i| format!("fn f{}(&self, q: &Coordinates<Self>) -> Expr {{ self.f{i}(q) * self.f{i}(q).sin() }}", i + 1))
+        .map(|i| {
+            format!(
+                "fn f{}(&self, q: &Coordinates<Self>) -> Expr {{ self.f{i}(q) * self.f{i}(q).sin() }}",
+                i + 1
+            )
+        })
         .collect();
     let bodies = [
         chain(1500, "q.x"),
@@ -191,7 +198,8 @@ fn what_grows_without_bound_is_stopped() {
         format!("q.x{}", ".sin()".repeat(1_200)),
         format!("q.x{}", ".dt()".repeat(3)),
         format!("q.x{}", ".exp().dt()".repeat(60)),
-        "let mut s = q.x; for i in 0..1000 { for j in 0..1000 { for k in 0..1000 { s = s.sin(); } } } s".into(),
+        "let mut s = q.x; for i in 0..1000 { for j in 0..1000 { for k in 0..1000 { s = s.sin(); } } } s"
+            .into(),
         "let mut s = q.x; for i in 0..100000 { for j in 0..100000 { for k in 0..100000 { } } } s".into(),
         "let a = [[[[[q.x; 1000]; 1000]; 1000]; 1000]; 1000]; a[0][0][0][0][0].dt()".into(),
         "let a = [[[[[q.x; 1000]; 1000]; 1000]; 1000]; 1000]; a.dt()[0][0][0][0][0]".into(),

@@ -1,8 +1,9 @@
-//! Families of models at many sizes: what is emitted binds every name that it reads, whatever the size, with and without damping, with constant and
-//! moving inertia, constrained and free.
+//! Families of models at many sizes: what is emitted binds every name that it reads, whatever the size, with
+//! and without damping, with constant and moving inertia, constrained and free.
 //!
-//! The sizes are below and above the thresholds of emission: matrices of 400 elements, blocks of 256 steps, functions above 4,000.
-//! `SIZES=all cargo test --release -p dynamics-macros sizes` asks for all of them, which takes minutes.
+//! The sizes are below and above the thresholds of emission: matrices of 400 elements, blocks of 256 steps,
+//! functions above 4,000. `SIZES=all cargo test --release -p dynamics-macros sizes` asks for all of them,
+//! which takes minutes.
 
 mod families;
 
@@ -41,7 +42,9 @@ fn every_size_of_every_family_binds_its_names() {
                 let mut faults = faults(family, n, damped);
                 faults.dedup();
                 faults.truncate(3);
-                found.extend(faults.into_iter().map(|fault| format!("{}, {n}, damped {damped}: {fault}", family.name)));
+                found.extend(
+                    faults.into_iter().map(|fault| format!("{}, {n}, damped {damped}: {fault}", family.name)),
+                );
             }
         }
     }

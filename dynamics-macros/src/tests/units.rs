@@ -13,7 +13,8 @@ fn arm(units: &str, output: &str) -> [String; 2] {
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {{
                 0.5 * self.inertia * (q.theta.dt().powi(2) + q.phi.dt().powi(2))
             }}
-            #[dissipation] fn bearing(&self, q: &Coordinates<Self>) -> Expr {{ 0.5 * self.c * q.theta.dt().powi(2) }}
+            #[dissipation] fn bearing(&self, q: &Coordinates<Self>) -> Expr \
+            {{ 0.5 * self.c * q.theta.dt().powi(2) }}
             #[force] fn drive(&self, q: &Coordinates<Self>) -> Force {{ Force::along(q.theta, q.motor) }}
             #[holonomic] fn gear(&self, q: &Coordinates<Self>) -> Expr {{ q.phi - 2.0 * q.theta }}
             #[output] fn shown(&self, q: &Coordinates<Self>) -> Expr {{ {output} }}
@@ -48,5 +49,8 @@ fn units_of_outputs_can_be_declared() {
     let errors = try_model(&declaration, &implementation).expect_err("a force is no moment");
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert_eq!(errors[0].0, "shown");
-    assert!(errors[0].1.starts_with("`shown` is in `J`, but what `#[units(..)]` says of it is in `N`"), "{errors:?}");
+    assert!(
+        errors[0].1.starts_with("`shown` is in `J`, but what `#[units(..)]` says of it is in `N`"),
+        "{errors:?}"
+    );
 }

@@ -1,4 +1,5 @@
-//! Every expression of the language by two routes: the same text runs on the runtime's time jets and through the elaborator.
+//! Every expression of the language by two routes: the same text runs on the runtime's time jets and through
+//! the elaborator.
 
 use dynamics_runtime::{Expr, Mat3, SmoothFunction, Vec2, Vec3, vec2, vec3};
 use dynamics_symbolic::graph::{Bindings, FunctionId, Symbol};

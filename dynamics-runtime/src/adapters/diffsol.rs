@@ -1,6 +1,8 @@
-//! Models on the solvers of the crate [`diffsol`](https://docs.rs/diffsol): BDF, SDIRK and explicit methods, with the model's exact Jacobian.
+//! Models on the solvers of the crate [`diffsol`](https://docs.rs/diffsol): BDF, SDIRK and explicit methods,
+//! with the model's exact Jacobian.
 //!
-//! [`builder`] is diffsol's own builder with right-hand side, Jacobian and start filled in; tolerances and all else are set on it:
+//! [`builder`] is diffsol's own builder with right-hand side, Jacobian and start filled in; tolerances and
+//! all else are set on it:
 //!
 //! ```
 //! # use dynamics_runtime::{adapters::FirstOrder, motion::Simulate};
@@ -30,7 +32,11 @@ pub fn builder<'a, Mat: Matrix<T = f64>, M: Simulate>(
     system: &'a FirstOrder<'_, M>,
 ) -> OdeBuilder<
     Mat,
-    Closure<Mat, impl Fn(&[f64], &[f64], f64, &mut [f64]) + 'a, impl Fn(&[f64], &[f64], f64, &[f64], &mut [f64]) + 'a>,
+    Closure<
+        Mat,
+        impl Fn(&[f64], &[f64], f64, &mut [f64]) + 'a,
+        impl Fn(&[f64], &[f64], f64, &[f64], &mut [f64]) + 'a,
+    >,
     ConstantClosure<Mat, impl Fn(&[f64], f64, &mut [f64]) + 'a>,
 > {
     let initial = system.initial();
@@ -39,7 +45,9 @@ pub fn builder<'a, Mat: Matrix<T = f64>, M: Simulate>(
         .t0(system.start_time())
         .rhs_implicit(
             move |y: &[f64], _: &[f64], t: f64, rate: &mut [f64]| system.rate(t, y, rate),
-            move |y: &[f64], _: &[f64], t: f64, v: &[f64], along: &mut [f64]| system.rate_along(t, y, v, along),
+            move |y: &[f64], _: &[f64], t: f64, v: &[f64], along: &mut [f64]| {
+                system.rate_along(t, y, v, along)
+            },
         )
         .init(move |_: &[f64], _: f64, y: &mut [f64]| y.copy_from_slice(&initial), equations)
 }

@@ -1,8 +1,10 @@
-//! Models on the explicit Runge–Kutta methods of the crate [`ode_solvers`](https://docs.rs/ode_solvers): its `System` for [`FirstOrder`].
+//! Models on the explicit Runge–Kutta methods of the crate [`ode_solvers`](https://docs.rs/ode_solvers): its
+//! `System` for [`FirstOrder`].
 //!
-//! The state vector is a `DVector`, or an `SVector` of 2N elements, of which a wrong number does not compile. A reference is given away, so that what came
-//! back can be read with [`FirstOrder::state`]. Ask for sparse output where you want the end: the last point of the dense output of version 0.6.2 is
-//! extrapolated over the whole last step, however far that goes, and returned as a success.
+//! The state vector is a `DVector`, or an `SVector` of 2N elements, of which a wrong number does not compile.
+//! A reference is given away, so that what came back can be read with [`FirstOrder::state`]. Ask for sparse
+//! output where you want the end: the last point of the dense output of version 0.6.2 is extrapolated over
+//! the whole last step, however far that goes, and returned as a success.
 //!
 //! ```
 //! # use dynamics_runtime::{adapters::FirstOrder, motion::Simulate};

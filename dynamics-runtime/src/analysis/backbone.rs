@@ -1,12 +1,16 @@
 //! Nonlinear modes: how a mode of small motions goes on to large ones.
 //!
-//! Beside an equilibrium of a conservative system there is, for every natural frequency of which no other one is a whole multiple (ω_j ≠ n ω_k), a family of closed motions that begins with
-//! the linear mode and is ordered by energy (A. M. Lyapunov, *The General Problem of the Stability of Motion*, 1892; J. Moser, Comm. Pure Appl. Math. 29 (1976) 727). Its frequency over its energy is
-//! the backbone curve of forced vibration. The family is followed in s = √(E − E₀), by which amplitudes grow as s does, from one closed motion to the next: by secants, and by
-//! shooting with the energy held (`periodic/`; G. Kerschen et al., Mech. Syst. Signal Process. 23 (2009) 170; M. Peeters et al., ibid. 195). Where the energy turns round on the family it
-//! ends here, and says so.
+//! Beside an equilibrium of a conservative system there is, for every natural frequency of which no other one
+//! is a whole multiple (ω_j ≠ n ω_k), a family of closed motions that begins with the linear mode and is
+//! ordered by energy (A. M. Lyapunov, *The General Problem of the Stability of Motion*, 1892; J. Moser, Comm.
+//! Pure Appl. Math. 29 (1976) 727). Its frequency over its energy is the backbone curve of forced vibration.
+//! The family is followed in s = √(E − E₀), by which amplitudes grow as s does, from one closed motion to the
+//! next: by secants, and by shooting with the energy held (`periodic/`; G. Kerschen et al., Mech. Syst.
+//! Signal Process. 23 (2009) 170; M. Peeters et al., ibid. 195). Where the energy turns round on the family
+//! it ends here, and says so.
 //!
-//! Internal resonances, where the motion of another frequency joins, are met on the way: what is found too far beside the secant is another family, and not taken.
+//! Internal resonances, where the motion of another frequency joins, are met on the way: what is found too
+//! far beside the secant is another family, and not taken.
 
 mod error;
 mod show;
@@ -37,9 +41,12 @@ const SHORTEST: f64 = 1e-4;
 
 /// Models whose linear modes can be followed to large motions: all that can be moved and rest.
 pub trait NonlinearModes: Simulate + Powers {
-    /// A nonlinear mode: the family of closed motions that begins with the mode of this number, by growing frequency from 0, beside an equilibrium. Options follow,
-    /// [`Backbone::run`] runs it. One energy has to belong to one motion of the family: where a momentum is conserved, too (two masses that nothing holds), and where directions are alike (a pendulum
-    /// that swings any way), it stops at once and says so. Where another frequency is a whole multiple of this one there need not be a family, and what is found may be one that both have part in.
+    /// A nonlinear mode: the family of closed motions that begins with the mode of this number, by growing
+    /// frequency from 0, beside an equilibrium. Options follow, [`Backbone::run`] runs it. One energy has to
+    /// belong to one motion of the family: where a momentum is conserved, too (two masses that nothing
+    /// holds), and where directions are alike (a pendulum that swings any way), it stops at once and says so.
+    /// Where another frequency is a whole multiple of this one there need not be a family, and what is found
+    /// may be one that both have part in.
     fn nonlinear_mode(&self, equilibrium: &Self::State, mode: usize) -> Backbone<'_, Self> {
         Backbone { model: self, rest: *equilibrium, mode, energy: f64::NAN, points: 40 }
     }
@@ -82,7 +89,8 @@ pub struct BackbonePoint<S: ModelState> {
 }
 
 impl<S: ModelState> BackboneCurve<S> {
-    /// Pairs of neighbours between which the motion gains or loses stability, as far as multipliers say: indices of the second of each.
+    /// Pairs of neighbours between which the motion gains or loses stability, as far as multipliers say:
+    /// indices of the second of each.
     #[must_use]
     pub fn changes(&self) -> Vec<usize> {
         let stable = |k: usize| self.points[k].orbit.floquet.is_stable();
@@ -114,7 +122,8 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
     /// Follows the family.
     ///
     /// # Errors
-    /// An energy that makes no sense, a mode that is not there or does not swing, a model whose energy is not conserved; a family that could not be followed up to the energy, with what there is of it.
+    /// An energy that makes no sense, a mode that is not there or does not swing, a model whose energy is not
+    /// conserved; a family that could not be followed up to the energy, with what there is of it.
     pub fn run(&self) -> Result<BackboneCurve<M::State>, BackboneError<M::State>> {
         if !(self.energy.is_finite() && self.energy > 0.0) || self.points < 4 {
             return Err(BackboneError::Option { energy: self.energy, points: self.points });
@@ -123,7 +132,8 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         let omega = mode.eigenvalue.im;
         let rest_energy = self.model.energy_function(&self.rest);
         let last = self.energy.sqrt();
-        let mut curve = BackboneCurve { mode, rest_energy, energy_unit: names::energy_unit::<M>(), points: Vec::new() };
+        let mut curve =
+            BackboneCurve { mode, rest_energy, energy_unit: names::energy_unit::<M>(), points: Vec::new() };
         let mut known: Vec<Member> = Vec::new();
         // The first from the mode itself, with the energy to which it belongs.
         let first = last * FIRST.sqrt();
@@ -165,7 +175,8 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         let modes = self.model.linearize(&self.rest).and_then(|linear| linear.modes());
         let modes = modes.map_err(|error| BackboneError::Rest(error.into()))?;
         let count = modes.len();
-        let mode = modes.into_iter().nth(self.mode).ok_or(BackboneError::NoMode { mode: self.mode, count })?;
+        let mode =
+            modes.into_iter().nth(self.mode).ok_or(BackboneError::NoMode { mode: self.mode, count })?;
         let swings = mode.eigenvalue.im > 0.0 && mode.eigenvalue.re.abs() <= 1e-9 * mode.eigenvalue.im;
         if swings { Ok(mode) } else { Err(BackboneError::DoesNotSwing { eigenvalue: mode.eigenvalue }) }
     }
@@ -202,7 +213,12 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         Ok(())
     }
 
-    fn closed(&self, guess: &M::State, period: f64, energy: f64) -> Result<PeriodicOrbit<M::State>, PeriodicError> {
+    fn closed(
+        &self,
+        guess: &M::State,
+        period: f64,
+        energy: f64,
+    ) -> Result<PeriodicOrbit<M::State>, PeriodicError> {
         self.model.periodic(*guess, period).hold_energy(energy).run()
     }
 
@@ -234,7 +250,12 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         state
     }
 
-    fn take(&self, curve: &mut BackboneCurve<M::State>, known: &mut Vec<Member>, orbit: PeriodicOrbit<M::State>) {
+    fn take(
+        &self,
+        curve: &mut BackboneCurve<M::State>,
+        known: &mut Vec<Member>,
+        orbit: PeriodicOrbit<M::State>,
+    ) {
         let energy = self.model.energy_function(&orbit.start) - curve.rest_energy;
         known.push(Member { start: joined(&orbit.start), period: orbit.period, s: energy.max(0.0).sqrt() });
         curve.points.push(BackbonePoint { energy, frequency: TAU / orbit.period, orbit });

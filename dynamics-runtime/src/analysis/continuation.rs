@@ -1,4 +1,5 @@
-//! Branches of equilibria as a parameter changes: folds, branch points, the beginnings of flutter, and what happens between them.
+//! Branches of equilibria as a parameter changes: folds, branch points, the beginnings of flutter, and what
+//! happens between them.
 //!
 //! ```text
 //! let arch = continuation(|load| Truss { load, ..truss.clone() }).from(&start, 0.0).until(0.0..=50.0);
@@ -7,16 +8,21 @@
 //! arch.load_controlled().run()?;                     // the error says where the load can no more be carried
 //! ```
 //!
-//! Parameters are fields of the model, so a closure makes it from a value of the parameter: any field, several together, a length as well as a load. Along the
-//! branch the equilibria are those of [`super::Equilibria`], constraints and reactions included, by the same coordinates and exact derivatives. By the
-//! parameter, which only the closure knows, derivatives are differences of exact forces, with a measured error; they steer steps and say in which direction
-//! branches go, but where an equilibrium is, and where its stiffness is singular, is told by forces and stiffness alone.
+//! Parameters are fields of the model, so a closure makes it from a value of the parameter: any field,
+//! several together, a length as well as a load. Along the branch the equilibria are those of
+//! [`super::Equilibria`], constraints and reactions included, by the same coordinates and exact derivatives.
+//! By the parameter, which only the closure knows, derivatives are differences of exact forces, with a
+//! measured error; they steer steps and say in which direction branches go, but where an equilibrium is, and
+//! where its stiffness is singular, is told by forces and stiffness alone.
 //!
-//! Time stands still: where forces change with it, and be it at later times alone, there is no equilibrium, and branches and curves end. Three times are looked at in each point, all those of
+//! Time stands still: where forces change with it, and be it at later times alone, there is no equilibrium,
+//! and branches and curves end. Three times are looked at in each point, all those of
 //! [`super::Equilibria::equilibrium`] in the last one and in special ones.
 //!
-//! Terms are those of AUTO, MatCont and BifurcationKit: folds (limit points), branch points, Hopf points; natural continuation is load control. Switched constraints
-//! are as the start has them. R. Seydel, *Practical Bifurcation and Stability Analysis*; E. L. Allgower & K. Georg, *Introduction to Numerical Continuation Methods*.
+//! Terms are those of AUTO, MatCont and BifurcationKit: folds (limit points), branch points, Hopf points;
+//! natural continuation is load control. Switched constraints are as the start has them. R. Seydel,
+//! *Practical Bifurcation and Stability Analysis*; E. L. Allgower & K. Georg, *Introduction to Numerical
+//! Continuation Methods*.
 
 mod branch;
 mod buckling;
@@ -72,7 +78,8 @@ pub fn continuation<M: Constraints + Powers, F: Fn(f64) -> M>(make: F) -> Family
 }
 
 impl<F> Family<F> {
-    /// From an equilibrium at a value of the parameter. Velocities other than 0 belong to coordinates on which nothing depends, and stay: a steady motion.
+    /// From an equilibrium at a value of the parameter. Velocities other than 0 belong to coordinates on
+    /// which nothing depends, and stay: a steady motion.
     pub fn from<M: Constraints + Powers>(self, start: &M::State, value: f64) -> Continuation<M, F>
     where
         F: Fn(f64) -> M,
@@ -103,7 +110,8 @@ pub struct Continuation<M: Constraints, F> {
 }
 
 impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
-    /// The range of the parameter: the branch ends exactly at its ends. Its width is what the parameter is measured by.
+    /// The range of the parameter: the branch ends exactly at its ends. Its width is what the parameter is
+    /// measured by.
     pub fn until(mut self, range: RangeInclusive<f64>) -> Self {
         self.options.range = [*range.start(), *range.end()];
         self
@@ -115,15 +123,17 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// First toward smaller values of the parameter; else toward larger ones, unless the start is at the upper end of the range. From a start in a fold the branch goes to one side with it, and to
-    /// the other without; that fold is its first special point.
+    /// First toward smaller values of the parameter; else toward larger ones, unless the start is at the
+    /// upper end of the range. From a start in a fold the branch goes to one side with it, and to the other
+    /// without; that fold is its first special point.
     pub fn backward(mut self) -> Self {
         self.forward = Some(false);
         self
     }
 
-    /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other coordinates by the largest of their unit at the start, or, where
-    /// that says nothing, by how far they go before the stiffness is another one.
+    /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other
+    /// coordinates by the largest of their unit at the start, or, where that says nothing, by how far they go
+    /// before the stiffness is another one.
     pub fn longest_step(mut self, length: f64) -> Self {
         self.options.longest = length;
         self
@@ -141,13 +151,15 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// Changes the parameter alone, as a testing machine does that applies weights: fails at the first limit point, with the limit load and all that was computed.
+    /// Changes the parameter alone, as a testing machine does that applies weights: fails at the first limit
+    /// point, with the limit load and all that was computed.
     pub fn load_controlled(mut self) -> Self {
         self.options.load_control = true;
         self
     }
 
-    /// Shows a progress bar on the error stream, by points of the most that are allowed, where a branch takes longer than a second.
+    /// Shows a progress bar on the error stream, by points of the most that are allowed, where a branch takes
+    /// longer than a second.
     #[cfg(feature = "progress")]
     pub fn progress(mut self) -> Self {
         self.options.progress = true;
@@ -157,8 +169,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// Follows the branch.
     ///
     /// # Errors
-    /// A start that is no equilibrium, or one of many side by side; options that make no sense; a model that stops being one, and, under load control, the limit load, both with the branch up
-    /// to there.
+    /// A start that is no equilibrium, or one of many side by side; options that make no sense; a model that
+    /// stops being one, and, under load control, the limit load, both with the branch up to there.
     pub fn run(&self) -> Result<Branch<M::State>, ContinuationError<M::State>> {
         let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
         self.traced(|problem, periodic| self.one_way(problem, periodic, forward))
@@ -206,7 +218,11 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     }
 
     /// The start, in balance to rounding.
-    fn settled(&self, model: &M, problem: &Problem<'_, M>) -> Result<Place<M::State>, ContinuationError<M::State>> {
+    fn settled(
+        &self,
+        model: &M,
+        problem: &Problem<'_, M>,
+    ) -> Result<Place<M::State>, ContinuationError<M::State>> {
         let moving = self.start.u().as_slice().iter().any(|u| *u != 0.0);
         let found = find(model, &self.start, Asked { moving, ..Asked::REST })?;
         let uncertainty = found.uncertainty.as_slice();
@@ -248,7 +264,8 @@ impl<M: Constraints> Problem<'_, M> {
         Ok(())
     }
 
-    /// The smallest singular value of [K, F_p], weighed by inertia, against the largest, and the coordinate that it lets move where that is none.
+    /// The smallest singular value of [K, F_p], weighed by inertia, against the largest, and the coordinate
+    /// that it lets move where that is none.
     fn singular_values(&self, balance: &problem::Balance<M>) -> (f64, Option<usize>) {
         let Some(weighed) = balance.weighed() else { return (0.0, None) };
         let (n, unknowns) = weighed.shape();

@@ -7,9 +7,10 @@
 //! println!("{}", model.stability(&hanging.state)?);
 //! ```
 //!
-//! In equilibrium Q(q, 0, t) + Φ_qᵀλ = 0 and Φ(q, t) = 0. The search moves along the constraints, by Newton's method on what the forces leave in
-//! independent coordinates, with the exact derivatives that small motions have (`newton.rs`). Rows that repeat others need no care. Inequalities are not
-//! known here: switched constraints hold, or do not, as in the start.
+//! In equilibrium Q(q, 0, t) + Φ_qᵀλ = 0 and Φ(q, t) = 0. The search moves along the constraints, by Newton's
+//! method on what the forces leave in independent coordinates, with the exact derivatives that small motions
+//! have (`newton.rs`). Rows that repeat others need no care. Inequalities are not known here: switched
+//! constraints hold, or do not, as in the start.
 
 mod corner;
 mod error;
@@ -44,23 +45,26 @@ pub(super) use statics::{Statics, scales};
 
 /// Models whose equilibria can be asked for: all that say their powers, as derived ones do.
 pub trait Equilibria: Constraints + Powers {
-    /// The equilibrium that the search finds from the position of a state: as a rule the nearest. Velocities of the state count as zero, inputs and switched
-    /// constraints are as it has them.
+    /// The equilibrium that the search finds from the position of a state: as a rule the nearest. Velocities
+    /// of the state count as zero, inputs and switched constraints are as it has them.
     ///
     /// # Errors
-    /// Where there is none nearby, where forces or constraints move with time, where a force jumps, and what has no derivatives.
+    /// Where there is none nearby, where forces or constraints move with time, where a force jumps, and what
+    /// has no derivatives.
     fn equilibrium(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
         find(self, start, Asked::REST)
     }
 
-    /// A search from many starts; options follow, [`Search::run`] runs it. Inputs, time and switched constraints are those of this state in all of them.
+    /// A search from many starts; options follow, [`Search::run`] runs it. Inputs, time and switched
+    /// constraints are those of this state in all of them.
     fn equilibria(&self, around: Self::State) -> Search<'_, Self> {
         Search::new(self, around)
     }
 
-    /// A steady motion with the velocities of a state: its coordinates move until nothing accelerates. Velocities other than 0 belong to coordinates on
-    /// which nothing depends, as the angle of a hoop that is turned, or the spin of a top. What rolls keeps its independent velocities, those of angles where it can: of a disk its turning and its
-    /// spin, while its lean is looked for and its place goes round.
+    /// A steady motion with the velocities of a state: its coordinates move until nothing accelerates.
+    /// Velocities other than 0 belong to coordinates on which nothing depends, as the angle of a hoop that is
+    /// turned, or the spin of a top. What rolls keeps its independent velocities, those of angles where it
+    /// can: of a disk its turning and its spin, while its lean is looked for and its place goes round.
     ///
     /// # Errors
     /// As [`Equilibria::equilibrium`], and where the motion that is found does not stay.
@@ -68,8 +72,9 @@ pub trait Equilibria: Constraints + Powers {
         find(self, start, Asked { moving: true, ..Asked::REST })
     }
 
-    /// As [`Equilibria::steady`] of what rolls, where these velocities are the independent ones that stay as they are in the start, by the names of their coordinates: of a bicycle
-    /// `["roll", "steer", "rear"]`, the first two of them 0, for turns at a given speed.
+    /// As [`Equilibria::steady`] of what rolls, where these velocities are the independent ones that stay as
+    /// they are in the start, by the names of their coordinates: of a bicycle `["roll", "steer", "rear"]`,
+    /// the first two of them 0, for turns at a given speed.
     ///
     /// # Errors
     /// Also where a name is not a coordinate, or its velocity is not independent of the others.
@@ -81,14 +86,17 @@ pub trait Equilibria: Constraints + Powers {
         find_holding(self, start, Asked { moving: true, ..Asked::REST }, &indices::<Self>(independent)?)
     }
 
-    /// A search for steady motions from many starts, all of them with the velocities of this state, of what rolls the independent ones. Random starts differ in the coordinates that have a range
-    /// ([`Search::within`]): give one to what is looked for, as the lean, and none to what only counts what happens, as the place.
+    /// A search for steady motions from many starts, all of them with the velocities of this state, of what
+    /// rolls the independent ones. Random starts differ in the coordinates that have a range
+    /// ([`Search::within`]): give one to what is looked for, as the lean, and none to what only counts what
+    /// happens, as the place.
     fn steady_motions(&self, around: Self::State) -> Search<'_, Self> {
         Search::new(self, around).moving()
     }
 
-    /// Whether it stays in an equilibrium or a steady motion: by energy where that is conserved, by the eigenvalues of small motions elsewhere, and told apart where
-    /// linear theory does not decide. Coordinates on which nothing depends are left out, with their momenta held.
+    /// Whether it stays in an equilibrium or a steady motion: by energy where that is conserved, by the
+    /// eigenvalues of small motions elsewhere, and told apart where linear theory does not decide.
+    /// Coordinates on which nothing depends are left out, with their momenta held.
     ///
     /// # Errors
     /// A state that is neither, and what cannot be linearised.
@@ -110,11 +118,13 @@ pub struct Equilibrium<S: ModelState> {
     pub force_left: f64,
     /// Iterations made.
     pub iterations: usize,
-    /// How far each coordinate may be off for the rounding of forces; 0 along directions in which nothing resists at all.
+    /// How far each coordinate may be off for the rounding of forces; 0 along directions in which nothing
+    /// resists at all.
     pub uncertainty: S::Vector,
     /// How many times more the coordinates are off than by their own rounding: 1 at best, 10⁸ in a fold.
     pub conditioning: f64,
-    /// Whether time stands in the model. Forces were then seen not to change at 2,500 times, closest in the first hundred seconds, and up to 10⁶ s: what is over between two of them is not seen.
+    /// Whether time stands in the model. Forces were then seen not to change at 2,500 times, closest in the
+    /// first hundred seconds, and up to 10⁶ s: what is over between two of them is not seen.
     pub contains_time: bool,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
@@ -138,7 +148,10 @@ impl<S: ModelState> fmt::Display for Equilibrium<S> {
             self.force_left, self.conditioning, self.iterations
         )?;
         match self.contains_time {
-            true => f.write_str("; time stands in the model: what lasts for less than 0.1 s, or for a 20th of the time until then, may not have been seen"),
+            true => f.write_str(
+                "; time stands in the model: what lasts for less than 0.1 s, or for a 20th \
+                of the time until then, may not have been seen",
+            ),
             false => Ok(()),
         }
     }
@@ -212,7 +225,8 @@ fn find_holding<M: Constraints>(
     })
 }
 
-/// The forces up to which what was in balance still is, each beside what it is made of: rounding, and what was left.
+/// The forces up to which what was in balance still is, each beside what it is made of: rounding, and what
+/// was left.
 fn allowed<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -238,8 +252,8 @@ fn check_stays<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equili
     check_later(model, state, Asked { moving: true, frozen: false }, &statics, &allowed)
 }
 
-/// That what balances in a pole of the coordinates does so in truth: they are of one place all along the direction without inertia, and at each of them no more than
-/// the allowed force may be left.
+/// That what balances in a pole of the coordinates does so in truth: they are of one place all along the
+/// direction without inertia, and at each of them no more than the allowed force may be left.
 fn check_pole<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -283,7 +297,8 @@ fn check_rest<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equilib
     }
 }
 
-/// That what balances does so later, too, where the motion has gone by then: that no more than the allowed force is left there.
+/// That what balances does so later, too, where the motion has gone by then: that no more than the allowed
+/// force is left there.
 fn check_later<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -293,8 +308,10 @@ fn check_later<M: Constraints>(
 ) -> Result<(), EquilibriumError> {
     let rate = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
     let moving = rate > 0.0;
-    // In seconds, or in the time in which the fastest moves by 1: times that no period divides, from short to long.
-    let after = if moving { [0.0173, 0.1731, 0.7310].map(|after| after / rate) } else { [0.7310, 97.31, 1.1317e4] };
+    // In seconds, or in the time in which the fastest moves by 1: times that no period divides, from short to
+    // long.
+    let after =
+        if moving { [0.0173, 0.1731, 0.7310].map(|after| after / rate) } else { [0.7310, 97.31, 1.1317e4] };
     for after in after {
         let mut later = at_time(state, state.t() + after);
         later.q_mut().as_mut_slice().iter_mut().zip(state.u().as_slice()).for_each(|(q, u)| *q += after * u);
@@ -328,7 +345,8 @@ fn check_later<M: Constraints>(
     Ok(())
 }
 
-/// How long after it balance is looked at: every twentieth of a second of the first hundred, then at a fiftieth of the time more each up to 10⁶.
+/// How long after it balance is looked at: every twentieth of a second of the first hundred, then at a
+/// fiftieth of the time more each up to 10⁶.
 fn many_times() -> impl Iterator<Item = f64> {
     let late = core::iter::successors(Some(100.0), |t: &f64| (*t < 1e6).then_some(1.02 * t));
     (1..2000).map(|k| 0.05 * f64::from(k)).chain(late)
@@ -357,7 +375,8 @@ fn check_all_times<M: Constraints>(
     Ok(())
 }
 
-/// That what balances does so at other times, too, of models in which time stands: at three of them, or at `all` that [`find`] looks at.
+/// That what balances does so at other times, too, of models in which time stands: at three of them, or at
+/// `all` that [`find`] looks at.
 pub(super) fn check_time<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -376,11 +395,13 @@ pub(super) fn check_time<M: Constraints>(
 /// A row that does not hold at a state, by more than rounding, and by how much.
 fn left<M: Constraints>(model: &M, state: &M::State, rate: f64) -> Option<(&'static str, f64)> {
     let sizes = scales(M::COORDINATES, state.q().as_slice());
-    let (rows, rates, jacobian) = (model.residual(state), model.velocity_residual(state), model.jacobian(state));
+    let (rows, rates, jacobian) =
+        (model.residual(state), model.velocity_residual(state), model.jacobian(state));
     active_rows::<M>(state.modes(), false).find_map(|row| {
         let position = if row < M::Residual::LEN { rows[row].abs() } else { 0.0 };
         let missed = position.max(rates[row].abs());
-        let along: f64 = sizes.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size.max(rate)).sum();
+        let along: f64 =
+            sizes.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size.max(rate)).sum();
         let holds = missed <= 1e-9 * along;
         (!holds).then_some((M::ROWS[row].name, missed))
     })

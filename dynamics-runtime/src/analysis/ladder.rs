@@ -1,20 +1,26 @@
-//! The model ladder: models of one scene beside each other, from the plainest to the fullest, and which of them suffices.
+//! The model ladder: models of one scene beside each other, from the plainest to the fullest, and which of
+//! them suffices.
 //!
 //! # What is compared
 //!
-//! Every *rung* is a model with a start that means the same; the last one, the fullest, is what the others are measured against. Chosen *outputs* (a
-//! force, a place) are evaluated on all of them at common times: equal intervals and, so that no peak falls between them, the steps of
-//! all runs. The *difference* from the last rung is given at its largest and as the root of its mean square over time, and set beside what a rung costs: its
-//! coordinates, operations of an evaluation, evaluations, and time (the median of repeats that keep nothing).
+//! Every *rung* is a model with a start that means the same; the last one, the fullest, is what the others
+//! are measured against. Chosen *outputs* (a force, a place) are evaluated on all of them at common times:
+//! equal intervals and, so that no peak falls between them, the steps of all runs. The *difference* from the
+//! last rung is given at its largest and as the root of its mean square over time, and set beside what a rung
+//! costs: its coordinates, operations of an evaluation, evaluations, and time (the median of repeats that
+//! keep nothing).
 //!
 //! # What is believed
 //!
-//! Every rung runs twice, the second time at a hundredth of the tolerance and in steps of a five-hundredth of the motion at most. What its outputs differ by is its own numerical error, and the errors of
-//! two rungs together are the *uncertainty* of their difference. A difference below it says only that the models agree so far
-//! (minimal and redundant coordinates of one model do): tables say `<`, signs are hollow. Where a difference is uncertain by more than a
-//! thousandth of the output and by more than half of itself, as in chaotic motions, there is no comparison but an error.
+//! Every rung runs twice, the second time at a hundredth of the tolerance and in steps of a five-hundredth of
+//! the motion at most. What its outputs differ by is its own numerical error, and the errors of two rungs
+//! together are the *uncertainty* of their difference. A difference below it says only that the models agree
+//! so far (minimal and redundant coordinates of one model do): tables say `<`, signs are hollow. Where a
+//! difference is uncertain by more than a thousandth of the output and by more than half of itself, as in
+//! chaotic motions, there is no comparison but an error.
 //!
-//! What the last rung leaves out is not seen: a ladder says which of its models suffices in place of the fullest, not that this one is right.
+//! What the last rung leaves out is not seen: a ladder says which of its models suffices in place of the
+//! fullest, not that this one is right.
 
 mod climb;
 mod comparison;
@@ -45,7 +51,8 @@ const EFFORT: Duration = Duration::from_millis(60);
 /// Intervals of the common times beside the steps: enough for a chart.
 const INTERVALS: usize = 1000;
 
-/// Opens a comparison of models of one scene; rungs follow from the plainest to the fullest, [`Ladder::run`] runs them.
+/// Opens a comparison of models of one scene; rungs follow from the plainest to the fullest, [`Ladder::run`]
+/// runs them.
 ///
 /// ```text
 /// let comparison = compare("crane load")
@@ -181,7 +188,8 @@ impl<'m> Ladder<'m> {
             }
             let unit = self.unit(&name)?;
             // The largest value is known when the rungs have run.
-            let scale = self.scales.iter().rev().find(|(output, _)| *output == name).map_or(f64::NAN, |(_, s)| *s);
+            let scale =
+                self.scales.iter().rev().find(|(output, _)| *output == name).map_or(f64::NAN, |(_, s)| *s);
             outputs.push(Compared { name, unit, scale });
         }
         Ok(outputs)

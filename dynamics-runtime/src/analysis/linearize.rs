@@ -1,23 +1,26 @@
 //! Small motions beside an equilibrium or a steady motion, constraints included.
 //!
-//! Beside a motion of M q̈ = Q + Φ_qᵀλ with holonomic rows Φ = 0 and nonholonomic rows A q̇ + b = 0 the deviations δq, δλ fulfil, to first order,
+//! Beside a motion of M q̈ = Q + Φ_qᵀλ with holonomic rows Φ = 0 and nonholonomic rows A q̇ + b = 0 the
+//! deviations δq, δλ fulfil, to first order,
 //!
 //! ```text
 //! M δq̈ + r_u δq̇ + r_q δq − Φ_qᵀ δλ = Q_w δw        r = M q̈ − Q − Φ_qᵀλ, differentiated at the q̈ and λ of the motion
 //! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)        Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
 //! ```
 //!
-//! all from the graph, none by differences. The holonomic rows leave independent coordinates z, all rows independent velocities v, a part of the rates
-//! of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G v + H z. What is projected on Eᵀ contains no δλ:
+//! all from the graph, none by differences. The holonomic rows leave independent coordinates z, all rows
+//! independent velocities v, a part of the rates of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G v + H z.
+//! What is projected on Eᵀ contains no δλ:
 //!
 //! ```text
 //! EᵀM E v̇ + Eᵀ(M G + r_u E) v + Eᵀ(M H + r_q D + r_u F) z = EᵀQ_w δw        ż = S v + T z
 //! mass         damping             stiffness                 input
 //! ```
 //!
-//! Without nonholonomic rows S = 1 and T = 0. Rows that repeat others need no care: D and E come from a rank-revealing elimination, and λ, which is then
-//! not unique, enters only along the constraints, where it is. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955, appendix B; R. von Schwerin,
-//! *Multibody System Simulation*, §2.
+//! Without nonholonomic rows S = 1 and T = 0. Rows that repeat others need no care: D and E come from a
+//! rank-revealing elimination, and λ, which is then not unique, enters only along the constraints, where it
+//! is. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955, appendix B; R. von Schwerin, *Multibody System
+//! Simulation*, §2.
 
 mod error;
 mod modes;
@@ -42,27 +45,36 @@ pub(super) use steady::later;
 
 /// Models whose small motions can be asked for: all.
 pub trait SmallMotions: Constraints {
-    /// The linear equations of small motions beside the motion through a state; the independent coordinates are chosen.
+    /// The linear equations of small motions beside the motion through a state; the independent coordinates
+    /// are chosen.
     ///
     /// # Errors
-    /// A state that is not on the constraints or singular, forces that depend on reactions, a model too large for exact derivatives.
+    /// A state that is not on the constraints or singular, forces that depend on reactions, a model too large
+    /// for exact derivatives.
     fn linearize(&self, state: &Self::State) -> Result<Linearization, LinearizeError> {
         linearize(self, state, &[])
     }
 
-    /// As [`SmallMotions::linearize`], with these coordinates among the independent ones, and their velocities among the independent
-    /// velocities as far as the nonholonomic constraints leave them: names as in [`crate::model::Dynamics::COORDINATES`].
+    /// As [`SmallMotions::linearize`], with these coordinates among the independent ones, and their
+    /// velocities among the independent velocities as far as the nonholonomic constraints leave them: names
+    /// as in [`crate::model::Dynamics::COORDINATES`].
     ///
     /// # Errors
-    /// Also where a name is not a coordinate, or the constraints do not leave all of the coordinates independent.
-    fn linearize_in(&self, state: &Self::State, independent: &[&str]) -> Result<Linearization, LinearizeError> {
+    /// Also where a name is not a coordinate, or the constraints do not leave all of the coordinates
+    /// independent.
+    fn linearize_in(
+        &self,
+        state: &Self::State,
+        independent: &[&str],
+    ) -> Result<Linearization, LinearizeError> {
         linearize(self, state, independent)
     }
 }
 
 impl<M: Constraints> SmallMotions for M {}
 
-/// Linear equations of small motions, in independent coordinates z (C of them) and velocities v (F of them, F ≤ C); W inputs.
+/// Linear equations of small motions, in independent coordinates z (C of them) and velocities v (F of them, F
+/// ≤ C); W inputs.
 ///
 /// ```text
 /// mass v̇ + damping v + stiffness z = input δw        ż = S v + T z        δq = shape z
@@ -91,7 +103,8 @@ pub struct Linearization {
     pub all: &'static [Quantity],
     /// v̇ of the motion itself: 0 in an equilibrium and in steady motions.
     pub accelerations: DVector<f64>,
-    /// How nearly the constraints depend on each other: the largest over the smallest pivot of their elimination; 1 without any.
+    /// How nearly the constraints depend on each other: the largest over the smallest pivot of their
+    /// elimination; 1 without any.
     pub conditioning: f64,
     /// Why the coefficients are not those of an equilibrium or a steady motion; `None` where they are.
     pub unsteady: Option<LinearizeError>,
@@ -110,13 +123,15 @@ impl Linearization {
         0.5 * (&self.damping - self.damping.transpose())
     }
 
-    /// The stiffness matrix without its circulatory part, K = ½(K + Kᵀ); `None` where there are more coordinates than velocities.
+    /// The stiffness matrix without its circulatory part, K = ½(K + Kᵀ); `None` where there are more
+    /// coordinates than velocities.
     #[must_use]
     pub fn conservative(&self) -> Option<DMatrix<f64>> {
         self.stiffness.is_square().then(|| 0.5 * (&self.stiffness + self.stiffness.transpose()))
     }
 
-    /// The circulatory part, N = ½(K − Kᵀ), as of follower forces; `None` where there are more coordinates than velocities.
+    /// The circulatory part, N = ½(K − Kᵀ), as of follower forces; `None` where there are more coordinates
+    /// than velocities.
     #[must_use]
     pub fn circulatory(&self) -> Option<DMatrix<f64>> {
         self.stiffness.is_square().then(|| 0.5 * (&self.stiffness - self.stiffness.transpose()))
@@ -149,12 +164,14 @@ impl Linearization {
         Ok(b)
     }
 
-    /// The eigenvalues σ of small motions e^{σt}, in 1/s, C + F of them, by growing real part, then imaginary part.
+    /// The eigenvalues σ of small motions e^{σt}, in 1/s, C + F of them, by growing real part, then imaginary
+    /// part.
     ///
     /// Coordinates on which nothing depends, as the place of a vehicle on a plane, have exact zeros.
     ///
     /// # Errors
-    /// Where the motion is neither an equilibrium nor steady; a mass matrix that is not positive definite; an iteration that does not settle.
+    /// Where the motion is neither an equilibrium nor steady; a mass matrix that is not positive definite; an
+    /// iteration that does not settle.
     pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, LinearizeError> {
         if let Some(reason) = &self.unsteady {
             return Err(reason.clone());
@@ -170,12 +187,14 @@ impl Linearization {
         modes::modes(self)
     }
 
-    /// mass⁻¹ `right`; what rounding leaves of terms that cancel is 0, as of a push that leaves a coordinate at rest: balancing would make much of it.
+    /// mass⁻¹ `right`; what rounding leaves of terms that cancel is 0, as of a push that leaves a coordinate
+    /// at rest: balancing would make much of it.
     pub(super) fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
         let factors = self.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
         let terms = factors.inverse().abs() * right.abs();
         let least = 4.0 * self.mass.nrows() as f64 * f64::EPSILON;
-        let found = factors.solve(right).zip_map(&terms, |x, size| if x.abs() <= least * size { 0.0 } else { x });
+        let found =
+            factors.solve(right).zip_map(&terms, |x, size| if x.abs() <= least * size { 0.0 } else { x });
         if found.iter().all(|x| x.is_finite()) { Ok(found) } else { Err(LinearizeError::NotFinite) }
     }
 }
@@ -210,14 +229,15 @@ impl Read {
         }
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        let mut terms =
+            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
         model.terms(state, &mut terms);
         let accelerations = solved.accelerations.as_slice();
         if !values.iter().chain(&mass).chain(&jacobian).chain(accelerations).all(|x| x.is_finite()) {
             let unset = state.inputs().as_slice().iter().position(|input| input.is_nan());
-            return Err(
-                unset.map_or(LinearizeError::NotFinite, |i| LinearizeError::InputNotSet { input: M::INPUTS[i].name })
-            );
+            return Err(unset.map_or(LinearizeError::NotFinite, |i| LinearizeError::InputNotSet {
+                input: M::INPUTS[i].name,
+            }));
         }
         let mut rest = values.as_slice();
         let mut take = |rows: usize, columns: usize| {
@@ -256,7 +276,8 @@ impl Read {
     }
 }
 
-/// Refuses states at which a choice of the model changes, unless both sides have the same derivatives there, as drag by |v| v at rest.
+/// Refuses states at which a choice of the model changes, unless both sides have the same derivatives there,
+/// as drag by |v| v at rest.
 fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), LinearizeError> {
     let mut kinks = [Kink::NONE; MOST_KINKS];
     model.kinks(state, &mut kinks);
@@ -278,7 +299,11 @@ fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), Line
     if smooth { Ok(()) } else { Err(LinearizeError::Corner) }
 }
 
-fn linearize<M: Constraints>(model: &M, state: &M::State, wanted: &[&str]) -> Result<Linearization, LinearizeError> {
+fn linearize<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    wanted: &[&str],
+) -> Result<Linearization, LinearizeError> {
     if M::FRICTION {
         return Err(LinearizeError::Friction);
     }
@@ -289,12 +314,14 @@ fn linearize<M: Constraints>(model: &M, state: &M::State, wanted: &[&str]) -> Re
     if !preferred.is_empty() {
         return in_coordinates(model, state, &read, [&preferred; 2]);
     }
-    // A steady motion is one in velocities that stay: on a circle those of the place do not, though one of them may stand still for an instant.
+    // A steady motion is one in velocities that stay: on a circle those of the place do not, though one of
+    // them may stand still for an instant.
     let staying = reduce::staying(state, &read.accelerations);
     let found = in_coordinates(model, state, &read, [&[], &staying])?;
     if found.unsteady.is_some() && found.coordinates.len() > found.velocities.len() {
         for without in &found.velocities {
-            let others: Vec<usize> = staying.iter().copied().filter(|i| M::COORDINATES[*i] != *without).collect();
+            let others: Vec<usize> =
+                staying.iter().copied().filter(|i| M::COORDINATES[*i] != *without).collect();
             let other = in_coordinates(model, state, &read, [&[], &others])?;
             if other.unsteady.is_none() {
                 return Ok(other);

@@ -1,4 +1,5 @@
-//! Random numbers, the same for the same seed: splitmix64 (G. L. Steele, D. Lea & C. H. Flood, *Fast Splittable Pseudorandom Number Generators*, OOPSLA 2014).
+//! Random numbers, the same for the same seed: splitmix64 (G. L. Steele, D. Lea & C. H. Flood, *Fast
+//! Splittable Pseudorandom Number Generators*, OOPSLA 2014).
 
 pub(super) struct Numbers(pub(super) u64);
 

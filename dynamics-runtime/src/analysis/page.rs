@@ -15,13 +15,15 @@ use crate::output::file::{self, FileError};
 use crate::output::text::xml;
 use crate::output::{Chart, Panel};
 
-/// Width of charts in pixels: where there is room, and on telephones, where a wide one would be shrunk with its letters.
+/// Width of charts in pixels: where there is room, and on telephones, where a wide one would be shrunk with
+/// its letters.
 const WIDE: f64 = 560.0;
 const NARROW: f64 = 350.0;
 /// Errors of the table that compares curves.
 const COMPARED: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
 
-/// A page of several studies, with charts, what each curve costs for the same errors, and all runs, and of models beside each other.
+/// A page of several studies, with charts, what each curve costs for the same errors, and all runs, and of
+/// models beside each other.
 #[derive(Clone, Debug)]
 pub struct Page {
     title: String,
@@ -51,9 +53,11 @@ impl Page {
         open_section(&mut html, study.problem(), &study.heading(), STUDY_LEGEND);
         list(&mut html, study.sentences());
         charts(&mut html, study.panels());
-        for (part, cost) in
-            [(ErrorOf::State, Cost::Time), (ErrorOf::State, Cost::Evaluations), (ErrorOf::Positions, Cost::Time)]
-        {
+        for (part, cost) in [
+            (ErrorOf::State, Cost::Time),
+            (ErrorOf::State, Cost::Evaluations),
+            (ErrorOf::Positions, Cost::Time),
+        ] {
             let (caption, rows) = study.compared(part, cost, &COMPARED);
             let _ = writeln!(html, "<p>{}</p>", xml(&caption));
             table(&mut html, &rows);
@@ -76,7 +80,8 @@ impl Page {
         self
     }
 
-    /// Adds branches of equilibria: panels of them (see [`Diagram::panel`]), and their special points as a table.
+    /// Adds branches of equilibria: panels of them (see [`Diagram::panel`]), and their special points as a
+    /// table.
     #[must_use]
     pub fn diagram<S: ModelState>(
         mut self,
@@ -113,9 +118,13 @@ impl Page {
     #[must_use]
     pub fn to_html(&self) -> String {
         let title = xml(&self.title);
-        let mut html = String::from("<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
+        let mut html =
+            String::from("<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
         html.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
-        let _ = writeln!(html, "<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>");
+        let _ = writeln!(
+            html,
+            "<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>"
+        );
         for section in &self.sections {
             html.push_str(section);
         }
@@ -141,7 +150,10 @@ fn charts(html: &mut String, panels: impl IntoIterator<Item = Panel>) {
     html.push_str("<div class=\"charts\">\n");
     for panel in panels {
         let (wide, narrow) = (chart(panel.clone(), WIDE), chart(panel.without_labels(), NARROW));
-        let _ = writeln!(html, "<figure><div class=\"wide\">{wide}</div><div class=\"narrow\">{narrow}</div></figure>");
+        let _ = writeln!(
+            html,
+            "<figure><div class=\"wide\">{wide}</div><div class=\"narrow\">{narrow}</div></figure>"
+        );
     }
     html.push_str("</div>\n");
 }
@@ -164,7 +176,8 @@ fn table(html: &mut String, rows: &[Vec<String>]) {
     html.push_str("</table>\n");
 }
 
-/// A row that ends early says something in words, which does not widen the column where it begins; what goes beyond the columns stands beside them.
+/// A row that ends early says something in words, which does not widen the column where it begins; what goes
+/// beyond the columns stands beside them.
 fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("<tr>");
     for (i, text) in row.iter().enumerate() {
@@ -180,19 +193,16 @@ fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("</tr>\n");
 }
 
-const DIAGRAM_LEGEND: &str = "Solid curves stay, dashed ones do not: small disturbances grow. Grey is what linear theory leaves undecided. Signs stand where \
-                             equilibria appear, vanish or change their stability.";
+const DIAGRAM_LEGEND: &str = "Solid curves stay, dashed ones do not: small disturbances grow. Grey is what \
+    linear theory leaves undecided. Signs stand where equilibria appear, vanish or change their stability.";
 
-const STUDY_LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are this library's, dashed ones were measured \
-                      with other solvers. The grey line is what the reference itself may be wrong by; hollow signs lie below it and say no more \
-                      than that. A sign that is pointed at says which run it is.";
+const STUDY_LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are \
+    this library's, dashed ones were measured with other solvers. The grey line is what the reference itself \
+    may be wrong by; hollow signs lie below it and say no more than that. A sign that is pointed at says \
+    which run it is.";
 
-const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; it stands at its own numerical error. Hollow signs lie below the numerical \
-                                 errors of the runs: there the models agree as far as can be told.";
+const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; it stands at its own \
+    numerical error. Hollow signs lie below the numerical errors of the runs: there the models agree as far \
+    as can be told.";
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;\
-max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}\
-figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}\
-td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}h2{margin-top:2rem}\
-p,li{overflow-wrap:anywhere}.narrow{display:none}\
-@media(max-width:560px){td,th{padding:.1rem .35rem}td:first-child{white-space:normal}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";
+const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}h2{margin-top:2rem}p,li{overflow-wrap:anywhere}.narrow{display:none}@media(max-width:560px){td,th{padding:.1rem .35rem}td:first-child{white-space:normal}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";

@@ -1,8 +1,10 @@
-//! What motions, equilibria and frequencies make of parameters and starts: by many runs ([`Sweep`]), by exact derivatives ([`Sensitivities`], and [`Gradient`] where they are many), and the other way
-//! round, parameters from measured motion ([`Fit`]).
+//! What motions, equilibria and frequencies make of parameters and starts: by many runs ([`Sweep`]), by exact
+//! derivatives ([`Sensitivities`], and [`Gradient`] where they are many), and the other way round, parameters
+//! from measured motion ([`Fit`]).
 //!
-//! Parameters are named as in [`Dynamics::PARAMETERS`](crate::model::Dynamics::PARAMETERS) (`m1`, `stiffness[2]`, `track.x`), starts by the
-//! coordinate (`theta1`) or its velocity (`theta1_rate`, `x_rate[3]`), everywhere alike.
+//! Parameters are named as in [`Dynamics::PARAMETERS`](crate::model::Dynamics::PARAMETERS) (`m1`,
+//! `stiffness[2]`, `track.x`), starts by the coordinate (`theta1`) or its velocity (`theta1_rate`,
+//! `x_rate[3]`), everywhere alike.
 
 mod equations;
 mod fit;
@@ -35,12 +37,14 @@ pub trait Vary: Simulate + Parameters + Clone {
         Sensitivity::new(self, start)
     }
 
-    /// Opens a number that is made of the motion from a start, for its derivatives by all parameters and starts at once; terms follow, [`Objective::run`] runs it.
+    /// Opens a number that is made of the motion from a start, for its derivatives by all parameters and
+    /// starts at once; terms follow, [`Objective::run`] runs it.
     fn objective(&self, start: Self::State) -> Objective<'_, Self> {
         Objective::new(self, start)
     }
 
-    /// Opens a fit of parameters and starts to measured motion, which begins with those of this model and this start.
+    /// Opens a fit of parameters and starts to measured motion, which begins with those of this model and
+    /// this start.
     fn fit(&self, start: Self::State) -> Fitting<'_, Self> {
         Fitting::new(self, start)
     }
@@ -48,16 +52,26 @@ pub trait Vary: Simulate + Parameters + Clone {
     /// How an equilibrium moves with a parameter.
     ///
     /// # Errors
-    /// A name that is none; a state that is no equilibrium; one that has no derivative, as in a fold; forces that change with time, there or with values of the parameter beside it.
-    fn equilibrium_by(&self, state: &Self::State, parameter: &str) -> Result<EquilibriumChange, SensitivityError> {
+    /// A name that is none; a state that is no equilibrium; one that has no derivative, as in a fold; forces
+    /// that change with time, there or with values of the parameter beside it.
+    fn equilibrium_by(
+        &self,
+        state: &Self::State,
+        parameter: &str,
+    ) -> Result<EquilibriumChange, SensitivityError> {
         statics::equilibrium_by(self, state, parameter)
     }
 
-    /// How the natural frequencies of undamped small motions beside an equilibrium change with a parameter, the equilibrium's own way included.
+    /// How the natural frequencies of undamped small motions beside an equilibrium change with a parameter,
+    /// the equilibrium's own way included.
     ///
     /// # Errors
     /// As [`Vary::equilibrium_by`]; also where small motions are damped, gyroscopic or circulatory.
-    fn frequencies_by(&self, state: &Self::State, parameter: &str) -> Result<Vec<FrequencyChange>, SensitivityError> {
+    fn frequencies_by(
+        &self,
+        state: &Self::State,
+        parameter: &str,
+    ) -> Result<Vec<FrequencyChange>, SensitivityError> {
         statics::frequencies_by(self, state, parameter)
     }
 }

@@ -1,4 +1,5 @@
-//! Motions that repeat, and motions that never do: Floquet multipliers, closed motions by shooting, Lyapunov exponents, Poincaré sections.
+//! Motions that repeat, and motions that never do: Floquet multipliers, closed motions by shooting, Lyapunov
+//! exponents, Poincaré sections.
 //!
 //! ```text
 //! let judged = model.floquet(&start, period)?;                                   // what a period makes of small disturbances
@@ -7,8 +8,9 @@
 //! let section = model.poincare(start).every(period).points(2000).run()?;         // the motion, once a period
 //! ```
 //!
-//! All from exact variational equations (`flow.rs`), under constraints in what they leave. Inputs are held; switched constraints hold, or do not, as in the
-//! start, and events do nothing here: a motion whose velocities jump at them is another motion than the one that is judged.
+//! All from exact variational equations (`flow.rs`), under constraints in what they leave. Inputs are held;
+//! switched constraints hold, or do not, as in the start, and events do nothing here: a motion whose
+//! velocities jump at them is another motion than the one that is judged.
 
 mod corners;
 mod error;
@@ -41,11 +43,13 @@ const MOST_STEPS: usize = 200_000;
 
 /// Models whose periodic motions can be asked for: all that can be moved.
 pub trait PeriodicMotions: Simulate {
-    /// The Floquet multipliers of the motion through a state, which has to close after the period: of an equilibrium under periodic coefficients, or of a closed motion that is known. Of
-    /// equations in which the time stands, the period has to be one of theirs.
+    /// The Floquet multipliers of the motion through a state, which has to close after the period: of an
+    /// equilibrium under periodic coefficients, or of a closed motion that is known. Of equations in which
+    /// the time stands, the period has to be one of theirs.
     ///
     /// # Errors
-    /// A motion that does not close, equations that do not repeat, what has no derivatives, motions that end or run away.
+    /// A motion that does not close, equations that do not repeat, what has no derivatives, motions that end
+    /// or run away.
     fn floquet(&self, start: &Self::State, period: f64) -> Result<Floquet, PeriodicError> {
         check_period(period)?;
         check::<Self>(self, start)?;
@@ -53,13 +57,15 @@ pub trait PeriodicMotions: Simulate {
         floquet::of_motion(self, &[*start], period, &advance, (TOLERANCE, MOST_STEPS))
     }
 
-    /// A search for the closed motion near the one through a state: options follow, [`Shooting::run`] runs it. Where the time stands in the equations the period is held, and has to be
-    /// one of theirs or a multiple; otherwise it is a first guess.
+    /// A search for the closed motion near the one through a state: options follow, [`Shooting::run`] runs
+    /// it. Where the time stands in the equations the period is held, and has to be one of theirs or a
+    /// multiple; otherwise it is a first guess.
     fn periodic(&self, guess: Self::State, period: f64) -> Shooting<'_, Self> {
         Shooting::new(self, guess, period)
     }
 
-    /// A computation of Lyapunov exponents along the motion from a state: options follow, [`Lyapunov::run`] runs it.
+    /// A computation of Lyapunov exponents along the motion from a state: options follow, [`Lyapunov::run`]
+    /// runs it.
     fn lyapunov(&self, start: Self::State) -> Lyapunov<'_, Self> {
         Lyapunov::new(self, start)
     }

@@ -9,7 +9,8 @@ use std::time::Instant;
 use crate::model::{ModelState, Vector};
 use crate::motion::{Simulate, Simulation};
 
-/// Rounds over all runs: what disturbs the machine for a while disturbs a part of the repeats of many runs, not all of one.
+/// Rounds over all runs: what disturbs the machine for a while disturbs a part of the repeats of many runs,
+/// not all of one.
 const ROUNDS: u32 = 3;
 /// Most repeats in one round.
 const MOST: u32 = 101;
@@ -17,7 +18,8 @@ const MOST: u32 = 101;
 /// Longest steps of a run that others are measured against, in parts of the motion.
 const LONGEST: f64 = 2e-3;
 
-/// With steps so short that they do not go over what lasts for a hundredth of the motion, where time resolves them: runs that all missed that would agree.
+/// With steps so short that they do not go over what lasts for a hundredth of the motion, where time resolves
+/// them: runs that all missed that would agree.
 pub(super) fn with_short_steps<'m, M: Simulate>(
     simulation: Simulation<'m, M>,
     (start, end): (f64, f64),
@@ -59,8 +61,8 @@ pub(super) struct Median {
     pub(super) repeats: usize,
 }
 
-/// Medians of repeats, in rounds over all runs. `about`: about how long each takes, `None` for those that are left out; `effort`: time that the
-/// repeats of each may take; `once`: runs one of them.
+/// Medians of repeats, in rounds over all runs. `about`: about how long each takes, `None` for those that are
+/// left out; `effort`: time that the repeats of each may take; `once`: runs one of them.
 pub(super) fn medians(
     about: &[Option<Duration>],
     effort: Duration,
@@ -82,7 +84,8 @@ pub(super) fn medians(
 
 /// How often runs were repeated, in words.
 pub(super) fn repeated(counts: impl Iterator<Item = usize>) -> String {
-    let (least, most) = counts.fold((usize::MAX, 0), |(least, most), count| (least.min(count), most.max(count)));
+    let (least, most) =
+        counts.fold((usize::MAX, 0), |(least, most), count| (least.min(count), most.max(count)));
     match (least, most) {
         (_, 0) => "times are those of single runs".into(),
         (least, most) if least == most => format!("times are medians of {most} repeats"),

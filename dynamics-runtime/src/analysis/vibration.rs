@@ -7,9 +7,11 @@
 //! let control = space.lqr().weight("theta", 10.0).weight("force", 0.1).solve()?;
 //! ```
 //!
-//! [`StateSpace`] holds ẋ = A x + B w, y = C x + D w; `frequency_response`, `time_response` and `control` ask it. [`NormalModes`] are those of M and K
-//! alone, [`Campbell`] follows eigenvalues of rotors over their speed, [`Spectrum`] sets what a simulated motion contains beside them, and
-//! [`lowest_modes`] serves banded matrices of any size, which [`Linearization::banded`](super::Linearization::banded) makes of a model and [`BandedModel`] of single elements.
+//! [`StateSpace`] holds ẋ = A x + B w, y = C x + D w; `frequency_response`, `time_response` and `control` ask
+//! it. [`NormalModes`] are those of M and K alone, [`Campbell`] follows eigenvalues of rotors over their
+//! speed, [`Spectrum`] sets what a simulated motion contains beside them, and [`lowest_modes`] serves banded
+//! matrices of any size, which [`Linearization::banded`](super::Linearization::banded) makes of a model and
+//! [`BandedModel`] of single elements.
 
 mod banded;
 mod banded_model;
@@ -56,12 +58,18 @@ pub trait Vibration: Constraints + Outputs {
         state_space::of_model(self, state)
     }
 
-    /// A mode of small motions beside this state as a film of the model's own drawing, to be put on an [`crate::output::Animation`]: for one or more
-    /// periods, each coordinate as q + Re(`amplitude` · shape e^{iωt}), undamped so that it can be seen.
+    /// A mode of small motions beside this state as a film of the model's own drawing, to be put on an
+    /// [`crate::output::Animation`]: for one or more periods, each coordinate as q + Re(`amplitude` · shape
+    /// e^{iωt}), undamped so that it can be seen.
     ///
     /// # Errors
     /// A mode that does not swing, or an amplitude that is not a number above 0.
-    fn mode_film(&self, state: &Self::State, mode: &Mode, amplitude: f64) -> Result<ModeFilm<'_, Self>, VibrationError>
+    fn mode_film(
+        &self,
+        state: &Self::State,
+        mode: &Mode,
+        amplitude: f64,
+    ) -> Result<ModeFilm<'_, Self>, VibrationError>
     where
         Self: Draw,
     {

@@ -2,18 +2,22 @@
 //!
 //! # What is measured
 //!
-//! *Error*: the largest |difference| of any coordinate (of any velocity, any multiplier; of the energy function) from the reference at the end of the
-//! motion, in the unit of the coordinate: positions, velocities, multipliers and energy apart, for their errors differ by orders of magnitude.
-//! *Time*: the median of repeated runs that keep nothing ([`Simulation::run_with`]), in rounds over all runs, so that a machine that changes its
-//! speed changes it for all of them. *Evaluations* of the accelerations: what does not depend on the machine.
+//! *Error*: the largest |difference| of any coordinate (of any velocity, any multiplier; of the energy
+//! function) from the reference at the end of the motion, in the unit of the coordinate: positions,
+//! velocities, multipliers and energy apart, for their errors differ by orders of magnitude. *Time*: the
+//! median of repeated runs that keep nothing ([`Simulation::run_with`]), in rounds over all runs, so that a
+//! machine that changes its speed changes it for all of them. *Evaluations* of the accelerations: what does
+//! not depend on the machine.
 //!
 //! # What is believed
 //!
-//! The reference is the end of three runs: a method at a tolerance near rounding, the same method at ten times that, and a second method of another
-//! family, none with steps longer than a five-hundredth of the motion. Its uncertainty is twice the largest difference between any two of them, and no less than its steps may round: three runs with the same
-//! steps round alike. Errors below it are not believed: their
-//! signs are hollow, tables say `<`. Where the uncertainty leaves fewer than three digits, a run of the reference fails, or no run has an error
-//! that is believed, there is no study but an error. So it is where a known end was given and two methods agree on another one. A run that ends elsewhere when it is repeated has failed.
+//! The reference is the end of three runs: a method at a tolerance near rounding, the same method at ten
+//! times that, and a second method of another family, none with steps longer than a five-hundredth of the
+//! motion. Its uncertainty is twice the largest difference between any two of them, and no less than its
+//! steps may round: three runs with the same steps round alike. Errors below it are not believed: their signs
+//! are hollow, tables say `<`. Where the uncertainty leaves fewer than three digits, a run of the reference
+//! fails, or no run has an error that is believed, there is no study but an error. So it is where a known end
+//! was given and two methods agree on another one. A run that ends elsewhere when it is repeated has failed.
 
 mod advice;
 mod error;
@@ -112,13 +116,15 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         self
     }
 
-    /// Adds methods under their own names. Without this those that simulations choose by themselves: DOP853, Verner 9(8), Tsitouras 5(4) and Radau IIA.
+    /// Adds methods under their own names. Without this those that simulations choose by themselves: DOP853,
+    /// Verner 9(8), Tsitouras 5(4) and Radau IIA.
     pub fn methods(self, methods: impl IntoIterator<Item = Any<M>>) -> Self {
         self.named(None, methods)
     }
 
-    /// Adds methods under their own names that run at these tolerances, or with these steps if theirs are fixed, instead of the study's: a method of
-    /// low order that would need millions of steps where others need hundreds.
+    /// Adds methods under their own names that run at these tolerances, or with these steps if theirs are
+    /// fixed, instead of the study's: a method of low order that would need millions of steps where others
+    /// need hundreds.
     pub fn methods_at(
         self,
         settings: impl IntoIterator<Item = f64>,
@@ -139,7 +145,8 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         self
     }
 
-    /// Adds a method with options of the simulation under a name of one's own: another formulation, a longest step.
+    /// Adds a method with options of the simulation under a name of one's own: another formulation, a longest
+    /// step.
     pub fn variant(
         mut self,
         name: impl Into<String>,
@@ -193,7 +200,8 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         Ok(study)
     }
 
-    /// A simulation with the options for all; one of the reference with short steps, and so many at most, where no option says otherwise.
+    /// A simulation with the options for all; one of the reference with short steps, and so many at most,
+    /// where no option says otherwise.
     fn simulation(&self, end: f64, method: &Any<M>, reference: Option<u64>) -> Simulation<'m, M> {
         let simulation = self.model.simulate(self.start).until(end).method(method);
         let simulation = match reference {
@@ -260,16 +268,20 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
 
     /// Settings that were given and that no method runs with.
     fn unused(&self) -> Option<&'static str> {
-        let given = [("tolerances", self.tolerances.is_some(), true), ("steps", !self.steps.is_empty(), false)];
-        let takes = |c: &Candidate<'m, M>, adaptive| c.settings.is_none() && c.method.is_adaptive() == adaptive;
-        let unused =
-            |(_, given, adaptive): &(_, bool, bool)| *given && !self.candidates.iter().any(|c| takes(c, *adaptive));
+        let given =
+            [("tolerances", self.tolerances.is_some(), true), ("steps", !self.steps.is_empty(), false)];
+        let takes =
+            |c: &Candidate<'m, M>, adaptive| c.settings.is_none() && c.method.is_adaptive() == adaptive;
+        let unused = |(_, given, adaptive): &(_, bool, bool)| {
+            *given && !self.candidates.iter().any(|c| takes(c, *adaptive))
+        };
         given.into_iter().find(unused).map(|(what, ..)| what)
     }
 
     /// Tolerances or steps of a candidate, from coarse to fine.
     fn settings(&self, candidate: &Candidate<'m, M>) -> Vec<f64> {
-        let shared = if candidate.method.is_adaptive() { self.tolerances.as_deref() } else { Some(&*self.steps) };
+        let shared =
+            if candidate.method.is_adaptive() { self.tolerances.as_deref() } else { Some(&*self.steps) };
         let mut settings = candidate.settings.as_deref().or(shared).unwrap_or_default().to_vec();
         settings.sort_by(|a, b| b.total_cmp(a));
         settings.dedup();

@@ -118,14 +118,15 @@ impl Frame {
 
     /// Velocity of a point of the world as an observer in the frame sees it, in the frame's components.
     ///
-    /// Turned into the world it differs from the velocity ṙ by [`carried_velocity`](Self::carried_velocity): the transport theorem.
+    /// Turned into the world it differs from the velocity ṙ by [`carried_velocity`](Self::carried_velocity):
+    /// the transport theorem.
     #[must_use]
     pub fn velocity_in(self, point: impl Into<Vec3>) -> Vec3 {
         self.coordinates_of(point).dt()
     }
 
-    /// Acceleration of a point of the world as an observer in the frame sees it, in the frame's components: without those of the frame,
-    /// of Coriolis and toward the axis.
+    /// Acceleration of a point of the world as an observer in the frame sees it, in the frame's components:
+    /// without those of the frame, of Coriolis and toward the axis.
     #[must_use]
     pub fn acceleration_in(self, point: impl Into<Vec3>) -> Vec3 {
         self.coordinates_of(point).dt().dt()

@@ -3,10 +3,12 @@
 use crate::bodies::{Frame, PlanarFrame};
 use crate::{Expr, Vec3};
 
-/// Joints in space, between a frame `a` fixed in one body and a frame `b` fixed in another: `link.frame(place, rotation)`, or `Frame::at(place)` in the world.
+/// Joints in space, between a frame `a` fixed in one body and a frame `b` fixed in another:
+/// `link.frame(place, rotation)`, or `Frame::at(place)` in the world.
 ///
-/// Each returns what is zero on every motion; the rows for positions, in lengths, come first, those for directions have no unit. Where axes have to
-/// be parallel or at right angles the products of unit vectors are zero, which holds with an axis reversed, too: the start state says which it is.
+/// Each returns what is zero on every motion; the rows for positions, in lengths, come first, those for
+/// directions have no unit. Where axes have to be parallel or at right angles the products of unit vectors
+/// are zero, which holds with an axis reversed, too: the start state says which it is.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint;
 
@@ -38,7 +40,8 @@ impl Joint {
         [a.x().dot(d), a.y().dot(d), a.x().dot(b.z()), a.y().dot(b.z())]
     }
 
-    /// Cross of Cardan or Hooke: the origins are one, the z axes, which carry the cross, stay at right angles.
+    /// Cross of Cardan or Hooke: the origins are one, the z axes, which carry the cross, stay at right
+    /// angles.
     #[must_use]
     pub fn universal(a: Frame, b: Frame) -> [Expr; 4] {
         let d = b.origin() - a.origin();
@@ -52,12 +55,14 @@ impl Joint {
         [a.z().dot(d), a.x().dot(b.z()), a.y().dot(b.z())]
     }
 
-    /// Screw: as `cylindrical`, and a turn of `b` about `a`'s z axis is an advance along it by `lead` (a length, not zero; negative for a left-handed thread)
-    /// per turn. The frames are one where the thread begins.
+    /// Screw: as `cylindrical`, and a turn of `b` about `a`'s z axis is an advance along it by `lead` (a
+    /// length, not zero; negative for a left-handed thread) per turn. The frames are one where the thread
+    /// begins.
     ///
-    /// The turn φ is that of the frames themselves, whatever the bodies' coordinates are, and the advance z counts the turns: the last row is
-    /// lead / τ · sin(τ z / lead − φ), a length, by the sine of a difference so that no angle has to be read back from an attitude. It is zero half a lead
-    /// away, too, on the second thread: the start state says which it is.
+    /// The turn φ is that of the frames themselves, whatever the bodies' coordinates are, and the advance z
+    /// counts the turns: the last row is lead / τ · sin(τ z / lead − φ), a length, by the sine of a
+    /// difference so that no angle has to be read back from an attitude. It is zero half a lead away, too, on
+    /// the second thread: the start state says which it is.
     #[must_use]
     pub fn screw(a: Frame, b: Frame, lead: impl Into<Expr>) -> [Expr; 5] {
         let d = b.origin() - a.origin();
@@ -69,9 +74,11 @@ impl Joint {
 
     /// Bolted together: the frames are one.
     ///
-    /// The rows for the attitude are −sin θ n + (1 − cos θ) w for a rotation from `a` to `b` by θ about n. The first part, the antisymmetric one of the rotation,
-    /// is zero at every half turn, too, and has dependent gradients there; the second, of second order near θ = 0, keeps those from passing. No three regular rows on
-    /// the rotations are zero at one only: w = (0.3, 0.5, 0.7) leaves the turn with cot(θ/2) = |w|, 95° about w, which nobody gives by mistake.
+    /// The rows for the attitude are −sin θ n + (1 − cos θ) w for a rotation from `a` to `b` by θ about n.
+    /// The first part, the antisymmetric one of the rotation, is zero at every half turn, too, and has
+    /// dependent gradients there; the second, of second order near θ = 0, keeps those from passing. No three
+    /// regular rows on the rotations are zero at one only: w = (0.3, 0.5, 0.7) leaves the turn with
+    /// cot(θ/2) = |w|, 95° about w, which nobody gives by mistake.
     #[must_use]
     pub fn weld(a: Frame, b: Frame) -> [Expr; 6] {
         let d = b.origin() - a.origin();
@@ -82,7 +89,8 @@ impl Joint {
         [d.x, d.y, d.z, 0.5 * (x + 0.3 * turned), 0.5 * (y + 0.5 * turned), 0.5 * (z + 0.7 * turned)]
     }
 
-    /// Two wheels in mesh, of these angles and radii: they turn against one another. A wheel with teeth inside has a negative radius.
+    /// Two wheels in mesh, of these angles and radii: they turn against one another. A wheel with teeth
+    /// inside has a negative radius.
     #[must_use]
     pub fn gear(
         angle: impl Into<Expr>,

@@ -29,7 +29,12 @@ pub struct RigidBody {
 impl RigidBody {
     /// From mass, center of mass in the frame, and inertia about the center of mass in the frame's axes.
     #[must_use]
-    pub fn new(mass: impl Into<Expr>, center: impl Into<Vec3>, inertia: impl Into<Mat3>, frame: Frame) -> Self {
+    pub fn new(
+        mass: impl Into<Expr>,
+        center: impl Into<Vec3>,
+        inertia: impl Into<Mat3>,
+        frame: Frame,
+    ) -> Self {
         Self { mass: mass.into(), center: center.into(), inertia: inertia.into(), frame }
     }
 
@@ -52,7 +57,8 @@ impl RigidBody {
         0.5 * self.mass * velocity.norm_squared() + self.frame.rotation().rotational_energy(self.inertia)
     }
 
-    /// Potential energy under this acceleration of gravity, zero at the world's origin: `vec3(0.0, 0.0, -g)` where z is up.
+    /// Potential energy under this acceleration of gravity, zero at the world's origin: `vec3(0.0, 0.0, -g)`
+    /// where z is up.
     #[must_use]
     pub fn potential_energy(self, gravity: impl Into<Vec3>) -> Expr {
         -self.mass * self.center_of_mass().dot(gravity.into())
@@ -64,7 +70,8 @@ impl RigidBody {
         self.mass * self.center_of_mass().dt()
     }
 
-    /// Angular momentum about a point of the world, which may move: of the velocities against the world, in its components.
+    /// Angular momentum about a point of the world, which may move: of the velocities against the world, in
+    /// its components.
     #[must_use]
     pub fn angular_momentum(self, about: impl Into<Vec3>) -> Vec3 {
         let spin = self.frame.vector(self.inertia * self.frame.angular_velocity_in_body());
@@ -73,7 +80,8 @@ impl RigidBody {
 
     /// A moment on the body, a vector of the world: its power is moment·ω.
     ///
-    /// It stands for three couples: forces ½ M×a at the ends of unit vectors a along the frame's axes, whose sum of a×(M×a) is 2M.
+    /// It stands for three couples: forces ½ M×a at the ends of unit vectors a along the frame's axes, whose
+    /// sum of a×(M×a) is 2M.
     #[must_use]
     pub fn moment(self, moment: impl Into<Vec3>) -> Force {
         let half = 0.5 * moment.into();

@@ -1,4 +1,5 @@
-//! The library on jets: kinematics against the transport theorem, bodies against clouds of points, solids against integrals.
+//! The library on jets: kinematics against the transport theorem, bodies against clouds of points, solids
+//! against integrals.
 
 use super::*;
 use crate::math::{cos, sin};
@@ -44,7 +45,11 @@ fn frames_in_frames() {
     let sum = outer.angular_velocity() + outer.vector(inner.angular_velocity());
     close(outer.frame(place, inner).angular_velocity(), sum, "angular velocities add");
     close(Frame::world().frame(place, inner).x(), inner.column(0), "the world");
-    close(Frame::at(place).point(point) + Frame::turned(inner).y(), place + point + inner.column(1), "shorter forms");
+    close(
+        Frame::at(place).point(point) + Frame::turned(inner).y(),
+        place + point + inner.column(1),
+        "shorter forms",
+    );
 }
 
 #[test]
@@ -58,9 +63,14 @@ fn planar_frames_are_frames_in_space() {
     close(up(flat.velocity_in(point)), space.velocity_in(up(point)), "velocity");
     close(up(flat.acceleration_in(point)), space.acceleration_in(up(point)), "acceleration");
     close(up(flat.carried_velocity(point)), space.carried_velocity(up(point)), "carried velocity");
-    close(up(flat.x()) + flat.angular_velocity() * Vec3::Z, space.x() + space.angular_velocity(), "axis and rate");
+    close(
+        up(flat.x()) + flat.angular_velocity() * Vec3::Z,
+        space.x() + space.angular_velocity(),
+        "axis and rate",
+    );
     close(up(flat.y() + flat.origin()), space.y() + space.origin(), "axis and origin");
-    let (next, in_space) = (flat.frame(point, coordinate(6)), space.frame(up(point), Mat3::rotation_z(coordinate(6))));
+    let (next, in_space) =
+        (flat.frame(point, coordinate(6)), space.frame(up(point), Mat3::rotation_z(coordinate(6))));
     close(up(next.point(vec2(0.2, 0.5))), in_space.point(vec3(0.2, 0.5, 0.0)), "the next frame");
     assert!((next.angle() - coordinate(3) - coordinate(6)).value().abs() < 1e-15);
     close(up(PlanarFrame::world().vector(point)), up(point), "the world");
@@ -69,9 +79,14 @@ fn planar_frames_are_frames_in_space() {
         PlanarBody::new(2.0, vec2(0.3, -0.1), 0.7, flat),
         RigidBody::new(2.0, vec3(0.3, -0.1, 0.0), Mat3::diagonal(1.0, 1.0, 0.7), space),
     );
-    let same = |a: Expr, b: Expr, what: &str| assert!((a - b).value().abs() < 1e-14, "{what}: {a:?} and {b:?}");
+    let same =
+        |a: Expr, b: Expr, what: &str| assert!((a - b).value().abs() < 1e-14, "{what}: {a:?} and {b:?}");
     same(body.kinetic_energy(), solid.kinetic_energy(), "kinetic energy");
-    same(body.potential_energy(vec2(0.4, -9.8)), solid.potential_energy(vec3(0.4, -9.8, 1.0)), "potential energy");
+    same(
+        body.potential_energy(vec2(0.4, -9.8)),
+        solid.potential_energy(vec3(0.4, -9.8, 1.0)),
+        "potential energy",
+    );
     same(body.angular_momentum(point), solid.angular_momentum(up(point)).z, "angular momentum");
     close(up(body.momentum()), solid.momentum(), "momentum");
     let (planar, spatial) = (body.moment(1.7).power(), solid.moment(vec3(0.3, 0.2, 1.7)).power());
@@ -108,7 +123,8 @@ fn a_rigid_body_is_a_cloud_of_points() {
         angular += (place - about).cross(m * place.dt());
     }
     power += moment.dot(frame.angular_velocity()).value();
-    let same = |a: Expr, b: Expr, what: &str| assert!((a - b).value().abs() < 1e-13, "{what}: {a:?} and {b:?}");
+    let same =
+        |a: Expr, b: Expr, what: &str| assert!((a - b).value().abs() < 1e-13, "{what}: {a:?} and {b:?}");
     same(body.kinetic_energy(), kinetic, "kinetic energy");
     same(body.potential_energy(gravity), potential, "potential energy");
     close(body.momentum(), momentum, "momentum");
@@ -131,19 +147,28 @@ fn a_body_in_a_mirrored_frame_is_the_same_body() {
     let center: Vec3<f64> = Vec3::new(0.1, 0.4, -0.1);
     let body = RigidBody::new(0.7, center, inertia, frame());
     // The last two mirror nothing.
-    for mirror in [exchange, Mat3::diagonal(1.0, -1.0, 1.0), Mat3::diagonal(-1.0, -1.0, 1.0), Mat3::IDENTITY.value()] {
+    for mirror in
+        [exchange, Mat3::diagonal(1.0, -1.0, 1.0), Mat3::diagonal(-1.0, -1.0, 1.0), Mat3::IDENTITY.value()]
+    {
         let left = Frame::new(body.frame.origin(), body.frame.rotation() * mirror);
         let turned = mirror.transpose() * inertia * mirror;
         let other = RigidBody::new(0.7, mirror.transpose() * center, turned, left);
         let about = vec3(coordinate(20), 0.7, coordinate(21));
         close(other.angular_velocity(), body.angular_velocity(), "angular velocity");
-        close(left.vector(left.angular_velocity_in_body()), body.angular_velocity(), "angular velocity in its axes");
+        close(
+            left.vector(left.angular_velocity_in_body()),
+            body.angular_velocity(),
+            "angular velocity in its axes",
+        );
         close(other.angular_momentum(about), body.angular_momentum(about), "angular momentum");
         close(other.angular_momentum(about).dt(), body.angular_momentum(about).dt(), "its rate");
         close(other.momentum(), body.momentum(), "momentum");
         assert!((other.kinetic_energy() - body.kinetic_energy()).value().abs() < 1e-14, "kinetic energy");
         let moment = vec3(0.4, -1.1, 0.6);
-        assert!((other.moment(moment).power() - body.moment(moment).power()).abs() < 1e-13, "power of a moment");
+        assert!(
+            (other.moment(moment).power() - body.moment(moment).power()).abs() < 1e-13,
+            "power of a moment"
+        );
     }
 }
 
@@ -183,29 +208,32 @@ fn euler_parameters() {
 #[test]
 fn solids_against_sums_over_a_grid() {
     const N: usize = 80;
-    let solid = |name: &str, inertia: Mat3, center: f64, size: [f64; 3], inside: &dyn Fn(f64, f64, f64) -> bool| {
-        let at = |i: usize, k: usize| size[k] * ((i as f64 + 0.5) / N as f64 - 0.5);
-        let (mut count, mut moments) = (0.0, [0.0; 3]);
-        let mut first = 0.0;
-        for (i, j, k) in (0..N).flat_map(|i| (0..N).flat_map(move |j| (0..N).map(move |k| (i, j, k)))) {
-            let (x, y, z) = (at(i, 0), at(j, 1), at(k, 2));
-            if inside(x, y, z) {
-                count += 1.0;
-                first += z;
-                let z = z - center;
-                moments = [moments[0] + y * y + z * z, moments[1] + z * z + x * x, moments[2] + x * x + y * y];
+    let solid =
+        |name: &str, inertia: Mat3, center: f64, size: [f64; 3], inside: &dyn Fn(f64, f64, f64) -> bool| {
+            let at = |i: usize, k: usize| size[k] * ((i as f64 + 0.5) / N as f64 - 0.5);
+            let (mut count, mut moments) = (0.0, [0.0; 3]);
+            let mut first = 0.0;
+            for (i, j, k) in (0..N).flat_map(|i| (0..N).flat_map(move |j| (0..N).map(move |k| (i, j, k)))) {
+                let (x, y, z) = (at(i, 0), at(j, 1), at(k, 2));
+                if inside(x, y, z) {
+                    count += 1.0;
+                    first += z;
+                    let z = z - center;
+                    moments =
+                        [moments[0] + y * y + z * z, moments[1] + z * z + x * x, moments[2] + x * x + y * y];
+                }
             }
-        }
-        assert!((first / count - center).abs() < 2e-3 * size[2], "{name}: center {}", first / count);
-        let inertia = inertia.value();
-        for (k, moment) in moments.iter().enumerate() {
-            let (sum, formula) = (2.0 * moment / count, inertia[(k, k)]);
-            assert!((sum - formula).abs() < 5e-3 * formula, "{name}, axis {k}: {formula} is {sum}");
-        }
-        assert!(
-            (inertia - Mat3::diagonal(inertia[(0, 0)], inertia[(1, 1)], inertia[(2, 2)])).to_array() == [[0.0; 3]; 3]
-        );
-    };
+            assert!((first / count - center).abs() < 2e-3 * size[2], "{name}: center {}", first / count);
+            let inertia = inertia.value();
+            for (k, moment) in moments.iter().enumerate() {
+                let (sum, formula) = (2.0 * moment / count, inertia[(k, k)]);
+                assert!((sum - formula).abs() < 5e-3 * formula, "{name}, axis {k}: {formula} is {sum}");
+            }
+            assert!(
+                (inertia - Mat3::diagonal(inertia[(0, 0)], inertia[(1, 1)], inertia[(2, 2)])).to_array()
+                    == [[0.0; 3]; 3]
+            );
+        };
     let m = 2.0;
     solid("cuboid", Inertia::cuboid(m, 1.0, 2.0, 3.0), 0.0, [1.0, 2.0, 3.0], &|_, _, _| true);
     solid("cylinder", Inertia::cylinder(m, 0.5, 3.0), 0.0, [1.0, 1.0, 3.0], &|x, y, _| x * x + y * y < 0.25);
@@ -214,7 +242,9 @@ fn solids_against_sums_over_a_grid() {
     });
     solid("sphere", Inertia::sphere(m, 0.5), 0.0, [1.0; 3], &|x, y, z| x * x + y * y + z * z < 0.25);
     let wall = 0.485 * 0.485..0.25;
-    solid("shell", Inertia::shell(m, 0.4925), 0.0, [1.0; 3], &|x, y, z| wall.contains(&(x * x + y * y + z * z)));
+    solid("shell", Inertia::shell(m, 0.4925), 0.0, [1.0; 3], &|x, y, z| {
+        wall.contains(&(x * x + y * y + z * z))
+    });
     // The tip is up at z = 1, the base at z = −1.
     let cone = |x: f64, y: f64, z: f64| x * x + y * y < (0.25 * (1.0 - z)).powi(2);
     solid("cone", Inertia::cone(m, 0.5, 2.0), -0.5, [1.0, 1.0, 2.0], &cone);

@@ -1,16 +1,20 @@
 //! Consistent starts: states checked against the constraints, and states completed so that they fulfil them.
 //!
-//! **Positions** that were not given solve Φ(q, t) = 0 by a damped Gauss–Newton method from their guesses. Of all solutions of the linearised
-//! constraints each step takes the shortest in the norm ‖δ‖² = Σ Mᵢᵢ δᵢ², so that nothing moves that need not, and its length is controlled by
-//! the invariant test of Deuflhard's NLEQ-ERR (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, §3.3.3 and §4.4), so that the
-//! iterates stay near the path that leads from the guess to its own branch. Where that path ends (a singular configuration lies across it), the
-//! Levenberg–Marquardt method looks for the closest approach; what is then still open is an error that says by how much.
+//! **Positions** that were not given solve Φ(q, t) = 0 by a damped Gauss–Newton method from their guesses. Of
+//! all solutions of the linearised constraints each step takes the shortest in the norm ‖δ‖² = Σ Mᵢᵢ δᵢ², so
+//! that nothing moves that need not, and its length is controlled by the invariant test of Deuflhard's
+//! NLEQ-ERR (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, §3.3.3 and §4.4), so that
+//! the iterates stay near the path that leads from the guess to its own branch. Where that path ends (a
+//! singular configuration lies across it), the Levenberg–Marquardt method looks for the closest approach;
+//! what is then still open is an error that says by how much.
 //!
-//! **Velocities** that were not given are those of least kinetic energy among all that fulfil Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 together with those given.
-//! In a singular position branches meet, and the velocities of least energy belong to none of them: what is given has to decide, or it is an error.
-//! Accelerations and multipliers follow from the equations of motion.
+//! **Velocities** that were not given are those of least kinetic energy among all that fulfil Φ_q q̇ + Φ_t =
+//! 0 and A q̇ + b = 0 together with those given. In a singular position branches meet, and the velocities of
+//! least energy belong to none of them: what is given has to decide, or it is an error. Accelerations and
+//! multipliers follow from the equations of motion.
 //!
-//! Released constraints take no part. Nothing here allocates where the crate does not (`alloc` takes the matrices off the stack).
+//! Released constraints take no part. Nothing here allocates where the crate does not (`alloc` takes the
+//! matrices off the stack).
 
 mod positions;
 mod room;
@@ -27,19 +31,22 @@ pub(super) use room::memory;
 #[cfg(feature = "alloc")]
 pub(crate) use room::weigh;
 
-/// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against the size of what it involves: what is left when coordinates are given with
-/// seven digits. Projection removes it before a simulation begins.
+/// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against the size of what it
+/// involves: what is left when coordinates are given with seven digits. Projection removes it before a
+/// simulation begins.
 ///
-/// A start is judged by the largest value among coordinates of the same unit, an angle by 1 rad at least, so that a mechanism of micrometres may miss by millionths of that; its
-/// velocities by the larger of the largest velocity and the largest value, per unit of time, as what turns round has no speed. Where contacts are met and left, what counts is that and
-/// the largest parameter of the same unit, up to 1, together; all else is judged against 1 + |q|∞.
+/// A start is judged by the largest value among coordinates of the same unit, an angle by 1 rad at least, so
+/// that a mechanism of micrometres may miss by millionths of that; its velocities by the larger of the
+/// largest velocity and the largest value, per unit of time, as what turns round has no speed. Where contacts
+/// are met and left, what counts is that and the largest parameter of the same unit, up to 1, together; all
+/// else is judged against 1 + |q|∞.
 pub const CONSISTENT: f64 = 1e-6;
 
 /// The same for what [`assemble`] returns: rounding, with a margin for residuals of long expressions.
 const ASSEMBLED: f64 = 1e-10;
 
-/// Checks that a state is finite and fulfils the constraints that hold: positions, then velocities, each to [`CONSISTENT`]; and that what is
-/// released slips to the side that the state says.
+/// Checks that a state is finite and fulfils the constraints that hold: positions, then velocities, each to
+/// [`CONSISTENT`]; and that what is released slips to the side that the state says.
 ///
 /// # Errors
 /// With the row that is violated most, its residual and the distance from fulfilling it.
@@ -59,7 +66,11 @@ pub(crate) enum Against {
 }
 
 /// [`check_start`] for the constraints that hold alone.
-pub(crate) fn check_held<M: Constraints>(model: &M, state: &M::State, against: Against) -> Result<(), StateError> {
+pub(crate) fn check_held<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    against: Against,
+) -> Result<(), StateError> {
     StateError::check_parameters(model)?;
     StateError::check::<M>(state)?;
     if M::IS_FREE {
@@ -72,17 +83,19 @@ pub(crate) fn check_held<M: Constraints>(model: &M, state: &M::State, against: A
     })
 }
 
-/// The released nonholonomic constraints of one row: their rows and their indices among the switched ones. Those of more rows have a
-/// side by declaration only.
+/// The released nonholonomic constraints of one row: their rows and their indices among the switched ones.
+/// Those of more rows have a side by declaration only.
 fn slipping<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usize, usize)> {
     let of_one_row = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.rows == 1;
-    let released = move |c: &Constraint| c.switched.filter(|index| !modes.holds(*index)).map(|index| (c.first, index));
+    let released =
+        move |c: &Constraint| c.switched.filter(|index| !modes.holds(*index)).map(|index| (c.first, index));
     M::CONSTRAINTS.iter().filter(of_one_row).filter_map(released)
 }
 
-/// Releases nonholonomic constraints that are released to the side to which the velocities slip, but for those whose bit is set in `given`.
-/// What is at rest goes to the side to which it is pushed where it does not rub: against its reaction if it held. What is not pushed, or not known to
-/// be (an input that has no value yet, a reaction that is not unique), and what has more than one row stays as it is.
+/// Releases nonholonomic constraints that are released to the side to which the velocities slip, but for
+/// those whose bit is set in `given`. What is at rest goes to the side to which it is pushed where it does
+/// not rub: against its reaction if it held. What is not pushed, or not known to be (an input that has no
+/// value yet, a reaction that is not unique), and what has more than one row stays as it is.
 pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
     let modes = state.modes();
     if modes.all_hold() {
@@ -99,7 +112,9 @@ pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
     }
     if rest != 0 {
         let mut held = *state;
-        (0..Modes::MOST).filter(|index| rest >> index & 1 == 1).for_each(|index| held.modes_mut().engage(index));
+        (0..Modes::MOST)
+            .filter(|index| rest >> index & 1 == 1)
+            .for_each(|index| held.modes_mut().engage(index));
         set_sides_at_rest(model, state, &held);
     }
 }
@@ -118,7 +133,8 @@ fn set_sides_at_rest<M: Constraints>(model: &M, state: &mut M::State, held: &M::
     }
 }
 
-/// Checks that released nonholonomic constraints of one row do not slip to the other side than the state says: friction would drive them.
+/// Checks that released nonholonomic constraints of one row do not slip to the other side than the state
+/// says: friction would drive them.
 ///
 /// # Errors
 /// [`StateError::WrongSide`]
@@ -134,7 +150,9 @@ pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), St
         let against = |(row, index): &(usize, usize)| slips[*row] * modes.side(*index) < 0.0;
         let mut wrong = slipping::<M>(modes).filter(against);
         let wrong = wrong.find(|(row, _)| gradients.distance(*row, slips[*row]) > rest);
-        wrong.map_or(Ok(()), |(row, _)| Err(StateError::WrongSide { row: M::ROWS[row].name, slip: slips[row] }))
+        wrong.map_or(Ok(()), |(row, _)| {
+            Err(StateError::WrongSide { row: M::ROWS[row].name, slip: slips[row] })
+        })
     })
 }
 
@@ -142,14 +160,16 @@ fn refuse<M: Constraints>(row: Option<usize>) -> Result<(), StateError> {
     row.map_or(Ok(()), |row| Err(StateError::VanishingGradient { row: M::ROWS[row].name }))
 }
 
-/// Completes a state: solves the positions, then the velocities that were not given, so that the constraints hold to rounding.
+/// Completes a state: solves the positions, then the velocities that were not given, so that the constraints
+/// hold to rounding.
 ///
-/// `state` holds what was given, guesses for other coordinates, and 0 elsewhere; `given_q` and `given_u` have N elements each and say what must
-/// not be changed. Velocities that were not given start from nothing, whatever the state says.
+/// `state` holds what was given, guesses for other coordinates, and 0 elsewhere; `given_q` and `given_u` have
+/// N elements each and say what must not be changed. Velocities that were not given start from nothing,
+/// whatever the state says.
 ///
 /// # Errors
-/// Where a value is not finite, where no positions or no velocities fulfil the constraints together with what was given, and where a guess
-/// does not decide between branches.
+/// Where a value is not finite, where no positions or no velocities fulfil the constraints together with what
+/// was given, and where a guess does not decide between branches.
 ///
 /// # Panics
 /// Where a slice has fewer than N elements.
@@ -172,7 +192,8 @@ pub fn assemble<M: Constraints>(
     with_workspace::<M, _>(|memory| {
         positions::solve(model, &mut state, &given_q[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
         refuse::<M>(vanishing_row(model, &state, memory))?;
-        let open = velocities::solve(model, &mut state, &given_u[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
+        let open =
+            velocities::solve(model, &mut state, &given_u[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
         if open { velocities::check_branch(model, &state, &given_u[..n], memory) } else { Ok(()) }
     })?;
     StateError::check_bodies(model, &state)?;
@@ -189,7 +210,12 @@ pub(crate) fn positions_of<M: Constraints>(
     StateError::check_parameters(model)?;
     StateError::check::<M>(&state)?;
     with_workspace::<M, _>(|memory| {
-        positions::solve(model, &mut state, given, &mut Room::new(memory, M::COORDINATES.len(), M::ROWS.len()))?;
+        positions::solve(
+            model,
+            &mut state,
+            given,
+            &mut Room::new(memory, M::COORDINATES.len(), M::ROWS.len()),
+        )?;
         refuse::<M>(vanishing_row(model, &state, memory))
     })?;
     Ok(state)
@@ -234,9 +260,14 @@ fn worst<M: Constraints>(
 /// By how much coordinates of zero may miss, or their velocities: what computed ones leave of zero.
 const OF_ZERO: f64 = 1e-10;
 
-/// How far a state may miss a row with this gradient, where these are its coordinates or velocities; its size is that of the largest of their unit, of an angle `least` at
-/// least.
-fn permitted<M: Constraints>(model: &M, values: &[f64], gradient: &[f64], (against, least): (Against, f64)) -> f64 {
+/// How far a state may miss a row with this gradient, where these are its coordinates or velocities; its size
+/// is that of the largest of their unit, of an angle `least` at least.
+fn permitted<M: Constraints>(
+    model: &M,
+    values: &[f64],
+    gradient: &[f64],
+    (against, least): (Against, f64),
+) -> f64 {
     if against == Against::Unity {
         return CONSISTENT * size(values);
     }
@@ -263,17 +294,21 @@ fn along<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&str) -> f64) -> Opt
     (steepness > 0.0).then_some(sum / steepness)
 }
 
-/// What a model itself says of the size of values with a unit: its largest parameter of the same unit, up to 1; 1 of angles, without units, and where there is none.
+/// What a model itself says of the size of values with a unit: its largest parameter of the same unit, up to
+/// 1; 1 of angles, without units, and where there is none.
 fn own_size<M: Constraints>(model: &M, unit: &str) -> f64 {
     if unit.is_empty() || unit == "rad" {
         return 1.0;
     }
     let same = M::PARAMETERS.iter().enumerate().filter(|(_, parameter)| parameter.unit == unit);
-    let largest = same.filter_map(|(i, _)| model.parameter(i)).fold(0.0, |most, value| f64::max(most, value.abs()));
+    let largest =
+        same.filter_map(|(i, _)| model.parameter(i)).fold(0.0, |most, value| f64::max(most, value.abs()));
     if largest > 0.0 { largest.min(1.0) } else { 1.0 }
 }
 
-/// The size against which a row of this gradient is judged where contacts are met and left, and by what it may drift, for coordinates or, per unit of time, velocities: that of the model and the largest value of the same unit together.
+/// The size against which a row of this gradient is judged where contacts are met and left, and by what it
+/// may drift, for coordinates or, per unit of time, velocities: that of the model and the largest value of
+/// the same unit together.
 #[cfg(feature = "alloc")]
 pub(crate) fn size_along<M: Constraints>(model: &M, values: &[f64], gradient: &[f64]) -> f64 {
     let of_unit = |unit: &str| own_size(model, unit) + largest_of::<M>(values, unit);
@@ -322,7 +357,8 @@ fn check_velocities<M: Constraints>(
     against: Against,
 ) -> Result<(), StateError> {
     let values = model.velocity_residual(state);
-    // What is at rest, or turns round, has no speed of its own: it misses by what it misses in its coordinates, per unit of time.
+    // What is at rest, or turns round, has no speed of its own: it misses by what it misses in its
+    // coordinates, per unit of time.
     let tolerance = |gradient: &[f64]| {
         let of_speed = permitted(model, state.u().as_slice(), gradient, (against, 0.0));
         of_speed.max(permitted(model, state.q().as_slice(), gradient, (against, 1.0)))
@@ -336,11 +372,12 @@ fn check_velocities<M: Constraints>(
     }
 }
 
-/// How far away a state [`beside`] another is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of its value there at 10⁻⁶ from its zero.
+/// How far away a state [`beside`] another is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of
+/// its value there at 10⁻⁶ from its zero.
 pub(crate) const NEARBY: f64 = 1e-3;
 
-/// A state a little off, and a little later, where a drive has moved on: every coordinate by a different amount, so that no symmetry of the model
-/// hides the change.
+/// A state a little off, and a little later, where a drive has moved on: every coordinate by a different
+/// amount, so that no symmetry of the model hides the change.
 pub(crate) fn beside<M: Constraints>(state: &M::State) -> M::State {
     let n = M::COORDINATES.len();
     let mut beside = at_time(state, state.t() + NEARBY * (1.0 + state.t().abs()));

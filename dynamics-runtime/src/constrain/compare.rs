@@ -1,4 +1,5 @@
-//! One state, every formulation: accelerations and reactions by routes that share nothing but M, Q, Φ_q and γ.
+//! One state, every formulation: accelerations and reactions by routes that share nothing but M, Q, Φ_q and
+//! γ.
 //!
 //! | formulation | solves | needs |
 //! |---|---|---|
@@ -32,11 +33,12 @@ pub struct Formulated<V, R> {
     pub reactions: f64,
 }
 
-/// Accelerations and reactions at a state by every formulation, the first of which is the reference: the general null-space solver.
+/// Accelerations and reactions at a state by every formulation, the first of which is the reference: the
+/// general null-space solver.
 ///
-/// Distances are taken with coordinates scaled by the square roots of their inertias, and relative to the largest of accelerations, forces and
-/// reactions in that scale: they are free of units, and meaningful at rest. Reactions are compared as generalized forces Φ_qᵀλ, which are unique
-/// even where multipliers are not.
+/// Distances are taken with coordinates scaled by the square roots of their inertias, and relative to the
+/// largest of accelerations, forces and reactions in that scale: they are free of units, and meaningful at
+/// rest. Reactions are compared as generalized forces Φ_qᵀλ, which are unique even where multipliers are not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison<V, R> {
     /// All formulations, those that do not apply included.
@@ -78,7 +80,10 @@ impl<V, R> fmt::Display for Comparison<V, R> {
         if self.unique {
             write!(f, "rank {rank} of {rows} rows: the multipliers are unique")
         } else {
-            write!(f, "rank {rank} of {rows} rows: the multipliers are not unique, those of least norm are given")
+            write!(
+                f,
+                "rank {rank} of {rows} rows: the multipliers are not unique, those of least norm are given"
+            )
         }
     }
 }
@@ -114,12 +119,17 @@ pub(super) fn compare<M: Constraints>(
     Ok(Comparison { formulations, unique: reference.unique(), rank: found })
 }
 
-fn unrolled<M: Constraints>(model: &M, constants: &M::Constants, state: &M::State) -> Result<SolvedOf<M>, String> {
+fn unrolled<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    state: &M::State,
+) -> Result<SolvedOf<M>, String> {
     if let Route::General { reason } = M::ROUTE {
         return Err(alloc::format!("none: {reason}"));
     }
     let refused = || {
-        let why = if state.modes().all_hold() { "a pivot is too small here" } else { "a constraint is released" };
+        let why =
+            if state.modes().all_hold() { "a pivot is too small here" } else { "a constraint is released" };
         why.to_string()
     };
     model.solve_unrolled(constants, state).ok_or_else(refused)
@@ -144,7 +154,8 @@ impl Dense {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let terms = &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        let terms =
+            &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
         gradients::terms(model, state, terms, &mut alloc::vec![0.0; r]);
         if M::FRICTION {
             model.friction(state, &reference.multipliers, &mut force, &mut alloc::vec![0.0; n * r]);
@@ -168,7 +179,8 @@ impl Dense {
             let scaled = values.iter().zip(&it.scale).map(|(x, s)| (x * crate::math::powi(*s, power)).abs());
             scaled.fold(0.0, crate::math::max)
         };
-        let parts = [(reference.accelerations.as_slice(), -1), (it.force.as_slice(), 1), (reaction.as_slice(), 1)];
+        let parts =
+            [(reference.accelerations.as_slice(), -1), (it.force.as_slice(), 1), (reaction.as_slice(), 1)];
         it.size = parts.iter().map(|(values, power)| largest(values, *power)).fold(0.0, crate::math::max);
         it
     }
@@ -182,9 +194,14 @@ impl Dense {
     fn distance<M: Constraints>(&self, reference: &OutcomeOf<M>, solved: &SolvedOf<M>) -> (f64, f64) {
         let (a, b) = (reference.accelerations.as_slice(), solved.accelerations.as_slice());
         let apart = self.reaction(&reference.multipliers) - self.reaction(&solved.multipliers);
-        let accelerations = (0..self.n).map(|i| ((a[i] - b[i]) / self.scale[i]).abs()).fold(0.0, crate::math::max);
+        let accelerations =
+            (0..self.n).map(|i| ((a[i] - b[i]) / self.scale[i]).abs()).fold(0.0, crate::math::max);
         let reactions = (0..self.n).map(|i| (apart[i] * self.scale[i]).abs()).fold(0.0, crate::math::max);
-        if self.size > 0.0 { (accelerations / self.size, reactions / self.size) } else { (accelerations, reactions) }
+        if self.size > 0.0 {
+            (accelerations / self.size, reactions / self.size)
+        } else {
+            (accelerations, reactions)
+        }
     }
 
     fn result<M: Constraints>(&self, a: &DVector<f64>, lambda: &DVector<f64>) -> SolvedOf<M> {
@@ -241,7 +258,8 @@ impl Dense {
     /// Φ_q M⁻¹ Φ_qᵀ λ = γ − Φ_q M⁻¹ Q, a = M⁻¹ (Q + Φ_qᵀ λ).
     fn range_space<M: Constraints>(&self) -> Result<SolvedOf<M>, String> {
         let (jacobian, weights) = self.balanced();
-        let mass = self.balanced_mass().cholesky().ok_or("does not apply: the mass matrix is singular here")?;
+        let mass =
+            self.balanced_mass().cholesky().ok_or("does not apply: the mass matrix is singular here")?;
         let inertia = mass.l_dirty().diagonal().abs();
         if inertia.min() <= 1e-6 * inertia.max() {
             return Err("does not apply: the mass matrix is singular here".to_string());
@@ -264,19 +282,23 @@ impl Dense {
         Ok(self.result::<M>(&a, &lambda))
     }
 
-    /// a_D = Φ_D⁻¹ (γ − Φ_I a_I), the rest from M projected onto what leads; λ on the chosen rows from the dependent equations.
+    /// a_D = Φ_D⁻¹ (γ − Φ_I a_I), the rest from M projected onto what leads; λ on the chosen rows from the
+    /// dependent equations.
     fn partitioned<M: Constraints>(&self, embedding: &Embedding<M>) -> Result<SolvedOf<M>, String> {
         let dependent: Vec<usize> = embedding.dependent_velocities().collect();
         let independent: Vec<usize> = (0..self.n).filter(|i| !dependent.contains(i)).collect();
         let chosen: Vec<usize> = embedding.chosen_rows().collect();
-        let places: Vec<usize> = chosen.iter().filter_map(|row| self.rows.iter().position(|x| x == row)).collect();
+        let places: Vec<usize> =
+            chosen.iter().filter_map(|row| self.rows.iter().position(|x| x == row)).collect();
         let (jacobian, weights) = self.balanced();
-        let block = DMatrix::from_fn(places.len(), dependent.len(), |i, j| jacobian[(places[i], dependent[j])]);
-        let others = DMatrix::from_fn(places.len(), independent.len(), |i, j| jacobian[(places[i], independent[j])]);
+        let block =
+            DMatrix::from_fn(places.len(), dependent.len(), |i, j| jacobian[(places[i], dependent[j])]);
+        let others =
+            DMatrix::from_fn(places.len(), independent.len(), |i, j| jacobian[(places[i], independent[j])]);
         let gamma = DVector::from_fn(places.len(), |i, _| weights[places[i]] * self.gamma[places[i]]);
         let singular = "does not apply: the block of the dependent coordinates is singular here";
-        let known =
-            solution(block.clone(), DMatrix::from_column_slice(gamma.len(), 1, gamma.as_slice())).ok_or(singular)?;
+        let known = solution(block.clone(), DMatrix::from_column_slice(gamma.len(), 1, gamma.as_slice()))
+            .ok_or(singular)?;
         let by_leading = -solution(block.clone(), others).ok_or(singular)?;
         // â = c + B â_I.
         let mut basis = DMatrix::zeros(self.n, independent.len());
@@ -290,8 +312,10 @@ impl Dense {
         let force = DVector::from_fn(self.n, |i, _| self.scale[i] * self.force[i]);
         let reduced = basis.transpose() * &mass * &basis;
         let right = basis.transpose() * (&force - &mass * &offset);
-        let leading =
-            reduced.cholesky().ok_or("does not apply: no inertia on the motions that are left")?.solve(&right);
+        let leading = reduced
+            .cholesky()
+            .ok_or("does not apply: no inertia on the motions that are left")?
+            .solve(&right);
         let a = offset + basis * leading;
         let reaction = &mass * &a - force;
         let wanted = DMatrix::from_fn(dependent.len(), 1, |i, _| reaction[dependent[i]]);

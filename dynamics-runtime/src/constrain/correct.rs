@@ -7,7 +7,8 @@ use crate::model::{Constraints, Model, ModelState, Vector};
 
 /// δ with M δ = Φ_qᵀ μ for some μ, Φ_q δ = `right`: the change of least M-norm that the constraints can make.
 ///
-/// Where constraints repeat each other, `right` is met as well as it can be, by least squares: whoever corrects says what is left over.
+/// Where constraints repeat each other, `right` is met as well as it can be, by least squares: whoever
+/// corrects says what is left over.
 ///
 /// # Errors
 /// As [`super::solve`], without contradictions.
@@ -66,16 +67,22 @@ pub(super) fn correct_rows<M: Constraints>(
     factored.system.weigh_alike();
     let mut correction = Correction::none();
     let Correction { change, impulses }: &mut CorrectionOf<M> = &mut correction;
-    let _left_over =
-        factored.system.solve(factored.force, right.as_slice(), change.as_mut_slice(), impulses.as_mut_slice());
+    let _left_over = factored.system.solve(
+        factored.force,
+        right.as_slice(),
+        change.as_mut_slice(),
+        impulses.as_mut_slice(),
+    );
     Ok(correction)
 }
 
-/// q̈ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A q̇ + b).
+/// q̈ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A
+/// q̇ + b).
 ///
-/// Drift then obeys Φ̈ + 2αΦ̇ + β²Φ = 0: with α = β it decays as (1 + αt)e^{−αt}, without overshoot, and an explicit method of step h has to have αh within
-/// its region of stability. Reactions are those of [`super::solve`]: what keeps the drift small is no force that the model
-/// bears. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1–16.
+/// Drift then obeys Φ̈ + 2αΦ̇ + β²Φ = 0: with α = β it decays as (1 + αt)e^{−αt}, without overshoot, and an
+/// explicit method of step h has to have αh within its region of stability. Reactions are those of
+/// [`super::solve`]: what keeps the drift small is no force that the model bears. Baumgarte, Comput. Methods
+/// Appl. Mech. Eng. 1 (1972) 1–16.
 ///
 /// # Errors
 /// As [`super::solve`].
@@ -96,7 +103,8 @@ pub fn solve_baumgarte<M: Constraints>(
         return accelerate(model, constants, state, workspace);
     }
     let unrolled = (!M::FRICTION).then(|| model.accelerate_unrolled(constants, state)).flatten();
-    let Some((mut accelerations, more)) = unrolled.zip(model.correct_unrolled(constants, state, &right)) else {
+    let Some((mut accelerations, more)) = unrolled.zip(model.correct_unrolled(constants, state, &right))
+    else {
         return general(model, state, Some(&right), workspace).map(Accelerated::from);
     };
     add(accelerations.as_mut_slice(), more.as_slice());

@@ -1,16 +1,21 @@
 //! Minimal coordinates by coordinate partitioning: some coordinates lead, the constraints give the others.
 //!
-//! From Φ(q, t) = 0 the dependent coordinates q_D follow from the independent q_I by Newton on the block Φ_D, warm from what they were; from
-//! Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 likewise the dependent velocities, by one linear solve; with nonholonomic rows there are fewer independent
-//! velocities than coordinates. Wehage & Haug, J. Mech. Design 104 (1982) 247–255.
+//! From Φ(q, t) = 0 the dependent coordinates q_D follow from the independent q_I by Newton on the block Φ_D,
+//! warm from what they were; from Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 likewise the dependent velocities, by one
+//! linear solve; with nonholonomic rows there are fewer independent velocities than coordinates. Wehage &
+//! Haug, J. Mech. Design 104 (1982) 247–255.
 //!
-//! The blocks are chosen by Gaussian elimination with complete pivoting, coordinates scaled by their inertia and rows to unit length: what is
-//! light and moves most becomes dependent. Chosen anew, by [`Embedding::renew`], where the block's conditioning (its least pivot, with rows of Φ_q at unit length) has
-//! fallen to seven tenths of what it was, if that helps. Where a block fails — a dead point — states are projected, weighted by masses, and counted.
+//! The blocks are chosen by Gaussian elimination with complete pivoting, coordinates scaled by their inertia
+//! and rows to unit length: what is light and moves most becomes dependent. Chosen anew, by
+//! [`Embedding::renew`], where the block's conditioning (its least pivot, with rows of Φ_q at unit length)
+//! has fallen to seven tenths of what it was, if that helps. Where a block fails — a dead point — states are
+//! projected, weighted by masses, and counted.
 //!
-//! For questions about a state, and for integrators of one's own. Motions let no coordinate lead for longer than a moment: within a step it may turn round, and where
-//! two blocks meet what one misses is another's. Measured with DOP853, stages and ends by blocks that were judged at every step: on an elliptic trammel that spins a hundred
-//! to two thousand times the error of projection, on pendulums in x and y ten times. See [`Formulation::Embedded`](crate::motion::Formulation::Embedded).
+//! For questions about a state, and for integrators of one's own. Motions let no coordinate lead for longer
+//! than a moment: within a step it may turn round, and where two blocks meet what one misses is another's.
+//! Measured with DOP853, stages and ends by blocks that were judged at every step: on an elliptic trammel
+//! that spins a hundred to two thousand times the error of projection, on pendulums in x and y ten times. See
+//! [`Formulation::Embedded`](crate::motion::Formulation::Embedded).
 
 use super::lu::{self, Lu};
 use super::memory::{Memory, max_abs, norm};
@@ -21,9 +26,10 @@ use crate::error::SolveError;
 use crate::math::sqrt;
 use crate::model::{Constraints, Model, ModelState, Modes, Terms, Vector};
 
-/// Share of the conditioning at its choice to which a block may fall before it is chosen anew. What the independent coordinates miss, the dependent ones
-/// miss by as many times more as the block is worse, and a step goes on from there: with a fifth, pendulums in x and y lose one to two digits at the same
-/// tolerance and take a fifth more steps.
+/// Share of the conditioning at its choice to which a block may fall before it is chosen anew. What the
+/// independent coordinates miss, the dependent ones miss by as many times more as the block is worse, and a
+/// step goes on from there: with a fifth, pendulums in x and y lose one to two digits at the same tolerance
+/// and take a fifth more steps.
 const DEGRADED: f64 = 0.7;
 /// By how much a block must be better than the one in use to be chosen instead.
 const WORTH: f64 = 1.05;
@@ -107,11 +113,18 @@ impl<M: Constraints> Embedding<M> {
         (0..self.velocities.rank).map(|i| self.velocities.rows[i] as usize)
     }
 
-    /// Computes the dependent coordinates and velocities from the independent ones, which stay, at the state's time.
+    /// Computes the dependent coordinates and velocities from the independent ones, which stay, at the
+    /// state's time.
     ///
     /// # Errors
-    /// [`SolveError::OffConstraint`] where the constraints cannot be satisfied near the state, a constraint that is not finite.
-    pub fn restore(&mut self, model: &M, state: &mut M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
+    /// [`SolveError::OffConstraint`] where the constraints cannot be satisfied near the state, a constraint
+    /// that is not finite.
+    pub fn restore(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+        workspace: &mut [f64],
+    ) -> Result<(), SolveError> {
         if !self.restore_by_blocks(model, state, workspace)? {
             self.projections += 1;
             let constants = model.constants()?;
@@ -139,8 +152,8 @@ impl<M: Constraints> Embedding<M> {
             };
         }
         let start = *state.q();
-        let restored =
-            self.restore_positions(model, state, workspace)? && self.restore_velocities(model, state, workspace)?;
+        let restored = self.restore_positions(model, state, workspace)?
+            && self.restore_velocities(model, state, workspace)?;
         if !restored {
             *state.q_mut() = start;
         }
@@ -231,11 +244,13 @@ impl<M: Constraints> Embedding<M> {
         SolveError::ConstraintNotFinite { row: names::<M>().row(row) }
     }
 
-    /// Chooses the blocks anew if they lack rows or their conditioning has degraded, and better ones exist: to be called at accepted steps.
-    /// Returns whether they changed: rows that are determined from here on want the state to be restored again.
+    /// Chooses the blocks anew if they lack rows or their conditioning has degraded, and better ones exist:
+    /// to be called at accepted steps. Returns whether they changed: rows that are determined from here on
+    /// want the state to be restored again.
     ///
     /// # Errors
-    /// As [`Embedding::new`]; [`SolveError::OffConstraint`] where rows that repeat the chosen ones contradict them now.
+    /// As [`Embedding::new`]; [`SolveError::OffConstraint`] where rows that repeat the chosen ones contradict
+    /// them now.
     pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
         let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
             let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
@@ -312,8 +327,8 @@ impl Block<'_> {
         if self.factored.least > 1.0 { 1.0 } else { self.factored.least }
     }
 
-    /// Whether it is of no use or not finite, or a dead point lies between here and where it was chosen: beyond it, what leads has turned, and the others
-    /// follow from it on another branch.
+    /// Whether it is of no use or not finite, or a dead point lies between here and where it was chosen:
+    /// beyond it, what leads has turned, and the others follow from it on another branch.
     fn fails<V: Vector, R: Vector>(&self, partition: &Partition<V, R>) -> bool {
         let quality = self.quality();
         quality.is_nan() || quality < USELESS || self.factored.negative != partition.negative

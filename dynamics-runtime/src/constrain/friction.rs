@@ -1,10 +1,12 @@
 //! Forces that depend on the reactions of the same instant: Coulomb friction, worm gears, rollers that wedge.
 //!
-//! M a = Q(λ) + Φ_qᵀλ, Φ_q a = γ. With the frictionless system factored, the reactions to any given force F are affine, λ = λ₀ + S F, so that what has to
-//! be solved is G(λ) = λ − λ₀ − S Q(λ) = 0, for the reactions that Q reads alone; M may be singular on the way. G is piecewise smooth (|λ| has a kink),
-//! and Newton with the derivative of the piece at hand, I − S ∂Q/∂λ, ends in one step in the right piece where Q is piecewise linear. It
-//! starts from the frictionless reactions and from every pattern of their signs — 2ᵏ for k reactions up to 6, above that a fixed sample of 64 — and
-//! all distinct solutions are kept: Coulomb's law need not have one, and may have several (Painlevé 1895; Génot & Brogliato, Eur. J. Mech. A/Solids 18
+//! M a = Q(λ) + Φ_qᵀλ, Φ_q a = γ. With the frictionless system factored, the reactions to any given force F
+//! are affine, λ = λ₀ + S F, so that what has to be solved is G(λ) = λ − λ₀ − S Q(λ) = 0, for the reactions
+//! that Q reads alone; M may be singular on the way. G is piecewise smooth (|λ| has a kink), and Newton with
+//! the derivative of the piece at hand, I − S ∂Q/∂λ, ends in one step in the right piece where Q is piecewise
+//! linear. It starts from the frictionless reactions and from every pattern of their signs — 2ᵏ for k
+//! reactions up to 6, above that a fixed sample of 64 — and all distinct solutions are kept: Coulomb's law
+//! need not have one, and may have several (Painlevé 1895; Génot & Brogliato, Eur. J. Mech. A/Solids 18
 //! (1999) 653–677; Leine, Brogliato & Nijmeijer, ibid. 21 (2002) 1–22).
 //!
 //! Where Q is linear for each pattern of signs, and all were tried, that none was found is a proof that there
@@ -12,9 +14,10 @@
 //! further, by damped steps, by fixed points and by growing friction (`search.rs`); what is not found then
 //! may exist, and the error says so.
 //!
-//! A single solution counts only where det(I − S ∂Q/∂λ) > 0 (without friction it is 1). Where it is negative, the acceleration along the constraint
-//! answers a growing reaction with the wrong sign: contact of any compliance, however stiff, leaves that solution at once, and a
-//! one-sided contact also has the motion in which it parts. That is reported like the other two, not used.
+//! A single solution counts only where det(I − S ∂Q/∂λ) > 0 (without friction it is 1). Where it is negative,
+//! the acceleration along the constraint answers a growing reaction with the wrong sign: contact of any
+//! compliance, however stiff, leaves that solution at once, and a one-sided contact also has the motion in
+//! which it parts. That is reported like the other two, not used.
 
 mod patterns;
 mod search;
@@ -22,7 +25,9 @@ mod search;
 use super::lu;
 use super::memory::{Indices, Memory, dot, max_abs};
 use super::system::{self, System};
-use super::{Factored, Outcome, OutcomeOf, check_gradients, contradiction, diagnosis, holds, names, not_a_number};
+use super::{
+    Factored, Outcome, OutcomeOf, check_gradients, contradiction, diagnosis, holds, names, not_a_number,
+};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
 use patterns::patterns;
@@ -31,7 +36,8 @@ use patterns::patterns;
 const EXHAUSTIVE: usize = 6;
 /// Solutions closer than this, against their size, are one.
 const SAME: f64 = 1e-7;
-/// What the derivative of a force by reactions may have of what constraints that repeat each other leave open.
+/// What the derivative of a force by reactions may have of what constraints that repeat each other leave
+/// open.
 const DECIDED: f64 = 1e-9;
 /// Signs of all reactions, and of every second one.
 const SIGNS: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
@@ -78,7 +84,8 @@ struct Problem<'w, 'm, M: Constraints> {
     step: &'w mut [f64],
 }
 
-/// q̈ and λ with Φ_q q̈ = γ + `more`, where applied forces depend on λ; `checked`: that gradients which are zero may be.
+/// q̈ and λ with Φ_q q̈ = γ + `more`, where applied forces depend on λ; `checked`: that gradients which are
+/// zero may be.
 pub(super) fn solve<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -105,10 +112,13 @@ pub(super) fn solve<M: Constraints>(
     let mut problem = Problem::new(model, state, &mut factored, &mut rest);
     let work = rest.take(lu::memory(r));
     problem.find_rows_read();
-    // What is read may depend on the reactions themselves (a threshold): rows are added until nothing changes any more.
+    // What is read may depend on the reactions themselves (a threshold): rows are added until nothing changes
+    // any more.
     for _ in 0..=r {
-        let assumed = if problem.k == 0 { M::Rows::zeros() } else { problem.solution(&mut factored.system, work)? };
-        let mut outcome = Outcome { accelerations: M::Vector::zeros(), multipliers: assumed, diagnosis: None };
+        let assumed =
+            if problem.k == 0 { M::Rows::zeros() } else { problem.solution(&mut factored.system, work)? };
+        let mut outcome =
+            Outcome { accelerations: M::Vector::zeros(), multipliers: assumed, diagnosis: None };
         let Some(force) = problem.force_at(&assumed) else { return Ok(not_a_number()) };
         let Factored { gamma, floor, slack, system, .. } = &mut factored;
         let (a, lambda) = (outcome.accelerations.as_mut_slice(), outcome.multipliers.as_mut_slice());
@@ -163,7 +173,8 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
         Self { model, state, read, k: 0, offset, by_force, free, force, by_multipliers, matrix, right, step }
     }
 
-    /// Rows that Q reads: those with ∂Q/∂λ ≠ 0 at the frictionless reactions, at their size, or at any, with either sign.
+    /// Rows that Q reads: those with ∂Q/∂λ ≠ 0 at the frictionless reactions, at their size, or at any, with
+    /// either sign.
     fn find_rows_read(&mut self) {
         let frictionless = self.frictionless();
         for signs in SIGNS {
@@ -215,8 +226,8 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
                 break;
             }
         }
-        let complete =
-            k <= EXHAUSTIVE && (found.is_one() || found.count > 1 || self.is_linear_in_patterns(&frictionless));
+        let complete = k <= EXHAUSTIVE
+            && (found.is_one() || found.count > 1 || self.is_linear_in_patterns(&frictionless));
         if !found.is_one() && found.count < 2 && !complete {
             self.search(&frictionless, &mut found, work);
         }
@@ -247,10 +258,12 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
         SolveError::FrictionUnsolved { row, reactions: self.k, tried: patterns(self.k) }
     }
 
-    /// Whether Q is the same for all reactions that hold the motion alike, though these are not unique: Q(λ + z) = Q(λ) wherever Φ_qᵀz = 0, as where feet
-    /// that repeat each other rub with one coefficient. The derivatives ∂Qⱼ/∂λ are of the form Φ_q a then, for all signs of the
-    /// reactions on which they depend. Where each term of a force goes by one reaction, as in every law of friction of a contact, that holds for all patterns of signs as soon as it
-    /// does for one of them and for each sign changed alone; of more than six reactions, no more than those and the sample are looked at.
+    /// Whether Q is the same for all reactions that hold the motion alike, though these are not unique: Q(λ +
+    /// z) = Q(λ) wherever Φ_qᵀz = 0, as where feet that repeat each other rub with one coefficient. The
+    /// derivatives ∂Qⱼ/∂λ are of the form Φ_q a then, for all signs of the reactions on which they depend.
+    /// Where each term of a force goes by one reaction, as in every law of friction of a contact, that holds
+    /// for all patterns of signs as soon as it does for one of them and for each sign changed alone; of more
+    /// than six reactions, no more than those and the sample are looked at.
     #[cold]
     fn is_the_same_for_all(&mut self, system: &mut System<'_>) -> bool {
         let (n, r, frictionless) = (M::Vector::LEN, M::Rows::LEN, self.frictionless());
@@ -272,8 +285,8 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
         })
     }
 
-    /// λ₀ + S Q(0). Where Q(0) is not a number, as of N tanh(c N^(-1/3)), the forces that depend on reactions are
-    /// left out.
+    /// λ₀ + S Q(0). Where Q(0) is not a number, as of N tanh(c N^(-1/3)), the forces that depend on reactions
+    /// are left out.
     fn frictionless(&mut self) -> M::Rows {
         let n = M::Vector::LEN;
         self.model.friction(self.state, &M::Rows::zeros(), self.force, self.by_multipliers);

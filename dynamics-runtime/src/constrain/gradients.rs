@@ -11,7 +11,8 @@ use crate::error::SolveError;
 use crate::math;
 use crate::model::{Constraints, Known, ModelState, Terms, Vector};
 
-/// Φ_q by rows, in memory that a caller lends: by value it may be too large for a stack. Rows that have vanished are zero.
+/// Φ_q by rows, in memory that a caller lends: by value it may be too large for a stack. Rows that have
+/// vanished are zero.
 pub(crate) struct Gradients<'w> {
     /// Row by row.
     pub(crate) rows: &'w [f64],
@@ -90,17 +91,19 @@ impl<'w> Gradients<'w> {
     }
 }
 
-/// Part of its usual length below which a row has vanished: at a distance d of the place where it does, velocities along what it leaves open are
-/// known to ε/d and accelerations to ε/d², to nothing at 10⁻⁸. What is left is rounding, of sin π say, and scaled to unit length it would
-/// count as a constraint like any other.
+/// Part of its usual length below which a row has vanished: at a distance d of the place where it does,
+/// velocities along what it leaves open are known to ε/d and accelerations to ε/d², to nothing at 10⁻⁸. What
+/// is left is rounding, of sin π say, and scaled to unit length it would count as a constraint like any
+/// other.
 const VANISHED: f64 = 1e-8;
 
-/// A row is looked at where it is shorter than this, against the longest one and 1: else its usual length would be asked for at every
-/// evaluation.
+/// A row is looked at where it is shorter than this, against the longest one and 1: else its usual length
+/// would be asked for at every evaluation.
 const SHORT: f64 = 1e-6;
 
-/// M, Q, Φ_q and γ at a state, with rows of Φ_q set to zero where they have vanished: against the length that they have `usual`ly, one unit and
-/// the size of the coordinates away, which is told (0 where no row is short). Zeros of `terms` must be zero where the model does not write.
+/// M, Q, Φ_q and γ at a state, with rows of Φ_q set to zero where they have vanished: against the length that
+/// they have `usual`ly, one unit and the size of the coordinates away, which is told (0 where no row is
+/// short). Zeros of `terms` must be zero where the model does not write.
 pub(crate) fn terms<M: Constraints>(model: &M, state: &M::State, terms: &mut Terms<'_>, usual: &mut [f64]) {
     model.terms(state, terms);
     let n = M::Vector::LEN;
@@ -161,8 +164,9 @@ pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &
 #[cfg(feature = "alloc")]
 const POSITIVE: f64 = 1e-8;
 
-/// Whether M is positive definite at a state, without doubt: then it is so along whatever constraints leave free. By Cholesky's elimination of M alone, a thirtieth of what the general
-/// solver takes for Andrews' mechanism.
+/// Whether M is positive definite at a state, without doubt: then it is so along whatever constraints leave
+/// free. By Cholesky's elimination of M alone, a thirtieth of what the general solver takes for Andrews'
+/// mechanism.
 #[cfg(feature = "alloc")]
 pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> bool {
     let n = M::Vector::LEN;
@@ -184,8 +188,9 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
     true
 }
 
-/// Part of its usual length that a gradient counts for which has vanished, where distances from its constraint are told: rounding of the residual
-/// is none, and a residual by which no state is on the constraint is one.
+/// Part of its usual length that a gradient counts for which has vanished, where distances from its
+/// constraint are told: rounding of the residual is none, and a residual by which no state is on the
+/// constraint is one.
 const UNTOLD: f64 = 1e-4;
 
 /// |residual|/‖gradient‖, how far a state is from fulfilling a row; 0 where the residual is, infinite where the gradient vanishes here and elsewhere.
@@ -201,23 +206,31 @@ pub(crate) fn distance(residual: f64, gradient: &[f64], usual: f64) -> f64 {
     }
 }
 
-/// A row whose gradient is this small against that [`beside`] the state is suspected of holding nothing. Found where coordinates are within
-/// [`super::assemble::CONSISTENT`] of the place where it vanishes.
+/// A row whose gradient is this small against that [`beside`] the state is suspected of holding nothing.
+/// Found where coordinates are within [`super::assemble::CONSISTENT`] of the place where it vanishes.
 const VANISHING: f64 = 1e-3;
 
-/// The holonomic constraints that hold have gradients that are good for something. A gradient may vanish at a change point, where the
-/// branches of a mechanism cross: Φ is then a saddle, and velocities decide the branch. Where Φ touches zero without crossing it, as (x² + y² − l²)² does,
-/// the gradient vanishes on the whole manifold: the equations of motion know nothing of the constraint, and what they give is noise.
+/// The holonomic constraints that hold have gradients that are good for something. A gradient may vanish at a
+/// change point, where the branches of a mechanism cross: Φ is then a saddle, and velocities decide the
+/// branch. Where Φ touches zero without crossing it, as (x² + y² − l²)² does, the gradient vanishes on the
+/// whole manifold: the equations of motion know nothing of the constraint, and what they give is noise.
 ///
-/// A gradient is suspected where it is at most a thousandth of what it is beside the state, 10⁻³ of the coordinates' size away. Then Φ touches where its
-/// second derivatives are semidefinite, or where its gradient vanishes at another state on the constraints as well: the first sees states that are
-/// off the constraints, too; the second sees what touches only within the other constraints, and models that are too large for second derivatives.
+/// A gradient is suspected where it is at most a thousandth of what it is beside the state, 10⁻³ of the
+/// coordinates' size away. Then Φ touches where its second derivatives are semidefinite, or where its
+/// gradient vanishes at another state on the constraints as well: the first sees states that are off the
+/// constraints, too; the second sees what touches only within the other constraints, and models that are too
+/// large for second derivatives.
 ///
-/// Costs two evaluations, and for each row that is suspected one more and an assembly. `workspace`: as long as for [`super::solve`].
+/// Costs two evaluations, and for each row that is suspected one more and an assembly. `workspace`: as long
+/// as for [`super::solve`].
 ///
 /// # Errors
 /// [`SolveError::VanishingGradient`].
-pub fn check_gradients<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<(), SolveError> {
+pub fn check_gradients<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    workspace: &mut [f64],
+) -> Result<(), SolveError> {
     match vanishing_row(model, state, workspace) {
         Some(row) => Err(SolveError::VanishingGradient { row: names::<M>().row(row) }),
         None => Ok(()),
@@ -225,7 +238,11 @@ pub fn check_gradients<M: Constraints>(model: &M, state: &M::State, workspace: &
 }
 
 /// The first row that [`check_gradients`] finds.
-pub(super) fn vanishing_row<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> Option<usize> {
+pub(super) fn vanishing_row<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    workspace: &mut [f64],
+) -> Option<usize> {
     if M::IS_FREE {
         return None;
     }
@@ -241,8 +258,9 @@ pub(super) fn vanishing_row<M: Constraints>(model: &M, state: &M::State, workspa
     suspects.find(|row| {
         touches(model, state, *row, workspace) || {
             let along = beside_on_constraints(model, state, workspace);
-            along
-                .is_some_and(|along| norm(Gradients::of(model, &along, workspace).row(*row)) <= VANISHING * there[*row])
+            along.is_some_and(|along| {
+                norm(Gradients::of(model, &along, workspace).row(*row)) <= VANISHING * there[*row]
+            })
         }
     })
 }
@@ -258,7 +276,8 @@ fn touches<M: Constraints>(model: &M, state: &M::State, row: usize, workspace: &
     max_abs(hessian).is_finite() && is_semidefinite(hessian, n)
 }
 
-/// Whether a symmetric matrix, which is overwritten, has no eigenvalues of both signs, up to 10⁻⁴ of the largest: Cholesky with pivoting.
+/// Whether a symmetric matrix, which is overwritten, has no eigenvalues of both signs, up to 10⁻⁴ of the
+/// largest: Cholesky with pivoting.
 fn is_semidefinite(h: &mut [f64], n: usize) -> bool {
     let diagonal = (0..n).map(|i| h[i * n + i]);
     let largest = diagonal.fold(0.0_f64, |most, x| if x.abs() > most.abs() { x } else { most });
@@ -294,7 +313,11 @@ mod tests {
     fn squares_are_semidefinite_and_saddles_are_not() {
         for sign in [1.0, -1.0] {
             let semidefinite = |h: [f64; 4]| is_semidefinite(&mut h.map(|x| sign * x), 2);
-            assert!(semidefinite([4.0, 2.0, 2.0, 1.0]) && semidefinite([0.0; 4]) && semidefinite([0.0, 0.0, 0.0, 3.0]));
+            assert!(
+                semidefinite([4.0, 2.0, 2.0, 1.0])
+                    && semidefinite([0.0; 4])
+                    && semidefinite([0.0, 0.0, 0.0, 3.0])
+            );
             assert!(!semidefinite([1.0, 0.0, 0.0, -1.0]) && !semidefinite([0.0, 1.0, 1.0, 0.0]));
             assert!(!semidefinite([1.0, 2.0, 2.0, 1.0]));
         }

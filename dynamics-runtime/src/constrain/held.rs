@@ -18,7 +18,8 @@ pub(crate) fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> Acti
     ActiveRows { constraints: active::<M>(modes, holonomic), rows: 0..0 }
 }
 
-/// See [`active`]. Of no model, so that it is compiled once; adapters of slices would be made again for every model and place.
+/// See [`active`]. Of no model, so that it is compiled once; adapters of slices would be made again for every
+/// model and place.
 #[derive(Clone)]
 pub(crate) struct Active {
     rest: &'static [Constraint],

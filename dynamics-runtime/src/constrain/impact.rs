@@ -1,10 +1,12 @@
 //! Impacts: the jump of velocities when constraints take hold at once.
 //!
-//! Poisson's hypothesis, in two phases at fixed positions. *Compression*: M Δq̇ = Φ_qᵀ Λ brings Φ̇ to zero on the rows that hit and keeps it zero on the
-//! rows that hold, all impulses computed together. *Restitution*: every hit gives back e times the impulse that it took. For a single hit this is
-//! Newton's Φ̇⁺ = −e Φ̇⁻. For several at once, where contacts may push and not pull, 0 ≤ Λ ⟂ Φ̇⁺ ≥ 0, it never makes energy as Newton's can; what
-//! closes again during restitution is compressed once more. The complementarity problems are solved by principal pivoting (Murty,
-//! Opsearch 11, 1974). Friction takes no part. Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), §8.
+//! Poisson's hypothesis, in two phases at fixed positions. *Compression*: M Δq̇ = Φ_qᵀ Λ brings Φ̇ to zero on
+//! the rows that hit and keeps it zero on the rows that hold, all impulses computed together. *Restitution*:
+//! every hit gives back e times the impulse that it took. For a single hit this is Newton's Φ̇⁺ = −e Φ̇⁻. For
+//! several at once, where contacts may push and not pull, 0 ≤ Λ ⟂ Φ̇⁺ ≥ 0, it never makes energy as Newton's
+//! can; what closes again during restitution is compressed once more. The complementarity problems are solved
+//! by principal pivoting (Murty, Opsearch 11, 1974). Friction takes no part. Pfeiffer & Glocker, Multibody
+//! Dynamics with Unilateral Contacts (1996), §8.
 
 use super::correct::{Correction, CorrectionOf, correct_rows};
 use super::memory::{add, add_scaled, dot, max_abs};
@@ -20,18 +22,22 @@ const ROUNDS: usize = 256;
 pub struct Impact<R> {
     /// Λ by rows: time integrals of the multipliers during the impact; 0 where nothing acted.
     pub impulses: R,
-    /// T⁻ − T⁺ of the kinetic energy T = ½ q̇ᵀMq̇: −½ Λᵀ Φ_q(q̇⁺ + q̇⁻). Negative where a moving constraint strikes.
+    /// T⁻ − T⁺ of the kinetic energy T = ½ q̇ᵀMq̇: −½ Λᵀ Φ_q(q̇⁺ + q̇⁻). Negative where a moving constraint
+    /// strikes.
     pub energy_lost: f64,
 }
 
-/// Changes the velocities of `state` by the impact of the constraints listed, by index in [`Constraints::CONSTRAINTS`], each with its
-/// coefficient of restitution e (0: plastic, 1: elastic). Listed constraints need not hold; those that hold besides go on holding. Modes stay.
+/// Changes the velocities of `state` by the impact of the constraints listed, by index in
+/// [`Constraints::CONSTRAINTS`], each with its coefficient of restitution e (0: plastic, 1: elastic). Listed
+/// constraints need not hold; those that hold besides go on holding. Modes stay.
 ///
-/// A listed scalar constraint that was released to a side is a contact: its impulse pushes to that side or is 0. Others push either way.
+/// A listed scalar constraint that was released to a side is a contact: its impulse pushes to that side or
+/// is 0. Others push either way.
 ///
 /// # Errors
-/// As [`super::solve`]; [`SolveError::OffConstraint`] where the constraints leave no velocities to go on with, [`SolveError::ImpactSqueezes`] where
-/// they drive contacts together, [`SolveError::ImpactUndecided`] where contacts repeat each other so that none of their impulses fits.
+/// As [`super::solve`]; [`SolveError::OffConstraint`] where the constraints leave no velocities to go on
+/// with, [`SolveError::ImpactSqueezes`] where they drive contacts together, [`SolveError::ImpactUndecided`]
+/// where contacts repeat each other so that none of their impulses fits.
 pub fn impact<M: Constraints>(
     model: &M,
     state: &mut M::State,
@@ -87,8 +93,9 @@ impl<M: Constraints> Set<'_, M> {
         }
     }
 
-    /// Whether no velocities keep all contacts apart, by Farkas' lemma: what the best velocities leave of Φ̇ on all rows together is combined of what
-    /// does not depend on velocities; where every contact closes in it, every other velocity leaves at least as much.
+    /// Whether no velocities keep all contacts apart, by Farkas' lemma: what the best velocities leave of Φ̇
+    /// on all rows together is combined of what does not depend on velocities; where every contact closes in
+    /// it, every other velocity leaves at least as much.
     fn squeezed(
         &mut self,
         model: &M,
@@ -132,8 +139,8 @@ impl<M: Constraints> Set<'_, M> {
                 self.out |= 1 << at;
             }
         }
-        // Murty's rule: the first contact that pulls or closes changes sides. It ends, for contacts that do not repeat each other, and after a
-        // few rounds as a rule.
+        // Murty's rule: the first contact that pulls or closes changes sides. It ends, for contacts that do
+        // not repeat each other, and after a few rounds as a rule.
         for _ in 0..ROUNDS {
             let correction = correct_rows(model, state, &self.right(), &|row| self.acts(row), workspace)?;
             let mut after = *state;
@@ -150,7 +157,8 @@ impl<M: Constraints> Set<'_, M> {
         Err(SolveError::ImpactUndecided { row: names::<M>().row(row) })
     }
 
-    /// What impulses at the hits do to the velocities while the rest goes on holding: Δq̇, and the impulses of the rest.
+    /// What impulses at the hits do to the velocities while the rest goes on holding: Δq̇, and the impulses
+    /// of the rest.
     fn kick(
         &self,
         model: &M,

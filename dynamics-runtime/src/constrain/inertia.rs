@@ -15,7 +15,8 @@ use crate::model::{Constraints, Known, ModelState, Vector};
 /// Directions that rows hold by less than this part of what the strongest hold are free.
 const RANK: f64 = 1e-7;
 
-/// The least eigenvalue of NᵀMN, N an orthonormal basis of the velocities that the constraints leave, in coordinates of a given scale.
+/// The least eigenvalue of NᵀMN, N an orthonormal basis of the velocities that the constraints leave, in
+/// coordinates of a given scale.
 pub(crate) struct Inertia {
     /// The eigenvalue of least size, with its sign.
     pub(crate) least: f64,
@@ -23,7 +24,8 @@ pub(crate) struct Inertia {
     pub(crate) coordinates: Involved,
 }
 
-/// Coordinates in which every one has inertia 1 at a state, and those without inertia the size of what they share constraints with.
+/// Coordinates in which every one has inertia 1 at a state, and those without inertia the size of what they
+/// share constraints with.
 pub(crate) fn unit_inertias<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     let (mut scale, mass, rows) = (vec![0.0; M::Vector::LEN], mass_of(model, state), rows_of(model, state));
     scale_coordinates(&mass, &rows, &mut scale);

@@ -7,7 +7,8 @@ use crate::model::Quantity;
 /// Is shown a share and whose it is.
 type See<'a> = &'a mut dyn FnMut(usize, f64);
 
-/// The coordinates or constraint rows that take part in something, the most involved first; the first six are kept.
+/// The coordinates or constraint rows that take part in something, the most involved first; the first six are
+/// kept.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Involved {
     of: &'static [Quantity],
@@ -22,7 +23,10 @@ impl Involved {
     const LEAST: f64 = 1e-3;
 
     /// Of quantities, given by index, those with the largest shares by absolute value.
-    pub(crate) fn ranked(of: &'static [Quantity], shares: impl Iterator<Item = (usize, f64)> + Clone) -> Self {
+    pub(crate) fn ranked(
+        of: &'static [Quantity],
+        shares: impl Iterator<Item = (usize, f64)> + Clone,
+    ) -> Self {
         Self::rank(of, &|see| shares.clone().for_each(|(i, share)| see(i, share.abs())))
     }
 
@@ -54,7 +58,9 @@ impl Involved {
     /// The names that are kept.
     pub fn names(&self) -> impl ExactSizeIterator<Item = &'static str> + use<> {
         let Self { of, kept, count } = *self;
-        kept.into_iter().take(usize::from(count)).map(move |i| of.get(usize::from(i)).map_or("", |one| one.name))
+        kept.into_iter()
+            .take(usize::from(count))
+            .map(move |i| of.get(usize::from(i)).map_or("", |one| one.name))
     }
 
     /// The unit of the most involved.

@@ -58,8 +58,9 @@ impl<'w> Lu<'w> {
     }
 }
 
-/// Gaussian elimination with complete pivoting on A (m×n by rows), which is overwritten: lists rows and columns in the order in which
-/// they were chosen. Returns the rank — pivots above `tolerance` times the first — and the last admitted pivot over the first.
+/// Gaussian elimination with complete pivoting on A (m×n by rows), which is overwritten: lists rows and
+/// columns in the order in which they were chosen. Returns the rank — pivots above `tolerance` times the
+/// first — and the last admitted pivot over the first.
 pub(crate) fn choose(
     a: &mut [f64],
     m: usize,

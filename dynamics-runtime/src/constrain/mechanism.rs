@@ -14,12 +14,13 @@ use crate::model::{Constraints, ModelState, Vector};
 pub struct Reaction<V> {
     /// Name of the constraint.
     pub name: &'static str,
-    /// λ of its rows, conjugate to its components: a force where Φ is a length, and, where Φ is a vector between points, the force there.
-    /// 0 while the constraint is released.
+    /// λ of its rows, conjugate to its components: a force where Φ is a length, and, where Φ is a vector
+    /// between points, the force there. 0 while the constraint is released.
     pub multipliers: Vec<f64>,
     /// Φ_qᵀλ, the generalized force on each coordinate.
     pub generalized_force: V,
-    /// Whether the constraints determine it. Where they repeat each other it may be shared out in other ways; least norm is given.
+    /// Whether the constraints determine it. Where they repeat each other it may be shared out in other ways;
+    /// least norm is given.
     pub unique: bool,
 }
 
@@ -40,16 +41,16 @@ pub trait Mechanism: Constraints {
     /// λ at a state, by rows. Those of least norm where constraints repeat each other.
     ///
     /// # Errors
-    /// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that are not finite, friction
-    /// without a solution, an input that they depend on and that was not set.
+    /// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that
+    /// are not finite, friction without a solution, an input that they depend on and that was not set.
     fn multipliers(&self, state: &Self::State) -> Result<Self::Rows, SolveError> {
         let multipliers = solve_once(self, &self.constants()?, state)?.multipliers;
         check_inputs::<Self>(state, multipliers.as_slice())?;
         Ok(multipliers)
     }
 
-    /// What each constraint does, in the order of declaration, the holonomic ones first. Each is printed as a line:
-    /// `for reaction in model.reactions(&state)? { println!("{reaction}"); }`.
+    /// What each constraint does, in the order of declaration, the holonomic ones first. Each is printed as a
+    /// line: `for reaction in model.reactions(&state)? { println!("{reaction}"); }`.
     ///
     /// # Errors
     /// As [`Mechanism::multipliers`].
@@ -75,7 +76,8 @@ pub trait Mechanism: Constraints {
         }))
     }
 
-    /// Coordinates less independent constraints that hold at a state: the dimension of the admissible velocities.
+    /// Coordinates less independent constraints that hold at a state: the dimension of the admissible
+    /// velocities.
     ///
     /// # Errors
     /// A constraint that is not finite.
@@ -94,7 +96,10 @@ pub trait Mechanism: Constraints {
     ///
     /// # Errors
     /// As [`Mechanism::multipliers`], of the general solver.
-    fn compare_formulations(&self, state: &Self::State) -> Result<Comparison<Self::Vector, Self::Rows>, SolveError> {
+    fn compare_formulations(
+        &self,
+        state: &Self::State,
+    ) -> Result<Comparison<Self::Vector, Self::Rows>, SolveError> {
         compare(self, &self.constants()?, state)
     }
 }
@@ -105,7 +110,9 @@ impl<M: Constraints> Mechanism for M {}
 fn unique_rows<M: Constraints>(model: &M, state: &M::State) -> Result<Vec<bool>, SolveError> {
     let modes = state.modes();
     with_workspace::<M, _>(|workspace| {
-        let Some(mut factored) = Factored::new(model, state, &|row| holds::<M>(modes, row), false, workspace)? else {
+        let Some(mut factored) =
+            Factored::new(model, state, &|row| holds::<M>(modes, row), false, workspace)?
+        else {
             return Ok(alloc::vec![false; M::Rows::LEN]);
         };
         Ok((0..M::Rows::LEN).map(|row| factored.system.is_unique(row)).collect())

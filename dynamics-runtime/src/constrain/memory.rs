@@ -5,10 +5,14 @@ pub(crate) struct Memory<'w>(&'w mut [f64]);
 
 impl<'w> Memory<'w> {
     /// # Panics
-    /// Where the memory is shorter than [`super::workspace_len`] says: a fault of the program, not of its input.
+    /// Where the memory is shorter than [`super::workspace_len`] says: a fault of the program, not of its
+    /// input.
     pub(crate) fn new(workspace: &'w mut [f64], n: usize, r: usize) -> Self {
         let (needed, given) = (super::workspace_len(n, r), workspace.len());
-        assert!(given >= needed, "a workspace of {given} numbers for {n} coordinates and {r} rows; give {needed}");
+        assert!(
+            given >= needed,
+            "a workspace of {given} numbers for {n} coordinates and {r} rows; give {needed}"
+        );
         Self(workspace)
     }
 

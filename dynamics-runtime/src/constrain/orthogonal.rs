@@ -1,12 +1,15 @@
-//! Complete orthogonal decomposition of a set of vectors, the rows of a matrix A (r×n), with its rank decided by pivoting.
+//! Complete orthogonal decomposition of a set of vectors, the rows of a matrix A (r×n), with its rank decided
+//! by pivoting.
 //!
-//! Householder with pivoting: Aᵀ P = Q [R₁ R₂; 0 0], R₁ k×k upper triangular, k the rank. Then, from the right, [R₁ R₂] = [T 0] Vᵀ with T lower
-//! triangular. So A = P V [Tᵀ 0; 0 0] Qᵀ: the first k columns of Q span the row space, the others its null space, and least-squares
-//! solutions of both A x = b and Aᵀ y = c, of least norm, cost two triangular solves. Where the rank is full nothing is lost against plain
-//! QR; where it is not, the result does not depend on which rows are thought the redundant ones, unless some are known to be: these come last.
+//! Householder with pivoting: Aᵀ P = Q [R₁ R₂; 0 0], R₁ k×k upper triangular, k the rank. Then, from the
+//! right, [R₁ R₂] = [T 0] Vᵀ with T lower triangular. So A = P V [Tᵀ 0; 0 0] Qᵀ: the first k columns of Q
+//! span the row space, the others its null space, and least-squares solutions of both A x = b and Aᵀ y = c,
+//! of least norm, cost two triangular solves. Where the rank is full nothing is lost against plain QR; where
+//! it is not, the result does not depend on which rows are thought the redundant ones, unless some are known
+//! to be: these come last.
 //!
-//! Cost: 2nr² operations. Golub & Van Loan, Matrix Computations, 4th ed., §5.4–5.5. Stability: backward stable; the rank found this way can
-//! exceed the numerical rank in matrices contrived to that end (Kahan's).
+//! Cost: 2nr² operations. Golub & Van Loan, Matrix Computations, 4th ed., §5.4–5.5. Stability: backward
+//! stable; the rank found this way can exceed the numerical rank in matrices contrived to that end (Kahan's).
 
 use super::memory::{Indices, Memory, add_scaled, dot, norm, swap_rows, two_rows};
 
@@ -34,7 +37,8 @@ fn reflect(v: &[f64], tau: f64, x: &mut [f64]) {
     add_scaled(&mut x[1..], -along, &v[1..]);
 }
 
-/// A row that is known to be redundant stands in for others where these are nearer to each other by this factor.
+/// A row that is known to be redundant stands in for others where these are nearer to each other by this
+/// factor.
 const STANDS_IN: f64 = 0.5;
 
 /// The decomposition.
@@ -65,7 +69,8 @@ pub(crate) const fn memory(r: usize) -> usize {
 }
 
 impl<'w> Orthogonal<'w> {
-    /// Decomposes A, whose rows should be of about equal length: a pivot below `tolerance` times the first one is zero. `redundant`: the rows that are known to be.
+    /// Decomposes A, whose rows should be of about equal length: a pivot below `tolerance` times the first
+    /// one is zero. `redundant`: the rows that are known to be.
     pub(crate) fn new(
         a: &'w mut [f64],
         (r, n): (usize, usize),
@@ -177,9 +182,11 @@ impl<'w> Orthogonal<'w> {
         }
     }
 
-    /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes what is left over, b − A x.
-    /// `w`: r numbers of memory. Where rows are known to be redundant, those that were chosen are fulfilled: beside the manifold the others differ from what they repeat, and
-    /// how they are weighed against each other changes from one state to the next, which integration takes for a force without derivatives.
+    /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes
+    /// what is left over, b − A x. `w`: r numbers of memory. Where rows are known to be redundant, those that
+    /// were chosen are fulfilled: beside the manifold the others differ from what they repeat, and how they
+    /// are weighed against each other changes from one state to the next, which integration takes for a force
+    /// without derivatives.
     pub(crate) fn fit(&self, b: &mut [f64], y: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
         for (p, w) in w.iter_mut().enumerate() {
@@ -192,7 +199,9 @@ impl<'w> Orthogonal<'w> {
                 y[i] = (w[i] - dot(&column[..i], &y[..i])) / column[i];
             }
             b.fill(0.0);
-            (k..r).for_each(|p| b[self.order.get(p)] = w[p] - dot(&self.a[p * self.n..p * self.n + k], &y[..k]));
+            (k..r).for_each(|p| {
+                b[self.order.get(p)] = w[p] - dot(&self.a[p * self.n..p * self.n + k], &y[..k])
+            });
             return;
         }
         for i in 0..k {
@@ -226,8 +235,8 @@ impl<'w> Orthogonal<'w> {
         self.spread(w, lambda);
     }
 
-    /// Whether row i of A is independent of the others: the λᵢ of Aᵀλ = c is then the same in all solutions (Wojtyra, Mech. Mach. Theory 40, 2005,
-    /// 1061–1077). `w`: r numbers of memory.
+    /// Whether row i of A is independent of the others: the λᵢ of Aᵀλ = c is then the same in all solutions
+    /// (Wojtyra, Mech. Mach. Theory 40, 2005, 1061–1077). `w`: r numbers of memory.
     pub(crate) fn is_independent(&self, i: usize, w: &mut [f64]) -> bool {
         let (r, k) = (self.r, self.rank);
         if k == r {
@@ -278,7 +287,9 @@ mod tests {
         it.fit(&mut b, &mut y, &mut w);
         it.rotate_back(&mut y);
         assert!(y.iter().zip(x).all(|(y, x)| (y - x).abs() < 1e-10) && norm(&b) < 1e-15, "{y:?} {b:?}");
-        assert!(!it.is_independent(0, &mut w) && !it.is_independent(2, &mut w) && it.is_independent(3, &mut w));
+        assert!(
+            !it.is_independent(0, &mut w) && !it.is_independent(2, &mut w) && it.is_independent(3, &mut w)
+        );
     }
 
     #[test]

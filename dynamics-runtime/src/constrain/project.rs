@@ -1,8 +1,9 @@
 //! Projection onto the constraints: positions onto Φ = 0, velocities onto Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0.
 //!
-//! Positions by Newton with mass-weighted steps, M δ = Φ_qᵀ μ, Φ_q δ = −Φ: the point that results is, to second order, the nearest in
-//! the metric of M, so that a projection after a step disturbs the motion as little as it can. Velocities by one such step, which is exact:
-//! it leaves what is not against the constraints alone, as an impact would. Lubich, Nowak, Pöhle & Engstler, MEXX (1992); Hairer & Wanner,
+//! Positions by Newton with mass-weighted steps, M δ = Φ_qᵀ μ, Φ_q δ = −Φ: the point that results is, to
+//! second order, the nearest in the metric of M, so that a projection after a step disturbs the motion as
+//! little as it can. Velocities by one such step, which is exact: it leaves what is not against the
+//! constraints alone, as an impact would. Lubich, Nowak, Pöhle & Engstler, MEXX (1992); Hairer & Wanner,
 //! Solving ODEs II, §VII.2. Converges quadratically from what a step leaves behind: one correction as a rule.
 
 use super::correct::{correct, correct_rows};
@@ -15,7 +16,8 @@ use crate::model::{Constraints, ModelState, Vector};
 const MOST: u32 = 25;
 /// Most simplified Newton steps.
 const MOST_ALONG: u32 = 100;
-/// Distance at which constraints still count as satisfied where they cannot all be: redundant ones, declared with numbers that were rounded.
+/// Distance at which constraints still count as satisfied where they cannot all be: redundant ones, declared
+/// with numbers that were rounded.
 const ADMISSIBLE: f64 = 1e-9;
 
 /// What a projection took.
@@ -27,8 +29,8 @@ pub struct Projection {
     pub general: u32,
     /// Greatest change of a coordinate or velocity x, over 1 + |x|.
     pub change: f64,
-    /// Greatest |δ|/|r| of a correction δ for the residuals r, in the units of the coordinates and rows: grows without limit toward a position
-    /// where the constraints lose rank.
+    /// Greatest |δ|/|r| of a correction δ for the residuals r, in the units of the coordinates and rows:
+    /// grows without limit toward a position where the constraints lose rank.
     pub sensitivity: f64,
 }
 
@@ -38,10 +40,12 @@ impl Projection {
     }
 }
 
-/// Moves q to Φ(q, t) = 0, to rounding level; constraints that are released are not looked at. Velocities stay.
+/// Moves q to Φ(q, t) = 0, to rounding level; constraints that are released are not looked at. Velocities
+/// stay.
 ///
 /// # Errors
-/// [`SolveError::OffConstraint`] where there is no such q nearby; the state is then where the search ended. What [`super::correct()`] says.
+/// [`SolveError::OffConstraint`] where there is no such q nearby; the state is then where the search ended.
+/// What [`super::correct()`] says.
 pub fn project_positions<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -80,22 +84,25 @@ pub fn project_positions<M: Constraints>(
         if change == 0.0 && halvings >= 8 {
             return Err(vanishing(model, state, workspace));
         }
-        // The next correction would be about this; where that is rounding, or nothing is gained any more, it is not made.
+        // The next correction would be about this; where that is rounding, or nothing is gained any more, it
+        // is not made.
         let next = change * (size / before);
         if next <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * before) {
             break;
         }
     }
     projection.change = difference(start.as_slice(), state.q().as_slice());
-    // Unrolled code has full rank: what it converged to satisfies all rows. The general solver may have had to compromise.
+    // Unrolled code has full rank: what it converged to satisfies all rows. The general solver may have had
+    // to compromise.
     if projection.general > 0 {
         admit(model, state, "positions", workspace)?
     }
     Ok(projection)
 }
 
-/// Moves the q of `end` to Φ(q, t) = 0 along M⁻¹Φ_qᵀ of another state, `from`: simplified Newton steps, which converge at a rate in proportion to
-/// the distance of the two, and end where rounding stops them. RATTLE asks for it: along gradients of the end the step would not be symplectic.
+/// Moves the q of `end` to Φ(q, t) = 0 along M⁻¹Φ_qᵀ of another state, `from`: simplified Newton steps, which
+/// converge at a rate in proportion to the distance of the two, and end where rounding stops them. RATTLE
+/// asks for it: along gradients of the end the step would not be symplectic.
 ///
 /// # Errors
 /// As [`project_positions`].
@@ -232,7 +239,8 @@ fn worst<M: Constraints>(
     what: &'static str,
     workspace: &mut [f64],
 ) -> Result<(usize, f64, f64), SolveError> {
-    let right = if what == "positions" { position_right(model, state)? } else { velocity_right(model, state)? };
+    let right =
+        if what == "positions" { position_right(model, state)? } else { velocity_right(model, state)? };
     let gradients = Gradients::of(model, state, workspace);
     let mut worst = (0, 0.0, 0.0);
     for (row, x) in right.as_slice().iter().enumerate().filter(|(_, x)| **x != 0.0) {

@@ -1,8 +1,9 @@
 //! Velocities from generalized speeds: (Φ_q; A; Y) q̇ = (−Φ_t; −b; w − y) with the constraints that hold.
 //!
-//! Rows and columns are scaled to 1, as they have units of their own, speeds of one unit alike, and eliminated with complete pivoting: rank is told at any position, and more rows than
-//! velocities, where constraints repeat each other, are no obstacle. Constraints come first, so that what they do not admit is missed by a speed and not by them. What is left over is
-//! checked against the speeds and the constraints.
+//! Rows and columns are scaled to 1, as they have units of their own, speeds of one unit alike, and
+//! eliminated with complete pivoting: rank is told at any position, and more rows than velocities, where
+//! constraints repeat each other, are no obstacle. Constraints come first, so that what they do not admit is
+//! missed by a speed and not by them. What is left over is checked against the speeds and the constraints.
 
 use super::held::active_rows;
 use super::memory::{Indices, Memory, max_abs};
@@ -12,9 +13,11 @@ use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// Pivots of the scaled equations below this are rounding: velocities would be known to no digit.
 const SINGULAR: f64 = 1e-12;
-/// Pivots of the constraints below this wait for those of the speeds: rows that repeat others leave such, where the position is a little off them.
+/// Pivots of the constraints below this wait for those of the speeds: rows that repeat others leave such,
+/// where the position is a little off them.
 const REPEATED: f64 = 1e-6;
-/// How far a speed may be from the one that was given, relative to the largest of its unit; and a constraint from 0, relative to its terms.
+/// How far a speed may be from the one that was given, relative to the largest of its unit; and a constraint
+/// from 0, relative to its terms.
 const MET: f64 = 1e-9;
 
 /// Memory for n coordinates and r constraint rows; there are at most as many speeds as coordinates.
@@ -23,16 +26,22 @@ pub(super) const fn memory(n: usize, r: usize) -> usize {
     read + (n + r) * (n + 1) + 5 * n
 }
 
-/// Sets the velocities of a state so that its generalized speeds are `speeds`, in the order of [`Dynamics::SPEEDS`](crate::model::Dynamics::SPEEDS), and the constraints that hold are fulfilled.
-/// Where that fails the state stays as it is.
+/// Sets the velocities of a state so that its generalized speeds are `speeds`, in the order of
+/// [`Dynamics::SPEEDS`](crate::model::Dynamics::SPEEDS), and the constraints that hold are fulfilled. Where
+/// that fails the state stays as it is.
 ///
 /// # Errors
-/// [`StateError::SpeedsSingular`] where the speeds do not determine the velocities in this position, [`StateError::SpeedNotMet`] where the constraints that hold
-/// do not admit them, [`StateError::VelocityNotAssembled`] where these contradict each other, [`StateError::NotFinite`].
+/// [`StateError::SpeedsSingular`] where the speeds do not determine the velocities in this position,
+/// [`StateError::SpeedNotMet`] where the constraints that hold do not admit them,
+/// [`StateError::VelocityNotAssembled`] where these contradict each other, [`StateError::NotFinite`].
 ///
 /// # Panics
 /// Where there are not as many values as the model has speeds.
-pub fn move_by_speeds<M: Constraints>(model: &M, state: &mut M::State, speeds: &[f64]) -> Result<(), StateError> {
+pub fn move_by_speeds<M: Constraints>(
+    model: &M,
+    state: &mut M::State,
+    speeds: &[f64],
+) -> Result<(), StateError> {
     assert!(speeds.len() == M::SPEEDS.len(), "{} values for {} speeds", speeds.len(), M::SPEEDS.len());
     if let Some((value, named)) = speeds.iter().zip(M::SPEEDS).find(|(value, _)| !value.is_finite()) {
         return Err(StateError::NotFinite { what: "speed", name: named.name, value: *value });
@@ -57,7 +66,8 @@ pub fn move_by_speeds<M: Constraints>(model: &M, state: &mut M::State, speeds: &
     })
 }
 
-/// The equations by rows, the right-hand side behind, rows and columns in the order in which they are eliminated.
+/// The equations by rows, the right-hand side behind, rows and columns in the order in which they are
+/// eliminated.
 struct System<'w> {
     /// N.
     unknowns: usize,
@@ -102,7 +112,8 @@ impl<'w> System<'w> {
         system
     }
 
-    /// The largest elements of columns, then of rows, become 1; of the rows of speeds of one unit together: what is rounding in one of them stays that.
+    /// The largest elements of columns, then of rows, become 1; of the rows of speeds of one unit together:
+    /// what is rounding in one of them stays that.
     fn scale<M: Constraints>(&mut self, sizes: &mut [f64]) {
         let (n, width) = (self.unknowns, self.unknowns + 1);
         for (j, scale) in self.scales.iter_mut().enumerate() {
@@ -119,7 +130,10 @@ impl<'w> System<'w> {
         let (held, speeds) = self.entries.split_at_mut(self.held * width);
         held.chunks_exact_mut(width).for_each(|row| divide(row, max_abs(&row[..n])));
         sizes.iter_mut().zip(speeds.chunks_exact(width)).for_each(|(size, row)| *size = max_abs(&row[..n]));
-        speeds.chunks_exact_mut(width).enumerate().for_each(|(i, row)| divide(row, alike::<M>(i, |j| sizes[j])));
+        speeds
+            .chunks_exact_mut(width)
+            .enumerate()
+            .for_each(|(i, row)| divide(row, alike::<M>(i, |j| sizes[j])));
     }
 
     /// Brings the equations to triangular form.
@@ -174,7 +188,8 @@ impl<'w> System<'w> {
         }
     }
 
-    /// By coordinate, the scaled velocities that no equation sees: one without a pivot moves, and those with pivots follow.
+    /// By coordinate, the scaled velocities that no equation sees: one without a pivot moves, and those with
+    /// pivots follow.
     fn undetermined(&self, memory: &mut Memory<'w>) -> impl Iterator<Item = (usize, f64)> + Clone + use<'w> {
         let width = self.unknowns + 1;
         let shares = memory.zeros(self.unknowns);
@@ -188,7 +203,8 @@ impl<'w> System<'w> {
         shares.iter().copied().enumerate()
     }
 
-    /// Constraints that contradict each other, or that the position makes weak, may be missed: not where the speeds alone ask for too much.
+    /// Constraints that contradict each other, or that the position makes weak, may be missed: not where the
+    /// speeds alone ask for too much.
     fn check_constraints<M: Constraints>(&self, model: &M, state: &M::State) -> Result<(), StateError> {
         let (n, u, residual) = (self.unknowns, state.u(), model.velocity_residual(state));
         for row in active_rows::<M>(state.modes(), false) {
@@ -207,7 +223,8 @@ impl<'w> System<'w> {
         Ok(())
     }
 
-    /// The speeds are those that were given, to what those of their unit and their offsets y, or, where all of these are 0, their terms leave of digits.
+    /// The speeds are those that were given, to what those of their unit and their offsets y, or, where all
+    /// of these are 0, their terms leave of digits.
     fn check_speeds<M: Constraints>(
         &self,
         model: &M,

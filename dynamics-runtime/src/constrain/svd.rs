@@ -1,9 +1,11 @@
 //! Singular values by one-sided Jacobi rotations: A V = U Σ.
 //!
-//! The columns of A are turned against each other until they are orthogonal; their lengths are then the singular values. It is the most
-//! accurate of the dense methods (small singular values keep their relative accuracy where columns differ in scale alone) and works in
-//! place, without allocation. Cost: 6 to 10 sweeps of about 3 m n² operations, so it serves where something is decided once (assembling,
-//! singular configurations), not in steps. Source: G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed., §8.6.3.
+//! The columns of A are turned against each other until they are orthogonal; their lengths are then the
+//! singular values. It is the most accurate of the dense methods (small singular values keep their relative
+//! accuracy where columns differ in scale alone) and works in place, without allocation. Cost: 6 to 10 sweeps
+//! of about 3 m n² operations, so it serves where something is decided once (assembling, singular
+//! configurations), not in steps. Source: G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed.,
+//! §8.6.3.
 
 use super::memory::dot;
 use crate::math;
@@ -17,7 +19,8 @@ pub(crate) struct Svd<'a> {
     pub(crate) a: &'a [f64],
     /// V, n×n by columns.
     pub(crate) v: &'a [f64],
-    /// Singular values in the order of the columns, which is not sorted; n of them, those beyond the rank about 0.
+    /// Singular values in the order of the columns, which is not sorted; n of them, those beyond the rank
+    /// about 0.
     pub(crate) sigma: &'a [f64],
     /// Number of rows.
     pub(crate) m: usize,
@@ -32,8 +35,9 @@ impl<'a> Svd<'a> {
         Self::refined(m, a, v, sigma)
     }
 
-    /// Decomposes the matrix A V in `a` for a V that is orthogonal, from a matrix near A: two sweeps are then enough. What rounding takes from the
-    /// orthogonality of V adds up over a row of such calls, by about 10⁻¹⁶ each.
+    /// Decomposes the matrix A V in `a` for a V that is orthogonal, from a matrix near A: two sweeps are then
+    /// enough. What rounding takes from the orthogonality of V adds up over a row of such calls, by about
+    /// 10⁻¹⁶ each.
     pub(crate) fn refined(m: usize, a: &'a mut [f64], v: &'a mut [f64], sigma: &'a mut [f64]) -> Self {
         let n = sigma.len();
         for _ in 0..MOST_SWEEPS {
@@ -64,8 +68,8 @@ impl<'a> Svd<'a> {
         self.sigma.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Writes x = A⁺ b, of all least-squares solutions the shortest; singular values below `cut` count as zero. With `mu` > 0 the damped
-    /// solution (AᵀA + μ²) x = Aᵀ b instead.
+    /// Writes x = A⁺ b, of all least-squares solutions the shortest; singular values below `cut` count as
+    /// zero. With `mu` > 0 the damped solution (AᵀA + μ²) x = Aᵀ b instead.
     pub(crate) fn solve(&self, b: &[f64], cut: f64, mu: f64, x: &mut [f64]) {
         x.fill(0.0);
         for (j, &sigma) in self.sigma.iter().enumerate() {
@@ -77,8 +81,8 @@ impl<'a> Svd<'a> {
     }
 }
 
-/// Makes all pairs of columns orthogonal once; false where they were, to the rounding of their products. `squares` is memory for the squares
-/// of their lengths.
+/// Makes all pairs of columns orthogonal once; false where they were, to the rounding of their products.
+/// `squares` is memory for the squares of their lengths.
 fn sweep(m: usize, n: usize, a: &mut [f64], v: &mut [f64], squares: &mut [f64]) -> bool {
     (0..n).for_each(|j| squares[j] = squared(a, m, j));
     let rounding = m as f64 * f64::EPSILON;
@@ -141,8 +145,9 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-        /// For all shapes and ranks: A V = U Σ with orthogonal columns, and least squares by its definition: A x is the part of b in the
-        /// range, x has none in the null space. (nalgebra's own decomposition misses some of these by 10⁻³.)
+        /// For all shapes and ranks: A V = U Σ with orthogonal columns, and least squares by its definition:
+        /// A x is the part of b in the range, x has none in the null space. (nalgebra's own decomposition
+        /// misses some of these by 10⁻³.)
         #[test]
         fn decomposes_and_solves(
             (m, n) in (1usize..8, 1usize..8),

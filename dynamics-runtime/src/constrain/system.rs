@@ -1,17 +1,21 @@
-//! The equations of a constrained system at one state, factored once and solved for as many right-hand sides as are wanted.
+//! The equations of a constrained system at one state, factored once and solved for as many right-hand sides
+//! as are wanted.
 //!
 //! ```text
 //! M a − Φ_qᵀ λ = Q        Φ_q a = γ        M n×n symmetric, Φ_q m×n of any rank k
 //! ```
 //!
-//! by the null-space method: a = Y y + Z z with Y and Z orthonormal bases of the row space and the null space of Φ_q (complete orthogonal
-//! decomposition, [`super::orthogonal`]); y from Φ_q Y y = γ by least squares, z from ZᵀMZ z = Zᵀ(Q − M Y y) by Cholesky, and λ of least norm
-//! from Φ_qᵀ λ = M a − Q. M may be singular as long as it is positive definite on the null space. Benzi, Golub & Liesen, Acta Numerica 14
-//! (2005), §6; García de Jalón & Gutiérrez-López, Multibody Syst. Dyn. 30 (2013) 311–341 for redundant constraints with singular M.
+//! by the null-space method: a = Y y + Z z with Y and Z orthonormal bases of the row space and the null space
+//! of Φ_q (complete orthogonal decomposition, [`super::orthogonal`]); y from Φ_q Y y = γ by least squares, z
+//! from ZᵀMZ z = Zᵀ(Q − M Y y) by Cholesky, and λ of least norm from Φ_qᵀ λ = M a − Q. M may be singular as
+//! long as it is positive definite on the null space. Benzi, Golub & Liesen, Acta Numerica 14 (2005), §6;
+//! García de Jalón & Gutiérrez-López, Multibody Syst. Dyn. 30 (2013) 311–341 for redundant constraints with
+//! singular M.
 //!
-//! Nothing depends on the units that the user chose: coordinates are scaled by 1/√Mᵢᵢ (those without inertia, or with almost none, to the size of what
-//! they share constraints with), and rows then to unit length. The least norm of λ is taken in that scale: what is least is
-//! Σ (λᵢ ‖Φ_q,ᵢ M_d^-½‖)², M_d the diagonal of M: the sum of squares of the accelerations that each reaction alone would give.
+//! Nothing depends on the units that the user chose: coordinates are scaled by 1/√Mᵢᵢ (those without inertia,
+//! or with almost none, to the size of what they share constraints with), and rows then to unit length. The
+//! least norm of λ is taken in that scale: what is least is Σ (λᵢ ‖Φ_q,ᵢ M_d^-½‖)², M_d the diagonal of M:
+//! the sum of squares of the accelerations that each reaction alone would give.
 //!
 //! Cost: about 2n³ + 2nm² operations for the factors, 4n² per right-hand side.
 
@@ -22,17 +26,18 @@ use crate::generated::PIVOT_TOLERANCE;
 use crate::math::sqrt;
 use crate::model::Quantity;
 
-/// A row whose distance from the span of the others is below this fraction of its length is taken to repeat them.
+/// A row whose distance from the span of the others is below this fraction of its length is taken to repeat
+/// them.
 ///
-/// Between what redundancy looks like on a drifting motion (1e-9 of drift leaves 1e-9 of distance) and the nearness at which a
-/// mechanism passes a singular position: 1e-8 rad are crossed within one evaluation.
+/// Between what redundancy looks like on a drifting motion (1e-9 of drift leaves 1e-9 of distance) and the
+/// nearness at which a mechanism passes a singular position: 1e-8 rad are crossed within one evaluation.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-8;
 
 /// Share of a row's length by which a coordinate with little inertia may outweigh the others in it.
 const LIGHT: f64 = 1e3;
 
-/// Rows that differ in length by more than this factor count alike even where some are declared redundant: near a singular position a row that nearly
-/// vanishes decides less than those that repeat it.
+/// Rows that differ in length by more than this factor count alike even where some are declared redundant:
+/// near a singular position a row that nearly vanishes decides less than those that repeat it.
 const COMPARABLE: f64 = 30.0;
 
 /// What the numbers belong to.
@@ -105,8 +110,9 @@ pub(crate) struct Miss {
 }
 
 impl<'w> System<'w> {
-    /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `redundant`: the rows that are
-    /// declared so. `slack`: at least [`RANK_TOLERANCE`], the share of its length by which a row has to differ from the others. `usual`: the lengths of rows where they have not vanished.
+    /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `redundant`: the rows that
+    /// are declared so. `slack`: at least [`RANK_TOLERANCE`], the share of its length by which a row has to
+    /// differ from the others. `usual`: the lengths of rows where they have not vanished.
     pub(crate) fn factor(
         mass: &[f64],
         jacobian: &'w mut [f64],
@@ -213,7 +219,8 @@ impl<'w> System<'w> {
         }
         self.rows.rotate_back(self.x);
         let along = self.x.iter().enumerate();
-        let coordinate = along.fold((0, 0.0), |most, (i, x)| if x.abs() > most.1 { (i, x.abs()) } else { most }).0;
+        let coordinate =
+            along.fold((0, 0.0), |most, (i, x)| if x.abs() > most.1 { (i, x.abs()) } else { most }).0;
         let negative = pivot < -PIVOT_TOLERANCE * max_abs(self.mass);
         SingularMassMatrix {
             coordinate,
@@ -223,7 +230,8 @@ impl<'w> System<'w> {
         }
     }
 
-    /// a and λ for a right-hand side Q (n) and γ (all rows; those of released constraints are not read). λ of released rows is 0.
+    /// a and λ for a right-hand side Q (n) and γ (all rows; those of released constraints are not read). λ of
+    /// released rows is 0.
     pub(crate) fn solve(&mut self, force: &[f64], gamma: &[f64], a: &mut [f64], lambda: &mut [f64]) -> Miss {
         let (n, k, m) = (self.n, self.rows.rank, self.m);
         for i in 0..m {
@@ -265,11 +273,13 @@ impl<'w> System<'w> {
         let left = &self.b[..self.m];
         let worst = left.iter().enumerate();
         let at = worst.fold((0, 0.0), |most, (i, x)| if x.abs() > most.1 { (i, x.abs()) } else { most }).0;
-        let (row, residual) = if self.m > 0 { (self.active.get(at), -left[at] / self.weight[at]) } else { (0, 0.0) };
+        let (row, residual) =
+            if self.m > 0 { (self.active.get(at), -left[at] / self.weight[at]) } else { (0, 0.0) };
         Miss { size: norm(left), scale, reach: 0.0, row, residual }
     }
 
-    /// Whether the multiplier of a row is the same in all solutions; true for rows that are released, where it is 0.
+    /// Whether the multiplier of a row is the same in all solutions; true for rows that are released, where
+    /// it is 0.
     pub(crate) fn is_unique(&mut self, row: usize) -> bool {
         let place = (0..self.m).find(|i| self.active.get(*i) == row);
         place.is_none_or(|i| self.rows.is_independent(i, self.w))
@@ -285,7 +295,13 @@ impl<'w> System<'w> {
 }
 
 /// Moves the rows that hold to the front and lists them; returns their number.
-fn gather(a: &mut [f64], n: usize, r: usize, holds: &dyn Fn(usize) -> bool, active: &mut Indices<'_>) -> usize {
+fn gather(
+    a: &mut [f64],
+    n: usize,
+    r: usize,
+    holds: &dyn Fn(usize) -> bool,
+    active: &mut Indices<'_>,
+) -> usize {
     let mut m = 0;
     for i in (0..r).filter(|i| holds(*i)) {
         a.copy_within(i * n..(i + 1) * n, m * n);
@@ -295,15 +311,16 @@ fn gather(a: &mut [f64], n: usize, r: usize, holds: &dyn Fn(usize) -> bool, acti
     m
 }
 
-/// sⱼ = 1/√Mⱼⱼ, less where that would let a light coordinate outweigh the others in its constraints a thousandfold: the
-/// others would be lost in rounding.
+/// sⱼ = 1/√Mⱼⱼ, less where that would let a light coordinate outweigh the others in its constraints a
+/// thousandfold: the others would be lost in rounding.
 pub(crate) fn scale_coordinates(mass: &[f64], jacobian: &[f64], scale: &mut [f64]) {
     let n = scale.len();
     for (j, s) in scale.iter_mut().enumerate() {
         let inertia = mass[j * n + j].abs();
         *s = if inertia > 0.0 && inertia.is_finite() { 1.0 / sqrt(inertia) } else { 0.0 };
     }
-    // From the scales above alone, so that the order of coordinates does not matter; −1 marks what is to be set.
+    // From the scales above alone, so that the order of coordinates does not matter; −1 marks what is to be
+    // set.
     for j in 0..n {
         let (mut own, mut others) = (0.0_f64, 0.0_f64);
         for row in jacobian.chunks_exact(n).filter(|row| row[j] != 0.0) {

@@ -12,14 +12,18 @@ use super::with_workspace;
 use crate::math;
 use crate::model::{Constraints, Known, ModelState, Vector};
 
-/// Singular values below this part of the largest are zero for a count of rank: a position is itself known to √ε at best where they vanish.
+/// Singular values below this part of the largest are zero for a count of rank: a position is itself known to
+/// √ε at best where they vanish.
 const RANK: f64 = 1e-7;
 
-/// The singular values of Φ_q, with coordinates measured by √Mᵢᵢ and the rows of a constraint by the longest of them, at a state.
+/// The singular values of Φ_q, with coordinates measured by √Mᵢᵢ and the rows of a constraint by the longest
+/// of them, at a state.
 ///
-/// Constraints that repeat others have fewer than rows: what counts is the rank that they have beside the state.
+/// Constraints that repeat others have fewer than rows: what counts is the rank that they have beside the
+/// state.
 pub(crate) struct Weakness {
-    /// Largest over smallest of as many singular values as the constraints have independent rows elsewhere; infinite where one is 0.
+    /// Largest over smallest of as many singular values as the constraints have independent rows elsewhere;
+    /// infinite where one is 0.
     pub(crate) condition: f64,
     /// The rows that nearly depend on each other.
     pub(crate) rows: Involved,
@@ -32,8 +36,9 @@ pub(crate) fn weakness<M: Constraints>(model: &M, state: &M::State) -> Weakness 
     of(model, state, None)
 }
 
-/// [`Weakness`] against another state of the motion: rows of a constraint are measured by what the longest of them is there, if it is longer. Scaled by itself a single row has length 1
-/// wherever it has any, up to the position where its gradient vanishes.
+/// [`Weakness`] against another state of the motion: rows of a constraint are measured by what the longest of
+/// them is there, if it is longer. Scaled by itself a single row has length 1 wherever it has any, up to the
+/// position where its gradient vanishes.
 pub(crate) fn weakness_against<M: Constraints>(model: &M, usual: &M::State, state: &M::State) -> Weakness {
     of(model, state, Some(usual))
 }
@@ -81,13 +86,17 @@ fn weakest<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>
         // Rounding says nothing of the direction: what the others leave open.
         let held = |i: usize, j: &usize| math::powi(frame.svd().column(*j)[i] / frame.sigma[*j], 2);
         let strong = || order.iter().filter(|j| !vanishes(**j));
-        shares.iter_mut().enumerate().for_each(|(i, out)| *out = 1.0 - strong().map(|j| held(i, j)).sum::<f64>());
+        shares
+            .iter_mut()
+            .enumerate()
+            .for_each(|(i, out)| *out = 1.0 - strong().map(|j| held(i, j)).sum::<f64>());
     }
     let coordinates = Involved::ranked(M::COORDINATES, shares.iter().copied().enumerate());
     Some(Weakness { condition: spread.condition(), rows, coordinates })
 }
 
-/// Rank of the constraints where their manifold is regular: the number of rows, unless some are declared to repeat others.
+/// Rank of the constraints where their manifold is regular: the number of rows, unless some are declared to
+/// repeat others.
 fn independent_rows<M: Constraints>(model: &M, state: &M::State, here: &Frame) -> usize {
     if !M::CONSTRAINTS.iter().any(|constraint| constraint.redundant) {
         return here.rows.len();
@@ -144,7 +153,8 @@ impl Frame {
         for constraint in active::<M>(state.modes(), false) {
             let of_constraint = first..first + constraint.rows * n;
             let length = |row: &[f64]| math::sqrt(row.iter().map(|x| x * x).sum());
-            let longest = |a: &[f64]| a[of_constraint.clone()].chunks_exact(n).map(length).fold(0.0, f64::max);
+            let longest =
+                |a: &[f64]| a[of_constraint.clone()].chunks_exact(n).map(length).fold(0.0, f64::max);
             let longest = math::max(longest(&a), elsewhere.as_deref().map_or(0.0, longest));
             if longest > 0.0 {
                 a[of_constraint.clone()].iter_mut().for_each(|x| *x /= longest);

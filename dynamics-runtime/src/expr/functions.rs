@@ -1,6 +1,7 @@
 //! The elementary functions of time jets, under the names that `f64` gives them.
 //!
-//! Each passes its value and its first two derivatives to the chain rule, in the form that loses least to cancellation.
+//! Each passes its value and its first two derivatives to the chain rule, in the form that loses least to
+//! cancellation.
 
 use super::Expr;
 use crate::math;
@@ -70,7 +71,8 @@ impl Expr {
     pub fn atan2(self, x: impl Into<Self>) -> Self {
         let (y, x) = (self, x.into());
         let r = math::hypot(y.value, x.value);
-        // Direction cosines instead of x/r²: the squares of very large and very small lengths leave the range of f64.
+        // Direction cosines instead of x/r²: the squares of very large and very small lengths leave the range
+        // of f64.
         let (sin, cos) = (y.value / r, x.value / r);
         let bend = 2.0 * sin * cos / r / r;
         let twist = (sin - cos) * (sin + cos) / r / r;
@@ -170,7 +172,8 @@ impl Expr {
                 let x = self.value;
                 let f = math::powi(x, n);
                 let factor = f64::from(n);
-                // For n < 0 the neighbouring powers by division: n − 2 may not be an i32, and x = 0 is a pole anyway.
+                // For n < 0 the neighbouring powers by division: n − 2 may not be an i32, and x = 0 is a pole
+                // anyway.
                 let (lower, lowest) =
                     if n > 0 { (math::powi(x, n - 1), math::powi(x, n - 2)) } else { (f / x, f / x / x) };
                 self.chain(f, factor * lower, factor * (factor - 1.0) * lowest)
@@ -178,7 +181,8 @@ impl Expr {
         }
     }
 
-    /// xʸ; NaN for a negative x, except with a constant y that is an integer. x⁰ = 1 for a constant exponent 0.
+    /// xʸ; NaN for a negative x, except with a constant y that is an integer. x⁰ = 1 for a constant
+    /// exponent 0.
     #[inline]
     #[must_use]
     pub fn powf(self, y: impl Into<Self>) -> Self {
@@ -223,14 +227,16 @@ impl Expr {
         }
     }
 
-    /// The sign of x as `f64` has it: 1 for x ≥ +0, −1 for x ≤ −0. Its derivative is taken as 0, at the jump too.
+    /// The sign of x as `f64` has it: 1 for x ≥ +0, −1 for x ≤ −0. Its derivative is taken as 0, at the jump
+    /// too.
     #[inline]
     #[must_use]
     pub fn signum(self) -> Self {
         if self.value.is_nan() { Self::UNKNOWN } else { Self::constant(self.value.signum()) }
     }
 
-    /// The lesser of the two with its derivatives; self where they are equal; NaN if either is (unlike `f64::min`, which drops it).
+    /// The lesser of the two with its derivatives; self where they are equal; NaN if either is (unlike
+    /// `f64::min`, which drops it).
     #[inline]
     #[must_use]
     pub fn min(self, other: impl Into<Self>) -> Self {
@@ -244,7 +250,8 @@ impl Expr {
         }
     }
 
-    /// The greater of the two with its derivatives; self where they are equal; NaN if either is (unlike `f64::max`, which drops it).
+    /// The greater of the two with its derivatives; self where they are equal; NaN if either is (unlike
+    /// `f64::max`, which drops it).
     #[inline]
     #[must_use]
     pub fn max(self, other: impl Into<Self>) -> Self {

@@ -1,4 +1,5 @@
-//! Arithmetic and comparison of time jets, with each other and with `f64`, by value and by reference as `f64` has them.
+//! Arithmetic and comparison of time jets, with each other and with `f64`, by value and by reference as `f64`
+//! has them.
 
 use core::cmp::Ordering;
 use core::iter::Sum;
@@ -38,7 +39,8 @@ impl Expr {
     #[inline(always)]
     fn product_beyond(self, other: Self) -> f64 {
         let known = self.beyond == 0.0 && other.beyond == 0.0;
-        let low_degree = (self.second == 0.0 && other.second == 0.0) || self.is_constant() || other.is_constant();
+        let low_degree =
+            (self.second == 0.0 && other.second == 0.0) || self.is_constant() || other.is_constant();
         if known && low_degree { 0.0 } else { f64::NAN }
     }
 
@@ -51,7 +53,12 @@ impl Expr {
                 return Self::constant(value);
             }
             let beyond = self.beyond;
-            return Self { value, first: self.first / other.value, second: self.second / other.value, beyond };
+            return Self {
+                value,
+                first: self.first / other.value,
+                second: self.second / other.value,
+                beyond,
+            };
         }
         let first = (self.first - value * other.first) / other.value;
         let second = (self.second - 2.0 * (first * other.first) - value * other.second) / other.value;

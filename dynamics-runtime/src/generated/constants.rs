@@ -36,7 +36,8 @@ pub const fn expect(holds: bool, remedy: &str) {
 
 /// Holds of a type and itself.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is not the library's `{Library}`, which the macro takes it for by its name; choose another name",
+    message = "`{Self}` is not the library's `{Library}`, which the macro takes it for by its name; choose \
+        another name",
     label = "another type of this name"
 )]
 pub trait SameType<Library> {}
@@ -46,8 +47,8 @@ impl<T> SameType<T> for T {}
 /// A type of the library, which a path was taken for: the build stops where it is another one.
 pub const fn expect_type<T: SameType<Library>, Library>() {}
 
-/// The library's `vec2`, which a path was taken for: numbers and expressions mixed, as few other functions take them. The name is all that rustc
-/// shows of the cause.
+/// The library's `vec2`, which a path was taken for: numbers and expressions mixed, as few other functions
+/// take them. The name is all that rustc shows of the cause.
 pub const fn the_name_vec2_is_the_librarys_choose_another(_: fn(f64, Expr) -> Vec2) {}
 
 /// The same of `vec3`.

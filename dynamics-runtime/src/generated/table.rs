@@ -1,8 +1,9 @@
 //! Long programs as tables: what a model is rarely asked for, and would take long to compile as code.
 //!
-//! A compiler takes time in proportion to the operations of straight-line code, and more. A table costs it nothing: it is one literal, and what reads it is compiled once, with
-//! this crate. Operations of one kind whose operands are known stand together as runs, so that reading costs a decision for every run, not for every operation. Values are those
-//! of the code: the same operations on the same operands.
+//! A compiler takes time in proportion to the operations of straight-line code, and more. A table costs it
+//! nothing: it is one literal, and what reads it is compiled once, with this crate. Operations of one kind
+//! whose operands are known stand together as runs, so that reading costs a decision for every run, not for
+//! every operation. Values are those of the code: the same operations on the same operands.
 
 use crate::{math, sin_cos};
 
@@ -55,8 +56,9 @@ pub enum Operation {
     Equal,
 }
 
-/// Computes the values of a table, in order, from place `known` of `x` on; those before are given. `code` holds numbers of 16 bits, the low byte first: for each run the index of its
-/// operation, the number of its entries and their operands, which are places before the run.
+/// Computes the values of a table, in order, from place `known` of `x` on; those before are given. `code`
+/// holds numbers of 16 bits, the low byte first: for each run the index of its operation, the number of its
+/// entries and their operands, which are places before the run.
 ///
 /// # Panics
 /// Where `code` is no such table, or `x` is shorter than its values. Generated tables are.
@@ -75,7 +77,8 @@ pub fn evaluate(operations: &[Operation], code: &[u8], known: usize, x: &mut [f6
     }
 }
 
-/// Writes values of `x` to places of a matrix or list: `pairs` holds the places there and in `x`, numbers of 32 bits, the low byte first.
+/// Writes values of `x` to places of a matrix or list: `pairs` holds the places there and in `x`, numbers of
+/// 32 bits, the low byte first.
 ///
 /// # Panics
 /// Where a place is not there. Those of generated tables are.
@@ -207,7 +210,10 @@ mod tests {
             let pair = |x: f64| if is_pair { vec![function(x), x.cos()] } else { vec![function(x)] };
             for (found, expected) in found.iter().zip([pair(c), pair(a)].concat()) {
                 let same = found == &expected || (found.is_nan() && expected.is_nan());
-                assert!(same || (found - expected).abs() <= 2.0 * f64::EPSILON, "{operation:?}: {found} {expected}");
+                assert!(
+                    same || (found - expected).abs() <= 2.0 * f64::EPSILON,
+                    "{operation:?}: {found} {expected}"
+                );
             }
         }
         let two: [(Operation, Two); 9] = [
@@ -242,7 +248,11 @@ mod tests {
             (Operation::Equal, [false, true, false]),
         ] {
             let expected = chosen.map(|first| if first { b } else { c });
-            assert_eq!(run(operation, &[&[2, 0, 1, 2], &[0, 3, 1, 2], &[1, 0, 1, 2]], 1), expected, "{operation:?}");
+            assert_eq!(
+                run(operation, &[&[2, 0, 1, 2], &[0, 3, 1, 2], &[1, 0, 1, 2]], 1),
+                expected,
+                "{operation:?}"
+            );
         }
     }
 

@@ -1,9 +1,12 @@
 //! What rounding takes of a step when it is added to the state, carried to the next step.
 //!
-//! Each addition rounds q and u to half a unit in the last place of *them*, though the step is known to one of *itself*: in short steps that is most of what is lost at all. Kahan's sum keeps the rest beside the
-//! state. Then errors are those of the steps alone, and where these have no bias energies walk at random, by the root of the number of steps (Brouwer's law).
+//! Each addition rounds q and u to half a unit in the last place of *them*, though the step is known to one
+//! of *itself*: in short steps that is most of what is lost at all. Kahan's sum keeps the rest beside the
+//! state. Then errors are those of the steps alone, and where these have no bias energies walk at random, by
+//! the root of the number of steps (Brouwer's law).
 //!
-//! Source: Kahan, Comm. ACM 8 (1965) 40; Møller, BIT 5 (1965) 37; Knuth, *The Art of Computer Programming* 2, §4.2.2; Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §VIII.5; Hairer, McLachlan,
+//! Source: Kahan, Comm. ACM 8 (1965) 40; Møller, BIT 5 (1965) 37; Knuth, *The Art of Computer Programming* 2,
+//! §4.2.2; Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §VIII.5; Hairer, McLachlan,
 //! Razakarivony, BIT 48 (2008) 231.
 
 use super::Phase;
@@ -33,7 +36,8 @@ impl<V: Vector> Carry<V> {
     #[inline(always)]
     pub(super) fn add(&mut self, y: &Phase<V>, change: &Phase<V>) -> Phase<V> {
         let [begin, end] = &self.0;
-        let lost = [end, begin].into_iter().find(|(of, _)| of == y).map_or_else(Phase::zeros, |(_, lost)| *lost);
+        let lost =
+            [end, begin].into_iter().find(|(of, _)| of == y).map_or_else(Phase::zeros, |(_, lost)| *lost);
         let (next, left) = sum(y, &zip(change, &lost, |x, lost| x + lost));
         self.0 = [(*y, lost), (next, left)];
         next
@@ -47,7 +51,8 @@ mod tests {
 
     type V = SVector<f64, 1>;
 
-    /// Steps of 0.1, ten million of them, of which `f64` would lose 1.6e-4; a step made again starts with what the first one started with, and another state with nothing.
+    /// Steps of 0.1, ten million of them, of which `f64` would lose 1.6e-4; a step made again starts with
+    /// what the first one started with, and another state with nothing.
     #[test]
     fn many_small_steps_lose_nothing() {
         let change = Phase { q: V::new(0.1), u: V::new(-0.1) };

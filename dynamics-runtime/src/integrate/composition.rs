@@ -1,17 +1,21 @@
 //! Composition: symmetric compositions of Störmer–Verlet steps to order 4, 6 and 8.
 //!
-//! * **Problem**: that of [`StormerVerlet`](super::StormerVerlet), where more digits are wanted: celestial and molecular motions over many periods.
-//! * **Formula**: Verlet steps of γ₁h, γ₂h, …, γₛh one after the other, γᵢ = γₛ₊₁₋ᵢ, some of them backwards. Σγ = 1 and the vanishing of Σγ³, Σγ⁵ and of
-//!   what their commutators leave raise the order: 5 steps for order 4 (Suzuki), 9 for order 6, 17 for order 8 (Kahan and Li).
+//! * **Problem**: that of [`StormerVerlet`](super::StormerVerlet), where more digits are wanted: celestial
+//!   and molecular motions over many periods.
+//! * **Formula**: Verlet steps of γ₁h, γ₂h, …, γₛh one after the other, γᵢ = γₛ₊₁₋ᵢ, some of them backwards.
+//!   Σγ = 1 and the vanishing of Σγ³, Σγ⁵ and of what their commutators leave raise the order: 5 steps for
+//!   order 4 (Suzuki), 9 for order 6, 17 for order 8 (Kahan and Li).
 //! * **Order** 4, 6 or 8; no error estimate, hence a fixed step.
-//! * **Structure**: symplectic and reversible where Verlet's steps are; the energy error stays at O(hᵖ). With velocities in the forces they
-//!   are neither, and of order 3 at most.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)): its error is O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
+//! * **Structure**: symplectic and reversible where Verlet's steps are; the energy error stays at O(hᵖ). With
+//!   velocities in the forces they are neither, and of order 3 at most.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)): its error is
+//!   O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
 //! * **Stability**: oscillations to hω = 2.7, 2.5 and 3.1.
-//! * **Rounding**: what is lost when a step is added to the state is carried to the next step ([`Carry`](super::carry::Carry)).
+//! * **Rounding**: what is lost when a step is added to the state is carried to the next step
+//!   ([`Carry`](super::carry::Carry)).
 //! * **Cost**: 5, 9 or 17 evaluations of q̈ per step.
-//! * **Source**: Suzuki, Phys. Lett. A 146 (1990) 319; Kahan, Li, Math. Comp. 66 (1997) 1089; Hairer, Lubich, Wanner, *Geometric Numerical Integration*,
-//!   2nd ed., §II.4 and §V.3.2.
+//! * **Source**: Suzuki, Phys. Lett. A 146 (1990) 319; Kahan, Li, Math. Comp. 66 (1997) 1089; Hairer, Lubich,
+//!   Wanner, *Geometric Numerical Integration*, 2nd ed., §II.4 and §V.3.2.
 
 use super::carry::Carry;
 use super::stormer_verlet::verlet;
@@ -103,7 +107,8 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
         h: f64,
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), Y::Error> {
-        // What the steps add is added up before it is added to where they start: positions are rounded once, and far from their origin, too, steps that go back take away what they should.
+        // What the steps add is added up before it is added to where they start: positions are rounded once,
+        // and far from their origin, too, steps that go back take away what they should.
         let (mut knot, mut way, mut done) = (*start, Phase::zeros(), 0.0);
         for i in 0..S {
             self.k[i] = knot.derivative();
@@ -141,7 +146,8 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
 mod tests {
     use super::*;
 
-    /// Σγ = 1, Σγ³ = Σγ⁵ = … = 0 below the order: the conditions of the trees without branches. The others are seen in the observed order.
+    /// Σγ = 1, Σγ³ = Σγ⁵ = … = 0 below the order: the conditions of the trees without branches. The others
+    /// are seen in the observed order.
     #[test]
     fn odd_powers_of_the_steps_cancel() {
         for (steps, powers) in [(5, &[3][..]), (9, &[3, 5]), (17, &[3, 5, 7])] {

@@ -6,9 +6,10 @@
 //! hₙ₊₁ = hₙ · clamp(safety · εₙ^(−α) · εₙ₋₁^β),    α = 1/(p + 1) − 0.75 β
 //! ```
 //!
-//! with p the order of the error estimate. β > 0 keeps the step from oscillating where stability, not accuracy, bounds it; β < 0 expects that what became harder in the last step
-//! becomes harder still in the next, which suits steps that are long against what changes.
-//! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4; Gustafsson, ACM TOMS 17 (1991) 533.
+//! with p the order of the error estimate. β > 0 keeps the step from oscillating where stability, not
+//! accuracy, bounds it; β < 0 expects that what became harder in the last step becomes harder still in the
+//! next, which suits steps that are long against what changes. Source: Hairer, Nørsett, Wanner, *Solving
+//! Ordinary Differential Equations I*, §II.4; Gustafsson, ACM TOMS 17 (1991) 533.
 
 use crate::math;
 
@@ -81,7 +82,8 @@ impl Controller {
 mod tests {
     use super::*;
 
-    const SETTINGS: ControllerSettings = ControllerSettings { safety: 0.9, beta: 0.04, shrink: 0.2, grow: 10.0 };
+    const SETTINGS: ControllerSettings =
+        ControllerSettings { safety: 0.9, beta: 0.04, shrink: 0.2, grow: 10.0 };
 
     #[test]
     fn follows_the_power_law_of_the_order() {

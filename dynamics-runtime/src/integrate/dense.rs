@@ -56,10 +56,12 @@ impl<V: Vector, const K: usize> Dense<V> for Nested<V, K> {
 
 /// The quintic that has the given q, q̇ and q̈ at both ends; u is its derivative.
 ///
-/// Local error O(h⁶) in q and O(h⁵) in u for exact ends; an end that errs by O(hᵖ⁺¹) leaves O(hᵖ) in u. It costs no evaluation because second-order systems know q̈ at both ends.
+/// Local error O(h⁶) in q and O(h⁵) in u for exact ends; an end that errs by O(hᵖ⁺¹) leaves O(hᵖ) in u. It
+/// costs no evaluation because second-order systems know q̈ at both ends.
 ///
-/// Far from the origin of q, or in short steps, what q₁ − q₀ says beyond u and q̈ at the ends is the rounding of q, which the derivative would divide by h: u at |q| = 10⁸ would be off
-/// by 3·10⁻⁸/h. Where it is no more than that it stays in q, and u is the cubic through its own ends.
+/// Far from the origin of q, or in short steps, what q₁ − q₀ says beyond u and q̈ at the ends is the rounding
+/// of q, which the derivative would divide by h: u at |q| = 10⁸ would be off by 3·10⁻⁸/h. Where it is no more
+/// than that it stays in q, and u is the cubic through its own ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hermite<V> {
     h: f64,
@@ -72,7 +74,8 @@ pub struct Hermite<V> {
     rounding: V,
 }
 
-/// Whether a difference of positions between x and y is no more than their rounding: a few units in the last place, as steps that are made in parts round each of them.
+/// Whether a difference of positions between x and y is no more than their rounding: a few units in the last
+/// place, as steps that are made in parts round each of them.
 #[inline(always)]
 pub(super) fn is_rounding(difference: f64, x: f64, y: f64) -> bool {
     difference.abs() <= 2.0 * f64::EPSILON * x.abs().max(y.abs())
@@ -161,7 +164,8 @@ impl<V: Vector> Dense<V> for Hermite<V> {
         let Self { h, start, second, higher: [c3, c4, c5], rounding } = self;
         let (mut out, smoothly) = (*start, smoothly(theta));
         // Slices: without optimisation an element of a vector is a call.
-        let [start, second, c3, c4, c5, rounding] = [&start.u, second, c3, c4, c5, rounding].map(Vector::as_slice);
+        let [start, second, c3, c4, c5, rounding] =
+            [&start.u, second, c3, c4, c5, rounding].map(Vector::as_slice);
         let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
         for i in 0..V::LEN {
             let cubic = c3[i] + theta * (c4[i] + theta * c5[i]);
@@ -191,8 +195,13 @@ mod tests {
         let curvature = |t: f64| -6.0 + t * (3.0 + t * (48.0 - 40.0 * t));
         let (t0, h) = (-0.3, 0.8);
         let end = phase(value(t0 + h), slope(t0 + h));
-        let dense =
-            Hermite::new(phase(value(t0), slope(t0)), &V::new(curvature(t0)), &end, &V::new(curvature(t0 + h)), h);
+        let dense = Hermite::new(
+            phase(value(t0), slope(t0)),
+            &V::new(curvature(t0)),
+            &end,
+            &V::new(curvature(t0 + h)),
+            h,
+        );
         for theta in [0.0, 0.1, 0.5, 0.77, 1.0] {
             let (y, t) = (dense.at(theta), t0 + theta * h);
             assert!((y.q[0] - value(t)).abs() < 1e-14);
@@ -201,17 +210,23 @@ mod tests {
         }
     }
 
-    /// Where rounding of q₁ − q₀ is all that is known of it, u has its own digits: at 10⁸ a step of 10⁻³ had left five of them.
+    /// Where rounding of q₁ − q₀ is all that is known of it, u has its own digits: at 10⁸ a step of 10⁻³ had
+    /// left five of them.
     #[test]
     fn rounding_of_positions_is_none_of_velocities() {
-        for (origin, h, permitted) in [(0.0, 0.1, 1e-9), (1e8, 0.1, 1e-6), (1e8, 1e-3, 1e-14), (-1e12, 1e-3, 1e-14)] {
+        for (origin, h, permitted) in
+            [(0.0, 0.1, 1e-9), (1e8, 0.1, 1e-6), (1e8, 1e-3, 1e-14), (-1e12, 1e-3, 1e-14)]
+        {
             let knot = |t: f64| Knot { t, y: phase(origin + t.sin(), t.cos()), a: V::new(-t.sin()) };
             let (start, end) = (knot(0.7), knot(0.7 + h));
             let dense = Hermite::between(&start, &end, h);
             for theta in [0.1, 0.3, 0.5, 0.8] {
                 let (y, t) = (dense.at(theta), 0.7 + theta * h);
                 assert!((y.u[0] - t.cos()).abs() < permitted, "{origin:e}, {h}: {:e}", y.u[0] - t.cos());
-                assert!((dense.acceleration(theta)[0] + t.sin()).abs() < 30.0 * permitted / h, "{origin:e}, {h}");
+                assert!(
+                    (dense.acceleration(theta)[0] + t.sin()).abs() < 30.0 * permitted / h,
+                    "{origin:e}, {h}"
+                );
                 assert!((y.q[0] - (origin + t.sin())).abs() < 1e-9 + 4e-16 * origin.abs(), "{origin:e}, {h}");
             }
             assert!((dense.at(1.0).q[0] - end.y.q[0]).abs() <= f64::EPSILON * end.y.q[0].abs());
@@ -220,7 +235,8 @@ mod tests {
 
     #[test]
     fn slopes_of_the_nested_form_are_those_of_its_values() {
-        let dense = Nested([phase(1.0, 2.0), phase(3.0, 4.0), phase(9.0, 9.0), phase(7.0, 5.0), phase(-2.0, 3.0)]);
+        let dense =
+            Nested([phase(1.0, 2.0), phase(3.0, 4.0), phase(9.0, 9.0), phase(7.0, 5.0), phase(-2.0, 3.0)]);
         for theta in [0.0, 0.3, 0.8, 1.0] {
             let [a, b] = [theta - 1e-5, theta + 1e-5].map(|theta| dense.at(theta));
             let slope = dense.slope(theta).unwrap();

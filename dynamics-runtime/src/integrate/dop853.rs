@@ -25,7 +25,8 @@ pub struct Dop853<V> {
 }
 
 /// What the stages 1 to 11, and 13 to 15 of dense output, are made by.
-const ROWS: [&[(usize, f64)]; 14] = [&A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A13, &A14, &A15];
+const ROWS: [&[(usize, f64)]; 14] =
+    [&A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A13, &A14, &A15];
 
 impl<V: Vector> Dop853<V> {
     /// The end of the step whose stages are made, and its error.
@@ -51,8 +52,9 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
     const METHOD: Method = Method::Dop853;
     const ORDER: u32 = 8;
     const ERROR_ORDER: u32 = 7;
-    // Hairer's choices in DOP853. β = 0.02 rejects a third fewer steps and still costs 3 % more for the same error, in the mean
-    // over double pendulum, Kepler, Hénon–Heiles and Arenstorf at 1e-3 to 1e-12; β = 0.08 costs twice as much.
+    // Hairer's choices in DOP853. β = 0.02 rejects a third fewer steps and still costs 3 % more for the same
+    // error, in the mean over double pendulum, Kepler, Hénon–Heiles and Arenstorf at 1e-3 to 1e-12; β = 0.08
+    // costs twice as much.
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 });
     const WEIGHTS: &'static [f64] = &WEIGHTS;

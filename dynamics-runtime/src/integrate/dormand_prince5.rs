@@ -1,14 +1,16 @@
 //! Dormand–Prince 5(4).
 //!
-//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁴; below, [`Dop853`](super::Dop853) needs fewer evaluations.
-//! * **Formula**: seven stages, the last at the end of the step and reused as the first of the next (FSAL); the 5th-order
-//!   result is kept, the difference from the embedded 4th-order one is the error estimate.
+//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁴; below, [`Dop853`](super::Dop853) needs fewer
+//!   evaluations.
+//! * **Formula**: seven stages, the last at the end of the step and reused as the first of the next (FSAL);
+//!   the 5th-order result is kept, the difference from the embedded 4th-order one is the error estimate.
 //! * **Order** 5; error estimate 4.
-//! * **Dense output**: Shampine's continuous extension of order 4, no further evaluation, continuously differentiable.
+//! * **Dense output**: Shampine's continuous extension of order 4, no further evaluation, continuously
+//!   differentiable.
 //! * **Stability**: real axis to −3.3.
 //! * **Cost**: 6 evaluations of q̈ per step.
-//! * **Source**: Dormand, Prince, J. Comp. Appl. Math. 6 (1980) 19; Shampine, Math. Comp. 46 (1986) 135; coefficients as in
-//!   Hairer, Nørsett, Wanner, *Solving ODE I*, table II.5.2 and §II.6.
+//! * **Source**: Dormand, Prince, J. Comp. Appl. Math. 6 (1980) 19; Shampine, Math. Comp. 46 (1986) 135;
+//!   coefficients as in Hairer, Nørsett, Wanner, *Solving ODE I*, table II.5.2 and §II.6.
 
 use super::tableau::{Row, advance, stiffness, sum, zip};
 use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
@@ -18,11 +20,18 @@ const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
 const A2: Row<1> = [(0, 0.2)];
 const A3: Row<2> = [(0, 3.0 / 40.0), (1, 9.0 / 40.0)];
 const A4: Row<3> = [(0, 44.0 / 45.0), (1, -56.0 / 15.0), (2, 32.0 / 9.0)];
-const A5: Row<4> = [(0, 19372.0 / 6561.0), (1, -25360.0 / 2187.0), (2, 64448.0 / 6561.0), (3, -212.0 / 729.0)];
-const A6: Row<5> =
-    [(0, 9017.0 / 3168.0), (1, -355.0 / 33.0), (2, 46732.0 / 5247.0), (3, 49.0 / 176.0), (4, -5103.0 / 18656.0)];
+const A5: Row<4> =
+    [(0, 19372.0 / 6561.0), (1, -25360.0 / 2187.0), (2, 64448.0 / 6561.0), (3, -212.0 / 729.0)];
+const A6: Row<5> = [
+    (0, 9017.0 / 3168.0),
+    (1, -355.0 / 33.0),
+    (2, 46732.0 / 5247.0),
+    (3, 49.0 / 176.0),
+    (4, -5103.0 / 18656.0),
+];
 /// Weights of the 5th-order result; also the row of the seventh stage.
-const B: Row<5> = [(0, 35.0 / 384.0), (2, 500.0 / 1113.0), (3, 125.0 / 192.0), (4, -2187.0 / 6784.0), (5, 11.0 / 84.0)];
+const B: Row<5> =
+    [(0, 35.0 / 384.0), (2, 500.0 / 1113.0), (3, 125.0 / 192.0), (4, -2187.0 / 6784.0), (5, 11.0 / 84.0)];
 /// B minus the weights of the 4th-order result.
 const E: Row<6> = [
     (0, 71.0 / 57600.0),
@@ -58,7 +67,8 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
     // Hairer's choices in DOPRI5.
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.9, beta: 0.04, shrink: 0.2, grow: 10.0 });
-    const WEIGHTS: &'static [f64] = &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
+    const WEIGHTS: &'static [f64] =
+        &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
     const STABILITY_BORDER: f64 = 3.25;
     const SCAN: usize = 4;
     const PROBES: &'static [f64] = &[0.25, 0.75];
@@ -136,6 +146,8 @@ mod tests {
         tableau.assert_orders(&B, 5, 1e-15);
         tableau.assert_estimate(&E, 4, 1e-15);
         tableau.assert_dense(&B, &[&D], 6, 4, 1e-15);
-        assert!((DormandPrince5::<nalgebra::SVector<f64, 1>>::WEIGHTS.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        assert!(
+            (DormandPrince5::<nalgebra::SVector<f64, 1>>::WEIGHTS.iter().sum::<f64>() - 1.0).abs() < 1e-15
+        );
     }
 }

@@ -1,27 +1,35 @@
 //! EnergyMidpoint: the midpoint rule with Gonzalez's discrete gradient: energy to rounding.
 //!
-//! * **Problem**: long motions of conservative systems at large steps, where energy has to be kept exactly: as a bound on the motion, for instance, that no
-//!   step may break.
-//! * **Formula**: q₁ = q₀ + h ū, u₁ = u₀ + h (a(q̄, ū) + β ū), ū = (u₀ + u₁)/2, q̄ = (q₀ + q₁)/2, with β such that E(q₁, u₁) = E(q₀, u₀). While M is constant
-//!   and a = −M⁻¹∇V, this is the discrete gradient ∇V(q̄) + (ΔV − ∇V(q̄)·Δq)/(ΔqᵀMΔq) MΔq. β is O(h²): the rule is of order 2.
+//! * **Problem**: long motions of conservative systems at large steps, where energy has to be kept exactly:
+//!   as a bound on the motion, for instance, that no step may break.
+//! * **Formula**: q₁ = q₀ + h ū, u₁ = u₀ + h (a(q̄, ū) + β ū), ū = (u₀ + u₁)/2, q̄ = (q₀ + q₁)/2, with β such
+//!   that E(q₁, u₁) = E(q₀, u₀). While M is constant and a = −M⁻¹∇V, this is the discrete gradient ∇V(q̄) +
+//!   (ΔV − ∇V(q̄)·Δq)/(ΔqᵀMΔq) MΔq. β is O(h²): the rule is of order 2.
 //! * **Order** 2; no error estimate, hence a fixed step.
-//! * **Structure**: keeps E to rounding, however many the steps (what rounding leaves of one step is made good in the next: 2·10⁻¹⁴ of T and V up to 10 after 10⁶ steps of Kepler's problem with e = 0.9), symmetric and reversible; not symplectic, and it keeps no momenta. Systems that do not tell their energy
+//! * **Structure**: keeps E to rounding, however many the steps (what rounding leaves of one step is made
+//!   good in the next: 2·10⁻¹⁴ of T and V up to 10 after 10⁶ steps of Kepler's problem with e = 0.9),
+//!   symmetric and reversible; not symplectic, and it keeps no momenta. Systems that do not tell their energy
 //!   ([`System::energy`]) get the midpoint rule.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
-//! * **Stability**: energy bounds the motion; the iterations converge to hω = 1, and from hω = 2 on the step is refused.
-//! * **Cost**: 1 evaluation of q̈ and 3 of E per iteration, 6 to 15 iterations a step, 1 of q̈ at its end and 1 of E at either.
-//! * **Source**: Gonzalez, J. Nonlinear Sci. 6 (1996) 449; Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §V.5.
+//! * **Stability**: energy bounds the motion; the iterations converge to hω = 1, and from hω = 2 on the step
+//!   is refused.
+//! * **Cost**: 1 evaluation of q̈ and 3 of E per iteration, 6 to 15 iterations a step, 1 of q̈ at its end and
+//!   1 of E at either.
+//! * **Source**: Gonzalez, J. Nonlinear Sci. 6 (1996) 449; Hairer, Lubich, Wanner, *Geometric Numerical
+//!   Integration*, 2nd ed., §V.5.
 
 use super::fixed_point::{Course, FixedPoint, correction};
 use super::tableau::zip;
 use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::model::Vector;
 
-/// Below this part of the energy's size, motion is too slow to take up what is missing of it: at turning points, where the rule itself errs least.
+/// Below this part of the energy's size, motion is too slow to take up what is missing of it: at turning
+/// points, where the rule itself errs least.
 const SLOW: f64 = 1e-13;
 /// As much of the energies is rounding.
 const ROUNDED: f64 = 8.0 * f64::EPSILON;
-/// Iterations after which only rounding is missing of the energy, if it is as small as that: what is slow takes it up by corrections without end.
+/// Iterations after which only rounding is missing of the energy, if it is as small as that: what is slow
+/// takes it up by corrections without end.
 const FIRST: u32 = 3;
 
 /// The midpoint rule that keeps the energy, order 2.
@@ -76,8 +84,9 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
         self.k[0] = start.derivative();
         let (y0, middle_t) = (&start.y, start.t + 0.5 * h);
         let own = system.energy(start.t, y0);
-        // Of the state from which the run goes on, not of this step's start: what rounding leaves of one step is not left again in the next. A state that has another energy by now is
-        // one of another system, whose parameters or inputs have changed since.
+        // Of the state from which the run goes on, not of this step's start: what rounding leaves of one step
+        // is not left again in the next. A state that has another energy by now is one of another system,
+        // whose parameters or inputs have changed since.
         let goes_on = |own: f64| self.kept.filter(|kept| kept.states.contains(&(*y0, own)));
         let energy = own.map(|own| goes_on(own).map_or(own, |kept| kept.energy));
         // Positions follow from velocities, here as in every iteration: where velocities stand, all stands.

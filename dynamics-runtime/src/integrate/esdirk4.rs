@@ -1,26 +1,34 @@
 //! Esdirk4: a diagonally implicit Runge–Kutta method of order 4(3), for stiff motions at moderate accuracy.
 //!
-//! * **Problem**: stiff springs, dampers and controllers in models of tens of coordinates, where one real matrix of N rows is a fifth of what Radau IIA factors, at tolerances of about 10⁻³
-//!   to 10⁻⁵.
-//! * **Formula**: ESDIRK4(3)6L\[2\]SA: six stages one after the other, the first of them the start, the last one the end. Of each only its velocities are unknown,
-//!   U = u* + hγ a(q* + hγ U, U), γ = ¼, with u* and q* from the stages before: simplified Newton iterations with
-//!   1 − hγ ∂a/∂u − (hγ)² ∂a/∂q, one real matrix of N rows for all stages. The fifth stage lies 4 % of the step beyond its end: accelerations have to exist there.
-//! * **Jacobian and factors** are kept from step to step while the iterations converge fast, and renewed within a stage where they do not: a stiff
-//!   direction that turns asks for that.
-//! * **Order** 4, stages of order 2. Positions and velocities of very stiff motions may converge with orders 2 to 3: order reduction, more of it than Radau IIA
-//!   has, which is why that is the method for many digits.
-//! * **Where it fails**: a stiff direction that turns, a bob on a stiff spring, is to stages of order 2 a constraint of index 3. The order is 2 then, and errors of steps, each within its
-//!   tolerance, all take energy away: they add up to hundreds of times the tolerance (Radau IIA: 20 times). Summaries find that by half steps.
-//! * **Error estimate**: four times the difference from the embedded formula of order 3, filtered by (1 − hγ J)⁻¹, so that what is stiff does not shorten the steps.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]), with the q̈ for which the stages were solved: free of the rounding errors that
-//!   stiff forces make of positions.
-//! * **Stability**: L-stable, and what is embedded damps what is stiff, too. Oscillations are damped as well: as with Radau IIA, step control sees
-//!   them and pays for them.
-//! * **Beside Radau IIA**, chains of bobs on stiff damped springs (k = 1e8) that swing for 2 s, same error at the end, one run: with 40 coordinates 0.4 of its time to 8e-5
-//!   and as much to 7e-6; with 16 coordinates 1.4 times its time to 3e-5 and 3 times to 4e-6, with 4 coordinates 2.5 times to 1e-4 and 6 times to 2e-6. It is for many coordinates and few
-//!   digits, and for nothing else.
-//! * **Cost**: 1 evaluation of q̈ per iteration, 5 stages of 1 to 3 iterations; a Jacobian and one factorisation of N³/3 where they are renewed.
-//! * **Source**: Kennedy & Carpenter, NASA/TM–2016–219173, §7.3; filter: Hairer & Wanner, *Solving ODE II*, §IV.8.
+//! * **Problem**: stiff springs, dampers and controllers in models of tens of coordinates, where one real
+//!   matrix of N rows is a fifth of what Radau IIA factors, at tolerances of about 10⁻³ to 10⁻⁵.
+//! * **Formula**: ESDIRK4(3)6L\[2\]SA: six stages one after the other, the first of them the start, the last
+//!   one the end. Of each only its velocities are unknown, U = u* + hγ a(q* + hγ U, U), γ = ¼, with u* and q*
+//!   from the stages before: simplified Newton iterations with 1 − hγ ∂a/∂u − (hγ)² ∂a/∂q, one real matrix of
+//!   N rows for all stages. The fifth stage lies 4 % of the step beyond its end: accelerations have to exist
+//!   there.
+//! * **Jacobian and factors** are kept from step to step while the iterations converge fast, and renewed
+//!   within a stage where they do not: a stiff direction that turns asks for that.
+//! * **Order** 4, stages of order 2. Positions and velocities of very stiff motions may converge with orders
+//!   2 to 3: order reduction, more of it than Radau IIA has, which is why that is the method for many digits.
+//! * **Where it fails**: a stiff direction that turns, a bob on a stiff spring, is to stages of order 2 a
+//!   constraint of index 3. The order is 2 then, and errors of steps, each within its tolerance, all take
+//!   energy away: they add up to hundreds of times the tolerance (Radau IIA: 20 times). Summaries find that
+//!   by half steps.
+//! * **Error estimate**: four times the difference from the embedded formula of order 3, filtered by (1 − hγ
+//!   J)⁻¹, so that what is stiff does not shorten the steps.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]), with the q̈ for which the
+//!   stages were solved: free of the rounding errors that stiff forces make of positions.
+//! * **Stability**: L-stable, and what is embedded damps what is stiff, too. Oscillations are damped as well:
+//!   as with Radau IIA, step control sees them and pays for them.
+//! * **Beside Radau IIA**, chains of bobs on stiff damped springs (k = 1e8) that swing for 2 s, same error at
+//!   the end, one run: with 40 coordinates 0.4 of its time to 8e-5 and as much to 7e-6; with 16 coordinates
+//!   1.4 times its time to 3e-5 and 3 times to 4e-6, with 4 coordinates 2.5 times to 1e-4 and 6 times to
+//!   2e-6. It is for many coordinates and few digits, and for nothing else.
+//! * **Cost**: 1 evaluation of q̈ per iteration, 5 stages of 1 to 3 iterations; a Jacobian and one
+//!   factorisation of N³/3 where they are renewed.
+//! * **Source**: Kennedy & Carpenter, NASA/TM–2016–219173, §7.3; filter: Hairer & Wanner, *Solving ODE II*,
+//!   §IV.8.
 
 use super::linear::{Matrices, factor, solve};
 use super::tableau::zip;
@@ -43,7 +51,8 @@ const SAME: f64 = 1e-6;
 const STEADY: f64 = 1.2;
 /// Share of the permitted error that Newton's iterations may leave.
 const LEFT: f64 = 0.003;
-/// The embedded formula is so near to the step that their difference is less than the error: of y′ = λy two thirds of it at |hλ| = ½, a third at 1, a tenth at 2.
+/// The embedded formula is so near to the step that their difference is less than the error: of y′ = λy two
+/// thirds of it at |hλ| = ½, a third at 1, a tenth at 2.
 const NEAR: f64 = 4.0;
 
 /// ESDIRK4(3)6L\[2\]SA.
@@ -118,7 +127,8 @@ impl<V: Vector> Esdirk4<V> {
         y
     }
 
-    /// Velocities at which the iterations of stage i begin: on the polynomial through those of the stages before.
+    /// Velocities at which the iterations of stage i begin: on the polynomial through those of the stages
+    /// before.
     #[inline(always)]
     fn predicted(&self, start: &Knot<V>, h: f64, i: usize) -> V {
         let mut u = start.y.u;

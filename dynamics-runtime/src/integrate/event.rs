@@ -1,17 +1,22 @@
 //! Zero crossings within a step.
 //!
-//! An event function g is sampled at the ends of a few equal parts of the step. In a part of length H between samples gₐ and g_b, let |g″|H² ≤ c.
-//! Then g stays on the side of its chord that a parabola of that curvature bounds, and it
+//! An event function g is sampled at the ends of a few equal parts of the step. In a part of length H between
+//! samples gₐ and g_b, let |g″|H² ≤ c. Then g stays on the side of its chord that a parabola of that
+//! curvature bounds, and it
 //!
-//! * has no zero where gₐ and g_b have one sign and ½c < (√|gₐ| + √|g_b|)², when even that parabola stays off zero,
+//! * has no zero where gₐ and g_b have one sign and ½c < (√|gₐ| + √|g_b|)², when even that parabola stays off
+//!   zero,
 //! * has one zero where their signs differ and ½c < |g_b − gₐ|, when it cannot turn.
 //!
-//! c is taken from the second differences at both ends of the part, with a factor of safety. A part that passes neither test is divided into four,
-//! until it does, or rounding is all that is left of it. That g is as smooth between its samples as they let expect is not taken on trust: where a
-//! new sample misses what the curvature of those around it lets expect, the parts among them are judged by what it says instead; and where samples
-//! look rough, one part is divided to see. So functions that oscillate faster than the samples are followed too. A kink bends no further than c between
-//! parts that show the slopes on both its sides; in the first and the last part it may, and there the slope beside it decides whether it is looked for.
-//! What stays unseen is a dip between samples of which none of them shows anything: two kinks or more in one part may make one.
+//! c is taken from the second differences at both ends of the part, with a factor of safety. A part that
+//! passes neither test is divided into four, until it does, or rounding is all that is left of it. That g is
+//! as smooth between its samples as they let expect is not taken on trust: where a new sample misses what the
+//! curvature of those around it lets expect, the parts among them are judged by what it says instead; and
+//! where samples look rough, one part is divided to see. So functions that oscillate faster than the samples
+//! are followed too. A kink bends no further than c between parts that show the slopes on both its sides; in
+//! the first and the last part it may, and there the slope beside it decides whether it is looked for. What
+//! stays unseen is a dip between samples of which none of them shows anything: two kinks or more in one part
+//! may make one.
 //!
 //! Crossings are closed in on by [`root`].
 
@@ -63,7 +68,8 @@ type Sample = (f64, f64);
 const PARTS: usize = 8;
 /// Samples that divide a part: see [`place`].
 const INNER: [f64; 3] = [0.22, 0.53, 0.76];
-/// Most evaluations of a function in a step besides those that close in on a crossing: an oscillation of some 2,000 radians.
+/// Most evaluations of a function in a step besides those that close in on a crossing: an oscillation of some
+/// 2,000 radians.
 const MOST_EVALUATIONS: u32 = 16_384;
 
 /// How parts are looked at together.
@@ -71,7 +77,8 @@ const MOST_EVALUATIONS: u32 = 16_384;
 enum Look {
     /// For the first time: their samples are all that is known.
     First,
-    /// Within a part that was divided; what samples near them missed what was expected by, as a bound of |g″|H².
+    /// Within a part that was divided; what samples near them missed what was expected by, as a bound
+    /// of |g″|H².
     Closer(f64),
 }
 
@@ -98,8 +105,9 @@ type Found<'g> = &'g mut dyn FnMut(f64, Direction) -> bool;
 struct Stopped;
 
 impl Scan {
-    /// Begins where the function has the given sign (0: unknown, the next sample decides without a crossing). Crossings are located to within
-    /// `resolution` in θ; what changes g by less than `noise` counts as rounding.
+    /// Begins where the function has the given sign (0: unknown, the next sample decides without a crossing).
+    /// Crossings are located to within `resolution` in θ; what changes g by less than `noise` counts as
+    /// rounding.
     #[must_use]
     pub fn new(sign: f64, resolution: f64, noise: f64) -> Self {
         Self { sign, horizon: f64::INFINITY, resolution, noise, evaluations: 0, reached: 0.0 }
@@ -123,8 +131,9 @@ impl Scan {
         self.reached
     }
 
-    /// Follows the function from the first of some samples (θ, g) to the last. Calls `found(θ, direction)` for every crossing, in order, until it
-    /// returns `false`; then nothing more is looked for. `g` evaluates the function.
+    /// Follows the function from the first of some samples (θ, g) to the last. Calls `found(θ, direction)`
+    /// for every crossing, in order, until it returns `false`; then nothing more is looked for. `g` evaluates
+    /// the function.
     ///
     /// # Errors
     /// What `g` returns; [`ScanError::Unresolved`] where it changes too fast.
@@ -140,7 +149,8 @@ impl Scan {
         followed.map_err(|Stopped| fault.map_or(ScanError::Unresolved, ScanError::Function))
     }
 
-    /// As [`Scan::follow`], of a function that has no value where it fails: compiled once, and not for every function.
+    /// As [`Scan::follow`], of a function that has no value where it fails: compiled once, and not for every
+    /// function.
     fn follow_panels(&mut self, samples: &[Sample], g: Value<'_>, found: Found<'_>) -> Result<(), Stopped> {
         let mut rest = samples;
         while rest.len() >= 2 {
@@ -152,7 +162,13 @@ impl Scan {
     }
 
     /// Looks at parts together.
-    fn panel(&mut self, samples: &[Sample], look: Look, g: Value<'_>, found: Found<'_>) -> Result<(), Stopped> {
+    fn panel(
+        &mut self,
+        samples: &[Sample],
+        look: Look,
+        g: Value<'_>,
+        found: Found<'_>,
+    ) -> Result<(), Stopped> {
         let parts = samples.len() - 1;
         let at = curvatures(samples);
         let (rough, doubt) = match look {
@@ -215,7 +231,8 @@ impl Scan {
             return Ok(());
         }
         if self.sign != 0.0 {
-            // Where rounding has the first sample on the wrong side already, or at zero, the crossing is there.
+            // Where rounding has the first sample on the wrong side already, or at zero, the crossing is
+            // there.
             let from = if sign(from.1) == self.sign { from } else { (from.0, 0.0) };
             let mut failed = false;
             let value = |theta| {
@@ -251,8 +268,8 @@ pub(crate) fn sign(value: f64) -> f64 {
     }
 }
 
-/// Where in a step, 0 to 1, the sample at the end of each of some parts is best taken: nearly equidistant, so that no oscillation looks slow because
-/// it is sampled once a period.
+/// Where in a step, 0 to 1, the sample at the end of each of some parts is best taken: nearly equidistant, so
+/// that no oscillation looks slow because it is sampled once a period.
 #[must_use]
 pub fn place(part: usize, parts: usize) -> f64 {
     if part == 0 || part == parts {
@@ -276,7 +293,8 @@ fn curvatures(samples: &[Sample]) -> [f64; PARTS] {
     out
 }
 
-/// g″H² at both ends of a part between samples, infinite where too few are known. Beyond the first and the last it goes on changing as it did.
+/// g″H² at both ends of a part between samples, infinite where too few are known. Beyond the first and the
+/// last it goes on changing as it did.
 fn bending(samples: &[Sample], at: &[f64; PARTS], part: usize) -> [f64; 2] {
     let last = samples.len() - 2;
     let width = samples[part + 1].0 - samples[part].0;
@@ -290,8 +308,8 @@ fn bending(samples: &[Sample], at: &[f64; PARTS], part: usize) -> [f64; 2] {
     ends.map(|end| end * width * width)
 }
 
-/// Bound of |g″|H² with its factor of safety, 4. A kink bends no further where the parts to both sides are free of others; see [`may_turn`] for the
-/// first and the last part.
+/// Bound of |g″|H² with its factor of safety, 4. A kink bends no further where the parts to both sides are
+/// free of others; see [`may_turn`] for the first and the last part.
 fn bound([left, right]: [f64; 2]) -> f64 {
     2.0 * (left.abs() + right.abs())
 }
@@ -313,8 +331,9 @@ fn is_resolved((_, a): Sample, (_, b): Sample, bound: f64) -> bool {
     }
 }
 
-/// Whether a kink may hide two zeros in the first or the last part, of which the slope is known on one side alone: going on as it comes from there,
-/// straight or bent as it was, the function would be on the other side of zero at the outer sample, by more than `noise`.
+/// Whether a kink may hide two zeros in the first or the last part, of which the slope is known on one side
+/// alone: going on as it comes from there, straight or bent as it was, the function would be on the other
+/// side of zero at the outer sample, by more than `noise`.
 fn may_turn(samples: &[Sample], at: &[f64; PARTS], part: usize, noise: f64) -> bool {
     let last = samples.len() - 2;
     let (outer, near, far, bend) = match part {
@@ -330,8 +349,8 @@ fn may_turn(samples: &[Sample], at: &[f64; PARTS], part: usize, noise: f64) -> b
     side * sign(near.1) > 0.0 && (side * straight).min(side * bent) < -noise
 }
 
-/// The bound of |g″|H² that samples inside of a part ask for, where they miss what the curvature at its ends lets expect by as much as that moves
-/// them off the chord; 0 where they do not.
+/// The bound of |g″|H² that samples inside of a part ask for, where they miss what the curvature at its ends
+/// lets expect by as much as that moves them off the chord; 0 where they do not.
 fn surprising(from: Sample, to: Sample, inner: &[Sample; 3], [left, right]: [f64; 2], noise: f64) -> f64 {
     INNER.iter().zip(inner).fold(0.0, |most, (part, (_, value))| {
         let off = value - (from.1 + part * (to.1 - from.1));
@@ -339,15 +358,20 @@ fn surprising(from: Sample, to: Sample, inner: &[Sample; 3], [left, right]: [f64
         let miss = (off + weight * ((1.0 - part) * left + part * right)).abs();
         let expected = miss <= 0.5 * weight * (left.abs() + right.abs()) + noise;
         // What is not a number was not expected either.
-        if expected { most } else { most.max(if miss.is_finite() { 4.0 * off.abs() / weight } else { f64::INFINITY }) }
+        if expected {
+            most
+        } else {
+            most.max(if miss.is_finite() { 4.0 * off.abs() / weight } else { f64::INFINITY })
+        }
     })
 }
 
-/// A root of g between two points where its signs differ, to the given resolution, by the ITP method: never more evaluations than
-/// bisection plus one, superlinear where g is smooth.
+/// A root of g between two points where its signs differ, to the given resolution, by the ITP method: never
+/// more evaluations than bisection plus one, superlinear where g is smooth.
 ///
-/// Of the final bracket the end on the far side of the crossing is returned, so that g has already changed its sign there.
-/// Where one end is exactly 0 that end is returned. Source: Oliveira, Takahashi, ACM TOMS 47 (2020) 5.
+/// Of the final bracket the end on the far side of the crossing is returned, so that g has already changed
+/// its sign there. Where one end is exactly 0 that end is returned. Source: Oliveira, Takahashi, ACM TOMS 47
+/// (2020) 5.
 pub fn root(mut g: impl FnMut(f64) -> f64, from: (f64, f64), to: (f64, f64), resolution: f64) -> f64 {
     let ((mut a, mut ga), (mut b, mut gb)) = (from, to);
     if ga == 0.0 {
@@ -367,7 +391,8 @@ pub fn root(mut g: impl FnMut(f64) -> f64, from: (f64, f64), to: (f64, f64), res
             break;
         }
         let middle = a + 0.5 * width;
-        // Regula falsi, pushed towards the middle, projected on the interval that keeps the worst case of bisection.
+        // Regula falsi, pushed towards the middle, projected on the interval that keeps the worst case of
+        // bisection.
         let falsi = (gb * a - ga * b) / (gb - ga);
         let toward = sign(middle - falsi);
         let push = (k1 * width * width).min((middle - falsi).abs());
@@ -450,7 +475,8 @@ mod tests {
         assert!(count_root(|x| x * x - 0.5, 0.0, 1.0).1 <= 10);
     }
 
-    /// Crossings on a step sampled at the ends of equal parts, and the evaluations that they took besides those.
+    /// Crossings on a step sampled at the ends of equal parts, and the evaluations that they took besides
+    /// those.
     fn follow(g: impl Fn(f64) -> f64, parts: usize, sign: f64) -> (Vec<(f64, Direction)>, u32) {
         let samples: Vec<_> = (0..=parts).map(|j| place(j, parts)).map(|theta| (theta, g(theta))).collect();
         let (mut out, mut calls) = (Vec::new(), 0);
@@ -472,7 +498,9 @@ mod tests {
 
     #[test]
     fn sees_two_crossings_between_samples() {
-        for (first, second) in [(0.55, 0.56), (0.5, 0.51), (0.49, 0.5), (0.01, 0.02), (0.98, 0.99), (0.3, 0.3 + 1e-6)] {
+        for (first, second) in
+            [(0.55, 0.56), (0.5, 0.51), (0.49, 0.5), (0.01, 0.02), (0.98, 0.99), (0.3, 0.3 + 1e-6)]
+        {
             let found = crossings(|x| (x - first) * (x - second), 4, 1.0);
             assert_eq!(found.len(), 2, "{first} {second}: {found:?}");
             assert!((found[0].0 - first).abs() < 1e-9 && found[0].1 == Direction::Falling);
@@ -484,8 +512,11 @@ mod tests {
     fn sees_three_crossings_between_samples() {
         for middle in [0.05, 0.37, 0.5, 0.61, 0.96] {
             let found = crossings(|x| (x - middle + 0.01) * (x - middle) * (x - middle - 0.013), 4, -1.0);
-            let expected =
-                [(middle - 0.01, Direction::Rising), (middle, Direction::Falling), (middle + 0.013, Direction::Rising)];
+            let expected = [
+                (middle - 0.01, Direction::Rising),
+                (middle, Direction::Falling),
+                (middle + 0.013, Direction::Rising),
+            ];
             assert_eq!(found.len(), 3, "{middle}: {found:?}");
             assert!(found.iter().zip(expected).all(|(a, b)| (a.0 - b.0).abs() < 1e-10 && a.1 == b.1));
         }
@@ -499,7 +530,11 @@ mod tests {
                 let phase = 1.31 * f64::from(k);
                 let found = crossings(|x| (omega * x + phase).sin(), parts, sign(phase.sin()));
                 let half_turns = |angle: f64| (angle / core::f64::consts::PI) as usize;
-                assert_eq!(found.len(), half_turns(omega + phase) - half_turns(phase), "{parts} {omega} {phase}");
+                assert_eq!(
+                    found.len(),
+                    half_turns(omega + phase) - half_turns(phase),
+                    "{parts} {omega} {phase}"
+                );
             }
         }
     }
@@ -555,7 +590,8 @@ mod tests {
         assert_eq!(count, 1);
     }
 
-    /// Dips with a kink at the bottom, wherever it is between the samples: two zeros, and none where they stay above.
+    /// Dips with a kink at the bottom, wherever it is between the samples: two zeros, and none where they
+    /// stay above.
     #[test]
     fn kinked_dips_are_seen() {
         for parts in [4, 8] {
@@ -570,10 +606,14 @@ mod tests {
                 let found = crossings(|x| dip(x) - width, parts, 1.0);
                 let first = (center - width / left, Direction::Falling);
                 let second = (center + width / right, Direction::Rising);
-                let inside: Vec<_> = [first, second].into_iter().filter(|x| (0.0..=1.0).contains(&x.0)).collect();
+                let inside: Vec<_> =
+                    [first, second].into_iter().filter(|x| (0.0..=1.0).contains(&x.0)).collect();
                 if first.0 > 0.0 {
                     assert_eq!(found.len(), inside.len(), "{case}: {found:?}");
-                    assert!(found.iter().zip(&inside).all(|(a, b)| (a.0 - b.0).abs() < 1e-12 && a.1 == b.1), "{case}");
+                    assert!(
+                        found.iter().zip(&inside).all(|(a, b)| (a.0 - b.0).abs() < 1e-12 && a.1 == b.1),
+                        "{case}"
+                    );
                 }
                 assert!(crossings(|x| dip(x) + 1e-9, parts, 1.0).is_empty(), "{case}");
                 // The same where the function is curved besides.

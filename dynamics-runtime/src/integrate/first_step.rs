@@ -1,13 +1,16 @@
 //! The first step size, from the problem itself.
 //!
-//! An explicit Euler step of a hundredth of the scale of the solution estimates the second derivative; the step is then the one
-//! whose local error of order p would be one hundredth of the tolerance.
+//! An explicit Euler step of a hundredth of the scale of the solution estimates the second derivative; the
+//! step is then the one whose local error of order p would be one hundredth of the tolerance.
 //!
-//! That takes the tolerance of a velocity that is zero for what its changes are measured by: from rest it is hundreds of times too short, and longer at once for methods that need only some
-//! dozens of steps ([`Scheme::LONG_STEPS`](super::Scheme::LONG_STEPS)). A mechanism has times of its own, in which it moves as far as it is large and its accelerations change by as much
-//! as they are, |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|, and what a method of order p leaves of |q| in a part x of the least of them is of the order x^(p+1): they take the
-//! step that leaves a hundredth of the tolerance where it is longer, up to [`MOST`] times.
-//! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step size".
+//! That takes the tolerance of a velocity that is zero for what its changes are measured by: from rest it is
+//! hundreds of times too short, and longer at once for methods that need only some dozens of steps
+//! ([`Scheme::LONG_STEPS`](super::Scheme::LONG_STEPS)). A mechanism has times of its own, in which it moves
+//! as far as it is large and its accelerations change by as much as they are, |q|/|q̇|, √(|q|/|q̈|)
+//! and |q̈|/|q⃛|, and what a method of order p leaves of |q| in a part x of the least of them is of the order
+//! x^(p+1): they take the step that leaves a hundredth of the tolerance where it is longer, up to [`MOST`]
+//! times. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step
+//! size".
 
 use super::tableau::zip;
 use super::{Knot, Phase, System, Tolerances};
@@ -29,7 +32,8 @@ pub(crate) fn first_step<V: Vector, S: System<V>>(
     let slope = start.derivative();
     let size = |x: &Phase<V>| tolerances.norm(x, &start.y, &start.y);
     let (d0, d1) = (size(&start.y), size(&slope));
-    let mut h = if d0 < 1e-10 || d1 < 1e-10 || !(d0 / d1).is_finite() { 1e-6 } else { 0.01 * d0 / d1 }.min(most);
+    let mut h =
+        if d0 < 1e-10 || d1 < 1e-10 || !(d0 / d1).is_finite() { 1e-6 } else { 0.01 * d0 / d1 }.min(most);
     // The Euler step may leave the region where the accelerations exist: then a smaller one is tried.
     for _ in 0..4 {
         let y = zip(&start.y, &slope, |y, k| y + direction * h * k);
@@ -56,7 +60,8 @@ pub(crate) fn first_step<V: Vector, S: System<V>>(
     h
 }
 
-/// The step by the times in which a mechanism moves, from its accelerations after an Euler step of length `h`; 0 where it has none.
+/// The step by the times in which a mechanism moves, from its accelerations after an Euler step of length
+/// `h`; 0 where it has none.
 fn own_step<V: Vector>(start: &Knot<V>, later: &V, h: f64, order: u32, tolerances: &Tolerances) -> f64 {
     let Phase { q, u } = start.y;
     // All of them in tolerances of q: only their ratios count.
@@ -96,7 +101,8 @@ mod tests {
             // The short one does not know seconds from milliseconds.
             assert!(omega == 1.0 || short < 0.1 * long, "{short:e} {long:e}");
         }
-        // The least of the times: a damper that brakes in 10⁻⁴, a motion that is under way, a push that comes up in 10⁻³ make it no longer than it is.
+        // The least of the times: a damper that brakes in 10⁻⁴, a motion that is under way, a push that comes
+        // up in 10⁻³ make it no longer than it is.
         for [short, long] in [
             steps(|_, q, u| -q - 1e4 * u, 1.0, 0.0),
             steps(|_, q, _| -q, 1.0, 1e3),

@@ -1,10 +1,13 @@
-//! When iterations have done what rounding permits: for equations that are to be solved to the last digit, as the structure of a motion asks for.
+//! When iterations have done what rounding permits: for equations that are to be solved to the last digit, as
+//! the structure of a motion asks for.
 
 /// Most iterations for the equations of a step.
 const MOST: u32 = 100;
-/// Corrections that no longer shrink are rounding errors, if they are as small as this part of what the step changes.
+/// Corrections that no longer shrink are rounding errors, if they are as small as this part of what the step
+/// changes.
 const ROUNDING: f64 = 1e-12;
-/// What the step changes is taken for no smaller than this part of what it is: rounding errors are not in proportion to changes.
+/// What the step changes is taken for no smaller than this part of what it is: rounding errors are not in
+/// proportion to changes.
 const LEAST: f64 = 1e-2;
 /// Corrections that are so many times the smallest one so far diverge.
 const GROWTH: f64 = 1e3;

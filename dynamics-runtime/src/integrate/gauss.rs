@@ -1,23 +1,32 @@
 //! Gauss: collocation at Gauss's nodes, of order 4 (two stages) and 6 (three).
 //!
-//! * **Problem**: long motions of conservative systems of any kind, velocities in the forces and mass matrices that move included, where
-//!   [`StormerVerlet`](super::StormerVerlet) and its compositions do not apply; also where many digits are wanted at long steps.
-//! * **Formula**: stages Uᵢ = q̇(t + cᵢh), Qᵢ = q₀ + h Σ aᵢⱼUⱼ. Where the system gives its momenta p = ∂L/∂q̇ and their rates ṗ = ∂L/∂q + forces, the
-//!   stages solve p(Qᵢ, Uᵢ) = p₀ + h Σ aᵢⱼṗⱼ: the method in the canonical variables (q, p). Else Uᵢ = u₀ + h Σ aᵢⱼq̈ⱼ: the method in (q, u), the same while M
-//!   is constant. The equations are solved to rounding, by fixed-point iterations that start from the polynomial of the step before; for momenta with
-//!   M(Qᵢ) factored once per stage.
+//! * **Problem**: long motions of conservative systems of any kind, velocities in the forces and mass
+//!   matrices that move included, where [`StormerVerlet`](super::StormerVerlet) and its compositions do not
+//!   apply; also where many digits are wanted at long steps.
+//! * **Formula**: stages Uᵢ = q̇(t + cᵢh), Qᵢ = q₀ + h Σ aᵢⱼUⱼ. Where the system gives its momenta p = ∂L/∂q̇
+//!   and their rates ṗ = ∂L/∂q + forces, the stages solve p(Qᵢ, Uᵢ) = p₀ + h Σ aᵢⱼṗⱼ: the method in the
+//!   canonical variables (q, p). Else Uᵢ = u₀ + h Σ aᵢⱼq̈ⱼ: the method in (q, u), the same while M is
+//!   constant. The equations are solved to rounding, by fixed-point iterations that start from the polynomial
+//!   of the step before; for momenta with M(Qᵢ) factored once per stage.
 //! * **Order** 4 and 6; no error estimate, hence a fixed step.
-//! * **Structure**: symmetric and reversible; in canonical variables symplectic: the energy error stays at O(h⁴) and O(h⁶) for times exponentially long in
-//!   1/h, and momenta, linear ones and those quadratic in (q, p), are kept to rounding. In (q, u) with M(q) it is symmetric, no more, which keeps
-//!   energy for reversible motions far from chaos.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)), of order 4 at least in u: better than the collocation polynomial's.
-//! * **Stability**: A-stable; it damps nothing, and what is faster than the step is not solved for: the iterations converge to hω = 2.5 and
-//!   3. Far beyond, the step is refused, and that is better than an answer: solved by Newton's method, a pendulum on a stiff spring (k = 1e8, h = 0.02) gains 2 J in
-//!   two seconds.
-//! * **Rounding**: what is lost when a step is added to (q, u) is carried to the next step ([`Carry`]), as Hairer, McLachlan and Razakarivony (BIT 48 (2008) 231) want it: of Kepler's problem with e = 0.9 rounding leaves
-//!   10⁻¹⁵ of the energy after 100 periods in 1.3 million steps, without it 10⁻¹³. In (q, p) u is found anew in each step and carries nothing.
-//! * **Cost**: 2 or 3 evaluations of q̈ (or of p and ṗ) per iteration, 4 to 10 iterations a step, and 1 of q̈ at its end.
-//! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §II.1.3, §VI.4, §VIII.6; Butcher, Math. Comp. 18 (1964) 50.
+//! * **Structure**: symmetric and reversible; in canonical variables symplectic: the energy error stays at
+//!   O(h⁴) and O(h⁶) for times exponentially long in 1/h, and momenta, linear ones and those quadratic in (q,
+//!   p), are kept to rounding. In (q, u) with M(q) it is symmetric, no more, which keeps energy for
+//!   reversible motions far from chaos.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)), of order 4
+//!   at least in u: better than the collocation polynomial's.
+//! * **Stability**: A-stable; it damps nothing, and what is faster than the step is not solved for: the
+//!   iterations converge to hω = 2.5 and 3. Far beyond, the step is refused, and that is better than an
+//!   answer: solved by Newton's method, a pendulum on a stiff spring (k = 1e8, h = 0.02) gains 2 J in two
+//!   seconds.
+//! * **Rounding**: what is lost when a step is added to (q, u) is carried to the next step ([`Carry`]), as
+//!   Hairer, McLachlan and Razakarivony (BIT 48 (2008) 231) want it: of Kepler's problem with e = 0.9
+//!   rounding leaves 10⁻¹⁵ of the energy after 100 periods in 1.3 million steps, without it 10⁻¹³. In (q, p)
+//!   u is found anew in each step and carries nothing.
+//! * **Cost**: 2 or 3 evaluations of q̈ (or of p and ṗ) per iteration, 4 to 10 iterations a step, and 1 of q̈
+//!   at its end.
+//! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §II.1.3, §VI.4, §VIII.6;
+//!   Butcher, Math. Comp. 18 (1964) 50.
 
 use super::carry::Carry;
 use super::fixed_point::{Course, FixedPoint, correction};
@@ -93,7 +102,8 @@ impl<const S: usize> Table<S> {
         table
     }
 
-    /// Weights of what the polynomial through values at 0, c₁ … cₛ and 1 is at 1 + cᵢ: stages, end, and the start by what is left to 1.
+    /// Weights of what the polynomial through values at 0, c₁ … cₛ and 1 is at 1 + cᵢ: stages, end, and the
+    /// start by what is left to 1.
     fn beyond(i: usize) -> ([f64; S], f64) {
         let x = 1.0 + Self::OF.c[i];
         let node = |j: usize| if j == S { 1.0 } else { Self::OF.c[j] };
@@ -116,7 +126,8 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
             if let Some((_, _, stages, first)) = &last {
                 let (weights, of_end) = Table::<S>::beyond(i);
                 for l in 0..V::LEN {
-                    let along: f64 = weights.iter().zip(stages).map(|(w, stage)| w * (stage[l] - first[l])).sum();
+                    let along: f64 =
+                        weights.iter().zip(stages).map(|(w, stage)| w * (stage[l] - first[l])).sum();
                     self.u[i][l] = first[l] + along + of_end * (y.u[l] - first[l]);
                 }
             }
@@ -187,8 +198,10 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
             Ok(core::array::from_fn(|i| Self::along(&start.y.u, h, &a[i], |j| this.k[j + 1].u)))
         })?;
         let none = V::zeros();
-        let way =
-            Phase { q: Self::along(&none, h, &b, |j| self.u[j]), u: Self::along(&none, h, &b, |j| self.k[j + 1].u) };
+        let way = Phase {
+            q: Self::along(&none, h, &b, |j| self.u[j]),
+            u: Self::along(&none, h, &b, |j| self.k[j + 1].u),
+        };
         Ok(self.carry.add(&start.y, &way))
     }
 
@@ -291,7 +304,8 @@ impl<V: Vector, const S: usize> Scheme<V> for Gauss<V, S> {
         self.predict(start, h);
         let (mut p, mut rate) = (V::zeros(), V::zeros());
         // Without velocities in the forces M is constant: (q, u) are as good as (q, p).
-        let canonical = system.has_velocity_forces() && system.momenta(start.t, &start.y, &mut p, &mut rate)?;
+        let canonical =
+            system.has_velocity_forces() && system.momenta(start.t, &start.y, &mut p, &mut rate)?;
         let end = if canonical { self.canonical(system, start, h, &p) } else { self.plain(system, start, h) };
         Ok((end?, 0.0))
     }

@@ -1,28 +1,35 @@
 //! GeneralizedAlpha: the generalized-α method with adjustable damping, for constraints as they are (index 3).
 //!
-//! * **Problem**: flexible and stiff mechanisms with fixed steps, where oscillations that are faster than the steps have to fade, and slow ones not: one number,
-//!   ρ∞, says by which factor a step damps the former.
-//! * **Formula**: M q̈₁ = Q₁ + Φ_qᵀλ₁ and Φ(q₁) = 0 at the end of the step, with
-//!   q₁ = q₀ + h u₀ + h²((½ − β) a₀ + β a₁), u₁ = u₀ + h((1 − γ) a₀ + γ a₁), (1 − αₘ) a₁ + αₘ a₀ = (1 − α_f) q̈₁ + α_f q̈₀ and
-//!   αₘ = (2ρ∞ − 1)/(ρ∞ + 1), α_f = ρ∞/(ρ∞ + 1), γ = ½ + α_f − αₘ, β = ¼(1 + α_f − αₘ)². The unknown a₁ is accelerations, its constraint Φ/(h²β): so scaled
-//!   the iteration matrix tends to a multiple of the identity as h → 0.
-//! * **Multipliers** are unknowns of their own: q̈₁ differs from the accelerations q̈(q₁, u₁), for which Φ̈ = 0, by M⁻¹Φ_qᵀδλ. So
-//!   P(q̈₁ − q̈(q₁, u₁)) = 0 is all that is left of the equations of motion, P the projection along M⁻¹Φ_qᵀ onto Φ_q v = 0, and Newton's matrix needs no more than
-//!   the Jacobians of q̈(q, u). [`GeneralizedAlpha::accelerations`] gives q̈₁, whose M q̈₁ − Q₁ is Φ_qᵀλ₁.
-//! * **Order** 2 in q, u and λ. a stands for q̈ at a time that lies αₘ − α_f steps ahead, and the method's own velocities beside Φ̇ = 0 by
-//!   h²(⅙ − β − ½(αₘ − α_f)) of what constraints do to q⃛: with a start that knows neither, λ errs by O(h) for some 1/(1 − ρ∞) steps. Here the first step takes a
-//!   from q̈ at its own ends, which makes it Newmark's with γ = ½ and β = ¼(1 + (αₘ − α_f)²), and its λ tells what velocities are to be beside. Both are carried on from step to step; where the step
-//!   changes, they are scaled with it, and what constraints do is taken anew from accelerations that know no λ. The ends of steps lie on Φ̇ = 0.
-//! * **Error estimate**: the difference from the integrals of the parabola through three q̈, of order 3. Fast oscillations count, and every change of the step
-//!   starts some: with step control stiff motions cost many times what they do with a fixed step. What is left in a step adds up with
-//!   order 2, so a tolerance ε is held by permitting a tenth of ε^{3/2} in a step.
+//! * **Problem**: flexible and stiff mechanisms with fixed steps, where oscillations that are faster than the
+//!   steps have to fade, and slow ones not: one number, ρ∞, says by which factor a step damps the former.
+//! * **Formula**: M q̈₁ = Q₁ + Φ_qᵀλ₁ and Φ(q₁) = 0 at the end of the step, with q₁ = q₀ + h u₀ + h²((½ − β)
+//!   a₀ + β a₁), u₁ = u₀ + h((1 − γ) a₀ + γ a₁), (1 − αₘ) a₁ + αₘ a₀ = (1 − α_f) q̈₁ + α_f q̈₀ and αₘ = (2ρ∞
+//!   − 1)/(ρ∞ + 1), α_f = ρ∞/(ρ∞ + 1), γ = ½ + α_f − αₘ, β = ¼(1 + α_f − αₘ)². The unknown a₁ is
+//!   accelerations, its constraint Φ/(h²β): so scaled the iteration matrix tends to a multiple of the
+//!   identity as h → 0.
+//! * **Multipliers** are unknowns of their own: q̈₁ differs from the accelerations q̈(q₁, u₁), for which Φ̈ =
+//!   0, by M⁻¹Φ_qᵀδλ. So P(q̈₁ − q̈(q₁, u₁)) = 0 is all that is left of the equations of motion, P the
+//!   projection along M⁻¹Φ_qᵀ onto Φ_q v = 0, and Newton's matrix needs no more than the Jacobians of q̈(q,
+//!   u). [`GeneralizedAlpha::accelerations`] gives q̈₁, whose M q̈₁ − Q₁ is Φ_qᵀλ₁.
+//! * **Order** 2 in q, u and λ. a stands for q̈ at a time that lies αₘ − α_f steps ahead, and the method's
+//!   own velocities beside Φ̇ = 0 by h²(⅙ − β − ½(αₘ − α_f)) of what constraints do to q⃛: with a start that
+//!   knows neither, λ errs by O(h) for some 1/(1 − ρ∞) steps. Here the first step takes a from q̈ at its own
+//!   ends, which makes it Newmark's with γ = ½ and β = ¼(1 + (αₘ − α_f)²), and its λ tells what velocities
+//!   are to be beside. Both are carried on from step to step; where the step changes, they are scaled with
+//!   it, and what constraints do is taken anew from accelerations that know no λ. The ends of steps lie on
+//!   Φ̇ = 0.
+//! * **Error estimate**: the difference from the integrals of the parabola through three q̈, of order 3. Fast
+//!   oscillations count, and every change of the step starts some: with step control stiff motions cost many
+//!   times what they do with a fixed step. What is left in a step adds up with order 2, so a tolerance ε is
+//!   held by permitting a tenth of ε^{3/2} in a step.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
-//! * **Stability**: A-stable, ρ → ρ∞ at infinite frequency: ρ∞ = 1 damps nothing, ρ∞ = 0 all that is fast in one step. Fast oscillations
-//!   overshoot in the first steps. With constraints λ needs ρ∞ < 1.
-//! * **Cost**: 1 evaluation of q̈ and a projection per iteration, 2 to 4 iterations, 1 at the end of constrained steps; a Jacobian and N projections where
-//!   iterations converge slowly.
-//! * **Source**: Chung & Hulbert, J. Appl. Mech. 60 (1993) 371; Arnold & Brüls, Multibody Syst. Dyn. 18 (2007) 185; the start: Arnold, Brüls & Cardona, Numer.
-//!   Math. 129 (2015) 149; scaling: Bottasso, Bauchau & Cardona, SIAM J. Sci. Comput. 29 (2007) 397.
+//! * **Stability**: A-stable, ρ → ρ∞ at infinite frequency: ρ∞ = 1 damps nothing, ρ∞ = 0 all that is fast in
+//!   one step. Fast oscillations overshoot in the first steps. With constraints λ needs ρ∞ < 1.
+//! * **Cost**: 1 evaluation of q̈ and a projection per iteration, 2 to 4 iterations, 1 at the end of
+//!   constrained steps; a Jacobian and N projections where iterations converge slowly.
+//! * **Source**: Chung & Hulbert, J. Appl. Mech. 60 (1993) 371; Arnold & Brüls, Multibody Syst. Dyn. 18
+//!   (2007) 185; the start: Arnold, Brüls & Cardona, Numer. Math. 129 (2015) 149; scaling: Bottasso, Bauchau
+//!   & Cardona, SIAM J. Sci. Comput. 29 (2007) 397.
 
 use super::linear::{Matrices, factor, solve};
 use super::{ControllerSettings, Knot, Method, Phase, Scheme, Step, System, Tolerances};
@@ -31,7 +38,8 @@ use crate::model::Vector;
 
 /// Most Newton iterations.
 const MOST: u32 = 15;
-/// Corrections that are so many times the smallest one so far diverge: what Newton's method itself does in the beginning says little.
+/// Corrections that are so many times the smallest one so far diverge: what Newton's method itself does in
+/// the beginning says little.
 const GROWTH: f64 = 1e3;
 /// Iterations that converge at this rate or faster keep the matrix for the next step.
 const FAST: f64 = 1e-2;
@@ -45,12 +53,15 @@ const STEADY: f64 = 1.3;
 const LEFT: f64 = 1e-2;
 /// Corrections of positions by this part of what they are summed from are rounding errors.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Those that shrink no faster than by this factor are, if they are as small as this part: near singular positions constraints amplify rounding errors.
+/// Those that shrink no faster than by this factor are, if they are as small as this part: near singular
+/// positions constraints amplify rounding errors.
 const STALLS: f64 = 0.5;
 const STALLED: f64 = 1e-10;
-/// Steps so many times as long as the one before start afresh: what they would take over from that is little but rounding errors.
+/// Steps so many times as long as the one before start afresh: what they would take over from that is little
+/// but rounding errors.
 const LONGER: f64 = 4.0;
-/// Constraints may bend the way of a step by no more than this part of it: another way of closing a mechanism would be found then.
+/// Constraints may bend the way of a step by no more than this part of it: another way of closing a mechanism
+/// would be found then.
 const BENT: f64 = 0.25;
 /// The damping that is taken where none is given.
 const USUAL: f64 = 0.8;
@@ -190,7 +201,8 @@ impl<V: Vector> GeneralizedAlpha<V> {
         }
     }
 
-    /// q̈ at the end of the step tried last as the method has it: M q̈ − Q = Φ_qᵀλ gives its own multipliers λ. Beside it stand those of the state, for which Φ̈ = 0.
+    /// q̈ at the end of the step tried last as the method has it: M q̈ − Q = Φ_qᵀλ gives its own multipliers
+    /// λ. Beside it stand those of the state, for which Φ̈ = 0.
     pub fn accelerations(&self) -> &V {
         &self.k[1].u
     }
@@ -201,7 +213,8 @@ impl<V: Vector> GeneralizedAlpha<V> {
             let ratio = h / last.h;
             last.end == *start && ratio > 0.0 && ratio <= LONGER
         });
-        let Some(Last { h: long, left: Left { mut own, mut lag, .. }, mut astray, before, a, .. }) = last else {
+        let Some(Last { h: long, left: Left { mut own, mut lag, .. }, mut astray, before, a, .. }) = last
+        else {
             self.coefficients = self.asked.first();
             self.from = From { own: start.a, a: start.a, u: start.y.u, before: None };
             return Ok(());
@@ -210,7 +223,8 @@ impl<V: Vector> GeneralizedAlpha<V> {
         let ratio = h / long;
         if (ratio - 1.0).abs() > SAME {
             if system.is_constrained() {
-                // Errors of λ would be amplified where steps grow: what constraints do comes from accelerations for which Φ̈ = 0.
+                // Errors of λ would be amplified where steps grow: what constraints do comes from
+                // accelerations for which Φ̈ = 0.
                 let (t, y, change) = (start.t, &start.y, plus(&start.a, -1.0, &a));
                 let part = system.across(t, y, &plus(&own, -1.0, &start.a), false)?;
                 own = plus(&own, -1.0, &part);
@@ -222,8 +236,12 @@ impl<V: Vector> GeneralizedAlpha<V> {
             lag.as_mut_slice().iter_mut().for_each(|x| *x *= ratio);
             astray.as_mut_slice().iter_mut().for_each(|x| *x *= ratio * ratio);
         }
-        self.from =
-            From { own, a: plus(&own, 1.0, &lag), u: plus(&start.y.u, 1.0, &astray), before: Some((long, before)) };
+        self.from = From {
+            own,
+            a: plus(&own, 1.0, &lag),
+            u: plus(&start.y.u, 1.0, &astray),
+            before: Some((long, before)),
+        };
         Ok(())
     }
 
@@ -236,7 +254,8 @@ impl<V: Vector> GeneralizedAlpha<V> {
         }
         let mut change = plus(&own, -1.0, &start.a);
         if system.is_constrained() {
-            // Φ(q₁) = 0 makes q̈₁ wrong by (⅙ − β)/β of h q⃛ across the constraints, so that its change is h q⃛/(6β).
+            // Φ(q₁) = 0 makes q̈₁ wrong by (⅙ − β)/β of h q⃛ across the constraints, so that its change is h
+            // q⃛/(6β).
             let across = system.across(start.t + h, &self.end, &change, true)?;
             let (left, beta) = (self.asked.left_of_q(), self.coefficients.beta);
             self.left.own = plus(&own, -6.0 * left, &across);
@@ -301,7 +320,13 @@ impl<V: Vector> GeneralizedAlpha<V> {
     }
 
     /// Newton's correction of a, and the part of it that constraints ask for.
-    fn correction<S: System<V>>(&mut self, system: &mut S, at: &Knot<V>, own: &V, h: f64) -> Result<(V, V), S::Error> {
+    fn correction<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        at: &Knot<V>,
+        own: &V,
+        h: f64,
+    ) -> Result<(V, V), S::Error> {
         let (n, Coefficients { beta, gamma, .. }) = (V::LEN, self.coefficients);
         let mut right = plus(&at.a, -1.0, own);
         let mut onto = V::zeros();
@@ -342,8 +367,10 @@ impl<V: Vector> GeneralizedAlpha<V> {
             }
             let (change, onto) = self.correction(system, &at, &own, h)?;
             let moved = Phase { q: change, u: change };
-            let moved =
-                Phase { q: plus(&V::zeros(), h * h * beta, &moved.q), u: plus(&V::zeros(), h * gamma, &moved.u) };
+            let moved = Phase {
+                q: plus(&V::zeros(), h * h * beta, &moved.q),
+                u: plus(&V::zeros(), h * gamma, &moved.u),
+            };
             let size = permitted.norm(&moved, &start.y, &y);
             self.error = moved;
             if !size.is_finite() {
@@ -374,7 +401,8 @@ impl<V: Vector> GeneralizedAlpha<V> {
         Ok(false)
     }
 
-    /// The error of the step, what constraints do not permit left out. It is not filtered: steps that pass over what is stiff at the start would pass with it.
+    /// The error of the step, what constraints do not permit left out. It is not filtered: steps that pass
+    /// over what is stiff at the start would pass with it.
     fn estimate<S: System<V>>(&mut self, system: &mut S, start: &Knot<V>, h: f64) -> Result<(), S::Error> {
         let (From { own, u, before, .. }, end, last) = (&self.from, &self.end, &self.k[1].u);
         let mut error = Phase::<V>::zeros();

@@ -1,22 +1,29 @@
 //! GraggBulirschStoer: extrapolation of the midpoint rule, its columns side by side.
 //!
-//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ to 10⁻¹², accelerations that can be evaluated for four states at once
-//!   ([`System::derivatives`]): models whose generated code has lanes. Without them it is right, and slow.
-//! * **Formula**: the modified midpoint rule z₀ = y, z₁ = y + ηf(y), zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ) with η = h/n has an error in even powers of η only. Its results for
-//!   n = 2, 4, …, 14 are extrapolated to η = 0: the weight of column n is Π n²/(n² − m²) over the other columns m.
+//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ to 10⁻¹², accelerations that can be evaluated
+//!   for four states at once ([`System::derivatives`]): models whose generated code has lanes. Without them
+//!   it is right, and slow.
+//! * **Formula**: the modified midpoint rule z₀ = y, z₁ = y + ηf(y), zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ) with η = h/n has
+//!   an error in even powers of η only. Its results for n = 2, 4, …, 14 are extrapolated to η = 0: the weight
+//!   of column n is Π n²/(n² − m²) over the other columns m.
 //! * **Order** 14; what the last column changes is the error estimate, of the order 12 of the other six.
-//! * **Side by side**: columns need nothing from one another. With f(y) at hand column n has n − 1 evaluations; 13, 11 + 1, 9 + 3 and 7 + 5 of them are four lanes of
-//!   equal length, so that 49 evaluations take the time of 13. Lanes that are done a call before the longest evaluate what the six columns that are done have found at the
-//!   end of the step: that and the end itself tell stiffness.
-//! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a third of it from either; u is its derivative. What is between is found by the same rule
-//!   with n = 2, 4, …, 10, of order 10 over a third of the step, from its start and back from its end: again four lanes, 14 calls, only when it is asked for.
-//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³: finer tolerances than 10⁻¹² multiply the steps for nothing.
-//!   The interpolant takes ways from the nearer end, not places, and what the distance of the ends says beyond them counts for u only where it is more than the rounding of q: u has its digits far from
-//!   the origin of q, too.
+//! * **Side by side**: columns need nothing from one another. With f(y) at hand column n has n − 1
+//!   evaluations; 13, 11 + 1, 9 + 3 and 7 + 5 of them are four lanes of equal length, so that 49 evaluations
+//!   take the time of 13. Lanes that are done a call before the longest evaluate what the six columns that
+//!   are done have found at the end of the step: that and the end itself tell stiffness.
+//! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a third
+//!   of it from either; u is its derivative. What is between is found by the same rule with n = 2, 4, …, 10,
+//!   of order 10 over a third of the step, from its start and back from its end: again four lanes, 14 calls,
+//!   only when it is asked for.
+//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³:
+//!   finer tolerances than 10⁻¹² multiply the steps for nothing. The interpolant takes ways from the nearer
+//!   end, not places, and what the distance of the ends says beyond them counts for u only where it is more
+//!   than the rounding of q: u has its digits far from the origin of q, too.
 //! * **Stability**: real axis to −6.6.
 //! * **Cost**: 13 evaluations of four states side by side and one more per step; 14 with dense output more.
-//! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer, Nørsett, Wanner, *Solving Ordinary Differential
-//!   Equations I*, §II.9. Columns in parallel: Ketcheson, bin Waheed, Commun. Appl. Math. Comput. Sci. 9 (2014) 175.
+//! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer,
+//!   Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.9. Columns in parallel: Ketcheson, bin
+//!   Waheed, Commun. Appl. Math. Comput. Sci. 9 (2014) 175.
 
 use super::dense::{is_rounding, smoothly};
 use super::tableau::{stiffness, zip};
@@ -131,8 +138,9 @@ pub struct GraggBulirschStoer<V: Vector> {
 }
 
 impl<V: Vector> GraggBulirschStoer<V> {
-    /// Goes through the columns of a plan, and returns its two sums of what they change, lane by lane. `see` is shown stages and derivatives, call by call; `last` may
-    /// put something else into the lanes that are done before the last call, and is given the sums so far.
+    /// Goes through the columns of a plan, and returns its two sums of what they change, lane by lane. `see`
+    /// is shown stages and derivatives, call by call; `last` may put something else into the lanes that are
+    /// done before the last call, and is given the sums so far.
     #[inline(always)]
     fn march<S: System<V>>(
         system: &mut S,
@@ -142,7 +150,8 @@ impl<V: Vector> GraggBulirschStoer<V> {
         mut see: impl FnMut(usize, &Stages<V>, &Stages<V>),
     ) -> Result<[Stages<V>; 2], S::Error> {
         let part = |of: [f64; COUNT]| start.h * Lanes::new(of);
-        // The first substep ends where the first evaluation is. What is at every other substep stands in one place: the next one replaces the last but one.
+        // The first substep ends where the first evaluation is. What is at every other substep stands in one
+        // place: the next one replaces the last but one.
         let [mut even, mut odd] = [Stages::<V>::zeros(), scaled(part(plan[0].time), &start.slope)];
         let (mut first, mut sums, mut slope) = (Stages::<V>::zeros(), [Stages::zeros(); 2], Stages::zeros());
         let mut stage = sum(&start.y, &odd);
@@ -198,10 +207,12 @@ fn leap<V: Vector>(twice: Lanes, [next, stage]: [&mut V::Wide; 2], [slope, y]: [
     }
 }
 
-/// What stages of so few elements are made of stays in registers, where nothing of it is called. What is longer is in memory anyhow.
+/// What stages of so few elements are made of stays in registers, where nothing of it is called. What is
+/// longer is in memory anyhow.
 const SHORT: usize = 4;
 
-/// [`finish_columns`], in place where stages are short; else as the compiler sees fit: in place it takes a tenth of a run of Andrews' mechanism.
+/// [`finish_columns`], in place where stages are short; else as the compiler sees fit: in place it takes a
+/// tenth of a run of Andrews' mechanism.
 #[inline(always)]
 fn finish<V: Vector>(call: &Call, substeps: (Lanes, Lanes), changed: [&mut V::Wide; 6], read: [&V::Wide; 3]) {
     let apart = |changed, read| finish_columns::<V>(call, substeps, changed, read);
@@ -287,8 +298,10 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     const METHOD: Method = Method::GraggBulirschStoer;
     const ORDER: u32 = 14;
     const ERROR_ORDER: u32 = 12;
-    // Of safeties from 0.6 to 0.9, growth by 1.7 to 10 and weights from −0.02 to 0.04, what took least to 1e-6, 1e-9 and 1e-12 on Andrews' mechanism and to these errors on a
-    // double pendulum and an eccentric orbit: steps are long against what changes, so that where they become harder the next one is harder still. A weight below 0 looks ahead.
+    // Of safeties from 0.6 to 0.9, growth by 1.7 to 10 and weights from −0.02 to 0.04, what took least to
+    // 1e-6, 1e-9 and 1e-12 on Andrews' mechanism and to these errors on a double pendulum and an eccentric
+    // orbit: steps are long against what changes, so that where they become harder the next one is harder
+    // still. A weight below 0 looks ahead.
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.7, beta: -0.007, shrink: 0.2, grow: 3.0 });
     // Stages of crude columns are no states of the solution: sums over a step are taken from the interpolant.
@@ -357,7 +370,8 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         let from = Start { t, y, slope, h: Lanes::new([third, third, -third, -third]) };
         let [changes, _] = Self::march(system, &from, &BETWEEN, |_, _| {}, |_, _, _| {})?;
         let ways = [total(&changes, 0..2), total(&changes, 2..4)];
-        let inner = [(start, &ways[0]), (end, &ways[1])].map(|(from, way)| zip(&from.y, way, |y, way| y + way));
+        let inner =
+            [(start, &ways[0]), (end, &ways[1])].map(|(from, way)| zip(&from.y, way, |y, way| y + way));
         let mut stages = fill(&inner[0]);
         replace(&mut stages, back, &fill(&inner[1]));
         let mut slopes = Stages::zeros();
@@ -407,7 +421,8 @@ pub struct Place<V> {
     pub a: V,
 }
 
-/// The polynomial that has given q, q̇ and q̈ at both ends of a step and at thirds of it; u is its derivative.
+/// The polynomial that has given q, q̇ and q̈ at both ends of a step and at thirds of it; u is its
+/// derivative.
 ///
 /// Newton's form, each place three times; divided differences of places that coincide are derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -450,7 +465,8 @@ const fn differences(values: [f64; 4], slopes: [f64; 4], curvatures: [f64; 4]) -
 const OF_DISTANCE: f64 = differences([0.0, 1.0, 0.0, 1.0], [0.0; 4], [0.0; 4])[CONDITIONS - 1];
 
 impl<V: Vector> Knots<V> {
-    /// Through the ends of a step of size h and the places a third of it from its start and from its end; times are not read.
+    /// Through the ends of a step of size h and the places a third of it from its start and from its end;
+    /// times are not read.
     #[must_use]
     pub fn new([start, end]: [&Knot<V>; 2], [first, second]: &[Place<V>; 2], h: f64) -> Self {
         let (mut higher, mut rounding) = ([V::zeros(); CONDITIONS - 2], V::zeros());
@@ -525,8 +541,9 @@ mod tests {
     #[test]
     fn weights_extrapolate_to_substeps_of_no_length() {
         let moment = |plan: &[Call; CALLS], which: usize, k: i32| -> f64 {
-            let ended =
-                plan.iter().flat_map(|call| (0..COUNT).filter(|lane| call.ended[*lane]).map(move |lane| (call, lane)));
+            let ended = plan
+                .iter()
+                .flat_map(|call| (0..COUNT).filter(|lane| call.ended[*lane]).map(move |lane| (call, lane)));
             ended.map(|(call, lane)| call.weights[which][lane] * call.twice[lane].powi(2 * k)).sum()
         };
         for k in 0..7 {
@@ -546,7 +563,8 @@ mod tests {
     }
 
     fn between([start, first, second, end]: [Knot<V>; 4], h: f64) -> Knots<V> {
-        let place = |knot: &Knot<V>, from: &Knot<V>| Place { way: knot.y.q - from.y.q, u: knot.y.u, a: knot.a };
+        let place =
+            |knot: &Knot<V>, from: &Knot<V>| Place { way: knot.y.q - from.y.q, u: knot.y.u, a: knot.a };
         Knots::new([&start, &end], &[place(&first, &start), place(&second, &end)], h)
     }
 
@@ -573,12 +591,17 @@ mod tests {
         }
     }
 
-    /// The distance of the ends is known to the rounding of q only: at 10⁸ a step of 10⁻³ had left four digits of u.
+    /// The distance of the ends is known to the rounding of q only: at 10⁸ a step of 10⁻³ had left four
+    /// digits of u.
     #[test]
     fn rounding_of_positions_is_none_of_velocities() {
-        for (origin, h, permitted) in
-            [(0.0, 0.9, 1e-11), (0.0, 1e-3, 3e-13), (1e8, 0.9, 1e-10), (1e8, 1e-3, 3e-13), (-1e12, 1e-2, 3e-13)]
-        {
+        for (origin, h, permitted) in [
+            (0.0, 0.9, 1e-11),
+            (0.0, 1e-3, 3e-13),
+            (1e8, 0.9, 1e-10),
+            (1e8, 1e-3, 3e-13),
+            (-1e12, 1e-2, 3e-13),
+        ] {
             let knot = |t: f64, origin: f64| Knot {
                 t,
                 y: Phase { q: V::new(origin + t.sin()), u: V::new(t.cos()) },
@@ -595,7 +618,10 @@ mod tests {
             for theta in [0.1, 0.3, 0.5, 0.8] {
                 let (y, t) = (dense.at(theta), 0.7 + theta * h);
                 assert!((y.u[0] - t.cos()).abs() < permitted, "{origin:e}, {h}: {:e}", y.u[0] - t.cos());
-                assert!((y.q[0] - (origin + t.sin())).abs() < 1e-12 + 4e-16 * origin.abs(), "{origin:e}, {h}");
+                assert!(
+                    (y.q[0] - (origin + t.sin())).abs() < 1e-12 + 4e-16 * origin.abs(),
+                    "{origin:e}, {h}"
+                );
             }
             assert!((dense.at(1.0).q[0] - end.y.q[0]).abs() <= f64::EPSILON * end.y.q[0].abs());
         }

@@ -1,14 +1,18 @@
 //! Steps that end where accelerations are not smooth.
 //!
-//! A method of order p promises it only where the accelerations have p derivatives. Where a branch changes within a step (`if`, `abs`, pieces of a
-//! spline) the error falls with the first or second power of its size, and its estimate, made for p derivatives, may miss it altogether. So a step
-//! that passed such a place is made again to end just behind it, and within it branches are held as they are at its start: stages, too, stand beyond
-//! the place, and what they would find there is no derivative of what lies before it. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.6.
+//! A method of order p promises it only where the accelerations have p derivatives. Where a branch changes
+//! within a step (`if`, `abs`, pieces of a spline) the error falls with the first or second power of its
+//! size, and its estimate, made for p derivatives, may miss it altogether. So a step that passed such a place
+//! is made again to end just behind it, and within it branches are held as they are at its start: stages,
+//! too, stand beyond the place, and what they would find there is no derivative of what lies before it.
+//! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.6.
 
-/// Attempts to end one step at such a place: the interpolant that finds it is more accurate the nearer the end of the step is.
+/// Attempts to end one step at such a place: the interpolant that finds it is more accurate the nearer the
+/// end of the step is.
 const MOST_ATTEMPTS: u32 = 5;
-/// Steps in a row that were ended before this part of what was proposed, where nothing changed after all, say that interpolants are wrong, as they are far beyond the border of
-/// stability: the next one is no longer than so many lengths of the last. One alone may have met the end of a piece of a spline.
+/// Steps in a row that were ended before this part of what was proposed, where nothing changed after all, say
+/// that interpolants are wrong, as they are far beyond the border of stability: the next one is no longer
+/// than so many lengths of the last. One alone may have met the end of a piece of a spline.
 const MISLED: (f64, f64) = (1e-2, 10.0);
 const IN_A_ROW: u32 = 3;
 /// For so many steps the control by the error has to do then.

@@ -1,7 +1,9 @@
-//! Square systems of real and of complex numbers, by Gaussian elimination with row pivoting in place. Nothing is allocated.
+//! Square systems of real and of complex numbers, by Gaussian elimination with row pivoting in place. Nothing
+//! is allocated.
 //!
-//! Matrices stand by rows; complex ones as two of real numbers. Rows and columns carry the units of the coordinates, the diagonal is what an
-//! identity matrix adds: it leads wherever steps are short enough, so rows are not scaled before a pivot is chosen.
+//! Matrices stand by rows; complex ones as two of real numbers. Rows and columns carry the units of the
+//! coordinates, the diagonal is what an identity matrix adds: it leads wherever steps are short enough, so
+//! rows are not scaled before a pivot is chosen.
 
 use crate::model::Vector;
 
@@ -50,7 +52,8 @@ impl<V: Vector, const K: usize> Matrices<V, K> {
     }
 }
 
-/// P A = L U in place. Returns with which row each one was exchanged, `None` where A is singular or not finite.
+/// P A = L U in place. Returns with which row each one was exchanged, `None` where A is singular or not
+/// finite.
 #[inline]
 pub(crate) fn factor<V: Vector>(a: &mut [f64]) -> Option<V> {
     let mut exchanges = V::zeros();
@@ -259,7 +262,8 @@ mod tests {
             // The same in three by three blocks of two.
             let mut rows: Vec<f64> = a.transpose().iter().copied().collect();
             let b = a * exact;
-            let mut x: [SVector<f64, 2>; 3] = std::array::from_fn(|i| SVector::from([b[2 * i], b[2 * i + 1]]));
+            let mut x: [SVector<f64, 2>; 3] =
+                std::array::from_fn(|i| SVector::from([b[2 * i], b[2 * i + 1]]));
             let exchanges = factor_blocks(&mut rows).expect("regular");
             solve_blocks(&rows, &exchanges, &mut x);
             assert!((0..N).all(|i| (x[i / 2][i % 2] - exact[i]).abs() < 1e-12));

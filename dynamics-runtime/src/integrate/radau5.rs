@@ -1,28 +1,43 @@
 //! Radau5: Radau IIA of order 5, implicit.
 //!
-//! * **Problem**: stiff motions, at tolerances down to about 10⁻¹⁰: springs and dampers that are fast against what is looked for.
-//! * **Formula**: collocation at c = (4 − √6)/10, (4 + √6)/10, 1. Of the stages only the velocities are unknown, as q̇ = u gives the positions:
-//!   Zᵘ = h A a(q₀ + h c u₀ + h A Zᵘ, u₀ + Zᵘ). Simplified Newton iterations in variables W = T⁻¹ Zᵘ that diagonalise A⁻¹: with an
-//!   eigenvalue μ of A⁻¹/h, each is one system of N equations, (μ − ∂a/∂u − ∂a/∂q/μ) ΔW = T⁻¹ a − μ W, one real and one complex.
-//! * **Jacobian and factors** are kept while the iterations converge fast, and the step while it would change little.
-//! * **Order** 5, 3 for stages. Velocities and positions of very stiff motions may converge with order 3 alone: order reduction.
-//! * **Error estimate**: an embedded formula of order 3 with the factored real matrix as filter, (γ/h − J)⁻¹ (f₀ + Σ eᵢ Zᵢ/h), so that what is
-//!   stiff does not shorten the steps. It is far larger than the error of the step; as in Hairer's code it is held against
-//!   0.1 · tolerance^⅔. Predictive step control (Gustafsson).
-//! * **Dense output**: the collocation polynomial of order 3 for u, its integral, of order 4, for q; where the quintic through q, q̇, q̈ at both ends ([`Hermite`]) agrees with it to
-//!   what it may be off, that one, of order 4 in u: up to five times nearer where nothing is stiff. Where
-//!   the quintic solves the equations of the stages nothing is made again for it; else Newton's iterations start from the known ends of the step.
-//! * **Stability**: A-, B- and L-stable: what is stiff is damped, oscillations too. It is no method for oscillations that matter.
-//! * **Cost**: 3 evaluations of q̈ per iteration, 2 to 5 iterations a step, and 1 at its end; 2N + 1 for a Jacobian by differences.
-//! * **Constraints**: the stages solve the system with Φ̈ = 0, its multipliers eliminated, and the end is projected. The stabilised form of index 2 (Gear, Gupta & Leimkuhler), in
-//!   which λ and a multiplier of Φ = 0 are unknowns of the stages, was measured beside it on the car axis, 1,200 fixed steps: the same errors of q (6e-9)
-//!   and u (2e-7), but its own λ has order 3 and is wrong by 2e-5, those of the state, as they are here, have order 5 and are wrong by 4e-8. It would cost larger matrices for
-//!   that, and drift is at rounding either way. Six digits of the multipliers of Andrews' mechanism and of the car axis at tolerance 1e-8, where the index-3 code `radau5.f` has 0.2 and
-//!   2.7, are promised by tests (`tests/mechanisms/`): hence no GGL form.
-//! * **Moderate accuracy**: an ESDIRK method of order 4 ([`Esdirk4`](super::Esdirk4)) and a Rosenbrock method of order 4 were measured beside it. On a pendulum on a stiff damped spring
-//!   (k = 1e8) errors of their steps, each within its tolerance, all have one sign and add up to hundreds of times the tolerance, for stages of order 2 and less see a stiff
-//!   direction that turns as a constraint of index 3; here it is twenty times.
-//! * **Source**: Hairer & Wanner, *Solving ODE II*, 2nd ed., §IV.8; code `radau5.f`; Gustafsson, ACM TOMS 20 (1994) 496.
+//! * **Problem**: stiff motions, at tolerances down to about 10⁻¹⁰: springs and dampers that are fast against
+//!   what is looked for.
+//! * **Formula**: collocation at c = (4 − √6)/10, (4 + √6)/10, 1. Of the stages only the velocities are
+//!   unknown, as q̇ = u gives the positions: Zᵘ = h A a(q₀ + h c u₀ + h A Zᵘ, u₀ + Zᵘ). Simplified Newton
+//!   iterations in variables W = T⁻¹ Zᵘ that diagonalise A⁻¹: with an eigenvalue μ of A⁻¹/h, each is one
+//!   system of N equations, (μ − ∂a/∂u − ∂a/∂q/μ) ΔW = T⁻¹ a − μ W, one real and one complex.
+//! * **Jacobian and factors** are kept while the iterations converge fast, and the step while it would change
+//!   little.
+//! * **Order** 5, 3 for stages. Velocities and positions of very stiff motions may converge with order 3
+//!   alone: order reduction.
+//! * **Error estimate**: an embedded formula of order 3 with the factored real matrix as filter, (γ/h − J)⁻¹
+//!   (f₀ + Σ eᵢ Zᵢ/h), so that what is stiff does not shorten the steps. It is far larger than the error of
+//!   the step; as in Hairer's code it is held against 0.1 · tolerance^⅔. Predictive step control
+//!   (Gustafsson).
+//! * **Dense output**: the collocation polynomial of order 3 for u, its integral, of order 4, for q; where
+//!   the quintic through q, q̇, q̈ at both ends ([`Hermite`]) agrees with it to what it may be off, that one,
+//!   of order 4 in u: up to five times nearer where nothing is stiff. Where the quintic solves the equations
+//!   of the stages nothing is made again for it; else Newton's iterations start from the known ends of the
+//!   step.
+//! * **Stability**: A-, B- and L-stable: what is stiff is damped, oscillations too. It is no method for
+//!   oscillations that matter.
+//! * **Cost**: 3 evaluations of q̈ per iteration, 2 to 5 iterations a step, and 1 at its end; 2N + 1 for a
+//!   Jacobian by differences.
+//! * **Constraints**: the stages solve the system with Φ̈ = 0, its multipliers eliminated, and the end is
+//!   projected. The stabilised form of index 2 (Gear, Gupta & Leimkuhler), in which λ and a multiplier of Φ =
+//!   0 are unknowns of the stages, was measured beside it on the car axis, 1,200 fixed steps: the same errors
+//!   of q (6e-9) and u (2e-7), but its own λ has order 3 and is wrong by 2e-5, those of the state, as they
+//!   are here, have order 5 and are wrong by 4e-8. It would cost larger matrices for that, and drift is at
+//!   rounding either way. Six digits of the multipliers of Andrews' mechanism and of the car axis at
+//!   tolerance 1e-8, where the index-3 code `radau5.f` has 0.2 and 2.7, are promised by tests
+//!   (`tests/mechanisms/`): hence no GGL form.
+//! * **Moderate accuracy**: an ESDIRK method of order 4 ([`Esdirk4`](super::Esdirk4)) and a Rosenbrock method
+//!   of order 4 were measured beside it. On a pendulum on a stiff damped spring (k = 1e8) errors of their
+//!   steps, each within its tolerance, all have one sign and add up to hundreds of times the tolerance, for
+//!   stages of order 2 and less see a stiff direction that turns as a constraint of index 3; here it is
+//!   twenty times.
+//! * **Source**: Hairer & Wanner, *Solving ODE II*, 2nd ed., §IV.8; code `radau5.f`; Gustafsson, ACM TOMS 20
+//!   (1994) 496.
 
 use super::linear::{
     Matrices, factor, factor_blocks, factor_complex, product, reciprocal, solve, solve_blocks, solve_complex,
@@ -56,7 +71,8 @@ const LEFT: f64 = 0.01;
 const STAGED_LEFT: f64 = 1e-4;
 /// Number of N×N matrices that memory is needed for.
 const SQUARES: usize = 14;
-/// Steps that are made with the Jacobians of their stages before one Jacobian is tried again; twice as many each time that this fails.
+/// Steps that are made with the Jacobians of their stages before one Jacobian is tried again; twice as many
+/// each time that this fails.
 const STAGED: u32 = 32;
 /// Iterations with the Jacobians of the stages that converge no faster get new ones.
 const SLOW: f64 = 0.1;
@@ -107,7 +123,8 @@ struct Last<V> {
     keep: bool,
 }
 
-/// ∂a/∂q, ∂a/∂u and the factored matrices: real, complex in two parts, and that of all stages, which is three times as large each way.
+/// ∂a/∂q, ∂a/∂u and the factored matrices: real, complex in two parts, and that of all stages, which is three
+/// times as large each way.
 #[inline(always)]
 fn split<V: Vector>(matrices: &mut Matrices<V, SQUARES>) -> [&mut [f64]; 6] {
     let (small, large) = matrices.all().split_at_mut(5 * V::LEN * V::LEN);
@@ -126,7 +143,8 @@ enum Newton {
 }
 
 impl<V: Vector> Radau5<V> {
-    /// Factors γ/h − ∂a/∂u − (h/γ) ∂a/∂q and the same with the complex eigenvalue; false where one is singular.
+    /// Factors γ/h − ∂a/∂u − (h/γ) ∂a/∂q and the same with the complex eigenvalue; false where one is
+    /// singular.
     fn factor_transformed(&mut self, h: f64) -> bool {
         if self.factored_for != 0.0 && (h / self.factored_for - 1.0).abs() <= SAME {
             return true;
@@ -153,9 +171,14 @@ impl<V: Vector> Radau5<V> {
         exchanges.is_some()
     }
 
-    /// Factors what Newton's method itself has: row block i of the derivative of A⁻¹Zᵘ/h − a is (A⁻¹)ᵢⱼ/h − δᵢⱼ ∂a/∂u − h aᵢⱼ ∂a/∂q, with the
-    /// derivatives at stage i.
-    fn factor_stages<S: System<V>>(&mut self, system: &mut S, start: &Knot<V>, h: f64) -> Result<bool, S::Error> {
+    /// Factors what Newton's method itself has: row block i of the derivative of A⁻¹Zᵘ/h − a is (A⁻¹)ᵢⱼ/h −
+    /// δᵢⱼ ∂a/∂u − h aᵢⱼ ∂a/∂q, with the derivatives at stage i.
+    fn factor_stages<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &Knot<V>,
+        h: f64,
+    ) -> Result<bool, S::Error> {
         let n = V::LEN;
         // Their memory serves for the Jacobians of the stages.
         self.factored_for = 0.0;
@@ -217,8 +240,8 @@ impl<V: Vector> Radau5<V> {
         y
     }
 
-    /// Solves for the stages, from where `z` is: with one Jacobian in transformed variables, or with one for each stage. `enough`: the part of
-    /// the permitted error that may be left.
+    /// Solves for the stages, from where `z` is: with one Jacobian in transformed variables, or with one for
+    /// each stage. `enough`: the part of the permitted error that may be left.
     fn iterate<S: System<V>>(
         &mut self,
         system: &mut S,
@@ -259,7 +282,8 @@ impl<V: Vector> Radau5<V> {
                 rate_before = rate;
                 renew = staged && rate > SLOW;
                 if self.rate >= 0.99 {
-                    // Corrections that do not get smaller, and are no more than may be left, are the rounding of stiff forces.
+                    // Corrections that do not get smaller, and are no more than may be left, are the rounding
+                    // of stiff forces.
                     let rounding = size.max(before) <= enough;
                     // What Newton's method itself does in the beginning says little.
                     if !rounding && (!staged || size > 1e3 * first) {
@@ -281,7 +305,8 @@ impl<V: Vector> Radau5<V> {
                 (0..V::LEN).for_each(|l| w[l] += change[l]);
             }
             self.z = combine(&T, &w);
-            // One correction does not tell whether the next is smaller: a stiff direction that turns makes another large of what is small in it.
+            // One correction does not tell whether the next is smaller: a stiff direction that turns makes
+            // another large of what is small in it.
             if self.factor * size <= enough && iteration > 1 {
                 return Ok(Newton::Solved);
             }
@@ -407,7 +432,8 @@ fn combine<V: Vector>(matrix: &[[f64; 3]; 3], v: &[V; 3]) -> [V; 3] {
     })
 }
 
-/// The estimate has order 3, the result 5: an estimate of tolerance^⅔ belongs to an error of about the tolerance.
+/// The estimate has order 3, the result 5: an estimate of tolerance^⅔ belongs to an error of about the
+/// tolerance.
 fn of_estimate(tolerances: &Tolerances) -> Tolerances {
     let inner = |x: f64| 0.1 * math::powf(x, 2.0 / 3.0);
     let Tolerances { absolute, relative } = *tolerances;
@@ -417,8 +443,8 @@ fn of_estimate(tolerances: &Tolerances) -> Tolerances {
     }
 }
 
-/// The part of `permitted` that Newton's iterations may leave: a hundredth of what is permitted in the result. Where convergence and not accuracy
-/// bounds the step, what they leave adds up.
+/// The part of `permitted` that Newton's iterations may leave: a hundredth of what is permitted in the
+/// result. Where convergence and not accuracy bounds the step, what they leave adds up.
 fn enough(tolerances: &Tolerances, permitted: &Tolerances) -> f64 {
     let (wanted, inner) = match permitted.relative > 0.0 {
         true => (tolerances.relative, permitted.relative),
@@ -476,7 +502,8 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        // Also where one Jacobian does not do and those of the stages are tried; and not in another step, if this one fails.
+        // Also where one Jacobian does not do and those of the stages are tried; and not in another step, if
+        // this one fails.
         let known = self.known.take();
         let here = Some((start.t, start.y));
         self.repeated = self.tried == here;
@@ -488,7 +515,10 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         let scale = zip(&start.y, &start.y, |x, y| permitted.scale(x, y));
         let enough = enough(tolerances, &permitted);
         let mut staged = self.staged.0 > 0;
-        let keeps = !staged && self.last.is_some_and(|last| last.keep) && !self.repeated && self.jacobian_at.is_some();
+        let keeps = !staged
+            && self.last.is_some_and(|last| last.keep)
+            && !self.repeated
+            && self.jacobian_at.is_some();
         let mut fresh = self.jacobian_at == here;
         if !(fresh || keeps) {
             self.differentiate(system, start)?;
@@ -501,8 +531,10 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
                 (None, None) => [V::zeros(); 3],
             };
             let enough = match staged {
-                // Newton's method converges fast, and what is stiff turns small errors of positions into large forces.
-                true => (STAGED_LEFT * enough).max(10.0 * f64::EPSILON / permitted.relative.max(permitted.absolute)),
+                // Newton's method converges fast, and what is stiff turns small errors of positions into
+                // large forces.
+                true => (STAGED_LEFT * enough)
+                    .max(10.0 * f64::EPSILON / permitted.relative.max(permitted.absolute)),
                 false => enough,
             };
             let ended = self.iterate(system, start, h, &scale, (enough, staged))?;
@@ -550,8 +582,9 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         Ok(Between::choose(Hermite::between(start, end, h), stages, &end.y, &self.permitted))
     }
 
-    /// The quintic, where it solves the equations of the stages to within what is permitted: with r = q̈(θ) − a there, its u differs from that of the stages by h A r, what is
-    /// stiff by less; r is 0 at the end, and of the other columns the first two rows of |A| sum to 0.7 at most.
+    /// The quintic, where it solves the equations of the stages to within what is permitted: with r = q̈(θ) −
+    /// a there, its u differs from that of the stages by h A r, what is stiff by less; r is 0 at the end, and
+    /// of the other columns the first two rows of |A| sum to 0.7 at most.
     fn by_ends<S: System<V>>(
         &mut self,
         system: &mut S,

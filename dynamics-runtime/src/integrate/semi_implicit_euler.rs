@@ -1,10 +1,12 @@
 //! SemiImplicitEuler: the semi-implicit (symplectic) Euler method.
 //!
-//! * **Problem**: real time at a fixed rate, where one evaluation per step is all there is time for and a per cent is good enough.
-//! * **Formula**: u₁ = u₀ + h a(t₀, q₀, u₀), q₁ = q₀ + h u₁: positions move with the new velocities. That one difference from Euler's method keeps
-//!   oscillations from growing.
+//! * **Problem**: real time at a fixed rate, where one evaluation per step is all there is time for and a per
+//!   cent is good enough.
+//! * **Formula**: u₁ = u₀ + h a(t₀, q₀, u₀), q₁ = q₀ + h u₁: positions move with the new velocities. That one
+//!   difference from Euler's method keeps oscillations from growing.
 //! * **Order** 1; no error estimate, hence a fixed step.
-//! * **Structure**: symplectic where q̈ = a(t, q) comes from a potential and a constant M; energy then errs by O(h) for exponentially long times.
+//! * **Structure**: symplectic where q̈ = a(t, q) comes from a potential and a constant M; energy then errs
+//!   by O(h) for exponentially long times.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: oscillations to hω = 2.
 //! * **Cost**: 1 evaluation of q̈ per step.

@@ -44,7 +44,8 @@ pub struct Step<V> {
 pub struct Kept {
     /// Its stages were settled: near a position where what holds them nearly loses a direction.
     pub stages: bool,
-    /// States between its ends have to be settled: it is as long as it is because what settling its end removes was no error.
+    /// States between its ends have to be settled: it is as long as it is because what settling its end
+    /// removes was no error.
     pub between: bool,
     /// Branches of the accelerations were held in it: see [`System::hold_branches`].
     pub branches: bool,
@@ -64,20 +65,22 @@ pub enum StepError<E> {
     },
     /// The tolerance asks for steps below the resolution of time.
     StepTooSmall {
-        /// Index of the coordinate whose error is the largest; 0 where no step was tried because none is resolved.
+        /// Index of the coordinate whose error is the largest; 0 where no step was tried because none is
+        /// resolved.
         coordinate: usize,
         /// Size of the last attempt.
         h: f64,
     },
-    /// What settles the end of a fixed step would have moved it by a part of the way that the step had come: it would decide the motion, and not
-    /// the method.
+    /// What settles the end of a fixed step would have moved it by a part of the way that the step had come:
+    /// it would decide the motion, and not the method.
     Displaced {
         /// Index of the coordinate that would have been moved most.
         coordinate: usize,
         /// Size of the step.
         h: f64,
     },
-    /// The equations of an implicit method could not be solved, however short the step; with a fixed step, at that step.
+    /// The equations of an implicit method could not be solved, however short the step; with a fixed step, at
+    /// that step.
     NotSolved {
         /// Index of the coordinate whose last correction was the largest.
         coordinate: usize,
@@ -86,11 +89,11 @@ pub enum StepError<E> {
     },
 }
 
-/// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one whose error is too
-/// large shrinks as the power law of the error says: neither takes half as many.
+/// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one
+/// whose error is too large shrinks as the power law of the error says: neither takes half as many.
 const MOST_REJECTIONS: u32 = 60;
-/// A step whose end moves by so many times what it was off, along what holds it, is near a singular position of that: made again with its stages
-/// settled, if it moves by more than [`FAR`] permitted errors.
+/// A step whose end moves by so many times what it was off, along what holds it, is near a singular position
+/// of that: made again with its stages settled, if it moves by more than [`FAR`] permitted errors.
 const AMPLIFIED: f64 = 2.0;
 /// See [`AMPLIFIED`].
 const FAR: f64 = 1.0;
@@ -198,8 +201,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         &self.scheme
     }
 
-    /// Replaces the accelerations where it stands, at a position at which the system itself does not know them; the next step is proposed to be no
-    /// shorter than `h`, as accelerations so near to that position are noise.
+    /// Replaces the accelerations where it stands, at a position at which the system itself does not know
+    /// them; the next step is proposed to be no shorter than `h`, as accelerations so near to that position
+    /// are noise.
     pub fn leave_with(&mut self, a: V, h: f64) {
         self.now.a = a;
         self.h = self.h.max(h.min(self.options.most));
@@ -229,13 +233,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.h
     }
 
-    /// When the problem was first found stiff for this method: stability, not accuracy, bounds the step there.
+    /// When the problem was first found stiff for this method: stability, not accuracy, bounds the step
+    /// there.
     #[must_use]
     pub fn stiff_at(&self) -> Option<f64> {
         self.stiff_at
     }
 
-    /// When the motion was first found to slide along a place where accelerations jump, which they lead to from both sides.
+    /// When the motion was first found to slide along a place where accelerations jump, which they lead to
+    /// from both sides.
     #[must_use]
     pub fn slides_at(&self) -> Option<f64> {
         self.slides_at
@@ -247,7 +253,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.slides
     }
 
-    /// How many fixed steps were made in parts, to go round positions where what holds the system nearly loses a direction, and when the first.
+    /// How many fixed steps were made in parts, to go round positions where what holds the system nearly
+    /// loses a direction, and when the first.
     #[must_use]
     pub fn parted(&self) -> (u64, Option<f64>) {
         self.passing.parted()
@@ -270,7 +277,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 h = end_t - start.t;
             }
             if end_t == start.t {
-                // Time does not resolve the step: at a large t, or where the first or fixed step is absurdly small.
+                // Time does not resolve the step: at a large t, or where the first or fixed step is absurdly
+                // small.
                 return Err(StepError::StepTooSmall { coordinate: 0, h: self.h });
             }
             let mut trial = self.try_step::<_, false>(system, end_t, h);
@@ -336,7 +344,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// The first step from where it stands.
     fn first_step<Y: System<V>>(&self, system: &mut Y, limit: f64) -> f64 {
         let t = self.now.t;
-        let (most, direction) = (self.options.most.min((limit - t).abs()), if limit < t { -1.0 } else { 1.0 });
+        let (most, direction) =
+            (self.options.most.min((limit - t).abs()), if limit < t { -1.0 } else { 1.0 });
         first_step(system, &self.now, (S::ORDER, S::LONG_STEPS), direction, most, &self.options.tolerances)
     }
 
@@ -449,7 +458,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             let noise = moved.as_ref().map_or(0.0, |moved| moved.noise);
             let a = match moved {
                 Some(moved) => {
-                    let decided = self.decided(system, &moved, (&unsettled, &y), end_t).map_err(Failure::Evaluation)?;
+                    let decided =
+                        self.decided(system, &moved, (&unsettled, &y), end_t).map_err(Failure::Evaluation)?;
                     error = error.max(decided);
                     apart = if moved.noise > UNCERTAIN { apart.max(moved.noise) } else { apart };
                     system.accelerations(end_t, &y.q, &y.u)
@@ -472,9 +482,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Self::is_explicit() && system.hold_stages(true, tolerances)
     }
 
-    /// What settling the end of a step removes is no error of it: the share of the error that lasts. Near a singular position,
-    /// rounding errors of the direction that the constraints lose would else be taken for errors of the method, which no step size makes
-    /// smaller.
+    /// What settling the end of a step removes is no error of it: the share of the error that lasts. Near a
+    /// singular position, rounding errors of the direction that the constraints lose would else be taken for
+    /// errors of the method, which no step size makes smaller.
     #[cold]
     fn lasting_part<Y: System<V>>(&mut self, system: &mut Y, t: f64, y: &Phase<V>) -> Result<f64, Y::Error> {
         let error = self.scheme.error_vector();
@@ -497,8 +507,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         };
         let (accepted, factor) = control.judge(error);
         let factor = self.scheme.pace(factor, error);
-        // A step that was cut short, by the end of the motion or to go round a singular position, proves nothing against longer ones; one that is
-        // rejected does, however much longer the proposal was.
+        // A step that was cut short, by the end of the motion or to go round a singular position, proves
+        // nothing against longer ones; one that is rejected does, however much longer the proposal was.
         let (proposed, next) = (self.h.min(self.options.most), h * factor);
         let cut = h < 0.99 * proposed;
         self.h = if accepted && cut { next.max(proposed) } else { next }.min(self.options.most);

@@ -1,22 +1,28 @@
 //! StormerVerlet: the Störmer–Verlet method in its velocity form, with RATTLE for constraints.
 //!
-//! * **Problem**: long motions of conservative systems whose forces depend on positions and time alone, at moderate accuracy: energy and invariants
-//!   stay near their values however long the motion, where other methods lose or gain a little in every step.
-//! * **Formula**: u½ = u₀ + h/2·a₀, q₁ = q₀ + h u½, u₁ = u½ + h/2·a₁. With holonomic constraints q₁ is moved along M⁻¹Φ_qᵀ(q₀) onto Φ = 0 and u½ with
-//!   it, then u₁ along M⁻¹Φ_qᵀ(q₁) onto Φ̇ = 0: RATTLE, symplectic and reversible on the constraints as Verlet's is without.
-//! * **Order** 2; no error estimate, hence a fixed step: a step that varied would lose what the method is for.
-//! * **Structure**: symplectic, reversible, keeps linear and quadratic momenta to rounding. The energy error is bounded by O(h²) for times exponentially
-//!   long in 1/h, as the step is all but exactly a motion of a nearby energy. True while M is constant and forces have no velocities:
-//!   simulations refuse other models, as M(q) brings velocities into Q. Systems that do not say so
-//!   ([`System::has_velocity_forces`]) are evaluated twice per step, which keeps order 2 and nothing else.
-//! * **Change points** are not passed: beside a position where constraints lose rank their gradients where a step starts do not lead onto Φ = 0 where it ends. Simulations end there with an error that
-//!   names the position, and what passes it.
-//! * **Resonance**: steps near hω = π/2, 2π/3, … of a nonlinear oscillation excite it by the step; hω < 1 is safe.
+//! * **Problem**: long motions of conservative systems whose forces depend on positions and time alone, at
+//!   moderate accuracy: energy and invariants stay near their values however long the motion, where other
+//!   methods lose or gain a little in every step.
+//! * **Formula**: u½ = u₀ + h/2·a₀, q₁ = q₀ + h u½, u₁ = u½ + h/2·a₁. With holonomic constraints q₁ is moved
+//!   along M⁻¹Φ_qᵀ(q₀) onto Φ = 0 and u½ with it, then u₁ along M⁻¹Φ_qᵀ(q₁) onto Φ̇ = 0: RATTLE, symplectic
+//!   and reversible on the constraints as Verlet's is without.
+//! * **Order** 2; no error estimate, hence a fixed step: a step that varied would lose what the method is
+//!   for.
+//! * **Structure**: symplectic, reversible, keeps linear and quadratic momenta to rounding. The energy error
+//!   is bounded by O(h²) for times exponentially long in 1/h, as the step is all but exactly a motion of a
+//!   nearby energy. True while M is constant and forces have no velocities: simulations refuse other models,
+//!   as M(q) brings velocities into Q. Systems that do not say so ([`System::has_velocity_forces`]) are
+//!   evaluated twice per step, which keeps order 2 and nothing else.
+//! * **Change points** are not passed: beside a position where constraints lose rank their gradients where a
+//!   step starts do not lead onto Φ = 0 where it ends. Simulations end there with an error that names the
+//!   position, and what passes it.
+//! * **Resonance**: steps near hω = π/2, 2π/3, … of a nonlinear oscillation excite it by the step; hω < 1 is
+//!   safe.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: oscillations to hω = 2.
 //! * **Cost**: 1 evaluation of q̈ per step; with constraints 2, and corrections.
-//! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §I.1.4, §VI.3, §VII.1.4, §IX; Andersen, J. Comput. Phys. 52 (1983) 24;
-//!   Leimkuhler, Skeel, J. Comput. Phys. 112 (1994) 117.
+//! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §I.1.4, §VI.3, §VII.1.4,
+//!   §IX; Andersen, J. Comput. Phys. 52 (1983) 24; Leimkuhler, Skeel, J. Comput. Phys. 112 (1994) 117.
 
 use super::tableau::zip;
 use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
@@ -30,7 +36,8 @@ pub(super) fn moved<V: Vector>(x: &V, h: f64, d: &V) -> V {
     out
 }
 
-/// One step of the velocity form, without constraints, added to the way from y₀ to where it starts, (t, q̈) there; q̈ at its end, at a velocity nearby.
+/// One step of the velocity form, without constraints, added to the way from y₀ to where it starts, (t, q̈)
+/// there; q̈ at its end, at a velocity nearby.
 #[inline(always)]
 pub(super) fn verlet<V: Vector, S: System<V>>(
     system: &mut S,
@@ -104,8 +111,17 @@ macro_rules! scheme {
             }
 
             #[inline(always)]
-            fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-                if system.has_velocity_forces() { system.accelerations(end_t, &end.q, &end.u) } else { Ok(self.k[1].u) }
+            fn finish<S: System<V>>(
+                &mut self,
+                system: &mut S,
+                end_t: f64,
+                end: &Phase<V>,
+            ) -> Result<V, S::Error> {
+                if system.has_velocity_forces() {
+                    system.accelerations(end_t, &end.q, &end.u)
+                } else {
+                    Ok(self.k[1].u)
+                }
             }
 
             fn stages(&self) -> &[Phase<V>] {

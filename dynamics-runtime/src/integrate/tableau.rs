@@ -26,7 +26,12 @@ pub(crate) fn sum<V: Vector, const K: usize>(row: &Row<K>, k: &[Phase<V>]) -> Ph
 
 /// y + h Σⱼ aⱼ kⱼ.
 #[inline(always)]
-pub(crate) fn advance<V: Vector, const K: usize>(y: &Phase<V>, h: f64, row: &Row<K>, k: &[Phase<V>]) -> Phase<V> {
+pub(crate) fn advance<V: Vector, const K: usize>(
+    y: &Phase<V>,
+    h: f64,
+    row: &Row<K>,
+    k: &[Phase<V>],
+) -> Phase<V> {
     let mut out = sum(row, k);
     let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
     for i in 0..V::LEN {
@@ -51,11 +56,13 @@ pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V
     out
 }
 
-/// The rows of a tableau as data, with the nodes of the method and the index of the stage that the first of them makes.
+/// The rows of a tableau as data, with the nodes of the method and the index of the stage that the first of
+/// them makes.
 pub(crate) type Rows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
 
-/// Stages of an explicit method from y at t, each from those before it, by rows that are data; where the last of them stands. To the bits of
-/// [`advance`] and [`System::derivative`] written out stage by stage, slower by the part of a step that is not evaluations, and one copy for all methods.
+/// Stages of an explicit method from y at t, each from those before it, by rows that are data; where the last
+/// of them stands. To the bits of [`advance`] and [`System::derivative`] written out stage by stage, slower
+/// by the part of a step that is not evaluations, and one copy for all methods.
 #[inline(never)]
 pub(crate) fn stages<V: Vector, S: System<V>>(
     system: &mut S,
@@ -141,9 +148,9 @@ impl Tolerances {
 
 /// |h λ| of the dominant eigenvalue λ, from two nearby states (y, q̈) at the same time; `None` where they coincide.
 ///
-/// Hairer's test compares derivatives by the Euclidean norm of all of (q, u); a fast oscillator would then look stiff by a mere choice
-/// of units, because there u is ω times q. For q̈ = a(q, u) an eigensolution has |Δu| = |λ| |Δq| and |Δa| = |λ| |Δu|, so
-/// min(|Δa|/|Δu|, √(|Δa|/|Δq|)) is |λ| again, whatever the units.
+/// Hairer's test compares derivatives by the Euclidean norm of all of (q, u); a fast oscillator would then
+/// look stiff by a mere choice of units, because there u is ω times q. For q̈ = a(q, u) an eigensolution
+/// has |Δu| = |λ| |Δq| and |Δa| = |λ| |Δu|, so min(|Δa|/|Δu|, √(|Δa|/|Δq|)) is |λ| again, whatever the units.
 pub(crate) fn stiffness<V: Vector>(h: f64, (x, a): (&Phase<V>, &V), (y, b): (&Phase<V>, &V)) -> Option<f64> {
     let (q, u, acceleration) = (distance(&x.q, &y.q), distance(&x.u, &y.u), distance(a, b));
     (q > 0.0 && u > 0.0).then(|| h.abs() * (acceleration / u).min(math::sqrt(acceleration / q)))

@@ -1,24 +1,31 @@
 //! Taylor series of adaptive order and step.
 //!
-//! * **Problem**: smooth, not stiff, from six digits to all that there are; accelerations that can be expanded (models whose code is generated).
-//! * **Formula**: q(t₀ + h) = Σ qₖ hᵏ and u likewise, with coefficients by recurrences that the model's code contains
-//!   ([`System::series`]): exact derivatives, no differences. M is factored once per step.
-//! * **Constraints**: Φ = 0 in every coefficient, so that what the step leaves of Φ is the error of the step; projection removes it at its end. Their
-//!   equations are solved as a system of index 3 with one factorisation per step (Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 47 (2007) 191).
-//! * **Order** p from the tolerance ε, p = 1 − ½ f ln ε. With f = 1 work per unit of time is least where the work of a step grows with p²
-//!   (Jorba, Zou); here most of it grows with p, and the best f, measured, is larger.
-//! * **Error estimate**: the last two terms. The step is chosen before it is made, as the longest for which both are permitted; at its end the
-//!   accelerations of the model are compared with those of the series. Where the model chooses (`if`, min, max, abs, signum) the series is that of the
-//!   branch at its start: there the comparison is also made within the step, and steps are repeated shorter until the branch is the right one.
-//! * **Where there is no series**: at the edge of a contact max(δ, 0)^1.5 accelerations are finite and their derivatives are not, and just beside
-//!   it a series converges no farther than back to it. There a step keeps the accelerations of its start, as short as what they change by permits;
-//!   the next ones grow with their distance.
+//! * **Problem**: smooth, not stiff, from six digits to all that there are; accelerations that can be
+//!   expanded (models whose code is generated).
+//! * **Formula**: q(t₀ + h) = Σ qₖ hᵏ and u likewise, with coefficients by recurrences that the model's code
+//!   contains ([`System::series`]): exact derivatives, no differences. M is factored once per step.
+//! * **Constraints**: Φ = 0 in every coefficient, so that what the step leaves of Φ is the error of the step;
+//!   projection removes it at its end. Their equations are solved as a system of index 3 with one
+//!   factorisation per step (Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 47 (2007) 191).
+//! * **Order** p from the tolerance ε, p = 1 − ½ f ln ε. With f = 1 work per unit of time is least where the
+//!   work of a step grows with p² (Jorba, Zou); here most of it grows with p, and the best f, measured, is
+//!   larger.
+//! * **Error estimate**: the last two terms. The step is chosen before it is made, as the longest for which
+//!   both are permitted; at its end the accelerations of the model are compared with those of the series.
+//!   Where the model chooses (`if`, min, max, abs, signum) the series is that of the branch at its start:
+//!   there the comparison is also made within the step, and steps are repeated shorter until the branch is
+//!   the right one.
+//! * **Where there is no series**: at the edge of a contact max(δ, 0)^1.5 accelerations are finite and their
+//!   derivatives are not, and just beside it a series converges no farther than back to it. There a step
+//!   keeps the accelerations of its start, as short as what they change by permits; the next ones grow with
+//!   their distance.
 //! * **Dense output**: the series itself, of full order, at no cost.
 //! * **Stability**: the disk of radius about (p!)^(1/p), 8.3 for p = 20, on the left.
 //! * **Rounding**: what is lost when a step is added to the state is carried to the next step (Kahan's sum).
 //! * **Cost**: one series, about p/2 evaluations of q̈ at p = 20, and one evaluation at the end.
-//! * **Source**: Jorba, Zou, *A software package for the numerical integration of ODEs by means of high-order Taylor methods*, Experimental
-//!   Mathematics 14 (2005) 99; Corliss, Chang, ACM TOMS 8 (1982) 114; Biscani, Izzo, MNRAS 504 (2021) 2614.
+//! * **Source**: Jorba, Zou, *A software package for the numerical integration of ODEs by means of high-order
+//!   Taylor methods*, Experimental Mathematics 14 (2005) 99; Corliss, Chang, ACM TOMS 8 (1982) 114; Biscani,
+//!   Izzo, MNRAS 504 (2021) 2614.
 
 use super::carry;
 use super::tableau::zip;
@@ -40,20 +47,25 @@ const ORDER_FACTOR: f64 = 1.5;
 const SAFETY: f64 = 0.95;
 /// Tolerances from which on steps are made for a tenth of the tolerance.
 const FINE: f64 = 1e-14;
-/// Largest growth from one step to the next: coefficients that vanish by chance or at rest must not be taken for an exact polynomial.
+/// Largest growth from one step to the next: coefficients that vanish by chance or at rest must not be taken
+/// for an exact polynomial.
 const MOST_GROWTH: f64 = 30.0;
-/// How many times the permitted error the difference of accelerations may make over the step, where the model chooses. A smooth one has less than 10.
+/// How many times the permitted error the difference of accelerations may make over the step, where the model
+/// chooses. A smooth one has less than 10.
 const MOST_DEFECT: f64 = 50.0;
 /// The same where nothing can go wrong but an estimate by terms that vanish by chance.
 const GROSS_DEFECT: f64 = 1e4;
-/// Relative rounding errors of accelerations that are no matter of the step: none is known for models that choose, where a jump is what is sought.
+/// Relative rounding errors of accelerations that are no matter of the step: none is known for models that
+/// choose, where a jump is what is sought.
 const GROSS_ROUNDING: f64 = 1e-8;
-/// Steps below this part of the time, or of the unit in which they are looked for, are none that series can be asked for.
+/// Steps below this part of the time, or of the unit in which they are looked for, are none that series can
+/// be asked for.
 const LEAST_PART: f64 = 1e-13;
 /// Where within a step the branches of a model that chooses are compared, besides its end.
 const WITHIN: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// Taylor series of adaptive order and step. A system without [`System::series`] has none: its first step fails as not finite.
+/// Taylor series of adaptive order and step. A system without [`System::series`] has none: its first step
+/// fails as not finite.
 #[derive(Clone, Copy, Debug)]
 pub struct Taylor<V> {
     /// The order that was asked for.
@@ -169,7 +181,8 @@ impl<V: Vector> Taylor<V> {
         self.planned
     }
 
-    /// What tolerances close to rounding leave of a step: truncation errors, which add up, stay below rounding errors, which do not.
+    /// What tolerances close to rounding leave of a step: truncation errors, which add up, stay below
+    /// rounding errors, which do not.
     fn margin(&self) -> f64 {
         let fine = self.tolerances.is_some_and(|t| t.absolute.max(t.relative) <= FINE);
         if fine { 1.0 - 2.3 / self.series.order as f64 } else { 1.0 }
@@ -314,7 +327,8 @@ impl<V: Vector> Taylor<V> {
     }
 }
 
-/// The power of two in x, with its sign: units of time in which nothing is rounded, and by whose reciprocals nothing is either.
+/// The power of two in x, with its sign: units of time in which nothing is rounded, and by whose reciprocals
+/// nothing is either.
 #[inline(always)]
 fn power_of_two(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & 0xfff0_0000_0000_0000)
@@ -425,7 +439,13 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         Ok(self.acceleration)
     }
 
-    fn dense<S: System<V>>(&mut self, _: &mut S, _: &Knot<V>, _: &Knot<V>, _: f64) -> Result<Series<V>, S::Error> {
+    fn dense<S: System<V>>(
+        &mut self,
+        _: &mut S,
+        _: &Knot<V>,
+        _: &Knot<V>,
+        _: f64,
+    ) -> Result<Series<V>, S::Error> {
         Ok(self.series)
     }
 

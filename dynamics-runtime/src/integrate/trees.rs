@@ -1,7 +1,9 @@
-//! The order conditions of Runge–Kutta methods, for tests: Σ bᵢ φᵢ(τ) = 1/γ(τ) for every rooted tree τ with at most as many vertices as the order.
+//! The order conditions of Runge–Kutta methods, for tests: Σ bᵢ φᵢ(τ) = 1/γ(τ) for every rooted tree τ with
+//! at most as many vertices as the order.
 //!
-//! Of the tree whose root carries τ₁ … τₘ: φ = Π A φ(τⱼ), element by element, and γ = number of its vertices · Π γ(τⱼ). There are 486 trees of up to nine
-//! vertices. Source: Butcher; Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.2.
+//! Of the tree whose root carries τ₁ … τₘ: φ = Π A φ(τⱼ), element by element, and γ = number of its
+//! vertices · Π γ(τⱼ). There are 486 trees of up to nine vertices. Source: Butcher; Hairer, Nørsett, Wanner,
+//! *Solving Ordinary Differential Equations I*, §II.2.
 
 use super::tableau::tests::assert_row_sums;
 use super::{Dense, Nested, Phase};
@@ -95,7 +97,8 @@ impl Tableau {
         order: u32,
         rounding: f64,
     ) {
-        let of = |row: &[(usize, f64)], i: usize| row.iter().filter(|(j, _)| *j == i).map(|(_, x)| x).sum::<f64>();
+        let of =
+            |row: &[(usize, f64)], i: usize| row.iter().filter(|(j, _)| *j == i).map(|(_, x)| x).sum::<f64>();
         let at = |theta: f64| -> Vec<(usize, f64)> {
             let weight = |i: usize| {
                 let (b, first, end) = (of(weights, i), f64::from(i == 0), f64::from(i == last));

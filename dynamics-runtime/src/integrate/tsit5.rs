@@ -1,14 +1,17 @@
 //! Tsit5: Tsitouras 5(4).
 //!
-//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁴, as [`DormandPrince5`](super::DormandPrince5), whose place it takes where its error
-//!   per evaluation is the smaller one; below, [`Dop853`](super::Dop853) needs fewer evaluations.
-//! * **Formula**: seven stages, the last at the end of the step and reused as the first of the next (FSAL). Of the simplifying assumptions only the
-//!   first column's is made: the freedom that is left makes the error terms of order 6 small. The 5th-order result is kept.
+//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁴, as [`DormandPrince5`](super::DormandPrince5),
+//!   whose place it takes where its error per evaluation is the smaller one; below, [`Dop853`](super::Dop853)
+//!   needs fewer evaluations.
+//! * **Formula**: seven stages, the last at the end of the step and reused as the first of the next (FSAL).
+//!   Of the simplifying assumptions only the first column's is made: the freedom that is left makes the error
+//!   terms of order 6 small. The 5th-order result is kept.
 //! * **Order** 5; error estimate 4.
 //! * **Dense output**: order 4, no further evaluation, continuously differentiable.
 //! * **Stability**: real axis to −3.5.
 //! * **Cost**: 6 evaluations of q̈ per step.
-//! * **Source**: Tsitouras, Comput. Math. Appl. 62 (2011) 770; coefficients from its multi-precision values, rounded to the nearest `f64`.
+//! * **Source**: Tsitouras, Comput. Math. Appl. 62 (2011) 770; coefficients from its multi-precision values,
+//!   rounded to the nearest `f64`.
 
 use super::tableau::{Row, advance, stages, stiffness, sum, sum_by, zip};
 use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};

@@ -1,10 +1,12 @@
 //! Verner9: Verner's "most efficient" pair 9(8).
 //!
-//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁹ down to rounding: where [`Dop853`](super::Dop853) makes many steps.
+//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁹ down to rounding: where
+//!   [`Dop853`](super::Dop853) makes many steps.
 //! * **Formula**: sixteen stages of order 9; one embedded result of order 8 gives the error estimate.
 //! * **Order** 9; error estimate 8.
-//! * **Dense output**: order 8, continuously differentiable, with four further stages that are evaluated only when it is asked for. Verner gives their
-//!   rows (and five more for order 9); its weights follow from the order conditions.
+//! * **Dense output**: order 8, continuously differentiable, with four further stages that are evaluated only
+//!   when it is asked for. Verner gives their rows (and five more for order 9); its weights follow from the
+//!   order conditions.
 //! * **Stability**: real axis to −4.5.
 //! * **Cost**: 16 evaluations of q̈ per step, 20 with dense output.
 //! * **Source**: Verner, Numer. Algorithms 53 (2010) 383, and the tables of coefficients that accompany it.
@@ -45,7 +47,8 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 });
     const WEIGHTS: &'static [f64] = &WEIGHTS;
-    // Steps that stability bounds swing about the border, as the error estimate grows steeply there: most of them lie below.
+    // Steps that stability bounds swing about the border, as the error estimate grows steeply there: most of
+    // them lie below.
     const STABILITY_BORDER: f64 = 4.1;
     const SCAN: usize = 8;
     const PROBES: &'static [f64] = &[0.2, 0.6];

@@ -1,8 +1,9 @@
-//! Coefficients of Verner's "most efficient" pair of order 9(8), rounded to the nearest `f64` from its exact values
-//! (J. H. Verner, Numer. Algorithms 53 (2010) 383, and the tables that accompany it).
+//! Coefficients of Verner's "most efficient" pair of order 9(8), rounded to the nearest `f64` from its exact
+//! values (J. H. Verner, Numer. Algorithms 53 (2010) 383, and the tables that accompany it).
 //!
-//! Stages are counted from 0: stage 16 is q̈ at the end of the step, 17 to 20 serve the dense output alone. Verner gives their rows; the weights of
-//! the dense output are what the order conditions of all trees to order 8 leave for these stages: they determine them.
+//! Stages are counted from 0: stage 16 is q̈ at the end of the step, 17 to 20 serve the dense output alone.
+//! Verner gives their rows; the weights of the dense output are what the order conditions of all trees to
+//! order 8 leave for these stages: they determine them.
 
 use super::tableau::Row;
 
@@ -39,7 +40,8 @@ pub(crate) const A3: Row<2> = [(0, 0.03638413148954267), (2, 0.109152394468628)]
 /// Row of stage 4.
 pub(crate) const A4: Row<3> = [(0, 2.02576391439397), (2, -7.638023836496292), (3, 6.173259922102322)];
 /// Row of stage 5.
-pub(crate) const A5: Row<3> = [(0, 0.05112275589406061), (3, 0.17708237945550215), (4, 0.0008027762409222502)];
+pub(crate) const A5: Row<3> =
+    [(0, 0.05112275589406061), (3, 0.17708237945550215), (4, 0.0008027762409222502)];
 /// Row of stage 6.
 pub(crate) const A6: Row<4> =
     [(0, 0.13160063579752163), (3, -0.29572762526696367), (4, 0.08781378035642952), (5, 0.6213052975225275)];

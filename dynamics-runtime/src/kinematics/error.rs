@@ -9,7 +9,8 @@ use crate::model::{Constraints, Model, ModelState};
 use crate::motion::OptionError;
 use crate::motion::numbers::Readable;
 
-/// A kinematic analysis that stopped before its end. What was computed up to there is still in hand: [`KinematicsError::motion`].
+/// A kinematic analysis that stopped before its end. What was computed up to there is still in hand:
+/// [`KinematicsError::motion`].
 pub struct KinematicsError<M: Model> {
     /// What happened.
     pub kind: KinematicsErrorKind,
@@ -46,7 +47,8 @@ pub enum KinematicsErrorKind {
         /// The coordinates that are not determined there.
         coordinates: Involved,
     },
-    /// Lock-up: the drive cannot move the mechanism further. A limit point: Φ_q loses rank and Φ_t is not in its range.
+    /// Lock-up: the drive cannot move the mechanism further. A limit point: Φ_q loses rank and Φ_t is not in
+    /// its range.
     LockUp {
         /// The rows that hold against each other.
         rows: Involved,
@@ -64,7 +66,8 @@ pub enum KinematicsErrorKind {
         /// Whether it was to be passed: beyond it no position has velocities that continue those before it.
         tried: bool,
     },
-    /// Branches of the assembly touch: they have a tangent in common, and which of them the mechanism goes on along no velocity says.
+    /// Branches of the assembly touch: they have a tangent in common, and which of them the mechanism goes on
+    /// along no velocity says.
     BranchesTouch {
         /// The rows that depend on each other there.
         rows: Involved,
@@ -113,48 +116,54 @@ impl fmt::Display for KinematicsErrorKind {
                 match of_velocities {
                     0 => write!(
                         f,
-                        "the constraints leave {degrees} degree{s} of freedom, in {coordinates}; add driving constraints, or use `simulate`"
+                        "the constraints leave {degrees} degree{s} of freedom, in {coordinates}; add driving \
+                         constraints, or use `simulate`"
                     ),
                     _ => write!(
                         f,
-                        "the constraints on positions leave {degrees} degree{s} of freedom, in {coordinates}, and those on velocities \
-                         (`#[nonholonomic]`) say nothing of where it is; use `simulate`, or drive positions by `#[holonomic]` constraints"
+                        "the constraints on positions leave {degrees} degree{s} of freedom, in \
+                         {coordinates}, and those on velocities (`#[nonholonomic]`) say nothing of where it \
+                         is; use `simulate`, or drive positions by `#[holonomic]` constraints"
                     ),
                 }
             }
             Self::SingularStart { rows, coordinates } => write!(
                 f,
-                "the start is a singular position: the rank falls with {rows}, which leaves {coordinates} open; begin at another time"
+                "the start is a singular position: the rank falls with {rows}, which leaves {coordinates} \
+                 open; begin at another time"
             ),
             Self::LockUp { rows, coordinates } => write!(
                 f,
-                "the mechanism locks up: {rows} hold against each other, and the drive would have to move {coordinates} with infinite \
-                 velocity; end the motion before, or drive another coordinate"
+                "the mechanism locks up: {rows} hold against each other, and the drive would have to move \
+                 {coordinates} with infinite velocity; end the motion before, or drive another coordinate"
             ),
             Self::Bifurcation { loss, rows, coordinates, tried } => write!(
                 f,
-                "the assembly bifurcates: the rank falls by {loss} with {rows}, and {coordinates} can go either way{}",
+                "the assembly bifurcates: the rank falls by {loss} with {rows}, and {coordinates} can go \
+                 either way{}",
                 if *tried {
-                    ", but no branch continues the velocities of this one, as `.through_bifurcations()` asks; add a constraint that decides, \
-                     or end the motion before"
+                    ", but no branch continues the velocities of this one, as `.through_bifurcations()` \
+                     asks; add a constraint that decides, or end the motion before"
                 } else {
                     "; add a constraint that decides, or pass it smoothly with `.through_bifurcations()`"
                 }
             ),
             Self::BranchesTouch { rows, coordinates } => write!(
                 f,
-                "branches of the assembly touch: the rank falls with {rows}, and {coordinates} go on along either of two branches that have a tangent in common; declare \
-                 the branch that is meant by itself, or end the motion before"
+                "branches of the assembly touch: the rank falls with {rows}, and {coordinates} go on along \
+                 either of two branches that have a tangent in common; declare the branch that is meant by \
+                 itself, or end the motion before"
             ),
             Self::NoContinuation { row, residual } if residual.abs() <= FULFILLED => write!(
                 f,
-                "the position does not continue, although `{row}` is fulfilled here: its gradient vanishes, and branches meet or end; a closure that is written by its components, \
-                 a row for each, instead of one distance has such positions told apart and passed"
+                "the position does not continue, although `{row}` is fulfilled here: its gradient vanishes, \
+                 and branches meet or end; a closure that is written by its components, a row for each, \
+                 instead of one distance has such positions told apart and passed"
             ),
             Self::NoContinuation { row, residual } => write!(
                 f,
-                "the position does not continue: however short the step, `{row}` cannot be fulfilled (missed by {residual:e}); \
-                 the drive jumps here, or the constraint is not defined further on"
+                "the position does not continue: however short the step, `{row}` cannot be fulfilled (missed \
+                 by {residual:e}); the drive jumps here, or the constraint is not defined further on"
             ),
             Self::Solve(error) => error.fmt(f),
             Self::TooManySteps { limit } => write!(f, "more than {limit} steps; raise `.max_steps(..)`"),

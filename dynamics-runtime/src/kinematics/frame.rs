@@ -1,4 +1,5 @@
-//! The constraint Jacobian at a point of the path, decomposed, and whether one without full rank lies between two points.
+//! The constraint Jacobian at a point of the path, decomposed, and whether one without full rank lies between
+//! two points.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -17,7 +18,8 @@ pub(super) struct Measure {
     pub(super) rows: Vec<usize>,
     /// w: scaled coordinates are y = w q, w = √Mᵢᵢ at the start.
     pub(super) weights: Vec<f64>,
-    /// Norms of the rows at the start, for constraints of one row: scaled by itself such a row has length 1 up to the very place where it loses its gradient.
+    /// Norms of the rows at the start, for constraints of one row: scaled by itself such a row has length 1
+    /// up to the very place where it loses its gradient.
     usual: Vec<f64>,
 }
 
@@ -52,8 +54,9 @@ impl Measure {
             .collect()
     }
 
-    /// Scales of the rows: the largest norm of a row of the same constraint over all scaled columns, so that a component of a vector that loses its
-    /// gradient is seen to lose it; single rows by what they had at the start, if that is more. An error names a row that is not finite.
+    /// Scales of the rows: the largest norm of a row of the same constraint over all scaled columns, so that
+    /// a component of a vector that loses its gradient is seen to lose it; single rows by what they had at
+    /// the start, if that is more. An error names a row that is not finite.
     fn norms<M: Constraints>(&self, model: &M, state: &M::State) -> Result<Vec<f64>, usize> {
         let mut memory = vec![0.0; gradients::memory(M::Vector::LEN, M::Rows::LEN)];
         let gradients = Gradients::alone(model, state, &mut memory);
@@ -99,8 +102,14 @@ impl Frame {
         Ok(Self { scales, a, v, sigma, age: 0 })
     }
 
-    /// The frame of a point near this one's, at a third of the cost: its V nearly decomposes that Jacobian, too.
-    pub(super) fn next<M: Constraints>(&self, measure: &Measure, model: &M, state: &M::State) -> Result<Self, usize> {
+    /// The frame of a point near this one's, at a third of the cost: its V nearly decomposes that Jacobian,
+    /// too.
+    pub(super) fn next<M: Constraints>(
+        &self,
+        measure: &Measure,
+        model: &M,
+        state: &M::State,
+    ) -> Result<Self, usize> {
         if self.age == OLDEST {
             return Self::new(measure, model, state);
         }
@@ -146,7 +155,8 @@ impl Frame {
         self.sigma.iter().filter(|sigma| **sigma > cut).count()
     }
 
-    /// Right singular vectors of the singular values that count as zero: their size in every scaled coordinate.
+    /// Right singular vectors of the singular values that count as zero: their size in every scaled
+    /// coordinate.
     pub(super) fn freedom(&self, cut: f64) -> Vec<f64> {
         let (n, cut) = (self.sigma.len(), cut * self.svd().largest());
         let mut out = vec![0.0; n];
@@ -170,7 +180,8 @@ impl Frame {
         math::sqrt(left.iter().map(|x| x * x).sum())
     }
 
-    /// Unit vectors that the weakest direction connects: that of the coordinates, scaled, and that of the rows, scaled.
+    /// Unit vectors that the weakest direction connects: that of the coordinates, scaled, and that of the
+    /// rows, scaled.
     ///
     /// Where the singular value is 0 that of the rows is taken from what the others leave.
     pub(super) fn weak_pair(&self) -> (Vec<f64>, Vec<f64>) {
@@ -188,7 +199,8 @@ impl Frame {
             unit(&mut left);
             return (right, left);
         }
-        // Rounding noise says nothing of the direction: the unit vector that the other columns leave most of, made orthogonal to them.
+        // Rounding noise says nothing of the direction: the unit vector that the other columns leave most of,
+        // made orthogonal to them.
         let mut best = (0.0, left);
         for k in 0..m {
             let mut candidate = vec![0.0; m];
@@ -209,9 +221,10 @@ impl Frame {
         (right, best.1)
     }
 
-    /// Whether all matrices on the straight line from here to the Jacobian J at another point have full rank, with a margin: the symmetric part
-    /// of Σ^-½ (UᵀJV) Σ^-½, which is the identity here, stays above ¼. Sufficient, not necessary; it holds for every step that is short
-    /// enough, and bounds by how much of itself any singular value falls in one step.
+    /// Whether all matrices on the straight line from here to the Jacobian J at another point have full rank,
+    /// with a margin: the symmetric part of Σ^-½ (UᵀJV) Σ^-½, which is the identity here, stays above ¼.
+    /// Sufficient, not necessary; it holds for every step that is short enough, and bounds by how much of
+    /// itself any singular value falls in one step.
     pub(super) fn leads_to(&self, jacobian: &[f64]) -> bool {
         let (m, n) = (self.scales.len(), self.sigma.len());
         let svd = self.svd();
@@ -224,7 +237,8 @@ impl Frame {
                 d[i * n + j] = product / (self.sigma[i] * math::sqrt(self.sigma[i] * self.sigma[j]));
             }
         }
-        let entry = |i: usize, j: usize| 0.5 * (d[i * n + j] + d[j * n + i]) - if i == j { 0.25 } else { 0.0 };
+        let entry =
+            |i: usize, j: usize| 0.5 * (d[i * n + j] + d[j * n + i]) - if i == j { 0.25 } else { 0.0 };
         is_positive_definite(n, entry)
     }
 }

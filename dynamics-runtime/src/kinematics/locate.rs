@@ -1,15 +1,18 @@
 //! Where a path meets a singular position, and of what kind it is.
 //!
-//! Along the path the smallest singular value σ of the scaled Jacobian goes to zero; t and q are smooth functions of it on both kinds of singular
-//! positions (at a lock-up t* − t ∼ σ², at a bifurcation ∼ σ). Their extrapolation to σ = 0 is polished by Gauss–Newton on
+//! Along the path the smallest singular value σ of the scaled Jacobian goes to zero; t and q are smooth
+//! functions of it on both kinds of singular positions (at a lock-up t* − t ∼ σ², at a bifurcation ∼ σ).
+//! Their extrapolation to σ = 0 is polished by Gauss–Newton on
 //!
 //! ```text
 //! Φ(q, t) = 0        σ(q, t) = 0        and at a bifurcation        wᵀ(Φ_t + Φ_q q̇) = 0
 //! ```
 //!
-//! with w the left singular vector of σ. At a lock-up wᵀΦ_t ≠ 0: no velocity follows the drive. At a bifurcation Φ_t lies in the range of Φ_q.
-//! Derivatives of σ and of the last equation are central differences with frozen singular vectors: good to ten digits, so that the iteration
-//! gains ten digits per step. Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 2000, ch. 3 and 4.
+//! with w the left singular vector of σ. At a lock-up wᵀΦ_t ≠ 0: no velocity follows the drive. At a
+//! bifurcation Φ_t lies in the range of Φ_q. Derivatives of σ and of the last equation are central
+//! differences with frozen singular vectors: good to ten digits, so that the iteration gains ten digits per
+//! step. Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 2000, ch. 3
+//! and 4.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -22,7 +25,8 @@ use crate::constrain::svd::Svd;
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 
-/// A path whose smallest singular value fell to this part of what it had is about to meet a singular position.
+/// A path whose smallest singular value fell to this part of what it had is about to meet a singular
+/// position.
 pub(super) const SUSPECT: f64 = 1e-3;
 /// Points that are extrapolated.
 const MOST_POINTS: usize = 5;
@@ -32,8 +36,9 @@ const DRIVEN: f64 = 1e-5;
 const SINGULAR: f64 = 1e-7;
 /// Singular values below this part of the largest count as lost there.
 const LOST: f64 = 1e-5;
-/// There the constraints hold within this part of the size of the coordinates; what is only extrapolated is that much less exact. Positions
-/// that a path passes at a small distance are none of it: links that are nearly in line miss it by the square of their angle.
+/// There the constraints hold within this part of the size of the coordinates; what is only extrapolated is
+/// that much less exact. Positions that a path passes at a small distance are none of it: links that are
+/// nearly in line miss it by the square of their angle.
 const HOLDS: f64 = 64.0 * f64::EPSILON;
 /// See [`HOLDS`].
 const EXTRAPOLATED: f64 = 1e-9;
@@ -56,8 +61,9 @@ impl<M: Constraints> Tracer<'_, M> {
             return None;
         }
         let sigma: Vec<f64> = points.iter().map(|point| point.frame.least()).collect();
-        let at_zero =
-            |value: &dyn Fn(&Point<M>) -> f64| extrapolate(&sigma, &points.iter().map(value).collect::<Vec<_>>());
+        let at_zero = |value: &dyn Fn(&Point<M>) -> f64| {
+            extrapolate(&sigma, &points.iter().map(value).collect::<Vec<_>>())
+        };
         let mut state = at_time(&points[0].state, at_zero(&|point| point.state.t()));
         for i in 0..M::Vector::LEN {
             state.q_mut()[i] = at_zero(&|point| point.state.q()[i]);
@@ -74,7 +80,8 @@ impl<M: Constraints> Tracer<'_, M> {
             }
             state
         };
-        // Where more than one direction is lost, the weakest of the rows is any of several, and says little along the path.
+        // Where more than one direction is lost, the weakest of the rows is any of several, and says little
+        // along the path.
         let kinds = [guess, !guess].map(|locks_up| (locks_up, self.polish(begun(locks_up), locks_up)));
         let exact = kinds.iter().any(|(_, polished)| polished.is_some());
         let found = kinds.into_iter().find_map(|(locks_up, polished)| {
@@ -112,7 +119,8 @@ impl<M: Constraints> Tracer<'_, M> {
         math::sqrt(dot(&residual, &residual)) / self.measure.scale(state.q().as_slice())
     }
 
-    /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q, by more than a part of what it was before.
+    /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q, by more
+    /// than a part of what it was before.
     fn resists(&self, state: &M::State, frame: &Frame, drive: f64) -> bool {
         let mut at_rest = *state;
         *at_rest.u_mut() = M::Vector::zeros();
@@ -125,12 +133,13 @@ impl<M: Constraints> Tracer<'_, M> {
         let mut at_rest = point.state;
         *at_rest.u_mut() = M::Vector::zeros();
         let (_, left) = point.frame.weak_pair();
-        let rates = scaled(&self.measure, self.model.velocity_residual(&at_rest).as_slice(), &point.frame.scales);
+        let rates =
+            scaled(&self.measure, self.model.velocity_residual(&at_rest).as_slice(), &point.frame.scales);
         (dot(&left, &rates).abs(), math::sqrt(dot(&rates, &rates)))
     }
 
-    /// Gauss–Newton on the equations of the singular position; `None` where it does not converge. Where the path passes one at a distance, it may
-    /// converge to where the equations are missed least.
+    /// Gauss–Newton on the equations of the singular position; `None` where it does not converge. Where the
+    /// path passes one at a distance, it may converge to where the equations are missed least.
     fn polish(&self, mut state: M::State, locks_up: bool) -> Option<(M::State, Frame)> {
         let n = M::Vector::LEN;
         let m = self.measure.rows.len();
@@ -230,7 +239,8 @@ impl<'t, 'm, M: Constraints> Functions<'t, 'm, M> {
             }
         };
         let (up, down) = (beside(1.0), beside(-1.0));
-        [self.sigma(&up) - self.sigma(&down), self.driven(&up) - self.driven(&down)].map(|d| d / (2.0 * epsilon))
+        [self.sigma(&up) - self.sigma(&down), self.driven(&up) - self.driven(&down)]
+            .map(|d| d / (2.0 * epsilon))
     }
 }
 

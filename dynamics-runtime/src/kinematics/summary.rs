@@ -31,8 +31,9 @@ pub struct KinematicSummary {
     pub rejected: u64,
     /// Newton corrections of positions, those of refused steps included.
     pub corrections: u64,
-    /// Largest condition number of Φ_q on the path (largest over smallest singular value, with rows at unit length and coordinates scaled by √Mᵢᵢ):
-    /// positions and velocities lose log₁₀ of it of their sixteen digits there.
+    /// Largest condition number of Φ_q on the path (largest over smallest singular value, with rows at unit
+    /// length and coordinates scaled by √Mᵢᵢ): positions and velocities lose log₁₀ of it of their sixteen
+    /// digits there.
     pub worst_condition: f64,
     /// When it was met.
     pub worst_condition_time: f64,
@@ -67,7 +68,8 @@ impl fmt::Display for KinematicSummary {
         for Passage { time, rows, coordinates } in &self.passages {
             write!(
                 f,
-                "\n  passed       a bifurcation at t = {}: the rank falls with {rows}, {coordinates} could go either way",
+                "\n  passed       a bifurcation at t = {}: the rank falls with {rows}, {coordinates} could \
+                 go either way",
                 Rounded(*time)
             )?;
         }

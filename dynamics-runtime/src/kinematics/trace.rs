@@ -1,10 +1,12 @@
 //! Following the position of a driven mechanism through time.
 //!
-//! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on Φ(q, t) = 0. A step counts only where Newton
-//! contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the solution found is the only one nearby), where no singular position
-//! can lie between (see [`super::frame::Frame::leads_to`]), and where the way found leads back to its start; so branches are not lost, and singular positions are approached in ever shorter
-//! steps instead of being stepped over. The step follows Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
-//! §5.1; E. J. Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
+//! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on Φ(q,
+//! t) = 0. A step counts only where Newton contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the
+//! solution found is the only one nearby), where no singular position can lie between (see
+//! [`super::frame::Frame::leads_to`]), and where the way found leads back to its start; so branches are not
+//! lost, and singular positions are approached in ever shorter steps instead of being stepped over. The step
+//! follows Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, §5.1; E. J.
+//! Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -23,11 +25,14 @@ const ADMISSIBLE: f64 = 0.25;
 const AIM: f64 = 0.02;
 /// Largest first correction that counts, against the size of the coordinates.
 const NEAR: f64 = 0.1;
-/// Seen back from its end by Taylor's series, a step that counts begins where it did within this part of its way, and within [`STILL`].
+/// Seen back from its end by Taylor's series, a step that counts begins where it did within this part of its
+/// way, and within [`STILL`].
 const RETURNS: f64 = 0.25;
-/// Part of the unit of the coordinates within which a way is too short to be judged: drives begin from rest, with t⁴ and the like.
+/// Part of the unit of the coordinates within which a way is too short to be judged: drives begin from rest,
+/// with t⁴ and the like.
 const STILL: f64 = 1e-3;
-/// Corrections below this part of the size of the coordinates are rounding, or about to be: the next one is their square.
+/// Corrections below this part of the size of the coordinates are rounding, or about to be: the next one is
+/// their square.
 const SETTLED: f64 = 1e-11;
 /// Most Newton corrections in a step.
 const MOST_CORRECTIONS: u32 = 12;
@@ -68,8 +73,8 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         Self { model, constants, measure, workspace, effort: Effort::default() }
     }
 
-    /// Velocities, accelerations and the Jacobian at a position that fulfils the constraints; `state` comes with predicted velocities, `before` is
-    /// the frame of a point nearby.
+    /// Velocities, accelerations and the Jacobian at a position that fulfils the constraints; `state` comes
+    /// with predicted velocities, `before` is the frame of a point nearby.
     pub(super) fn complete(&mut self, mut state: M::State, before: Option<&Frame>) -> Result<Point<M>, Kind> {
         let mut right = self.model.velocity_residual(&state);
         negate(&mut right);
@@ -98,7 +103,8 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         at_time(&state, t)
     }
 
-    /// Newton–Raphson on Φ = 0. Returns the largest contraction; an error where it does not converge to the solution nearby.
+    /// Newton–Raphson on Φ = 0. Returns the largest contraction; an error where it does not converge to the
+    /// solution nearby.
     pub(super) fn close(&mut self, state: &mut M::State) -> Result<f64, Kind> {
         let scale = self.measure.scale(state.q().as_slice());
         let (mut last, mut contraction) = (f64::INFINITY, 0.0f64);
@@ -139,8 +145,9 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         Ok((point, contraction))
     }
 
-    /// Whether the way from a point leads back to where the step to it began. Where angles turn fast, beside a singular position, a prediction
-    /// may hit upon the same position some turns further on: there everything closes, and nothing else shows that the turns were not made.
+    /// Whether the way from a point leads back to where the step to it began. Where angles turn fast, beside
+    /// a singular position, a prediction may hit upon the same position some turns further on: there
+    /// everything closes, and nothing else shows that the turns were not made.
     fn leads_back(&self, to: &Point<M>, from: &M::State) -> bool {
         let mut missed = *Self::predict(to, from.t()).q();
         add(&mut missed, -1.0, from.q());

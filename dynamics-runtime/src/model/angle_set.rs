@@ -5,11 +5,14 @@ use core::fmt;
 
 use crate::math::abs;
 
-/// Three coordinates by which something turns, each about an axis as the turns before it left it: a 3-1-3 set, say.
+/// Three coordinates by which something turns, each about an axis as the turns before it left it: a 3-1-3
+/// set, say.
 ///
-/// Where the first and the last axis fall on one line, the first and the last angle turn about the same and the three tell no orientations apart: gimbal lock.
-/// Rates of the angles grow without bounds beside it, and M loses its inverse there unless each angle has inertia of its own. Sets whose first and last axis have one number
-/// (Euler's) lock where the middle angle is 0, ±π, ..; the others (of Tait and Bryan) at ±π/2, .. Source: J. Stuelpnagel, SIAM Review 6 (1964) 422.
+/// Where the first and the last axis fall on one line, the first and the last angle turn about the same and
+/// the three tell no orientations apart: gimbal lock. Rates of the angles grow without bounds beside it, and
+/// M loses its inverse there unless each angle has inertia of its own. Sets whose first and last axis have
+/// one number (Euler's) lock where the middle angle is 0, ±π, ..; the others (of Tait and Bryan) at ±π/2, ..
+/// Source: J. Stuelpnagel, SIAM Review 6 (1964) 422.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AngleSet {
     /// Indices of the coordinates, in the order of the turns.
@@ -19,7 +22,8 @@ pub struct AngleSet {
 }
 
 impl AngleSet {
-    /// How far the middle angle is from the nearest value at which the set locks, in rad; not a number for an angle that is none.
+    /// How far the middle angle is from the nearest value at which the set locks, in rad; not a number for an
+    /// angle that is none.
     #[must_use]
     pub fn distance(&self, q: &[f64]) -> f64 {
         let middle = q[self.angles[1]];
@@ -78,7 +82,8 @@ mod tests {
     fn where_sets_lock() {
         let euler = AngleSet { angles: [0, 1, 2], axes: [3, 1, 3] };
         let cardan = AngleSet { axes: [1, 2, 3], ..euler };
-        let of = |set: AngleSet, middle: f64| (set.locks_at(middle).value(), set.distance(&[0.3, middle, 0.7]));
+        let of =
+            |set: AngleSet, middle: f64| (set.locks_at(middle).value(), set.distance(&[0.3, middle, 0.7]));
         for turns in [-3.0, -1.0, 0.0, 1.0, 2.0] {
             let (at, distance) = of(euler, turns * PI + 0.25);
             assert!((at - turns * PI).abs() < 1e-14 && (distance - 0.25).abs() < 1e-14);

@@ -1,4 +1,5 @@
-//! What a model says of its constraints: rows, their evaluations, and the code that solves for accelerations with them.
+//! What a model says of its constraints: rows, their evaluations, and the code that solves for accelerations
+//! with them.
 
 use core::any::TypeId;
 use core::fmt::Debug;
@@ -51,7 +52,8 @@ pub enum Route {
     },
 }
 
-/// Coordinates that generated code solves for from rows of the constraints, as many as these, before what leads.
+/// Coordinates that generated code solves for from rows of the constraints, as many as these, before what
+/// leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
     /// The rows.
@@ -74,7 +76,8 @@ pub struct Solved<V, R> {
 pub struct Terms<'a> {
     /// M, N×N.
     pub mass: &'a mut [f64],
-    /// Q, N; without what depends on multipliers where [`Constraints::FRICTION`] (there [`Constraints::friction`] gives all of it).
+    /// Q, N; without what depends on multipliers where [`Constraints::FRICTION`] (there
+    /// [`Constraints::friction`] gives all of it).
     pub force: &'a mut [f64],
     /// Φ_q joined by A, R×N.
     pub jacobian: &'a mut [f64],
@@ -109,8 +112,8 @@ impl<const K: usize> Workspace for [f64; K] {
 /// γ = −(Φ_q q̇)_q q̇ − 2 Φ_qt q̇ − Φ_tt    rows A q̇ + b = 0 join Φ_q with their own γ
 /// ```
 ///
-/// R rows in all: the holonomic constraints first, H rows, then the nonholonomic ones, K rows; within each kind in the order of
-/// declaration. Switched constraints have their rows whether they hold or not.
+/// R rows in all: the holonomic constraints first, H rows, then the nonholonomic ones, K rows; within each
+/// kind in the order of declaration. Switched constraints have their rows whether they hold or not.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` has no equations of motion; put `#[dynamics]` on the `impl` block with its energies",
     label = "no `#[dynamics] impl` for this"
@@ -135,11 +138,13 @@ pub trait Constraints: Dynamics {
     const ROWS: &'static [Quantity];
     /// How q̈ and λ are found.
     const ROUTE: Route;
-    /// Which coordinates follow from which rows, in the order of elimination; empty where it goes another way.
+    /// Which coordinates follow from which rows, in the order of elimination; empty where it goes another
+    /// way.
     const BLOCKS: &'static [Block] = &[];
     /// Whether applied forces depend on reactions.
     const FRICTION: bool = false;
-    /// Whether M comes from a kinetic energy, so that no motion that the constraints leave may have negative inertia.
+    /// Whether M comes from a kinetic energy, so that no motion that the constraints leave may have negative
+    /// inertia.
     const KINETIC: bool = false;
 
     /// Φ(q,t), zero on every motion.
@@ -156,7 +161,8 @@ pub trait Constraints: Dynamics {
     fn gamma(&self, state: &Self::State) -> Self::Rows;
     /// M, Q, Φ_q and γ at once.
     fn terms(&self, state: &Self::State, terms: &mut Terms<'_>);
-    /// Q and ∂Q/∂λ (N×R by rows) where applied forces depend on reactions; called only where [`Constraints::FRICTION`].
+    /// Q and ∂Q/∂λ (N×R by rows) where applied forces depend on reactions; called only where
+    /// [`Constraints::FRICTION`].
     fn friction(
         &self,
         _state: &Self::State,
@@ -167,11 +173,12 @@ pub trait Constraints: Dynamics {
     }
     /// How many kinks [`Constraints::reaction_kinks`] writes, at most [`MOST_KINKS`](super::MOST_KINKS).
     const REACTION_KINKS: usize = 0;
-    /// Where the accelerations are not smooth, as far as reactions decide it: |λ| in the size of a friction force.
+    /// Where the accelerations are not smooth, as far as reactions decide it: |λ| in the size of a friction
+    /// force.
     fn reaction_kinks(&self, _state: &Self::State, _multipliers: &Self::Rows, _kinks: &mut [Kink]) {}
-    /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, there is no code for what is released) or does not
-    /// exist. Looks at the state's modes itself.
-    /// Models without constraints give q̈ alone.
+    /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, there is no code
+    /// for what is released) or does not exist. Looks at the state's modes itself. Models without constraints
+    /// give q̈ alone.
     fn solve_unrolled(
         &self,
         constants: &Self::Constants,
@@ -182,16 +189,19 @@ pub trait Constraints: Dynamics {
     fn accelerate_unrolled(&self, constants: &Self::Constants, state: &Self::State) -> Option<Self::Vector> {
         self.solve_unrolled(constants, state).map(|solved| solved.accelerations)
     }
-    /// δ with M δ = Φ_qᵀμ for some μ, Φ_q δ = `right`, by the generated code; `None` as for [`Constraints::solve_unrolled`].
+    /// δ with M δ = Φ_qᵀμ for some μ, Φ_q δ = `right`, by the generated code; `None` as for
+    /// [`Constraints::solve_unrolled`].
     fn correct_unrolled(
         &self,
         constants: &Self::Constants,
         state: &Self::State,
         right: &Self::Rows,
     ) -> Option<Self::Vector>;
-    /// ∂(Φ_qᵀλ)/∂q (N×N), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), by rows one after the other; NaN for a model that is too large for them.
+    /// ∂(Φ_qᵀλ)/∂q (N×N), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), by rows one after the other; NaN for a model that is too
+    /// large for them.
     fn constraint_derivatives(&self, state: &Self::State, multipliers: &Self::Rows, values: &mut [f64]);
-    /// M q̈ − Q − Φ_qᵀλ at given q̈ and λ, N, by code of its own. `false` where none was generated: [`Constraints::inverse_dynamics_with`] does without.
+    /// M q̈ − Q − Φ_qᵀλ at given q̈ and λ, N, by code of its own. `false` where none was generated:
+    /// [`Constraints::inverse_dynamics_with`] does without.
     #[inline]
     fn inverse_unrolled(
         &self,
@@ -202,17 +212,21 @@ pub trait Constraints: Dynamics {
     ) -> bool {
         false
     }
-    /// Inverse dynamics: the generalized forces, work-conjugate to the coordinates, that have to come on top of the model's own for these accelerations,
-    /// M(q,t) q̈ − Q(q,q̇,t). Inputs have the values that they have in the state: with motors at 0 it is what the motors have to give. Reactions of constraints are part of
-    /// it (and forces that depend on reactions are those without any); [`Constraints::inverse_dynamics_with`] takes reactions that are known.
+    /// Inverse dynamics: the generalized forces, work-conjugate to the coordinates, that have to come on top
+    /// of the model's own for these accelerations, M(q,t) q̈ − Q(q,q̇,t). Inputs have the values that they
+    /// have in the state: with motors at 0 it is what the motors have to give. Reactions of constraints are
+    /// part of it (and forces that depend on reactions are those without any);
+    /// [`Constraints::inverse_dynamics_with`] takes reactions that are known.
     ///
-    /// Of bodies that hang on one another by one recursion outward and one inward: operations in proportion to the joints, and M is not formed.
+    /// Of bodies that hang on one another by one recursion outward and one inward: operations in proportion
+    /// to the joints, and M is not formed.
     #[inline]
     fn inverse_dynamics(&self, state: &Self::State, accelerations: &Self::Vector) -> Self::Vector {
         self.inverse_dynamics_with(state, accelerations, &Self::Rows::zeros())
     }
-    /// The generalized forces that have to come on top of the model's own and of reactions with these multipliers for these accelerations, M q̈ − Q − Φ_qᵀλ: zero for
-    /// q̈ and λ of a motion. NaN where forces depend on reactions and no code was generated for it.
+    /// The generalized forces that have to come on top of the model's own and of reactions with these
+    /// multipliers for these accelerations, M q̈ − Q − Φ_qᵀλ: zero for q̈ and λ of a motion. NaN where forces
+    /// depend on reactions and no code was generated for it.
     fn inverse_dynamics_with(
         &self,
         state: &Self::State,
@@ -223,7 +237,8 @@ pub trait Constraints: Dynamics {
         if self.inverse_unrolled(state, accelerations, multipliers, needed.as_mut_slice()) {
             return needed;
         }
-        let (mass, force, jacobian) = (self.mass_matrix(state), self.generalized_force(state), self.jacobian(state));
+        let (mass, force, jacobian) =
+            (self.mass_matrix(state), self.generalized_force(state), self.jacobian(state));
         let (a, lambda) = (accelerations.as_slice(), multipliers.as_slice());
         for (i, needed) in needed.as_mut_slice().iter_mut().enumerate() {
             let carried: f64 = (0..a.len()).map(|j| mass[(i, j)] * a[j]).sum();
@@ -232,9 +247,10 @@ pub trait Constraints: Dynamics {
         }
         needed
     }
-    /// Derivatives of the equations before they are solved, at given q̈ and λ: with r = M q̈ − Q − Φ_qᵀλ (N) joined by Φ̈ = Φ_q q̈ − γ (R),
-    /// ∂r/∂q ((N + R)×N), ∂r/∂q̇ ((N + R)×N), ∂r/∂w ((N + R)×W) for W inputs, then the derivatives of [`Constraints::velocity_residual`] by q
-    /// (R×N); by rows, one after the other. `false` where no code for them was generated.
+    /// Derivatives of the equations before they are solved, at given q̈ and λ: with r = M q̈ − Q − Φ_qᵀλ (N)
+    /// joined by Φ̈ = Φ_q q̈ − γ (R), ∂r/∂q ((N + R)×N), ∂r/∂q̇ ((N + R)×N), ∂r/∂w ((N + R)×W) for W inputs,
+    /// then the derivatives of [`Constraints::velocity_residual`] by q (R×N); by rows, one after the other.
+    /// `false` where no code for them was generated.
     #[inline]
     fn variations(
         &self,
@@ -245,8 +261,9 @@ pub trait Constraints: Dynamics {
     ) -> bool {
         false
     }
-    /// Derivatives of the outputs (Y of them, as [`Outputs::OUTPUTS`](super::Outputs::OUTPUTS) has them) at given q̈ and λ: ∂y/∂q, ∂y/∂q̇, ∂y/∂q̈ (each Y×N), ∂y/∂λ (Y×R), ∂y/∂w (Y×W for W
-    /// inputs); by rows, one after the other. `false` where no code for them was generated.
+    /// Derivatives of the outputs (Y of them, as [`Outputs::OUTPUTS`](super::Outputs::OUTPUTS) has them) at
+    /// given q̈ and λ: ∂y/∂q, ∂y/∂q̇, ∂y/∂q̈ (each Y×N), ∂y/∂λ (Y×R), ∂y/∂w (Y×W for W inputs); by rows, one
+    /// after the other. `false` where no code for them was generated.
     #[inline]
     fn output_variations(
         &self,
@@ -297,7 +314,9 @@ macro_rules! unconstrained {
             fn terms(&self, __state: &Self::State, __terms: &mut $crate::model::Terms<'_>) {
                 // M is symmetric: by rows it is as by columns.
                 __terms.mass.copy_from_slice($crate::model::Dynamics::mass_matrix(self, __state).as_slice());
-                __terms.force.copy_from_slice($crate::model::Dynamics::generalized_force(self, __state).as_slice());
+                __terms
+                    .force
+                    .copy_from_slice($crate::model::Dynamics::generalized_force(self, __state).as_slice());
             }
             fn solve_unrolled(
                 &self,
@@ -305,7 +324,8 @@ macro_rules! unconstrained {
                 __state: &Self::State,
             ) -> ::core::option::Option<$crate::model::Solved<Self::Vector, Self::Rows>> {
                 ::core::option::Option::Some($crate::model::Solved {
-                    accelerations: $crate::model::Dynamics::accelerations_with(self, __constants, __state).ok()?,
+                    accelerations: $crate::model::Dynamics::accelerations_with(self, __constants, __state)
+                        .ok()?,
                     multipliers: Self::Rows::default(),
                 })
             }
@@ -317,7 +337,13 @@ macro_rules! unconstrained {
             ) -> ::core::option::Option<Self::Vector> {
                 ::core::option::Option::Some($crate::model::Vector::zeros())
             }
-            fn constraint_derivatives(&self, _: &Self::State, _: &Self::Rows, _: &mut [::core::primitive::f64]) {}
+            fn constraint_derivatives(
+                &self,
+                _: &Self::State,
+                _: &Self::Rows,
+                _: &mut [::core::primitive::f64],
+            ) {
+            }
             fn constraint_of(_: ::core::any::TypeId) -> ::core::option::Option<::core::primitive::usize> {
                 ::core::option::Option::None
             }

@@ -15,7 +15,8 @@ pub struct Kink {
     pub smooth: [f64; 2],
     /// Whether its sign decides a branch, which a state can hold.
     pub decides: bool,
-    /// Whether it is where an angle, by `atan2`, jumps by a turn: what is made of the angle jumps there, and what moves does not.
+    /// Whether it is where an angle, by `atan2`, jumps by a turn: what is made of the angle jumps there, and
+    /// what moves does not.
     pub is_cut: bool,
 }
 
@@ -47,7 +48,8 @@ impl Kink {
     }
 }
 
-/// Branches of a model's choices that are held while a step is made, by the index of the kink that decides them: see [`Dynamics::kinks`](super::Dynamics::kinks).
+/// Branches of a model's choices that are held while a step is made, by the index of the kink that decides
+/// them: see [`Dynamics::kinks`](super::Dynamics::kinks).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Branches {
     held: u64,

@@ -1,8 +1,11 @@
-//! What is known of a model when it is compiled, so that the compiler leaves out what the model has no use for.
+//! What is known of a model when it is compiled, so that the compiler leaves out what the model has no use
+//! for.
 //!
-//! Generic code is made for every model before it is optimised, and most of the time of compiling a small model goes there. Behind a test of one of these constants by itself
-//! (`if M::IS_FREE`), or of a constant block (`if const { V::LEN > 4 }`), nothing is made that the test rules out; behind `!M::IS_FREE` or a comparison everything is made first. So
-//! tests stand where a part begins, the empty branch first, also where what follows would find nothing to do by itself.
+//! Generic code is made for every model before it is optimised, and most of the time of compiling a small
+//! model goes there. Behind a test of one of these constants by itself (`if M::IS_FREE`), or of a constant
+//! block (`if const { V::LEN > 4 }`), nothing is made that the test rules out; behind `!M::IS_FREE` or a
+//! comparison everything is made first. So tests stand where a part begins, the empty branch first, also
+//! where what follows would find nothing to do by itself.
 
 #[cfg(feature = "alloc")]
 use super::Constraint;
@@ -12,7 +15,8 @@ use super::{Constraints, Route};
 pub(crate) trait Known: Constraints {
     /// It has no constraints.
     const IS_FREE: bool = Self::ROWS.is_empty();
-    /// Its accelerations are those of [`accelerations_with`](crate::model::Dynamics::accelerations_with), and nothing else is asked.
+    /// Its accelerations are those of [`accelerations_with`](crate::model::Dynamics::accelerations_with), and
+    /// nothing else is asked.
     const IS_DIRECT: bool = matches!(Self::ROUTE, Route::Unconstrained);
     /// It has constraints.
     #[cfg(feature = "alloc")]

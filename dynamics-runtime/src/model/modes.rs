@@ -2,8 +2,8 @@
 
 use core::fmt::{self, Debug};
 
-/// The modes of the switched constraints of a model, by their order among the switched ones: whether each holds, and, where it does not, to
-/// which side it was left. All hold by default. At most 32.
+/// The modes of the switched constraints of a model, by their order among the switched ones: whether each
+/// holds, and, where it does not, to which side it was left. All hold by default. At most 32.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Modes {
     /// Two bits each: released, left to the negative side.

@@ -31,11 +31,14 @@ pub enum Claim {
     Moment,
     /// Nine values by rows: an inertia matrix that some body has, see [`MassProperties::check`].
     Inertia,
-    /// Nine values by rows: a matrix that turns or mirrors, RᵀR = 1, to 1e-9 where parameters alone decide it, else to 1e-5: starts fulfil their constraints to seven digits.
+    /// Nine values by rows: a matrix that turns or mirrors, RᵀR = 1, to 1e-9 where parameters alone decide
+    /// it, else to 1e-5: starts fulfil their constraints to seven digits.
     Rotation,
-    /// Three values: an axis divided by its length, to 1e-9 of 1; squares of lengths above 1e154 overflow, those below 1e-154 vanish.
+    /// Three values: an axis divided by its length, to 1e-9 of 1; squares of lengths above 1e154 overflow,
+    /// those below 1e-154 vanish.
     Axis,
-    /// Twice nine values by rows: rotations of two frames that are one, to 1e-3 rad. The rows of a weld are zero at one other attitude.
+    /// Twice nine values by rows: rotations of two frames that are one, to 1e-3 rad. The rows of a weld are
+    /// zero at one other attitude.
     Weld,
 }
 
@@ -56,7 +59,8 @@ pub enum Refuted {
 const GIVEN: f64 = 1e-9;
 /// Largest defect of one that a state decides.
 const OF_STATES: f64 = 1e-5;
-/// Largest angle between frames that a weld holds, in rad: starts fulfil its rows to seven digits, and the other attitude is 1.66 rad away.
+/// Largest angle between frames that a weld holds, in rad: starts fulfil its rows to seven digits, and the
+/// other attitude is 1.66 rad away.
 const WELDED: f64 = 1e-3;
 
 impl Premise {
@@ -67,7 +71,9 @@ impl Premise {
     pub fn check(&self, values: &[f64]) -> Result<(), Refuted> {
         let not_negative = |x: f64| x >= 0.0 && x.is_finite();
         match (self.claim, values) {
-            (Claim::Mass, &[mass]) if !not_negative(mass) => Err(Refuted::Body(UnphysicalInertia::Mass(mass))),
+            (Claim::Mass, &[mass]) if !not_negative(mass) => {
+                Err(Refuted::Body(UnphysicalInertia::Mass(mass)))
+            }
             (Claim::Moment, &[moment]) if !not_negative(moment) => {
                 Err(Refuted::Body(UnphysicalInertia::Moment(moment)))
             }
@@ -79,7 +85,11 @@ impl Premise {
                 let defect = matrix(values).orthonormal_defect();
                 let admissible = if self.constant { GIVEN } else { OF_STATES };
                 // Not a number is no small one.
-                if defect <= admissible { Ok(()) } else { Err(Refuted::Rotation(NotARotation::NotOrthonormal(defect))) }
+                if defect <= admissible {
+                    Ok(())
+                } else {
+                    Err(Refuted::Rotation(NotARotation::NotOrthonormal(defect)))
+                }
             }
             (Claim::Axis, &[x, y, z]) => {
                 let length = sqrt(x * x + y * y + z * z);
@@ -89,7 +99,8 @@ impl Premise {
                 let (a, b) = values.split_at(values.len().min(9));
                 let (a, b) = (matrix(a), matrix(b));
                 // |R − 1| is √8 |sin θ/2| for a rotation by θ.
-                let apart = (a.transpose() * b - Mat3::diagonal(1.0, 1.0, 1.0)).to_array().into_iter().flatten();
+                let apart =
+                    (a.transpose() * b - Mat3::diagonal(1.0, 1.0, 1.0)).to_array().into_iter().flatten();
                 let half = sqrt(apart.map(|x| x * x).sum::<f64>() / 8.0).min(1.0);
                 let angle = 2.0 * atan2(half, sqrt(1.0 - half * half));
                 if angle <= WELDED { Ok(()) } else { Err(Refuted::Turned(angle)) }
@@ -104,15 +115,20 @@ fn matrix(values: &[f64]) -> Mat3<f64> {
     Mat3::from([row(0), row(1), row(2)])
 }
 
-/// The first premise of a model that does not hold: of those that parameters decide, or, with a state, of the others.
-pub(crate) fn refuted<M: Dynamics>(model: &M, state: Option<&M::State>) -> Option<(&'static Premise, Refuted)> {
+/// The first premise of a model that does not hold: of those that parameters decide, or, with a state, of the
+/// others.
+pub(crate) fn refuted<M: Dynamics>(
+    model: &M,
+    state: Option<&M::State>,
+) -> Option<(&'static Premise, Refuted)> {
     if !M::PREMISES.iter().any(|premise| premise.constant != state.is_some()) {
         return None;
     }
     let nowhere = || M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), M::Inputs::zeros());
     let (mut premises, mut first) = (M::PREMISES.iter(), None);
     model.premises(&state.copied().unwrap_or_else(nowhere), &mut |values| {
-        let premise = premises.next().filter(|premise| first.is_none() && premise.constant != state.is_some());
+        let premise =
+            premises.next().filter(|premise| first.is_none() && premise.constant != state.is_some());
         first = first.or_else(|| premise.and_then(|premise| Some((premise, premise.check(values).err()?))));
     });
     first
@@ -144,11 +160,13 @@ impl fmt::Display for Refuted {
             Self::Rotation(why) => write!(f, "{why}"),
             Self::Axis(length) => write!(
                 f,
-                "divided by its length it has the length {length}, as the square of that is none that a number can hold; give a length near 1"
+                "divided by its length it has the length {length}, as the square of that is none that a \
+                 number can hold; give a length near 1"
             ),
             Self::Turned(angle) => write!(
                 f,
-                "its rows hold, and yet the frames are turned against one another by {angle:.3} rad; give a start in which they are one"
+                "its rows hold, and yet the frames are turned against one another by {angle:.3} rad; give a \
+                 start in which they are one"
             ),
         }
     }

@@ -1,13 +1,15 @@
 //! Motions that change their chart: three angles whose reference is turned before they lock.
 //!
-//! No three angles tell all orientations apart (J. Stuelpnagel, SIAM Review 6 (1964) 422): each set locks where its first axis i and its last axis k fall on one line.
-//! Measured from a reference that a quarter turn C about the second axis j has moved, R = C·E(θ) instead of E(θ), the same set locks where k falls on C·i, at a right
-//! angle to i. Of the two charts one is always half a right angle or more away from locking.
+//! No three angles tell all orientations apart (J. Stuelpnagel, SIAM Review 6 (1964) 422): each set locks
+//! where its first axis i and its last axis k fall on one line. Measured from a reference that a quarter turn
+//! C about the second axis j has moved, R = C·E(θ) instead of E(θ), the same set locks where k falls on C·i,
+//! at a right angle to i. Of the two charts one is always half a right angle or more away from locking.
 //!
-//! The reference is a parameter of the model, so that both charts run on the same generated code, and each part of a motion is the motion of a model that does not change.
-//! From one part to the next the angles are read from the same rotation, θ′ with E(θ′) = C′ᵀ C E(θ), and the rates from the same angular velocity. Whether the
-//! charts are of one model is not believed but looked at: accelerations, energy, outputs and events have to agree where a part begins (`agree.rs`) and at
-//! the end of every step (`along.rs`).
+//! The reference is a parameter of the model, so that both charts run on the same generated code, and each
+//! part of a motion is the motion of a model that does not change. From one part to the next the angles are
+//! read from the same rotation, θ′ with E(θ′) = C′ᵀ C E(θ), and the rates from the same angular velocity.
+//! Whether the charts are of one model is not believed but looked at: accelerations, energy, outputs and
+//! events have to agree where a part begins (`agree.rs`) and at the end of every step (`along.rs`).
 
 mod agree;
 mod along;
@@ -30,16 +32,19 @@ use crate::model::ModelState;
 
 /// Name of the event that ends a part of a motion.
 const CHANGE: &str = "change of chart";
-/// Angles nearer to locking than this are measured from the other reference, in rad. There sin ϑ = 0.48; the other chart is then at least π/2 − 0.5 away from locking, and
-/// the motion has to turn by half a radian before it can come back.
+/// Angles nearer to locking than this are measured from the other reference, in rad. There sin ϑ = 0.48; the
+/// other chart is then at least π/2 − 0.5 away from locking, and the motion has to turn by half a radian
+/// before it can come back.
 const BOUND: f64 = 0.5;
 /// Sets at most: with each the number of charts doubles.
 const MOST: usize = 6;
 
 /// A model in all charts of its angles: those as it was made, and those with turned references.
 ///
-/// The model measures a set of three angles from a reference that is a parameter, a turn about the set's second axis, 0 in the model that is given:
-/// `Mat3::rotation_x(self.reference) * Mat3::euler(EulerSequence::Zxz, q.angles)`. Everything else says what it says by the body's frame, not by the angles themselves.
+/// The model measures a set of three angles from a reference that is a parameter, a turn about the set's
+/// second axis, 0 in the model that is given: `Mat3::rotation_x(self.reference) *
+/// Mat3::euler(EulerSequence::Zxz, q.angles)`. Everything else says what it says by the body's frame, not by
+/// the angles themselves.
 ///
 /// ```
 /// use dynamics_runtime::motion::{Atlas, AtlasError, AtlasMotion, Simulate};
@@ -68,14 +73,17 @@ impl<M: Simulate + Clone> Atlas<M> {
         Self { charts: [model].to_vec(), references: Vec::new() }
     }
 
-    /// Has the reference of a set turned when it comes near to locking. The set is named by its second angle; `turn` sets the parameter that is the turn of its reference
-    /// about the set's second axis, in rad, to what it is given.
+    /// Has the reference of a set turned when it comes near to locking. The set is named by its second angle;
+    /// `turn` sets the parameter that is the turn of its reference about the set's second axis, in rad, to
+    /// what it is given.
     ///
-    /// That the reference turns that way round, and about that axis, is seen from forces and outputs. A body that is free in all directions moves alike whichever way it is
-    /// turned: of that one declare an output that points somewhere, `self.body(q).frame.x()`.
+    /// That the reference turns that way round, and about that axis, is seen from forces and outputs. A body
+    /// that is free in all directions moves alike whichever way it is turned: of that one declare an output
+    /// that points somewhere, `self.body(q).frame.x()`.
     ///
     /// # Errors
-    /// Where no set has this second angle, there are too many, the model's reference is not 0, or `turn` changes nothing, or sets a number to something else.
+    /// Where no set has this second angle, there are too many, the model's reference is not 0, or `turn`
+    /// changes nothing, or sets a number to something else.
     pub fn turning(mut self, middle: &str, turn: impl Fn(&mut M, f64)) -> Result<Self, ChartError> {
         let reference = Reference::of::<M>(middle)?;
         if self.references.len() == MOST {
@@ -90,11 +98,14 @@ impl<M: Simulate + Clone> Atlas<M> {
                 let mut chart = model.clone();
                 turn(&mut chart, by);
                 let changed = changed(model, &chart);
-                if let Some((parameter, value)) = only_change(model, &chart).filter(|(_, value)| *value != by) {
+                if let Some((parameter, value)) = only_change(model, &chart).filter(|(_, value)| *value != by)
+                {
                     return Err(ChartError::NotTheTurn { parameter, value, turn: by });
                 }
                 match (expected, changed) {
-                    (false, Some((parameter, value))) => return Err(ChartError::NotAtZero { parameter, value }),
+                    (false, Some((parameter, value))) => {
+                        return Err(ChartError::NotAtZero { parameter, value });
+                    }
                     (true, None) => return Err(ChartError::Unturned { name: reference.names[1] }),
                     _ => {}
                 }
@@ -112,7 +123,8 @@ impl<M: Simulate + Clone> Atlas<M> {
         &self.charts
     }
 
-    /// Opens a simulation from a state of the model as it was given. A state of a motion may be one of another chart: [`Atlas::resume`] goes on from it.
+    /// Opens a simulation from a state of the model as it was given. A state of a motion may be one of
+    /// another chart: [`Atlas::resume`] goes on from it.
     pub fn simulate(&self, start: M::State) -> AtlasSimulation<'_, M> {
         AtlasSimulation { atlas: self, chart: 0, start, end: None, options: Box::new(|run, _| run) }
     }
@@ -122,17 +134,20 @@ impl<M: Simulate + Clone> Atlas<M> {
         AtlasSimulation { chart: from.chart, ..self.simulate(from.state) }
     }
 
-    /// The distance to locking of the set that is nearest to it in a chart, less the bound: a change is due where it is negative.
+    /// The distance to locking of the set that is nearest to it in a chart, less the bound: a change is due
+    /// where it is negative.
     fn margin(references: &[Reference], state: &M::State) -> f64 {
         references.iter().map(|at| at.distance(state)).fold(f64::INFINITY, f64::min) - BOUND
     }
 
-    /// The chart in which every set is far from locking, and the state there. Where a change is `due` there is one.
+    /// The chart in which every set is far from locking, and the state there. Where a change is `due` there
+    /// is one.
     fn change(&self, chart: usize, state: &M::State, due: bool) -> Result<(usize, M::State), ChartError> {
         let (mut to, mut there) = (chart, *state);
         let least = Self::margin(&self.references, state) + BOUND;
         for (k, reference) in self.references.iter().enumerate() {
-            // Where it has just been located the distance is the bound, but for what the rounding of a late time amounts to.
+            // Where it has just been located the distance is the bound, but for what the rounding of a late
+            // time amounts to.
             let distance = reference.distance(state);
             if distance < BOUND * (1.0 + 1e-6) || due && distance <= least * (1.0 + 1e-6) {
                 let turned = chart >> k & 1 == 1;
@@ -144,7 +159,8 @@ impl<M: Simulate + Clone> Atlas<M> {
     }
 }
 
-/// A parameter that is not what it was, with its value before; none of models that do not tell their parameters.
+/// A parameter that is not what it was, with its value before; none of models that do not tell their
+/// parameters.
 fn changed<M: Simulate>(from: &M, to: &M) -> Option<(&'static str, f64)> {
     M::PARAMETERS.iter().enumerate().find_map(|(k, quantity)| {
         let (before, after) = (from.parameter(k)?, to.parameter(k)?);
@@ -183,9 +199,11 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
         self
     }
 
-    /// Options of every part of the motion: tolerance, method, inputs, events. Called for each part, and where charts are compared, with a simulation and the model in the chart of that part,
-    /// which closures should ask where things are: the angles of a state mean something in its chart only. Inputs and the functions of events are compared between charts;
-    /// what actions do to a state is not, and is to be said by the body's frame, or by [`Change`](super::Change)'s impacts. Step limits are those of one part.
+    /// Options of every part of the motion: tolerance, method, inputs, events. Called for each part, and
+    /// where charts are compared, with a simulation and the model in the chart of that part, which closures
+    /// should ask where things are: the angles of a state mean something in its chart only. Inputs and the
+    /// functions of events are compared between charts; what actions do to a state is not, and is to be said
+    /// by the body's frame, or by [`Change`](super::Change)'s impacts. Step limits are those of one part.
     pub fn with(mut self, options: impl Fn(Simulation<'a, M>, &'a M) -> Simulation<'a, M> + 'a) -> Self {
         self.options = Box::new(options);
         self
@@ -193,12 +211,14 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
 
     /// Runs the simulation, part by part, and keeps its motion.
     ///
-    /// At the end of every step of a part both charts of each set are compared, in what acts there and then: accelerations, energy, inputs, outputs, events. For each set
-    /// that costs two evaluations of all these, and of the condition of the mass matrix, a step. Steps where the other chart is within 0.02 rad of locking are left out, and what comes and goes
-    /// within one step is not seen.
+    /// At the end of every step of a part both charts of each set are compared, in what acts there and then:
+    /// accelerations, energy, inputs, outputs, events. For each set that costs two evaluations of all these,
+    /// and of the condition of the mass matrix, a step. Steps where the other chart is within 0.02 rad of
+    /// locking are left out, and what comes and goes within one step is not seen.
     ///
     /// # Errors
-    /// Where a part does not come to its end, or charts do not describe the same motion; what was computed up to there is in the error.
+    /// Where a part does not come to its end, or charts do not describe the same motion; what was computed up
+    /// to there is in the error.
     pub fn run(self) -> Result<AtlasMotion<'a, M>, AtlasError<M>> {
         let (atlas, chart, start) = (self.atlas, self.chart, self.start);
         let mut legs: Vec<Leg<'a, M>> = Vec::new();
@@ -238,7 +258,8 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
         }
     }
 
-    /// Compares two charts near a state of the first one: the models, and the functions of the events that were given.
+    /// Compares two charts near a state of the first one: the models, and the functions of the events that
+    /// were given.
     fn compare(&self, from: usize, to: usize, state: &M::State) -> Result<(), ChartError> {
         let Some(states) = self.atlas.agree(from, to, state)? else { return Ok(()) };
         let functions = [0, 1].map(|k| {
@@ -280,14 +301,16 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
         Ok(motion)
     }
 
-    /// What cannot be told from one part alone: inputs that jump with the chart, and an event that is met twice.
+    /// What cannot be told from one part alone: inputs that jump with the chart, and an event that is met
+    /// twice.
     fn join(&self, motion: &Motion<'a, M>, legs: &[Leg<'a, M>]) -> Result<(), ChartError> {
         let Some(before) = legs.last() else { return Ok(()) };
         let time = motion.start_time();
         agree::same_inputs(&before.motion, motion)?;
         let at_the_start = motion.events().iter().take_while(|event| event.time() == time);
         for event in at_the_start {
-            let ended = |other: &&super::EventRecord<M::State>| other.time() == time && other.name == event.name;
+            let ended =
+                |other: &&super::EventRecord<M::State>| other.time() == time && other.name == event.name;
             if before.motion.events().iter().rev().find(ended).is_some() && event.name != CHANGE {
                 return Err(ChartError::Coincident { event: String::from(&*event.name), time });
             }

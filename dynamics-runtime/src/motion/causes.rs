@@ -1,4 +1,5 @@
-//! What a failure comes from, where what the method met says less: a constraint with a corner, inertia that vanishes, a singular position.
+//! What a failure comes from, where what the method met says less: a constraint with a corner, inertia that
+//! vanishes, a singular position.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -32,8 +33,8 @@ const VANISHED: f64 = 1e-5;
 const BEYOND: f64 = 1e60;
 /// Part of the time since the start that is looked back at most.
 const BACK: f64 = 0.01;
-/// By which accelerations become smaller each time, and how often, where they grow without bounds: those by the
-/// inverse square root of a distance do by 2.
+/// By which accelerations become smaller each time, and how often, where they grow without bounds: those by
+/// the inverse square root of a distance do by 2.
 const SHRINKS: f64 = 1.5;
 const IN_A_ROW: u32 = 5;
 /// Conditioning of constraints from which on it, and not the inertia of what they leave, is looked at.
@@ -53,12 +54,18 @@ impl Way {
     pub(super) fn of(method: Method, options: &StepOptions, formulation: Option<Formulation>) -> Self {
         let Tolerances { absolute, relative } = options.tolerances;
         let tightest = if relative > 0.0 { absolute.min(relative) } else { absolute };
-        Self { method, tightest, fixed: options.fixed.is_some(), exact: formulation.is_none_or(Formulation::is_exact) }
+        Self {
+            method,
+            tightest,
+            fixed: options.fixed.is_some(),
+            exact: formulation.is_none_or(Formulation::is_exact),
+        }
     }
 
-    /// How change points are gone over where this way did not: in long steps of an explicit method whose stages lie anywhere, as a tolerance that rounding does not
-    /// count against permits them, and with constraints that have not drifted: they contradict each other where they should repeat each other. `None` where that is
-    /// what was done.
+    /// How change points are gone over where this way did not: in long steps of an explicit method whose
+    /// stages lie anywhere, as a tolerance that rounding does not count against permits them, and with
+    /// constraints that have not drifted: they contradict each other where they should repeat each other.
+    /// `None` where that is what was done.
     pub(super) fn over(self) -> Option<Over> {
         let explicit = matches!(self.method, Method::Dop853);
         let least = if explicit || self.fixed { PASSES } else { TIGHTEST };
@@ -99,7 +106,12 @@ pub(super) fn explain<M: Constraints>(
         return kind;
     }
     if let Some((coordinate, order, value)) = beyond_numbers(model, state) {
-        return Kind::Overflow { coordinate: M::COORDINATES[coordinate].name, order, value, cause: Box::new(kind) };
+        return Kind::Overflow {
+            coordinate: M::COORDINATES[coordinate].name,
+            order,
+            value,
+            cause: Box::new(kind),
+        };
     }
     // A step that was not made shorter has the corner somewhere in it; the straight way is not quite its own.
     let reach = match kind {
@@ -125,7 +137,8 @@ pub(super) fn explain<M: Constraints>(
         && core::mem::discriminant(&singular()) == core::mem::discriminant(&kind)
     {
         // Steps over a pole and back look like a jump.
-        let pole = matches!(cause, Kind::RestsOnJump { .. }).then(|| unbounded(model, start, state)).flatten();
+        let pole =
+            matches!(cause, Kind::RestsOnJump { .. }).then(|| unbounded(model, start, state)).flatten();
         return pole.unwrap_or(cause);
     }
     // A mass matrix that was found singular has named its coordinate.
@@ -160,8 +173,8 @@ fn accelerations<M: Constraints>(model: &M, state: &M::State) -> Option<M::Vecto
     Some(solve_once(model, &constants, state).ok()?.accelerations)
 }
 
-/// Whether accelerations grow by a power of the distance on the straight way to a state, as by 1/r², and do not
-/// jump there. Back along the way, in times four times as long each, they become smaller each time.
+/// Whether accelerations grow by a power of the distance on the straight way to a state, as by 1/r², and do
+/// not jump there. Back along the way, in times four times as long each, they become smaller each time.
 fn unbounded<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> Option<Kind> {
     let here = accelerations(model, state)?;
     let at = state.t();
@@ -175,7 +188,11 @@ fn unbounded<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> O
         in_a_row = if size * SHRINKS <= last { in_a_row + 1 } else { 0 };
         if in_a_row == IN_A_ROW {
             let coordinates = Involved::ranked(M::COORDINATES, here.as_slice().iter().copied().enumerate());
-            return Some(Kind::StepsVanish { at, coordinates, rows: Involved::ranked(M::ROWS, core::iter::empty()) });
+            return Some(Kind::StepsVanish {
+                at,
+                coordinates,
+                rows: Involved::ranked(M::ROWS, core::iter::empty()),
+            });
         }
         last = size;
         by *= 4.0;
@@ -183,10 +200,12 @@ fn unbounded<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> O
     None
 }
 
-/// A singular mass matrix with all coordinates that have no inertia at all, and the parameters that may be why; as it is where that says no more.
+/// A singular mass matrix with all coordinates that have no inertia at all, and the parameters that may be
+/// why; as it is where that says no more.
 pub(super) fn idle<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
     match &kind {
-        Kind::SingularMassMatrix(error) | Kind::Solve(SolveError::SingularMassMatrix(error)) if !error.negative => {}
+        Kind::SingularMassMatrix(error) | Kind::Solve(SolveError::SingularMassMatrix(error))
+            if !error.negative => {}
         _ => return kind,
     }
     let kind = locking::explain(model, state, kind);
@@ -196,8 +215,10 @@ pub(super) fn idle<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> K
         let empty = |row: &[f64]| if row.iter().all(|x| *x == 0.0) { 1.0 } else { 0.0 };
         mass.chunks_exact(n).map(empty).collect::<Vec<f64>>()
     });
-    // A unit that can be neither one of inertia nor of a lever is no reason; without units any parameter may be. Levers are one where no inertia is 0.
-    let inert = |unit: &str| unit.is_empty() || ["kg", "slug", "lb"].iter().any(|mass| unit.starts_with(mass));
+    // A unit that can be neither one of inertia nor of a lever is no reason; without units any parameter may
+    // be. Levers are one where no inertia is 0.
+    let inert =
+        |unit: &str| unit.is_empty() || ["kg", "slug", "lb"].iter().any(|mass| unit.starts_with(mass));
     let lever = |unit: &str| matches!(unit, "m" | "ft");
     let zeros = |may: fn(&str) -> bool| {
         let zero = move |(i, named): (usize, &Quantity)| {
@@ -235,7 +256,8 @@ fn collapses(kind: &Kind) -> bool {
     }
 }
 
-/// The coordinates that have no inertia left on the motions that the constraints leave, and how much it is against the start.
+/// The coordinates that have no inertia left on the motions that the constraints leave, and how much it is
+/// against the start.
 fn vanished<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> Option<(Involved, f64)> {
     let scale = unit_inertias(model, start);
     let usual = least_inertia(model, start, &scale)?.least;
@@ -253,7 +275,8 @@ pub(super) struct Corner {
     pub(super) at: f64,
 }
 
-/// How far ahead and back constraints are looked at, in parts of the time in which coordinates change by their size.
+/// How far ahead and back constraints are looked at, in parts of the time in which coordinates change by
+/// their size.
 const AROUND: f64 = 1e-7;
 /// Halvings of that: what is smooth becomes 10⁻¹² of itself.
 const HALVINGS: usize = 40;
@@ -262,14 +285,16 @@ const JUMPS: f64 = 1e-4;
 /// The same of a jump of positions, far above what rounding leaves.
 const ROUNDED: f64 = 1e-11;
 
-/// The constraint that asks for a jump of positions or velocities where a motion stands, or within `reach` of it on the straight way on and back.
+/// The constraint that asks for a jump of positions or velocities where a motion stands, or within `reach` of
+/// it on the straight way on and back.
 fn corner<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<Corner> {
     if M::IS_FREE {
         return None;
     }
     let pace = |(q, u): (&f64, &f64)| u.abs() / (1.0 + q.abs());
     let fastest = state.q().as_slice().iter().zip(state.u().as_slice()).map(pace).fold(1.0, f64::max);
-    // Farther than by a part of their size, coordinates are elsewhere; and where time resolves no less than that, nothing is known.
+    // Farther than by a part of their size, coordinates are elsewhere; and where time resolves no less than
+    // that, nothing is known.
     let (least, most) = (1e3 * f64::EPSILON * state.t().abs(), 0.5 / fastest);
     if least > most {
         return None;
@@ -318,8 +343,8 @@ fn corner_on<M: Constraints>(
     None
 }
 
-/// What is left of the change of a function where the half of an interval in which it changes more is halved again and again, and where that
-/// is: nothing, unless it jumps.
+/// What is left of the change of a function where the half of an interval in which it changes more is halved
+/// again and again, and where that is: nothing, unless it jumps.
 fn jump(from: f64, to: f64, f: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let [mut from, mut to] = [from, to].map(|x| (x, f(x)));
     for _ in 0..HALVINGS {
@@ -331,7 +356,8 @@ fn jump(from: f64, to: f64, f: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     Some((from.0, to.1 - from.1)).filter(|(_, jump)| jump.is_finite())
 }
 
-/// What the velocity of each row is made of, Σⱼ |Φ_q,ᵢⱼ q̇ⱼ| + |Φ̇ᵢ|, and its position, Σⱼ |Φ_q,ᵢⱼ| (1 + |qⱼ|): the most of what they are at some states.
+/// What the velocity of each row is made of, Σⱼ |Φ_q,ᵢⱼ q̇ⱼ| + |Φ̇ᵢ|, and its position, Σⱼ |Φ_q,ᵢⱼ|
+/// (1 + |qⱼ|): the most of what they are at some states.
 fn sizes<M: Constraints>(model: &M, states: &[M::State]) -> (M::Rows, M::Rows) {
     let (mut rates, mut sizes) = (M::Rows::zeros(), M::Rows::zeros());
     for state in states {

@@ -13,7 +13,8 @@ use crate::error::{SolveError, StateError};
 use crate::integrate::StepOptions;
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, Vector};
 
-/// What a constraint took in an impact: a jump of the velocities, M Δu = Φ_qᵀΛ, with all constraints that act in it together.
+/// What a constraint took in an impact: a jump of the velocities, M Δu = Φ_qᵀΛ, with all constraints that act
+/// in it together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impact {
     /// The constraint.
@@ -24,11 +25,13 @@ pub struct Impact {
     pub approach: Vec<f64>,
     /// Λ of its rows: multiplier times time.
     pub impulse: Vec<f64>,
-    /// Its share −½ Λᵀ Φ_q(q̇⁺ + q̇⁻) of the kinetic energy ½ q̇ᵀMq̇ before less that after; negative where a moving constraint strikes.
+    /// Its share −½ Λᵀ Φ_q(q̇⁺ + q̇⁻) of the kinetic energy ½ q̇ᵀMq̇ before less that after; negative where a
+    /// moving constraint strikes.
     pub energy_lost: f64,
 }
 
-/// Friction that changes accelerations by no more than this part of 1 + |q̈| decides nothing at the instant at which its contact lifts off.
+/// Friction that changes accelerations by no more than this part of 1 + |q̈| decides nothing at the instant
+/// at which its contact lifts off.
 const NEGLIGIBLE: f64 = 1e-9;
 /// Permitted errors by which a contact may be met late.
 const MET: f64 = 100.0;
@@ -86,7 +89,8 @@ pub enum ChangeError {
         /// Φ̇ there.
         rate: f64,
     },
-    /// The gap of a contact jumps past zero: the body has met a step from the side, and the function of the contact does not say how.
+    /// The gap of a contact jumps past zero: the body has met a step from the side, and the function of the
+    /// contact does not say how.
     ContactJumps {
         /// Its row.
         row: &'static str,
@@ -105,7 +109,8 @@ pub enum ChangeError {
         /// Its row.
         row: &'static str,
     },
-    /// The side to which a constraint is released cannot be told from its reaction: there is none, or one for each of several rows.
+    /// The side to which a constraint is released cannot be told from its reaction: there is none, or one for
+    /// each of several rows.
     NoSide {
         /// Its name.
         constraint: &'static str,
@@ -141,12 +146,14 @@ fn left(error: &StateError, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Resu
     match error {
         StateError::ConstraintViolated { row, residual, .. } => write!(
             f,
-            "the action moved coordinates off constraint `{row}`: its residual is {residual:e}; move with them what it ties to them"
+            "the action moved coordinates off constraint `{row}`: its residual is {residual:e}; move with \
+             them what it ties to them"
         ),
         StateError::VelocityViolated { row, residual, .. } => write!(
             f,
-            "the action left velocities that violate constraint `{row}`: its residual is {residual:e}; change those that it ties together alike, as `state.u *= -0.5` \
-             does, or let what is met be a `(switched)` constraint with `.contact(..)`"
+            "the action left velocities that violate constraint `{row}`: its residual is {residual:e}; \
+             change those that it ties together alike, as `state.u *= -0.5` does, or let what is met be a \
+             `(switched)` constraint with `.contact(..)`"
         ),
         other => write!(f, "{other}"),
     }
@@ -159,42 +166,51 @@ impl core::fmt::Display for ChangeError {
                 write!(f, "there is no constraint `{name}`; did you mean `{near}`?")
             }
             Self::UnknownConstraint { name, suggestion: None } => {
-                write!(f, "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`")
+                write!(
+                    f,
+                    "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`"
+                )
             }
             Self::NotSwitched { constraint } => {
                 write!(f, "constraint `{constraint}` always holds; declare it with `(switched)`")
             }
             Self::EngagedApart { row, residual } => write!(
                 f,
-                "`{row}` is to engage where its residual is {residual:e}; engage it where it crosses zero, or move the state there first"
+                "`{row}` is to engage where its residual is {residual:e}; engage it where it crosses zero, \
+                 or move the state there first"
             ),
             Self::ImpactApart { row, residual } => write!(
                 f,
-                "`{row}` is to be hit where its residual is {residual:e}; hit it where it crosses zero, or move the state there first"
+                "`{row}` is to be hit where its residual is {residual:e}; hit it where it crosses zero, or \
+                 move the state there first"
             ),
             Self::ImpactAway { row, rate } => write!(
                 f,
-                "`{row}` is to be hit while it grows, by {rate:e} per unit of time: a released constraint pushes only, to where it is positive; hit it where it falls, write it \
-                 with the opposite sign, or stop it with `engage`"
+                "`{row}` is to be hit while it grows, by {rate:e} per unit of time: a released constraint \
+                 pushes only, to where it is positive; hit it where it falls, write it with the opposite \
+                 sign, or stop it with `engage`"
             ),
             Self::ContactJumps { row, residual } => write!(
                 f,
-                "the gap of contact `{row}` jumps past zero, it is {residual:.3e} beside the jump: the body meets a step from the side, and how that is hit the gap does not \
-                 say; declare the face of the step as a `(switched)` constraint with a `.contact(..)` of its own"
+                "the gap of contact `{row}` jumps past zero, it is {residual:.3e} beside the jump: the body \
+                 meets a step from the side, and how that is hit the gap does not say; declare the face of \
+                 the step as a `(switched)` constraint with a `.contact(..)` of its own"
             ),
             Self::ContactMissed { row, residual } => write!(
                 f,
-                "the gap of contact `{row}` is {residual:.3e} already where it is seen to be met: what happens within the steps before is not resolved; tighten the tolerance, or make steps \
+                "the gap of contact `{row}` is {residual:.3e} already where it is seen to be met: what \
+                 happens within the steps before is not resolved; tighten the tolerance, or make steps \
                  shorter, by `.max_step(..)` or `.fixed_step(..)`"
             ),
             Self::ContactEdge { row } => write!(
                 f,
-                "contact `{row}` has a corner here, and is hit in it: what each of its faces gives its gap does not say; declare each as a `(switched)` constraint with a \
-                 `.contact(..)` of its own"
+                "contact `{row}` has a corner here, and is hit in it: what each of its faces gives its gap \
+                 does not say; declare each as a `(switched)` constraint with a `.contact(..)` of its own"
             ),
             Self::NoSide { constraint } => write!(
                 f,
-                "the reaction of `{constraint}` does not say to which side it is released; say so with `release_to(\"{constraint}\", side)`"
+                "the reaction of `{constraint}` does not say to which side it is released; say so with \
+                 `release_to(\"{constraint}\", side)`"
             ),
             Self::Restitution { value } => {
                 write!(f, "a coefficient of restitution of {value} is not possible; give one from 0 to 1")
@@ -209,8 +225,8 @@ impl core::error::Error for ChangeError {}
 
 /// What an action at an event works on: the state, and the constraints that can be hit, engaged and released.
 ///
-/// What cannot be done (a name that is not known, a constraint engaged where it does not hold) ends the simulation with an error at
-/// this event; the changes after it are not made.
+/// What cannot be done (a name that is not known, a constraint engaged where it does not hold) ends the
+/// simulation with an error at this event; the changes after it are not made.
 pub struct Change<'c, M: Simulate> {
     model: &'c M,
     constants: &'c M::Constants,
@@ -281,7 +297,8 @@ impl<'c, M: Simulate> Change<'c, M> {
         self.switched(name).map(|(_, index)| self.state.modes().holds(index))
     }
 
-    /// λ of a constraint at the state as it is now, by rows; 0 where it does not hold. Empty where there is none: that ends the simulation.
+    /// λ of a constraint at the state as it is now, by rows; 0 where it does not hold. Empty where there is
+    /// none: that ends the simulation.
     pub fn reaction(&mut self, name: &str) -> Vec<f64> {
         self.attempt(|change| {
             let constraint = find::<M>(name)?;
@@ -291,12 +308,14 @@ impl<'c, M: Simulate> Change<'c, M> {
         .unwrap_or_default()
     }
 
-    /// An impact on a constraint, switched or not, by Poisson's hypothesis: what its rows take while they are stopped they give back e times, with the
-    /// coefficient of restitution e. Where nothing else is hit that is Newton's Φ̇⁺ = −e Φ̇⁻. A released holonomic constraint of one row pushes only, to where Φ is
+    /// An impact on a constraint, switched or not, by Poisson's hypothesis: what its rows take while they are
+    /// stopped they give back e times, with the coefficient of restitution e. Where nothing else is hit that
+    /// is Newton's Φ̇⁺ = −e Φ̇⁻. A released holonomic constraint of one row pushes only, to where Φ is
     /// positive: hit while Φ grows it ends the simulation.
     ///
-    /// Constraints that hold go on holding, except for contacts declared with [`contact`](super::Simulation::contact): they do not pull here either, but part where
-    /// the impact opens them, and those that are closed but released are hit along by their own law. See
+    /// Constraints that hold go on holding, except for contacts declared with
+    /// [`contact`](super::Simulation::contact): they do not pull here either, but part where the impact opens
+    /// them, and those that are closed but released are hit along by their own law. See
     /// [`constrain::impact`](crate::constrain::impact).
     pub fn impact(&mut self, name: &str, restitution: f64) {
         self.attempt(|change| {
@@ -326,7 +345,8 @@ impl<'c, M: Simulate> Change<'c, M> {
                 change.lift(constraint)?;
             }
             let later = change.beside(BESIDE);
-            if M::HAS_KINKS && edges::is_hit(change.model, change.upkeep, [change.state, &later], constraint) {
+            if M::HAS_KINKS && edges::is_hit(change.model, change.upkeep, [change.state, &later], constraint)
+            {
                 return Err(ChangeError::ContactEdge { row: M::ROWS[constraint.first].name });
             }
             Ok(())
@@ -334,7 +354,8 @@ impl<'c, M: Simulate> Change<'c, M> {
         self.close(constraint);
     }
 
-    /// What is met late, for where another one was met the step ended elsewhere, to within its tolerance, is put onto its ground.
+    /// What is met late, for where another one was met the step ended elsewhere, to within its tolerance, is
+    /// put onto its ground.
     fn lift(&mut self, constraint: &'static Constraint) -> Result<(), ChangeError> {
         let permitted = self.permitted(constraint);
         if let Some((row, residual)) = self.far(constraint, permitted) {
@@ -347,8 +368,9 @@ impl<'c, M: Simulate> Change<'c, M> {
         Ok(())
     }
 
-    /// A contact that closes rebounds or holds by its own law, together with those that touch at the same instant. One that is back although it
-    /// moves away has rebounded too slowly for that to be seen: it has come to rest.
+    /// A contact that closes rebounds or holds by its own law, together with those that touch at the same
+    /// instant. One that is back although it moves away has rebounded too slowly for that to be seen: it has
+    /// come to rest.
     pub(super) fn close(&mut self, constraint: &'static Constraint) {
         self.attempt(|change| {
             let index = position_of::<M>(constraint);
@@ -368,7 +390,8 @@ impl<'c, M: Simulate> Change<'c, M> {
             <= part * self.upkeep.speed(self.model, self.state, constraint)
     }
 
-    /// Whether what a released constraint of one row slips on jumps here, and its slip with it from this side to the other: nothing has come to rest there.
+    /// Whether what a released constraint of one row slips on jumps here, and its slip with it from this side
+    /// to the other: nothing has come to rest there.
     pub(super) fn leaps_from(&mut self, constraint: &'static Constraint, side: f64) -> bool {
         let mut slip = |part: f64| {
             let beside = self.beside(part);
@@ -389,7 +412,8 @@ impl<'c, M: Simulate> Change<'c, M> {
         beside
     }
 
-    /// The side to which a constraint of one row that breaks away goes, where its reaction jumps here: against the one that comes. `None` where it does not.
+    /// The side to which a constraint of one row that breaks away goes, where its reaction jumps here:
+    /// against the one that comes. `None` where it does not.
     pub(super) fn side_ahead(&mut self, constraint: &'static Constraint) -> Option<f64> {
         let ahead = self.beside(BESIDE);
         let mut reaction = |state: &M::State| {
@@ -401,7 +425,8 @@ impl<'c, M: Simulate> Change<'c, M> {
         ((ahead - now).abs() > 0.5 * ahead.abs()).then(|| -ahead.signum())
     }
 
-    /// Lets a constraint hold whose slip has just fallen to zero: nothing jumps but for rounding, and that is no impact. Contacts that hold go on holding.
+    /// Lets a constraint hold whose slip has just fallen to zero: nothing jumps but for rounding, and that is
+    /// no impact. Contacts that hold go on holding.
     pub(super) fn catch(&mut self, name: &str) {
         self.attempt(|change| {
             let (constraint, index) = change.switched(name)?;
@@ -414,8 +439,8 @@ impl<'c, M: Simulate> Change<'c, M> {
         });
     }
 
-    /// Lets a switched constraint hold from here on, after a plastic impact that stops its rows, pushing or pulling. Contacts
-    /// take part as in [`Change::impact`].
+    /// Lets a switched constraint hold from here on, after a plastic impact that stops its rows, pushing or
+    /// pulling. Contacts take part as in [`Change::impact`].
     pub fn engage(&mut self, name: &str) {
         self.attempt(|change| {
             let (constraint, index) = change.switched(name)?;
@@ -427,9 +452,10 @@ impl<'c, M: Simulate> Change<'c, M> {
         });
     }
 
-    /// Releases a switched constraint that holds: a holonomic one to the side where Φ grows, a nonholonomic one of one row to the side from which its
-    /// reaction held it back, against the sign of λ. Several rows, or λ = 0 where the side counts (friction by it acts), name no side: that ends the
-    /// simulation, and [`Change::release_to`] is what to use.
+    /// Releases a switched constraint that holds: a holonomic one to the side where Φ grows, a nonholonomic
+    /// one of one row to the side from which its reaction held it back, against the sign of λ. Several rows,
+    /// or λ = 0 where the side counts (friction by it acts), name no side: that ends the simulation, and
+    /// [`Change::release_to`] is what to use.
     pub fn release(&mut self, name: &str) {
         self.attempt(|change| {
             let (constraint, index) = change.switched(name)?;
@@ -463,19 +489,21 @@ impl<'c, M: Simulate> Change<'c, M> {
         });
     }
 
-    /// Whether a constraint that holds has no reaction, and has accelerations that are the same for either side once it is released, but for what the
-    /// place of an event leaves of them.
+    /// Whether a constraint that holds has no reaction, and has accelerations that are the same for either
+    /// side once it is released, but for what the place of an event leaves of them.
     pub(super) fn slips_either_way(&mut self, constraint: &'static Constraint) -> bool {
         let (model, constants, first) = (self.model, self.constants, constraint.first);
         let either = |change: &mut Self| {
             let idle = change.upkeep.reactions(model, constants, change.state)?[first] == 0.0;
-            let mut counts = |switch| change.upkeep.side_counts(model, constants, change.state, switch, NEGLIGIBLE);
+            let mut counts =
+                |switch| change.upkeep.side_counts(model, constants, change.state, switch, NEGLIGIBLE);
             Ok(idle && constraint.switched.is_some_and(|switch| !counts(switch)))
         };
         self.attempt(either).unwrap_or(false)
     }
 
-    /// Releases a switched constraint to a side: that of growing Φ (or A q̇ + b) where `side` is not negative.
+    /// Releases a switched constraint to a side: that of growing Φ (or A q̇ + b) where `side` is not
+    /// negative.
     pub fn release_to(&mut self, name: &str, side: f64) {
         self.attempt(|change| {
             let (_, index) = change.switched(name)?;
@@ -500,7 +528,8 @@ impl<'c, M: Simulate> Change<'c, M> {
         }
     }
 
-    /// One impact on a constraint and on all contacts that touch: none of those pulls, and those that end at rest hold.
+    /// One impact on a constraint and on all contacts that touch: none of those pulls, and those that end at
+    /// rest hold.
     fn strike(&mut self, constraint: &'static Constraint, blow: Blow) -> Result<(), ChangeError> {
         if let Blow::Rebound(value) = blow
             && !(0.0..=1.0).contains(&value)
@@ -524,9 +553,12 @@ impl<'c, M: Simulate> Change<'c, M> {
             let holds = M::CONSTRAINTS[contact].switched.is_none_or(|switch| held.holds(switch));
             hits.push((contact, if holds { 0.0 } else { self.upkeep.restitution(contact, &before) }));
         }
-        let closing = |contact: usize| contact == index && blow == Blow::Contact || touching.contains(&contact);
-        let contacts =
-            hits.iter().map(|hit| hit.0).filter(|hit| closing(*hit) && !(*hit == index && blow == Blow::Hold));
+        let closing =
+            |contact: usize| contact == index && blow == Blow::Contact || touching.contains(&contact);
+        let contacts = hits
+            .iter()
+            .map(|hit| hit.0)
+            .filter(|hit| closing(*hit) && !(*hit == index && blow == Blow::Hold));
         let contacts: Vec<(usize, usize)> =
             contacts.filter_map(|hit| Some((hit, M::CONSTRAINTS[hit].switched?))).collect();
         // Rocking comes to rest as bouncing does: where all are slow they hold, and nothing parts any more.
@@ -539,7 +571,8 @@ impl<'c, M: Simulate> Change<'c, M> {
             }
         }
         let jump = self.upkeep.impact(self.model, self.state, &hits)?;
-        // What was at rest takes its part of the impact of others, and has no speed but for the rounding of that.
+        // What was at rest takes its part of the impact of others, and has no speed but for the rounding of
+        // that.
         let fastest = hits.iter().map(|hit| before[M::CONSTRAINTS[hit.0].first].abs()).fold(0.0, f64::max);
         for (contact, switch) in contacts {
             if self.rests(&start, M::CONSTRAINTS[contact].first, fastest) {
@@ -550,12 +583,15 @@ impl<'c, M: Simulate> Change<'c, M> {
         Ok(())
     }
 
-    /// Whether a row is at rest after an impact, but for rounding; `fastest`: the largest rate of those that were hit with it.
+    /// Whether a row is at rest after an impact, but for rounding; `fastest`: the largest rate of those that
+    /// were hit with it.
     fn rests(&mut self, before: &M::State, row: usize, fastest: f64) -> bool {
         let rate = self.model.velocity_residual(self.state)[row];
         let gradients = self.upkeep.gradients(self.model, self.state);
-        let speeds = before.u().as_slice().iter().zip(self.state.u().as_slice()).map(|(a, b)| a.abs().max(b.abs()));
-        let largest = gradients.row(row).iter().zip(speeds).map(|(x, speed)| x.abs() * speed).fold(0.0, f64::max);
+        let speeds =
+            before.u().as_slice().iter().zip(self.state.u().as_slice()).map(|(a, b)| a.abs().max(b.abs()));
+        let largest =
+            gradients.row(row).iter().zip(speeds).map(|(x, speed)| x.abs() * speed).fold(0.0, f64::max);
         rate.abs() <= 1e-10 * largest.max(fastest)
     }
 
@@ -563,7 +599,8 @@ impl<'c, M: Simulate> Change<'c, M> {
     fn record(&mut self, start: &M::State, struck: &'static Constraint, before: &[f64], impulses: &[f64]) {
         let gradients = self.upkeep.gradients(self.model, start);
         let (u, v) = (start.u().as_slice(), self.state.u().as_slice());
-        let twice_mean = |row: usize| gradients.row(row).iter().zip(u.iter().zip(v)).map(|(x, (u, v))| x * (u + v));
+        let twice_mean =
+            |row: usize| gradients.row(row).iter().zip(u.iter().zip(v)).map(|(x, (u, v))| x * (u + v));
         let rate = |row: usize| twice_mean(row).sum::<f64>();
         for constraint in M::CONSTRAINTS {
             let rows = constraint.first..constraint.first + constraint.rows;
@@ -572,11 +609,15 @@ impl<'c, M: Simulate> Change<'c, M> {
             }
             self.impacts.push(Impact {
                 constraint: constraint.name,
-                held: constraint != struck && constraint.switched.is_none_or(|switch| start.modes().holds(switch)),
+                held: constraint != struck
+                    && constraint.switched.is_none_or(|switch| start.modes().holds(switch)),
                 approach: rows_of(constraint, before),
                 impulse: rows_of(constraint, impulses),
                 energy_lost: 0.0
-                    - rows.filter(|row| impulses[*row] != 0.0).map(|row| 0.5 * impulses[row] * rate(row)).sum::<f64>(),
+                    - rows
+                        .filter(|row| impulses[*row] != 0.0)
+                        .map(|row| 0.5 * impulses[row] * rate(row))
+                        .sum::<f64>(),
             });
         }
     }
@@ -589,11 +630,14 @@ impl<'c, M: Simulate> Change<'c, M> {
         }
     }
 
-    /// The row of a released holonomic constraint that is missed most, and its Φ, if it is missed by more than this part of its size.
+    /// The row of a released holonomic constraint that is missed most, and its Φ, if it is missed by more
+    /// than this part of its size.
     fn far(&mut self, constraint: &'static Constraint, part: f64) -> Option<(&'static str, f64)> {
         let holds = constraint.switched.is_none_or(|switch| self.state.modes().holds(switch));
         match constraint.kind {
-            ConstraintKind::Holonomic if !holds => self.upkeep.apart(self.model, self.state, constraint, part),
+            ConstraintKind::Holonomic if !holds => {
+                self.upkeep.apart(self.model, self.state, constraint, part)
+            }
             _ => None,
         }
     }

@@ -19,15 +19,16 @@ use crate::model::{Constraints, Known, ModelState, Vector};
 
 /// The worst conditioning of the mass matrix that a motion met.
 ///
-/// The number is κ = ‖S‖₁ ‖S⁻¹‖₁ of S = M scaled to a unit diagonal, Sᵢⱼ = Mᵢⱼ/√|Mᵢᵢ Mⱼⱼ|, so that units and sizes of the coordinates do
-/// not enter: they do not change the digits that LDLᵀ loses either. Accelerations lose at most about log₁₀ κ of their sixteen digits. Source: van
-/// der Sluis, Numer. Math. 14 (1969) 14, by whom no other scaling of the rows and columns makes κ much smaller.
+/// The number is κ = ‖S‖₁ ‖S⁻¹‖₁ of S = M scaled to a unit diagonal, Sᵢⱼ = Mᵢⱼ/√|Mᵢᵢ Mⱼⱼ|, so that units and
+/// sizes of the coordinates do not enter: they do not change the digits that LDLᵀ loses either. Accelerations
+/// lose at most about log₁₀ κ of their sixteen digits. Source: van der Sluis, Numer. Math. 14 (1969) 14, by
+/// whom no other scaling of the rows and columns makes κ much smaller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
-    /// Largest κ over the accepted states: 1 for a diagonal M, infinite for a singular one, NaN where M is not a number. Coordinates without any
-    /// inertia, which constraints carry along, are left out. Where M alone would lose half of the digits, as
-    /// where there are more coordinates than velocities (four Euler parameters of a body), κ is that of the
-    /// inertia of the velocities that the constraints leave.
+    /// Largest κ over the accepted states: 1 for a diagonal M, infinite for a singular one, NaN where M is
+    /// not a number. Coordinates without any inertia, which constraints carry along, are left out. Where M
+    /// alone would lose half of the digits, as where there are more coordinates than velocities (four Euler
+    /// parameters of a body), κ is that of the inertia of the velocities that the constraints leave.
     pub largest: f64,
     /// When it was met first.
     pub time: f64,
@@ -36,7 +37,8 @@ pub struct Conditioning {
     pub looked_at: (usize, usize),
 }
 
-/// Models of more coordinates are asked at fewer states how near their constraints are to losing rank: it takes 30 n³ operations.
+/// Models of more coordinates are asked at fewer states how near their constraints are to losing rank: it
+/// takes 30 n³ operations.
 const MOST_COORDINATES: usize = 32;
 /// A condition number of n coordinates takes as long as n²/8 evaluations of accelerations, where these take
 /// time in proportion to n: measured on a chain of 45 masses. So many are found as take as long as the run,
@@ -51,13 +53,15 @@ const PARTS: usize = 4;
 const SINGULAR: f64 = 1e4;
 /// Bisections of the golden section.
 const SECTIONS: usize = 40;
-/// Permitted errors by which constraints may miss a singular position before a motion turns round there for sure.
+/// Permitted errors by which constraints may miss a singular position before a motion turns round there for
+/// sure.
 const MISSED: f64 = 100.0;
 
 /// Where a motion has been nearest to a singular position of its constraints, or in one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nearest {
-    /// Largest over smallest singular value of Φ_q, coordinates measured by √Mᵢᵢ and the rows of a constraint by the longest of them.
+    /// Largest over smallest singular value of Φ_q, coordinates measured by √Mᵢᵢ and the rows of a constraint
+    /// by the longest of them.
     pub condition: f64,
     /// When.
     pub time: f64,
@@ -65,34 +69,44 @@ pub struct Nearest {
     pub rows: Involved,
     /// The coordinates that they come to leave open there.
     pub coordinates: Involved,
-    /// How many singular positions the motion has passed: places where the conditioning is above 10⁴ between states where it is not.
+    /// How many singular positions the motion has passed: places where the conditioning is above 10⁴ between
+    /// states where it is not.
     pub passed: usize,
-    /// The first of them that is none: by how much the constraints miss it, in lengths of coordinates, no more than a hundred permitted errors, and when. Branches that cross in the
-    /// one avoid each other in the other, and whether the motion goes on or turns round there its steps do not tell.
+    /// The first of them that is none: by how much the constraints miss it, in lengths of coordinates, no
+    /// more than a hundred permitted errors, and when. Branches that cross in the one avoid each other in the
+    /// other, and whether the motion goes on or turns round there its steps do not tell.
     pub missed: Option<(f64, f64)>,
 }
 
 impl<M: Simulate> Motion<'_, M> {
-    /// Whether it is asked how near the constraints came to losing rank: not without any, and not of more than 32 coordinates, where it would cost more than the run.
+    /// Whether it is asked how near the constraints came to losing rank: not without any, and not of more
+    /// than 32 coordinates, where it would cost more than the run.
     pub(super) fn asks_for_nearest(&self) -> bool {
         M::IS_HELD && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
     }
 
     /// Times and conditioning of the constraints at the quarters of the step that leaves a record.
-    pub(super) fn add_conditions(&self, sampler: &mut Sampler<'_, '_, M>, index: usize, out: &mut Vec<(f64, f64)>) {
+    pub(super) fn add_conditions(
+        &self,
+        sampler: &mut Sampler<'_, '_, M>,
+        index: usize,
+        out: &mut Vec<(f64, f64)>,
+    ) {
         let Record { state, h, .. } = &self.trajectory.records[index];
         let parts = if *h == 0.0 { 1 } else { PARTS };
         let times = (0..parts).map(|k| state.t() + h * k as f64 / PARTS as f64);
         out.extend(times.map(|t| (t, condition(self.model(), &sampler.at(t)))));
     }
 
-    /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning peaks between them.
+    /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning
+    /// peaks between them.
     pub(super) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<Nearest> {
         if M::IS_FREE || conditions.is_empty() {
             return None;
         }
         let mut sampler = self.sampler();
-        let mut worst = conditions.iter().copied().fold((self.start_time(), 0.0), |a, b| if b.1 > a.1 { b } else { a });
+        let mut worst =
+            conditions.iter().copied().fold((self.start_time(), 0.0), |a, b| if b.1 > a.1 { b } else { a });
         let (mut passed, mut missed) = (0, None);
         for i in 1..conditions.len().saturating_sub(1) {
             let [before, here, after] = [conditions[i - 1], conditions[i], conditions[i + 1]];
@@ -113,7 +127,8 @@ impl<M: Simulate> Motion<'_, M> {
         Some(Nearest { condition, time: worst.0, rows, coordinates, passed, missed })
     }
 
-    /// By how much the constraints miss the singular position beside a state, and when, if the tolerance does not tell it from one.
+    /// By how much the constraints miss the singular position beside a state, and when, if the tolerance does
+    /// not tell it from one.
     fn misses(&self, state: &M::State) -> Option<(f64, f64)> {
         let Tolerances { absolute, relative } = self.trajectory.tolerances;
         let permitted = absolute + relative * max_abs(state.q().as_slice());
@@ -162,7 +177,9 @@ impl<M: Simulate> Motion<'_, M> {
 }
 
 pub(super) fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
-    with_workspace::<M, _>(|workspace| condition_of(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD))
+    with_workspace::<M, _>(|workspace| {
+        condition_of(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD)
+    })
 }
 
 /// κ of P S P + b (1 − P), P onto the velocities that the constraints leave, b the mean inertia of these.
@@ -192,7 +209,8 @@ fn condition_of(n: usize, mass: &[f64], held: bool) -> f64 {
         // Nothing beside a unit diagonal.
         return 1.0;
     }
-    // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is singular twice.
+    // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is singular
+    // twice.
     scaled.lu().try_inverse().map_or(f64::INFINITY, |inverse| size * norm(&inverse))
 }
 

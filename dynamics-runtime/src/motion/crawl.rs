@@ -1,9 +1,13 @@
 //! Stiffness of a motion whose steps do not show it.
 //!
-//! Hairer's test finds steps at the border of stability; runs that choose their method by themselves try implicit steps that pass over it (`run/stiffness.rs`). A method that was asked for, at small tolerances, does neither: its
-//! error estimate, which grows as a high power of h λ, holds the steps inside the border, and takes a hundred times as many as the motion needs. So implicit steps are tried here, too, from some states of the motion. Where they
-//! are permitted, and a step of the method itself of a fifth of their length is not, which tells from steps that were asked to be short, the motion is stiff for it. Lengths are those that steps have
-//! on average thereabouts: where rounding decides what the error estimate says, as below 1e-12, one is nothing like the next.
+//! Hairer's test finds steps at the border of stability; runs that choose their method by themselves try
+//! implicit steps that pass over it (`run/stiffness.rs`). A method that was asked for, at small tolerances,
+//! does neither: its error estimate, which grows as a high power of h λ, holds the steps inside the border,
+//! and takes a hundred times as many as the motion needs. So implicit steps are tried here, too, from some
+//! states of the motion. Where they are permitted, and a step of the method itself of a fifth of their length
+//! is not, which tells from steps that were asked to be short, the motion is stiff for it. Lengths are those
+//! that steps have on average thereabouts: where rounding decides what the error estimate says, as below
+//! 1e-12, one is nothing like the next.
 
 use super::driver::Driver;
 use super::query::Motion;
@@ -20,9 +24,11 @@ const PLACES: usize = 5;
 const IN_MOST: usize = 4;
 /// Steps on either side of a place that tell how long they are there.
 const BESIDE: usize = 25;
-/// What the method itself cannot make, as a part of the implicit step: at four lengths stability has it fail that holds its steps at a half of the border.
+/// What the method itself cannot make, as a part of the implicit step: at four lengths stability has it fail
+/// that holds its steps at a half of the border.
 const OWN: f64 = 0.2;
-/// Implicit steps that are longer by these factors are tried, too: rounding may hold steps far inside the border.
+/// Implicit steps that are longer by these factors are tried, too: rounding may hold steps far inside the
+/// border.
 const MORE: [f64; 3] = [1.0, 5.0, 25.0];
 /// Permitted errors by which a motion has to change for steps to prove that they follow it.
 const MOVES: f64 = 100.0;
@@ -61,7 +67,8 @@ impl<M: Simulate> Motion<'_, M> {
         let records = &self.trajectory.records;
         let longer = longer(M::Vector::LEN);
         let places = (1..=PLACES).map(|k| k * records.len() / (PLACES + 1));
-        let found = places.filter(|&index| self.passes_over(index, longer)).map(|index| records[index].state.t());
+        let found =
+            places.filter(|&index| self.passes_over(index, longer)).map(|index| records[index].state.t());
         let found: alloc::vec::Vec<f64> = found.collect();
         found.first().copied().filter(|_| found.len() >= IN_MOST)
     }
@@ -76,7 +83,8 @@ impl<M: Simulate> Motion<'_, M> {
             && lengths.into_iter().filter(|h| *h <= left).any(|h| {
                 let tried = |h: f64| Step { end: step.start, h: h.copysign(step.h), ..step };
                 let own = self.trajectory.driver_of(index).map(|driver| driver.maker());
-                let own = own.and_then(|mut own| own.end_of(&mut self.plant(index), &tried(OWN * h), tolerances));
+                let own =
+                    own.and_then(|mut own| own.end_of(&mut self.plant(index), &tried(OWN * h), tolerances));
                 let mut implicit = Driver::<M>::maker(&Radau5);
                 !keeps(own)
                     && self.follows(index, h, implicit.end_of(&mut self.plant(index), &tried(h), tolerances))
@@ -88,10 +96,12 @@ impl<M: Simulate> Motion<'_, M> {
     /// error estimate that damps what is fast sees nothing of a swing that is stepped over.
     fn follows(&self, index: usize, h: f64, end: Option<(Phase<M::Vector>, f64)>) -> bool {
         let Some((y, error)) = end else { return false };
-        let (records, to) = (&self.trajectory.records, self.step(index).start.t + h.copysign(self.step(index).h));
+        let (records, to) =
+            (&self.trajectory.records, self.step(index).start.t + h.copysign(self.step(index).h));
         let direction = self.trajectory.direction();
-        let next =
-            records.partition_point(|record| (record.state.t() - to) * direction < 0.0).clamp(1, records.len() - 1);
+        let next = records
+            .partition_point(|record| (record.state.t() - to) * direction < 0.0)
+            .clamp(1, records.len() - 1);
         // Between its ends, so that one of them is as near as any place of the step.
         let near = [next - 1, next].map(|k| self.most_permitted_errors(&y, &records[k].knot().y));
         let within = self.most_permitted_errors(&records[next - 1].knot().y, &records[next].knot().y);
@@ -111,7 +121,9 @@ impl<M: Simulate> Motion<'_, M> {
     /// steps, as whole ones may damp what swings.
     fn forgets(&self, index: usize, h: f64) -> bool {
         let (step, tolerances) = (self.step(index), &self.trajectory.tolerances);
-        let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else { return false };
+        let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else {
+            return false;
+        };
         let (mut plant, part) = (self.plant(index), (0.25 * self.usual(index)).copysign(step.h));
         let mut next = |at: &Knot<M::Vector>| {
             let step = Step { start: *at, end: *at, h: part, ..step };

@@ -1,7 +1,8 @@
 //! Runs that come to no end: steps that become shorter and shorter towards a time that they do not reach.
 //!
-//! Whenever the number of steps has doubled, the time that was won with the later half of them is set beside what the half before had won. Where it
-//! is a part r < 1 of that again and again, doubling on wins no more than r/(1 − r) times as much.
+//! Whenever the number of steps has doubled, the time that was won with the later half of them is set beside
+//! what the half before had won. Where it is a part r < 1 of that again and again, doubling on wins no more
+//! than r/(1 − r) times as much.
 
 use crate::math;
 
@@ -9,7 +10,8 @@ use crate::math;
 const FIRST: u64 = 1024;
 /// Part of what the half before has won, at most.
 const SHRINKS: f64 = 0.7;
-/// Doublings in a row with so little: at 65,536 steps at the earliest, of which the last half has won a sixth of a hundredth of the first.
+/// Doublings in a row with so little: at 65,536 steps at the earliest, of which the last half has won a sixth
+/// of a hundredth of the first.
 const IN_A_ROW: u32 = 5;
 
 /// Steps after which it is looked at how far they came where something nearly loses a direction.
@@ -46,7 +48,8 @@ impl Creep {
         Some((t - last).abs())
     }
 
-    /// Whether steps that go on as the last [`CRAWLS`] did, which took this time, are used up before the end: what rests beside such a position comes to its end.
+    /// Whether steps that go on as the last [`CRAWLS`] did, which took this time, are used up before the end:
+    /// what rests beside such a position comes to its end.
     pub(super) fn runs_out(&self, took: f64, (made, limit): (u64, u64), (t, end): (f64, f64)) -> bool {
         took * (limit.saturating_sub(made) as f64) < CRAWLS as f64 * (end - t).abs()
     }
@@ -71,7 +74,8 @@ mod tests {
 
     use super::Creep;
 
-    /// Steps of this size at these times: the number after which it is seen that they do not reach 10, and the time they approach.
+    /// Steps of this size at these times: the number after which it is seen that they do not reach 10, and
+    /// the time they approach.
     fn seen(h: impl Fn(f64) -> f64) -> Option<(u64, f64)> {
         let (mut creep, mut t) = (Creep::new(), 0.0);
         (1..1_000_000).find_map(|made| {

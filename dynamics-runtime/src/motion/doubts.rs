@@ -1,4 +1,5 @@
-//! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself shows it.
+//! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself
+//! shows it.
 //!
 //! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded
 //! steps: tolerances that are finer than the rounding of the values they are kept for; energy that drifts by
@@ -26,7 +27,8 @@ const MUCH: f64 = 1e3;
 const TOLD: f64 = 10.0;
 /// Energy that drifts by less than so many permitted errors is no more than the tolerance lets it.
 const DRIFTS: f64 = 10.0;
-/// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff motions, where errors mostly die.
+/// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff
+/// motions, where errors mostly die.
 const MUCH_SHOWN: (f64, f64) = (300.0, 60.0);
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
 const UNITS: f64 = 10.0;
@@ -57,31 +59,35 @@ pub struct BelowRounding {
 /// What makes the accuracy of a motion doubtful.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Doubts {
-    /// The value that is furthest below rounding with its permitted error; `None` with a fixed step or where there is none.
+    /// The value that is furthest below rounding with its permitted error; `None` with a fixed step or where
+    /// there is none.
     pub below_rounding: Option<BelowRounding>,
-    /// Drift of the energy, less all work, over what the permitted errors of one step can change it by; `None` with a fixed step.
+    /// Drift of the energy, less all work, over what the permitted errors of one step can change it by;
+    /// `None` with a fixed step.
     pub energy: Option<f64>,
     /// Drift of the energy, less all work, in parts of its scale; `None` where it has none.
     pub energy_part: Option<f64>,
     /// The steps were as long as was asked for.
     pub fixed: bool,
-    /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as a rule most of its error.
-    /// `None` with a fixed step.
+    /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as
+    /// a rule most of its error. `None` with a fixed step.
     pub halved: Option<f64>,
-    /// The same at its largest, which may last for a moment only, as where something jumps a little late; warned of by itself from a thousand on. `None` with a fixed step.
+    /// The same at its largest, which may last for a moment only, as where something jumps a little late;
+    /// warned of by itself from a thousand on. `None` with a fixed step.
     pub halved_at_most: Option<f64>,
     /// The motion is stiff, or its method is for stiff ones.
     pub stiff: bool,
     /// The method has stages of too low an order to follow a stiff direction that turns.
     pub low_stages: bool,
-    /// Forces, dissipation or explicit time change the energy, and their work enters its drift; not said of models
-    /// with constraints.
+    /// Forces, dissipation or explicit time change the energy, and their work enters its drift; not said of
+    /// models with constraints.
     pub works: bool,
     /// The model has constraints, which a motion may go on along the wrong branch of.
     pub held: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
     pub unseen: Option<Unseen>,
-    /// When the motion was first found stiff for a method whose steps do not show it, by implicit steps more than twenty times as long; `None` where they do, and of fewer than 120 steps.
+    /// When the motion was first found stiff for a method whose steps do not show it, by implicit steps more
+    /// than twenty times as long; `None` where they do, and of fewer than 120 steps.
     pub crawls: Option<f64>,
     /// An instability that long steps pass over.
     pub outgrown: Option<Outgrown>,
@@ -123,14 +129,19 @@ impl<M: Simulate> Motion<'_, M> {
     /// `drift` of the energy at most, of `scale`.
     pub(super) fn doubts(&self, drift: f64, scale: f64) -> Doubts {
         // What has grown beyond all numbers has no scale.
-        let energy_part =
-            (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() { drift / scale } else { f64::INFINITY });
+        let energy_part = (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() {
+            drift / scale
+        } else {
+            f64::INFINITY
+        });
         let (fixed, repeatable) = (self.trajectory.fixed, self.is_repeatable());
         let outgrown = repeatable.then(|| self.outgrown()).flatten();
         if fixed || self.trajectory.driver.is_none() {
             let outgrown = outgrown.filter(|_| fixed);
-            let unchecked =
-                Unchecked { instability: fixed && repeatable && !self.affords_growth(), ..Unchecked::default() };
+            let unchecked = Unchecked {
+                instability: fixed && repeatable && !self.affords_growth(),
+                ..Unchecked::default()
+            };
             return Doubts {
                 energy_part: energy_part.filter(|_| fixed),
                 fixed,
@@ -225,7 +236,8 @@ impl Doubts {
             let (time, value) = (Rounded(*time), Rounded(*value));
             write!(
                 f,
-                "{WARNING}tolerance below rounding: {permitted:.1e} permitted of {what}{name} = {value} at t = {time}; give a larger relative one"
+                "{WARNING}tolerance below rounding: {permitted:.1e} permitted of {what}{name} = {value} at t \
+                 = {time}; give a larger relative one"
             )?;
         }
         if let Some(unseen) = &self.unseen {
@@ -235,7 +247,8 @@ impl Doubts {
         if let Some(t) = self.crawls {
             write!(
                 f,
-                "{WARNING}stiff at t = {}: steps that are more than twenty times as long keep the tolerance with methods::Radau5",
+                "{WARNING}stiff at t = {}: steps that are more than twenty times as long keep the tolerance \
+                 with methods::Radau5",
                 Rounded(t)
             )?;
         }
@@ -252,9 +265,9 @@ impl Doubts {
     }
 
     /// What the energy shows. Where forces work and half steps agree, but for moments, it is not asked: works
-    /// are integrated over states between the ends of steps, which a step far longer than a stiff damper needs
-    /// does not resolve, and what they miss in a moment stays. With constraints it is asked always: whole and
-    /// half steps may agree on the wrong branch.
+    /// are integrated over states between the ends of steps, which a step far longer than a stiff damper
+    /// needs does not resolve, and what they miss in a moment stays. With constraints it is asked always:
+    /// whole and half steps may agree on the wrong branch.
     fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.works && self.halved.is_some_and(|times| times <= TOLD) {
             return Ok(());
@@ -272,9 +285,10 @@ impl Doubts {
             let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
             match part.is_finite() {
                 true => write!(f, "{WARNING}energy drifts by {} of its scale; {remedy}", Part(part))?,
-                false => {
-                    write!(f, "{WARNING}energy grows beyond all numbers; {remedy}, or end the motion before that")?
-                }
+                false => write!(
+                    f,
+                    "{WARNING}energy grows beyond all numbers; {remedy}, or end the motion before that"
+                )?,
             }
         }
         Ok(())
@@ -292,8 +306,8 @@ impl Doubts {
         } else if most > MUCH {
             write!(
                 f,
-                "{WARNING}errors peak and pass, as where something fast comes early or late: global error about {} tolerances {how} for less than a \
-                 hundredth of the time{remedy}",
+                "{WARNING}errors peak and pass, as where something fast comes early or late: global error \
+                 about {} tolerances {how} for less than a hundredth of the time{remedy}",
                 Times(most)
             )
         } else if times > TOLD {

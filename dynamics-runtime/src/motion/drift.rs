@@ -8,7 +8,8 @@ use super::simulate::Simulate;
 use crate::constrain::held::active_rows;
 use crate::model::{Known, ModelState, Vector};
 
-/// What became of one row of the constraints over the accepted states at which it held, in the row's own units.
+/// What became of one row of the constraints over the accepted states at which it held, in the row's own
+/// units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintDrift {
     /// The row, `closure.x`.
@@ -43,7 +44,8 @@ impl<M: Simulate> Motion<'_, M> {
             return drifts;
         }
         for state in self.steps() {
-            let (position, velocity) = (self.model().residual(&state), self.model().velocity_residual(&state));
+            let (position, velocity) =
+                (self.model().residual(&state), self.model().velocity_residual(&state));
             for row in active_rows::<M>(state.modes(), false) {
                 let drift = &mut drifts[row];
                 let of_position = if row < M::Residual::LEN { position[row].abs() } else { 0.0 };

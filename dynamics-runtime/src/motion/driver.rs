@@ -41,7 +41,8 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     fn weights(&self) -> &'static [f64];
 }
 
-/// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to the next.
+/// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to
+/// the next.
 pub(crate) trait Maker<M: Simulate>: Send + Sync {
     /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
     /// `judged`: as good as its ends, if need be in parts.
@@ -52,7 +53,8 @@ pub(crate) trait Maker<M: Simulate>: Send + Sync {
         tolerances: &Tolerances,
         judged: bool,
     ) -> Option<Interpolant<M::Vector>>;
-    /// Where the step with this start, size and upkeep ends, and its error, 1 where it is just permitted; `None` where that fails.
+    /// Where the step with this start, size and upkeep ends, and its error, 1 where it is just permitted;
+    /// `None` where that fails.
     fn end_of(
         &mut self,
         plant: &mut Plant<'_, '_, M>,
@@ -67,7 +69,12 @@ pub(crate) trait Maker<M: Simulate>: Send + Sync {
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)>;
     /// Makes the step again, with everything else as it is to be; whether that succeeds.
-    fn attempt(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, tolerances: &Tolerances) -> bool;
+    fn attempt(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> bool;
     /// Is told that the step of which it has found the end is made.
     fn accepted(&mut self, step: &Step<M::Vector>);
     /// What comes next goes on from something else.
@@ -112,7 +119,12 @@ impl<M: Simulate, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
         Stepper::end_on_branches(&mut self.0, plant, step, tolerances).ok()?
     }
 
-    fn attempt(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, tolerances: &Tolerances) -> bool {
+    fn attempt(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> bool {
         Stepper::attempt_again(&mut self.0, plant, (&step.start, step.h), tolerances).is_ok()
     }
 

@@ -1,5 +1,6 @@
-//! Edges of contacts: where a body meets the ground in a corner of it, its gap has the gradient of either face, and which of them it is may be undecided. And
-//! corners of constraints without a rule in which a motion rests: from both sides accelerations lead back, and no step goes on.
+//! Edges of contacts: where a body meets the ground in a corner of it, its gap has the gradient of either
+//! face, and which of them it is may be undecided. And corners of constraints without a rule in which a
+//! motion rests: from both sides accelerations lead back, and no step goes on.
 
 use super::simulate::Simulate;
 use super::upkeep::Upkeep;
@@ -14,7 +15,8 @@ const BENT: f64 = 1e-6;
 /// Displacement in parts of 1 + |q| by which it is seen to where accelerations lead.
 const BESIDE: f64 = 1e-6;
 
-/// Whether a contact of one row is hit in an edge of its ground, at which the motion stands now and a little later.
+/// Whether a contact of one row is hit in an edge of its ground, at which the motion stands now and a little
+/// later.
 pub(super) fn is_hit<M: Simulate>(
     model: &M,
     upkeep: &mut Upkeep<M>,
@@ -24,8 +26,8 @@ pub(super) fn is_hit<M: Simulate>(
     undecided(model, now, later).any(|kink| is_bent(model, upkeep, now, (kink, constraint.first)))
 }
 
-/// The row among these in a corner of which a motion rests, and whether accelerations lead away from it on both of its sides, or back to it from both. `None`
-/// where they say to which side it goes.
+/// The row among these in a corner of which a motion rests, and whether accelerations lead away from it on
+/// both of its sides, or back to it from both. `None` where they say to which side it goes.
 pub(super) fn rests_in<M: Simulate>(
     model: &M,
     (constants, upkeep): (&M::Constants, &mut Upkeep<M>),
@@ -33,7 +35,8 @@ pub(super) fn rests_in<M: Simulate>(
     rows: impl Iterator<Item = usize> + Clone,
 ) -> Option<(usize, bool)> {
     let leads_away = |kink: usize| {
-        // What the argument of the kink becomes, on either side, by a displacement along the accelerations there.
+        // What the argument of the kink becomes, on either side, by a displacement along the accelerations
+        // there.
         let becomes = |below: bool| {
             let a = solve_once(model, constants, &on_side(now, kink, below)).ok()?.accelerations;
             let largest = max_abs(a.as_slice());
@@ -70,9 +73,14 @@ fn kinks_of<M: Simulate>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
 }
 
 /// The kinks on no side of which a motion is, now and a little later.
-fn undecided<M: Simulate>(model: &M, now: &M::State, later: &M::State) -> impl Iterator<Item = usize> + use<M> {
+fn undecided<M: Simulate>(
+    model: &M,
+    now: &M::State,
+    later: &M::State,
+) -> impl Iterator<Item = usize> + use<M> {
     let (near, kinks) = (near(now), [now, later].map(|state| kinks_of(model, state)));
-    (0..M::KINKS).filter(move |i| kinks.iter().all(|kinks| kinks[*i].decides && kinks[*i].value.abs() <= near))
+    (0..M::KINKS)
+        .filter(move |i| kinks.iter().all(|kinks| kinks[*i].decides && kinks[*i].value.abs() <= near))
 }
 
 /// The state on one side of a kink.
@@ -84,7 +92,12 @@ fn on_side<S: ModelState>(state: &S, kink: usize, below: bool) -> S {
 }
 
 /// Whether a row has another gradient on either side of a kink.
-fn is_bent<M: Simulate>(model: &M, upkeep: &mut Upkeep<M>, now: &M::State, (kink, row): (usize, usize)) -> bool {
+fn is_bent<M: Simulate>(
+    model: &M,
+    upkeep: &mut Upkeep<M>,
+    now: &M::State,
+    (kink, row): (usize, usize),
+) -> bool {
     let mut face = |below: bool| {
         let mut gradient = M::Vector::zeros();
         let state = on_side(now, kink, below);

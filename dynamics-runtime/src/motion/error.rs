@@ -20,7 +20,8 @@ use crate::error::{SingularMassMatrix, SolveError, StateError, parameter_not_fin
 use crate::integrate::Method;
 use crate::model::{ConstraintKind, Dynamics, Model, ModelState, Premise, Refuted, refuted};
 
-/// A simulation that stopped before its end. What was computed up to there is still in hand: [`SimulationError::motion`].
+/// A simulation that stopped before its end. What was computed up to there is still in hand:
+/// [`SimulationError::motion`].
 pub struct SimulationError<M: Model> {
     /// What happened.
     pub kind: SimulationErrorKind,
@@ -53,23 +54,27 @@ pub enum SimulationErrorKind {
         /// The input.
         input: &'static str,
     },
-    /// The tolerance asks for steps below the resolution of time: the motion has a singularity or a jump here.
+    /// The tolerance asks for steps below the resolution of time: the motion has a singularity or a jump
+    /// here.
     StepSizeTooSmall {
         /// The coordinate with the largest error.
         coordinate: &'static str,
     },
-    /// The equations of an implicit method have no solution that its iterations find, however short the step; with a fixed step, at that step.
+    /// The equations of an implicit method have no solution that its iterations find, however short the step;
+    /// with a fixed step, at that step.
     StepNotSolved {
         /// The coordinate that is corrected most.
         coordinate: &'static str,
     },
-    /// The constraints would have moved the end of a fixed step by more than a fiftieth of the way that the step had come, or its stages beside a singular position disagreed
-    /// by as much, in whatever parts it was made: they would decide the motion.
+    /// The constraints would have moved the end of a fixed step by more than a fiftieth of the way that the
+    /// step had come, or its stages beside a singular position disagreed by as much, in whatever parts it was
+    /// made: they would decide the motion.
     StepDisplaced {
         /// The coordinate that would have been moved most.
         coordinate: &'static str,
     },
-    /// More steps, rejected ones included, than `.max_steps(..)` permits; or, where the motion slides, it would take twice as many as are left.
+    /// More steps, rejected ones included, than `.max_steps(..)` permits; or, where the motion slides, it
+    /// would take twice as many as are left.
     TooManySteps {
         /// The limit.
         limit: u64,
@@ -92,7 +97,8 @@ pub enum SimulationErrorKind {
         /// The event.
         event: String,
     },
-    /// An event happens again and again in ever shorter time (Zeno's paradox: a ball that comes to rest by bouncing).
+    /// An event happens again and again in ever shorter time (Zeno's paradox: a ball that comes to rest by
+    /// bouncing).
     EventsAccumulate {
         /// The event.
         event: String,
@@ -101,7 +107,8 @@ pub enum SimulationErrorKind {
         /// A contact is hit ever faster: what lies between contacts that approach each other is squeezed.
         squeezed: bool,
     },
-    /// Steps become shorter and shorter and come to no end before the time that they approach: accelerations grow without bounds there.
+    /// Steps become shorter and shorter and come to no end before the time that they approach: accelerations
+    /// grow without bounds there.
     StepsVanish {
         /// That time: extrapolated, or that of the last state.
         at: f64,
@@ -110,7 +117,8 @@ pub enum SimulationErrorKind {
         /// The rows of the constraints that hold them with most; of nobody where nothing holds.
         rows: Involved,
     },
-    /// The reset of an event left the motion at rest there, and it goes on in the same direction: the event happens again at once.
+    /// The reset of an event left the motion at rest there, and it goes on in the same direction: the event
+    /// happens again at once.
     EventRepeats {
         /// The event.
         event: String,
@@ -141,7 +149,8 @@ pub enum SimulationErrorKind {
     Overflow {
         /// The coordinate that is the largest, or whose velocity or acceleration is.
         coordinate: &'static str,
-        /// Of which derivative by time the value is: 0 of the coordinate, 1 of its velocity, 2 of its acceleration.
+        /// Of which derivative by time the value is: 0 of the coordinate, 1 of its velocity, 2 of its
+        /// acceleration.
         order: u8,
         /// Its value.
         value: f64,
@@ -159,8 +168,8 @@ pub enum SimulationErrorKind {
         /// What the method met, and what would pass it.
         met: Box<Met>,
     },
-    /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions that constraints leave: what has no inertia
-    /// moves without bounds.
+    /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions
+    /// that constraints leave: what has no inertia moves without bounds.
     InertiaVanishes {
         /// The coordinates that have no inertia left together.
         coordinates: Involved,
@@ -169,21 +178,24 @@ pub enum SimulationErrorKind {
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
-    /// Friction, or another force that jumps, has brought the motion to rest: the accelerations on either side of the jump lead back to it.
+    /// Friction, or another force that jumps, has brought the motion to rest: the accelerations on either
+    /// side of the jump lead back to it.
     RestsOnJump {
         /// The coordinates whose accelerations jump, in the order of by how much.
         coordinates: Involved,
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
-    /// The motion starts at rest in a corner of a constraint, and accelerations do not say to which side it goes.
+    /// The motion starts at rest in a corner of a constraint, and accelerations do not say to which side it
+    /// goes.
     RestsInCorner {
         /// The row.
         row: &'static str,
         /// They lead away from it on both sides; otherwise back to it from both.
         leads_away: bool,
     },
-    /// A reaction grows without bounds toward a place just ahead, from which on the equations with friction have no answer (Painlevé's paradox).
+    /// A reaction grows without bounds toward a place just ahead, from which on the equations with friction
+    /// have no answer (Painlevé's paradox).
     FrictionGrows {
         /// The reaction that decides there, `floor`.
         row: &'static str,
@@ -192,7 +204,8 @@ pub enum SimulationErrorKind {
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
-    /// Three angles lock: what they turn has orientations beside this one that they cannot tell apart, and rates and accelerations without bounds.
+    /// Three angles lock: what they turn has orientations beside this one that they cannot tell apart, and
+    /// rates and accelerations without bounds.
     GimbalLock {
         /// The angles, and how near they are to locking.
         at: Box<Locking>,
@@ -203,23 +216,27 @@ pub enum SimulationErrorKind {
     NoInertia {
         /// The coordinates.
         coordinates: Involved,
-        /// Parameters that are 0 and may be the inertia that is missing: those of a unit of mass, or of no known unit; where there is none, lengths, for masses without a lever turn nothing.
+        /// Parameters that are 0 and may be the inertia that is missing: those of a unit of mass, or of no
+        /// known unit; where there is none, lengths, for masses without a lever turn nothing.
         parameters: Involved,
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
-    /// A constraint is not differentiable just where the motion stands, and asks for a jump that no force can make.
+    /// A constraint is not differentiable just where the motion stands, and asks for a jump that no force can
+    /// make.
     ConstraintJumps {
         /// Its row.
         row: &'static str,
         /// Of what.
         what: Jumping,
-        /// By how much what the row asks for changes there: its Φ̇ (or A q̇ + b) at the velocity of the motion, or its Φ.
+        /// By how much what the row asks for changes there: its Φ̇ (or A q̇ + b) at the velocity of the
+        /// motion, or its Φ.
         jump: f64,
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
-    /// The gap of a contact jumps to below zero: the body has met a step from the side, and the function of the contact does not say how.
+    /// The gap of a contact jumps to below zero: the body has met a step from the side, and the function of
+    /// the contact does not say how.
     ContactJumps {
         /// Its row.
         row: &'static str,
@@ -233,8 +250,8 @@ pub enum SimulationErrorKind {
         /// The coordinates that they leave open there.
         coordinates: Involved,
     },
-    /// A motion whose constraints drift is so near to a singular position, where branches of the mechanism meet, that its drift decides on which of them
-    /// it goes on.
+    /// A motion whose constraints drift is so near to a singular position, where branches of the mechanism
+    /// meet, that its drift decides on which of them it goes on.
     BranchUndetermined {
         /// The rows that depend on each other there.
         rows: Involved,
@@ -243,8 +260,9 @@ pub enum SimulationErrorKind {
         /// Largest over smallest singular value of Φ_q.
         condition: f64,
     },
-    /// Branches of constraints have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and it has gone on along another one than its own, or that is not
-    /// decided. The motion up to there is right.
+    /// Branches of constraints have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and
+    /// it has gone on along another one than its own, or that is not decided. The motion up to there is
+    /// right.
     BranchesTouch {
         /// The row whose gradient vanishes there, or the rows that depend on each other.
         rows: Involved,
@@ -253,7 +271,8 @@ pub enum SimulationErrorKind {
         /// It is known that steps went over to another branch.
         changed: bool,
     },
-    /// A released constraint begins to slip against the side to which it was released, and its friction, which goes by that side, would drive it.
+    /// A released constraint begins to slip against the side to which it was released, and its friction,
+    /// which goes by that side, would drive it.
     SlipsBack {
         /// The constraint.
         constraint: &'static str,
@@ -433,7 +452,8 @@ pub enum OptionError {
         /// What it is.
         found: ConstraintKind,
     },
-    /// A contact or sticking constraint in a simulation that runs back in time: from which impact a state came cannot be told.
+    /// A contact or sticking constraint in a simulation that runs back in time: from which impact a state
+    /// came cannot be told.
     Backwards {
         /// `contact` or `stick_slip`.
         option: &'static str,
@@ -544,21 +564,33 @@ impl fmt::Display for OptionError {
                 write!(f, "output time {time} lies outside the simulated interval from {start} to {end}")
             }
             Self::OutputOrder { pair: [first, second], backwards } => {
-                let order = if *backwards { "descending order, as the motion runs" } else { "ascending order" };
-                write!(f, "output time {} is followed by {}; give them in {order}", Readable(*first), Readable(*second))
+                let order =
+                    if *backwards { "descending order, as the motion runs" } else { "ascending order" };
+                write!(
+                    f,
+                    "output time {} is followed by {}; give them in {order}",
+                    Readable(*first),
+                    Readable(*second)
+                )
             }
             Self::UnknownEvent { name, suggestion: Some(near) } => {
                 write!(f, "there is no event `{name}`; did you mean `{near}`?")
             }
             Self::UnknownEvent { name, suggestion: None } => {
-                write!(f, "there is no event `{name}`; declare it with `#[event]` or `.event(\"{name}\", ..)`")
+                write!(
+                    f,
+                    "there is no event `{name}`; declare it with `#[event]` or `.event(\"{name}\", ..)`"
+                )
             }
             Self::DuplicateEvent { name } => write!(f, "there are two events `{name}`; rename one"),
             Self::GuardTwice { option, constraint } => {
                 write!(f, "`.{option}(\"{constraint}\", ..)` is given twice; drop one of them")
             }
             Self::InputWithoutValue { input } => {
-                write!(f, "input `{input}` has no value; set it in the start state or give `.inputs(|t, state| ..)`")
+                write!(
+                    f,
+                    "input `{input}` has no value; set it in the start state or give `.inputs(|t, state| ..)`"
+                )
             }
             Self::StartNotFinite { name, rate } => {
                 let what = if *rate { "the velocity of " } else { "" };
@@ -570,15 +602,19 @@ impl fmt::Display for OptionError {
             }
             Self::Constraint(error) => error.fmt(f),
             Self::Contact { constraint, option, value, admissible } => {
-                write!(f, "`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give {admissible}")
+                write!(
+                    f,
+                    "`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give \
+                    {admissible}"
+                )
             }
             Self::NotForGuard { option, constraint, kind, found } => {
                 not_for_guard(f, [*option, *constraint], *kind, *found)
             }
             Self::Backwards { option, constraint } => write!(
                 f,
-                "`.{option}(\"{constraint}\", ..)` cannot run back in time: what was lost in an impact or by sticking is not known; give an end \
-                 after the start, or drop it"
+                "`.{option}(\"{constraint}\", ..)` cannot run back in time: what was lost in an impact or by \
+                 sticking is not known; give an end after the start, or drop it"
             ),
             Self::NothingToHold => {
                 write!(f, "`.formulation(..)` says how constraints are kept, and the model has none; drop it")
@@ -586,19 +622,23 @@ impl fmt::Display for OptionError {
             Self::Gain { name, value } => {
                 write!(
                     f,
-                    "gain {name} = {value} of Baumgarte's stabilization is not possible; give a finite number, 0 or more"
+                    "gain {name} = {value} of Baumgarte's stabilization is not possible; give a finite \
+                     number, 0 or more"
                 )
             }
             Self::NeedsFixedStep { method } => {
-                write!(f, "{method} has no error estimate; give `.fixed_step(h)` or choose an adaptive method")
+                write!(
+                    f,
+                    "{method} has no error estimate; give `.fixed_step(h)` or choose an adaptive method"
+                )
             }
             Self::NoSeries { method, reason } => {
                 write!(f, "{method} is not possible for this model: {reason}; choose another method")
             }
             Self::SeriesExcludes { method, formulation } => write!(
                 f,
-                "{method} satisfy the constraints in every coefficient, and what the formulation `{formulation}` adds is no part of them; \
-                 drop `.formulation(..)`, or choose another method"
+                "{method} satisfy the constraints in every coefficient, and what the formulation \
+                 `{formulation}` adds is no part of them; drop `.formulation(..)`, or choose another method"
             ),
             Self::NothingToCompare => {
                 write!(f, "`.estimate_error()` compares two motions, and `run_with` keeps none; use `.run()`")
@@ -627,7 +667,10 @@ fn not_for_guard(
     if kind == found {
         return write!(f, "; declare it with `#[{role}(switched)]` and let it return one `Expr`");
     }
-    write!(f, ", a constraint on {is} (`#[{role}]`); `.{other}(..)` is for those that are switched and have one row")
+    write!(
+        f,
+        ", a constraint on {is} (`#[{role}]`); `.{other}(..)` is for those that are switched and have one row"
+    )
 }
 
 impl core::error::Error for OptionError {}
@@ -656,7 +699,8 @@ impl<M: Dynamics> fmt::Debug for SimulationError<M> {
     }
 }
 
-/// Fields for debugging. What is derived is inlined, and compiled with every model that asks for it: not here.
+/// Fields for debugging. What is derived is inlined, and compiled with every model that asks for it: not
+/// here.
 fn show(
     f: &mut fmt::Formatter<'_>,
     kind: &SimulationErrorKind,
@@ -664,7 +708,11 @@ fn show(
     state: &dyn fmt::Debug,
 ) -> fmt::Result {
     let mut out = f.debug_struct("SimulationError");
-    out.field("kind", kind).field("time", &time).field("step", &step).field("state", state).finish_non_exhaustive()
+    out.field("kind", kind)
+        .field("time", &time)
+        .field("step", &step)
+        .field("state", state)
+        .finish_non_exhaustive()
 }
 
 impl<M: Dynamics> core::error::Error for SimulationError<M> {}

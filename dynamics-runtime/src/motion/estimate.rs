@@ -69,7 +69,8 @@ pub struct GlobalError {
     /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a
     /// fixed step.
     pub between: Option<f64>,
-    /// From when on errors are a tenth of the range of a coordinate or velocity, or more: nothing later can be trusted.
+    /// From when on errors are a tenth of the range of a coordinate or velocity, or more: nothing later can
+    /// be trusted.
     pub lost_at: Option<f64>,
     /// Time in which errors double, where they grow exponentially: in chaotic and unstable motions.
     pub doubling_time: Option<f64>,
@@ -101,7 +102,8 @@ pub(super) fn compare<M: Simulate>(first: &Trajectory<M>, second: &mut Second<M>
         let mut relative = 0.0f64;
         let parts = [(state.q(), other.q(), &of_q), (state.u(), other.u(), &of_u)];
         for (part, (ours, theirs, ranges)) in parts.into_iter().enumerate() {
-            for (i, ((x, y), range)) in ours.as_slice().iter().zip(theirs.as_slice()).zip(ranges).enumerate() {
+            for (i, ((x, y), range)) in ours.as_slice().iter().zip(theirs.as_slice()).zip(ranges).enumerate()
+            {
                 let error = factor * (x - y).abs();
                 apart.note(part, Largest { name: M::COORDINATES[i].name, error, time: t });
                 apart.ratio = apart.ratio.max(error / first.tolerances.scale(*x, *y));
@@ -176,7 +178,8 @@ fn ranges<M: Simulate>(trajectory: &Trajectory<M>) -> [Vec<f64>; 2] {
     [range(M::State::q).collect(), range(M::State::u).collect()]
 }
 
-/// The time in which small errors double, if they grow exponentially: a line through ln e over t fits better than one over ln t.
+/// The time in which small errors double, if they grow exponentially: a line through ln e over t fits better
+/// than one over ln t.
 fn doubling_time(history: &[(f64, f64)]) -> Option<f64> {
     let (start, _) = *history.first()?;
     let mut largest = 0.0f64;
@@ -184,8 +187,10 @@ fn doubling_time(history: &[(f64, f64)]) -> Option<f64> {
         largest = largest.max(*error);
         ((t - start).abs(), largest)
     });
-    let small: Vec<(f64, f64)> =
-        grown.filter(|(_, error)| *error > 16.0 * f64::EPSILON).take_while(|(_, error)| *error < LARGE).collect();
+    let small: Vec<(f64, f64)> = grown
+        .filter(|(_, error)| *error > 16.0 * f64::EPSILON)
+        .take_while(|(_, error)| *error < LARGE)
+        .collect();
     let (last, most) = *small.last()?;
     let points: Vec<(f64, f64)> = small.into_iter().filter(|(t, _)| *t >= 0.1 * last).collect();
     if points.len() < FEWEST || most < GROWTH * points[0].1 {

@@ -1,4 +1,5 @@
-//! Which pivot of the generated code vanished, where the general solver took over: told by the blocks in which dependent coordinates follow from constraints.
+//! Which pivot of the generated code vanished, where the general solver took over: told by the blocks in
+//! which dependent coordinates follow from constraints.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -14,10 +15,12 @@ use crate::constrain::workspace_len;
 use crate::math;
 use crate::model::{Block, Quantity, Vector};
 
-/// Determinant of a block beside the norms of its columns and rows, below which it is named: guards of generated code call at 10⁻² and less.
+/// Determinant of a block beside the norms of its columns and rows, below which it is named: guards of
+/// generated code call at 10⁻² and less.
 const SMALL: f64 = 2e-2;
 
-/// Coordinates that no longer follow from their constraints where generated code, which has it that way, was left for the general solver.
+/// Coordinates that no longer follow from their constraints where generated code, which has it that way, was
+/// left for the general solver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Vanished {
     /// Rows of the constraints.
@@ -35,7 +38,8 @@ impl fmt::Display for Vanished {
 }
 
 impl<M: Simulate> Motion<'_, M> {
-    /// The block that was nearest to being singular when generated code was left first; `None` where none was near it.
+    /// The block that was nearest to being singular when generated code was left first; `None` where none was
+    /// near it.
     pub(super) fn vanished(&self) -> Option<Vanished> {
         let time = self.trajectory.upkept.general_at.filter(|_| !M::BLOCKS.is_empty())?;
         let (from, to) = (self.start_time(), self.end_time());
@@ -51,8 +55,10 @@ impl<M: Simulate> Motion<'_, M> {
 /// The block that is nearest to being singular, if it is near it; Φ_q by rows of n.
 fn weakest(blocks: &'static [Block], jacobian: &[f64], n: usize) -> Option<&'static Block> {
     let ratio = |block: &Block| {
-        let entries = block.rows.iter().flat_map(|row| block.coordinates.iter().map(move |j| jacobian[row * n + j]));
-        let determinant = DMatrix::from_row_iterator(block.rows.len(), block.coordinates.len(), entries).determinant();
+        let entries =
+            block.rows.iter().flat_map(|row| block.coordinates.iter().map(move |j| jacobian[row * n + j]));
+        let determinant =
+            DMatrix::from_row_iterator(block.rows.len(), block.coordinates.len(), entries).determinant();
         let column = |j: &usize| norm(jacobian.iter().skip(*j).step_by(n));
         let row = |i: &usize| norm(&jacobian[i * n..(i + 1) * n]);
         let by_columns: f64 = block.coordinates.iter().map(column).product();

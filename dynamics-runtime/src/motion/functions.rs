@@ -27,14 +27,24 @@ pub(super) struct Functions<'m, M: Simulate> {
     constants: M::Constants,
     ad_hoc: Vec<AdHoc<'m, M::State>>,
     pub(super) guards: Guards,
-    /// For reactions of guards, and gradients of constraints where one is asked for; none where nothing is watched.
+    /// For reactions of guards, and gradients of constraints where one is asked for; none where nothing is
+    /// watched.
     workspace: RefCell<Vec<f64>>,
 }
 
 impl<'m, M: Simulate> Functions<'m, M> {
-    pub(super) fn new(model: &'m M, constants: M::Constants, ad_hoc: Vec<AdHoc<'m, M::State>>, guards: Guards) -> Self {
+    pub(super) fn new(
+        model: &'m M,
+        constants: M::Constants,
+        ad_hoc: Vec<AdHoc<'m, M::State>>,
+        guards: Guards,
+    ) -> Self {
         let none = M::EVENTS.is_empty() && ad_hoc.is_empty() && guards.is_empty();
-        let len = if M::IS_FREE || none { 0 } else { constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len()) };
+        let len = if M::IS_FREE || none {
+            0
+        } else {
+            constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len())
+        };
         Self { model, constants, ad_hoc, guards, workspace: RefCell::new(vec![0.0; len]) }
     }
 
@@ -87,7 +97,8 @@ impl<'m, M: Simulate> Functions<'m, M> {
         if value.is_nan() { Err(self.not_a_number(index)) } else { Ok(value) }
     }
 
-    /// Value of the function of a guard; `event` gives those of events, `known` keeps the reactions for other guards.
+    /// Value of the function of a guard; `event` gives those of events, `known` keeps the reactions for other
+    /// guards.
     fn guarded(
         &self,
         guard: &Guard,
@@ -105,7 +116,12 @@ impl<'m, M: Simulate> Functions<'m, M> {
         })?;
         let is_contact = guard.is_contact() && guard.holds(state);
         if is_contact && value < 0.0 && known.is_some_and(|reactions| !reactions.unique()) {
-            constrain::check_unique(self.model, state, guard.constraint.first, &mut self.workspace.borrow_mut())?;
+            constrain::check_unique(
+                self.model,
+                state,
+                guard.constraint.first,
+                &mut self.workspace.borrow_mut(),
+            )?;
         }
         Ok(value)
     }
@@ -118,7 +134,8 @@ impl<'m, M: Simulate> Functions<'m, M> {
         self.guards[index - self.first_guard()].holds(state)
     }
 
-    /// What sticks is about to break away at the start of a step: its reaction, which may be zero there, is that of a state a little later.
+    /// What sticks is about to break away at the start of a step: its reaction, which may be zero there, is
+    /// that of a state a little later.
     pub(super) fn look_ahead(&mut self, index: usize, state: &M::State) -> Result<(), Fault> {
         if M::IS_UNSWITCHED {
             return Ok(());
@@ -194,8 +211,10 @@ impl<'m, M: Simulate> Functions<'m, M> {
         if M::IS_UNSWITCHED {
             return 0.0;
         }
-        let guard =
-            index.checked_sub(self.first_guard()).map(|guard| &self.guards[guard]).filter(|guard| guard.is_contact());
+        let guard = index
+            .checked_sub(self.first_guard())
+            .map(|guard| &self.guards[guard])
+            .filter(|guard| guard.is_contact());
         guard.map_or(0.0, |guard| self.model.velocity_residual(state)[guard.constraint.first].abs())
     }
 

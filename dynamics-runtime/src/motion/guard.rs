@@ -1,4 +1,5 @@
-//! Constraints that switch by rules of their own: contacts that push and never pull, and sticking that breaks away.
+//! Constraints that switch by rules of their own: contacts that push and never pull, and sticking that breaks
+//! away.
 //!
 //! A guard has one function, which is positive where nothing happens, and acts where it falls through zero:
 //!
@@ -25,10 +26,11 @@ use crate::model::{Constraint, ConstraintKind, Known, ModelState, Modes};
 pub struct Contact {
     /// Coefficient of restitution e, 0 to 1: Φ̇⁺ = −e Φ̇⁻. Default 0: it closes at the first impact.
     pub restitution: f64,
-    /// Speed of approach |Φ̇⁻| below which the contact closes instead of rebounding. Where it is not given, a thousandth of the largest
-    /// speed with which this contact was hit: what bounces on would have a millionth of that impact's energy; and a tenth of it where the contact is
-    /// back before it was seen to move away, a hop that is shorter than steps resolve. The summary says how often, and at which speed. A body that rocks
-    /// from contact to contact comes to rest on them likewise.
+    /// Speed of approach |Φ̇⁻| below which the contact closes instead of rebounding. Where it is not given, a
+    /// thousandth of the largest speed with which this contact was hit: what bounces on would have a
+    /// millionth of that impact's energy; and a tenth of it where the contact is back before it was seen to
+    /// move away, a hop that is shorter than steps resolve. The summary says how often, and at which speed. A
+    /// body that rocks from contact to contact comes to rest on them likewise.
     pub rest_speed: Option<f64>,
 }
 
@@ -63,13 +65,15 @@ pub(crate) struct Guard {
     /// Its index among the switched constraints.
     switch: usize,
     law: Law,
-    /// What the reaction has become a little after the instant at which sticking breaks away, where it may be zero.
+    /// What the reaction has become a little after the instant at which sticking breaks away, where it may be
+    /// zero.
     later: Option<f64>,
     /// The side to which it slipped last.
     side: f64,
     /// When a contact lifted off last.
     lifted: Option<f64>,
-    /// Where it did not open then, for its reaction only grazed zero: the time up to which it may go on pulling.
+    /// Where it did not open then, for its reaction only grazed zero: the time up to which it may go on
+    /// pulling.
     grazes: Option<f64>,
 }
 
@@ -92,11 +96,17 @@ impl Guard {
         name: &str,
         breakaway: impl FnOnce() -> Result<usize, OptionError>,
     ) -> Result<Self, OptionError> {
-        let guard = Self::new::<M>(name, "stick_slip", ConstraintKind::Nonholonomic, Law::Stick { breakaway: 0 })?;
+        let guard =
+            Self::new::<M>(name, "stick_slip", ConstraintKind::Nonholonomic, Law::Stick { breakaway: 0 })?;
         Ok(Self { law: Law::Stick { breakaway: breakaway()? }, ..guard })
     }
 
-    fn new<M: Simulate>(name: &str, option: &'static str, kind: ConstraintKind, law: Law) -> Result<Self, OptionError> {
+    fn new<M: Simulate>(
+        name: &str,
+        option: &'static str,
+        kind: ConstraintKind,
+        law: Law,
+    ) -> Result<Self, OptionError> {
         let constraint = find::<M>(name).map_err(|error| OptionError::Constraint(Box::new(error)))?;
         match constraint.switched {
             Some(switch) if constraint.kind == kind && constraint.rows == 1 => {
@@ -112,7 +122,12 @@ impl Guard {
                     grazes: None,
                 })
             }
-            _ => Err(OptionError::NotForGuard { option, constraint: constraint.name, kind, found: constraint.kind }),
+            _ => Err(OptionError::NotForGuard {
+                option,
+                constraint: constraint.name,
+                kind,
+                found: constraint.kind,
+            }),
         }
     }
 
@@ -159,8 +174,15 @@ impl Guard {
         matches!(self.law, Law::Contact(_))
     }
 
-    /// What slipped before a change and slips after it slips to the side of its velocity, to which the change may have turned it.
-    pub(crate) fn turn<M: Simulate>(&self, before: Modes, model: &M, state: &mut M::State, upkeep: &mut Upkeep<M>) {
+    /// What slipped before a change and slips after it slips to the side of its velocity, to which the change
+    /// may have turned it.
+    pub(crate) fn turn<M: Simulate>(
+        &self,
+        before: Modes,
+        model: &M,
+        state: &mut M::State,
+        upkeep: &mut Upkeep<M>,
+    ) {
         if M::IS_UNSWITCHED {
             return;
         }
@@ -185,7 +207,8 @@ impl Guard {
         self.later = Some(reaction);
     }
 
-    /// Notes that a contact that has just lifted off would not be seen to open, and be back at a time: its reaction grazes zero.
+    /// Notes that a contact that has just lifted off would not be seen to open, and be back at a time: its
+    /// reaction grazes zero.
     pub(super) fn graze(&mut self, since: f64, until: f64) {
         if self.lifted == Some(since) {
             self.grazes = Some(until);
@@ -207,8 +230,9 @@ impl Guard {
         (self.later, self.lifted, self.grazes, self.side) = (None, None, None, 1.0);
     }
 
-    /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt with it: contacts that close together
-    /// are hit together, and whether one that was to lift off still does when velocities have jumped is for its new reaction to say.
+    /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt
+    /// with it: contacts that close together are hit together, and whether one that was to lift off still
+    /// does when velocities have jumped is for its new reaction to say.
     pub(crate) fn act<M: Simulate>(&mut self, change: &mut Change<'_, M>) {
         if M::IS_UNSWITCHED {
             return;
@@ -240,7 +264,9 @@ impl Guard {
             }
             Law::Contact(_) if self.grazes_at(change.state().t()) => change.catch(name),
             // Friction takes no impulse: it goes on slipping.
-            Law::Stick { .. } if change.leaps_from(self.constraint, self.side) => change.release_to(name, -self.side),
+            Law::Stick { .. } if change.leaps_from(self.constraint, self.side) => {
+                change.release_to(name, -self.side)
+            }
             Law::Stick { .. } if jumped => change.engage(name),
             Law::Stick { .. } => change.catch(name),
             Law::Contact(_) => {
@@ -253,7 +279,8 @@ impl Guard {
         }
     }
 
-    /// Whether a constraint that has just been switched cannot stay as it is: a contact that would pull, sticking that would break at once.
+    /// Whether a constraint that has just been switched cannot stay as it is: a contact that would pull,
+    /// sticking that would break at once.
     pub(crate) fn is_untenable<M: Simulate>(&self, state: &M::State, value: f64) -> bool {
         self.holds(state) && value < 0.0 && !self.grazes_at(state.t())
     }

@@ -1,12 +1,16 @@
 //! How far motions are from the true ones: their steps made again in halves.
 //!
-//! A step in two halves has a fraction of its error, in the same direction: 2⁻ᵖ at order p. A second motion in halves is followed from the start, and carries on what it differs by. So that difference is the error, but for that fraction, with all
-//! that the motion makes of it: errors of one sign that add up, chaos, shifts along a limit cycle that only add up, expanding phases that contracting ones take back (Richardson's extrapolation, global: Hairer, Nørsett & Wanner, Solving ODE I, §II.4).
-//! About as much is found where rounding decides. Where forces choose between expressions the second motion keeps the branches of the first, at the times at which this had them. It
-//! costs two to three times what the run did.
+//! A step in two halves has a fraction of its error, in the same direction: 2⁻ᵖ at order p. A second motion
+//! in halves is followed from the start, and carries on what it differs by. So that difference is the error,
+//! but for that fraction, with all that the motion makes of it: errors of one sign that add up, chaos, shifts
+//! along a limit cycle that only add up, expanding phases that contracting ones take back (Richardson's
+//! extrapolation, global: Hairer, Nørsett & Wanner, Solving ODE I, §II.4). About as much is found where
+//! rounding decides. Where forces choose between expressions the second motion keeps the branches of the
+//! first, at the times at which this had them. It costs two to three times what the run did.
 //!
-//! Over 759 motions (double pendulums, orbits, tops, oscillators of van der Pol and Duffing, dampers of one side, stiff springs, four-bars; ten methods, tolerances from 1e-4 to 1e-13) what is told is 0.87 to 1.3 times the error for
-//! nine of ten, and beyond a factor of 30 of it once, beside an unstable rest at 1e-13.
+//! Over 759 motions (double pendulums, orbits, tops, oscillators of van der Pol and Duffing, dampers of one
+//! side, stiff springs, four-bars; ten methods, tolerances from 1e-4 to 1e-13) what is told is 0.87 to 1.3
+//! times the error for nine of ten, and beyond a factor of 30 of it once, beside an unstable rest at 1e-13.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -18,11 +22,13 @@ use super::simulate::Simulate;
 use crate::integrate::{Kept, Knot, Phase, Step, System as _, zip};
 use crate::model::{ModelState, Vector};
 
-/// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps of relaxation oscillations, with what leads up to
-/// them. Van der Pol's equation (ε = 1e-6) by Radau IIA at 1e-5 is off by 514 permitted errors for half a thousandth of its time, by 84 for two and by 13 for ten; by ESDIRK4(3) by
-/// 2370, 407 and 63. What lasts no longer is not told: `.estimate_error()` measures it.
+/// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps
+/// of relaxation oscillations, with what leads up to them. Van der Pol's equation (ε = 1e-6) by Radau IIA at
+/// 1e-5 is off by 514 permitted errors for half a thousandth of its time, by 84 for two and by 13 for ten; by
+/// ESDIRK4(3) by 2370, 407 and 63. What lasts no longer is not told: `.estimate_error()` measures it.
 const LASTING: f64 = 1e-2;
-/// Halves that cannot be made, or not with a permitted error, are halved again, where the second motion is still in what the first has gone through; so many steps of it at most for each of the first.
+/// Halves that cannot be made, or not with a permitted error, are halved again, where the second motion is
+/// still in what the first has gone through; so many steps of it at most for each of the first.
 const MOST_STEPS: usize = 8;
 
 /// A motion beside one in half steps, in permitted errors.
@@ -44,11 +50,13 @@ impl<M: Simulate> Motion<'_, M> {
         let (mut y, mut apart) = (records[0].knot().y, Vec::with_capacity(records.len()));
         self.unsettle(&mut y);
         let direction = self.trajectory.direction();
-        let relayed = |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
+        let relayed =
+            |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
         let change = self.trajectory.relay.as_ref().map_or(records.len(), relayed);
         let mut given_up = None;
         for part in [0..change, change..records.len()] {
-            if let Some(driver) = (!part.is_empty()).then(|| self.trajectory.driver_of(part.start)).flatten() {
+            if let Some(driver) = (!part.is_empty()).then(|| self.trajectory.driver_of(part.start)).flatten()
+            {
                 let ended = self.halve(driver.maker(), part, &mut y, &mut apart);
                 given_up = given_up.or(ended);
             }
@@ -57,7 +65,8 @@ impl<M: Simulate> Motion<'_, M> {
         Apart { lasting: lasting(&mut apart), largest, given_up }
     }
 
-    /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a plane that rounding alone would have it leave, has the same halves otherwise.
+    /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a
+    /// plane that rounding alone would have it leave, has the same halves otherwise.
     fn unsettle(&self, y: &mut Phase<M::Vector>) {
         let tolerances = &self.trajectory.tolerances;
         let unit = f64::EPSILON / tolerances.absolute.max(tolerances.relative);
@@ -105,7 +114,8 @@ impl<M: Simulate> Motion<'_, M> {
         second.given_up
     }
 
-    /// Where two halves of the way to `end_t` end, by what moves the motion after a record; what cannot be made as one step is made as several.
+    /// Where two halves of the way to `end_t` end, by what moves the motion after a record; what cannot be
+    /// made as one step is made as several.
     fn follow(
         &self,
         second: &mut Second<M>,
@@ -185,7 +195,8 @@ struct Second<M: Simulate> {
     given_up: Option<f64>,
 }
 
-/// Of differences at the ends of steps of some length: the last one, or what the others exceed for a part of the time that lasts.
+/// Of differences at the ends of steps of some length: the last one, or what the others exceed for a part of
+/// the time that lasts.
 fn lasting(apart: &mut [(f64, f64)]) -> f64 {
     let last = apart.last().map_or(0.0, |(_, apart)| *apart);
     // What is at both ends of a step lasts as long as it.

@@ -1,8 +1,10 @@
 //! What friction comes to where steps collapse: rest on its jump, or a reaction without bounds.
 //!
-//! Friction by the sign of a velocity brings that to zero, and there its accelerations lead back from either side: no step goes on from it (Filippov's sliding mode, which a switched
-//! constraint has instead). And near to Painlevé's paradox the reaction of a contact that rubs grows as the inverse of what answers it (Génot & Brogliato, Eur. J. Mech.
-//! A/Solids 18 (1999) 653–677). Both look like any other collapse to a method; accelerations beside the state tell them.
+//! Friction by the sign of a velocity brings that to zero, and there its accelerations lead back from either
+//! side: no step goes on from it (Filippov's sliding mode, which a switched constraint has instead). And near
+//! to Painlevé's paradox the reaction of a contact that rubs grows as the inverse of what answers it (Génot &
+//! Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653–677). Both look like any other collapse to a method;
+//! accelerations beside the state tell them.
 
 use alloc::boxed::Box;
 
@@ -26,7 +28,8 @@ const JUMPS: f64 = 1e-3;
 pub(super) fn explain<M: Constraints>(model: &M, state: &M::State, kind: &Kind) -> Option<Kind> {
     let constants = model.constants().ok()?;
     let cause = || Box::new(kind.copy());
-    let accelerations = |state: &M::State| solve_once(model, &constants, state).map(|solved| solved.accelerations);
+    let accelerations =
+        |state: &M::State| solve_once(model, &constants, state).map(|solved| solved.accelerations);
     let here = accelerations(state).ok()?;
     let size = 1.0 + state.t().abs();
     let mut by = AHEAD.0 * size;
@@ -39,7 +42,8 @@ pub(super) fn explain<M: Constraints>(model: &M, state: &M::State, kind: &Kind) 
             Ok(beyond) if by <= NEAR * size => {
                 // From the one side it may come back more slowly than from the other.
                 let back = |times: &f64| accelerations(&ahead(&there, &beyond, times * by)).ok();
-                let coordinates = SLOWER.iter().filter_map(back).find_map(|back| alternate::<M>(&here, &beyond, &back));
+                let coordinates =
+                    SLOWER.iter().filter_map(back).find_map(|back| alternate::<M>(&here, &beyond, &back));
                 if let Some(coordinates) = coordinates {
                     return Some(Kind::RestsOnJump { coordinates, cause: cause() });
                 }

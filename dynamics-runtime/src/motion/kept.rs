@@ -1,8 +1,10 @@
-//! Events whose function is what an engaged constraint holds at zero: the sign of such a function is that of rounding, or of drift.
+//! Events whose function is what an engaged constraint holds at zero: the sign of such a function is that of
+//! rounding, or of drift.
 //!
-//! A function is held where its gradient is made of those of the constraints that hold, and its value is no more than what rounding, or the drift
-//! of these constraints, leaves; and this not at an instant but all over a step. Of functions of positions alone the gradient by coordinates counts,
-//! of others that by velocities.
+//! A function is held where its gradient is made of those of the constraints that hold, and its value is no
+//! more than what rounding, or the drift of these constraints, leaves; and this not at an instant but all
+//! over a step. Of functions of positions alone the gradient by coordinates counts, of others that by
+//! velocities.
 
 use alloc::vec;
 use alloc::vec::Vec;

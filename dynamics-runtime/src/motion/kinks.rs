@@ -1,12 +1,13 @@
-//! Where within a step the accelerations of a model stop being smooth, and the branches that they keep up to there.
+//! Where within a step the accelerations of a model stop being smooth, and the branches that they keep up to
+//! there.
 
 use super::plant::{EvaluationError, Plant};
 use crate::constrain::memory::max_abs;
 use crate::integrate::{Hold, Knot, Phase, Scan, ScanError, System, place};
 use crate::model::{Branches, Constraints, Kink, Known, MOST_KINKS, ModelState, Vector};
 
-/// Where the branches of a step are looked up, as a part of it: its start may stand a rounding error before the place at which the last one was
-/// made to end.
+/// Where the branches of a step are looked up, as a part of it: its start may stand a rounding error before
+/// the place at which the last one was made to end.
 const NEAR: f64 = 1e-9;
 /// Nearer to the end, as a part of the step, it ends there already.
 const AT_END: f64 = 1e-13;
@@ -19,10 +20,12 @@ const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A step in which a kink comes and goes faster than can be followed is made again this much shorter.
 const UNRESOLVED: f64 = 0.1;
 
-/// How often branches are asked for, each time with the accelerations of those before: one changes after the other where several meet.
+/// How often branches are asked for, each time with the accelerations of those before: one changes after the
+/// other where several meet.
 const MOST_TRIALS: usize = 4;
 
-/// How far from a place at which a step ended just behind, or before, others are looked for, in parts of 1 + |t|.
+/// How far from a place at which a step ended just behind, or before, others are looked for, in parts of
+/// 1 + |t|.
 const FARTHEST: f64 = 1e-6;
 
 type Kinks = [Kink; MOST_KINKS];
@@ -76,8 +79,14 @@ impl<M: Constraints> Plant<'_, '_, M> {
         self.branches_at(&self.state(start.t + by, &q, &u))
     }
 
-    /// The state straight ahead, or back, from where on other branches hold, by as little as rounding permits; and by what time.
-    pub(crate) fn shifted_onto(&self, state: &M::State, to: Branches, direction: f64) -> Option<(M::State, f64)> {
+    /// The state straight ahead, or back, from where on other branches hold, by as little as rounding
+    /// permits; and by what time.
+    pub(crate) fn shifted_onto(
+        &self,
+        state: &M::State,
+        to: Branches,
+        direction: f64,
+    ) -> Option<(M::State, f64)> {
         let size = 1.0 + state.t().abs();
         let mut by = f64::EPSILON * state.t().abs().max(f64::EPSILON);
         while by <= FARTHEST * size {
@@ -102,7 +111,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
     pub(crate) fn is_cut_between(&self, state: &M::State, before: Branches, after: Branches) -> bool {
         let mut kinks = [Kink::NONE; MOST_KINKS];
         self.model.kinks(state, &mut kinks);
-        let changes = |i: usize| before.holds(i) && after.holds(i) && before.below(i, false) != after.below(i, false);
+        let changes =
+            |i: usize| before.holds(i) && after.holds(i) && before.below(i, false) != after.below(i, false);
         kinks.iter().enumerate().any(|(i, kink)| kink.is_cut && changes(i))
     }
 
@@ -125,7 +135,9 @@ impl<M: Constraints> Plant<'_, '_, M> {
         fails: bool,
         path: &dyn Fn(f64) -> Phase<M::Vector>,
     ) -> Option<f64> {
-        const { assert!(M::KINKS <= MOST_KINKS && M::REACTION_KINKS <= MOST_KINKS, "more kinks than are followed") };
+        const {
+            assert!(M::KINKS <= MOST_KINKS && M::REACTION_KINKS <= MOST_KINKS, "more kinks than are followed")
+        };
         let size = 1.0 + max_abs(path(1.0).q.as_slice());
         let mut search = Search { t, h, size, resolution: resolution(t, h), first: f64::INFINITY };
         if M::HAS_KINKS {
@@ -174,7 +186,8 @@ struct Search {
 }
 
 impl Search {
-    /// Looks at so many kinks; `begins` is the sign that one has at the start, 0 where that is what is found there.
+    /// Looks at so many kinks; `begins` is the sign that one has at the start, 0 where that is what is found
+    /// there.
     fn run<const SAMPLES: usize>(
         &mut self,
         count: usize,
@@ -183,14 +196,18 @@ impl Search {
         mut at: impl FnMut(f64) -> Kinks,
     ) {
         let places: [f64; SAMPLES] =
-            core::array::from_fn(|part| if part == 0 { begin(self.t, self.h) } else { place(part, SAMPLES - 1) });
+            core::array::from_fn(
+                |part| if part == 0 { begin(self.t, self.h) } else { place(part, SAMPLES - 1) },
+            );
         let samples = places.map(&mut at);
         for i in 0..count {
             let from = samples[0][i];
             if fails && from.decides {
                 continue;
             }
-            let value = |kinks: &Kinks| if from.decides { kinks[i].value } else { within(kinks[i].value, from.smooth) };
+            let value = |kinks: &Kinks| {
+                if from.decides { kinks[i].value } else { within(kinks[i].value, from.smooth) }
+            };
             let column: [(f64, f64); SAMPLES] = core::array::from_fn(|k| (places[k], value(&samples[k])));
             let most = column.iter().fold(0.0f64, |most, (_, g)| most.max(g.abs()));
             let noise = NOISE * (4.0 * most.min(f64::MAX) + self.size);

@@ -1,9 +1,10 @@
 //! How an event function leaves zero at the start of a step.
 //!
-//! After an impact the function is zero up to rounding, and what counts is where it goes: a bounce may be over within a millionth
-//! of the next step. So it is looked at from 2⁻⁴⁵ of the step on, at doubling distances, until its growth is regular: doubled three
-//! times over where it leaves with a slope, more where it leaves tangentially. Rounding noise is not regular, but may look so by chance: what
-//! is below it does not count.
+//! After an impact the function is zero up to rounding, and what counts is where it goes: a bounce may be
+//! over within a millionth of the next step. So it is looked at from 2⁻⁴⁵ of the step on, at doubling
+//! distances, until its growth is regular: doubled three times over where it leaves with a slope, more where
+//! it leaves tangentially. Rounding noise is not regular, but may look so by chance: what is below it does
+//! not count.
 
 /// How a function leaves zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +31,8 @@ const NEAREST: f64 = 1.0 / 35_184_372_088_832.0;
 /// Last distance: what happens later is the ordinary scan's.
 const FARTHEST: f64 = 0.125;
 
-/// Looks at `g`, which is `start` (zero up to rounding) at θ = 0, and whose changes up to `noise` are rounding.
+/// Looks at `g`, which is `start` (zero up to rounding) at θ = 0, and whose changes up to `noise` are
+/// rounding.
 pub(crate) fn leave<E>(start: f64, noise: f64, mut g: impl FnMut(f64) -> Result<f64, E>) -> Result<Leave, E> {
     let mut theta = NEAREST;
     let mut past = [0.0; 2];
@@ -54,8 +56,8 @@ pub(crate) fn leave<E>(start: f64, noise: f64, mut g: impl FnMut(f64) -> Result<
     Ok(Leave::Constant)
 }
 
-/// The first place from θ on where the function has the sign to which it moves: at the start it may be on the other side by
-/// rounding.
+/// The first place from θ on where the function has the sign to which it moves: at the start it may be on the
+/// other side by rounding.
 fn seen<E>(
     mut theta: f64,
     mut value: f64,
@@ -87,7 +89,9 @@ mod tests {
         assert!(matches!(look(|x| 3.0 * x), Leave::Slope { value, .. } if value > 0.0));
         assert!(matches!(look(|x| -3.0 * x + 1e-16), Leave::Slope { value, .. } if value < 0.0));
         // Up and down again within 10⁻⁸ of the step.
-        assert!(matches!(look(|x| 1e-8 * x - x * x), Leave::Slope { theta, value } if value > 0.0 && theta < 1e-8));
+        assert!(
+            matches!(look(|x| 1e-8 * x - x * x), Leave::Slope { theta, value } if value > 0.0 && theta < 1e-8)
+        );
         // The same above an offset that rounds away a part of it.
         assert!(matches!(look(|x| (5.0 + 1e-3 * x) - 5.0), Leave::Slope { value, .. } if value > 0.0));
         assert!(matches!(look(|x| 1e-6 * x - x * x - 1e-9), Leave::Hidden { sign: 1.0 }));

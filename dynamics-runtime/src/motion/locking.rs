@@ -19,10 +19,12 @@ const LOCKED: f64 = 1e-3;
 const FIXED: f64 = 1e-6;
 /// Parts in which steps are looked through.
 const PARTS: usize = 16;
-/// Fixed steps in which the middle angle changes by more than this part of its least distance do not see how fast the others turn there.
+/// Fixed steps in which the middle angle changes by more than this part of its least distance do not see how
+/// fast the others turn there.
 const COARSE: f64 = 2.0;
-/// How much worse the mass matrix has to be than at twice the distance to be so for that reason. Of a free body it is four times as bad; rings and rotors with inertia of
-/// their own have a regular mass matrix there, and what is bad for another reason stays so.
+/// How much worse the mass matrix has to be than at twice the distance to be so for that reason. Of a free
+/// body it is four times as bad; rings and rotors with inertia of their own have a regular mass matrix there,
+/// and what is bad for another reason stays so.
 const WORSE: f64 = 2.0;
 
 /// Where three angles of a motion came nearest to locking.
@@ -38,9 +40,11 @@ pub struct Locking {
     pub middle: f64,
     /// When.
     pub time: f64,
-    /// Conditioning of the mass matrix there, as of [`Conditioning`](super::Conditioning): the angles' accelerations lose that much of their digits.
+    /// Conditioning of the mass matrix there, as of [`Conditioning`](super::Conditioning): the angles'
+    /// accelerations lose that much of their digits.
     pub conditioning: f64,
-    /// Rounding takes more of the accelerations there than the errors that were permitted, or steps of a fixed length passed over it.
+    /// Rounding takes more of the accelerations there than the errors that were permitted, or steps of a
+    /// fixed length passed over it.
     pub doubtful: bool,
     /// Steps of a fixed length are too long for what the angles do there.
     pub passed_over: bool,
@@ -69,7 +73,11 @@ impl<M: Simulate> Motion<'_, M> {
             let found = match &mut sampler {
                 Some(sampler) if times[0] != times[2] => {
                     let (time, least) = golden(times[0], times[2], &mut |t| -at(&sampler.at(t)));
-                    if -least < around[1] || around[1] == 0.0 { (time, -least) } else { (times[1], around[1]) }
+                    if -least < around[1] || around[1] == 0.0 {
+                        (time, -least)
+                    } else {
+                        (times[1], around[1])
+                    }
                 }
                 _ => (times[1], around[1]),
             };
@@ -99,7 +107,11 @@ impl<M: Simulate> Motion<'_, M> {
         let permitted = if self.trajectory.fixed { FIXED } else { absolute.max(relative) };
         let swing = if self.trajectory.fixed { self.swing(set, time) } else { 0.0 };
         let passed_over = COARSE * swing > found.distance;
-        Some(Locking { doubtful: passed_over || f64::EPSILON * found.conditioning > permitted, passed_over, ..found })
+        Some(Locking {
+            doubtful: passed_over || f64::EPSILON * found.conditioning > permitted,
+            passed_over,
+            ..found
+        })
     }
 
     /// By how much the middle angle of a set changes in the longest of the steps around a time.
@@ -115,11 +127,13 @@ impl<M: Simulate> Motion<'_, M> {
 /// A time, with the middle angle of a set and its rate.
 type Middle = [f64; 3];
 
-/// Times and distances from locking inside of a step, by the cubic of its ends; 0 where the angle passes a value at which the set locks.
+/// Times and distances from locking inside of a step, by the cubic of its ends; 0 where the angle passes a
+/// value at which the set locks.
 fn within(set: AngleSet, [t, a, va]: Middle, [to, b, vb]: Middle) -> impl Iterator<Item = (f64, f64)> {
     let h = to - t;
     let (va, vb) = (h * va, h * vb);
-    let cubic = move |s: f64| a + s * (va + s * (3.0 * (b - a) - 2.0 * va - vb + s * (2.0 * (a - b) + va + vb)));
+    let cubic =
+        move |s: f64| a + s * (va + s * (3.0 * (b - a) - 2.0 * va - vb + s * (2.0 * (a - b) + va + vb)));
     let at = move |k: usize| f64::from(k as u32) / f64::from(PARTS as u32);
     (1..=PARTS).filter_map(move |k| {
         let [last, angle] = [k - 1, k].map(|k| cubic(at(k)));
@@ -145,7 +159,10 @@ impl Locking {
         match self.passed_over {
             true => "the fixed steps are too long for how fast the angles turn there".into(),
             false => {
-                format!("rounding takes {:.1e} of the accelerations there", (f64::EPSILON * self.conditioning).min(1.0))
+                format!(
+                    "rounding takes {:.1e} of the accelerations there",
+                    (f64::EPSILON * self.conditioning).min(1.0)
+                )
             }
         }
     }
@@ -153,7 +170,10 @@ impl Locking {
     /// `theta` within 7e-7 of 0, the singular value of its 3-1-3 set.
     pub(super) fn describe(&self) -> String {
         let Self { set, names: [_, name, _], distance, middle, .. } = self;
-        format!("`{name}` within {distance:.1e} of {}, the singular value of its {set} set", set.locks_at(*middle))
+        format!(
+            "`{name}` within {distance:.1e} of {}, the singular value of its {set} set",
+            set.locks_at(*middle)
+        )
     }
 }
 
@@ -168,8 +188,16 @@ fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option
     away.q_mut().as_mut_slice()[set.angles[1]] = lock + (2.0 * distance).max(LOCKED).copysign(middle - lock);
     let [conditioning, elsewhere] = [state, &away].map(|state| condition_number(model, state));
     let names = set.angles.map(|i| M::COORDINATES[i].name);
-    let found =
-        Locking { set, names, distance, middle, time: state.t(), conditioning, doubtful: false, passed_over: false };
+    let found = Locking {
+        set,
+        names,
+        distance,
+        middle,
+        time: state.t(),
+        conditioning,
+        doubtful: false,
+        passed_over: false,
+    };
     (conditioning > WORSE * elsewhere).then_some(found)
 }
 
@@ -178,7 +206,8 @@ pub(super) fn explain<M: Constraints>(model: &M, state: &M::State, kind: Kind) -
     if const { M::ANGLE_SETS.is_empty() } {
         return kind;
     }
-    let locked = M::ANGLE_SETS.iter().filter_map(|set| locking(model, state, *set)).filter(|at| at.distance < LOCKED);
+    let locked =
+        M::ANGLE_SETS.iter().filter_map(|set| locking(model, state, *set)).filter(|at| at.distance < LOCKED);
     match locked.reduce(|a, b| if b.distance < a.distance { b } else { a }) {
         Some(locking) => Kind::GimbalLock { at: Box::new(locking), cause: Box::new(kind) },
         None => kind,
@@ -193,7 +222,9 @@ mod tests {
     #[test]
     fn only_passing_a_value_is_no_distance() {
         let set = AngleSet { angles: [0, 1, 2], axes: [3, 1, 3] };
-        let least = |from: Middle, to: Middle| within(set, from, to).map(|(_, far)| far).fold(f64::INFINITY, f64::min);
+        let least = |from: Middle, to: Middle| {
+            within(set, from, to).map(|(_, far)| far).fold(f64::INFINITY, f64::min)
+        };
         assert!(least([0.0, 1.2, 0.8], [1.0, 2.0, 0.8]) > 1.1);
         assert_eq!(least([0.0, -0.4, 0.8], [1.0, 0.4, 0.8]), 0.0);
         assert_eq!(least([0.0, 2.7, 0.9], [1.0, 3.6, 0.9]), 0.0);

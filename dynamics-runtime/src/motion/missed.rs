@@ -1,14 +1,18 @@
 //! Whether a singular position that was passed is one: whether the constraints hold in it.
 //!
-//! A mechanism whose links nearly come in line turns round there, a hair's breadth from one that passes, and steps cannot tell them apart where what lies between is less than
-//! their errors. Beside such a place, with w the left singular vector of the smallest singular value of (Φ_q, Φ_t) and W the others, the unfolded position is where
+//! A mechanism whose links nearly come in line turns round there, a hair's breadth from one that passes, and
+//! steps cannot tell them apart where what lies between is less than their errors. Beside such a place, with
+//! w the left singular vector of the smallest singular value of (Φ_q, Φ_t) and W the others, the unfolded
+//! position is where
 //!
 //! ```text
 //! WᵀΦ(q, t) = 0        and        wᵀ(Φ_q, Φ_t) = 0
 //! ```
 //!
-//! the latter along all directions that W leaves open: a critical point of wᵀΦ, which Newton's method finds. There β = wᵀΦ is 0 where branches cross; else that is by how much the
-//! constraints miss it, and the branches avoid each other. Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 2000, ch. 4.
+//! the latter along all directions that W leaves open: a critical point of wᵀΦ, which Newton's method finds.
+//! There β = wᵀΦ is 0 where branches cross; else that is by how much the constraints miss it, and the
+//! branches avoid each other. Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical
+//! Equilibria, SIAM 2000, ch. 4.
 
 use alloc::vec::Vec;
 
@@ -27,7 +31,8 @@ const MOST: u32 = 20;
 const NEAR: f64 = 0.03;
 /// Step of differences of (Φ_q, Φ_t).
 const BESIDE: f64 = 1e-5;
-/// Singular values of Newton's matrix below this part of the largest leave directions open, in which positions of this kind form a family.
+/// Singular values of Newton's matrix below this part of the largest leave directions open, in which
+/// positions of this kind form a family.
 const OPEN: f64 = 1e-7;
 /// Singular values of unit rows below this are those of rows that repeat others.
 const RANK: f64 = 1e-6;
@@ -43,7 +48,8 @@ pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f
         let mut constraints = M::CONSTRAINTS.iter();
         constraints.any(|one| one.redundant && (one.first..one.first + one.rows).contains(row))
     };
-    let all: Vec<usize> = active_rows::<M>(state.modes(), false).filter(|row| *row < M::Residual::LEN).collect();
+    let all: Vec<usize> =
+        active_rows::<M>(state.modes(), false).filter(|row| *row < M::Residual::LEN).collect();
     let rows: Vec<usize> = all.iter().copied().filter(|row| !repeats(row)).collect();
     if rows.is_empty() || rows.len() > M::Vector::LEN {
         return None;
@@ -68,7 +74,12 @@ fn jacobian(near: &dyn Near, z: &DVector<f64>) -> DMatrix<f64> {
 }
 
 /// |β| at the critical point beside a position of this size, at a time of this size: see [`missed_by`]. `whole` has all rows, `beside` those that do not repeat others.
-fn critical(beside: &dyn Near, whole: &dyn Near, start: DVector<f64>, (size, clock): (f64, f64)) -> Option<f64> {
+fn critical(
+    beside: &dyn Near,
+    whole: &dyn Near,
+    start: DVector<f64>,
+    (size, clock): (f64, f64),
+) -> Option<f64> {
     // What is left out repeats the others here, and it is these that nearly lose a direction.
     let (kept, all) = (jacobian(beside, &start), jacobian(whole, &start));
     if !kept.iter().chain(all.iter()).all(|x| x.is_finite()) {

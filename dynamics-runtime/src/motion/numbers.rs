@@ -62,7 +62,11 @@ pub(crate) struct Part(pub(crate) f64);
 
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 < 10.0 { write!(f, "{:.1} %", 100.0 * self.0) } else { write!(f, "{} %", Times(100.0 * self.0)) }
+        if self.0 < 10.0 {
+            write!(f, "{:.1} %", 100.0 * self.0)
+        } else {
+            write!(f, "{} %", Times(100.0 * self.0))
+        }
     }
 }
 

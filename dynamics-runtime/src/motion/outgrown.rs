@@ -1,12 +1,18 @@
 //! Instability that long steps pass over.
 //!
-//! Beside a rest that is unstable, e^(λt), the motion hardly changes for a while, so steps grow, and then no method follows: z = h λ beyond 5 or so a Runge–Kutta method has differences grow by R(z), a polynomial or
-//! less than 1 where it is L-stable, and not by e^z (Hairer & Wanner, Solving ODE II, IV.3: what damps for z → −∞ damps for z → +∞, too). The motion then stays where the true one leaves, in half steps as in whole ones, and its error estimates see nothing.
-//! So a neighbour is followed through the longest steps twice, by the method, and by the linearised equations of the step's start and of its end in many small steps of the implicit Euler method, v' = w, w' = K v + B w:
+//! Beside a rest that is unstable, e^(λt), the motion hardly changes for a while, so steps grow, and then no
+//! method follows: z = h λ beyond 5 or so a Runge–Kutta method has differences grow by R(z), a polynomial or
+//! less than 1 where it is L-stable, and not by e^z (Hairer & Wanner, Solving ODE II, IV.3: what damps for z
+//! → −∞ damps for z → +∞, too). The motion then stays where the true one leaves, in half steps as in whole
+//! ones, and its error estimates see nothing. So a neighbour is followed through the longest steps twice, by
+//! the method, and by the linearised equations of the step's start and of its end in many small steps of the
+//! implicit Euler method, v' = w, w' = K v + B w:
 //!
 //! (I − τB − τ²K) w₁ = w + τ K v,  v₁ = v + τ w₁
 //!
-//! which has what grows grow and what is stiff die. What grows at both ends, and far less by the method, is told. Coefficients that stay as they are through a step of some radians are wrong by a factor, so growth by a hundred in a step is the least that counts.
+//! which has what grows grow and what is stiff die. What grows at both ends, and far less by the method, is
+//! told. Coefficients that stay as they are through a step of some radians are wrong by a factor, so growth
+//! by a hundred in a step is the least that counts.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -25,7 +31,8 @@ use crate::model::Vector;
 const STEPS: usize = 12;
 /// Larger models would pay more for it than for the run.
 const MOST_COORDINATES: usize = 100;
-/// Small steps within one: growth is seen up to z of their number. More of them are tried while n² times their number stays below the last.
+/// Small steps within one: growth is seen up to z of their number. More of them are tried while n² times
+/// their number stays below the last.
 const PARTS: [usize; 3] = [64, 1024, 16_384];
 const EFFORT: usize = 10_000_000;
 /// Growth in a step, in all of these, and what the method may lose of it.
@@ -66,11 +73,13 @@ impl Outgrown {
     pub(super) fn write(&self, f: &mut fmt::Formatter<'_>, fixed: bool) -> fmt::Result {
         let Self { during: (from, to), by, shown } = self;
         let (from, to) = (Rounded(*from), Rounded(*to));
-        let by = if *by < ENOUGH { alloc::format!("{by:.0e}") } else { alloc::format!("more than {ENOUGH:.0e}") };
+        let by =
+            if *by < ENOUGH { alloc::format!("{by:.0e}") } else { alloc::format!("more than {ENOUGH:.0e}") };
         let remedy = if fixed { "shorten the fixed step" } else { "limit steps with `.max_step(..)`" };
         write!(
             f,
-            "an unstable motion is stepped over: from t = {from} to {to} differences grow by {by}, and by {shown:.0e} in the step; {remedy}"
+            "an unstable motion is stepped over: from t = {from} to {to} differences grow by {by}, and by \
+             {shown:.0e} in the step; {remedy}"
         )
     }
 }
@@ -121,9 +130,11 @@ impl<M: Simulate> Motion<'_, M> {
         let beside = Step { start: Knot { t: step.start.t, y, a }, ..step };
         let mut maker = self.trajectory.driver_of(index)?.maker();
         let (end, _) = maker.end_of(&mut plant, &beside, tolerances)?;
-        let shown = size(tolerances, &zip(&end, &step.end.y, |a, b| a - b), &step) / size(tolerances, &apart, &step);
+        let shown =
+            size(tolerances, &zip(&end, &step.end.y, |a, b| a - b), &step) / size(tolerances, &apart, &step);
         if !shown.is_finite() || by / shown <= LOST {
-            return Some(Outgrown { during: (step.start.t, step.end.t), by, shown }).filter(|_| shown.is_finite());
+            return Some(Outgrown { during: (step.start.t, step.end.t), by, shown })
+                .filter(|_| shown.is_finite());
         }
         // Coefficients that are as they are for a moment, as beside a singular position, grow nothing.
         let Some(parts) = self.in_parts(index, &beside) else {
@@ -146,7 +157,8 @@ impl<M: Simulate> Motion<'_, M> {
     fn in_parts(&self, index: usize, beside: &Step<M::Vector>) -> Option<InParts<M::Vector>> {
         let step = self.step(index);
         let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
-        let mut makers = [self.trajectory.driver_of(index)?.maker(), self.trajectory.driver_of(index)?.maker()];
+        let mut makers =
+            [self.trajectory.driver_of(index)?.maker(), self.trajectory.driver_of(index)?.maker()];
         let (mut ends, mut fills) = ([step.start, beside.start], false);
         let h = step.h / PARTS[0] as f64;
         for _ in 0..PARTS[0] {
@@ -167,8 +179,9 @@ impl<M: Simulate> Motion<'_, M> {
         finite.then_some(InParts { end: beside, apart, fills })
     }
 
-    /// The growth of a difference by the linearised equations of one place, in time h: from the second quarter of it to the last, squared, as a swing has its velocity larger than its place
-    /// by whatever units.
+    /// The growth of a difference by the linearised equations of one place, in time h: from the second
+    /// quarter of it to the last, squared, as a swing has its velocity larger than its place by whatever
+    /// units.
     fn growth(
         &self,
         plant: &mut Plant<'_, '_, M>,
@@ -181,7 +194,9 @@ impl<M: Simulate> Motion<'_, M> {
         let tolerances = &self.trajectory.tolerances;
         let first = tolerances.norm(apart, &at.y, &at.y);
         // λ² v = K v + λ B v, so that |λ| ≤ ‖B‖ + √‖K‖ by sums of rows.
-        let norm = |matrix: &[f64]| matrix.chunks(n).map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max);
+        let norm = |matrix: &[f64]| {
+            matrix.chunks(n).map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
+        };
         let most = h.abs() * (norm(&by_u) + math::sqrt(norm(&by_q)));
         if most < math::ln(GROWS) {
             return Some(1.0);
@@ -189,8 +204,9 @@ impl<M: Simulate> Motion<'_, M> {
         let mut by = 0.0f64;
         for parts in PARTS.into_iter().filter(|parts| *parts == PARTS[0] || parts * n * n <= EFFORT) {
             let tau = h / parts as f64;
-            let mut matrix: Vec<f64> =
-                (0..n * n).map(|k| f64::from(u8::from(k % (n + 1) == 0)) - tau * (by_u[k] + tau * by_q[k])).collect();
+            let mut matrix: Vec<f64> = (0..n * n)
+                .map(|k| f64::from(u8::from(k % (n + 1) == 0)) - tau * (by_u[k] + tau * by_q[k]))
+                .collect();
             let Some(exchanges) = factor::<M::Vector>(&mut matrix) else { continue };
             let (Phase { q: mut v, u: mut w }, mut quarters) = (*apart, [0.0f64; 4]);
             for part in 0..parts {

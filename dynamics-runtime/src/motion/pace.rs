@@ -9,10 +9,12 @@ const SHRINKS: f64 = 0.5;
 /// Part of the first step that was tried below which τ does not begin.
 const FIRST: f64 = 0.2;
 
-/// The time τ of tied gains: the step, but where steps become shorter it follows them no faster than time goes on. A step that is cut short, to a part r of the one
-/// before, would else have to take back in r of the time what had drifted in that, and leave velocities wrong by 1/r of what they were; going on at τ it multiplies what has
-/// drifted by the eigenvalues of [[1 − r²/2, r − ¾r²], [−r, 1 − 3r/2]], less than 1 for all r to 1. With τ shrinking at half the pace of time, drift, which fades as
-/// e^(−¾∫dt/τ), falls with the power 3/2 of τ, so that velocities that take it back in τ fall, too.
+/// The time τ of tied gains: the step, but where steps become shorter it follows them no faster than time
+/// goes on. A step that is cut short, to a part r of the one before, would else have to take back in r of the
+/// time what had drifted in that, and leave velocities wrong by 1/r of what they were; going on at τ it
+/// multiplies what has drifted by the eigenvalues of [[1 − r²/2, r − ¾r²], [−r, 1 − 3r/2]], less than 1 for
+/// all r to 1. With τ shrinking at half the pace of time, drift, which fades as e^(−¾∫dt/τ), falls with the
+/// power 3/2 of τ, so that velocities that take it back in τ fall, too.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pace {
     /// Where the step starts that was tried last, and τ before it.
@@ -38,16 +40,22 @@ impl Pace {
     }
 }
 
-/// The larger gain of Baumgarte's stabilization, where it may bound the steps of a run: a thousand and more, on average from a tenth of the time in
-/// which it takes drift back to ten times that. Stability bounds them so, or the noise that the gain makes of rounding.
-pub(super) fn bounding_gain(formulation: Option<Formulation>, [start, now]: [f64; 2], made: u64) -> Option<f64> {
+/// The larger gain of Baumgarte's stabilization, where it may bound the steps of a run: a thousand and more,
+/// on average from a tenth of the time in which it takes drift back to ten times that. Stability bounds them
+/// so, or the noise that the gain makes of rounding.
+pub(super) fn bounding_gain(
+    formulation: Option<Formulation>,
+    [start, now]: [f64; 2],
+    made: u64,
+) -> Option<f64> {
     let Some(Formulation::Baumgarte { alpha, beta }) = formulation else { return None };
     let (gain, way) = (alpha.max(beta), (now - start).abs());
     let steps = way * gain / made as f64;
     (made >= 1000 && (0.1..10.0).contains(&steps)).then_some(gain)
 }
 
-/// What drift made of a motion: constraints that are missed by a little lead a little elsewhere, near positions where they nearly lose rank by much.
+/// What drift made of a motion: constraints that are missed by a little lead a little elsewhere, near
+/// positions where they nearly lose rank by much.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turned {
     /// Part of the velocity by which the way back to the constraints changes.
@@ -80,7 +88,8 @@ mod tests {
 
     #[test]
     fn steps_that_are_cut_short_make_no_error_larger() {
-        // By once the length of the first step, velocities are no larger than taking it back in that makes them.
+        // By once the length of the first step, velocities are no larger than taking it back in that makes
+        // them.
         for short in [1e-2, 1e-5, 1e-9] {
             let [position, velocity] = left([1.0, short]);
             assert!(position.abs() < 1.0 && velocity.abs() < 2.0, "{short}: {position} {velocity}");

@@ -7,13 +7,15 @@ use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::{condition, weakness};
 use crate::error::SolveError;
 use crate::integrate::{
-    Dense, Hold, Kept, Knot, Phase, Settled, Stages, Step, System, Tolerances, by_state, increment, one_by_one, zip,
+    Dense, Hold, Kept, Knot, Phase, Settled, Stages, Step, System, Tolerances, by_state, increment,
+    one_by_one, zip,
 };
 use crate::lanes::{self, Lanes};
 use crate::model::{Branches, Constraints, Expansion, Known, Model, ModelState, Modes, Vector, WideOf};
 
 /// Input values as a function of time and state.
-pub(crate) type InputLaw<'m, M> = Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + Send + Sync + 'm>;
+pub(crate) type InputLaw<'m, M> =
+    Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + Send + Sync + 'm>;
 
 /// Is shown states.
 pub(crate) type Listener<'r, M> = Box<dyn FnMut(&<M as Model>::State) + 'r>;
@@ -28,12 +30,14 @@ pub(crate) enum EvaluationError {
 
 /// A move onto the constraints by more permitted errors than this is looked at more closely.
 const FAR: f64 = 1.0;
-/// How much larger than what is violated such a move may be: constraints that are so near to losing rank decide nothing any more.
+/// How much larger than what is violated such a move may be: constraints that are so near to losing rank
+/// decide nothing any more.
 const WEAK: f64 = 1e6;
 /// Conditioning of constraints from which on a singular position is near.
 const NEARLY_SINGULAR: f64 = 5.0;
 
-/// An interpolant that violates constraints by more permitted errors than this, in one of these parts of its step, has stages that are off.
+/// An interpolant that violates constraints by more permitted errors than this, in one of these parts of its
+/// step, has stages that are off.
 const STRAYED: f64 = 10.0;
 const PROBES: [f64; 4] = [0.15, 0.4, 0.65, 0.85];
 
@@ -54,7 +58,8 @@ pub(crate) struct Plant<'r, 'm, M: Constraints> {
     pub(crate) known: Branches,
     /// What series are made in, from the first one on.
     pub(crate) memory: Option<Box<M::Series>>,
-    /// Sees the states of stages: an account of work, which a system of its own would have every method compiled once more for.
+    /// Sees the states of stages: an account of work, which a system of its own would have every method
+    /// compiled once more for.
     pub(crate) listener: Option<Listener<'r, M>>,
 }
 
@@ -67,7 +72,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
         with_inputs::<M>(self.law, state)
     }
 
-    /// The state at which a stage of a step is evaluated: where coordinates are embedded, with the dependent ones solved for.
+    /// The state at which a stage of a step is evaluated: where coordinates are embedded, with the dependent
+    /// ones solved for.
     #[inline(always)]
     pub(crate) fn stage(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::State, EvaluationError> {
         let state = self.state(t, &y.q, &y.u);
@@ -76,7 +82,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
 
     #[cold]
     fn restored(&mut self, mut state: M::State) -> Result<M::State, EvaluationError> {
-        self.held(&mut state, |upkeep, model, state| upkeep.restore(model, state)).map_err(EvaluationError::Solve)?;
+        self.held(&mut state, |upkeep, model, state| upkeep.restore(model, state))
+            .map_err(EvaluationError::Solve)?;
         // The law sees the state that there is.
         Ok(with_inputs::<M>(self.law, state))
     }
@@ -98,14 +105,16 @@ impl<M: Constraints> Plant<'_, '_, M> {
         let y = dense.at(theta);
         let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
         if step.kept.between && M::IS_HELD {
-            let _ = self.held(&mut state, |upkeep, model, state| Ok(upkeep.settle_between(model, state, tolerances)));
+            let _ = self
+                .held(&mut state, |upkeep, model, state| Ok(upkeep.settle_between(model, state, tolerances)));
             state = with_inputs::<M>(self.law, state);
         }
         state
     }
 
-    /// Whether states between the ends of a step have to be settled. Near a singular position one more stage, which only the interpolant has, may lie
-    /// right beside it, where nothing gives it accelerations to the tolerance; the ends know nothing of it.
+    /// Whether states between the ends of a step have to be settled. Near a singular position one more stage,
+    /// which only the interpolant has, may lie right beside it, where nothing gives it accelerations to the
+    /// tolerance; the ends know nothing of it.
     pub(crate) fn settles_between(
         &mut self,
         dense: &dyn Dense<M::Vector>,
@@ -159,7 +168,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
         on::<M>(self.branches, state)
     }
 
-    /// Moves a state as it is moved on the branches that are held: constraints, too, are what they are before the place at which a step is to end.
+    /// Moves a state as it is moved on the branches that are held: constraints, too, are what they are before
+    /// the place at which a step is to end.
     #[inline(always)]
     fn held<R>(
         &mut self,
@@ -207,8 +217,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
         }
         let solved = if M::HAS_KINKS { self.solved(&self.on_branches(state)) } else { self.solved(state) };
         if M::HAS_KINKS && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
-            // A branch may not exist beyond the place where it ends, as a root of what has become negative: what the model has there instead is
-            // finite, and no more than a stage or two stand there.
+            // A branch may not exist beyond the place where it ends, as a root of what has become negative:
+            // what the model has there instead is finite, and no more than a stage or two stand there.
             self.evaluations += 1;
             return self.solved(state).map_err(EvaluationError::Solve);
         }
@@ -217,8 +227,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
 }
 
 impl<M: Constraints> Plant<'_, '_, M> {
-    /// Writes q̈ of four stages at once, where that is what each of them by itself would give: nobody is shown them, inputs are held, and nothing is solved for
-    /// or added.
+    /// Writes q̈ of four stages at once, where that is what each of them by itself would give: nobody is
+    /// shown them, inputs are held, and nothing is solved for or added.
     #[inline(always)]
     fn accelerations_in_lanes(&mut self, t: Lanes, y: &Stages<M::Vector>, a: &mut WideOf<M>) -> bool {
         let plain = self.law.is_none() && self.listener.is_none() && self.branches == Branches::FREE;
@@ -257,7 +267,8 @@ pub(crate) fn with_inputs<M: Model>(law: Option<&InputLaw<'_, M>>, mut state: M:
 }
 
 impl<M: Constraints> Plant<'_, '_, M> {
-    /// ∂q̈/∂q and ∂q̈/∂q̇ from generated code, with what an inputs law adds; false where there is none for what is integrated.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ from generated code, with what an inputs law adds; false where there is none for
+    /// what is integrated.
     fn exact_jacobian(
         &mut self,
         at: &Knot<M::Vector>,
@@ -278,8 +289,14 @@ impl<M: Constraints> Plant<'_, '_, M> {
         Ok(by_q.iter().chain(by_u.iter()).all(|x| x.is_finite()))
     }
 
-    /// What follows from inputs that depend on the state: by differences of the law, and of the accelerations along what it changes.
-    fn add_law(&mut self, state: &M::State, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), EvaluationError> {
+    /// What follows from inputs that depend on the state: by differences of the law, and of the accelerations
+    /// along what it changes.
+    fn add_law(
+        &mut self,
+        state: &M::State,
+        by_q: &mut [f64],
+        by_u: &mut [f64],
+    ) -> Result<(), EvaluationError> {
         let n = M::Vector::LEN;
         let here = self.accelerations_of(state)?;
         for j in 0..2 * n {
@@ -304,7 +321,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 }
 
-/// What is asked of models with constraints at every stage or step: one copy of it for every method, a call among hundreds of nanoseconds.
+/// What is asked of models with constraints at every stage or step: one copy of it for every method, a call
+/// among hundreds of nanoseconds.
 impl<M: Constraints> Plant<'_, '_, M> {
     /// (q̇, q̈) at a stage.
     #[inline(never)]
@@ -346,7 +364,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
         self.upkeep.moved = Some(by);
         let mut violation = by;
         if by > FAR {
-            // Near a singular position a small violation takes a large move, along the direction that the constraints lose.
+            // Near a singular position a small violation takes a large move, along the direction that the
+            // constraints lose.
             let before = self.on_branches(&before);
             violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }
@@ -372,15 +391,20 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         }
     }
 
-    fn jacobian(&mut self, at: &Knot<M::Vector>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), EvaluationError> {
+    fn jacobian(
+        &mut self,
+        at: &Knot<M::Vector>,
+        by_q: &mut [f64],
+        by_u: &mut [f64],
+    ) -> Result<(), EvaluationError> {
         if self.exact_jacobian(at, by_q, by_u)? {
             return Ok(());
         }
         by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
 
-    /// q̇ is the velocity at which the accelerations are evaluated: where dependent velocities are solved for, what was integrated of them
-    /// must not move the coordinates.
+    /// q̇ is the velocity at which the accelerations are evaluated: where dependent velocities are solved
+    /// for, what was integrated of them must not move the coordinates.
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
         if M::IS_FREE {
@@ -468,7 +492,12 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         M::VELOCITY_FORCES || self.law.is_some()
     }
 
-    fn hold_end(&mut self, start: &Knot<M::Vector>, h: f64, q: &mut M::Vector) -> Result<(), EvaluationError> {
+    fn hold_end(
+        &mut self,
+        start: &Knot<M::Vector>,
+        h: f64,
+        q: &mut M::Vector,
+    ) -> Result<(), EvaluationError> {
         if M::IS_FREE {
             return Ok(());
         }
@@ -500,7 +529,12 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         self.upkeep.across(self.model, &state, v, rows).map_err(EvaluationError::Solve)
     }
 
-    fn onto_constraints(&mut self, t: f64, y: &Phase<M::Vector>, rate: f64) -> Result<M::Vector, EvaluationError> {
+    fn onto_constraints(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        rate: f64,
+    ) -> Result<M::Vector, EvaluationError> {
         if M::IS_FREE {
             return Ok(M::Vector::zeros());
         }
@@ -584,14 +618,20 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         if M::IS_SMOOTH { None } else { self.first_kink(step, fails, &path) }
     }
 
-    /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends nearer to it.
+    /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends
+    /// nearer to it.
     #[inline(always)]
     fn finds_kinks_by_ends(&self) -> bool {
         M::KINKS == 0
     }
 
     #[inline(always)]
-    fn hold_branches(&mut self, start: &mut Knot<M::Vector>, h: f64, on: bool) -> Result<Hold, EvaluationError> {
+    fn hold_branches(
+        &mut self,
+        start: &mut Knot<M::Vector>,
+        h: f64,
+        on: bool,
+    ) -> Result<Hold, EvaluationError> {
         match (M::KINKS, M::REACTION_KINKS, on) {
             (0, 0, _) | (0, _, false) => Ok(Hold::Off),
             // There is nothing to hold, but a place to end at.

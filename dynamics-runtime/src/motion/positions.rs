@@ -65,7 +65,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
 }
 
 impl<M: Simulate> Sampler<'_, '_, M> {
-    /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature on so many parts of it, where no stages are known.
+    /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature on so many parts of it,
+    /// where no stages are known.
     pub(super) fn meter_by_quadrature(&mut self, index: usize, parts: u32, work: &mut [f64]) -> bool {
         let motion = self.motion();
         let Record { state, h, .. } = motion.trajectory.records[index];

@@ -66,7 +66,8 @@ impl Bar {
         self.looked = now;
         let share = (t - self.start) / (self.end - self.start);
         let bar = self.bar.get_or_insert_with(|| {
-            let style = indicatif::ProgressStyle::with_template("{bar:40} {msg}  {elapsed} of about {duration}");
+            let style =
+                indicatif::ProgressStyle::with_template("{bar:40} {msg}  {elapsed} of about {duration}");
             let bar = indicatif::ProgressBar::new(Self::LENGTH);
             if let Ok(style) = style {
                 bar.set_style(style);

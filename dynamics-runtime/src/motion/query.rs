@@ -18,13 +18,14 @@ use crate::integrate::System as _;
 use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step};
 use crate::model::{Branches, InputValues, Known, Model, ModelState, Vector};
 
-/// Velocities that are solved for differ by no more than this part from those that are interpolated, but where rounding decides them.
+/// Velocities that are solved for differ by no more than this part from those that are interpolated, but
+/// where rounding decides them.
 const STRAYS: f64 = 0.01;
 
 /// The motion of a model, as a simulation computed it.
 ///
-/// It borrows the model. Times run from [`Motion::start_time`] to [`Motion::end_time`], which is the smaller one where the motion
-/// was computed backwards.
+/// It borrows the model. Times run from [`Motion::start_time`] to [`Motion::end_time`], which is the smaller
+/// one where the motion was computed backwards.
 pub struct Motion<'m, M: Simulate> {
     model: &'m M,
     constants: M::Constants,
@@ -74,8 +75,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
 
     /// The state at time t, from the method's dense output; after a reset where t is the time of one.
     ///
-    /// Outside the motion q, u and inputs are NaN: nothing is clamped. [`Motion::try_at`] gives an error there. Each call computes
-    /// the stages of a step again; [`Motion::sample`] does so once per step.
+    /// Outside the motion q, u and inputs are NaN: nothing is clamped. [`Motion::try_at`] gives an error
+    /// there. Each call computes the stages of a step again; [`Motion::sample`] does so once per step.
     #[must_use]
     pub fn at(&self, t: f64) -> M::State {
         self.sampler().at(t)
@@ -88,19 +89,24 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 
     /// The states at several times, at one set of stages per step where the times follow each other.
-    pub fn sample<I: IntoIterator<Item = f64>>(&self, times: I) -> impl Iterator<Item = M::State> + use<'_, 'm, M, I> {
+    pub fn sample<I: IntoIterator<Item = f64>>(
+        &self,
+        times: I,
+    ) -> impl Iterator<Item = M::State> + use<'_, 'm, M, I> {
         let mut sampler = self.sampler();
         times.into_iter().map(move |t| sampler.at(t))
     }
 
-    /// Evaluates states at times of one's choosing, at one set of stages per step where the times follow each other.
+    /// Evaluates states at times of one's choosing, at one set of stages per step where the times follow each
+    /// other.
     #[must_use]
     pub fn sampler(&self) -> Sampler<'_, 'm, M> {
         Sampler { motion: self, cached: None, upkeep: None, memory: None }
     }
 
-    /// A sampler for looks at all steps in turn: what makes them again remembers one for the next, which saves implicit methods most of their matrices. So states follow
-    /// from the order in which they are asked for, by a hundredth of what is permitted or so, as Newton's iterations end there.
+    /// A sampler for looks at all steps in turn: what makes them again remembers one for the next, which
+    /// saves implicit methods most of their matrices. So states follow from the order in which they are asked
+    /// for, by a hundredth of what is permitted or so, as Newton's iterations end there.
     pub(super) fn reader(&self) -> Sampler<'_, 'm, M> {
         Sampler { memory: Some(None), ..self.sampler() }
     }
@@ -111,7 +117,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let end = self.end_time();
         let direction = self.trajectory.direction();
         // A motion may end before the last requested time.
-        let reached = times.map(|times| times.iter().copied().take_while(move |t| direction * (end - t) >= 0.0));
+        let reached =
+            times.map(|times| times.iter().copied().take_while(move |t| direction * (end - t) >= 0.0));
         let at_times = reached.into_iter().flat_map(|times| self.sample(times));
         let steps = if times.is_some() { 0 } else { self.trajectory.records.len() };
         at_times.chain(self.steps().take(steps))
@@ -134,7 +141,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         self.model.accelerations_with(&self.constants, state).unwrap_or_else(|_| nan())
     }
 
-    /// Time jets of the coordinates at time t, accelerations included: what helper functions and drawings take.
+    /// Time jets of the coordinates at time t, accelerations included: what helper functions and drawings
+    /// take.
     #[must_use]
     pub fn coordinates_at(&self, t: f64) -> M::Coordinates {
         self.coordinates_of(&self.at(t))
@@ -152,9 +160,11 @@ impl<'m, M: Simulate> Motion<'m, M> {
         }
     }
 
-    /// λ of all rows at time t in their order; 0 for constraints that are released there, NaN outside the motion and where there are none.
+    /// λ of all rows at time t in their order; 0 for constraints that are released there, NaN outside the
+    /// motion and where there are none.
     ///
-    /// Where constraints repeat each other λ is not unique: those of least norm are given (see [`crate::constrain::Diagnosis`]).
+    /// Where constraints repeat each other λ is not unique: those of least norm are given (see
+    /// [`crate::constrain::Diagnosis`]).
     #[must_use]
     pub fn multipliers_at(&self, t: f64) -> M::Rows {
         self.multipliers_of(&self.at(t))
@@ -167,7 +177,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         if not_a_number(state.q().as_slice()) || not_a_number(state.u().as_slice()) {
             return nan();
         }
-        constrain::solve_once(self.model, &self.constants, state).map_or_else(|_| nan(), |solved| solved.multipliers)
+        constrain::solve_once(self.model, &self.constants, state)
+            .map_or_else(|_| nan(), |solved| solved.multipliers)
     }
 
     /// λ of a named constraint at time t, by its rows: the force that pushes toward growing Φ.
@@ -235,7 +246,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         self.trajectory.driver.as_ref().map_or(Method::PositionAnalysis, |driver| driver.method())
     }
 
-    /// When and to which method the run went over, because the motion was stiff for the one that was chosen by itself.
+    /// When and to which method the run went over, because the motion was stiff for the one that was chosen
+    /// by itself.
     #[must_use]
     pub fn switched(&self) -> Option<(f64, Method)> {
         self.trajectory.relay.as_ref().map(|(from, driver)| (*from, driver.method()))
@@ -247,7 +259,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         self.trajectory.counts
     }
 
-    /// Its error by a second run; `None` where [`Simulation::estimate_error`](super::Simulation::estimate_error) did not ask for one.
+    /// Its error by a second run; `None` where
+    /// [`Simulation::estimate_error`](super::Simulation::estimate_error) did not ask for one.
     #[must_use]
     pub fn global_error(&self) -> Option<&GlobalError> {
         self.trajectory.error.as_deref()
@@ -333,7 +346,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         Step { start: from.knot(), end: to.knot(), h: from.h, kept: from.kept }
     }
 
-    /// The interpolant of the step that leaves a record, by what made the one before again, if that is remembered.
+    /// The interpolant of the step that leaves a record, by what made the one before again, if that is
+    /// remembered.
     fn interpolant(&self, index: usize, memory: &mut Option<Memory<M>>) -> Cached<M::Vector> {
         let step = self.step(index);
         let (mut maker, room) = match memory.take() {
@@ -365,8 +379,9 @@ impl<'m, M: Simulate> Motion<'m, M> {
         next.h != 0.0 && here.state.modes() == next.state.modes() && drivers[0] == drivers[1]
     }
 
-    /// The interpolant of a step by its ends alone, which are known in any case: where the step cannot be made again, as where the law changed its mind, or where one of
-    /// its stages lies right beside a singular position, unless the step made `again` is nearer to the constraints.
+    /// The interpolant of a step by its ends alone, which are known in any case: where the step cannot be
+    /// made again, as where the law changed its mind, or where one of its stages lies right beside a singular
+    /// position, unless the step made `again` is nearer to the constraints.
     #[cold]
     fn by_its_ends(
         &self,
@@ -383,7 +398,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let tolerances = &self.trajectory.tolerances;
         match again {
             Some(again)
-                if plant.off_between(&*again, step, tolerances) <= plant.off_between(&quintic, step, tolerances) =>
+                if plant.off_between(&*again, step, tolerances)
+                    <= plant.off_between(&quintic, step, tolerances) =>
             {
                 again
             }
@@ -415,7 +431,8 @@ pub struct Sampler<'a, 'm, M: Simulate> {
     memory: Option<Option<Memory<M>>>,
 }
 
-/// What made a step again, if it may go on with another one, and which; and what constraints are kept in, whoever makes the next.
+/// What made a step again, if it may go on with another one, and which; and what constraints are kept in,
+/// whoever makes the next.
 struct Memory<M: Simulate> {
     maker: Option<Box<dyn Maker<M>>>,
     next: usize,
@@ -462,7 +479,8 @@ impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
         self.motion.complete(between)
     }
 
-    /// The state in the step that leaves a record; and whether it is where it belongs, as far as it was to be put there.
+    /// The state in the step that leaves a record; and whether it is where it belongs, as far as it was to be
+    /// put there.
     fn between(&mut self, index: usize, t: f64) -> (M::State, bool) {
         let trajectory = &self.motion.trajectory;
         let Record { state, h, usual, .. } = trajectory.records[index];
@@ -480,7 +498,8 @@ impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
         let mut settled = self.motion.complete(between);
         let mut done = upkeep.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
         if trajectory.driver.is_none() {
-            // Driven throughout, velocities are solved for: right in a bifurcation that was passed, rounding decides them.
+            // Driven throughout, velocities are solved for: right in a bifurcation that was passed, rounding
+            // decides them.
             let speed = max_abs(y.u.as_slice()) + max_abs(state.u().as_slice());
             let apart = settled.u().as_slice().iter().zip(y.u.as_slice()).map(|(to, from)| (to - from).abs());
             done &= apart.fold(0.0, f64::max) <= STRAYS * speed;
@@ -489,8 +508,8 @@ impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
         (between, done)
     }
 
-    /// Right beside a singular position rounding decides where a state ends that is put onto the constraints: from states on both sides of it, with their
-    /// accelerations.
+    /// Right beside a singular position rounding decides where a state ends that is put onto the constraints:
+    /// from states on both sides of it, with their accelerations.
     #[cold]
     fn bridged(&mut self, index: usize, theta: f64) -> Option<Phase<M::Vector>> {
         const WIDTHS: [f64; 3] = [0.01, 0.03, 0.09];
@@ -514,10 +533,11 @@ impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
 }
 
 impl<M: Simulate> SimulationError<M> {
-    /// What was computed before the simulation broke off; `None` where nothing was, because an option made no sense.
+    /// What was computed before the simulation broke off; `None` where nothing was, because an option made no
+    /// sense.
     ///
-    /// The inputs closure of the simulation is gone with it: inputs are NaN, and states between steps come from the quintic
-    /// Hermite interpolant. [`SimulationError::motion_with_inputs`] takes the closure again.
+    /// The inputs closure of the simulation is gone with it: inputs are NaN, and states between steps come
+    /// from the quintic Hermite interpolant. [`SimulationError::motion_with_inputs`] takes the closure again.
     #[must_use]
     pub fn motion<'m>(&self, model: &'m M) -> Option<Motion<'m, M>> {
         let constants = model.constants().ok()?;

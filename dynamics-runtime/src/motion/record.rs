@@ -22,7 +22,8 @@ pub(crate) struct Record<M: Model> {
     pub(crate) h: f64,
     /// How that step was kept on the constraints.
     pub(crate) kept: Kept,
-    /// How much projections amplified residuals before it, in the mean: what was settled in it, and is when it is made again, follows from that.
+    /// How much projections amplified residuals before it, in the mean: what was settled in it, and is when
+    /// it is made again, follows from that.
     pub(crate) usual: Option<f64>,
     /// The time in which gains that are tied to it took back what had drifted; 0 with other formulations.
     pub(crate) pace: f64,
@@ -45,7 +46,12 @@ impl<M: Model> Record<M> {
     }
 
     /// Where a step starts.
-    pub(crate) fn of(step: &Step<M::Vector>, held: M::Inputs, modes: Modes, (usual, pace): (Option<f64>, f64)) -> Self {
+    pub(crate) fn of(
+        step: &Step<M::Vector>,
+        held: M::Inputs,
+        modes: Modes,
+        (usual, pace): (Option<f64>, f64),
+    ) -> Self {
         Self { h: step.h, kept: step.kept, usual, pace, ..Self::new(&step.start, held, modes) }
     }
 
@@ -74,7 +80,8 @@ pub struct EventRecord<S> {
     pub before: S,
     /// The state just after; differs where a reset changed it.
     pub after: S,
-    /// Impacts on constraints; those that are hit at the same instant are hit together and listed at the first of their events.
+    /// Impacts on constraints; those that are hit at the same instant are hit together and listed at the
+    /// first of their events.
     pub impacts: Vec<Impact>,
     /// Whether the simulation ended here.
     pub stopped: bool,
@@ -87,8 +94,9 @@ impl<S: ModelState> EventRecord<S> {
         self.before.t()
     }
 
-    /// Energy that the moving bodies lost in impacts: energy function before less after. What a moving constraint gives to them while it strikes is
-    /// subtracted, so that this is not ½(1 − e²) of the relative motion there.
+    /// Energy that the moving bodies lost in impacts: energy function before less after. What a moving
+    /// constraint gives to them while it strikes is subtracted, so that this is not ½(1 − e²) of the relative
+    /// motion there.
     #[must_use]
     pub fn energy_lost(&self) -> f64 {
         // Of no impacts the standard library's sum is -0.
@@ -109,9 +117,11 @@ pub struct Counts {
     pub wall_time: Option<Duration>,
     /// When the problem was first found stiff for the method.
     pub stiff_at: Option<f64>,
-    /// When the motion was first found to slide along a place where accelerations jump: they lead to it from both sides.
+    /// When the motion was first found to slide along a place where accelerations jump: they lead to it from
+    /// both sides.
     pub slides_at: Option<f64>,
-    /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and when the first began.
+    /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and
+    /// when the first began.
     pub parted: (u64, Option<f64>),
 }
 
@@ -168,9 +178,12 @@ impl<M: Model> Trajectory<M> {
         &self.records[self.records.len() - 1]
     }
 
-    /// The method that made the step which leaves a record; `None` where positions were solved instead of integrated.
+    /// The method that made the step which leaves a record; `None` where positions were solved instead of
+    /// integrated.
     pub(crate) fn driver_of(&self, index: usize) -> Option<&AnyDriver<M>> {
-        let after = |(from, _): &&(f64, AnyDriver<M>)| (self.records[index].state.t() - from) * self.direction() >= 0.0;
+        let after = |(from, _): &&(f64, AnyDriver<M>)| {
+            (self.records[index].state.t() - from) * self.direction() >= 0.0
+        };
         self.relay.as_ref().filter(after).map(|(_, driver)| driver).or(self.driver.as_ref())
     }
 
@@ -179,8 +192,8 @@ impl<M: Model> Trajectory<M> {
         if self.last().state.t() < self.first().state.t() { -1.0 } else { 1.0 }
     }
 
-    /// Index of the last record at or before t along the motion, `None` outside. A time that misses an end by rounding
-    /// alone (8 units in the last place) belongs to the end.
+    /// Index of the last record at or before t along the motion, `None` outside. A time that misses an end by
+    /// rounding alone (8 units in the last place) belongs to the end.
     pub(crate) fn find(&self, t: f64) -> Option<usize> {
         let direction = self.direction();
         let (start, end) = (self.first().state.t(), self.last().state.t());

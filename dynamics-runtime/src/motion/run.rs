@@ -38,7 +38,8 @@ pub(super) use stiffness::longer;
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;
-/// Part of a motion that drift may decide where none is known to be near: a single row says nothing of its size, and loses its direction where its gradient vanishes.
+/// Part of a motion that drift may decide where none is known to be near: a single row says nothing of its
+/// size, and loses its direction where its gradient vanishes.
 const TURNED: f64 = 0.1;
 
 /// Time that a motion that rests does so at least, in parts of 1 + |t|.
@@ -119,7 +120,10 @@ pub(crate) fn run<M: Simulate>(
         Err(error) => {
             sink.stand(Record::unmoved(from));
             let counts = Counts { evaluations: plan.plant.evaluations, ..Counts::default() };
-            return (counts, Err(explained(plan, &from, Halt { h: 0.0, ..halt::<M>(error) }, driver.method())));
+            return (
+                counts,
+                Err(explained(plan, &from, Halt { h: 0.0, ..halt::<M>(error) }, driver.method())),
+            );
         }
     };
     let stepper = &mut *stepper;
@@ -153,7 +157,10 @@ pub(crate) fn run<M: Simulate>(
 }
 
 /// At a singular start the accelerations are those of the branch on which the velocities are.
-fn begin_singular<'m, M: Simulate>(plan: &mut Plan<'_, 'm, M>, stepper: &mut dyn Steps<M>) -> Result<(), Kind> {
+fn begin_singular<'m, M: Simulate>(
+    plan: &mut Plan<'_, 'm, M>,
+    stepper: &mut dyn Steps<M>,
+) -> Result<(), Kind> {
     if M::IS_FREE {
         return Ok(());
     }
@@ -226,7 +233,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         Ok(Ended::Arrived)
     }
 
-    /// Looks at the start: a contact that would have to pull lifts off there, what sticks and would break away slips.
+    /// Looks at the start: a contact that would have to pull lifts off there, what sticks and would break
+    /// away slips.
     fn begin(&mut self, sink: &mut dyn Sink<M>) -> Result<(), Halt> {
         let at = |kind| Halt { kind, h: 0.0 };
         let start = self.now();
@@ -242,7 +250,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         self.rests_in_corner().map_or(Ok(()), |kind| Err(at(kind)))
     }
 
-    /// Where a motion rests in a corner of a constraint steps come back to it, ever shorter, or leave it to a side that nothing chose.
+    /// Where a motion rests in a corner of a constraint steps come back to it, ever shorter, or leave it to a
+    /// side that nothing chose.
     fn rests_in_corner(&mut self) -> Option<Kind> {
         if !M::HAS_KINKS || M::IS_FREE {
             return None;
@@ -258,7 +267,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         Some(Kind::RestsInCorner { row: M::ROWS[row].name, leads_away })
     }
 
-    /// Ends the motion where branches of a constraint touch and it went over to another one, or may have: see [`super::touching`].
+    /// Ends the motion where branches of a constraint touch and it went over to another one, or may have: see
+    /// [`super::touching`].
     #[inline]
     pub(super) fn check_branch(&mut self, sink: &mut dyn Sink<M>, last: bool) -> Result<(), Halt> {
         if M::IS_FREE || self.touching.is_idle() {
@@ -316,7 +326,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     fn vanish(&mut self, at: f64) -> Kind {
         let state = self.now();
         let accelerations = self.stepper.now().a;
-        let coordinates = Involved::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
+        let coordinates =
+            Involved::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
         let Plan { plant, .. } = &mut *self.plan;
         let Plant { model, constants, upkeep, .. } = plant;
         let mut pulls = Vec::new();
@@ -332,10 +343,15 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         Kind::StepsVanish { at, coordinates, rows: Involved::ranked(M::ROWS, pulls.into_iter()) }
     }
 
-    /// A step after which the constraints have drifted too far: where one of them has a corner within it, the motion ends there, and goes on from an
-    /// event before it that acts.
+    /// A step after which the constraints have drifted too far: where one of them has a corner within it, the
+    /// motion ends there, and goes on from an event before it that acts.
     #[cold]
-    fn drifted_off(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>, kind: Kind) -> Result<Flow, Halt> {
+    fn drifted_off(
+        &mut self,
+        sink: &mut dyn Sink<M>,
+        step: &Step<M::Vector>,
+        kind: Kind,
+    ) -> Result<Flow, Halt> {
         let Step { start, end, h, .. } = step;
         if M::IS_FREE {
             return Err(Halt { kind, h: *h });
@@ -346,7 +362,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             let y = between.at(theta);
             plant.state(start.t + theta * h, &y.q, &y.u)
         });
-        let Some(Corner { row, what, jump, at }) = corner.filter(|_| matches!(kind, Kind::Drift { .. })) else {
+        let Some(Corner { row, what, jump, at }) = corner.filter(|_| matches!(kind, Kind::Drift { .. }))
+        else {
             return Err(Halt { kind, h: *h });
         };
         let kind = Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };
@@ -410,7 +427,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         flow
     }
 
-    /// Ends the motion where a released constraint begins to slip against the side by which it rubs: see [`sides`].
+    /// Ends the motion where a released constraint begins to slip against the side by which it rubs: see
+    /// [`sides`].
     #[inline]
     fn check_sides(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<(), Halt> {
         if M::IS_UNSWITCHED {
@@ -421,7 +439,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             return Ok(());
         }
         let unfollowed = sides::unfollowed::<M>(plant.modes, watch.guards().map(|(_, guard)| guard));
-        let suspects = unfollowed.filter_map(|slipping| Some((slipping, sides::suspect(plant, step, slipping)?)));
+        let suspects =
+            unfollowed.filter_map(|slipping| Some((slipping, sides::suspect(plant, step, slipping)?)));
         let suspects: Vec<_> = suspects.collect();
         if suspects.is_empty() { Ok(()) } else { self.check_suspects(sink, step, &suspects) }
     }

@@ -30,7 +30,9 @@ pub(super) fn places(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
     for (i, t) in times.iter().enumerate() {
         places.push(*t);
         middle.push(false);
-        let Some(next) = times.get(i + 1).filter(|next| *next != t && !fixed && i % every == 0) else { continue };
+        let Some(next) = times.get(i + 1).filter(|next| *next != t && !fixed && i % every == 0) else {
+            continue;
+        };
         places.push(0.5 * (t + next));
         middle.push(true);
     }
@@ -40,7 +42,8 @@ pub(super) fn places(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
 /// What the second run did otherwise than the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SecondRun {
-    /// It kept smaller tolerances, 100 times where rounding permits. The difference is the error of the first run.
+    /// It kept smaller tolerances, 100 times where rounding permits. The difference is the error of the first
+    /// run.
     Tighter {
         /// In the unit of each coordinate and velocity.
         absolute: f64,

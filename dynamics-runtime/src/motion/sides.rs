@@ -1,11 +1,13 @@
 //! The sides of released constraints that no rule follows.
 //!
-//! A released nonholonomic constraint of one row says to which side it slips, and friction by that side brakes. Where the slip turns round and nobody
-//! says so (no [`stick_slip`](super::Simulation::stick_slip), no event that engages it) the same friction drives: work out of nothing. Such a motion
-//! ends where it turns. Only where the side counts: what has accelerations that are the same for either side slips as it likes.
+//! A released nonholonomic constraint of one row says to which side it slips, and friction by that side
+//! brakes. Where the slip turns round and nobody says so (no [`stick_slip`](super::Simulation::stick_slip),
+//! no event that engages it) the same friction drives: work out of nothing. Such a motion ends where it
+//! turns. Only where the side counts: what has accelerations that are the same for either side slips as it
+//! likes.
 //!
-//! Every step is looked at where it ends and at places between, by the quintic through its ends; what that finds is confirmed by the method's own
-//! interpolant.
+//! Every step is looked at where it ends and at places between, by the quintic through its ends; what that
+//! finds is confirmed by the method's own interpolant.
 
 use super::guard::Guard;
 use super::plant::Plant;
@@ -43,13 +45,14 @@ pub(super) fn unfollowed<'g, M: Simulate>(
     guards: impl Iterator<Item = &'g Guard> + Clone,
 ) -> impl Iterator<Item = Slipping> {
     let slips = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.rows == 1;
-    let released = move |c: &'static Constraint| Some((c, c.switched.filter(|switch| !modes.holds(*switch))?));
+    let released =
+        move |c: &'static Constraint| Some((c, c.switched.filter(|switch| !modes.holds(*switch))?));
     let followed = move |c: &Constraint| guards.clone().any(|guard| guard.constraint == c);
     M::CONSTRAINTS.iter().filter(slips).filter_map(released).filter(move |(c, _)| !followed(c))
 }
 
-/// What slipped before a change and slips after it slips to the side of its velocity, to which the change may have turned it; not where the change
-/// itself said the side.
+/// What slipped before a change and slips after it slips to the side of its velocity, to which the change may
+/// have turned it; not where the change itself said the side.
 pub(super) fn turn<M: Simulate>(
     model: &M,
     upkeep: &mut Upkeep<M>,
@@ -64,7 +67,8 @@ pub(super) fn turn<M: Simulate>(
     }
 }
 
-/// Whether a constraint slips against its side in a step, by the quintic through the ends of the step, and the side counts there: at which place.
+/// Whether a constraint slips against its side in a step, by the quintic through the ends of the step, and
+/// the side counts there: at which place.
 pub(super) fn suspect<M: Simulate>(
     plant: &mut Plant<'_, '_, M>,
     step: &Step<M::Vector>,
@@ -80,7 +84,8 @@ pub(super) fn suspect<M: Simulate>(
     })
 }
 
-/// Where a constraint that is suspected to slip against its side at a place turns round, if the interpolant of the step says so too.
+/// Where a constraint that is suspected to slip against its side at a place turns round, if the interpolant
+/// of the step says so too.
 pub(super) fn turned<M: Simulate>(
     plant: &mut Plant<'_, '_, M>,
     step: &Step<M::Vector>,
@@ -104,13 +109,18 @@ pub(super) fn turned<M: Simulate>(
     let rate = slip / (found.t() - at_zero.t());
     let Plant { model, constants, upkeep, .. } = plant;
     // Released to the other side, it would be driven to this one.
-    let sticks =
-        upkeep.change_of_side(model, constants, &at_zero, slipping).is_some_and(|change| side * (rate + change) > 0.0);
+    let sticks = upkeep
+        .change_of_side(model, constants, &at_zero, slipping)
+        .is_some_and(|change| side * (rate + change) > 0.0);
     Some(Turned { constraint, side, slip, theta: low, at: found.t(), sticks })
 }
 
 /// The slip of a constraint that slips against its side, by more than a start may.
-fn against<M: Simulate>(plant: &mut Plant<'_, '_, M>, state: &M::State, (constraint, switch): Slipping) -> Option<f64> {
+fn against<M: Simulate>(
+    plant: &mut Plant<'_, '_, M>,
+    state: &M::State,
+    (constraint, switch): Slipping,
+) -> Option<f64> {
     let (slip, side) = (plant.model.velocity_residual(state)[constraint.first], state.modes().side(switch));
     if slip * side >= 0.0 {
         return None;

@@ -36,13 +36,15 @@ use crate::integrate::{Direction, Tolerances};
 use crate::methods::{Any, Radau5};
 use crate::model::{Branches, Constraints, Events, InputValues, Known, ModelState, Outputs, Powers, Vector};
 
-/// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is wrong more often
-/// than not.
+/// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is
+/// wrong more often than not.
 const DEFAULT_MAX_STEPS: u64 = 1_000_000;
-/// A thousand times what a start may miss its constraints by: a picture still looks right, a number no longer is.
+/// A thousand times what a start may miss its constraints by: a picture still looks right, a number no longer
+/// is.
 const DEFAULT_DRIFT_LIMIT: f64 = 1e-3;
 
-/// Models that can be moved: every model that says its powers, outputs, events and constraints, as all derived ones do.
+/// Models that can be moved: every model that says its powers, outputs, events and constraints, as all
+/// derived ones do.
 pub trait Simulate: Powers + Outputs + Events + Constraints {
     /// Opens a simulation from a start state; options follow, [`Simulation::run`] runs it.
     fn simulate(&self, start: Self::State) -> Simulation<'_, Self> {
@@ -143,7 +145,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// This tolerance, of what is near zero another, unless tolerances or a fixed step were asked for. What is none is said in either case.
+    /// This tolerance, of what is near zero another, unless tolerances or a fixed step were asked for. What
+    /// is none is said in either case.
     #[cfg(feature = "std")]
     pub(crate) fn or_tolerance(mut self, tolerance: f64, absolute: Option<f64>) -> Self {
         let known = self.tolerances.is_some() || self.fixed.is_some();
@@ -160,8 +163,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Overrides the choice of the method: one of [`crate::methods`].
     ///
-    /// Without it: RK4 where a fixed step is given, else Tsitouras 5(4) for tolerances above 1e-4, Verner 9(8) below 1e-6 without constraints, else DOP853; where the motion turns out to be
-    /// stiff for these, Radau IIA goes on, and the summary says from when.
+    /// Without it: RK4 where a fixed step is given, else Tsitouras 5(4) for tolerances above 1e-4, Verner
+    /// 9(8) below 1e-6 without constraints, else DOP853; where the motion turns out to be stiff for these,
+    /// Radau IIA goes on, and the summary says from when.
     pub fn method(mut self, method: impl Into<Any<M>>) -> Self {
         self.method = Some(method.into().0);
         self
@@ -185,8 +189,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Most steps, rejected ones included; looked at before every step, so that what is rejected in the last one may come on top. Default
-    /// 1,000,000. A run whose steps become shorter without end is ended before.
+    /// Most steps, rejected ones included; looked at before every step, so that what is rejected in the last
+    /// one may come on top. Default 1,000,000. A run whose steps become shorter without end is ended before.
     pub fn max_steps(mut self, steps: u64) -> Self {
         self.most_steps = steps;
         self
@@ -205,11 +209,14 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Input values as a function of time and state: controls, prescribed motions. Called at every stage of every step, and again
-    /// when the motion is asked for states in between, so it should depend on its arguments alone (`Send` and `Sync`, so
-    /// that motions may cross threads, keep cells out of it). The inputs of the state that it
-    /// gets are those of the start, or what a reset set them to.
-    pub fn inputs<R: InputValues<M::Inputs>>(mut self, law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm) -> Self {
+    /// Input values as a function of time and state: controls, prescribed motions. Called at every stage of
+    /// every step, and again when the motion is asked for states in between, so it should depend on its
+    /// arguments alone (`Send` and `Sync`, so that motions may cross threads, keep cells out of it). The
+    /// inputs of the state that it gets are those of the start, or what a reset set them to.
+    pub fn inputs<R: InputValues<M::Inputs>>(
+        mut self,
+        law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm,
+    ) -> Self {
         self.law = Some(Box::new(move |t, state| law(t, state).values()));
         self
     }
@@ -220,10 +227,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Calls `action` with the state at every crossing of an event in the given direction (along the motion): an impact changes
-    /// velocities, a switch changes inputs. It may return [`Flow::Stop`] to end the simulation there. A motion that starts where the function is zero
-    /// crosses there if it moves on in that direction. Inputs that it sets are
-    /// held; where [`Simulation::inputs`] supplies them, the closure sees what was set in the state that it gets.
+    /// Calls `action` with the state at every crossing of an event in the given direction (along the motion):
+    /// an impact changes velocities, a switch changes inputs. It may return [`Flow::Stop`] to end the
+    /// simulation there. A motion that starts where the function is zero crosses there if it moves on in that
+    /// direction. Inputs that it sets are held; where [`Simulation::inputs`] supplies them, the closure sees
+    /// what was set in the state that it gets.
     pub fn on_event<R: Into<Flow>>(
         mut self,
         name: &str,
@@ -235,10 +243,12 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Calls `action` at every crossing of an event in the given direction, as [`Simulation::on_event`] does, with a [`Change`], which can
-    /// also hit, engage and release constraints. The state that is left has to fulfil the constraints that hold then.
+    /// Calls `action` at every crossing of an event in the given direction, as [`Simulation::on_event`] does,
+    /// with a [`Change`], which can also hit, engage and release constraints. The state that is left has to
+    /// fulfil the constraints that hold then.
     ///
-    /// What cannot be done (a name that is not known) ends the run with an error; the action itself returns nothing, or a [`Flow`]:
+    /// What cannot be done (a name that is not known) ends the run with an error; the action itself returns
+    /// nothing, or a [`Flow`]:
     ///
     /// ```
     /// use dynamics_runtime::motion::{Direction, Flow, Simulate, SimulationError};
@@ -269,18 +279,21 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Makes a switched holonomic constraint of one row a unilateral contact: free where Φ > 0, and where it is closed it pushes (λ > 0) and never
-    /// pulls. It rebounds or closes where Φ falls to zero and lifts off where λ does. Where it is closed and Φ̇ jumps by a branch of its function, as where a floor
-    /// starts to move or bends, it is struck, or opens. Its events are listed as `floor contact`.
+    /// Makes a switched holonomic constraint of one row a unilateral contact: free where Φ > 0, and where it
+    /// is closed it pushes (λ > 0) and never pulls. It rebounds or closes where Φ falls to zero and lifts off
+    /// where λ does. Where it is closed and Φ̇ jumps by a branch of its function, as where a floor starts to
+    /// move or bends, it is struck, or opens. Its events are listed as `floor contact`.
     pub fn contact(mut self, name: &str, contact: impl Into<Contact>) -> Self {
         self.contacts.push((name.into(), contact.into()));
         self
     }
 
-    /// Makes a switched nonholonomic constraint of one row stick and slip: it is released where the event `breakaway` falls to zero (a
-    /// limit of friction less |λ|), to the side against λ, and holds again where the slip A q̇ + b returns to zero, unless it would break away there at
-    /// once. Where A q̇ + b jumps by a branch of its function, as where a belt changes its speed, it slips from there: friction has no impulse. A start or an action
-    /// that leaves it slipping leaves it slipping to the side of its velocity. Its events are listed as `belt slip`.
+    /// Makes a switched nonholonomic constraint of one row stick and slip: it is released where the event
+    /// `breakaway` falls to zero (a limit of friction less |λ|), to the side against λ, and holds again where
+    /// the slip A q̇ + b returns to zero, unless it would break away there at once. Where A q̇ + b jumps by a
+    /// branch of its function, as where a belt changes its speed, it slips from there: friction has no
+    /// impulse. A start or an action that leaves it slipping leaves it slipping to the side of its velocity.
+    /// Its events are listed as `belt slip`.
     pub fn stick_slip(mut self, name: &str, breakaway: &str) -> Self {
         self.sticking.push((name.into(), breakaway.into()));
         self
@@ -292,15 +305,18 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Ends the simulation with an error where a constraint has drifted by more than this part of s + |q|, as |Φ|/‖Φ_q‖, or its
-    /// velocities by more than this part of s + |q̇|, as |Φ̇|/‖Φ_q‖ or |A q̇ + b|/‖A‖, of the coordinates in its row, by unit; s is the model's largest parameter of the same unit, at most 1, and 1
-    /// of angles and where there is none. Infinite: never. Default 1e-3. Matters to formulations that let constraints drift.
+    /// Ends the simulation with an error where a constraint has drifted by more than this part of s + |q|,
+    /// as |Φ|/‖Φ_q‖, or its velocities by more than this part of s + |q̇|, as |Φ̇|/‖Φ_q‖ or |A q̇ + b|/‖A‖,
+    /// of the coordinates in its row, by unit; s is the model's largest parameter of the same unit, at most
+    /// 1, and 1 of angles and where there is none. Infinite: never. Default 1e-3. Matters to formulations
+    /// that let constraints drift.
     pub fn drift_limit(mut self, limit: f64) -> Self {
         self.drift_limit = limit;
         self
     }
 
-    /// Puts states between steps, too, onto the constraints: without it dense output fulfils them to the tolerance only.
+    /// Puts states between steps, too, onto the constraints: without it dense output fulfils them to the
+    /// tolerance only.
     pub fn consistent_output(mut self) -> Self {
         self.consistent = true;
         self
@@ -322,7 +338,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self
     }
 
-    /// Ends the simulation with an error as soon as the flag is raised, from another thread or a signal handler.
+    /// Ends the simulation with an error as soon as the flag is raised, from another thread or a signal
+    /// handler.
     pub fn cancel(mut self, flag: &'m AtomicBool) -> Self {
         self.cancel = Some(flag);
         self
@@ -365,8 +382,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         Ok(motion)
     }
 
-    /// Runs the simulation and keeps nothing: shows every accepted state, or the states at the output times where such are
-    /// given, to `observer`, which may end it. Returns the last state.
+    /// Runs the simulation and keeps nothing: shows every accepted state, or the states at the output times
+    /// where such are given, to `observer`, which may end it. Returns the last state.
     pub fn run_with<R: Into<Flow>>(
         mut self,
         mut observer: impl FnMut(&M::State) -> R,
@@ -380,7 +397,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let start = self.start;
         let times = checked.output_times.clone();
         // The start is shown here, as often as it is asked for; the run itself shows what its steps reach.
-        let at_start = times.as_ref().map_or(1, |times| times.iter().take_while(|t| **t == start.t()).count());
+        let at_start =
+            times.as_ref().map_or(1, |times| times.iter().take_while(|t| **t == start.t()).count());
         let first = with_inputs::<M>(self.law.as_ref(), start);
         for _ in 0..at_start {
             if observer(&first) == Flow::Stop {
@@ -458,7 +476,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             cancel: self.cancel,
             watch: Watch::new(self.model, constants, self.ad_hoc, checked.guards, checked.rules),
             #[cfg(feature = "progress")]
-            progress: if self.progress { Progress::new(self.start.t(), checked.end) } else { Progress::none() },
+            progress: if self.progress {
+                Progress::new(self.start.t(), checked.end)
+            } else {
+                Progress::none()
+            },
             #[cfg(not(feature = "progress"))]
             progress: Progress::none(),
             hands_over: checked.hands_over,
@@ -513,7 +535,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         })
     }
 
-    /// Refuses negative inertia at the start: generated code that eliminates constraints does not see the sign of what it divides by.
+    /// Refuses negative inertia at the start: generated code that eliminates constraints does not see the
+    /// sign of what it divides by.
     fn check_inertia(&self, room: &mut [f64]) -> Result<(), SimulationError<M>> {
         if !M::KINETIC || M::IS_FREE {
             return Ok(());
@@ -538,7 +561,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         SimulationError { kind, time: start.t(), step: 0.0, state: Box::new(start), trajectory: None }
     }
 
-    /// Puts the start onto the constraints, once it is known to lie there to within what was typed. The memory that this took is there for the run.
+    /// Puts the start onto the constraints, once it is known to lie there to within what was typed. The
+    /// memory that this took is there for the run.
     fn place(&mut self, checked: &Checked<'m, M>) -> Result<Vec<f64>, SimulationError<M>> {
         let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
         // Constraints may contain inputs; what is held stays what it was.
@@ -553,7 +577,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 *start.inputs_mut() = held;
                 self.start = start;
             }
-            Err(PlaceError::State(error)) => return Err(self.refused(SimulationErrorKind::Start(Box::new(error)))),
+            Err(PlaceError::State(error)) => {
+                return Err(self.refused(SimulationErrorKind::Start(Box::new(error))));
+            }
             Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),
         }
         Ok(upkeep.into_memory())
@@ -565,7 +591,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 }
 
 /// The first coordinate whose inertia is negative, of a size whose square is beyond all numbers.
-fn huge_and_negative<M: Simulate>(model: &M, state: &M::State, room: &mut [f64]) -> Option<SingularMassMatrix> {
+fn huge_and_negative<M: Simulate>(
+    model: &M,
+    state: &M::State,
+    room: &mut [f64],
+) -> Option<SingularMassMatrix> {
     let mass = mass(model, state, room);
     let own = |i: usize| mass[i * (M::Vector::LEN + 1)];
     let coordinate = (0..M::Vector::LEN).find(|&i| own(i) < 0.0 && (own(i) * own(i)).is_infinite())?;
@@ -611,7 +641,13 @@ fn go_on<M: Simulate>(
     // The plant has counted its evaluations all along.
     let (steps, rejected) = (before.steps + after.steps, before.rejected + after.rejected);
     (
-        Counts { steps, rejected, stiff_at: before.stiff_at, slides_at: before.slides_at.or(after.slides_at), ..after },
+        Counts {
+            steps,
+            rejected,
+            stiff_at: before.stiff_at,
+            slides_at: before.slides_at.or(after.slides_at),
+            ..after
+        },
         result,
     )
 }

@@ -1,11 +1,13 @@
 //! Singular positions: where constraints lose rank on the way of a motion.
 //!
-//! Where branches cross, the weak direction y of the constraints and the direction x of the motion fulfil y (y − k x) = c to second order, c = 0 on
-//! the manifold. States that have drifted have c ≠ 0: the crossing opens into two hyperbolas, and a motion that follows one of them turns, within
+//! Where branches cross, the weak direction y of the constraints and the direction x of the motion fulfil y
+//! (y − k x) = c to second order, c = 0 on the manifold. States that have drifted have c ≠ 0: the crossing
+//! opens into two hyperbolas, and a motion that follows one of them turns, within
 //! |x| of order √c, to the other branch or back, smoothly and without a growing residual. What decides is the drift, so the motion is not
-//! determined there. It is told by the step δ = −Φ_q⁺Φ back to the constraints, which is c/(k x): where Newton's method does not contract from the
-//! state (½‖Φ_q⁺Φ_qq δ²‖/‖δ‖, Kantorovich's condition), or where δ changes at a rate that is a part of the motion's own velocity,
-//! ‖Φ_q⁺Φ_qq δ q̇‖/‖q̇‖. Both are of order c/(k x)². A step over the position that leaves none of its states there goes on on its branch.
+//! determined there. It is told by the step δ = −Φ_q⁺Φ back to the constraints, which is c/(k x): where
+//! Newton's method does not contract from the state (½‖Φ_q⁺Φ_qq δ²‖/‖δ‖, Kantorovich's condition), or where δ
+//! changes at a rate that is a part of the motion's own velocity, ‖Φ_q⁺Φ_qq δ q̇‖/‖q̇‖. Both are of order
+//! c/(k x)². A step over the position that leaves none of its states there goes on on its branch.
 
 use alloc::boxed::Box;
 
@@ -42,8 +44,8 @@ pub(super) struct Here<M: Constraints> {
 
 /// Conditioning from which on constraints are taken for singular, whatever it was elsewhere.
 const SINGULAR: f64 = 1e6;
-/// Part by which conditioning has to be worse than at the start for what fails to be put down to it; what a start that is singular itself has counts as
-/// no more than [`USUAL`].
+/// Part by which conditioning has to be worse than at the start for what fails to be put down to it; what a
+/// start that is singular itself has counts as no more than [`USUAL`].
 const WORSE: f64 = 10.0;
 /// See [`WORSE`].
 const USUAL: f64 = 1e3;
@@ -53,14 +55,16 @@ const SHORTER: f64 = 100.0;
 /// How far ahead it is looked where a step was not made, in its own length.
 const AHEAD: f64 = 1.5;
 
-/// Conditioning from which on steps without end are put down to it: where rounding errors count for more than the tolerance they come nearer and nearer.
+/// Conditioning from which on steps without end are put down to it: where rounding errors count for more than
+/// the tolerance they come nearer and nearer.
 const CREEPS: f64 = 1e5;
 
-/// Way of a step, in parts of what is left to a singular position, below which that makes it so short: without it steps are of its size.
+/// Way of a step, in parts of what is left to a singular position, below which that makes it so short:
+/// without it steps are of its size.
 const SHORT: f64 = 1e-3;
 
-/// A failure that singular constraints may cause (see [`super::causes`]), told as that: where they are much nearer to losing rank than they were at the start, or so near that
-/// nothing could be computed anywhere.
+/// A failure that singular constraints may cause (see [`super::causes`]), told as that: where they are much
+/// nearer to losing rank than they were at the start, or so near that nothing could be computed anywhere.
 pub(super) fn explain<M: Constraints>(
     model: &M,
     start: &M::State,
@@ -73,7 +77,8 @@ pub(super) fn explain<M: Constraints>(
         return kind;
     }
     let found = weakest_ahead(state, h, &kind, |state| weakness(model, state));
-    let worse = found.condition >= SINGULAR || found.condition >= WORSE * condition_of(model, start).min(USUAL);
+    let worse =
+        found.condition >= SINGULAR || found.condition >= WORSE * condition_of(model, start).min(USUAL);
     // A single row shows it against the length that it had.
     let (worse, found) = if worse {
         (true, found)
@@ -82,22 +87,36 @@ pub(super) fn explain<M: Constraints>(
         (found.condition >= SHORTER, found)
     };
     let Weakness { condition, rows, coordinates } = found;
-    // What is left to such a position is 1/κ of the size of the mechanism: steps of a part of that are short because of it.
+    // What is left to such a position is 1/κ of the size of the mechanism: steps of a part of that are short
+    // because of it.
     if creeps && condition < CREEPS && way_in(state, h) * condition > SHORT {
         return kind;
     }
     match worse {
-        true => Kind::SingularPosition { rows, coordinates, condition, met: Box::new(Met { kind, over: way.over() }) },
+        true => Kind::SingularPosition {
+            rows,
+            coordinates,
+            condition,
+            met: Box::new(Met { kind, over: way.over() }),
+        },
         false => kind,
     }
 }
 
-/// Where a step was not made for what lies ahead in it, as a fixed one that cannot be shorter: the worst on the straight way on, else here.
-fn weakest_ahead<S: ModelState>(state: &S, h: f64, kind: &Kind, weakness: impl Fn(&S) -> Weakness) -> Weakness {
+/// Where a step was not made for what lies ahead in it, as a fixed one that cannot be shorter: the worst on
+/// the straight way on, else here.
+fn weakest_ahead<S: ModelState>(
+    state: &S,
+    h: f64,
+    kind: &Kind,
+    weakness: impl Fn(&S) -> Weakness,
+) -> Weakness {
     let here = weakness(state);
     let lies_ahead = matches!(
         kind,
-        Kind::Solve(SolveError::OffConstraint { .. }) | Kind::StepNotSolved { .. } | Kind::StepDisplaced { .. }
+        Kind::Solve(SolveError::OffConstraint { .. })
+            | Kind::StepNotSolved { .. }
+            | Kind::StepDisplaced { .. }
     );
     if !lies_ahead || h == 0.0 {
         return here;
@@ -128,22 +147,24 @@ pub(super) fn crawls<M: Constraints>(model: &M, state: &M::State, took: f64) -> 
     }
 }
 
-/// Time to either side of a singular start at which accelerations are looked at, in parts of the time in which the motion turns.
+/// Time to either side of a singular start at which accelerations are looked at, in parts of the time in
+/// which the motion turns.
 const BESIDE: f64 = 1e-3;
 /// Relative difference up to which accelerations to both sides of it agree.
 const AGREE: f64 = 0.05;
 
-/// How long a motion takes to be so far from a singular start that its velocities are determined to within a tolerance: at a distance x of it the
-/// constraints know them to ε/x².
+/// How long a motion takes to be so far from a singular start that its velocities are determined to within a
+/// tolerance: at a distance x of it the constraints know them to ε/x².
 pub(super) fn least_distance<S: ModelState>(start: &S, tolerance: f64) -> f64 {
     let speed = max_abs(start.u().as_slice());
     if speed > 0.0 { 3.0 * math::sqrt(f64::EPSILON / tolerance) / speed } else { 0.0 }
 }
 
-/// The accelerations at a start where the general solver found constraints that depend on each other; `None` where the position is not a singular one.
+/// The accelerations at a start where the general solver found constraints that depend on each other; `None`
+/// where the position is not a singular one.
 ///
-/// At a singular position Φ_q q̈ = γ says nothing of the direction in which branches part. Where velocities follow a branch it is the limit of what
-/// holds beside the position: the mean of both sides, extrapolated.
+/// At a singular position Φ_q q̈ = γ says nothing of the direction in which branches part. Where velocities
+/// follow a branch it is the limit of what holds beside the position: the mean of both sides, extrapolated.
 ///
 /// # Errors
 /// [`Kind::SingularStart`] where both sides do not agree.
@@ -219,7 +240,8 @@ impl<'p, M: Constraints> Probe<'p, M> {
         Self { model, constants, state, here, workspace }
     }
 
-    /// The part of the motion that drift decides: from [`DECIDED`] on it is nearer to a singular position than its drift permits. `usual`: see [`Self::usual`].
+    /// The part of the motion that drift decides: from [`DECIDED`] on it is nearer to a singular position
+    /// than its drift permits. `usual`: see [`Self::usual`].
     pub(super) fn part(&mut self, usual: &M::Rows) -> Result<f64, SolveError> {
         let (state, residual) = (self.state, self.drift(usual));
         let delta = self.back(&residual, -1.0)?;
@@ -227,7 +249,8 @@ impl<'p, M: Constraints> Probe<'p, M> {
         if length == 0.0 {
             return Ok(0.0);
         }
-        // Φ_qq δ² by a displacement along δ; Φ_qq δ q̇ by two along the sum and the difference of both at the same length.
+        // Φ_qq δ² by a displacement along δ; Φ_qq δ q̇ by two along the sum and the difference of both at the
+        // same length.
         let scale = PROBE * self.size() / length;
         let straight = scaled(&delta, scale);
         let curved = combined(&self.second(&straight), 1.0, &self.here.residual, -2.0);
@@ -237,7 +260,8 @@ impl<'p, M: Constraints> Probe<'p, M> {
             return Ok(contracts);
         }
         let pace = scale * length / speed;
-        let [plus, minus] = [1.0, -1.0].map(|sign| self.second(&combined(&straight, 1.0, state.u(), sign * pace)));
+        let [plus, minus] =
+            [1.0, -1.0].map(|sign| self.second(&combined(&straight, 1.0, state.u(), sign * pace)));
         let mixed = combined(&plus, 1.0, &minus, -1.0);
         let turning = self.back(&mixed, 0.25 / (scale * pace))?;
         Ok(math::max(contracts, self.length(&turning) / speed))
@@ -254,7 +278,8 @@ impl<'p, M: Constraints> Probe<'p, M> {
         usual
     }
 
-    /// Φ, with what rounding leaves open of it: no drift is known to be less. Of rows whose gradient nearly vanishes, too.
+    /// Φ, with what rounding leaves open of it: no drift is known to be less. Of rows whose gradient nearly
+    /// vanishes, too.
     fn drift(&self, usual: &M::Rows) -> M::Residual {
         let rounding = f64::EPSILON * (1.0 + max_abs(self.state.q().as_slice()).min(TURNS));
         let mut drift = self.here.residual;
@@ -274,7 +299,9 @@ impl<'p, M: Constraints> Probe<'p, M> {
     }
 
     fn length(&self, x: &M::Vector) -> f64 {
-        math::sqrt(x.as_slice().iter().zip(self.here.weights.as_slice()).map(|(x, w)| (x * w) * (x * w)).sum())
+        math::sqrt(
+            x.as_slice().iter().zip(self.here.weights.as_slice()).map(|(x, w)| (x * w) * (x * w)).sum(),
+        )
     }
 
     /// ‖w (1 + |q|)‖, see [`TURNS`].
@@ -283,7 +310,8 @@ impl<'p, M: Constraints> Probe<'p, M> {
         math::sqrt(terms.map(|(q, w)| math::powi(w * (1.0 + q.abs().min(TURNS)), 2)).sum())
     }
 
-    /// Φ(q + x) + Φ(q − x) = 2Φ(q) + Φ_qq x², but for terms of the fourth order; Φ(q) drops out of differences.
+    /// Φ(q + x) + Φ(q − x) = 2Φ(q) + Φ_qq x², but for terms of the fourth order; Φ(q) drops out of
+    /// differences.
     fn second(&self, x: &M::Vector) -> M::Residual {
         let mut displaced = *self.state;
         let mut at = |sign: f64| {

@@ -78,7 +78,8 @@ impl Sizes {
 
     /// Whether some unit has only small values, so that it has to be seen how large they become.
     fn has_small<M: Dynamics>(&self) -> bool {
-        let small = |sizes: &[f64]| (0..sizes.len()).any(|i| largest_of_unit(sizes, M::COORDINATES, i) < SMALL);
+        let small =
+            |sizes: &[f64]| (0..sizes.len()).any(|i| largest_of_unit(sizes, M::COORDINATES, i) < SMALL);
         small(&self.q) || small(&self.u)
     }
 
@@ -160,7 +161,9 @@ impl<M: Constraints> Pilot<M> {
 
     /// The absolute tolerance that belongs to a tolerance, as far as has been seen.
     pub(super) fn absolute(&self, plant: &mut Plant<'_, '_, M>, tolerance: f64) -> f64 {
-        let (Some(size), Some((state, h))) = (self.sizes.smallest::<M>(), &self.last) else { return tolerance };
+        let (Some(size), Some((state, h))) = (self.sizes.smallest::<M>(), &self.last) else {
+            return tolerance;
+        };
         if size >= SMALL {
             return tolerance;
         }

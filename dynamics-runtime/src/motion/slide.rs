@@ -1,5 +1,6 @@
-//! Motions that slide along a jump of their accelerations: either side leads back to it, and steps go to and fro across it, as short as the tolerance asks for. Whether they
-//! would come to the end is seen long before the permitted steps are used up.
+//! Motions that slide along a jump of their accelerations: either side leads back to it, and steps go to and
+//! fro across it, as short as the tolerance asks for. Whether they would come to the end is seen long before
+//! the permitted steps are used up.
 
 /// Parts of the permitted steps, after each of which it is looked at.
 const PARTS: u64 = 64;
@@ -7,7 +8,8 @@ const PARTS: u64 = 64;
 const FEWEST: u64 = 1024;
 /// Of so many steps at least one finds the motion sliding where it does: after one that has, 32 do not look.
 const SELDOM: u64 = 100;
-/// By how many times what is left of the permitted steps would have to be exceeded: what slides may go on from there, faster.
+/// By how many times what is left of the permitted steps would have to be exceeded: what slides may go on
+/// from there, faster.
 const MARGIN: f64 = 2.0;
 
 /// Where the last part of the permitted steps began.
@@ -23,8 +25,8 @@ impl Slide {
         Self { made: 0, t, found: 0 }
     }
 
-    /// So many steps were made, up to t, and so often the motion was found to slide: whether it did all along the last part of the permitted steps, and would not come to
-    /// the end with the others.
+    /// So many steps were made, up to t, and so often the motion was found to slide: whether it did all along
+    /// the last part of the permitted steps, and would not come to the end with the others.
     #[inline]
     pub(super) fn outlasts(&mut self, (made, limit): (u64, u64), (t, end): (f64, f64), found: u64) -> bool {
         made >= self.made + (limit / PARTS).max(FEWEST) && self.looks(made, limit, (t, end), found)
@@ -43,7 +45,8 @@ impl Slide {
 mod tests {
     use super::Slide;
 
-    /// Steps of this size, of which every n-th is found to slide, on the way from 0 to 10: after how many of a million it is given up.
+    /// Steps of this size, of which every n-th is found to slide, on the way from 0 to 10: after how many of
+    /// a million it is given up.
     fn given_up(h: impl Fn(u64) -> f64, slides: impl Fn(u64) -> bool) -> Option<u64> {
         let (mut slide, mut t, mut found) = (Slide::from(0.0), 0.0, 0);
         (1..1_000_000).find(|made| {

@@ -55,16 +55,18 @@ pub struct Summary {
     pub evaluations: u64,
     /// Time the run took; `None` without the standard library.
     pub wall_time: Option<Duration>,
-    /// Largest |E − E₀ − work| over the accepted steps, relative to `energy_scale`; NaN where inputs do work that is not known, as
-    /// [`Motion::work`] says.
+    /// Largest |E − E₀ − work| over the accepted steps, relative to `energy_scale`; NaN where inputs do work
+    /// that is not known, as [`Motion::work`] says.
     pub energy_drift: f64,
     /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇|, |E| met: of T and V for natural systems.
     pub energy_scale: f64,
     /// Unit of `energy_scale` and `energy_lost`; empty where the model has no units.
     pub energy_unit: &'static str,
-    /// What drifts: `energy`, `energy function` where that is kept and T + V is not, `energy less work` where something works.
+    /// What drifts: `energy`, `energy function` where that is kept and T + V is not, `energy less work` where
+    /// something works.
     pub energy_name: &'static str,
-    /// Whether forces, dissipation or explicit time change the energy, so that their work enters `energy_drift`.
+    /// Whether forces, dissipation or explicit time change the energy, so that their work enters
+    /// `energy_drift`.
     pub has_work: bool,
     /// Drift of every quantity that the model knows to be conserved, beside the energy.
     pub conserved: Vec<Drift>,
@@ -74,8 +76,8 @@ pub struct Summary {
     pub constraints: Vec<ConstraintDrift>,
     /// What it took to keep them.
     pub upkept: Upkept,
-    /// There is generated code for accelerations and reactions, so that evaluations by the general solver with all constraints on are
-    /// fallbacks.
+    /// There is generated code for accelerations and reactions, so that evaluations by the general solver
+    /// with all constraints on are fallbacks.
     pub falls_back: bool,
     /// What no longer followed from its constraints where that came about first, if it is known.
     pub vanished: Option<Vanished>,
@@ -85,9 +87,11 @@ pub struct Summary {
     pub nearest: Option<Nearest>,
     /// How often constraints were hit.
     pub impacts: usize,
-    /// Energy that the moving bodies lost in them, see [`EventRecord::energy_lost`](super::EventRecord::energy_lost).
+    /// Energy that the moving bodies lost in them, see
+    /// [`EventRecord::energy_lost`](super::EventRecord::energy_lost).
     pub energy_lost: f64,
-    /// The first impact that a sticking contact took part in: a switched nonholonomic constraint, and when. It holds whatever the impulse is.
+    /// The first impact that a sticking contact took part in: a switched nonholonomic constraint, and when.
+    /// It holds whatever the impulse is.
     pub stuck_in_impact: Option<(&'static str, f64)>,
     /// Worst conditioning of the mass matrix over the accepted states.
     pub conditioning: Conditioning,
@@ -95,17 +99,21 @@ pub struct Summary {
     pub locking: Option<Locking>,
     /// Names of the events and how often each happened.
     pub events: Vec<(String, usize)>,
-    /// Events whose functions constraints held at zero while they were engaged: crossings there are rounding, and were not counted.
+    /// Events whose functions constraints held at zero while they were engaged: crossings there are rounding,
+    /// and were not counted.
     pub kept: Vec<String>,
     /// Whether an event ended the motion: its name.
     pub stopped_by: Option<String>,
     /// When the problem was first found stiff for the method.
     pub stiff_at: Option<f64>,
-    /// The error by a second run, where [`Simulation::estimate_error`](super::Simulation::estimate_error) asked for it.
+    /// The error by a second run, where [`Simulation::estimate_error`](super::Simulation::estimate_error)
+    /// asked for it.
     pub error: Option<GlobalError>,
-    /// When the motion was first found to slide along a place where accelerations jump: they lead to it from both sides.
+    /// When the motion was first found to slide along a place where accelerations jump: they lead to it from
+    /// both sides.
     pub slides_at: Option<f64>,
-    /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and when the first began.
+    /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and
+    /// when the first began.
     pub parted: (u64, Option<f64>),
     /// The tolerances that its steps kept; `None` with a fixed step.
     pub tolerances: Option<Tolerances>,
@@ -165,7 +173,12 @@ impl<M: Simulate> Motion<'_, M> {
             vanished: self.vanished(),
             released: self.released(),
             nearest: self.nearest(&conditions),
-            impacts: self.events().iter().flat_map(|event| &event.impacts).filter(|impact| !impact.held).count(),
+            impacts: self
+                .events()
+                .iter()
+                .flat_map(|event| &event.impacts)
+                .filter(|impact| !impact.held)
+                .count(),
             energy_lost: self.events().iter().fold(0.0, |lost, event| lost + event.energy_lost()),
             stuck_in_impact: self.stuck_in_impact(),
             conditioning: self.conditioning(),
@@ -208,7 +221,8 @@ impl<M: Simulate> Motion<'_, M> {
             let largest = |impact: &Impact| impact.impulse.iter().fold(0.0f64, |most, x| most.max(x.abs()));
             // Far below what was struck with, it is rounding.
             let least = 1e-9 * event.impacts.iter().map(largest).fold(0.0, f64::max);
-            let stuck = event.impacts.iter().find(|i| i.held && largest(i) > least && sticks(i.constraint))?;
+            let stuck =
+                event.impacts.iter().find(|i| i.held && largest(i) > least && sticks(i.constraint))?;
             Some((stuck.constraint, event.time()))
         })
     }
@@ -218,14 +232,19 @@ impl<M: Simulate> Motion<'_, M> {
         if M::IS_UNSWITCHED {
             return Vec::new();
         }
-        let off = |index: &usize| self.trajectory.records.iter().any(|record| !record.state.modes().holds(*index));
+        let off =
+            |index: &usize| self.trajectory.records.iter().any(|record| !record.state.modes().holds(*index));
         M::CONSTRAINTS.iter().filter(|c| c.switched.as_ref().is_some_and(off)).map(|c| c.name).collect()
     }
 
     fn drifts(&self) -> Vec<Drift> {
         let count = M::CONSERVED.len();
         let (mut base, mut values) = (vec![0.0; count], vec![0.0; count]);
-        let new = |quantity: &crate::model::Quantity| Drift { name: quantity.name.into(), largest: 0.0, scale: 0.0 };
+        let new = |quantity: &crate::model::Quantity| Drift {
+            name: quantity.name.into(),
+            largest: 0.0,
+            scale: 0.0,
+        };
         let mut drifts: Vec<Drift> = M::CONSERVED.iter().map(new).collect();
         let mut afresh = true;
         for record in &self.trajectory.records {
@@ -306,11 +325,16 @@ impl fmt::Display for Summary {
 const WARNING: &str = "  warning ";
 
 impl Summary {
-    /// What makes the motion doubtful, a sentence for each warning of the summary, for programs that go on only where there is none: errors beyond the tolerance, stiffness, what is
-    /// passed over, drift. What it is in numbers stands in [`Summary::doubts`], [`Summary::error`] and their neighbours.
+    /// What makes the motion doubtful, a sentence for each warning of the summary, for programs that go on
+    /// only where there is none: errors beyond the tolerance, stiffness, what is passed over, drift. What it
+    /// is in numbers stands in [`Summary::doubts`], [`Summary::error`] and their neighbours.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        self.to_string().lines().filter_map(|line| line.strip_prefix(WARNING)).map(|line| line.trim().into()).collect()
+        self.to_string()
+            .lines()
+            .filter_map(|line| line.strip_prefix(WARNING))
+            .map(|line| line.trim().into())
+            .collect()
     }
 
     /// What should stay constant.
@@ -328,7 +352,8 @@ impl Summary {
             )?;
         }
         for Drift { name, largest, scale } in &self.conserved {
-            // A quantity whose value is no larger than its drift, such as the momentum of a system at rest, has no scale of its own.
+            // A quantity whose value is no larger than its drift, such as the momentum of a system at rest,
+            // has no scale of its own.
             if *largest < 0.1 * scale {
                 write!(f, "\n               {name} {:.1e} of {scale:.6e}", largest / scale)?;
             } else if *largest == 0.0 {
@@ -345,13 +370,15 @@ impl Summary {
         for (i, (name, count)) in self.events.iter().enumerate() {
             let label = if i == 0 { "events" } else { "" };
             let times = if *count == 1 { "once" } else { "times" };
-            let count = if *count == 1 { String::new() } else { alloc::format!("{} ", Grouped(*count as u64)) };
+            let count =
+                if *count == 1 { String::new() } else { alloc::format!("{} ", Grouped(*count as u64)) };
             write!(f, "\n  {label:<11}  {name} {count}{times}")?;
         }
         for name in &self.kept {
             write!(
                 f,
-                "\n  warning      event {name} is what a constraint holds at zero: while it holds, crossings are rounding, and do not count"
+                "\n  warning      event {name} is what a constraint holds at zero: while it holds, crossings \
+                 are rounding, and do not count"
             )?;
         }
         if let Some(name) = &self.stopped_by {
@@ -362,21 +389,24 @@ impl Summary {
         {
             write!(
                 f,
-                "\n  warning      stiff from t = {}: stability, not accuracy, bounds the step of this explicit method; use methods::Radau5",
+                "\n  warning      stiff from t = {}: stability, not accuracy, bounds the step of this \
+                 explicit method; use methods::Radau5",
                 Rounded(t)
             )?;
         }
         if let Some(t) = self.slides_at {
             write!(
                 f,
-                "\n  warning      slides from t = {} along a jump of the accelerations: short steps there, to and fro; let what sticks be a switched constraint",
+                "\n  warning      slides from t = {} along a jump of the accelerations: short steps there, \
+                 to and fro; let what sticks be a switched constraint",
                 Rounded(t)
             )?;
         }
         if let Some(Turned { part, time }) = self.upkept.turned.filter(|turned| turned.part > TURNED) {
             write!(
                 f,
-                "\n  warning      drift of the constraints turned the motion by up to {} at t = {}; use Formulation::Projected",
+                "\n  warning      drift of the constraints turned the motion by up to {} at t = {}; use \
+                 Formulation::Projected",
                 Part(part),
                 Rounded(time)
             )?;
@@ -384,9 +414,10 @@ impl Summary {
         if let Some(locking) = self.locking.as_ref().filter(|locking| locking.doubtful) {
             write!(
                 f,
-                "\n  warning      gimbal lock at t = {}: {}; use Euler parameters (`#[coordinates(e: [_; 4])]`, \
-                 `EulerParameters::new(q.e).rotation()` and its `norm_constraint()` under `#[holonomic]`), change charts (`Atlas`), or take a set whose middle angle stays away \
-                 from its singular values, such as {}",
+                "\n  warning      gimbal lock at t = {}: {}; use Euler parameters (`#[coordinates(e: [_; \
+                 4])]`, `EulerParameters::new(q.e).rotation()` and its `norm_constraint()` under \
+                 `#[holonomic]`), change charts (`Atlas`), or take a set whose middle angle stays away from \
+                 its singular values, such as {}",
                 Rounded(locking.time),
                 locking.what_it_takes(),
                 locking.other_set()
@@ -399,7 +430,8 @@ impl Summary {
             };
             write!(
                 f,
-                "\n  warning      the constraints miss the singular position at t = {} by {by:.1e}: whether a motion goes on or turns round there is not told {remedy}",
+                "\n  warning      the constraints miss the singular position at t = {} by {by:.1e}: whether \
+                 a motion goes on or turns round there is not told {remedy}",
                 Rounded(time)
             )?;
         }
@@ -418,9 +450,10 @@ impl Summary {
                 if value > worst.1 || value.is_nan() { (drift.row, value) } else { worst }
             })
         };
-        for (what, (row, value)) in
-            [("position", largest(|drift| drift.residual)), ("velocity", largest(|drift| drift.velocity_residual))]
-        {
+        for (what, (row, value)) in [
+            ("position", largest(|drift| drift.residual)),
+            ("velocity", largest(|drift| drift.velocity_residual)),
+        ] {
             if !row.is_empty() {
                 write!(f, "\n               {what} drift {value:.1e} at most, of {row}")?;
             }
@@ -434,8 +467,8 @@ impl Summary {
         if let Some((constraint, time)) = self.stuck_in_impact {
             write!(
                 f,
-                "\n  warning      `{constraint}` stuck in an impact at t = {}, however large its impulse is; where friction would let go, release it in \
-                 the event's action with `.release_to(..)`",
+                "\n  warning      `{constraint}` stuck in an impact at t = {}, however large its impulse is; \
+                 where friction would let go, release it in the event's action with `.release_to(..)`",
                 Rounded(time)
             )?;
         }
@@ -444,7 +477,8 @@ impl Summary {
             let times = if rests == 1 { String::new() } else { alloc::format!(", {} times", Grouped(rests)) };
             write!(
                 f,
-                "\n               too slow to rebound at {fastest_rest:.1e} or less{times}: no `rest_speed` is given"
+                "\n               too slow to rebound at {fastest_rest:.1e} or less{times}: no `rest_speed` \
+                 is given"
             )?;
         }
         Ok(())
@@ -476,22 +510,32 @@ impl Summary {
         let by_general = alloc::format!(" by the general solver ({} released)", self.released.join(", "));
         line(released, "evaluation", &by_general)?;
         line(fallen, "evaluation", &self.words_of_fallen(fallen))?;
-        line(repartitions, "choice", " of other dependent coordinates, where a pivot of the generated code vanished")?;
+        line(
+            repartitions,
+            "choice",
+            " of other dependent coordinates, where a pivot of the generated code vanished",
+        )?;
         line(dependent, "evaluation", " with dependent constraints, where reactions are not unique")?;
         if let Some(t) = dependent_at {
             write!(f, ", first at t = {}", Rounded(t))?;
         }
         // Where steps are free to be chosen, those that end further away are made again.
         if largest_move > MUCH {
-            write!(f, "\n               {} ends of steps put back onto the constraints, by ", Grouped(settled))?;
+            write!(
+                f,
+                "\n               {} ends of steps put back onto the constraints, by ",
+                Grouped(settled)
+            )?;
             match self.doubts.fixed {
                 true => write!(
                     f,
-                    "{largest_move:.1e} of what a tolerance of {DEFAULT_TOLERANCE:e} permits at most; shorten the fixed step"
+                    "{largest_move:.1e} of what a tolerance of {DEFAULT_TOLERANCE:e} permits at most; \
+                     shorten the fixed step"
                 )?,
                 false => write!(
                     f,
-                    "{largest_move:.1e} permitted errors at most; shorten them with `.max_step(..)` or a smaller tolerance"
+                    "{largest_move:.1e} permitted errors at most; shorten them with `.max_step(..)` or a \
+                     smaller tolerance"
                 )?,
             }
         }
@@ -506,7 +550,11 @@ impl Summary {
             match passed {
                 0 => write!(f, "\n               near a singular position")?,
                 1 => write!(f, "\n               passed a singular position")?,
-                more => write!(f, "\n               passed {} singular positions, the nearest", Grouped(*more as u64))?,
+                more => write!(
+                    f,
+                    "\n               passed {} singular positions, the nearest",
+                    Grouped(*more as u64)
+                )?,
             }
             write!(
                 f,

@@ -1,15 +1,24 @@
 //! Whether a motion has gone on along its own branch where branches of a constraint touch.
 //!
-//! The gradient of a constraint of one row vanishes where branches of it meet, and so does, of several rows, that of the combination that loses rank there ([`strand`]). Where they cross, Φ ≈ ½ ξᵀHξ with Hτ ≠ 0 along the motion's direction τ: gradients vanish with the first power of
-//! the distance, and velocities tell the branches apart. Where they touch, Hτ = 0, as with y² = x⁴, y² = x⁶: gradients vanish with a higher power, branches are apart by as much, and steps
-//! that come near go on along any of them, with every digit of energy and constraints. Rows are scaled to unit length wherever rank is asked for, so conditioning says nothing of it.
+//! The gradient of a constraint of one row vanishes where branches of it meet, and so does, of several rows,
+//! that of the combination that loses rank there ([`strand`]). Where they cross, Φ ≈ ½ ξᵀHξ with Hτ ≠ 0 along
+//! the motion's direction τ: gradients vanish with the first power of the distance, and velocities tell the
+//! branches apart. Where they touch, Hτ = 0, as with y² = x⁴, y² = x⁶: gradients vanish with a higher power,
+//! branches are apart by as much, and steps that come near go on along any of them, with every digit of
+//! energy and constraints. Rows are scaled to unit length wherever rank is asked for, so conditioning says
+//! nothing of it.
 //!
-//! What is different is that a motion is smooth and one that changes branches is not. From states before the place, a distance D away and more, a polynomial through q and q̇ (Hermite, of degree 7, and
-//! one of degree 5, to judge the first by) is continued to a distance D behind it. Between neighbouring branches Φ changes its sign there and ∂Φ/∂q with it, from g to −g: where the gradients at both ends of
-//! the polynomials agree to a quarter of their length it is decided on which branch the motion belongs, and where that at the state reached differs by more than half of it, it is on another one.
-//! Distances are taken as they come, from the smallest at which that is decided; until the place is left behind. Where none decides nothing is known, and a motion ends there, too.
+//! What is different is that a motion is smooth and one that changes branches is not. From states before the
+//! place, a distance D away and more, a polynomial through q and q̇ (Hermite, of degree 7, and one of degree
+//! 5, to judge the first by) is continued to a distance D behind it. Between neighbouring branches Φ changes
+//! its sign there and ∂Φ/∂q with it, from g to −g: where the gradients at both ends of the polynomials agree
+//! to a quarter of their length it is decided on which branch the motion belongs, and where that at the state
+//! reached differs by more than half of it, it is on another one. Distances are taken as they come, from the
+//! smallest at which that is decided; until the place is left behind. Where none decides nothing is known,
+//! and a motion ends there, too.
 //!
-//! Source: M. Golubitsky & D. G. Schaeffer, Singularities and Groups in Bifurcation Theory I, Springer 1985, ch. II (contact of branches, x^k: A₁ crossing, A₃ tacnode, A₅ …).
+//! Source: M. Golubitsky & D. G. Schaeffer, Singularities and Groups in Bifurcation Theory I, Springer 1985,
+//! ch. II (contact of branches, x^k: A₁ crossing, A₃ tacnode, A₅ …).
 
 mod path;
 mod strand;
@@ -35,13 +44,15 @@ const RISES: f64 = 1e-2;
 const TOUCH: f64 = 1.4;
 /// The same from which on it vanishes at all, as far as can be told at a distance.
 const VANISHING: f64 = 0.6;
-/// Part of the longest gradient of a combination of rows above which it is not asked where it is least between states.
+/// Part of the longest gradient of a combination of rows above which it is not asked where it is least
+/// between states.
 const MAY_VANISH: f64 = 0.1;
 /// Most states that are kept.
 const MOST: usize = 128;
 /// Distance at which it is tried first, in usual steps: the polynomial reaches over as much as one of them.
 const SPAN: f64 = 0.25;
-/// Parts of the longest gradient: up to the first it is tried at any distance, whatever steps are; below the second rounding counts, above the last the place is left behind.
+/// Parts of the longest gradient: up to the first it is tried at any distance, whatever steps are; below the
+/// second rounding counts, above the last the place is left behind.
 const SMALL: f64 = 1e-2;
 /// See [`SMALL`].
 const LEAST: f64 = 1e-5;
@@ -75,7 +86,8 @@ pub(super) struct Touch<V> {
     pub(super) before: Knot<V>,
 }
 
-/// A place where the gradient of a row vanishes, behind which it is not decided yet on which branch the motion is.
+/// A place where the gradient of a row vanishes, behind which it is not decided yet on which branch the
+/// motion is.
 #[derive(Clone, Copy)]
 struct Pending {
     strand: Strand,
@@ -123,7 +135,8 @@ impl<M: Constraints> Touching<M> {
         self.strands.all.is_empty()
     }
 
-    /// A step has ended here, the `last` of the motion or before it jumps. What touches, where the motion is known not to go on along its branch, or where it cannot be known.
+    /// A step has ended here, the `last` of the motion or before it jumps. What touches, where the motion is
+    /// known not to go on along its branch, or where it cannot be known.
     pub(super) fn reached(
         &mut self,
         plant: &mut Plant<'_, '_, M>,
@@ -136,7 +149,12 @@ impl<M: Constraints> Touching<M> {
         found
     }
 
-    fn look(&mut self, plant: &Plant<'_, '_, M>, now: &Knot<M::Vector>, last: bool) -> Option<Touch<M::Vector>> {
+    fn look(
+        &mut self,
+        plant: &Plant<'_, '_, M>,
+        now: &Knot<M::Vector>,
+        last: bool,
+    ) -> Option<Touch<M::Vector>> {
         self.add(plant, now);
         if self.pending.is_none() {
             self.suspect(plant, last);
@@ -164,7 +182,9 @@ impl<M: Constraints> Touching<M> {
                 None
             }
             Some(false) => Some(touch(true)),
-            None if rests || last && gone > 0.0 || part > LARGE && gone > FAR * self.longest => Some(touch(false)),
+            None if rests || last && gone > 0.0 || part > LARGE && gone > FAR * self.longest => {
+                Some(touch(false))
+            }
             None => {
                 self.pending = Some(Pending { next: NEXT * gone, ..pending });
                 None
@@ -202,7 +222,8 @@ impl<M: Constraints> Touching<M> {
         math::sqrt(x.as_slice().iter().zip(weights).map(|(x, w)| (x * w) * (x * w)).sum())
     }
 
-    /// Looks whether a gradient vanishes around the last state but one, or around the last one where no other follows.
+    /// Looks whether a gradient vanishes around the last state but one, or around the last one where no other
+    /// follows.
     fn suspect(&mut self, plant: &Plant<'_, '_, M>, last: bool) {
         let n = self.seen.len();
         for k in 0..self.strands.all.len() {
@@ -240,7 +261,9 @@ impl<M: Constraints> Touching<M> {
         let least = |i: &usize| {
             let (before, after) = (i.checked_sub(1).map(at), (i + 1 < n).then(|| at(i + 1)));
             let beside = math::max(before.unwrap_or(0.0), after.unwrap_or(0.0));
-            before.is_none_or(|x| x >= at(*i)) && after.is_none_or(|x| x >= at(*i)) && at(*i) < (1.0 - RISES) * beside
+            before.is_none_or(|x| x >= at(*i))
+                && after.is_none_or(|x| x >= at(*i))
+                && at(*i) < (1.0 - RISES) * beside
         };
         let most = self.most.0.of(strand);
         let suspects = [n.checked_sub(2), if last { n.checked_sub(1) } else { None }];

@@ -1,10 +1,15 @@
 //! Forces that come and go between the places at which the steps of a method looked.
 //!
-//! A step control knows what its evaluations have seen. A push that is over before a stage falls into it, a narrow well that the motion flies through, has not happened
-//! for any of them, nor for a second run at a smaller tolerance. Here the impulse ∫ q̈ dt of each long step, and how far it carries, ∫ (t₁ − t) q̈ dt, which alone is left of a well behind it, are formed once with four nodes, as a method of order 8 may see it (twelve where orders are higher), and once in parts, both by
-//! Gauss's rule along one path, the quintic through the step's ends: where all is smooth in the step they agree to far below what is permitted. Of stiff motions, whose forces would also
-//! answer to what the path is off the motion, what damps and holds within the step is taken off, (1 - h ∂q̈/∂q̇ - h² ∂q̈/∂q)⁻¹ Δu: what is left of an impulse by an implicit step. What is shorter than about a thousandth of the
-//! motion may be missed here, too; nothing can know it but `.max_step(..)`. It costs some thousand evaluations.
+//! A step control knows what its evaluations have seen. A push that is over before a stage falls into it, a
+//! narrow well that the motion flies through, has not happened for any of them, nor for a second run at a
+//! smaller tolerance. Here the impulse ∫ q̈ dt of each long step, and how far it carries, ∫ (t₁ − t) q̈ dt,
+//! which alone is left of a well behind it, are formed once with four nodes, as a method of order 8 may see
+//! it (twelve where orders are higher), and once in parts, both by Gauss's rule along one path, the quintic
+//! through the step's ends: where all is smooth in the step they agree to far below what is permitted. Of
+//! stiff motions, whose forces would also answer to what the path is off the motion, what damps and holds
+//! within the step is taken off, (1 - h ∂q̈/∂q̇ - h² ∂q̈/∂q)⁻¹ Δu: what is left of an impulse by an implicit
+//! step. What is shorter than about a thousandth of the motion may be missed here, too; nothing can know it
+//! but `.max_step(..)`. It costs some thousand evaluations.
 
 use alloc::vec;
 use core::fmt;
@@ -26,7 +31,8 @@ const NODES: [(f64, f64); 4] = [
 ];
 /// Steps shorter than this part of the motion hide nothing that lasts for long enough to be looked for.
 const LONG: f64 = 2e-3;
-/// More permitted errors than this are told, a tenth of those that are told elsewhere: what is missed acts until the end.
+/// More permitted errors than this are told, a tenth of those that are told elsewhere: what is missed acts
+/// until the end.
 const MUCH: f64 = 100.0;
 /// The same of what damping and stiffness leave in a step that is far longer than they need.
 const MUCH_LEFT: f64 = 3.0;
@@ -40,7 +46,8 @@ const EFFORT: (u64, u64, u64) = (2, 4000, 8000);
 pub struct Unseen {
     /// The coordinate that it should have changed.
     pub name: &'static str,
-    /// Whether it is missed most in the velocity, as an impulse is, or in the place, as what pushes and pulls back.
+    /// Whether it is missed most in the velocity, as an impulse is, or in the place, as what pushes and pulls
+    /// back.
     pub of_velocity: bool,
     /// When: the step from here to there.
     pub during: (f64, f64),
@@ -56,8 +63,8 @@ impl Unseen {
         let (from, to) = (Rounded(*from), Rounded(*to));
         write!(
             f,
-            "a force is over between the stages of a step, from t = {from} to {to}, and is missed: by {times:.0e} times the tolerance of {of}{name}; limit \
-             steps with `.max_step(..)`"
+            "a force is over between the stages of a step, from t = {from} to {to}, and is missed: by \
+             {times:.0e} times the tolerance of {of}{name}; limit steps with `.max_step(..)`"
         )
     }
 }
@@ -83,7 +90,9 @@ impl<M: Simulate> Motion<'_, M> {
     fn apart_from_parts(&self, index: usize, parts: usize) -> f64 {
         let step = self.step(index);
         let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
-        let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else { return 0.0 };
+        let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else {
+            return 0.0;
+        };
         let (mut at, h) = (step.start, step.h / parts as f64);
         for _ in 0..parts {
             let part = Step { start: at, end: at, h, kept: step.kept };
@@ -122,7 +131,8 @@ impl<M: Simulate> Motion<'_, M> {
             Some((sum, carried))
         };
         let (seen, (mut missed, mut carried)) = (impulse(parts[0])?, impulse(parts[1])?);
-        (0..M::Vector::LEN).for_each(|i| (missed[i], carried[i]) = (missed[i] - seen.0[i], carried[i] - seen.1[i]));
+        (0..M::Vector::LEN)
+            .for_each(|i| (missed[i], carried[i]) = (missed[i] - seen.0[i], carried[i] - seen.1[i]));
         let tolerances = &self.trajectory.tolerances;
         let largest = |missed: &M::Vector| {
             let times = |i: usize| missed[i].abs() / tolerances.scale(start.y.u[i], end.y.u[i]);

@@ -26,13 +26,16 @@ use crate::model::{Constraint, Constraints, Known, ModelState, Vector};
 /// How often a run had to leave the straight way to keep its constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Upkept {
-    /// Evaluations by the general solver where generated code did not apply: a pivot was too small, a constraint was released.
+    /// Evaluations by the general solver where generated code did not apply: a pivot was too small, a
+    /// constraint was released.
     pub general: u64,
     /// When generated code did not apply first though all constraints held.
     pub general_at: Option<f64>,
-    /// Those among them at which a switched constraint was released: there the general solver is the way that was chosen.
+    /// Those among them at which a switched constraint was released: there the general solver is the way that
+    /// was chosen.
     pub released: u64,
-    /// Evaluations at which the Jacobian had a lower rank than it has rows that hold, so that multipliers are not unique.
+    /// Evaluations at which the Jacobian had a lower rank than it has rows that hold, so that multipliers are
+    /// not unique.
     pub dependent: u64,
     /// When that was met first.
     pub dependent_at: Option<f64>,
@@ -40,17 +43,19 @@ pub struct Upkept {
     pub settled: u64,
     /// Largest size of such a move, in parts of what the tolerance permits per step.
     pub largest_move: f64,
-    /// How often the embedded formulation chose anew which coordinates are dependent: at a state where a block of dependent ones of the generated
-    /// code had degraded, so that the general solver chose its own pivots. 0 where there is no generated code: then it always does.
+    /// How often the embedded formulation chose anew which coordinates are dependent: at a state where a
+    /// block of dependent ones of the generated code had degraded, so that the general solver chose its own
+    /// pivots. 0 where there is no generated code: then it always does.
     pub repartitions: u64,
-    /// How often a contact without a [`rest_speed`](super::Contact::rest_speed) was hit too slowly to rebound and counted as at rest.
+    /// How often a contact without a [`rest_speed`](super::Contact::rest_speed) was hit too slowly to rebound
+    /// and counted as at rest.
     pub rests: u64,
     /// The largest speed, |Φ̇|, at which one did.
     pub fastest_rest: f64,
     /// Worst conditioning of the constraints that was met by the general solver, and when.
     pub conditioning: Option<(f64, f64)>,
-    /// Where drift turned the motion most: where constraints drift, at the ends of those steps that may be near a singular position, and of every
-    /// fourth to thirteenth of the others.
+    /// Where drift turned the motion most: where constraints drift, at the ends of those steps that may be
+    /// near a singular position, and of every fourth to thirteenth of the others.
     pub turned: Option<Turned>,
 }
 
@@ -78,7 +83,8 @@ impl Upkept {
     }
 }
 
-/// Relative difference from accelerations of least norm from which on a limit along a branch is another value: at a distance x its rounding is ε/x³.
+/// Relative difference from accelerations of least norm from which on a limit along a branch is another
+/// value: at a distance x its rounding is ε/x³.
 const LIMIT: f64 = 1e-5;
 /// What steps leave in an [`Upkeep`].
 pub(crate) struct Noted<M: Constraints> {
@@ -108,13 +114,15 @@ pub(crate) struct Upkeep<M: Constraints> {
     look: Option<drifting::Look<M::Rows>>,
     /// The contacts of the run, which take part in every impact where they touch.
     pub(super) contacts: Vec<Closing>,
-    /// Mean of the sensitivities of the projections that ended steps so far, on a logarithmic scale. It is the same in all of a step, in every attempt to
-    /// make it and in its interpolant, so that it can be made again.
+    /// Mean of the sensitivities of the projections that ended steps so far, on a logarithmic scale. It is
+    /// the same in all of a step, in every attempt to make it and in its interpolant, so that it can be made
+    /// again.
     pub(crate) usual: Option<f64>,
     /// The sensitivity of the projection that ended the step which was tried last.
     latest: Option<f64>,
     constants: M::Constants,
-    /// By how much the end of the step that was tried last moved onto the constraints, in parts of what the tolerance permits.
+    /// By how much the end of the step that was tried last moved onto the constraints, in parts of what the
+    /// tolerance permits.
     pub(super) moved: Option<f64>,
     /// The stages of steps are put onto the constraints too, as far as these tolerances ask for.
     held: Option<Tolerances>,
@@ -204,19 +212,22 @@ impl<M: Constraints> Upkeep<M> {
         self.formulation == Some(Formulation::BaumgarteTied)
     }
 
-    /// Whether accelerations are those of the model: nothing is added, and no coordinate is solved for where they are evaluated.
+    /// Whether accelerations are those of the model: nothing is added, and no coordinate is solved for where
+    /// they are evaluated.
     pub(crate) fn is_plain(&self) -> bool {
         matches!(self.formulation, None | Some(Formulation::Augmented | Formulation::Projected))
     }
 
-    /// Whether [`Self::accelerations`] adds nothing to those of the model, and states are evaluated where they are: so that four can be evaluated at once.
+    /// Whether [`Self::accelerations`] adds nothing to those of the model, and states are evaluated where
+    /// they are: so that four can be evaluated at once.
     #[inline(always)]
     pub(crate) fn is_bare(&self) -> bool {
         let alike = repeat::<M>() && self.formulation != Some(Formulation::Projected);
         self.gains == (0.0, 0.0) && !alike && !self.is_tied() && !self.restores()
     }
 
-    /// What is left of a small change of a state once it is settled: the part that is tangent to the constraints.
+    /// What is left of a small change of a state once it is settled: the part that is tangent to the
+    /// constraints.
     pub(crate) fn along(
         &mut self,
         model: &M,
@@ -228,7 +239,8 @@ impl<M: Constraints> Upkeep<M> {
         Ok(zip(change, &Phase { q, u }, |change, across| change - across))
     }
 
-    /// The part of a change of positions or velocities that the first so many rows do not permit, along M⁻¹Φ_qᵀ.
+    /// The part of a change of positions or velocities that the first so many rows do not permit, along
+    /// M⁻¹Φ_qᵀ.
     pub(crate) fn across(
         &mut self,
         model: &M,
@@ -247,7 +259,8 @@ impl<M: Constraints> Upkeep<M> {
         constrain::correct(model, &self.constants, state, &across, &mut self.workspace)
     }
 
-    /// One correction of positions towards Φ = 0; rows that bind velocities ask for `rate` times what is missing of A q̇ + b = 0.
+    /// One correction of positions towards Φ = 0; rows that bind velocities ask for `rate` times what is
+    /// missing of A q̇ + b = 0.
     pub(crate) fn onto(&mut self, model: &M, state: &M::State, rate: f64) -> Result<M::Vector, SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
@@ -260,12 +273,13 @@ impl<M: Constraints> Upkeep<M> {
         constrain::correct(model, &self.constants, state, &right, &mut self.workspace)
     }
 
-    /// By how much a state violates its constraints, |Φ|/‖Φ_q‖ and |Φ̇|/‖Φ_q‖ of the worst row, in parts of what the tolerance permits;
-    /// infinite where one is not a number.
+    /// By how much a state violates its constraints, |Φ|/‖Φ_q‖ and |Φ̇|/‖Φ_q‖ of the worst row, in parts of
+    /// what the tolerance permits; infinite where one is not a number.
     #[cold]
     pub(crate) fn violation(&mut self, model: &M, state: &M::State, tolerances: &Tolerances) -> f64 {
         let (position, velocity) = (model.residual(state), model.velocity_residual(state));
-        let permitted = |values: &M::Vector| tolerances.absolute + tolerances.relative * max_abs(values.as_slice());
+        let permitted =
+            |values: &M::Vector| tolerances.absolute + tolerances.relative * max_abs(values.as_slice());
         let (of_q, of_u) = (permitted(state.q()), permitted(state.u()));
         let distances = Distances::of(model, state, &mut self.workspace);
         active_rows::<M>(state.modes(), false).fold(0.0f64, |worst, row| {
@@ -276,12 +290,14 @@ impl<M: Constraints> Upkeep<M> {
         })
     }
 
-    /// What a step from a state adds to the accelerations all along, to take back what has drifted up to there.
+    /// What a step from a state adds to the accelerations all along, to take back what has drifted up to
+    /// there.
     pub(super) fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
         let h = self.pace.of_step(state.t(), h.abs()).copysign(h);
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
-            *right = if row < M::Residual::LEN { -(1.5 * *right + position[row] / h) / h } else { -*right / h };
+            *right =
+                if row < M::Residual::LEN { -(1.5 * *right + position[row] / h) / h } else { -*right / h };
         }
         self.push = constrain::correct(model, &self.constants, state, &right, &mut self.workspace)?;
         Ok(())
@@ -313,7 +329,8 @@ impl<M: Constraints> Upkeep<M> {
         constrain::solve(model, constants, state, &mut self.workspace).map(|solved| solved.multipliers)
     }
 
-    /// Whether accelerations differ by more than this part of 1 + |q̈| between the sides to which a constraint may be released; also where they fail.
+    /// Whether accelerations differ by more than this part of 1 + |q̈| between the sides to which a
+    /// constraint may be released; also where they fail.
     pub(crate) fn side_counts(
         &mut self,
         model: &M,
@@ -334,7 +351,8 @@ impl<M: Constraints> Upkeep<M> {
         !one.as_slice().iter().zip(other.as_slice()).all(|(one, other)| (one - other).abs() <= size)
     }
 
-    /// By how much the rate of a slip, of one row, differs if its constraint is released to the other side; `None` where accelerations fail.
+    /// By how much the rate of a slip, of one row, differs if its constraint is released to the other side;
+    /// `None` where accelerations fail.
     pub(crate) fn change_of_side(
         &mut self,
         model: &M,
@@ -346,7 +364,9 @@ impl<M: Constraints> Upkeep<M> {
         let mut accelerations = |side: f64| {
             let mut state = *state;
             state.modes_mut().release(switch, side);
-            constrain::accelerate(model, constants, &state, &mut self.workspace).ok().map(|solved| solved.accelerations)
+            constrain::accelerate(model, constants, &state, &mut self.workspace)
+                .ok()
+                .map(|solved| solved.accelerations)
         };
         let (here, there) = (accelerations(side)?, accelerations(-side)?);
         let gradients = self.gradients(model, state);
@@ -369,8 +389,8 @@ impl<M: Constraints> Upkeep<M> {
         state: &M::State,
     ) -> Result<M::Vector, SolveError> {
         let workspace = &mut self.workspace;
-        // Stages of projected steps lie beside the manifold, where rows that repeat others are better left out; Baumgarte's equations weigh all rows
-        // alike, without gains too.
+        // Stages of projected steps lie beside the manifold, where rows that repeat others are better left
+        // out; Baumgarte's equations weigh all rows alike, without gains too.
         let alike = repeat::<M>() && self.formulation != Some(Formulation::Projected);
         let solved = match self.gains {
             (0.0, 0.0) if !alike => constrain::accelerate(model, constants, state, workspace)?,
@@ -391,13 +411,17 @@ impl<M: Constraints> Upkeep<M> {
         Ok(accelerations)
     }
 
-    /// Whether constraints that are independent elsewhere depend on each other, once the motion is under way: what a start is taken for is decided
-    /// where it is.
+    /// Whether constraints that are independent elsewhere depend on each other, once the motion is under way:
+    /// what a start is taken for is decided where it is.
     fn loses_rank(&self, diagnosis: &Diagnosis) -> bool {
-        self.under_way && diagnosis.rank < diagnosis.active && diagnosis.active == M::ROWS.len() && !repeat::<M>()
+        self.under_way
+            && diagnosis.rank < diagnosis.active
+            && diagnosis.active == M::ROWS.len()
+            && !repeat::<M>()
     }
 
-    /// The accelerations in a singular position are those of the branch: least ones, as the general solver finds them, are on none.
+    /// The accelerations in a singular position are those of the branch: least ones, as the general solver
+    /// finds them, are on none.
     #[cold]
     fn branch_limit(
         &mut self,
@@ -408,7 +432,8 @@ impl<M: Constraints> Upkeep<M> {
         diagnosis: &Diagnosis,
     ) -> Result<M::Vector, SolveError> {
         let undetermined = SolveError::BranchUndetermined { rank: diagnosis.rank, active: diagnosis.active };
-        let Some(limit) = self.singular_start(model, constants, state, found).map_err(|_| undetermined)? else {
+        let Some(limit) = self.singular_start(model, constants, state, found).map_err(|_| undetermined)?
+        else {
             return Ok(*found);
         };
         // The limit is known to fewer digits.
@@ -452,7 +477,8 @@ impl<M: Constraints> Upkeep<M> {
         Gradients::alone(model, state, &mut self.workspace)
     }
 
-    /// An impact on the rows of constraints, by index with their coefficients of restitution; the state's velocities jump.
+    /// An impact on the rows of constraints, by index with their coefficients of restitution; the state's
+    /// velocities jump.
     pub(crate) fn impact(
         &mut self,
         model: &M,
@@ -462,7 +488,8 @@ impl<M: Constraints> Upkeep<M> {
         constrain::impact(model, state, hits, &mut self.workspace)
     }
 
-    /// The side to which a released nonholonomic constraint of one row slips; `None` where it slips no faster than a start may miss it.
+    /// The side to which a released nonholonomic constraint of one row slips; `None` where it slips no faster
+    /// than a start may miss it.
     pub(crate) fn slip_side(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> Option<f64> {
         let slip = self.slip(model, state, constraint);
         (slip.abs() > CONSISTENT * self.speed(model, state, constraint)).then_some(slip.signum())
@@ -487,7 +514,8 @@ impl<M: Constraints> Upkeep<M> {
         Distances::of(model, state, &mut self.workspace).along(constraint.first, slip).copysign(slip)
     }
 
-    /// The row of a holonomic constraint that is missed most, if it is missed by more than this part of its [size](size_along).
+    /// The row of a holonomic constraint that is missed most, if it is missed by more than this part of its
+    /// [size](size_along).
     pub(crate) fn apart(
         &mut self,
         model: &M,
@@ -499,7 +527,8 @@ impl<M: Constraints> Upkeep<M> {
     }
 }
 
-/// The row of a holonomic constraint that is missed most, if it is missed by more than this part of its [size](size_along).
+/// The row of a holonomic constraint that is missed most, if it is missed by more than this part of its
+/// [size](size_along).
 pub(crate) fn apart<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -510,7 +539,8 @@ pub(crate) fn apart<M: Constraints>(
     let distances = Distances::of(model, state, workspace);
     let rows = constraint.first..constraint.first + constraint.rows;
     let of_size = |row: usize| {
-        distances.along(row, residual[row]) / size_along(model, state.q().as_slice(), distances.gradients.row(row))
+        distances.along(row, residual[row])
+            / size_along(model, state.q().as_slice(), distances.gradients.row(row))
     };
     let (row, off) = rows.map(|row| (row, of_size(row))).max_by(|a, b| a.1.total_cmp(&b.1))?;
     let near = off <= part;

@@ -2,19 +2,24 @@
 //!
 //! Rules that the code below follows:
 //!
-//! * A function that is exactly zero at the start has not crossed. Only a reset that is called for rising or for falling alone
-//!   is applied there, when the motion leaves zero in that direction (a ball that starts on the floor moving down bounces).
-//! * After a reset that changed q or u, the function that fired starts again from where it leaves zero: turned away, coming back is a
-//!   new crossing, however soon; going on with a slope, it has passed (a kick); at rest and going on from there (a ball laid down
-//!   on the floor), the event would happen again at once: an error, because a motion that is held needs a constraint.
+//! * A function that is exactly zero at the start has not crossed. Only a reset that is called for rising or
+//!   for falling alone is applied there, when the motion leaves zero in that direction (a ball that starts on
+//!   the floor moving down bounces).
+//! * After a reset that changed q or u, the function that fired starts again from where it leaves zero:
+//!   turned away, coming back is a new crossing, however soon; going on with a slope, it has passed (a kick);
+//!   at rest and going on from there (a ball laid down on the floor), the event would happen again at once:
+//!   an error, because a motion that is held needs a constraint.
 //! * Events that follow each other in ever shorter time are an error that names the time they approach.
-//! * Contacts whose reactions of least norm push bear what they have to, unique or not. One of them that pulls may do so for another choice of reactions
-//!   only: then which one lifts off is not decided, and that is an error.
-//! * A contact that lifts off and would be back before it is seen to open has grazed zero with its reaction, and goes on holding for as long
-//!   as that takes: neither a gap nor a pull of that size is resolved.
-//! * What crosses zero because a constraint that holds keeps it there, but for rounding, has not crossed: see `kept.rs`.
-//! * A guard (see `guard.rs`) acts where its function falls through zero. Where its constraint was switched, the function is another
-//!   one, and starts afresh; a guard that leaves zero to the wrong side acts again at once, and doing so twice at one instant is an error.
+//! * Contacts whose reactions of least norm push bear what they have to, unique or not. One of them that
+//!   pulls may do so for another choice of reactions only: then which one lifts off is not decided, and that
+//!   is an error.
+//! * A contact that lifts off and would be back before it is seen to open has grazed zero with its reaction,
+//!   and goes on holding for as long as that takes: neither a gap nor a pull of that size is resolved.
+//! * What crosses zero because a constraint that holds keeps it there, but for rounding, has not crossed: see
+//!   `kept.rs`.
+//! * A guard (see `guard.rs`) acts where its function falls through zero. Where its constraint was switched,
+//!   the function is another one, and starts afresh; a guard that leaves zero to the wrong side acts again at
+//!   once, and doing so twice at one instant is an error.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -69,12 +74,14 @@ pub(crate) struct Rule<'m, M: Simulate> {
 
 /// Events closer than this in a step happen at the same instant.
 pub(super) const SIMULTANEOUS: f64 = 1e-12;
-/// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what [`early_noise`] adds.
+/// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what
+/// [`early_noise`] adds.
 const NOISE: f64 = 4.0 * f64::EPSILON;
 /// A guard whose function stays below this is at zero throughout a step, held there by others.
 const RESTLESS: f64 = 1e-11;
 
-/// What an open contact may close further, in parts of the size of what it involves, where it has just opened and opens for good: what has drifted while it was closed.
+/// What an open contact may close further, in parts of the size of what it involves, where it has just opened
+/// and opens for good: what has drifted while it was closed.
 const LIFT: f64 = 1e-9;
 
 /// What is known of a function where a step starts.
@@ -196,8 +203,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         Ok(())
     }
 
-    /// Finds the crossings within a step and orders them; `state(θ)` interpolates. Beyond the first one that calls for an action, where the
-    /// step will end, nothing is looked for.
+    /// Finds the crossings within a step and orders them; `state(θ)` interpolates. Beyond the first one that
+    /// calls for an action, where the step will end, nothing is looked for.
     pub(crate) fn scan(
         &mut self,
         step: &Step<M::Vector>,
@@ -218,8 +225,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
             };
             let noise = NOISE * 4.0 * self.sizes[index] + rounding;
             let mut scan = Scan::new(sign, resolution, noise).up_to(self.first_end(horizon) + SIMULTANEOUS);
-            let so_far =
-                self.found.len() - usize::from(self.found.last().is_some_and(|crossing| crossing.index == index));
+            let so_far = self.found.len()
+                - usize::from(self.found.last().is_some_and(|crossing| crossing.index == index));
             let mut followed = self.follow(index, start, &mut scan, &state);
             if (followed.is_err() || self.found.len() > so_far) && self.is_kept(index, &state)? {
                 // Its sign is that of rounding.
@@ -309,7 +316,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         })
     }
 
-    /// Where a function that starts at zero is seen to leave it, and its sign from there or from the start of the step on.
+    /// Where a function that starts at zero is seen to leave it, and its sign from there or from the start of
+    /// the step on.
     fn departure(
         &mut self,
         index: usize,
@@ -347,7 +355,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
                 self.functions.look_ahead(index, &state(theta))?;
                 self.found.push(Crossing { index, theta: 0.0, direction });
             }
-            // With a slope it passes on, as a reset that only slows it may want. Without one it was brought to rest at the event.
+            // With a slope it passes on, as a reset that only slows it may want. Without one it was brought
+            // to rest at the event.
             Standing::JustFired(fired) if fired == direction && matches!(left, Leave::Tangent { .. }) => {
                 return Err(self.repeats(index));
             }
@@ -363,8 +372,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         Ok((Some((theta, now)), now.signum()))
     }
 
-    /// A contact whose reaction has grazed zero, and is negative: it is followed again from when on it should be
-    /// closed, and released where it is negative there.
+    /// A contact whose reaction has grazed zero, and is negative: it is followed again from when on it should
+    /// be closed, and released where it is negative there.
     fn grazing(
         &mut self,
         index: usize,
@@ -380,7 +389,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         Ok((Some((theta, value)), if value < 0.0 { -1.0 } else { 1.0 }))
     }
 
-    /// A function that is not seen to leave zero. An open contact that does not rise, or is back before that is seen, touches again at once.
+    /// A function that is not seen to leave zero. An open contact that does not rise, or is back before that
+    /// is seen, touches again at once.
     fn hidden_departure(&mut self, index: usize, left: Leave) -> Result<(Option<(f64, f64)>, f64), Fault> {
         let is_guard = index >= self.functions.first_guard();
         match left {
@@ -388,7 +398,9 @@ impl<'m, M: Simulate> Watch<'m, M> {
                 self.found.push(Crossing { index, theta: 0.0, direction: Direction::Falling });
                 Ok((None, 0.0))
             }
-            Leave::Hidden { .. } if matches!(self.standing[index], Standing::JustFired(_)) => Err(self.repeats(index)),
+            Leave::Hidden { .. } if matches!(self.standing[index], Standing::JustFired(_)) => {
+                Err(self.repeats(index))
+            }
             // It moves, if not regularly: where it is seen below zero it has fallen.
             Leave::Constant if is_guard && self.sizes[index] > RESTLESS => Ok((None, 1.0)),
             _ => Ok((None, 0.0)),
@@ -410,8 +422,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         self.found.iter().position(|c| acts(&self.rules, c))
     }
 
-    /// Puts crossings to the end of the step, which was made to end at them: what its interpolant says of them is less. Of those that act it says nothing else, for others
-    /// rising and falling go on by turns.
+    /// Puts crossings to the end of the step, which was made to end at them: what its interpolant says of
+    /// them is less. Of those that act it says nothing else, for others rising and falling go on by turns.
     pub(crate) fn end_with(&mut self, known: &[Crossing]) {
         for crossing in known {
             if acts(&self.rules, crossing) {
@@ -457,8 +469,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         stop
     }
 
-    /// Signs after actions at the crossings found from `acting` on. `place`: where they happened, if the state after lies beyond it: what crosses zero in between
-    /// has not crossed yet.
+    /// Signs after actions at the crossings found from `acting` on. `place`: where they happened, if the
+    /// state after lies beyond it: what crosses zero in between has not crossed yet.
     pub(crate) fn resume(
         &mut self,
         acting: usize,
@@ -479,7 +491,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         at_place.iter().for_each(|values| self.values[..values.len()].copy_from_slice(values));
         for index in 0..self.standing.len() {
             let value = self.values[index];
-            let fired = self.found[acting..].iter().rev().find(|c| c.index == index && acts(&self.rules, c)).copied();
+            let fired =
+                self.found[acting..].iter().rev().find(|c| c.index == index && acts(&self.rules, c)).copied();
             let noise = (4.0 * self.start_values[index].abs()).max(1e-13 * self.sizes[index]);
             if index >= self.functions.first_guard() {
                 self.standing[index] = self.guard_after(index, after, fired.is_some())?;
@@ -498,15 +511,21 @@ impl<'m, M: Simulate> Watch<'m, M> {
                     self.zeno[index].note(before.t(), h, 0.0, name)?;
                     Standing::JustFired(c.direction)
                 }
-                // A reset that leaves the ball where it starts, on the floor and at rest, does nothing against what pulls it down. One that leaves what
-                // passes zero with a slope only looks at it.
-                Some(c) if c.theta == 0.0 && before == after && self.standing[index] == Standing::ZeroAtStart => {
+                // A reset that leaves the ball where it starts, on the floor and at rest, does nothing
+                // against what pulls it down. One that leaves what passes zero with a slope only looks at it.
+                Some(c)
+                    if c.theta == 0.0 && before == after && self.standing[index] == Standing::ZeroAtStart =>
+                {
                     return Err(self.repeats(index));
                 }
-                Some(c) if !moved => Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
+                Some(c) if !moved => {
+                    Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 })
+                }
                 _ if value == 0.0 => Standing::Zero,
                 // What kept it at zero lets go: it leaves from there, on whatever side rounding has put it.
-                None if switched && self.functions.is_kept(index, before, &mut self.values.clone())? => Standing::Zero,
+                None if switched && self.functions.is_kept(index, before, &mut self.values.clone())? => {
+                    Standing::Zero
+                }
                 _ if moved || fired.is_some() => Standing::Sign(value.signum()),
                 _ => self.crossed_or_held(index, value),
             };
@@ -514,8 +533,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         Ok(())
     }
 
-    /// Where a guard stands at a state that an action left; `values` are those there. What fell to zero and was released or thrown back
-    /// starts anew from there, see [`Watch::departure`].
+    /// Where a guard stands at a state that an action left; `values` are those there. What fell to zero and
+    /// was released or thrown back starts anew from there, see [`Watch::departure`].
     fn guard_after(&mut self, index: usize, after: &M::State, fired: bool) -> Result<Standing, Fault> {
         let value = self.values[index];
         let holds = self.functions.holds(index, after);
@@ -523,7 +542,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
             self.functions.check_open(index, after)?;
         }
         let guard = &self.functions.guards[index - self.functions.first_guard()];
-        // What slips to the other side since a jump, or stands over the ground that was left, is not about zero.
+        // What slips to the other side since a jump, or stands over the ground that was left, is not about
+        // zero.
         let leapt = match guard.is_contact() {
             true => value > 0.0 && !holds && self.functions.is_apart(index, after),
             false => value > CONSISTENT * self.sizes[index],
@@ -539,7 +559,8 @@ impl<'m, M: Simulate> Watch<'m, M> {
         })
     }
 
-    /// The sign of a function that did not act, at a state that was not moved: near zero its last crossing decides.
+    /// The sign of a function that did not act, at a state that was not moved: near zero its last crossing
+    /// decides.
     fn crossed_or_held(&self, index: usize, value: f64) -> Standing {
         match self.found.iter().rev().find(|c| c.index == index) {
             Some(c) => Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
@@ -567,8 +588,8 @@ enum Lift {
     Stays,
 }
 
-/// Where a contact that has just opened is seen to be open, if its gap falls no further than by what has drifted before: lift-off
-/// is gentle, Φ grows with t³, and Φ̇ at rounding or drift level decides nothing.
+/// Where a contact that has just opened is seen to be open, if its gap falls no further than by what has
+/// drifted before: lift-off is gentle, Φ grows with t³, and Φ̇ at rounding or drift level decides nothing.
 fn lifts(drift: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<Lift, Fault> {
     let mut theta = SIMULTANEOUS;
     while theta <= 1.0 {
@@ -584,7 +605,8 @@ fn lifts(drift: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<L
     Ok(Lift::Stays)
 }
 
-/// Rounding errors of a function near the start of a step, of positions alone or of velocities too: what it is taken of is rounded, and so are the times.
+/// Rounding errors of a function near the start of a step, of positions alone or of velocities too: what it
+/// is taken of is rounded, and so are the times.
 fn early_noise<V: Vector>(Knot { t, y, a }: &Knot<V>, is_position: bool) -> f64 {
     let [q, u, a] = [&y.q, &y.u, a].map(|values| max_abs(values.as_slice()));
     NOISE * if is_position { q + t.abs() * u } else { q + u + t.abs() * u.max(a) }

@@ -1,8 +1,8 @@
 //! The work–energy account: E(end) − E(start) = Σ work of forces + Σ changes at resets.
 //!
-//! The work of every named power is integrated by the method itself, as if it were one more state: W += h Σ bᵢ Pᵢ over the stages of
-//! each step. So it has the order of the method, and the account closes to the tolerance of the run; what is left open measures the
-//! error of the motion and of the account together.
+//! The work of every named power is integrated by the method itself, as if it were one more state: W += h Σ
+//! bᵢ Pᵢ over the stages of each step. So it has the order of the method, and the account closes to the
+//! tolerance of the run; what is left open measures the error of the motion and of the account together.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -34,8 +34,8 @@ pub struct WorkRow {
 /// The work–energy account of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkAccount {
-    /// Work of every power that the model names, in its order; then `changing inputs`, NaN, where a closure supplies inputs that are in the
-    /// energies: their rates are not known.
+    /// Work of every power that the model names, in its order; then `changing inputs`, NaN, where a closure
+    /// supplies inputs that are in the energies: their rates are not known.
     pub forces: Vec<WorkRow>,
     /// Energy change at resets, by event; of those that change it by more than rounding.
     pub resets: Vec<WorkRow>,
@@ -59,7 +59,8 @@ pub(super) struct EnergyHistory {
 }
 
 impl<'m, M: Simulate> Motion<'m, M> {
-    /// The work–energy account: the work of every force, energy changes at resets, and the error with which it closes.
+    /// The work–energy account: the work of every force, energy changes at resets, and the error with which
+    /// it closes.
     ///
     /// NaN where a motion was saved from a failed simulation without its inputs closure.
     #[must_use]
@@ -67,8 +68,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         self.energy_history(|_, _| {}).account
     }
 
-    /// (t, (E − E₀ − work)/scale) at the accepted steps, for plots of the energy's drift; `work` is that of forces and resets up
-    /// to there, `scale` the largest of |T|, |V|, |E| met.
+    /// (t, (E − E₀ − work)/scale) at the accepted steps, for plots of the energy's drift; `work` is that of
+    /// forces and resets up to there, `scale` the largest of |T|, |V|, |E| met.
     #[must_use]
     pub fn energy_errors(&self) -> Vec<(f64, f64)> {
         let history = self.energy_history(|_, _| {});
@@ -76,8 +77,12 @@ impl<'m, M: Simulate> Motion<'m, M> {
         history.errors.into_iter().map(|(t, error)| (t, error / scale)).collect()
     }
 
-    /// `also` looks at the step that leaves each record, while it is at hand: steps of implicit methods are as costly to make again as they were.
-    pub(super) fn energy_history(&self, mut also: impl FnMut(&mut Sampler<'_, 'm, M>, usize)) -> EnergyHistory {
+    /// `also` looks at the step that leaves each record, while it is at hand: steps of implicit methods are
+    /// as costly to make again as they were.
+    pub(super) fn energy_history(
+        &self,
+        mut also: impl FnMut(&mut Sampler<'_, 'm, M>, usize),
+    ) -> EnergyHistory {
         let records = &self.trajectory.records;
         let mut work = vec![0.0; M::POWERS.len()];
         let mut resets: Vec<WorkRow> = Vec::new();
@@ -95,7 +100,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
                 None => first = energy,
                 Some(last) if records[last].h == 0.0 => {
                     let change = energy - before;
-                    // What sticks or turns an elastic impact around changes no energy: what is left is the rounding of T and V.
+                    // What sticks or turns an elastic impact around changes no energy: what is left is the
+                    // rounding of T and V.
                     if change.is_nan() || change.abs() > ROUNDING * size.max(size_before) {
                         brought += change;
                         self.add_reset(&mut resets, state.t(), change);
@@ -108,8 +114,11 @@ impl<'m, M: Simulate> Motion<'m, M> {
             let unknown = if index > 0 && unknown { f64::NAN } else { 0.0 };
             errors.push((state.t(), energy - first - brought - work.iter().sum::<f64>() - unknown));
         }
-        let mut forces: Vec<WorkRow> =
-            M::POWERS.iter().zip(&work).map(|(power, work)| WorkRow { name: power.name.into(), work: *work }).collect();
+        let mut forces: Vec<WorkRow> = M::POWERS
+            .iter()
+            .zip(&work)
+            .map(|(power, work)| WorkRow { name: power.name.into(), work: *work })
+            .collect();
         if unknown {
             forces.push(WorkRow { name: "changing inputs".into(), work: f64::NAN });
         }
@@ -148,8 +157,8 @@ impl<'m, M: Simulate> Motion<'m, M> {
         let done = self.is_repeatable()
             && match self.trajectory.driver_of(index) {
                 Some(driver) => self.meter(driver, sampler, index, work),
-                // Steps are as long as Newton's method permits, up to a radian of a crank: on quarters of them the quadrature leaves about
-                // 10⁻¹² of the energy (slider-crank, Jansen's leg).
+                // Steps are as long as Newton's method permits, up to a radian of a crank: on quarters of
+                // them the quadrature leaves about 10⁻¹² of the energy (slider-crank, Jansen's leg).
                 None => sampler.meter_by_quadrature(index, 4, work),
             };
         if !done {
@@ -158,14 +167,22 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 
     /// Adds the work done during a step that a method made; false where it cannot be made again.
-    fn meter(&self, driver: &AnyDriver<M>, sampler: &mut Sampler<'_, '_, M>, index: usize, work: &mut [f64]) -> bool {
+    fn meter(
+        &self,
+        driver: &AnyDriver<M>,
+        sampler: &mut Sampler<'_, '_, M>,
+        index: usize,
+        work: &mut [f64],
+    ) -> bool {
         let weights = driver.weights();
         if weights.is_empty() {
-            // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make of powers. Series have higher orders, and longer steps.
+            // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make
+            // of powers. Series have higher orders, and longer steps.
             let long = driver.needs_series();
             sampler.meter_by_quadrature(index, if long { PARTS_OF_LONG_STEPS } else { 1 }, work)
         } else if self.step(index).kept.between {
-            // Its stages are off by what was taken back at its end, and so are their reactions; states between are settled.
+            // Its stages are off by what was taken back at its end, and so are their reactions; states
+            // between are settled.
             sampler.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
         } else {
             self.meter_by_stages(&mut *driver.maker(), weights, index, work)

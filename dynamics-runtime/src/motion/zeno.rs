@@ -5,22 +5,25 @@ use alloc::string::String;
 use super::error::SimulationErrorKind as Fault;
 use crate::math;
 
-/// Times in a row that an event may happen at one instant: contacts that touch together hit each other by turns.
+/// Times in a row that an event may happen at one instant: contacts that touch together hit each other by
+/// turns.
 const MOST_AT_ONCE: u32 = 16;
 
-/// Power p of n from which on intervals that shrink as n⁻ᵖ are taken for ones that add up to a time. A chirp, sin eᵗ, has p = 1 and goes on for ever; what is
-/// squeezed has p = 2; what bounces has them shrink by a ratio, which is more than any power.
+/// Power p of n from which on intervals that shrink as n⁻ᵖ are taken for ones that add up to a time. A chirp,
+/// sin eᵗ, has p = 1 and goes on for ever; what is squeezed has p = 2; what bounces has them shrink by a
+/// ratio, which is more than any power.
 const ADDS_UP: f64 = 1.5;
 
-/// Guards one event against accumulation: many resets in a row, each sooner than the one before, at last a millionth of the
-/// first interval apart, in intervals that add up to a time; or many at one instant.
+/// Guards one event against accumulation: many resets in a row, each sooner than the one before, at last a
+/// millionth of the first interval apart, in intervals that add up to a time; or many at one instant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Zeno {
     last: Option<f64>,
     first_interval: f64,
     interval: f64,
     shrinking: u32,
-    /// Two intervals before, each with its number: the last whose number is a power of two, and the one before that.
+    /// Two intervals before, each with its number: the last whose number is a power of two, and the one
+    /// before that.
     marks: [(u32, f64); 2],
     at_once: u32,
     /// The speed with which a contact was hit where the intervals began to shrink.
@@ -28,8 +31,9 @@ pub(super) struct Zeno {
 }
 
 impl Zeno {
-    /// `speed`: that with which a contact is hit, 0 of other events. What comes to rest is hit ever more slowly; what is squeezed between contacts
-    /// that approach each other ever faster, in intervals as the square of the time that is left.
+    /// `speed`: that with which a contact is hit, 0 of other events. What comes to rest is hit ever more
+    /// slowly; what is squeezed between contacts that approach each other ever faster, in intervals as the
+    /// square of the time that is left.
     pub(super) fn note(&mut self, t: f64, h: f64, speed: f64, event: String) -> Result<(), Fault> {
         let Some(last) = self.last.replace(t) else {
             return Ok(());
@@ -100,7 +104,8 @@ mod tests {
     /// Times 1 − 1/k, ever faster.
     #[test]
     fn what_is_squeezed_has_intervals_as_the_square_of_the_time_left() {
-        let (events, at) = found((1..100_000).map(|k| 1.0 - 1.0 / f64::from(k)), |t| 1.0 / (1.0 - t)).unwrap();
+        let (events, at) =
+            found((1..100_000).map(|k| 1.0 - 1.0 / f64::from(k)), |t| 1.0 / (1.0 - t)).unwrap();
         assert!((500..2000).contains(&events) && (at - 1.0).abs() < 1e-4, "{events} {at}");
     }
 

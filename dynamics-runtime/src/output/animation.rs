@@ -34,14 +34,15 @@ pub trait Film {
     fn length_unit(&self) -> String {
         String::new()
     }
-    /// Name and unit of the quantities that can be plotted along with the picture, those first that are plotted unless others
-    /// are chosen.
+    /// Name and unit of the quantities that can be plotted along with the picture, those first that are
+    /// plotted unless others are chosen.
     fn quantities(&self) -> Vec<(String, String)>;
     /// Time and name of what happened on the way.
     fn events(&self) -> Vec<(f64, String)> {
         Vec::new()
     }
-    /// Calls `show` with the picture and the values of all quantities at each of `times`, which run from first to last instant.
+    /// Calls `show` with the picture and the values of all quantities at each of `times`, which run from
+    /// first to last instant.
     fn play(&self, times: &[f64], show: &mut dyn FnMut(&Drawing, &[f64]));
 }
 
@@ -100,10 +101,10 @@ enum Strip {
 /// # }
 /// ```
 ///
-/// The picture is scaled to hold the whole motion, one unit of x as long as one of y. Motions of 2 to 60 seconds are played in
-/// real time, shorter ones slower and longer ones faster unless [`speed`](Animation::speed) is called; the page says so. It
-/// holds 60 instants per second of playing, up to a number that [`frames`](Animation::frames) changes; between them it
-/// interpolates.
+/// The picture is scaled to hold the whole motion, one unit of x as long as one of y. Motions of 2 to 60
+/// seconds are played in real time, shorter ones slower and longer ones faster unless
+/// [`speed`](Animation::speed) is called; the page says so. It holds 60 instants per second of playing, up to
+/// a number that [`frames`](Animation::frames) changes; between them it interpolates.
 #[derive(Default)]
 pub struct Animation<'a> {
     films: Vec<(Box<dyn Film + 'a>, String)>,
@@ -135,7 +136,8 @@ impl<'a> Animation<'a> {
         self
     }
 
-    /// Plots these quantities under the picture, by their names: coordinates, velocities as `theta1_rate`, outputs.
+    /// Plots these quantities under the picture, by their names: coordinates, velocities as `theta1_rate`,
+    /// outputs.
     #[must_use]
     pub fn plot<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         self.strip = Strip::Names(names.into_iter().map(Into::into).collect());
@@ -163,16 +165,17 @@ impl<'a> Animation<'a> {
         self
     }
 
-    /// Where motions in space are seen from at first, in degrees: the azimuth of the eye, counted from the x-axis about z, and its elevation above the level, −90 to
-    /// 90. −60 and 25 unless set; the viewer turns the picture with mouse or finger. Pages that show nothing of space have no eye.
+    /// Where motions in space are seen from at first, in degrees: the azimuth of the eye, counted from the
+    /// x-axis about z, and its elevation above the level, from −90 to 90. They are −60 and 25 unless set; the
+    /// viewer turns the picture with mouse or finger. Pages that show nothing of space have no eye.
     #[must_use]
     pub fn seen_from(mut self, azimuth: f64, elevation: f64) -> Self {
         self.eye = Some([azimuth, elevation]);
         self
     }
 
-    /// The page as text. An error where a name that is to be plotted is not known, where the speed is not a positive number and
-    /// where fewer than two instants are allowed.
+    /// The page as text. An error where a name that is to be plotted is not known, where the speed is not a
+    /// positive number and where fewer than two instants are allowed.
     pub fn to_html(&self) -> Result<String, OutputError> {
         if let Some(speed) = self.speed.filter(|speed| !(speed.is_normal() && *speed > 0.0)) {
             return Err(OutputError::Speed { speed });

@@ -1,4 +1,5 @@
-//! What shows a motion in several charts: outputs and pictures, which know of no charts, and a table that names them.
+//! What shows a motion in several charts: outputs and pictures, which know of no charts, and a table that
+//! names them.
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -18,12 +19,15 @@ use crate::model::{Draw, ModelState};
 use crate::motion::{AtlasMotion, EventRecord, Simulate};
 
 impl<M: Simulate> AtlasMotion<'_, M> {
-    /// The declared outputs over time, those with the same unit in the same panel; without panels where none is declared. Lines mark the changes of charts.
+    /// The declared outputs over time, those with the same unit in the same panel; without panels where none
+    /// is declared. Lines mark the changes of charts.
     #[must_use]
     pub fn outputs_chart(&self) -> Chart {
         let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
         for leg in self.legs() {
-            rows.extend(leg.motion.fine_states().iter().map(|state| (state.t(), leg.motion.outputs_of(state))));
+            rows.extend(
+                leg.motion.fine_states().iter().map(|state| (state.t(), leg.motion.outputs_of(state))),
+            );
         }
         let changes: Vec<f64> = self.changes().iter().map(|change| change.time).collect();
         let panels = panels::<M>("outputs", names::plain(M::OUTPUTS), &rows).into_iter();
@@ -31,8 +35,9 @@ impl<M: Simulate> AtlasMotion<'_, M> {
         chart(alloc::format!("{}: outputs", M::NAME), panels)
     }
 
-    /// The motion as comma-separated values, a row for each accepted step: the columns of [`Motion::csv`](crate::motion::Motion::csv), and before them the number of the
-    /// chart in which the angles and their rates are to be read. Where a chart changes, the same time comes twice.
+    /// The motion as comma-separated values, a row for each accepted step: the columns of
+    /// [`Motion::csv`](crate::motion::Motion::csv), and before them the number of the chart in which the
+    /// angles and their rates are to be read. Where a chart changes, the same time comes twice.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let mut out = String::from("chart,");

@@ -36,8 +36,8 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Log, range: None }
     }
 
-    /// From `lo` to `hi` instead of what the series need; curves are cut at the edges. Where the range has no extent, or the
-    /// scale cannot show it, the chart takes what the series need and says so.
+    /// From `lo` to `hi` instead of what the series need; curves are cut at the edges. Where the range has no
+    /// extent, or the scale cannot show it, the chart takes what the series need and says so.
     #[must_use]
     pub fn range(mut self, lo: f64, hi: f64) -> Self {
         self.range = Some([lo, hi]);
@@ -59,7 +59,8 @@ pub enum Mark {
     LineAndPoints,
 }
 
-/// A named sequence of points. A value that is not finite is a gap, and the chart says how many there are; a point (NaN, NaN) is a gap that is meant.
+/// A named sequence of points. A value that is not finite is a gap, and the chart says how many there are; a
+/// point (NaN, NaN) is a gap that is meant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     pub(super) name: String,
@@ -116,7 +117,8 @@ impl Series {
         self
     }
 
-    /// With the k-th sign, disc, square, triangle, diamond in turn, instead of the next of the cycle: one that a series has in several panels.
+    /// With the k-th sign, disc, square, triangle, diamond in turn, instead of the next of the cycle: one
+    /// that a series has in several panels.
     #[must_use]
     pub fn sign(mut self, k: usize) -> Self {
         self.sign = Some(k);
@@ -130,7 +132,8 @@ impl Series {
         self
     }
 
-    /// What is said of each point, in their order, where a reader points at its sign; the curve then says its name.
+    /// What is said of each point, in their order, where a reader points at its sign; the curve then says its
+    /// name.
     #[must_use]
     pub fn labels(mut self, labels: impl IntoIterator<Item = String>) -> Self {
         self.labels = labels.into_iter().collect();

@@ -5,12 +5,13 @@ use alloc::string::{String, ToString};
 
 /// A colour of a picture.
 ///
-/// Named colours are roles: a page shows each in the shade that is readable on the viewer's light or dark ground. [`Color::Rgb`]
-/// is taken as it is.
+/// Named colours are roles: a page shows each in the shade that is readable on the viewer's light or dark
+/// ground. [`Color::Rgb`] is taken as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Color {
-    /// The figure's own: ink for lines and springs, the accent for discs and traces, faint for ground and pivots.
+    /// The figure's own: ink for lines and springs, the accent for discs and traces, faint for ground and
+    /// pivots.
     #[default]
     Auto,
     /// The colour of text.
@@ -40,8 +41,16 @@ pub enum Color {
 }
 
 /// The colours that series and motions take in turn.
-pub(super) const CYCLE: [Color; 8] =
-    [Color::Blue, Color::Red, Color::Green, Color::Amber, Color::Purple, Color::Teal, Color::Brown, Color::Pink];
+pub(super) const CYCLE: [Color; 8] = [
+    Color::Blue,
+    Color::Red,
+    Color::Green,
+    Color::Amber,
+    Color::Purple,
+    Color::Teal,
+    Color::Brown,
+    Color::Pink,
+];
 
 impl Color {
     /// The k-th colour of the cycle, which begins again after eight.

@@ -1,9 +1,10 @@
 //! Motions as comma-separated values.
 //!
-//! The first line names the columns, with units where they are known: time, coordinates, velocities (`theta1_rate`), accelerations
-//! (`theta1_acceleration`), multipliers of constraints (`lambda[closure.x]`), inputs, outputs and the energy function. Numbers are the shortest that read back as the same value;
-//! what does not exist (an acceleration at a singular mass matrix) is `NaN`. Fields with commas, quotes or line ends are quoted
-//! after RFC 4180; lines end with a single line feed.
+//! The first line names the columns, with units where they are known: time, coordinates, velocities
+//! (`theta1_rate`), accelerations (`theta1_acceleration`), multipliers of constraints (`lambda[closure.x]`),
+//! inputs, outputs and the energy function. Numbers are the shortest that read back as the same value; what
+//! does not exist (an acceleration at a singular mass matrix) is `NaN`. Fields with commas, quotes or line
+//! ends are quoted after RFC 4180; lines end with a single line feed.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -17,8 +18,8 @@ use crate::motion::{Motion, Simulate};
 
 /// A motion as a table, from [`Motion::csv`].
 ///
-/// A row for each requested output time of the simulation, or for each accepted step where none were requested; with
-/// [`every`](Csv::every), at regular times.
+/// A row for each requested output time of the simulation, or for each accepted step where none were
+/// requested; with [`every`](Csv::every), at regular times.
 pub struct Csv<'a, 'm, M: Simulate> {
     motion: &'a Motion<'m, M>,
     interval: Option<f64>,
@@ -31,8 +32,9 @@ impl<'m, M: Simulate> Motion<'m, M> {
         Csv { motion: self, interval: None }
     }
 
-    /// Writes the motion as comma-separated values, a row for each requested output time or accepted step; makes the folders that
-    /// the path needs. An error where the path has an extension other than `.csv` or `.txt`.
+    /// Writes the motion as comma-separated values, a row for each requested output time or accepted step;
+    /// makes the folders that the path needs. An error where the path has an extension other than `.csv` or
+    /// `.txt`.
     #[cfg(feature = "std")]
     pub fn write_csv(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         self.csv().write(path)
@@ -73,9 +75,11 @@ impl<M: Simulate> Csv<'_, '_, M> {
         self.times()?;
         let file = super::file::create(path, super::file::Content::Table)?;
         self.write_to(file).map_err(|error| match error {
-            OutputError::Stream(source) => {
-                OutputError::File(super::file::FileError { path: path.to_path_buf(), action: "write", source })
-            }
+            OutputError::Stream(source) => OutputError::File(super::file::FileError {
+                path: path.to_path_buf(),
+                action: "write",
+                source,
+            }),
             other => other,
         })
     }
@@ -159,7 +163,11 @@ pub(super) fn header<M: Simulate>() -> String {
 
 /// A field after RFC 4180.
 pub(crate) fn quoted(field: String) -> String {
-    if field.contains([',', '"', '\n', '\r']) { alloc::format!("\"{}\"", field.replace('"', "\"\"")) } else { field }
+    if field.contains([',', '"', '\n', '\r']) {
+        alloc::format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field
+    }
 }
 
 #[cfg(test)]

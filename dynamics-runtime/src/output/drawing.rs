@@ -1,6 +1,7 @@
 //! The picture of a model at one instant.
 //!
-//! Lengths are those of the model, x to the right and y up; line widths are pixels. A picture reads like the sketch in a textbook:
+//! Lengths are those of the model, x to the right and y up; line widths are pixels. A picture reads like the
+//! sketch in a textbook:
 //!
 //! ```
 //! # use dynamics_runtime::output::{Color, Drawing};
@@ -23,8 +24,8 @@ use crate::bodies::Frame;
 use crate::scalar::Scalar;
 use crate::vector::{Vec2, Vec3};
 
-/// A place in a picture: of the plane, or of space with z up. Where a picture has any of space it is seen from an eye that the viewer moves, and those of the plane
-/// stand upright in the plane of x and z.
+/// A place in a picture: of the plane, or of space with z up. Where a picture has any of space it is seen
+/// from an eye that the viewer moves, and those of the plane stand upright in the plane of x and z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Point {
     /// x to the right, y up.
@@ -235,9 +236,9 @@ impl Default for Pen {
 
 /// A picture of the model at one instant, built figure by figure; later figures cover earlier ones.
 ///
-/// [`color`](Drawing::color), [`fill`](Drawing::fill), [`width`](Drawing::width) and [`dashed`](Drawing::dashed) set the pen
-/// for the figures that follow, [`plain`](Drawing::plain) puts it back. A figure with a coordinate that is not finite is
-/// left out of the instant in which that happens.
+/// [`color`](Drawing::color), [`fill`](Drawing::fill), [`width`](Drawing::width) and
+/// [`dashed`](Drawing::dashed) set the pen for the figures that follow, [`plain`](Drawing::plain) puts it
+/// back. A figure with a coordinate that is not finite is left out of the instant in which that happens.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     shapes: Vec<Shape>,
@@ -275,7 +276,8 @@ impl Drawing {
         let mut drawing = Self::new();
         for (name, points) in helpers {
             for (k, &point) in points.iter().enumerate().filter(|(k, _)| all || k + 1 == points.len()) {
-                let name = if points.len() == 1 { String::from(*name) } else { alloc::format!("{name}[{k}]") };
+                let name =
+                    if points.len() == 1 { String::from(*name) } else { alloc::format!("{name}[{k}]") };
                 drawing = drawing.trace(name, point);
             }
         }
@@ -283,8 +285,8 @@ impl Drawing {
         points().fold(drawing, Self::dot)
     }
 
-    /// The picture of a model that has no points but coordinates that are places, `x` and `y`: a dot with a trace for each, as nothing is
-    /// known of what joins them.
+    /// The picture of a model that has no points but coordinates that are places, `x` and `y`: a dot with a
+    /// trace for each, as nothing is known of what joins them.
     #[must_use]
     pub fn of_places(places: &[(&str, Point)]) -> Self {
         let traced = places.iter().fold(Self::new(), |drawing, &(name, point)| drawing.trace(name, point));
@@ -320,9 +322,16 @@ impl Drawing {
         self.figure(Figure::Polyline { points: points.into_iter().map(Into::into).collect(), closed: true })
     }
 
-    /// The curve s ↦ `point(s)` for s from `from` to `to`, in `segments` straight pieces: a track, a cam, a rail.
+    /// The curve s ↦ `point(s)` for s from `from` to `to`, in `segments` straight pieces: a track, a cam, a
+    /// rail.
     #[must_use]
-    pub fn curve<P: Into<Point>>(self, from: f64, to: f64, segments: usize, mut point: impl FnMut(f64) -> P) -> Self {
+    pub fn curve<P: Into<Point>>(
+        self,
+        from: f64,
+        to: f64,
+        segments: usize,
+        mut point: impl FnMut(f64) -> P,
+    ) -> Self {
         let segments = segments.max(1);
         self.polyline((0..=segments).map(|k| {
             let part = k as f64 / segments as f64;
@@ -348,8 +357,8 @@ impl Drawing {
         self.figure(Figure::Dot { center: center.into() })
     }
 
-    /// A rectangle about its centre, turned counter-clockwise by `angle` (rad); filled if the pen has a fill. In space it stands
-    /// upright in the plane of x and z.
+    /// A rectangle about its centre, turned counter-clockwise by `angle` (rad); filled if the pen has a fill.
+    /// In space it stands upright in the plane of x and z.
     #[must_use]
     pub fn rectangle(
         self,
@@ -368,10 +377,16 @@ impl Drawing {
         }))
     }
 
-    /// An arc about `center` from angle `from` to angle `to` (rad, counter-clockwise from the x-axis); in space it stands upright
-    /// in the plane of x and z.
+    /// An arc about `center` from angle `from` to angle `to` (rad, counter-clockwise from the x-axis); in
+    /// space it stands upright in the plane of x and z.
     #[must_use]
-    pub fn arc(self, center: impl Into<Point>, radius: impl Scalar, from: impl Scalar, to: impl Scalar) -> Self {
+    pub fn arc(
+        self,
+        center: impl Into<Point>,
+        radius: impl Scalar,
+        from: impl Scalar,
+        to: impl Scalar,
+    ) -> Self {
         let (center, radius) = (center.into(), radius.value());
         let (from, to) = (from.value(), to.value());
         if matches!(center, Point::Planar(_)) {
@@ -559,8 +574,11 @@ mod tests {
             .line([0.0, 0.0], [1.0, 0.0])
             .plain()
             .dot([0.0, 0.0]);
-        let seen: Vec<_> =
-            drawing.shapes().iter().map(|shape| (shape.color, shape.fill, shape.width, shape.dashed)).collect();
+        let seen: Vec<_> = drawing
+            .shapes()
+            .iter()
+            .map(|shape| (shape.color, shape.fill, shape.width, shape.dashed))
+            .collect();
         assert_eq!(
             seen,
             [
@@ -590,7 +608,8 @@ mod tests {
     #[test]
     fn values_that_move_are_drawn_where_they_are() {
         let s = Expr::coordinate(0.5, 2.0, 0.0);
-        let drawing = Drawing::new().line(vec2(s, 1.0), Vec2::new(3.0, 4.0)).disc(vec3(s, 0.0, 2.0 * s), s).dot([s, s]);
+        let drawing =
+            Drawing::new().line(vec2(s, 1.0), Vec2::new(3.0, 4.0)).disc(vec3(s, 0.0, 2.0 * s), s).dot([s, s]);
         assert_eq!(points(&drawing.shapes()[0]), [Point::Planar([0.5, 1.0]), Point::Planar([3.0, 4.0])]);
         assert_eq!(
             drawing.shapes()[1].figure,
@@ -609,7 +628,8 @@ mod tests {
                 assert!((x - expected).abs() < 1e-14, "{point:?}");
             }
         }
-        let drawing = Drawing::new().cone([0.0; 3], [0.0, 0.0, 1.0], 0.5).cylinder([0.0; 3], [1.0, 0.0, 0.0], 0.1);
+        let drawing =
+            Drawing::new().cone([0.0; 3], [0.0, 0.0, 1.0], 0.5).cylinder([0.0; 3], [1.0, 0.0, 0.0], 0.1);
         let radii = |k: usize| match drawing.shapes()[k].figure {
             Figure::Cone { radii, .. } => radii,
             _ => panic!("{drawing:?}"),
@@ -619,18 +639,28 @@ mod tests {
 
     #[test]
     fn the_default_picture_goes_from_the_origin_through_the_points() {
-        let drawing = Drawing::of_points(&[("a", Point::Planar([1.0, 0.0])), ("b", Point::Planar([1.0, 1.0]))]);
-        let chain = drawing.shapes().iter().find(|shape| matches!(shape.figure, Figure::Polyline { .. })).unwrap();
-        assert_eq!(points(chain), [Point::Planar([0.0, 0.0]), Point::Planar([1.0, 0.0]), Point::Planar([1.0, 1.0])]);
+        let drawing =
+            Drawing::of_points(&[("a", Point::Planar([1.0, 0.0])), ("b", Point::Planar([1.0, 1.0]))]);
+        let chain =
+            drawing.shapes().iter().find(|shape| matches!(shape.figure, Figure::Polyline { .. })).unwrap();
+        assert_eq!(
+            points(chain),
+            [Point::Planar([0.0, 0.0]), Point::Planar([1.0, 0.0]), Point::Planar([1.0, 1.0])]
+        );
     }
 
     #[test]
     fn arrays_of_places_are_drawn_as_chains() {
         let links: [Vec2; 30] = core::array::from_fn(|k| vec2(k as f64, 1.0));
         let drawing = Drawing::of_helpers(&[("links", links.places()), ("end", vec2(30.0, 0.0).places())]);
-        let count = |wanted: fn(&Figure) -> bool| drawing.shapes().iter().filter(|shape| wanted(&shape.figure)).count();
+        let count = |wanted: fn(&Figure) -> bool| {
+            drawing.shapes().iter().filter(|shape| wanted(&shape.figure)).count()
+        };
         assert_eq!(count(|figure| matches!(figure, Figure::Dot { .. })), 31);
-        assert_eq!(count(|figure| matches!(figure, Figure::Polyline { points, .. } if points.len() == 32)), 1);
+        assert_eq!(
+            count(|figure| matches!(figure, Figure::Polyline { points, .. } if points.len() == 32)),
+            1
+        );
         let traces = drawing.shapes().iter().filter_map(|shape| match &shape.figure {
             Figure::Trace { name, .. } => Some(name.as_str()),
             _ => None,

@@ -59,15 +59,19 @@ impl fmt::Display for OutputError {
             }
             Self::Interval { interval } => write!(
                 f,
-                "samples every {interval} are not possible; the interval must be positive and large enough for time to advance"
+                "samples every {interval} are not possible; the interval must be positive and large enough \
+                 for time to advance"
             ),
             Self::Speed { speed } => {
                 write!(f, "an animation cannot be played {speed} times as fast; the speed must be positive")
             }
-            Self::Frames { most } => write!(f, "an animation of {most} instants does not move; allow at least 2"),
+            Self::Frames { most } => {
+                write!(f, "an animation of {most} instants does not move; allow at least 2")
+            }
             Self::Eye { azimuth, elevation } => write!(
                 f,
-                "an eye at azimuth {azimuth}° and elevation {elevation}° is nowhere; the elevation must be from −90 to 90"
+                "an eye at azimuth {azimuth}° and elevation {elevation}° is nowhere; the elevation must be \
+                 from −90 to 90"
             ),
             #[cfg(feature = "std")]
             Self::Stream(error) => write!(f, "the table cannot be written: {error}"),
@@ -104,9 +108,13 @@ mod tests {
     #[test]
     fn a_misspelt_name_gets_its_neighbour_and_a_foreign_one_the_list() {
         let known: Vec<String> = ["theta1", "theta1_rate", "x"].map(ToString::to_string).to_vec();
-        let message =
-            |name: &str| OutputError::UnknownName { name: name.to_string(), known: known.clone() }.to_string();
+        let message = |name: &str| {
+            OutputError::UnknownName { name: name.to_string(), known: known.clone() }.to_string()
+        };
         assert_eq!(message("teta1"), "there is no quantity `teta1`; did you mean `theta1`?");
-        assert_eq!(message("energy"), "there is no quantity `energy`; there are `theta1`, `theta1_rate`, `x`");
+        assert_eq!(
+            message("energy"),
+            "there is no quantity `energy`; there are `theta1`, `theta1_rate`, `x`"
+        );
     }
 }

@@ -96,8 +96,8 @@ pub(super) fn picture(path: &Path) -> Result<Picture, FileError> {
     Ok(if is_png { Picture::Png } else { Picture::Svg })
 }
 
-/// Opens a file for writing. Folders that its path needs are made: results go to places such as `target/charts` that do not
-/// exist before the first run.
+/// Opens a file for writing. Folders that its path needs are made: results go to places such as
+/// `target/charts` that do not exist before the first run.
 pub(super) fn create(path: &Path, content: Content) -> Result<BufWriter<fs::File>, FileError> {
     check(path, content)?;
     let failed = |path: &Path, action| {
@@ -114,11 +114,9 @@ pub(super) fn create(path: &Path, content: Content) -> Result<BufWriter<fs::File
 /// Writes a whole file.
 pub(crate) fn write(path: &Path, content: Content, bytes: &[u8]) -> Result<(), FileError> {
     let mut file = create(path, content)?;
-    io::Write::write_all(&mut file, bytes).and_then(|()| io::Write::flush(&mut file)).map_err(|source| FileError {
-        path: path.to_path_buf(),
-        action: "write",
-        source,
-    })
+    io::Write::write_all(&mut file, bytes)
+        .and_then(|()| io::Write::flush(&mut file))
+        .map_err(|source| FileError { path: path.to_path_buf(), action: "write", source })
 }
 
 #[cfg(test)]

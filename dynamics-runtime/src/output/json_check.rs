@@ -88,7 +88,10 @@ fn value(rest: &mut &str) -> Json {
     *rest = after;
     let digits = number.strip_prefix('-').unwrap_or(number);
     let plain = digits.starts_with('0') && digits.len() > 1 && digits.as_bytes()[1].is_ascii_digit();
-    assert!(digits.starts_with(|c: char| c.is_ascii_digit()) && !plain && !digits.ends_with('.'), "number `{number}`");
+    assert!(
+        digits.starts_with(|c: char| c.is_ascii_digit()) && !plain && !digits.ends_with('.'),
+        "number `{number}`"
+    );
     Json::Number(number.parse().unwrap())
 }
 
@@ -139,7 +142,20 @@ fn the_reader_is_not_blind() {
     let read_back = read(" {\"a\": [1, -2.5e-3, null, true], \"b\": \"\\u003c\\n\\\"\"} ");
     assert_eq!(read_back["a"].list()[1], Json::Number(-2.5e-3));
     assert_eq!(read_back["b"], Json::Text("<\n\"".to_string()));
-    for bad in ["[1,]", "[1 2]", "{\"a\":1,\"a\":2}", "NaN", "01", "1.", "\"a", "{a:1}", "[] []", "inf", "\"\n\"", ""] {
+    for bad in [
+        "[1,]",
+        "[1 2]",
+        "{\"a\":1,\"a\":2}",
+        "NaN",
+        "01",
+        "1.",
+        "\"a",
+        "{a:1}",
+        "[] []",
+        "inf",
+        "\"\n\"",
+        "",
+    ] {
         assert!(std::panic::catch_unwind(|| read(bad)).is_err(), "{bad}");
     }
 }

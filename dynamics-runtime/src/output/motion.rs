@@ -34,10 +34,12 @@ impl<M: Simulate> Motion<'_, M> {
         chart(format!("{}: coordinates and velocities", M::NAME), panels)
     }
 
-    /// The declared outputs over time, those with the same unit in the same panel; without panels where none is declared.
+    /// The declared outputs over time, those with the same unit in the same panel; without panels where none
+    /// is declared.
     #[must_use]
     pub fn outputs_chart(&self) -> Chart {
-        let rows: Vec<_> = self.fine_states().iter().map(|state| (state.t(), self.outputs_of(state))).collect();
+        let rows: Vec<_> =
+            self.fine_states().iter().map(|state| (state.t(), self.outputs_of(state))).collect();
         let panels = panels::<M>("outputs", names::plain(M::OUTPUTS), &rows);
         chart(format!("{}: outputs", M::NAME), panels.into_iter().map(|panel| self.with_events(panel)))
     }
@@ -46,23 +48,26 @@ impl<M: Simulate> Motion<'_, M> {
     pub fn phase_chart(&self, coordinate: &str) -> Result<Chart, OutputError> {
         let index = M::COORDINATES.iter().position(|quantity| quantity.name == coordinate);
         let index = index.ok_or_else(|| unknown(coordinate, names::coordinates::<M>()))?;
-        let (Some(q), Some(u)) = (names::coordinates::<M>().nth(index), names::velocities::<M>().nth(index)) else {
+        let (Some(q), Some(u)) = (names::coordinates::<M>().nth(index), names::velocities::<M>().nth(index))
+        else {
             return Err(unknown(coordinate, names::coordinates::<M>()));
         };
         let states = self.fine_states();
         let points = states.iter().map(|state| (state.q().as_slice()[index], state.u().as_slice()[index]));
-        let panel = Panel::new(Axis::new(q.title()), Axis::new(u.title()))
-            .line("", points)
-            .points("start", states.first().map(|state| (state.q().as_slice()[index], state.u().as_slice()[index])));
+        let panel = Panel::new(Axis::new(q.title()), Axis::new(u.title())).line("", points).points(
+            "start",
+            states.first().map(|state| (state.q().as_slice()[index], state.u().as_slice()[index])),
+        );
         Ok(chart(format!("{}: phase portrait of {coordinate}", M::NAME), [panel]))
     }
 
-    /// The error of the energy over time at the accepted steps: E − E₀ less the work of forces and of resets, in parts of the
-    /// largest energy met.
+    /// The error of the energy over time at the accepted steps: E − E₀ less the work of forces and of resets,
+    /// in parts of the largest energy met.
     #[must_use]
     pub fn energy_chart(&self) -> Chart {
-        let panel = Panel::new(Axis::new(names::time::<M>().title()), Axis::new("relative error of the energy"))
-            .line("", self.energy_errors());
+        let panel =
+            Panel::new(Axis::new(names::time::<M>().title()), Axis::new("relative error of the energy"))
+                .line("", self.energy_errors());
         chart(format!("{}: drift of the energy, {}", M::NAME, self.method()), [self.with_events(panel)])
     }
 
@@ -130,7 +135,8 @@ impl<M: Simulate> Motion<'_, M> {
 }
 
 impl<M: Simulate + Draw> Motion<'_, M> {
-    /// The motion as an animation that can still be changed: title, speed, plotted quantities, further motions beside it.
+    /// The motion as an animation that can still be changed: title, speed, plotted quantities, further
+    /// motions beside it.
     #[must_use]
     pub fn animation(&self) -> Animation<'_> {
         Animation::new().add(self, "")
@@ -190,8 +196,8 @@ pub(super) fn chart(title: String, panels: impl IntoIterator<Item = Panel>) -> C
     panels.into_iter().fold(Chart::new(title), Chart::panel)
 }
 
-/// Panels over time, one for each unit in the order in which the units appear, split where it would be crowded. `values` are rows
-/// of time and numbers.
+/// Panels over time, one for each unit in the order in which the units appear, split where it would be
+/// crowded. `values` are rows of time and numbers.
 pub(super) fn panels<M: Simulate>(
     what: &str,
     columns: impl Iterator<Item = Column>,

@@ -72,7 +72,8 @@ pub(crate) fn plain(quantities: &'static [Quantity]) -> impl Iterator<Item = Col
     quantities.iter().map(|quantity| Column { name: quantity.name.into(), unit: quantity.unit.into() })
 }
 
-/// `lambda[closure.x]` in the unit of a generalized force for the row: λ·Φ is an energy, λ·(A q̇ + b) a power.
+/// `lambda[closure.x]` in the unit of a generalized force for the row: λ·Φ is an energy, λ·(A q̇ + b) a
+/// power.
 pub(crate) fn multipliers<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
     let (english, known) = (is_english::<M>(), !time_unit::<M>().is_empty());
     M::ROWS.iter().enumerate().map(move |(row, quantity)| {

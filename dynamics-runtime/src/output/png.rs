@@ -74,7 +74,8 @@ mod tests {
     /// Machines without fonts have their own answer.
     #[test]
     fn a_chart_becomes_a_picture_or_says_that_there_is_no_font() {
-        let chart = Chart::new("x").panel(Panel::new(Axis::new("t in s"), Axis::new("x in m")).line("", [(0.0, 1.0)]));
+        let chart = Chart::new("x")
+            .panel(Panel::new(Axis::new("t in s"), Axis::new("x in m")).line("", [(0.0, 1.0)]));
         match (fonts(), chart.to_png()) {
             (None, Err(error)) => assert!(error.to_string().contains("write `.svg`"), "{error}"),
             (Some(_), Ok(bytes)) => {

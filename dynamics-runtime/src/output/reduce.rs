@@ -13,11 +13,15 @@ const LONGEST: usize = 48;
 
 /// The points, in pixels and all finite, that draw the same picture as `points` do.
 ///
-/// Where x never goes back, each pixel column keeps its first, lowest, highest and last point, so that no peak is lost;
-/// elsewhere points near to the last one kept are dropped. Of what is left, points on a straight line between their neighbours
-/// go too.
+/// Where x never goes back, each pixel column keeps its first, lowest, highest and last point, so that no
+/// peak is lost; elsewhere points near to the last one kept are dropped. Of what is left, points on a
+/// straight line between their neighbours go too.
 pub(super) fn visible(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let kept = if points.windows(2).all(|pair| pair[1][0] >= pair[0][0]) { columns(points) } else { distances(points) };
+    let kept = if points.windows(2).all(|pair| pair[1][0] >= pair[0][0]) {
+        columns(points)
+    } else {
+        distances(points)
+    };
     corners(&kept)
 }
 
@@ -30,7 +34,8 @@ fn corners(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut anchor = 0;
     for end in 2..points.len() {
         let between = &points[anchor + 1..end];
-        let straight = between.iter().all(|point| distance_to_segment(*point, points[anchor], points[end]) < FLAT);
+        let straight =
+            between.iter().all(|point| distance_to_segment(*point, points[anchor], points[end]) < FLAT);
         if !straight || between.len() >= LONGEST {
             anchor = end - 1;
             kept.push(points[anchor]);
@@ -98,7 +103,8 @@ mod tests {
 
     #[test]
     fn no_peak_is_lost_and_the_curve_is_short() {
-        let mut points: Vec<_> = (0..100_000).map(|k| [f64::from(k) * 0.005, (f64::from(k) * 0.001).sin()]).collect();
+        let mut points: Vec<_> =
+            (0..100_000).map(|k| [f64::from(k) * 0.005, (f64::from(k) * 0.001).sin()]).collect();
         points[54_321][1] = 100.0;
         let kept = visible(&points);
         assert!(kept.len() <= 4 * 500, "{}", kept.len());
@@ -120,8 +126,10 @@ mod tests {
         assert!((40..200).contains(&kept.len()), "{}", kept.len());
         assert_eq!(kept.last(), points.last());
         for point in points.iter().step_by(97) {
-            let away =
-                kept.windows(2).map(|pair| distance_to_segment(*point, pair[0], pair[1])).fold(f64::INFINITY, f64::min);
+            let away = kept
+                .windows(2)
+                .map(|pair| distance_to_segment(*point, pair[0], pair[1]))
+                .fold(f64::INFINITY, f64::min);
             assert!(away < 0.5, "{away}");
         }
     }

@@ -1,4 +1,5 @@
-//! A [`Chart`](super::chart::Chart) as SVG: text is measured before anything is placed, so that nothing overlaps.
+//! A [`Chart`](super::chart::Chart) as SVG: text is measured before anything is placed, so that nothing
+//! overlaps.
 
 mod layout;
 mod measure;
@@ -29,9 +30,9 @@ pub(super) fn render(chart: &Chart) -> String {
     let height = top + plots.iter().map(Plot::height).sum::<f64>() + MARGIN;
     let (width, height) = (pixel(chart.width), pixel(height));
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-         role=\"img\" font-family=\"system-ui, 'Segoe UI', 'DejaVu Sans', Arial, sans-serif\" font-size=\"{FONT}\" \
-         fill=\"#1d2530\">\n"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 \
+         {width} {height}\" role=\"img\" font-family=\"system-ui, 'Segoe UI', 'DejaVu Sans', Arial, \
+         sans-serif\" font-size=\"{FONT}\" fill=\"#1d2530\">\n"
     );
     if !chart.title.is_empty() {
         let _ = writeln!(svg, "<title>{}</title>", xml(&chart.title));

@@ -53,10 +53,15 @@ pub(crate) fn json_number(x: f64) -> String {
 /// The shortest digits that read back as `x`, with an exponent where plain digits would be long.
 pub(crate) fn exact(x: f64) -> String {
     let magnitude = x.abs();
-    if x == 0.0 || !x.is_finite() || (1e-5..1e16).contains(&magnitude) { format!("{x}") } else { format!("{x:e}") }
+    if x == 0.0 || !x.is_finite() || (1e-5..1e16).contains(&magnitude) {
+        format!("{x}")
+    } else {
+        format!("{x:e}")
+    }
 }
 
-/// `x` with `digits` significant digits for people: `1234`, `0.00123`, `1.2×10⁻⁹`; a real minus sign, no trailing zeros.
+/// `x` with `digits` significant digits for people: `1234`, `0.00123`, `1.2×10⁻⁹`; a real minus sign, no
+/// trailing zeros.
 pub(crate) fn readable(x: f64, digits: usize) -> String {
     if !x.is_finite() {
         return format!("{x}");
@@ -195,8 +200,10 @@ mod tests {
 
     #[test]
     fn units_are_typeset() {
-        let units = ["m/s^2", "kg*m^2", "rad/s", "N*m*s/rad", "m^-1", "kg/(m*s^10)", "m^0.5", "m^", "", "(m/s)/s"];
-        let printed = ["m/s²", "kg·m²", "rad/s", "N·m·s/rad", "m⁻¹", "kg/(m·s¹⁰)", "m^0.5", "m^", "", "(m/s)/s"];
+        let units =
+            ["m/s^2", "kg*m^2", "rad/s", "N*m*s/rad", "m^-1", "kg/(m*s^10)", "m^0.5", "m^", "", "(m/s)/s"];
+        let printed =
+            ["m/s²", "kg·m²", "rad/s", "N·m·s/rad", "m⁻¹", "kg/(m·s¹⁰)", "m^0.5", "m^", "", "(m/s)/s"];
         assert_eq!(units.map(typeset), printed);
         assert_eq!(with_unit("x", "m/s^2"), "x in m/s²");
         assert_eq!(value_with_unit(0.5, "kg*m^2"), "0.5 kg·m²");

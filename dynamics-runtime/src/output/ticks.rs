@@ -1,6 +1,7 @@
 //! Axes: ranges, round tick values and their labels, from 10⁻³⁰⁰ to 10³⁰⁰, on linear and logarithmic scales.
 //!
-//! An axis works in *axis coordinates*: the value itself on a linear scale, its decimal logarithm on a logarithmic one.
+//! An axis works in *axis coordinates*: the value itself on a linear scale, its decimal logarithm on a
+//! logarithmic one.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -21,8 +22,8 @@ const LARGEST: f64 = 1e307;
 const SMALLEST: f64 = 1e-290;
 
 impl Range {
-    /// The range that holds `values` with a little air; a single value or none gets a range about it. Values are in axis
-    /// coordinates; those that are not finite are passed over.
+    /// The range that holds `values` with a little air; a single value or none gets a range about it. Values
+    /// are in axis coordinates; those that are not finite are passed over.
     pub(super) fn around(values: impl Iterator<Item = f64>, log: bool) -> Self {
         let (lo, hi) = values
             .filter(|value| value.is_finite())
@@ -47,7 +48,8 @@ impl Range {
         Self { lo: middle - half, hi: middle + half }
     }
 
-    /// The part of the range, 0 at `lo` and 1 at `hi`, at which a value lies. Halved, so that the widest range does not overflow.
+    /// The part of the range, 0 at `lo` and 1 at `hi`, at which a value lies. Halved, so that the widest
+    /// range does not overflow.
     pub(super) fn part(self, value: f64) -> f64 {
         (0.5 * value - 0.5 * self.lo) / (0.5 * self.hi - 0.5 * self.lo)
     }
@@ -60,7 +62,8 @@ pub(super) struct Ticks {
     pub(super) major: Vec<(f64, String)>,
     /// Ticks without.
     pub(super) minor: Vec<f64>,
-    /// What the labels are multiples of and what is to be added to them: `×10⁻⁹`, `+ 1.5`; empty if they are the values.
+    /// What the labels are multiples of and what is to be added to them: `×10⁻⁹`, `+ 1.5`; empty if they are
+    /// the values.
     pub(super) factor: String,
 }
 
@@ -214,7 +217,10 @@ pub(super) fn logarithmic(range: Range, count: usize) -> Ticks {
 
 /// The smallest of 1, 2, 3, 5, 10, 20, … that is at least `least`.
 fn round_decades(least: i32) -> i32 {
-    (0..).flat_map(|k| [1, 2, 3, 5].map(|digit| digit * 10_i32.pow(k))).find(|every| *every >= least).unwrap_or(least)
+    (0..)
+        .flat_map(|k| [1, 2, 3, 5].map(|digit| digit * 10_i32.pow(k)))
+        .find(|every| *every >= least)
+        .unwrap_or(least)
 }
 
 /// log₁₀(digit · 10^k) for all digits 1 to 9 and all k within the range.
@@ -235,7 +241,8 @@ fn within_a_decade(range: Range, count: usize) -> Ticks {
             (at, decimal(i64::from(digit), exponent))
         })
         .collect();
-    // Of two decades the powers of ten themselves, where 2 and 5 would be too many: equal distances of the values would leave most of the axis without a label.
+    // Of two decades the powers of ten themselves, where 2 and 5 would be too many: equal distances of the
+    // values would leave most of the axis without a label.
     let tens: Vec<_> = round.iter().filter(|(at, _)| (at - libm::round(*at)).abs() < 1e-9).cloned().collect();
     if round.len() > count.max(2) && tens.len() > 1 {
         let minor = parts_of_decades(range).filter(|(_, digit)| *digit > 1).map(|(at, _)| at).collect();
@@ -243,8 +250,10 @@ fn within_a_decade(range: Range, count: usize) -> Ticks {
     }
     let (lo, hi) = (power(range.lo), power(range.hi));
     if (2..=count.max(2)).contains(&round.len()) || lo < SMALLEST || hi > LARGEST {
-        let minor =
-            parts_of_decades(range).filter(|(_, digit)| !matches!(digit, 1 | 2 | 5)).map(|(at, _)| at).collect();
+        let minor = parts_of_decades(range)
+            .filter(|(_, digit)| !matches!(digit, 1 | 2 | 5))
+            .map(|(at, _)| at)
+            .collect();
         return Ticks { major: round, minor, factor: String::new() };
     }
     let mut ticks = linear(Range { lo, hi }, count);

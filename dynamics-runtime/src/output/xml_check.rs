@@ -52,16 +52,26 @@ fn assert_escaped(text: &str) {
     assert!(!text.contains('<'), "`<` in {text:?}");
     for part in text.split('&').skip(1) {
         let entity = part.split(';').next().unwrap_or("");
-        assert!(part.contains(';') && ["amp", "lt", "gt", "quot", "#39"].contains(&entity), "`&` in {text:?}");
+        assert!(
+            part.contains(';') && ["amp", "lt", "gt", "quot", "#39"].contains(&entity),
+            "`&` in {text:?}"
+        );
     }
 }
 
 #[test]
 fn the_judge_is_not_blind() {
     assert_well_formed("<a b=\"1\"><c/>x &amp; y</a>");
-    for bad in
-        ["<a>", "<a></b>", "<a b=1></a>", "<a b=\"1\" b=\"2\"/>", "<a>&</a>", "<a/><b/>", "x<a/>", "<a b=\"<\"/>"]
-    {
+    for bad in [
+        "<a>",
+        "<a></b>",
+        "<a b=1></a>",
+        "<a b=\"1\" b=\"2\"/>",
+        "<a>&</a>",
+        "<a/><b/>",
+        "x<a/>",
+        "<a b=\"<\"/>",
+    ] {
         assert!(std::panic::catch_unwind(|| assert_well_formed(bad)).is_err(), "{bad}");
     }
 }

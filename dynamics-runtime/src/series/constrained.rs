@@ -1,7 +1,8 @@
 //! Coefficients of motions with constraints: Φ = 0 in every one of them.
 //!
-//! Coefficient k of the equations of motion and coefficient K = k + 2 of Φ = 0 are solved together for q̈ₖ and λₖ, as q_K = τ²/(K(K−1)) q̈ₖ. What Φ
-//! is made of is expanded two orders ahead of everything else, in lanes of its own; what the equations of motion share with it is kept until its turn.
+//! Coefficient k of the equations of motion and coefficient K = k + 2 of Φ = 0 are solved together for q̈ₖ
+//! and λₖ, as q_K = τ²/(K(K−1)) q̈ₖ. What Φ is made of is expanded two orders ahead of everything else, in
+//! lanes of its own; what the equations of motion share with it is kept until its turn.
 
 use core::array;
 
@@ -12,7 +13,8 @@ use super::{Lanes, MOST_ORDER, RECIPROCAL, Rows, WIDTH};
 /// Left and right factors of B blocks of lanes.
 pub type Factors<const B: usize> = ([[f64; WIDTH]; B], [[f64; WIDTH]; B]);
 
-/// What series of motions with constraints are made in: factors of B blocks of lanes, of A blocks ahead, and S values that are shared.
+/// What series of motions with constraints are made in: factors of B blocks of lanes, of A blocks ahead, and
+/// S values that are shared.
 #[derive(Clone, Debug)]
 pub struct ConstrainedMemory<const B: usize, const A: usize, const S: usize> {
     rows: Rows<B>,
@@ -26,13 +28,14 @@ impl<const B: usize, const A: usize, const S: usize> Default for ConstrainedMemo
     }
 }
 
-/// How coefficients of one order follow from lower ones. N coordinates, R rows, the first H of them holonomic and K others; order and its reciprocal
-/// are the first of the slices.
+/// How coefficients of one order follow from lower ones. N coordinates, R rows, the first H of them holonomic
+/// and K others; order and its reciprocal are the first of the slices.
 #[derive(Debug)]
 pub struct Recurrences<Residue, Right, Solve, Next, Ahead> {
     /// (K and 1/K, sums ahead) ↦ coefficient K of Φ with q_K = 0.
     pub residue: Residue,
-    /// (t, q, u, k and 1/k, shared, sums) ↦ right-hand sides of the equations of motion (N) and of nonholonomic rows (K).
+    /// (t, q, u, k and 1/k, shared, sums) ↦ right-hand sides of the equations of motion (N) and of
+    /// nonholonomic rows (K).
     pub right: Right,
     /// Right-hand sides (N + R) ↦ q̈ and λ.
     pub solve: Solve,
@@ -42,7 +45,8 @@ pub struct Recurrences<Residue, Right, Solve, Next, Ahead> {
     pub ahead: Ahead,
 }
 
-/// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MOST_ORDER`]) from q₀, u₀ in the first rows and q̈₀; `NR` is N + R.
+/// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MOST_ORDER`]) from q₀, u₀ in the first
+/// rows and q̈₀; `NR` is N + R.
 #[inline(always)]
 pub fn expand_constrained<
     const N: usize,
@@ -91,7 +95,8 @@ pub fn expand_constrained<
             (0..H).for_each(|i| right[N + i] = per_square * residue[i]);
             right[N + H..].copy_from_slice(&slip);
             let solved = (recurrences.solve)(&right);
-            let (left, right) = (recurrences.next)(t, &of_q, &of_u, &of_k, &solved, &of_shared, &sums.values());
+            let (left, right) =
+                (recurrences.next)(t, &of_q, &of_u, &of_k, &solved, &of_shared, &sums.values());
             lanes.store(k, left, right);
             let factor = scale * RECIPROCAL[k + 1];
             let of_u: [f64; N] = array::from_fn(|i| factor * solved[i]);

@@ -1,5 +1,5 @@
-//! The equations that every order of a series with constraints solves, where generated code does not apply: a pivot is too small, or a switched
-//! constraint is released.
+//! The equations that every order of a series with constraints solves, where generated code does not apply: a
+//! pivot is too small, or a switched constraint is released.
 
 use crate::constrain::{self, held};
 use crate::math;
@@ -8,13 +8,15 @@ use crate::model::{Constraints, ModelState, Terms};
 /// Pivots below this part of rows of unit length say that λ is not unique.
 const SINGULAR: f64 = 1e-9;
 
-/// ⎡ M −Φ_qᵀ; Φ_q 0 ⎤ of N coordinates and R rows, factored with pivoting; `NR` is N + R. Rows that do not hold have λ = 0.
+/// ⎡ M −Φ_qᵀ; Φ_q 0 ⎤ of N coordinates and R rows, factored with pivoting; `NR` is N + R. Rows that do not
+/// hold have λ = 0.
 #[derive(Clone, Debug)]
 pub struct Equations<const NR: usize> {
     /// P A = L U of the scaled matrix.
     factors: [[f64; NR]; NR],
     order: [usize; NR],
-    /// Unknowns and equations are scaled alike: by 1/√mass, and so that gradients have unit length; 0 for rows that do not hold.
+    /// Unknowns and equations are scaled alike: by 1/√mass, and so that gradients have unit length; 0 for
+    /// rows that do not hold.
     scale: [f64; NR],
 }
 
@@ -33,14 +35,16 @@ impl<const NR: usize> Equations<NR> {
             gamma: &mut gamma,
         };
         model.terms(state, &mut terms);
-        let mut equations = Self { factors: [[0.0; NR]; NR], order: core::array::from_fn(|i| i), scale: [1.0; NR] };
+        let mut equations =
+            Self { factors: [[0.0; NR]; NR], order: core::array::from_fn(|i| i), scale: [1.0; NR] };
         let Self { factors, scale, .. } = &mut equations;
         for i in 0..N {
             // What has no inertia of its own is scaled by its constraints alone.
             scale[i] = if mass[i][i] > 0.0 { 1.0 / math::sqrt(mass[i][i]) } else { 1.0 };
         }
         for r in 0..R {
-            let squares: f64 = (0..N).map(|i| (jacobian[r][i] * scale[i]) * (jacobian[r][i] * scale[i])).sum();
+            let squares: f64 =
+                (0..N).map(|i| (jacobian[r][i] * scale[i]) * (jacobian[r][i] * scale[i])).sum();
             scale[N + r] = if held::holds::<M>(state.modes(), r) { 1.0 / math::sqrt(squares) } else { 0.0 };
         }
         for i in 0..N {

@@ -17,7 +17,8 @@ struct Row {
     right: f64,
 }
 
-/// h₀(2m₀ + m₁) = 3h₀δ₀, which says f″ = 0, and the same at the end; with the factor h₀ the rows are of one size.
+/// h₀(2m₀ + m₁) = 3h₀δ₀, which says f″ = 0, and the same at the end; with the factor h₀ the rows are of one
+/// size.
 pub(super) fn natural(knots: &[f64], values: &[f64]) -> Vec<f64> {
     let (h, d) = differences(knots, values);
     let last = h.len() - 1;
@@ -36,7 +37,8 @@ pub(super) fn clamped(knots: &[f64], values: &[f64], [first, last]: [f64; 2]) ->
     solve(rows)
 }
 
-/// f‴ continuous at x₁: h₁m₀ + (h₀ + h₁)m₁ = ((3h₀ + 2h₁)h₁δ₀ + h₀²δ₁)/(h₀ + h₁), and its mirror image at the end.
+/// f‴ continuous at x₁: h₁m₀ + (h₀ + h₁)m₁ = ((3h₀ + 2h₁)h₁δ₀ + h₀²δ₁)/(h₀ + h₁), and its mirror image at the
+/// end.
 pub(super) fn not_a_knot(knots: &[f64], values: &[f64]) -> Vec<f64> {
     let (h, d) = differences(knots, values);
     let end = |h0: f64, h1: f64, d0: f64, d1: f64| {
@@ -54,8 +56,8 @@ pub(super) fn not_a_knot(knots: &[f64], values: &[f64]) -> Vec<f64> {
     solve(rows)
 }
 
-/// The continuity of f″ at the common end point closes the system to a cycle; its two corner elements are a rank-1 change
-/// of a tridiagonal matrix (Sherman–Morrison).
+/// The continuity of f″ at the common end point closes the system to a cycle; its two corner elements are a
+/// rank-1 change of a tridiagonal matrix (Sherman–Morrison).
 pub(super) fn periodic(knots: &[f64], values: &[f64]) -> Vec<f64> {
     let (h, d) = differences(knots, values);
     let last = h.len() - 1;
@@ -65,7 +67,8 @@ pub(super) fn periodic(knots: &[f64], values: &[f64]) -> Vec<f64> {
     let right = 3.0 * (h[0] * d[last] + h[last] * d[0]);
     rows.insert(0, Row { below: 0.0, diagonal, above: h[last], right });
     let (corner_first, corner_last) = (h[0], rows[last].above);
-    // A = B + u vᵀ with u = (γ, 0, …, corner_last), v = (1, 0, …, corner_first/γ); γ < 0 keeps B dominated by its diagonal.
+    // A = B + u vᵀ with u = (γ, 0, …, corner_last), v = (1, 0, …, corner_first/γ); γ < 0 keeps B dominated by
+    // its diagonal.
     let gamma = -diagonal;
     rows[0].diagonal -= gamma;
     rows[last].diagonal -= corner_first * corner_last / gamma;
@@ -100,9 +103,10 @@ fn inner_rows(h: &[f64], d: &[f64]) -> Vec<Row> {
 
 /// Gaussian elimination without pivoting, O(n).
 ///
-/// All systems here allow it: their rows are dominated by the diagonal, except the first and the last of `not_a_knot`. After
-/// its first row (h₁, h₀ + h₁) the second has the pivot h₀ + h₁ beside h₀, and every following pivot pᵢ > 2hᵢ₋₁ + hᵢ is more
-/// than twice its neighbour hᵢ₋₁; the last is hₗ(1 − (hₗ + hₗ₊₁)/p) with p > hₗ + hₗ₊₁, thus positive.
+/// All systems here allow it: their rows are dominated by the diagonal, except the first and the last of
+/// `not_a_knot`. After its first row (h₁, h₀ + h₁) the second has the pivot h₀ + h₁ beside h₀, and every
+/// following pivot pᵢ > 2hᵢ₋₁ + hᵢ is more than twice its neighbour hᵢ₋₁; the last is hₗ(1 − (hₗ + hₗ₊₁)/p)
+/// with p > hₗ + hₗ₊₁, thus positive.
 fn solve(mut rows: Vec<Row>) -> Vec<f64> {
     for i in 1..rows.len() {
         let (above, here) = (rows[i - 1], &mut rows[i]);

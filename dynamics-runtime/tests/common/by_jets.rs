@@ -1,12 +1,13 @@
-//! Constrained models from their constraint functions alone, written on time jets: Φ_q and γ come from the jets, so that no derivative is
-//! written by hand. Accelerations come from the dense KKT matrix.
+//! Constrained models from their constraint functions alone, written on time jets: Φ_q and γ come from the
+//! jets, so that no derivative is written by hand. Accelerations come from the dense KKT matrix.
 
 use super::{PlainState, names};
 use core::any::TypeId;
 use dynamics_runtime::Expr;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route, Solved, Terms,
+    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route,
+    Solved, Terms,
 };
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
@@ -90,7 +91,8 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Jets<T, N, R> {
                 right[N + r] = gamma[r];
             }
         }
-        let solution = kkt.full_piv_lu().solve(&right).unwrap_or_else(|| DVector::from_element(N + R, f64::NAN));
+        let solution =
+            kkt.full_piv_lu().solve(&right).unwrap_or_else(|| DVector::from_element(N + R, f64::NAN));
         (SVector::from_fn(|i, _| solution[i]), SVector::from_fn(|r, _| solution[N + r]))
     }
 }
@@ -170,7 +172,8 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Constraints for Jets<T,
         SVector::from_fn(|r, _| -rates[r].1)
     }
     fn terms(&self, s: &Self::State, terms: &mut Terms<'_>) {
-        let (jacobian, gamma, force, mass) = (self.by_q(s), self.gamma(s), self.generalized_force(s), self.0.inertia());
+        let (jacobian, gamma, force, mass) =
+            (self.by_q(s), self.gamma(s), self.generalized_force(s), self.0.inertia());
         terms.force.copy_from_slice(force.as_slice());
         terms.gamma.copy_from_slice(gamma.as_slice());
         for i in 0..N {

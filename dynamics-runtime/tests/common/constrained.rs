@@ -1,9 +1,11 @@
-//! Constrained models written by hand against the runtime's traits. The test files that use them say `mod common;` first.
+//! Constrained models written by hand against the runtime's traits. The test files that use them say
+//! `mod common;` first.
 
 use dynamics_runtime::constrain;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route, Solved, Terms,
+    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route,
+    Solved, Terms,
 };
 use nalgebra::{SMatrix, SVector};
 
@@ -30,7 +32,11 @@ pub trait Held<const N: usize, const H: usize, const R: usize> {
         None
     }
     /// Q with reactions, and ∂Q/∂λ.
-    fn with_reactions(&self, s: &PlainState<N, 0>, _: &SVector<f64, R>) -> (SVector<f64, N>, SMatrix<f64, N, R>) {
+    fn with_reactions(
+        &self,
+        s: &PlainState<N, 0>,
+        _: &SVector<f64, R>,
+    ) -> (SVector<f64, N>, SMatrix<f64, N, R>) {
         (self.force(s), SMatrix::zeros())
     }
     fn event_values(&self, _: &PlainState<N, 0>, _: &mut [f64]) {}
@@ -52,7 +58,11 @@ macro_rules! held {
             type State = PlainState<$n, 0>;
             type Coordinates = (PlainState<$n, 0>, SVector<f64, $n>);
             const NAME: &'static str = stringify!($model);
-            fn coordinates_with(state: &Self::State, accelerations: &Self::Vector, _: &[f64]) -> Self::Coordinates {
+            fn coordinates_with(
+                state: &Self::State,
+                accelerations: &Self::Vector,
+                _: &[f64],
+            ) -> Self::Coordinates {
                 (*state, *accelerations)
             }
         }
@@ -138,18 +148,33 @@ macro_rules! held {
                 terms.jacobian.copy_from_slice(self.phi_q(state).transpose().as_slice());
                 terms.gamma.copy_from_slice(self.right(state).as_slice());
             }
-            fn friction(&self, state: &Self::State, multipliers: &Self::Rows, force: &mut [f64], by: &mut [f64]) {
+            fn friction(
+                &self,
+                state: &Self::State,
+                multipliers: &Self::Rows,
+                force: &mut [f64],
+                by: &mut [f64],
+            ) {
                 let (q, by_multipliers) = self.with_reactions(state, multipliers);
                 force.copy_from_slice(q.as_slice());
                 by.copy_from_slice(by_multipliers.transpose().as_slice());
             }
-            fn solve_unrolled(&self, (): &(), state: &Self::State) -> Option<Solved<Self::Vector, Self::Rows>> {
+            fn solve_unrolled(
+                &self,
+                (): &(),
+                state: &Self::State,
+            ) -> Option<Solved<Self::Vector, Self::Rows>> {
                 if state.modes.all_hold() { self.unrolled(state) } else { None }
             }
             fn correct_unrolled(&self, (): &(), _: &Self::State, _: &Self::Rows) -> Option<Self::Vector> {
                 None
             }
-            fn constraint_derivatives(&self, state: &Self::State, multipliers: &Self::Rows, values: &mut [f64]) {
+            fn constraint_derivatives(
+                &self,
+                state: &Self::State,
+                multipliers: &Self::Rows,
+                values: &mut [f64],
+            ) {
                 $crate::common::constrained::derivatives::<$n, $h, $r>(self, state, multipliers, values);
             }
             fn constraint_of(_: core::any::TypeId) -> Option<usize> {
@@ -192,7 +217,8 @@ pub fn derivatives<const N: usize, const H: usize, const R: usize>(
     }
 }
 
-/// A bob of mass m on a rod of length l in Cartesian coordinates: Φ = ½ (x² + y² − l²); λ < 0 is a pull, tension −λ l.
+/// A bob of mass m on a rod of length l in Cartesian coordinates: Φ = ½ (x² + y² − l²); λ < 0 is a pull,
+/// tension −λ l.
 #[derive(Clone, Copy, Debug)]
 pub struct Rod {
     pub m: f64,
@@ -279,8 +305,9 @@ impl Held<2, 1, 1> for SquaredRod {
 held!(SquaredRod, 2 coordinates ["x", "y"], 1 + 0 = 1 rows ["rod"],
     [constraint("rod", ConstraintKind::Holonomic, 0, 1)], friction false, events []);
 
-/// Bars in a plane, each with the angle of its own from the x axis, closed to a loop: Σ lᵢ (cos θᵢ, sin θᵢ) = (d, 0). The inertia of each
-/// bar, with the mass that hangs on its end lumped, is mᵢ lᵢ²; gravity acts on Σ mᵢ lᵢ sin θᵢ.
+/// Bars in a plane, each with the angle of its own from the x axis, closed to a loop: Σ lᵢ (cos θᵢ, sin θᵢ) =
+/// (d, 0). The inertia of each bar, with the mass that hangs on its end lumped, is mᵢ lᵢ²; gravity acts on Σ
+/// mᵢ lᵢ sin θᵢ.
 #[derive(Clone, Copy, Debug)]
 pub struct FourBar {
     pub m: [f64; 3],
@@ -290,7 +317,8 @@ pub struct FourBar {
 }
 
 impl FourBar {
-    /// Two cranks of length 1, two frames of length 2: it closes at equal angles of the cranks, and flattens at 0.
+    /// Two cranks of length 1, two frames of length 2: it closes at equal angles of the cranks, and flattens
+    /// at 0.
     pub const PARALLELOGRAM: Self = Self { m: [1.0, 0.5, 2.0], l: [1.0, 2.0, -1.0], d: 2.0, g: 9.81 };
 }
 
@@ -320,8 +348,9 @@ impl Held<3, 2, 2> for FourBar {
 held!(FourBar, 3 coordinates ["crank", "coupler", "rocker"], 2 + 0 = 2 rows ["closure.x", "closure.y"],
     [constraint("closure", ConstraintKind::Holonomic, 0, 2)], friction false, events []);
 
-/// Crank of length a, connecting rod of length b, slider at x; angles θ of the crank and β of the rod, both from the x axis:
-/// a cos θ + b cos β = x, a sin θ + b sin β = 0. The slider has the mass, the crank the inertia j; the rod has none, if `rod` is 0.
+/// Crank of length a, connecting rod of length b, slider at x; angles θ of the crank and β of the rod, both
+/// from the x axis: a cos θ + b cos β = x, a sin θ + b sin β = 0. The slider has the mass, the crank the
+/// inertia j; the rod has none, if `rod` is 0.
 #[derive(Clone, Copy, Debug)]
 pub struct SliderCrank {
     pub a: f64,
@@ -344,7 +373,10 @@ impl Held<3, 2, 2> for SliderCrank {
     }
     fn phi(&self, s: &PlainState<3, 0>) -> SVector<f64, 2> {
         let Self { a, b, .. } = *self;
-        SVector::<f64, 2>::new(a * s.q[0].cos() + b * s.q[1].cos() - s.q[2], a * s.q[0].sin() + b * s.q[1].sin())
+        SVector::<f64, 2>::new(
+            a * s.q[0].cos() + b * s.q[1].cos() - s.q[2],
+            a * s.q[0].sin() + b * s.q[1].sin(),
+        )
     }
     fn phi_q(&self, s: &PlainState<3, 0>) -> SMatrix<f64, 2, 3> {
         let ((sa, ca), (sb, cb)) = (s.q[0].sin_cos(), s.q[1].sin_cos());
@@ -360,8 +392,8 @@ impl Held<3, 2, 2> for SliderCrank {
 held!(SliderCrank, 3 coordinates ["theta", "beta", "x"], 2 + 0 = 2 rows ["closure.x", "closure.y"],
     [constraint("closure", ConstraintKind::Holonomic, 0, 2)], friction false, events []);
 
-/// A sleigh on a knife edge at distance a before its centre of mass (x, y), heading φ: the edge does not slip sideways,
-/// −ẋ sin φ + ẏ cos φ + a φ̇ = 0.
+/// A sleigh on a knife edge at distance a before its centre of mass (x, y), heading φ: the edge does not slip
+/// sideways, −ẋ sin φ + ẏ cos φ + a φ̇ = 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Sleigh {
     pub m: f64,
@@ -392,8 +424,8 @@ impl Held<3, 0, 1> for Sleigh {
 held!(Sleigh, 3 coordinates ["x", "y", "phi"], 0 + 1 = 1 rows ["knife"],
     [constraint("knife", ConstraintKind::Nonholonomic, 0, 1)], friction false, events []);
 
-/// A uniform rod of half length l that slides with its lower end on a rough floor, at θ from the horizontal: Φ = y − l sin θ of that end, friction
-/// −μ |N| sign(v) on it, or −μ N sign(v) where `linear`.
+/// A uniform rod of half length l that slides with its lower end on a rough floor, at θ from the horizontal:
+/// Φ = y − l sin θ of that end, friction −μ |N| sign(v) on it, or −μ N sign(v) where `linear`.
 #[derive(Clone, Copy, Debug)]
 pub struct PainleveRod {
     pub m: f64,
@@ -435,10 +467,15 @@ impl Held<3, 1, 1> for PainleveRod {
     fn right(&self, s: &PlainState<3, 0>) -> SVector<f64, 1> {
         SVector::<f64, 1>::new(-self.l * s.q[2].sin() * s.u[2] * s.u[2])
     }
-    fn with_reactions(&self, s: &PlainState<3, 0>, lambda: &SVector<f64, 1>) -> (SVector<f64, 3>, SMatrix<f64, 3, 1>) {
+    fn with_reactions(
+        &self,
+        s: &PlainState<3, 0>,
+        lambda: &SVector<f64, 1>,
+    ) -> (SVector<f64, 3>, SMatrix<f64, 3, 1>) {
         let direction = -self.mu * self.slip(s).signum();
         let arm = SVector::<f64, 3>::new(1.0, 0.0, self.l * s.q[2].sin());
-        let (size, slope) = if self.linear { (lambda[0], 1.0) } else { (lambda[0].abs(), lambda[0].signum()) };
+        let (size, slope) =
+            if self.linear { (lambda[0], 1.0) } else { (lambda[0].abs(), lambda[0].signum()) };
         (self.force(s) + arm * (direction * size), arm * (direction * slope))
     }
 }

@@ -1,4 +1,5 @@
-//! Models written by hand against the runtime's traits, so that it is checked without the macro and without the engine.
+//! Models written by hand against the runtime's traits, so that it is checked without the macro and without
+//! the engine.
 #![allow(dead_code, unreachable_pub, reason = "every test file uses some of the models")]
 
 pub mod constrained;
@@ -83,7 +84,11 @@ macro_rules! by_hand {
             type State = PlainState<$n, $m>;
             type Coordinates = (PlainState<$n, $m>, SVector<f64, $n>);
             const NAME: &'static str = stringify!($model);
-            fn coordinates_with(state: &Self::State, accelerations: &Self::Vector, _: &[f64]) -> Self::Coordinates {
+            fn coordinates_with(
+                state: &Self::State,
+                accelerations: &Self::Vector,
+                _: &[f64],
+            ) -> Self::Coordinates {
                 (*state, *accelerations)
             }
         }
@@ -429,7 +434,9 @@ impl ByHand<1, 0> for CycloidBead {
     fn q_ddot(&self, s: &PlainState<1, 0>) -> Result<SVector<f64, 1>, SolveError> {
         let inertia = self.mass(s)[0];
         if inertia < 1e-9 {
-            return Err(SingularMassMatrix { coordinate: 0, name: "theta", pivot: inertia, negative: false }.into());
+            return Err(
+                SingularMassMatrix { coordinate: 0, name: "theta", pivot: inertia, negative: false }.into()
+            );
         }
         let force = self.radius * (self.radius * s.u[0] * s.u[0] - self.g) * s.q[0].sin();
         Ok(SVector::<f64, 1>::new(force / inertia))

@@ -57,8 +57,8 @@ fn warnings_are_neither_missing_nor_false() {
     }
 }
 
-/// Works that are missed in the moments in which a relaxation oscillation falls stay in their account, and are
-/// no drift of a motion that half steps agree with otherwise.
+/// Works that are missed in the moments in which a relaxation oscillation falls stay in their account, and
+/// are no drift of a motion that half steps agree with otherwise.
 #[test]
 fn work_that_is_missed_in_a_moment_is_no_drift() {
     let judged = motion(3594).expect("a motion that runs");
@@ -73,7 +73,8 @@ fn singular_positions_are_no_unstable_rests() {
     for (speed, tolerance) in [(3.0, 1e-6), (9.0, 1e-9), (30.0, 1e-9), (9.0, 5e-13)] {
         let start = common::at_rest_or_not([1.0, 0.0, 1.0], [speed, 0.0, speed]);
         let parallelogram = common::constrained::FourBar::PARALLELOGRAM;
-        let motion = parallelogram.simulate(start).until(3.0).tolerance(tolerance).run().expect("it goes through");
+        let motion =
+            parallelogram.simulate(start).until(3.0).tolerance(tolerance).run().expect("it goes through");
         let summary = motion.summary();
         assert!(summary.doubts.outgrown.is_none() && summary.doubts.unseen.is_none(), "{summary}");
     }
@@ -89,19 +90,30 @@ fn errors_of_attitudes_are_told() {
     let scenes = [
         ("heavy top", top, top.turning([0.0, 4.61538, 150.0], [1.0, 1.0, 0.0, 0.0]), 2.0),
         ("free body", body(1.0, 2.0, 2.5, 0.0), top.turning([2.0, 0.6, 0.8], [1.0, 0.0, 0.0, 0.0]), 50.0),
-        ("flipping body", body(1.0, 2.0, 3.0, 0.0), top.turning([1e-3, 1.0, 1e-3], [1.0, 0.0, 0.0, 0.0]), 10.0),
+        (
+            "flipping body",
+            body(1.0, 2.0, 3.0, 0.0),
+            top.turning([1e-3, 1.0, 1e-3], [1.0, 0.0, 0.0, 0.0]),
+            10.0,
+        ),
     ];
     for (name, model, start, until) in scenes {
-        let exact = model.simulate(start).until(until).tolerance(1e-13).run().expect("nothing is singular").end();
+        let exact =
+            model.simulate(start).until(until).tolerance(1e-13).run().expect("nothing is singular").end();
         for tolerance in [1e-6, 1e-8, 1e-10] {
-            let motion = model.simulate(start).until(until).tolerance(tolerance).run().expect("nothing is singular");
+            let motion =
+                model.simulate(start).until(until).tolerance(tolerance).run().expect("nothing is singular");
             let (error, steps) = (verdict::apart(&motion.end(), &exact, tolerance), motion.counts().steps);
             println!("{name} at {tolerance:e}: {error:.1} tolerances, {steps} steps");
             let summary = motion.summary();
             let (shown, text) = (summary.doubts.halved.expect("half steps"), summary.to_string());
             assert!(error < 2.0 * shown, "{name} at {tolerance:e}: {error:.1} tolerances\n{text}");
             assert_eq!(text.contains("global error about"), shown > 10.0, "{text}");
-            assert_eq!(shown > 10.0, name != "flipping body", "{name} at {tolerance:e}: {error:.1} tolerances");
+            assert_eq!(
+                shown > 10.0,
+                name != "flipping body",
+                "{name} at {tolerance:e}: {error:.1} tolerances"
+            );
         }
     }
 }

@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use dynamics_runtime::constrain;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route, Solved, Terms,
+    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route,
+    Solved, Terms,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 
@@ -136,11 +137,17 @@ pub fn of_one(dice: &mut Dice) -> Scene<One> {
         4 => {
             let mu = dice.power(0.1, 1e3);
             let until = dice.within(0.5, 3.0) * mu.max(10.0);
-            one(("van der Pol", mu > 20.0), spring(1.0), move |_, q, u| mu * (1.0 - q * q) * u, ([2.0, 0.0], until))
+            one(
+                ("van der Pol", mu > 20.0),
+                spring(1.0),
+                move |_, q, u| mu * (1.0 - q * q) * u,
+                ([2.0, 0.0], until),
+            )
         }
         5 => {
             let (k, zeta, w) = (dice.power(1e2, 1e8), dice.power(0.5, 10.0), dice.within(0.5, 3.0));
-            let guide = move |t: f64, _, u: f64| k * (w * t).cos() - 2.0 * zeta * k.sqrt() * (u + w * (w * t).sin());
+            let guide =
+                move |t: f64, _, u: f64| k * (w * t).cos() - 2.0 * zeta * k.sqrt() * (u + w * (w * t).sin());
             one(("stiff damper", k > 1e4), spring(k), guide, ([1.0, 0.0], dice.within(2.0, 10.0)))
         }
         6 => {
@@ -189,13 +196,19 @@ pub fn of_two(dice: &mut Dice) -> Scene<Two> {
         1 => {
             let size = dice.power(0.05, 3.0);
             let start = state([size, dice.within(-1.0, 1.0) * size], [0.0, 0.0]);
-            ("double pendulum", double_pendulum(dice.power(0.2, 5.0), dice.power(0.5, 2.0)), start, span.min(20.0))
+            (
+                "double pendulum",
+                double_pendulum(dice.power(0.2, 5.0), dice.power(0.5, 2.0)),
+                start,
+                span.min(20.0),
+            )
         }
         2 => {
             let energy = |q: &SVector<f64, 2>, u: &SVector<f64, 2>| {
                 0.5 * (u.norm_squared() + q.norm_squared()) + q[0] * q[0] * q[1] - q[1].powi(3) / 3.0
             };
-            let model = free(|_, q, _| [-q[0] - 2.0 * q[0] * q[1], -q[1] - q[0] * q[0] + q[1] * q[1]].into(), energy);
+            let model =
+                free(|_, q, _| [-q[0] - 2.0 * q[0] * q[1], -q[1] - q[0] * q[0] + q[1] * q[1]].into(), energy);
             let r = dice.within(0.05, 0.35);
             ("Hénon–Heiles", model, state([r, dice.within(-r, r)], [0.0, r]), 3.0 * span)
         }
@@ -249,7 +262,13 @@ pub fn of_three(dice: &mut Dice) -> Scene<Three> {
         [dice.within(0.3, 2.5), 0.0, 0.0],
         [dice.within(-1.0, 1.0), dice.within(-2.0, 2.0), dice.power(1.0, 30.0)],
     );
-    Scene { name: "top, angles", model: Three(free(f, energy)), start, until: dice.power(1.0, 30.0), stiff: false }
+    Scene {
+        name: "top, angles",
+        model: Three(free(f, energy)),
+        start,
+        until: dice.power(1.0, 30.0),
+        stiff: false,
+    }
 }
 
 /// A hanging chain of eight rods with bobs, absolute angles.
@@ -275,12 +294,19 @@ pub fn of_eight(dice: &mut Dice) -> Scene<Eight> {
     let mut start = state([0.0; 8], [0.0; 8]);
     let uneven = dice.unit();
     (0..8).for_each(|i| start.q[i] = size * (1.0 - uneven * dice.unit()));
-    Scene { name: "chain of rods", model: Eight(free(f, energy)), start, until: dice.power(1.0, 15.0), stiff: false }
+    Scene {
+        name: "chain of rods",
+        model: Eight(free(f, energy)),
+        start,
+        until: dice.power(1.0, 15.0),
+        stiff: false,
+    }
 }
 
 /// Pendulums in a row with springs between them, and beads on a string.
 pub fn of_twenty(dice: &mut Dice) -> Scene<Twenty> {
-    let (g, k, cubic) = (dice.within(0.0, 5.0), dice.power(1.0, 300.0), dice.below(2) as f64 * dice.within(0.0, 1.0));
+    let (g, k, cubic) =
+        (dice.within(0.0, 5.0), dice.power(1.0, 300.0), dice.below(2) as f64 * dice.within(0.0, 1.0));
     let pull = move |x: f64| k * x + cubic * k * x * x * x;
     let f = move |_: f64, q: &SVector<f64, 20>, _: &SVector<f64, 20>| {
         let at = |i: usize| if (1..=20).contains(&i) { q[i - 1] } else { 0.0 };
@@ -299,7 +325,13 @@ pub fn of_twenty(dice: &mut Dice) -> Scene<Twenty> {
     } else {
         (0..20).for_each(|i| start.q[i] = size * dice.within(-1.0, 1.0));
     }
-    Scene { name: "row of masses", model: Twenty(free(f, energy)), start, until: dice.power(3.0, 60.0), stiff: false }
+    Scene {
+        name: "row of masses",
+        model: Twenty(free(f, energy)),
+        start,
+        until: dice.power(3.0, 60.0),
+        stiff: false,
+    }
 }
 
 /// A body about a fixed point by Euler parameters, with weight at c along its third axis: 4 GᵀJG ë = −8 ĠᵀJG
@@ -335,7 +367,8 @@ impl Held<4, 1, 1> for EulerBody {
         let turns = Matrix3::from_diagonal(&self.inertia) * g_of(&s.q) * s.u;
         // V = w (e₀² − e₁² − e₂² + e₃²).
         let e = &s.q;
-        -8.0 * g_of(&s.u).transpose() * turns - 2.0 * self.weight * SVector::<f64, 4>::new(e[0], -e[1], -e[2], e[3])
+        -8.0 * g_of(&s.u).transpose() * turns
+            - 2.0 * self.weight * SVector::<f64, 4>::new(e[0], -e[1], -e[2], e[3])
     }
     fn energy(&self, s: &PlainState<4, 0>) -> f64 {
         let e = &s.q;

@@ -38,7 +38,8 @@ pub struct Judged {
 pub fn judge<M: Simulate>(scene: &Scene<M>, dice: &mut Dice) -> Option<Judged> {
     let tolerance = dice.power(1e-12, 1e-4);
     let method = if dice.unit() < 0.6 { None } else { named_method(scene.stiff, tolerance, dice) };
-    let simulation = scene.model.simulate(scene.start).until(scene.until).tolerance(tolerance).max_steps(40_000);
+    let simulation =
+        scene.model.simulate(scene.start).until(scene.until).tolerance(tolerance).max_steps(40_000);
     let simulation = match &method {
         Some(method) => simulation.method(method),
         None => simulation,
@@ -209,7 +210,8 @@ impl fmt::Display for Table {
         }
         writeln!(
             f,
-            "| motions | count | beyond 10 tolerances | of these silent | false alarms | told more than is true | undecided |\n|---|---|---|---|---|---|---|"
+            "| motions | count | beyond 10 tolerances | of these silent | false alarms | told more than is \
+             true | undecided |\n|---|---|---|---|---|---|---|"
         )?;
         for (name, row) in &self.rows {
             writeln!(
@@ -221,12 +223,15 @@ impl fmt::Display for Table {
         writeln!(f, "alarms by kind: {:?}", self.alarms)?;
         writeln!(f, "evaluations by default, geometric mean {:.1}", (self.cost.0 / self.cost.1).exp())?;
         for by_default in [true, false] {
-            let mut errors: Vec<f64> = self.errors.iter().filter(|e| e.0 == by_default).map(|e| e.1).collect();
+            let mut errors: Vec<f64> =
+                self.errors.iter().filter(|e| e.0 == by_default).map(|e| e.1).collect();
             errors.sort_by(f64::total_cmp);
-            let at = |part: f64| errors.get((part * errors.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+            let at =
+                |part: f64| errors.get((part * errors.len() as f64) as usize).copied().unwrap_or(f64::NAN);
             writeln!(
                 f,
-                "default {by_default}: errors in tolerances, quantiles 25 % {:.2}, 50 % {:.2}, 75 % {:.2}, 90 % {:.1}, 95 % {:.1}",
+                "default {by_default}: errors in tolerances, quantiles 25 % {:.2}, 50 % {:.2}, 75 % {:.2}, \
+                 90 % {:.1}, 95 % {:.1}",
                 at(0.25),
                 at(0.5),
                 at(0.75),
@@ -236,10 +241,12 @@ impl fmt::Display for Table {
             let mut ratios: Vec<f64> =
                 self.errors.iter().filter(|e| e.0 == by_default && e.1 > 1.0).map(|e| e.2 / e.1).collect();
             ratios.sort_by(f64::total_cmp);
-            let at = |part: f64| ratios.get((part * ratios.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+            let at =
+                |part: f64| ratios.get((part * ratios.len() as f64) as usize).copied().unwrap_or(f64::NAN);
             writeln!(
                 f,
-                "  shown over true, of those beyond 1: 2 % {:.2}, 5 % {:.2}, 25 % {:.2}, 50 % {:.2}, 75 % {:.2}, 95 % {:.2}, 98 % {:.2}",
+                "  shown over true, of those beyond 1: 2 % {:.2}, 5 % {:.2}, 25 % {:.2}, 50 % {:.2}, 75 % \
+                 {:.2}, 95 % {:.2}, 98 % {:.2}",
                 at(0.02),
                 at(0.05),
                 at(0.25),

@@ -1,4 +1,5 @@
-//! Constraints that switch: impacts, contacts that close and lift off, sticking and slipping, latches, each against closed forms.
+//! Constraints that switch: impacts, contacts that close and lift off, sticking and slipping, latches, each
+//! against closed forms.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -9,11 +10,12 @@ use common::*;
 use dynamics_runtime::constrain;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity, Route,
-    Solved, Terms,
+    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity,
+    Route, Solved, Terms,
 };
 use dynamics_runtime::motion::{
-    Change, ChangeError, Contact, Direction, Flow, Formulation, Motion, OptionError, Simulate, SimulationErrorKind,
+    Change, ChangeError, Contact, Direction, Flow, Formulation, Motion, OptionError, Simulate,
+    SimulationErrorKind,
 };
 use nalgebra::{SMatrix, SVector};
 
@@ -58,7 +60,8 @@ fn released<const N: usize>(
     state
 }
 
-/// Impacts at t₁ = √(2h/g) and then after flights of 2 eⁿ v₁/g, until the speed is a thousandth of v₁; then it lies.
+/// Impacts at t₁ = √(2h/g) and then after flights of 2 eⁿ v₁/g, until the speed is a thousandth of v₁; then
+/// it lies.
 #[test]
 fn a_ball_bounces_and_comes_to_rest() {
     let ball = Ball { m: 0.5, g: 9.81 };
@@ -78,7 +81,8 @@ fn a_ball_bounces_and_comes_to_rest() {
         assert!((hit.approach[0] + approach).abs() < 1e-8);
         assert!((hit.impulse[0] - ball.m * (1.0 + restitution) * approach).abs() < 1e-8);
         assert!(
-            (hit.energy_lost - 0.5 * ball.m * approach * approach * (1.0 - restitution * restitution)).abs() < 1e-8
+            (hit.energy_lost - 0.5 * ball.m * approach * approach * (1.0 - restitution * restitution)).abs()
+                < 1e-8
         );
         expected += 2.0 * e.powi(n as i32 + 1) * speed / ball.g;
     }
@@ -97,7 +101,10 @@ fn a_ball_bounces_and_comes_to_rest() {
     assert!(summary.to_string().contains("impacts      21, "), "{summary}");
     let slowest = speed * e.powi(20);
     assert!(summary.upkept.rests == 1 && (summary.upkept.fastest_rest - slowest).abs() < 1e-8, "{summary}");
-    assert!(summary.to_string().contains(&format!("too slow to rebound at {slowest:.1e} or less")), "{summary}");
+    assert!(
+        summary.to_string().contains(&format!("too slow to rebound at {slowest:.1e} or less")),
+        "{summary}"
+    );
     // Asked for, it is no news.
     let contact = Contact { restitution: e, rest_speed: Some(0.01) };
     let motion = ball.simulate(start).until(6.0).contact("floor", contact).run().unwrap();
@@ -156,7 +163,8 @@ held!(Dome, 2 coordinates ["x", "y"], 2 + 0 = 2 rows ["dome", "ground"],
     [switched("dome", ConstraintKind::Holonomic, 0, 0), switched("ground", ConstraintKind::Holonomic, 1, 1)],
     friction false, events []);
 
-/// From the top with speed v: it lifts off where g cos θ = (v² + 2 g R (1 − cos θ))/R, that is cos θ = 2/3 + v²/(3 g R), flies, and stays on the ground.
+/// From the top with speed v: it lifts off where g cos θ = (v² + 2 g R (1 − cos θ))/R, that is cos θ = 2/3 +
+/// v²/(3 g R), flies, and stays on the ground.
 #[test]
 fn a_bead_lifts_off_its_dome_and_lands() {
     let dome = Dome { r: 2.0, g: 9.81 };
@@ -236,8 +244,8 @@ impl Held<1, 0, 1> for Block {
 held!(Block, 1 coordinates ["x"], 0 + 1 = 1 rows ["stick"],
     [switched("stick", ConstraintKind::Nonholonomic, 0, 0)], friction false, events ["breakaway"]);
 
-/// It sticks until k x = μₛ N, slips around μₖ N/k and sticks again when its speed is the belt's: at 2 μₖ N/k − μₛ N/k, after
-/// (2π − 2 atan((μₛ − μₖ) N ω/(k v)))/ω.
+/// It sticks until k x = μₛ N, slips around μₖ N/k and sticks again when its speed is the belt's: at 2 μₖ N/k
+/// − μₛ N/k, after (2π − 2 atan((μₛ − μₖ) N ω/(k v)))/ω.
 #[test]
 fn a_block_on_a_belt_sticks_and_slips() {
     let block = Block { m: 2.0, k: 50.0, v: 0.3, n: 20.0, resting: 0.6, sliding: 0.4 };
@@ -269,7 +277,8 @@ fn a_block_on_a_belt_sticks_and_slips() {
     assert!((motion.reaction_at("stick", 0.2).unwrap()[0] - block.k * 0.2 * block.v).abs() < 1e-9);
 }
 
-/// A state that slips backwards is released to that side by its guard, whatever side was given: a = +μN/m until it sticks.
+/// A state that slips backwards is released to that side by its guard, whatever side was given: a = +μN/m
+/// until it sticks.
 #[test]
 fn what_slips_backwards_is_braked() {
     let block = Block { m: 2.0, k: 0.0, v: 0.0, n: 20.0, resting: 0.6, sliding: 0.4 };
@@ -290,7 +299,8 @@ fn a_block_that_rebounds_while_it_slips_is_braked_on_the_way_back() {
     for formulation in [Formulation::Projected, Formulation::Augmented, Formulation::Embedded] {
         let start = released(at_rest_or_not([0.0], [4.0]), [0]);
         let run = block.simulate(start).until(2.0).formulation(formulation).event("wall", |s| s.q[0] - 1.0);
-        let run = run.on_event("wall", Direction::Rising, |s| s.u[0] *= -0.5).stick_slip("stick", "breakaway");
+        let run =
+            run.on_event("wall", Direction::Rising, |s| s.u[0] *= -0.5).stick_slip("stick", "breakaway");
         let motion = run.run().unwrap();
         let names: Vec<&str> = motion.events().iter().map(|event| event.name.as_str()).collect();
         assert_eq!(names, ["wall", "stick slip"], "{formulation}");
@@ -302,7 +312,8 @@ fn a_block_that_rebounds_while_it_slips_is_braked_on_the_way_back() {
     }
 }
 
-/// A belt that breaks away at less than the sliding friction neither sticks nor slips: an error, not a chatter without end.
+/// A belt that breaks away at less than the sliding friction neither sticks nor slips: an error, not a
+/// chatter without end.
 #[test]
 fn friction_that_is_lower_at_rest_than_in_motion_is_an_error() {
     let block = Block { m: 2.0, k: 50.0, v: 0.3, n: 20.0, resting: 0.3, sliding: 0.5 };
@@ -316,10 +327,14 @@ fn friction_that_is_lower_at_rest_than_in_motion_is_an_error() {
     }
     assert!((error.time - block.resting * block.n / block.k / block.v).abs() < 1e-6, "{}", error.time);
     let text = error.to_string();
-    assert!(text.contains("break away at no less than the friction") && !text.contains("Flow::Stop"), "{text}");
+    assert!(
+        text.contains("break away at no less than the friction") && !text.contains("Flow::Stop"),
+        "{text}"
+    );
 }
 
-/// A reset must leave a state on the constraints, also where these may drift: what drift there was before is no excuse.
+/// A reset must leave a state on the constraints, also where these may drift: what drift there was before is
+/// no excuse.
 #[test]
 fn a_reset_that_leaves_the_constraints_is_refused_in_every_formulation() {
     let dome = Dome { r: 2.0, g: 9.81 };
@@ -328,7 +343,8 @@ fn a_reset_that_leaves_the_constraints_is_refused_in_every_formulation() {
     for formulation in formulations {
         let run = |action: fn(&mut Change<'_, Dome>)| {
             let start = released(at_rest_or_not([0.0, dome.r], [0.5, 0.0]), [1]);
-            let run = dome.simulate(start).until(0.4).formulation(formulation).event("mark", |s| s.q[0] - 0.1);
+            let run =
+                dome.simulate(start).until(0.4).formulation(formulation).event("mark", |s| s.q[0] - 0.1);
             run.on_event_with("mark", Direction::Rising, action).run()
         };
         // Along the dome, as fast again.
@@ -338,7 +354,10 @@ fn a_reset_that_leaves_the_constraints_is_refused_in_every_formulation() {
         for action in [faster, higher] {
             match run(action).unwrap_err().kind {
                 SimulationErrorKind::Change { event, error } => {
-                    assert!(event == "mark" && matches!(*error, ChangeError::State(_)), "{formulation}: {error}");
+                    assert!(
+                        event == "mark" && matches!(*error, ChangeError::State(_)),
+                        "{formulation}: {error}"
+                    );
                 }
                 other => panic!("{formulation}: {other:?}"),
             }
@@ -398,7 +417,11 @@ fn carts_couple_where_they_meet_and_are_released_again() {
     // ½ m₁m₂/(m₁+m₂) v², v = 3.
     assert!((event.time() - 1.0).abs() < 1e-12 && (event.energy_lost() - 0.5 * 0.75 * 9.0).abs() < 1e-12);
     let end = motion.end();
-    assert!((end.u[0] + 0.25).abs() < 1e-14 && (end.q[0] - 1.25).abs() < 1e-9 && (end.q[0] - end.q[1]).abs() < 1e-15);
+    assert!(
+        (end.u[0] + 0.25).abs() < 1e-14
+            && (end.q[0] - 1.25).abs() < 1e-9
+            && (end.q[0] - end.q[1]).abs() < 1e-15
+    );
 
     let released = meet(&carts, |change| {
         change.engage("coupling");
@@ -426,18 +449,25 @@ fn changes_that_cannot_be_made_end_the_run_and_say_why() {
         other => panic!("{other:?}"),
     };
     let unknown = why(|change| change.engage("couplin"));
-    assert_eq!(unknown, ChangeError::UnknownConstraint { name: "couplin".into(), suggestion: Some("coupling".into()) });
+    assert_eq!(
+        unknown,
+        ChangeError::UnknownConstraint { name: "couplin".into(), suggestion: Some("coupling".into()) }
+    );
     assert_eq!(why(|change| change.impact("coupling", 1.5)), ChangeError::Restitution { value: 1.5 });
     let apart = why(|change| {
         change.state_mut().q[1] += 0.25;
         change.engage("coupling");
     });
-    assert!(matches!(apart, ChangeError::EngagedApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9));
+    assert!(
+        matches!(apart, ChangeError::EngagedApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9)
+    );
     let apart = why(|change| {
         change.state_mut().q[1] += 0.25;
         change.impact("coupling", 0.5);
     });
-    assert!(matches!(apart, ChangeError::ImpactApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9));
+    assert!(
+        matches!(apart, ChangeError::ImpactApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9)
+    );
     // The mode alone, without the impact: the velocities do not fit.
     let state = why(|change| change.state_mut().modes_mut().engage(0));
     assert!(matches!(state, ChangeError::State(_)), "{state:?}");
@@ -447,34 +477,43 @@ fn changes_that_cannot_be_made_end_the_run_and_say_why() {
 fn guards_that_cannot_be_are_refused() {
     let ball = Ball { m: 1.0, g: 9.81 };
     let start = released(at_rest_or_not([0.0, 1.0], [0.0, 0.0]), [0]);
-    let refused = |run: dynamics_runtime::motion::Simulation<'_, Ball>| match run.until(1.0).run().unwrap_err().kind {
-        SimulationErrorKind::Option(error) => error,
-        other => panic!("{other:?}"),
-    };
+    let refused =
+        |run: dynamics_runtime::motion::Simulation<'_, Ball>| match run.until(1.0).run().unwrap_err().kind {
+            SimulationErrorKind::Option(error) => error,
+            other => panic!("{other:?}"),
+        };
     let open = || ball.simulate(start);
     assert!(matches!(refused(open().contact("flor", 0.0)), OptionError::Constraint(_)));
     let springy = refused(open().contact("floor", 1.1));
     assert!(matches!(springy, OptionError::Contact { option: "restitution", .. }));
     assert!(springy.to_string().starts_with("`.contact(\"floor\", ..)` with restitution 1.1"), "{springy}");
     let rest = Contact { rest_speed: Some(-1.0), ..Contact::default() };
-    assert!(matches!(refused(open().contact("floor", rest)), OptionError::Contact { option: "rest_speed", .. }));
+    assert!(matches!(
+        refused(open().contact("floor", rest)),
+        OptionError::Contact { option: "rest_speed", .. }
+    ));
     // Which constraint is wrong comes before which event is.
     for sticky in [open().stick_slip("floor", "x"), open().event("x", |_| 1.0).stick_slip("floor", "x")] {
         let error = refused(sticky);
         assert!(matches!(error, OptionError::NotForGuard { option: "stick_slip", constraint: "floor", .. }));
-        let said = "`.stick_slip(..)` is not possible for `floor`, a constraint on positions (`#[holonomic]`); `.contact(..)` is for those";
+        let said = "`.stick_slip(..)` is not possible for `floor`, a constraint on positions \
+            (`#[holonomic]`); `.contact(..)` is for those";
         assert!(error.to_string().starts_with(said), "{error}");
     }
     let back = open().contact("floor", 0.8).until(-2.0).run().unwrap_err().kind;
     let expected = OptionError::Backwards { option: "contact", constraint: "floor".into() };
     assert_eq!(back, SimulationErrorKind::Option(expected));
-    let below = ball.simulate(released(at_rest_or_not([0.0, -0.5], [0.0, 0.0]), [0])).until(1.0).contact("floor", 0.0);
+    let below = ball
+        .simulate(released(at_rest_or_not([0.0, -0.5], [0.0, 0.0]), [0]))
+        .until(1.0)
+        .contact("floor", 0.0);
     let kind = below.run().unwrap_err().kind;
     assert_eq!(kind, SimulationErrorKind::Penetration { row: "floor", residual: -0.5 });
 }
 
-/// A rod whose end is guided in a slot with friction slides into Painlevé's paradox: the run ends where 1 + 3 cos² θ = 3 μ sin θ |cos θ|
-/// changes sign, tan θ = 3 ± √5 at μ = 2, with an error that says so. Source: Génot and Brogliato, Eur. J. Mech. A 18 (1999) 653.
+/// A rod whose end is guided in a slot with friction slides into Painlevé's paradox: the run ends where 1 + 3
+/// cos² θ = 3 μ sin θ |cos θ| changes sign, tan θ = 3 ± √5 at μ = 2, with an error that says so. Source:
+/// Génot and Brogliato, Eur. J. Mech. A 18 (1999) 653.
 #[test]
 fn painleves_rod_slides_into_its_paradox() {
     let rod = PainleveRod { m: 1.0, l: 1.0, g: 9.81, mu: 2.0, linear: false };
@@ -495,17 +534,22 @@ fn painleves_rod_slides_into_its_paradox() {
     }
 }
 
-/// Where friction brings the end of the rod to rest, that is what is said: nothing slips on from there, and nothing sticks.
+/// Where friction brings the end of the rod to rest, that is what is said: nothing slips on from there, and
+/// nothing sticks.
 #[test]
 fn painleves_rod_comes_to_rest_on_the_jump_of_its_friction() {
     let rod = PainleveRod { m: 1.0, l: 1.0, g: 9.81, mu: 0.7, linear: false };
     for (theta, rate, slip) in [(1.2, 0.0, -1.0), (1.3, -0.2, -2.0), (1.2, 0.0, 0.3)] {
-        let error = rod.simulate(rod.slipping(theta, rate, slip)).until(5.0).max_steps(3000).run().unwrap_err();
+        let error =
+            rod.simulate(rod.slipping(theta, rate, slip)).until(5.0).max_steps(3000).run().unwrap_err();
         let SimulationErrorKind::RestsOnJump { coordinates, .. } = &error.kind else {
             panic!("{theta} {slip}: {error}")
         };
         assert!(rod.slip(&error.state).abs() < 1e-6 && error.time > 0.0, "{error}");
-        assert!(!coordinates.is_empty() && error.to_string().contains("lead to it from both sides"), "{error}");
+        assert!(
+            !coordinates.is_empty() && error.to_string().contains("lead to it from both sides"),
+            "{error}"
+        );
     }
 }
 
@@ -539,7 +583,9 @@ fn a_release_without_a_reaction_names_no_side() {
     // Without friction either side is right; with it one would brake, and the other drive.
     assert!(run(0.0, |change| change.release("stick")).unwrap().modes.side(0) != 0.0);
     match run(0.4, |change| change.release("stick")).unwrap_err() {
-        SimulationErrorKind::Change { error, .. } => assert_eq!(*error, ChangeError::NoSide { constraint: "stick" }),
+        SimulationErrorKind::Change { error, .. } => {
+            assert_eq!(*error, ChangeError::NoSide { constraint: "stick" })
+        }
         other => panic!("{other:?}"),
     }
 }

@@ -1,8 +1,10 @@
-//! Planks on two points or three: impacts of several contacts at once, rocking, reactions that are not unique.
+//! Planks on two points or three: impacts of several contacts at once, rocking, reactions that are not
+//! unique.
 
 use super::*;
 
-/// A plank of mass m and moment of inertia j over a floor that it touches at x = −a, 0 and a, under a torque −m g a t.
+/// A plank of mass m and moment of inertia j over a floor that it touches at x = −a, 0 and a, under a torque
+/// −m g a t.
 struct Plank<const R: usize> {
     j: f64,
     load: f64,
@@ -40,8 +42,9 @@ held!(ThreePoints, 2 coordinates ["y", "theta"], 3 + 0 = 3 rows ["left", "right"
         switched("middle", ConstraintKind::Holonomic, 2, 2)],
     friction false, events []);
 
-/// Rocking on its left end it hits with the right one at the rate w. With j > m a² the left end parts: Λ = 2 a w/(1/m + a²/j), and no impulse
-/// pulls at it; with j < m a² it presses, Λ = (1 − j/m a²) m a w/2, and all energy is lost.
+/// Rocking on its left end it hits with the right one at the rate w. With j > m a² the left end parts: Λ = 2
+/// a w/(1/m + a²/j), and no impulse pulls at it; with j < m a² it presses, Λ = (1 − j/m a²) m a w/2, and all
+/// energy is lost.
 #[test]
 fn an_end_that_rests_pushes_in_an_impact_and_does_not_pull() {
     for (j, parts) in [(4.0, true), (0.3, false)] {
@@ -55,16 +58,21 @@ fn an_end_that_rests_pushes_in_an_impact_and_does_not_pull() {
             let event = &motion.events()[0];
             assert_eq!((event.name.as_str(), event.before.modes.holds(0)), ("right contact", true));
             assert!((event.before.u[1] + w).abs() < 1e-8);
-            let impulse =
-                |name| event.impacts.iter().find(|hit| hit.constraint == name).map(|hit| (hit.held, hit.impulse[0]));
+            let impulse = |name| {
+                event.impacts.iter().find(|hit| hit.constraint == name).map(|hit| (hit.held, hit.impulse[0]))
+            };
             let (hit, lost) = (impulse("right").unwrap(), event.energy_lost());
             assert!(!hit.0);
             if parts {
                 let expected = 2.0 * w / (1.0 + 1.0 / j);
                 assert!(impulse("left").is_none() && (hit.1 - expected).abs() < 1e-8, "{event:?}");
-                assert!((event.after.u[0] - 0.6 * w).abs() < 1e-8 && (event.after.u[1] + 0.6 * w).abs() < 1e-8);
                 assert!(
-                    !event.after.modes.holds(0) && event.after.modes.holds(1) && (lost - expected * w).abs() < 1e-8
+                    (event.after.u[0] - 0.6 * w).abs() < 1e-8 && (event.after.u[1] + 0.6 * w).abs() < 1e-8
+                );
+                assert!(
+                    !event.after.modes.holds(0)
+                        && event.after.modes.holds(1)
+                        && (lost - expected * w).abs() < 1e-8
                 );
             } else {
                 let left = impulse("left").unwrap();
@@ -80,7 +88,8 @@ fn an_end_that_rests_pushes_in_an_impact_and_does_not_pull() {
     }
 }
 
-/// It rocks from end to end, each time at three fifths of the rate, and is at rest after rates below a thousandth of the first.
+/// It rocks from end to end, each time at three fifths of the rate, and is at rest after rates below a
+/// thousandth of the first.
 #[test]
 fn a_plank_that_rocks_comes_to_rest() {
     let plank = TwoEnds { j: 4.0, load: 0.0 };
@@ -89,7 +98,8 @@ fn a_plank_that_rocks_comes_to_rest() {
     let run = plank.simulate(start).until(4.0).tolerance(1e-10);
     let motion = run.contact("left", 0.0).contact("right", 0.0).run().unwrap();
     let rates: Vec<f64> = motion.events().iter().map(|event| event.before.u[1].abs()).collect();
-    // 0.6ⁿ ≤ 1e-3 first for n = 14 against the right end's first rate, n = 15 against the left one's, which was 0.6 of that.
+    // 0.6ⁿ ≤ 1e-3 first for n = 14 against the right end's first rate, n = 15 against the left one's, which
+    // was 0.6 of that.
     assert!(rates.len() == 15, "{rates:?}");
     assert!(rates.windows(2).all(|pair| (pair[1] / pair[0] - 0.6).abs() < 1e-5), "{rates:?}");
     let end = motion.end();
@@ -97,8 +107,9 @@ fn a_plank_that_rocks_comes_to_rest() {
     assert!((motion.summary().energy_lost - 9.81 * tilt.sin()).abs() < 1e-8);
 }
 
-/// Starts on one end or in flight, tilted by much or by no more than rounding, with every kind of rebound: hops of single ends accumulate while the
-/// other one falls, and rocking dies away. Each run goes on to its end, no end sinks into the floor, and the account of energy closes.
+/// Starts on one end or in flight, tilted by much or by no more than rounding, with every kind of rebound:
+/// hops of single ends accumulate while the other one falls, and rocking dies away. Each run goes on to its
+/// end, no end sinks into the floor, and the account of energy closes.
 #[test]
 fn planks_come_to_rest_from_every_start() {
     let mut rest = 0;
@@ -124,8 +135,12 @@ fn planks_come_to_rest_from_every_start() {
 }
 
 fn plank_starts() -> Vec<(f64, f64, f64, f64)> {
-    let mut starts =
-        vec![(1.7, 0.6, 0.7e-15, 0.0), (2.5, 0.45, 0.7e-15, 0.0), (0.61, 0.45, 0.1, 1e-10), (0.37, 0.9, 0.5, 1e-10)];
+    let mut starts = vec![
+        (1.7, 0.6, 0.7e-15, 0.0),
+        (2.5, 0.45, 0.7e-15, 0.0),
+        (0.61, 0.45, 0.1, 1e-10),
+        (0.37, 0.9, 0.5, 1e-10),
+    ];
     for j in [0.3, 1.0, 1.1, 4.0] {
         for e in [0.0, 0.3, 0.8] {
             for tilt in [0.2, 1e-9, 1e-15] {
@@ -136,20 +151,25 @@ fn plank_starts() -> Vec<(f64, f64, f64, f64)> {
     starts
 }
 
-/// Dropped level it hits with both ends at once and rises level: one impact, in which each end takes half, whatever j.
+/// Dropped level it hits with both ends at once and rises level: one impact, in which each end takes half,
+/// whatever j.
 #[test]
 fn ends_that_hit_together_rebound_together() {
     for (j, e) in [(4.0, 0.0), (4.0, 0.5), (4.0, 1.0), (0.3, 0.0), (0.3, 0.5), (0.3, 1.0)] {
         let plank = TwoEnds { j, load: 0.0 };
         let start = released(at_rest_or_not([1.0, 0.0], [0.0, 0.0]), [0, 1]);
-        let motion = plank.simulate(start).until(3.0).tolerance(1e-11).contact("left", e).contact("right", e).run();
+        let motion =
+            plank.simulate(start).until(3.0).tolerance(1e-11).contact("left", e).contact("right", e).run();
         let motion = motion.unwrap_or_else(|error| panic!("{j} {e}: {error}"));
         let [first, second] = &motion.events()[..2] else { panic!("two events") };
         let v = (2.0f64 * 9.81).sqrt();
         assert!((first.time() - v / 9.81).abs() < 1e-9 && first.time() == second.time());
-        let impulses: Vec<_> = first.impacts.iter().map(|hit| (hit.constraint, hit.held, hit.impulse[0])).collect();
+        let impulses: Vec<_> =
+            first.impacts.iter().map(|hit| (hit.constraint, hit.held, hit.impulse[0])).collect();
         assert_eq!((impulses.len(), second.impacts.len()), (2, 0), "{first:?}");
-        assert!(impulses.iter().all(|(_, held, impulse)| !held && (impulse - 0.5 * (1.0 + e) * v).abs() < 1e-8));
+        assert!(
+            impulses.iter().all(|(_, held, impulse)| !held && (impulse - 0.5 * (1.0 + e) * v).abs() < 1e-8)
+        );
         assert!((second.after.u[0] - e * v).abs() < 1e-8 && second.after.u[1].abs() < 1e-12, "{second:?}");
         assert!((first.energy_lost() - 0.5 * v * v * (1.0 - e * e)).abs() < 1e-7);
         let end = motion.end();
@@ -162,8 +182,8 @@ fn ends_that_hit_together_rebound_together() {
     }
 }
 
-/// Three points that bear a plank: which of them lifts off is not for the reactions of least norm to say. The left one would at t = 2/3 by
-/// those; without the middle one it does at t = 1.
+/// Three points that bear a plank: which of them lifts off is not for the reactions of least norm to say. The
+/// left one would at t = 2/3 by those; without the middle one it does at t = 1.
 #[test]
 fn reactions_that_are_not_unique_let_no_contact_lift_off() {
     let plank = ThreePoints { j: 4.0, load: 9.81 };

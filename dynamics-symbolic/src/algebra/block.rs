@@ -1,6 +1,7 @@
-//! A square block of the dependent coordinates' Jacobian, factored on the graph: first the pivots that are constants, which need no guard and
-//! cost nothing (the joints of bodies in absolute coordinates), then pivots by fewest neighbours, until at most three unknowns are left. These
-//! are solved by cofactors: one division, no pivot that could vanish while the determinant does not.
+//! A square block of the dependent coordinates' Jacobian, factored on the graph: first the pivots that are
+//! constants, which need no guard and cost nothing (the joints of bodies in absolute coordinates), then
+//! pivots by fewest neighbours, until at most three unknowns are left. These are solved by cofactors: one
+//! division, no pivot that could vanish while the determinant does not.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,8 @@ use super::unrolled::{Guard, Guarded};
 
 /// Most unknowns that are solved by cofactors.
 const CORE: usize = 3;
-/// Smallest admissible ratio of a determinant, or a pivot, to the norms of its columns and rows. The general solver takes over below.
+/// Smallest admissible ratio of a determinant, or a pivot, to the norms of its columns and rows. The general
+/// solver takes over below.
 pub(super) const DEPENDENT: f64 = 1e-3;
 
 /// One step of Gaussian elimination, all numbers being those of the whole system.
@@ -79,8 +81,8 @@ impl BlockFactors {
         Some(Self { steps, rows: core_rows, columns: core_columns, adjugate, reciprocal, guards })
     }
 
-    /// Rows at right angles to each other, more than cofactors serve: A⁻¹ = Aᵀ(A Aᵀ)⁻¹ with a diagonal A Aᵀ, as for angular velocities by Euler parameters beside the rate
-    /// of their norm.
+    /// Rows at right angles to each other, more than cofactors serve: A⁻¹ = Aᵀ(A Aᵀ)⁻¹ with a diagonal A Aᵀ,
+    /// as for angular velocities by Euler parameters beside the rate of their norm.
     fn orthogonal(g: &mut Graph, jacobian: &Sparse, rows: &[usize], columns: &[usize]) -> Option<Self> {
         let n = rows.len();
         if n <= CORE {
@@ -105,7 +107,12 @@ impl BlockFactors {
             let square = dot(g, row, row);
             if g.as_number(square).is_none() {
                 // Below nothing but zero itself: rows at right angles are as independent as they are long.
-                guards.push(Guard { of: Guarded::Row(rows[i]), pivot: square, scale: square, tolerance: DEPENDENT });
+                guards.push(Guard {
+                    of: Guarded::Row(rows[i]),
+                    pivot: square,
+                    scale: square,
+                    tolerance: DEPENDENT,
+                });
             }
             let one = g.one();
             let reciprocal = g.div(one, square)?;
@@ -169,7 +176,8 @@ impl BlockFactors {
     }
 }
 
-/// The next pivot of a block: numbers while more than one unknown is left, anything while more than the core is; fewest products first.
+/// The next pivot of a block: numbers while more than one unknown is left, anything while more than the core
+/// is; fewest products first.
 fn next_pivot(g: &Graph, left: &Entries) -> Option<(usize, usize)> {
     let mut count: BTreeMap<usize, usize> = BTreeMap::new();
     left.values().flat_map(|row| row.keys()).for_each(|c| *count.entry(*c).or_default() += 1);
@@ -181,7 +189,13 @@ fn next_pivot(g: &Graph, left: &Entries) -> Option<(usize, usize)> {
         .map(|(r, c, ..)| (r, c))
 }
 
-fn eliminate(g: &mut Graph, left: &mut Entries, row: usize, column: usize, guards: &mut Vec<Guard>) -> Option<Step> {
+fn eliminate(
+    g: &mut Graph,
+    left: &mut Entries,
+    row: usize,
+    column: usize,
+    guards: &mut Vec<Guard>,
+) -> Option<Step> {
     let mut right = left.remove(&row)?;
     let pivot = right[&column];
     if g.as_number(pivot).is_none() {
@@ -241,8 +255,9 @@ fn cofactors(g: &mut Graph, a: &[Vec<NodeId>]) -> (Vec<Vec<NodeId>>, NodeId) {
     (adjugate, determinant)
 }
 
-/// The determinant of what is left of a block beside the norms of its columns, det² against Π‖column‖². For links of given length the norms are
-/// constants and the ratio is the sine of an angle. Where a norm varies it could vanish with the determinant, so the rows count too.
+/// The determinant of what is left of a block beside the norms of its columns, det² against Π‖column‖². For
+/// links of given length the norms are constants and the ratio is the sine of an angle. Where a norm varies
+/// it could vanish with the determinant, so the rows count too.
 fn guard(
     g: &mut Graph,
     determinant: NodeId,
@@ -278,8 +293,8 @@ fn guard(
     Guard { of: Guarded::Row(rows[0]), pivot, scale, tolerance: DEPENDENT * DEPENDENT }
 }
 
-/// ‖column j‖², or, where that is a constant and this is not, ‖column j ± another column‖²: the determinant stays the same. The angle of a link
-/// relative to another moves both.
+/// ‖column j‖², or, where that is a constant and this is not, ‖column j ± another column‖²: the determinant
+/// stays the same. The angle of a link relative to another moves both.
 fn norm_of_column(g: &mut Graph, core: &[Vec<NodeId>], j: usize) -> NodeId {
     let own: Vec<NodeId> = core.iter().map(|row| row[j]).collect();
     let norm = dot(g, &own, &own);

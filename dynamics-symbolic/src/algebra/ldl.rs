@@ -1,8 +1,8 @@
 //! M = LDLᵀ unrolled on the graph, entries that are identically zero skipped.
 //!
-//! Eliminated from the last unknown of the order to the first, so that every step only touches neighbours of the eliminated unknown; the order
-//! is by minimum degree, ties toward the last coordinate, which for a chain eliminates from its tip and for decoupled blocks creates no fill
-//! between them.
+//! Eliminated from the last unknown of the order to the first, so that every step only touches neighbours of
+//! the eliminated unknown; the order is by minimum degree, ties toward the last coordinate, which for a chain
+//! eliminates from its tip and for decoupled blocks creates no fill between them.
 
 use std::collections::BTreeMap;
 
@@ -41,11 +41,22 @@ impl Factors {
     /// Factors of which no unknown is eliminated yet.
     pub(super) fn empty(g: &Graph, n: usize) -> Self {
         let zero = g.zero();
-        Self { order: Vec::new(), pivots: vec![zero; n], reciprocals: vec![zero; n], columns: vec![Vec::new(); n] }
+        Self {
+            order: Vec::new(),
+            pivots: vec![zero; n],
+            reciprocals: vec![zero; n],
+            columns: vec![Vec::new(); n],
+        }
     }
 
-    /// Eliminates an unknown from what is left: the products that were subtracted from the diagonal, by unknown; `None` where its pivot is zero.
-    pub(super) fn eliminate(&mut self, g: &mut Graph, rest: &mut Rest, k: usize) -> Option<Vec<(usize, NodeId)>> {
+    /// Eliminates an unknown from what is left: the products that were subtracted from the diagonal, by
+    /// unknown; `None` where its pivot is zero.
+    pub(super) fn eliminate(
+        &mut self,
+        g: &mut Graph,
+        rest: &mut Rest,
+        k: usize,
+    ) -> Option<Vec<(usize, NodeId)>> {
         let (pivot, one) = (rest.diagonal(g, k), g.one());
         let reciprocal = g.div(one, pivot)?;
         self.order.push(k);
@@ -98,7 +109,8 @@ impl Factors {
     /// The value of unknown k, given those that were eliminated later and its own right-hand side.
     pub(super) fn back(&self, g: &mut Graph, k: usize, x: &[NodeId]) -> NodeId {
         // −2 m r ṙ φ̇ / (m r²) is −2 ṙ φ̇ / r, as one would write it.
-        let short = if self.columns[k].is_empty() { g.cancelled_quotient(x[k], self.pivots[k]) } else { None };
+        let short =
+            if self.columns[k].is_empty() { g.cancelled_quotient(x[k], self.pivots[k]) } else { None };
         let mut value = short.unwrap_or_else(|| g.mul_as_is(self.reciprocals[k], x[k]));
         for &(i, l) in &self.columns[k] {
             let product = g.mul_as_is(l, x[i]);
@@ -141,7 +153,8 @@ impl Factors {
     }
 }
 
-/// What is left of a symmetric matrix after some unknowns are eliminated: entries that are not identically zero, by row.
+/// What is left of a symmetric matrix after some unknowns are eliminated: entries that are not identically
+/// zero, by row.
 #[derive(Clone, Debug)]
 pub(super) struct Rest {
     rows: Vec<BTreeMap<usize, NodeId>>,
@@ -188,7 +201,11 @@ impl Rest {
     }
 
     /// Of the unknowns that are left and ready the one with the smallest key; the last of them on ties.
-    pub(super) fn first<K: Ord>(&self, ready: impl Fn(usize) -> bool, key: impl Fn(usize) -> K) -> Option<usize> {
+    pub(super) fn first<K: Ord>(
+        &self,
+        ready: impl Fn(usize) -> bool,
+        key: impl Fn(usize) -> K,
+    ) -> Option<usize> {
         self.left.iter().copied().filter(|k| ready(*k)).min_by_key(|k| (key(*k), core::cmp::Reverse(*k)))
     }
 

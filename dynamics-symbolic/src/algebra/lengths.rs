@@ -1,5 +1,5 @@
-//! Guards against gradients that vanish: at a change point a row of Φ_q may be nothing but rounding, and pivots that are compared with what else
-//! stands in that row see nothing of it.
+//! Guards against gradients that vanish: at a change point a row of Φ_q may be nothing but rounding, and
+//! pivots that are compared with what else stands in that row see nothing of it.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,13 @@ use crate::graph::{Graph, Node, NodeId, Unary};
 use super::sparse::dot;
 use super::unrolled::{Guard, Guarded};
 
-/// Part of its natural size below which a row is taken to have vanished. What a motion knows of its velocities at a distance d of the place
-/// where that happens is ε/d, of its accelerations ε/d²: nothing at 10⁻⁸.
+/// Part of its natural size below which a row is taken to have vanished. What a motion knows of its
+/// velocities at a distance d of the place where that happens is ε/d, of its accelerations ε/d²: nothing at
+/// 10⁻⁸.
 const VANISHED: f64 = 1e-8;
 
-/// ‖row‖² against the sum of the squares of its terms, sines and cosines at their largest: what rounding of the row is relative to. Rows with an
-/// element that never vanishes need none.
+/// ‖row‖² against the sum of the squares of its terms, sines and cosines at their largest: what rounding of
+/// the row is relative to. Rows with an element that never vanishes need none.
 pub(super) fn guards(g: &mut Graph, jacobian: &[Vec<NodeId>], needed: impl Fn(usize) -> bool) -> Vec<Guard> {
     let mut known = BTreeMap::new();
     let mut guards = Vec::new();

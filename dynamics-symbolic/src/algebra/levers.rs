@@ -1,15 +1,17 @@
-//! Inertia that is carried by velocities which are made of one another: ½ zᵀHz − fᵀz is stationary, where z are unknowns and intermediate
-//! quantities y = Σ c z + β, each made of what stands before it.
+//! Inertia that is carried by velocities which are made of one another: ½ zᵀHz − fᵀz is stationary, where z
+//! are unknowns and intermediate quantities y = Σ c z + β, each made of what stands before it.
 //!
-//! Of a chain y are the accelerations of its bodies, each that of the body before plus what its own joint adds. Instead of M, which couples all
-//! joints, the form above is kept, in which every body knows its neighbours only, and two steps are taken as they become possible:
+//! Of a chain y are the accelerations of its bodies, each that of the body before plus what its own joint
+//! adds. Instead of M, which couples all joints, the form above is kept, in which every body knows its
+//! neighbours only, and two steps are taken as they become possible:
 //!
 //! * an intermediate quantity of which no other is made any more is put in by its definition, H ← CᵀHC,
 //! * an unknown of which no intermediate quantity is made any more is eliminated, as in LDLᵀ.
 //!
-//! For a tree this is the recursion of articulated bodies, and the operations grow linearly with the number of joints. The pivots are those
-//! that LDLᵀ of M would meet in the same order: both are what is left of the inertia of an unknown while the others adapt.
-//! Source: R. Featherstone, *Rigid Body Dynamics Algorithms*, Springer 2008, chapter 7; here found by elimination, without a tree being named.
+//! For a tree this is the recursion of articulated bodies, and the operations grow linearly with the number
+//! of joints. The pivots are those that LDLᵀ of M would meet in the same order: both are what is left of the
+//! inertia of an unknown while the others adapt. Source: R. Featherstone, *Rigid Body Dynamics Algorithms*,
+//! Springer 2008, chapter 7; here found by elimination, without a tree being named.
 
 use crate::graph::{Graph, NodeId};
 
@@ -18,7 +20,8 @@ use super::ldl::{Factors, Rest};
 /// An intermediate quantity.
 #[derive(Clone, Debug)]
 pub struct Definition {
-    /// (unknown or intermediate quantity, factor); the latter counted from the number of unknowns, those defined before only.
+    /// (unknown or intermediate quantity, factor); the latter counted from the number of unknowns, those
+    /// defined before only.
     pub terms: Vec<(usize, NodeId)>,
     /// β as (factor, product of velocities), added up.
     pub offset: Vec<(NodeId, NodeId)>,
@@ -42,7 +45,8 @@ pub struct Levers {
 pub struct Stationary {
     /// Values of the unknowns.
     pub unknowns: Vec<NodeId>,
-    /// Unknowns in the order of elimination, each with its pivot and the element of the diagonal that it came from: of M, or of what holds the rods.
+    /// Unknowns in the order of elimination, each with its pivot and the element of the diagonal that it came
+    /// from: of M, or of what holds the rods.
     pub pivots: Vec<(usize, NodeId, NodeId)>,
 }
 
@@ -66,10 +70,9 @@ impl Levers {
 
     /// Everything that it is given by.
     fn nodes(&self) -> Vec<NodeId> {
-        let levers = self
-            .definitions
-            .iter()
-            .flat_map(|d| d.terms.iter().map(|(_, c)| *c).chain(d.offset.iter().flat_map(|(c, speed)| [*c, *speed])));
+        let levers = self.definitions.iter().flat_map(|d| {
+            d.terms.iter().map(|(_, c)| *c).chain(d.offset.iter().flat_map(|(c, speed)| [*c, *speed]))
+        });
         let form = self.inertia.iter().map(|(.., h)| *h).chain(self.force.iter().map(|(_, f)| *f));
         levers.chain(form).collect()
     }
@@ -77,7 +80,8 @@ impl Levers {
     fn eliminate(&self, g: &mut Graph) -> Result<Stationary, usize> {
         let mut left = Left::new(g, self);
         let mut factors = Factors::empty(g, self.unknowns + self.definitions.len());
-        let (mut order, mut pivots) = (Vec::with_capacity(left.uses.len()), Vec::with_capacity(self.unknowns));
+        let (mut order, mut pivots) =
+            (Vec::with_capacity(left.uses.len()), Vec::with_capacity(self.unknowns));
         while let Some(k) = left.next(self) {
             match k.checked_sub(self.unknowns) {
                 Some(definition) => left.put_in(g, k, &self.definitions[definition]),
@@ -129,8 +133,12 @@ struct Left {
 impl Left {
     fn new(g: &mut Graph, levers: &Levers) -> Self {
         let size = levers.unknowns + levers.definitions.len();
-        let mut left =
-            Self { rest: Rest::new(size), held: Rest::new(size), force: vec![g.zero(); size], uses: vec![0; size] };
+        let mut left = Self {
+            rest: Rest::new(size),
+            held: Rest::new(size),
+            force: vec![g.zero(); size],
+            uses: vec![0; size],
+        };
         for (i, j, entry) in &levers.inertia {
             add(g, &mut left.rest, *i, *j, *entry);
         }
@@ -144,8 +152,9 @@ impl Left {
         left
     }
 
-    /// What to take next, of what nothing is made any more: the unknown with the fewest neighbours, else the quantity defined last, which stands
-    /// farthest out. Taken by their neighbours, quantities of a tree would be put in past unknowns that they still wait for.
+    /// What to take next, of what nothing is made any more: the unknown with the fewest neighbours, else the
+    /// quantity defined last, which stands farthest out. Taken by their neighbours, quantities of a tree
+    /// would be put in past unknowns that they still wait for.
     fn next(&self, levers: &Levers) -> Option<usize> {
         let ready = |k: usize| self.uses[k] == 0;
         let unknown = self.rest.fewest_neighbours(|k| k < levers.unknowns && ready(k));
@@ -173,7 +182,12 @@ impl Left {
     }
 
     /// Eliminates an unknown: it, its pivot, and what that was while the others were held.
-    fn eliminate(&mut self, g: &mut Graph, factors: &mut Factors, k: usize) -> Result<(usize, NodeId, NodeId), usize> {
+    fn eliminate(
+        &mut self,
+        g: &mut Graph,
+        factors: &mut Factors,
+        k: usize,
+    ) -> Result<(usize, NodeId, NodeId), usize> {
         let (pivot, held) = (self.rest.diagonal(g, k), self.held.diagonal(g, k));
         factors.eliminate(g, &mut self.rest, k).ok_or(k)?;
         factors.forward(g, k, &mut self.force);

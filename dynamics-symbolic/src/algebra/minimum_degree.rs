@@ -3,9 +3,10 @@
 //!   ⎡ M  Φ_qᵀ ⎤ ⎡  q̈ ⎤   ⎡ Q ⎤
 //!   ⎣ Φ_q  0  ⎦ ⎣ −λ ⎦ = ⎣ γ ⎦
 //!
-//! as LDLᵀ with the fewest neighbours first, a multiplier only after every coordinate in its row. Coordinates then have the positive pivots of
-//! M and multipliers the negative ones of −Φ_q M⁻¹ Φ_qᵀ, so that no pivoting is needed while M is definite and Φ_q has full rank. A coordinate
-//! without inertia waits until multipliers of its rows have given it some. For open and closed chains the work grows linearly.
+//! as LDLᵀ with the fewest neighbours first, a multiplier only after every coordinate in its row. Coordinates
+//! then have the positive pivots of M and multipliers the negative ones of −Φ_q M⁻¹ Φ_qᵀ, so that no pivoting
+//! is needed while M is definite and Φ_q has full rank. A coordinate without inertia waits until multipliers
+//! of its rows have given it some. For open and closed chains the work grows linearly.
 
 use crate::graph::{Graph, NodeId};
 
@@ -14,7 +15,8 @@ use super::unrolled::{Guard, Guarded};
 
 /// Below this share of the diagonal a pivot of the inertia is rounding.
 const INERTIA: f64 = 1e-13;
-/// sin² of the smallest angle, in the metric of M⁻¹, between a constraint and those eliminated before: nearer ones go to the general solver.
+/// sin² of the smallest angle, in the metric of M⁻¹, between a constraint and those eliminated before: nearer
+/// ones go to the general solver.
 const ROW: f64 = 1e-8;
 
 /// The factored system.
@@ -26,7 +28,8 @@ pub(crate) struct MinimumDegree {
 }
 
 impl MinimumDegree {
-    /// Factors the system of M (N×N) and Φ_q (R×N); `None` where only pivots that are zero in every state are left.
+    /// Factors the system of M (N×N) and Φ_q (R×N); `None` where only pivots that are zero in every state are
+    /// left.
     pub(crate) fn new(g: &mut Graph, mass: &[Vec<NodeId>], jacobian: &[Vec<NodeId>]) -> Option<Self> {
         let (n, r) = (mass.len(), jacobian.len());
         let mut rest = Rest::new(n + r);
@@ -37,11 +40,13 @@ impl MinimumDegree {
             row.iter().enumerate().for_each(|(j, entry)| rest.set(g, n + i, j, *entry));
         }
         let mut system = Self { factors: Factors::empty(g, n + r), coordinates: n, guards: Vec::new() };
-        // What the coordinates give to the diagonal of a multiplier, before other multipliers take from it, or the other way round.
+        // What the coordinates give to the diagonal of a multiplier, before other multipliers take from it,
+        // or the other way round.
         let mut given = vec![g.zero(); n + r];
         while !rest.is_done() {
             let has_pivot = |k: usize| !g.is_zero(rest.diagonal(g, k));
-            let ready = |k: usize| has_pivot(k) && (k < n || !rest.neighbours(k).any(|i| i < n && has_pivot(i)));
+            let ready =
+                |k: usize| has_pivot(k) && (k < n || !rest.neighbours(k).any(|i| i < n && has_pivot(i)));
             let k = rest.fewest_neighbours(ready)?;
             let pivot = rest.diagonal(g, k);
             for (i, product) in system.factors.eliminate(g, &mut rest, k)? {
@@ -69,7 +74,12 @@ impl MinimumDegree {
     }
 
     /// q̈ and λ.
-    pub(super) fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
+    pub(super) fn solve(
+        &self,
+        g: &mut Graph,
+        force: &[NodeId],
+        gamma: &[NodeId],
+    ) -> (Vec<NodeId>, Vec<NodeId>) {
         let right = [force, gamma].concat();
         let mut x = self.factors.solve(g, &right);
         let opposite = x.split_off(self.coordinates);

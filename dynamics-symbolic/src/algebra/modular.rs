@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::graph::Fingerprint;
 
-/// A basis of the vectors x of length n with `rows`·x = 0, one for every free column: that column, and the vector. The columns declared first
-/// are the free ones where there is a choice.
+/// A basis of the vectors x of length n with `rows`·x = 0, one for every free column: that column, and the
+/// vector. The columns declared first are the free ones where there is a choice.
 pub(super) fn null_space(
     mut rows: Vec<BTreeMap<usize, Fingerprint>>,
     n: usize,
@@ -13,7 +13,8 @@ pub(super) fn null_space(
     let mut pivots: Vec<(usize, BTreeMap<usize, Fingerprint>)> = Vec::new();
     let mut free = Vec::new();
     for column in (0..n).rev() {
-        let candidates = rows.iter().enumerate().filter(|(_, row)| row.get(&column).is_some_and(|x| x.is_unit()));
+        let candidates =
+            rows.iter().enumerate().filter(|(_, row)| row.get(&column).is_some_and(|x| x.is_unit()));
         let Some((at, _)) = candidates.min_by_key(|(_, row)| row.len()) else {
             free.push(column);
             continue;
@@ -21,7 +22,9 @@ pub(super) fn null_space(
         let mut pivot = rows.swap_remove(at);
         let reciprocal = Fingerprint::ONE.div(pivot[&column]);
         pivot.values_mut().for_each(|x| *x = x.mul(reciprocal));
-        rows.iter_mut().chain(pivots.iter_mut().map(|(_, row)| row)).for_each(|row| clear(row, column, &pivot));
+        rows.iter_mut()
+            .chain(pivots.iter_mut().map(|(_, row)| row))
+            .for_each(|row| clear(row, column, &pivot));
         pivots.push((column, pivot));
     }
     free.reverse();
@@ -70,8 +73,9 @@ mod tests {
     }
 
     fn sparse(rows: &[&[u64]]) -> Vec<BTreeMap<usize, Fingerprint>> {
-        let entries =
-            |r: Vec<Fingerprint>| r.into_iter().enumerate().filter(|(_, x)| *x != Fingerprint::ZERO).collect();
+        let entries = |r: Vec<Fingerprint>| {
+            r.into_iter().enumerate().filter(|(_, x)| *x != Fingerprint::ZERO).collect()
+        };
         dense(rows).into_iter().map(entries).collect()
     }
 
@@ -79,7 +83,11 @@ mod tests {
     fn every_row_is_orthogonal_to_the_null_space() {
         let rows = [&[1, 2, 3, 0][..], &[2, 4, 6, 0], &[0, 1, 1, 5]];
         let basis = null_space(sparse(&rows), 4);
-        assert_eq!(basis.iter().map(|(free, _)| *free).collect::<Vec<_>>(), [0, 1], "what is declared first is free");
+        assert_eq!(
+            basis.iter().map(|(free, _)| *free).collect::<Vec<_>>(),
+            [0, 1],
+            "what is declared first is free"
+        );
         for row in sparse(&rows) {
             for (_, x) in &basis {
                 let sum = row.iter().filter_map(|(c, a)| x.get(c).map(|x| a.mul(*x)));

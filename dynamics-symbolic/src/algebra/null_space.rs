@@ -2,8 +2,9 @@
 //!
 //!   (Rᵀ M R) q̈_i = Rᵀ (Q − M s)        λ from the dependent rows of M q̈ − Q = Φ_qᵀλ
 //!
-//! The dependent columns of Φ_q are brought to block triangular form, so that R and s follow by substitution, block by block: a loop of a
-//! mechanism after the other. λ follows from the transposed blocks in the opposite order.
+//! The dependent columns of Φ_q are brought to block triangular form, so that R and s follow by substitution,
+//! block by block: a loop of a mechanism after the other. λ follows from the transposed blocks in the
+//! opposite order.
 
 use crate::calculus::placeless;
 use crate::graph::{Graph, NodeId};
@@ -17,8 +18,9 @@ use super::unrolled::{Guard, Guarded};
 /// Below this share of the diagonal a pivot of the reduced inertia is rounding.
 const INERTIA: f64 = 1e-13;
 
-/// As [`DEPENDENT`](super::block::DEPENDENT), of a block that follows two independent coordinates or more: its pivot p makes an inertia of 1/p² in common to them, which the
-/// elimination takes away again, with the digits of what they have of their own, and what follows them has 1/p of that: ε/p³ is lost.
+/// As [`DEPENDENT`](super::block::DEPENDENT), of a block that follows two independent coordinates or more:
+/// its pivot p makes an inertia of 1/p² in common to them, which the elimination takes away again, with the
+/// digits of what they have of their own, and what follows them has 1/p of that: ε/p³ is lost.
 const COUPLED: f64 = 1e-2;
 
 /// A choice of independent coordinates with the blocks that determine the others, in order.
@@ -32,7 +34,8 @@ pub(super) struct Partition {
 #[derive(Clone, Debug)]
 pub(super) struct NullSpace {
     partition: Partition,
-    /// Rows at the head of the Jacobian that are no constraints: speeds, which lead in the place of independent coordinates.
+    /// Rows at the head of the Jacobian that are no constraints: speeds, which lead in the place of
+    /// independent coordinates.
     speeds: usize,
     mass: Sparse,
     jacobian: Sparse,
@@ -46,8 +49,14 @@ pub(super) struct NullSpace {
 }
 
 impl NullSpace {
-    /// Reduces the system of M (N×N) and Φ_q (R×N); `None` where a block or the reduced inertia is singular in every state.
-    pub(super) fn new(g: &mut Graph, mass: &Sparse, jacobian: &Sparse, partition: &Partition) -> Option<Self> {
+    /// Reduces the system of M (N×N) and Φ_q (R×N); `None` where a block or the reduced inertia is singular
+    /// in every state.
+    pub(super) fn new(
+        g: &mut Graph,
+        mass: &Sparse,
+        jacobian: &Sparse,
+        partition: &Partition,
+    ) -> Option<Self> {
         let mut blocks = Vec::new();
         for (rows, columns) in &partition.blocks {
             blocks.push(BlockFactors::new(g, jacobian, rows, columns)?);
@@ -63,9 +72,15 @@ impl NullSpace {
         Self::led_by(g, mass, jacobian, (partition.clone(), blocks), motions, (0, &leaders))
     }
 
-    /// Reduces the system of M (N×N) to speeds: `kinematics` are their gradients by the velocities, then Φ_q, N rows in all, which determine all
-    /// velocities. Column r of R is what moves where speed r is 1, the others and the constraints' rows being 0.
-    pub(super) fn by_speeds(g: &mut Graph, mass: &Sparse, kinematics: &Sparse, speeds: usize) -> Option<Self> {
+    /// Reduces the system of M (N×N) to speeds: `kinematics` are their gradients by the velocities, then Φ_q,
+    /// N rows in all, which determine all velocities. Column r of R is what moves where speed r is 1, the
+    /// others and the constraints' rows being 0.
+    pub(super) fn by_speeds(
+        g: &mut Graph,
+        mass: &Sparse,
+        kinematics: &Sparse,
+        speeds: usize,
+    ) -> Option<Self> {
         let n = mass.rows.len();
         let all: Vec<usize> = (0..n).collect();
         let partition = Partition { independent: Vec::new(), blocks: blocks(&kinematics.pattern(), &all)? };
@@ -98,7 +113,8 @@ impl NullSpace {
         let momenta: Vec<Values> = motions.iter().map(|motion| times(g, mass, motion)).collect();
         let mut matrix = Vec::new();
         for (i, motion) in motions.iter().enumerate() {
-            let row: Vec<NodeId> = momenta[..=i].iter().map(|momentum| product(g, motion, momentum)).collect();
+            let row: Vec<NodeId> =
+                momenta[..=i].iter().map(|momentum| product(g, motion, momentum)).collect();
             // In a body's own axes its inertia is constant.
             matrix.push(if speeds > 0 { placeless(g, &row) } else { row });
         }
@@ -151,8 +167,14 @@ impl NullSpace {
         &self.partition.blocks
     }
 
-    /// q̈ and λ. Where speeds lead, γ may begin with what of their rates does not come from q̈: every choice of it gives the same solution, some shorter ones.
-    pub(super) fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
+    /// q̈ and λ. Where speeds lead, γ may begin with what of their rates does not come from q̈: every choice
+    /// of it gives the same solution, some shorter ones.
+    pub(super) fn solve(
+        &self,
+        g: &mut Graph,
+        force: &[NodeId],
+        gamma: &[NodeId],
+    ) -> (Vec<NodeId>, Vec<NodeId>) {
         let n = force.len();
         let gamma = &self.padded(g, gamma)[..];
         // s, and Q − M s.
@@ -183,7 +205,8 @@ impl NullSpace {
         (accelerations, self.multipliers(g, &unbalanced))
     }
 
-    /// q̈ of speeds that change by `leading` beside what `gamma` says, by one substitution instead of one for each column of R.
+    /// q̈ of speeds that change by `leading` beside what `gamma` says, by one substitution instead of one for
+    /// each column of R.
     fn moved(&self, g: &mut Graph, leading: &[NodeId], gamma: &[NodeId]) -> Vec<NodeId> {
         let mut right = gamma.to_vec();
         for (right, own) in right.iter_mut().zip(leading) {
@@ -203,7 +226,8 @@ impl NullSpace {
         self.motions.iter().map(|motion| row(g, motion)).collect()
     }
 
-    /// What moves where this row of the Jacobian is 1 and the others are 0: a column of its inverse, where speeds lead.
+    /// What moves where this row of the Jacobian is 1 and the others are 0: a column of its inverse, where
+    /// speeds lead.
     pub(super) fn moved_by(&self, g: &mut Graph, row: usize) -> Vec<NodeId> {
         let n = self.jacobian.rows.len();
         let unit: Vec<NodeId> = (0..n).map(|k| if k == row { g.one() } else { g.zero() }).collect();
@@ -230,8 +254,14 @@ impl NullSpace {
         delta
     }
 
-    /// λ of each row as the power of M q̈ − Q along what moves where the row is 1 and all others, the speeds among them, are 0: often M leaves little of it.
-    fn multipliers_by_motions(&self, g: &mut Graph, accelerations: &[NodeId], force: &[NodeId]) -> Vec<NodeId> {
+    /// λ of each row as the power of M q̈ − Q along what moves where the row is 1 and all others, the speeds
+    /// among them, are 0: often M leaves little of it.
+    fn multipliers_by_motions(
+        &self,
+        g: &mut Graph,
+        accelerations: &[NodeId],
+        force: &[NodeId],
+    ) -> Vec<NodeId> {
         let mut values = Values::default();
         accelerations.iter().enumerate().for_each(|(k, a)| values.set(k, *a));
         let mut multiplier = |row: usize| {
@@ -249,7 +279,8 @@ impl NullSpace {
         (self.speeds..self.jacobian.rows.len()).map(&mut multiplier).collect()
     }
 
-    /// λ with Φ_qᵀλ = `unbalanced` in the dependent coordinates: the blocks transposed, from the last to the first.
+    /// λ with Φ_qᵀλ = `unbalanced` in the dependent coordinates: the blocks transposed, from the last to the
+    /// first.
     fn multipliers(&self, g: &mut Graph, unbalanced: &[NodeId]) -> Vec<NodeId> {
         let mut multipliers = vec![None; self.jacobian.rows.len()];
         for ((_, columns), factors) in self.partition.blocks.iter().zip(&self.blocks).rev() {

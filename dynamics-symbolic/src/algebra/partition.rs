@@ -1,4 +1,5 @@
-//! Which coordinates are independent: candidates whose dependent columns are regular at a random point, the structurally cheap ones first.
+//! Which coordinates are independent: candidates whose dependent columns are regular at a random point, the
+//! structurally cheap ones first.
 
 use std::collections::BTreeSet;
 
@@ -33,7 +34,8 @@ pub(super) fn partitions(g: &Graph, jacobian: &Sparse, coordinates: usize) -> Ch
     }
     let pattern = jacobian.pattern();
     let regular = |set: &[usize]| {
-        let minor = basis.iter().map(|(_, x)| set.iter().map(|c| x.get(c).copied().unwrap_or_default()).collect());
+        let minor =
+            basis.iter().map(|(_, x)| set.iter().map(|c| x.get(c).copied().unwrap_or_default()).collect());
         !is_singular(minor.collect())
     };
     let priced = |set: &[usize]| {
@@ -51,7 +53,8 @@ pub(super) fn partitions(g: &Graph, jacobian: &Sparse, coordinates: usize) -> Ch
     Choice::Partitions(found.into_iter().map(|(_, partition)| partition).collect())
 }
 
-/// The structural cost of a set of independent coordinates with its partition; `None` where the others are not determined by it.
+/// The structural cost of a set of independent coordinates with its partition; `None` where the others are
+/// not determined by it.
 type Priced<'a> = dyn Fn(&[usize]) -> Option<(usize, Partition)> + 'a;
 
 /// Exchanges one independent coordinate for a dependent one as long as that is cheaper.
@@ -99,9 +102,15 @@ fn subsets(n: usize, size: usize) -> Vec<Vec<usize>> {
     sets
 }
 
-/// About how many products the elimination takes: what each block costs, and how far the independent coordinates reach.
+/// About how many products the elimination takes: what each block costs, and how far the independent
+/// coordinates reach.
 fn structural_cost(pattern: &[Vec<usize>], blocks: &[Block], independent: &[usize]) -> usize {
-    let width = pattern.iter().flatten().max().map_or(0, |c| c + 1).max(independent.iter().max().map_or(0, |c| c + 1));
+    let width = pattern
+        .iter()
+        .flatten()
+        .max()
+        .map_or(0, |c| c + 1)
+        .max(independent.iter().max().map_or(0, |c| c + 1));
     let mut reach: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); width];
     for i in independent {
         reach[*i].insert(*i);
@@ -112,9 +121,11 @@ fn structural_cost(pattern: &[Vec<usize>], blocks: &[Block], independent: &[usiz
             rows.iter().flat_map(|r| &pattern[*r]).copied().filter(|c| !columns.contains(c)).collect();
         let reached: BTreeSet<usize> = outside.iter().flat_map(|c| reach[*c].iter().copied()).collect();
         let size = rows.len();
-        // The determinant, then for every independent coordinate and the particular solution the right-hand side and the substitution.
+        // The determinant, then for every independent coordinate and the particular solution the right-hand
+        // side and the substitution.
         let right: usize = outside.iter().map(|c| reach[*c].len() + 1).sum();
-        cost += size.pow(3) + right + size * size * (reached.len() + 1) + size * reached.len() * reached.len();
+        cost +=
+            size.pow(3) + right + size * size * (reached.len() + 1) + size * reached.len() * reached.len();
         columns.iter().for_each(|c| reach[*c] = reached.clone());
     }
     cost
@@ -132,20 +143,20 @@ impl Slopes {
         Self { values: states.iter().map(|state| g.evaluate(&roots, *state)).collect() }
     }
 
-    /// How far the dependent blocks are from being singular at the worst of the states: the least ratio of a block's determinant to the norms of its columns, 1 at
-    /// best.
+    /// How far the dependent blocks are from being singular at the worst of the states: the least ratio of a
+    /// block's determinant to the norms of its columns, 1 at best.
     pub(super) fn conditioning(&self, jacobian: &Sparse, partition: &Partition) -> f64 {
         let ratios = self.values.iter().flat_map(|values| {
-            partition
-                .blocks
-                .iter()
-                .map(|block| determinant(entries(jacobian, values, block)).abs() / by_columns(jacobian, values, block))
+            partition.blocks.iter().map(|block| {
+                determinant(entries(jacobian, values, block)).abs() / by_columns(jacobian, values, block)
+            })
         });
         // Unknown is not good.
         ratios.fold(1.0, |worst, ratio| if ratio.is_nan() { 0.0 } else { worst.min(ratio) })
     }
 
-    /// At which of the states no block vanishes: its determinant is above `least` of the norms of its columns, and of its rows.
+    /// At which of the states no block vanishes: its determinant is above `least` of the norms of its
+    /// columns, and of its rows.
     pub(super) fn regular(&self, jacobian: &Sparse, partition: &Partition, least: f64) -> Vec<bool> {
         let at = |values: &Vec<f64>| {
             partition.blocks.iter().all(|block| {
@@ -164,12 +175,17 @@ fn entries(jacobian: &Sparse, values: &[f64], (rows, columns): &Block) -> Vec<Ve
 
 /// The product of the norms of the block's columns in the whole Jacobian.
 fn by_columns(jacobian: &Sparse, values: &[f64], (_, columns): &Block) -> f64 {
-    columns.iter().map(|c| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt()).product()
+    columns
+        .iter()
+        .map(|c| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt())
+        .product()
 }
 
 /// The same of its rows.
 fn by_rows(jacobian: &Sparse, values: &[f64], (rows, _): &Block) -> f64 {
-    rows.iter().map(|r| jacobian.rows[*r].values().map(|x| values[x.index()].powi(2)).sum::<f64>().sqrt()).product()
+    rows.iter()
+        .map(|r| jacobian.rows[*r].values().map(|x| values[x.index()].powi(2)).sum::<f64>().sqrt())
+        .product()
 }
 
 /// By elimination with row pivoting.

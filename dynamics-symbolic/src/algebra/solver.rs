@@ -1,5 +1,5 @@
-//! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph by the cheaper of two ways: q̈ and λ together in minimum-degree order, or independent
-//! coordinates first, with loops eliminated block by block.
+//! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph by the cheaper of two ways: q̈ and λ together in
+//! minimum-degree order, or independent coordinates first, with loops eliminated block by block.
 
 use crate::calculus::{collect, share};
 use crate::graph::{Bindings, Graph, NodeId, Symbol};
@@ -23,18 +23,22 @@ pub struct Constrained<'a> {
     pub jacobian: &'a [Vec<NodeId>],
     /// γ, R.
     pub gamma: &'a [NodeId],
-    /// What the model calls these rows: right-hand sides of corrections are the symbols `Symbol::Multiplier` of these numbers, R.
+    /// What the model calls these rows: right-hand sides of corrections are the symbols `Symbol::Multiplier`
+    /// of these numbers, R.
     pub numbers: &'a [usize],
 }
 
 /// States by which an order of elimination is chosen.
 #[derive(Clone, Copy, Default)]
 pub struct States<'a> {
-    /// Where the constraints hold, at nominal values of the parameters: of nearly equally cheap orders the one is taken that is best conditioned at the worst of them.
+    /// Where the constraints hold, at nominal values of the parameters: of nearly equally cheap orders the
+    /// one is taken that is best conditioned at the worst of them.
     pub anywhere: &'a [&'a dyn Bindings],
-    /// Where motions are likely to begin, the likeliest first: an order that does not apply there is not taken while there is another that is not much longer.
+    /// Where motions are likely to begin, the likeliest first: an order that does not apply there is not
+    /// taken while there is another that is not much longer.
     pub likely: &'a [&'a dyn Bindings],
-    /// Where some come by: one whose pivots vanish altogether there is not taken while there is another that is hardly longer.
+    /// Where some come by: one whose pivots vanish altogether there is not taken while there is another that
+    /// is hardly longer.
     pub passed: &'a [&'a dyn Bindings],
 }
 
@@ -67,13 +71,15 @@ enum Way {
 }
 
 impl Solver {
-    /// q̈ and λ together in minimum-degree order; `None` where only pivots are left that are zero in every state.
+    /// q̈ and λ together in minimum-degree order; `None` where only pivots are left that are zero in every
+    /// state.
     #[must_use]
     pub fn together(g: &mut Graph, mass: &[Vec<NodeId>], jacobian: &[Vec<NodeId>]) -> Option<Self> {
         MinimumDegree::new(g, mass, jacobian).map(|factors| Self(Way::MinimumDegree(factors)))
     }
 
-    /// Block by block, the given coordinates independent; `None` where a block or the reduced inertia is singular in every state.
+    /// Block by block, the given coordinates independent; `None` where a block or the reduced inertia is
+    /// singular in every state.
     #[must_use]
     pub fn by_blocks(
         g: &mut Graph,
@@ -88,16 +94,23 @@ impl Solver {
         NullSpace::new(g, &mass, &jacobian, &partition).map(|reduced| Self(Way::Blocks(Box::new(reduced))))
     }
 
-    /// Led by the first `speeds` rows of `kinematics`: the gradients of speeds by the velocities, then Φ_q, N rows in all. `None` where they do not determine
-    /// all velocities in any state, or where the speeds have no inertia.
+    /// Led by the first `speeds` rows of `kinematics`: the gradients of speeds by the velocities, then Φ_q, N
+    /// rows in all. `None` where they do not determine all velocities in any state, or where the speeds have
+    /// no inertia.
     #[must_use]
-    pub fn by_speeds(g: &mut Graph, mass: &[Vec<NodeId>], kinematics: &[Vec<NodeId>], speeds: usize) -> Option<Self> {
+    pub fn by_speeds(
+        g: &mut Graph,
+        mass: &[Vec<NodeId>],
+        kinematics: &[Vec<NodeId>],
+        speeds: usize,
+    ) -> Option<Self> {
         let (mass, kinematics) = (Sparse::new(g, mass, mass.len()), Sparse::new(g, kinematics, mass.len()));
-        NullSpace::by_speeds(g, &mass, &kinematics, speeds).map(|reduced| Self(Way::Blocks(Box::new(reduced))))
+        NullSpace::by_speeds(g, &mass, &kinematics, speeds)
+            .map(|reduced| Self(Way::Blocks(Box::new(reduced))))
     }
 
-    /// The inertia of what leads, and the columns of the inverse of `kinematics`: what moves where one row is 1 and the others are 0. Empty where
-    /// no speeds lead.
+    /// The inertia of what leads, and the columns of the inverse of `kinematics`: what moves where one row is
+    /// 1 and the others are 0. Empty where no speeds lead.
     #[must_use]
     pub fn led(&self, g: &mut Graph) -> (Vec<Vec<NodeId>>, Vec<Vec<NodeId>>) {
         match &self.0 {
@@ -109,8 +122,8 @@ impl Solver {
         }
     }
 
-    /// q̈ (N) and λ (R) with M q̈ − Φ_qᵀλ = `force`, Φ_q q̈ = `gamma`. Where speeds lead, `gamma` may begin with −Ẏq̇ − ẏ of each: that changes the form of the
-    /// solution, not the solution.
+    /// q̈ (N) and λ (R) with M q̈ − Φ_qᵀλ = `force`, Φ_q q̈ = `gamma`. Where speeds lead, `gamma` may begin
+    /// with −Ẏq̇ − ẏ of each: that changes the form of the solution, not the solution.
     #[must_use]
     pub fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
         match &self.0 {
@@ -144,7 +157,9 @@ impl Solver {
         if reduced.speeds() > 0 {
             return false;
         }
-        let Some((rows, _)) = reduced.blocks().iter().find(|(rows, _)| rows.contains(&row)) else { return false };
+        let Some((rows, _)) = reduced.blocks().iter().find(|(rows, _)| rows.contains(&row)) else {
+            return false;
+        };
         let within = |guard: &&Guard| matches!(guard.of, Guarded::Row(row) if rows.contains(&row));
         reduced.guards.iter().filter(within).all(|guard| g.is_constant(guard.scale))
     }
@@ -165,23 +180,31 @@ const TRIED: usize = 12;
 const LARGE: usize = 20_000;
 /// A partition may cost this much more than the cheapest where it is better conditioned.
 const NEARLY: f64 = 1.25;
-/// What applies at likely states may take this many times as many operations as what does not: a bicycle took as long by the general solver as by five times its own.
+/// What applies at likely states may take this many times as many operations as what does not: a bicycle took
+/// as long by the general solver as by five times its own.
 const WORTH: f64 = 3.0;
 /// Likewise where motions only pass: those are few evaluations.
 const PASSED: f64 = 1.1;
 /// A determinant that is this small beside the norms of its columns has vanished, and is rounding.
 const VANISHED: f64 = 1e-7;
-/// Partitions that come nearer to a dead point than this at one of the given states are not taken while there is another way.
+/// Partitions that come nearer to a dead point than this at one of the given states are not taken while there
+/// is another way.
 const POOR: f64 = 1e-3;
-/// Smallest share of its constant that a diagonal element of M may have where it is not written as a sum of squares: below, the general solver
-/// takes over, which has it as it was declared.
+/// Smallest share of its constant that a diagonal element of M may have where it is not written as a sum of
+/// squares: below, the general solver takes over, which has it as it was declared.
 const CANCELLED: f64 = 1e-4;
 
-/// Solves the equations with at most `limit` operations, in the order that `states` decide; without them the coordinates declared first are independent.
+/// Solves the equations with at most `limit` operations, in the order that `states` decide; without them the
+/// coordinates declared first are independent.
 ///
 /// # Errors
 /// Why it is left to the general solver.
-pub fn unroll(g: &mut Graph, system: &Constrained, states: &States, limit: usize) -> Result<(Unrolled, Solver), Stuck> {
+pub fn unroll(
+    g: &mut Graph,
+    system: &Constrained,
+    states: &States,
+    limit: usize,
+) -> Result<(Unrolled, Solver), Stuck> {
     let short = Short::new(g, system);
     let by = |g: &mut Graph, states: &States| {
         let solver = short.solver(g, states)?;
@@ -192,7 +215,9 @@ pub fn unroll(g: &mut Graph, system: &Constrained, states: &States, limit: usize
     let mut trial = g.clone();
     match by(&mut trial, states) {
         // What applies at fewer states is better than what applies at none.
-        Err(Stuck::TooLarge(_)) if states.steer() => by(g, &States { anywhere: states.anywhere, ..States::default() }),
+        Err(Stuck::TooLarge(_)) if states.steer() => {
+            by(g, &States { anywhere: states.anywhere, ..States::default() })
+        }
         found => {
             *g = trial;
             found
@@ -200,7 +225,8 @@ pub fn unroll(g: &mut Graph, system: &Constrained, states: &States, limit: usize
     }
 }
 
-/// The same, led by the first rows of `kinematics`, whose `drift` −Ẏq̇ − ẏ has as many elements as there are speeds; or none.
+/// The same, led by the first rows of `kinematics`, whose `drift` −Ẏq̇ − ẏ has as many elements as there are
+/// speeds; or none.
 ///
 /// # Errors
 /// As for [`unroll`].
@@ -236,7 +262,8 @@ impl Short {
         if operations > limit {
             return Err(Stuck::TooLarge(operations));
         }
-        let given: Vec<NodeId> = numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
+        let given: Vec<NodeId> =
+            numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
         let delta = solver.correct(g, &given);
         // A program of its own: what it shares with the other is no gain to it.
         let corrected = share(g, &[&delta[..], &checked].concat());
@@ -253,7 +280,11 @@ impl Short {
 
 /// Guards with other nodes of the same values.
 fn renewed(guards: &[Guard], nodes: &[NodeId]) -> Vec<Guard> {
-    guards.iter().zip(nodes.chunks(2)).map(|(guard, new)| Guard { pivot: new[0], scale: new[1], ..*guard }).collect()
+    guards
+        .iter()
+        .zip(nodes.chunks(2))
+        .map(|(guard, new)| Guard { pivot: new[0], scale: new[1], ..*guard })
+        .collect()
 }
 
 /// The equations in short forms.
@@ -269,7 +300,8 @@ struct Short {
 impl Short {
     fn new(g: &mut Graph, system: &Constrained) -> Self {
         let (n, r) = (system.mass.len(), system.jacobian.len());
-        let terms = [&system.mass.concat()[..], &system.jacobian.concat(), system.force, system.gamma].concat();
+        let terms =
+            [&system.mass.concat()[..], &system.jacobian.concat(), system.force, system.gamma].concat();
         let diagonal: Vec<NodeId> = (0..n).map(|i| system.mass[i][i]).collect();
         let short = collect(g, &terms, &diagonal);
         let (rows, vectors) = short.nodes.split_at((n + r) * n);
@@ -283,11 +315,12 @@ impl Short {
     fn solver(&self, g: &mut Graph, states: &States) -> Result<Solver, Stuck> {
         let n = self.mass.len();
         let (mass, jacobian) = (Sparse::new(g, &self.mass, n), Sparse::new(g, &self.jacobian, n));
-        let Choice::Partitions(candidates) = partitions(g, &jacobian, n) else { return Err(Stuck::Redundant) };
+        let Choice::Partitions(candidates) = partitions(g, &jacobian, n) else {
+            return Err(Stuck::Redundant);
+        };
         let way = |g: &mut Graph, choice: Option<&Partition>| match choice {
-            Some(partition) => {
-                NullSpace::new(g, &mass, &jacobian, partition).map(|reduced| Solver(Way::Blocks(Box::new(reduced))))
-            }
+            Some(partition) => NullSpace::new(g, &mass, &jacobian, partition)
+                .map(|reduced| Solver(Way::Blocks(Box::new(reduced)))),
             None => Solver::together(g, &self.mass, &self.jacobian),
         };
         let anywhere = Slopes::at(g, &jacobian, states.anywhere);
@@ -304,7 +337,8 @@ impl Short {
                 .iter()
                 .map(|guard| Guard { tolerance: guard.tolerance.min(VANISHED.powi(2)), ..*guard })
                 .collect();
-            let applies = [applies(&trial, &guards, states.likely), applies(&trial, &vanishing, states.passed)];
+            let applies =
+                [applies(&trial, &guards, states.likely), applies(&trial, &vanishing, states.passed)];
             let conditioning = choice.map_or(1.0, |p| anywhere.conditioning(&jacobian, p));
             Some(Priced { choice, cost, applies, conditioning })
         };
@@ -346,8 +380,9 @@ pub(crate) fn applies(g: &Graph, guards: &[Guard], states: &[&dyn Bindings]) -> 
     states.iter().map(at).collect()
 }
 
-/// The structurally cheapest of the partitions: `tried` of those that are regular where motions are likely to be, the cheapest that is so where they begin, which are
-/// the first `likely` of the states, and the cheapest of all.
+/// The structurally cheapest of the partitions: `tried` of those that are regular where motions are likely to
+/// be, the cheapest that is so where they begin, which are the first `likely` of the states, and the cheapest
+/// of all.
 fn worth_trying<'a>(
     candidates: &'a [Partition],
     jacobian: &Sparse,
@@ -379,7 +414,8 @@ struct Priced<'a> {
     conditioning: f64,
 }
 
-/// Those that apply at the likeliest of the states, as far as they cost no more than so many times what is cheapest.
+/// Those that apply at the likeliest of the states, as far as they cost no more than so many times what is
+/// cheapest.
 fn applying(all: Vec<Priced<'_>>, which: usize, times: f64) -> Vec<Priced<'_>> {
     let cheapest = all.iter().map(|way| way.cost).min().unwrap_or(0);
     let affordable = |way: &&Priced| way.cost as f64 <= times * cheapest as f64;
@@ -387,12 +423,14 @@ fn applying(all: Vec<Priced<'_>>, which: usize, times: f64) -> Vec<Priced<'_>> {
     all.into_iter().filter(|way| way.applies[which] == best).collect()
 }
 
-/// The partition to be taken, or q̈ and λ together (`Some(None)`) where that is cheaper; `None` where there is no way at all.
+/// The partition to be taken, or q̈ and λ together (`Some(None)`) where that is cheaper; `None` where there
+/// is no way at all.
 fn prefer(found: Vec<Priced<'_>>) -> Option<Option<&Partition>> {
     let is_good = |way: &Priced| way.conditioning > POOR;
     let (good, poor): (Vec<Priced>, Vec<Priced>) = found.into_iter().partition(is_good);
     let all = if good.is_empty() { poor } else { good };
-    let applying = [(0, WORTH), (1, PASSED)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
+    let applying =
+        [(0, WORTH), (1, PASSED)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
     let cost = |way: &&Priced| way.cost;
     let together = applying.iter().find(|way| way.choice.is_none()).map(|way| way.cost);
     let blocks = || applying.iter().filter(|way| way.choice.is_some());

@@ -15,7 +15,8 @@ pub(super) struct Sparse {
 impl Sparse {
     /// From a dense matrix with `width` columns.
     pub(super) fn new(g: &Graph, matrix: &[Vec<NodeId>], width: usize) -> Self {
-        let entries = |row: &Vec<NodeId>| row.iter().copied().enumerate().filter(|(_, x)| !g.is_zero(*x)).collect();
+        let entries =
+            |row: &Vec<NodeId>| row.iter().copied().enumerate().filter(|(_, x)| !g.is_zero(*x)).collect();
         let rows: Vec<BTreeMap<usize, NodeId>> = matrix.iter().map(entries).collect();
         let mut columns = vec![Vec::new(); width];
         for (i, row) in rows.iter().enumerate() {

@@ -1,11 +1,12 @@
-//! The block triangular form of a square sparse matrix: rows matched with columns, and the strongly connected components of what follows from
-//! what (Dulmage and Mendelsohn 1958, Tarjan 1972). Blocks come in the order in which they can be solved.
+//! The block triangular form of a square sparse matrix: rows matched with columns, and the strongly connected
+//! components of what follows from what (Dulmage and Mendelsohn 1958, Tarjan 1972). Blocks come in the order
+//! in which they can be solved.
 
 /// A block: its rows and as many columns, both ascending.
 pub(super) type Block = (Vec<usize>, Vec<usize>);
 
-/// The blocks of the matrix whose row r has entries in the columns `rows[r]`, over the given columns only, as many as rows; `None` where no
-/// permutation has a diagonal free of zeros.
+/// The blocks of the matrix whose row r has entries in the columns `rows[r]`, over the given columns only, as
+/// many as rows; `None` where no permutation has a diagonal free of zeros.
 pub(super) fn blocks(rows: &[Vec<usize>], columns: &[usize]) -> Option<Vec<Block>> {
     let width = columns.iter().max().map_or(0, |c| c + 1);
     let mut counts = vec![false; width];
@@ -32,7 +33,8 @@ pub(super) fn blocks(rows: &[Vec<usize>], columns: &[usize]) -> Option<Vec<Block
     Some(tarjan.components.into_iter().map(block).collect())
 }
 
-/// A row for every column such that all rows are used (augmenting paths, breadth first); `None` where there is no such matching.
+/// A row for every column such that all rows are used (augmenting paths, breadth first); `None` where there
+/// is no such matching.
 fn matching(rows: &[Vec<usize>], width: usize) -> Option<Vec<Option<usize>>> {
     let mut row_of: Vec<Option<usize>> = vec![None; width];
     let mut column_of: Vec<Option<usize>> = vec![None; rows.len()];
@@ -60,7 +62,8 @@ fn matching(rows: &[Vec<usize>], width: usize) -> Option<Vec<Option<usize>>> {
             }
         }
         let mut column = end?;
-        // Back along the path: every row on it takes the column that was reached from it and leaves its own to the row before.
+        // Back along the path: every row on it takes the column that was reached from it and leaves its own
+        // to the row before.
         loop {
             let row = reached[column].expect("every column on the path was reached from a row");
             row_of[column] = Some(row);
@@ -73,8 +76,8 @@ fn matching(rows: &[Vec<usize>], width: usize) -> Option<Vec<Option<usize>>> {
     Some(row_of)
 }
 
-/// Strongly connected components of the graph in which a row leads to the rows that are matched with its other columns; a component is
-/// complete only after those that it leads to.
+/// Strongly connected components of the graph in which a row leads to the rows that are matched with its
+/// other columns; a component is complete only after those that it leads to.
 struct Tarjan<'a> {
     rows: &'a [Vec<usize>],
     row_of: &'a [Option<usize>],
@@ -174,7 +177,8 @@ mod tests {
     }
 
     proptest! {
-        /// A permuted triangular matrix with blocks on its diagonal is found again, whatever columns are left out.
+        /// A permuted triangular matrix with blocks on its diagonal is found again, whatever columns are left
+        /// out.
         #[test]
         fn every_entry_belongs_to_its_block_or_an_earlier_one(
             n in 1usize..9,

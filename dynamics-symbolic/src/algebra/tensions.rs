@@ -1,18 +1,21 @@
 //! Levers whose joints hold their bodies at a distance, solved for the forces in the rods.
 //!
-//! Where an unknown u moves a point by y₁ = p₁ + b₁u + β₁, y₂ = p₂ + b₂u + β₂ with b₁² + b₂² = D constant, as an angle does with the end of its
-//! rod, the components of y along the lever b and across it take the place of y:
+//! Where an unknown u moves a point by y₁ = p₁ + b₁u + β₁, y₂ = p₂ + b₂u + β₂ with b₁² + b₂² = D constant, as
+//! an angle does with the end of its rod, the components of y along the lever b and across it take the place
+//! of y:
 //!
 //!   y₁ = b₁ w + b₂ η/D    w = u + (b₁(p₁ + β₁) + b₂(p₂ + β₂))/D
 //!   y₂ = b₂ w − b₁ η/D    η = b₂(p₁ + β₁) − b₁(p₂ + β₂)
 //!
-//! w is as free as u was; only η, along the rod, is made of what stands before. With all pairs turned that way and inertia that is diagonal and
-//! constant, ½ zᵀHz − fᵀz under the rows η − Σ c z = κ is stationary where
+//! w is as free as u was; only η, along the rod, is made of what stands before. With all pairs turned that
+//! way and inertia that is diagonal and constant, ½ zᵀHz − fᵀz under the rows η − Σ c z = κ is stationary
+//! where
 //!
 //!   z = H⁻¹(f + Φᵀτ)    (Φ H⁻¹ Φᵀ) τ = κ − Φ H⁻¹ f
 //!
-//! with one force τ for each η: of a chain of points the tensions of its rods, a tridiagonal system. What cancels in going back to u is found
-//! force by force. The pivots are those of Φ H⁻¹ Φᵀ; they vanish where the rods cannot carry all forces apart.
+//! with one force τ for each η: of a chain of points the tensions of its rods, a tridiagonal system. What
+//! cancels in going back to u is found force by force. The pivots are those of Φ H⁻¹ Φᵀ; they vanish where
+//! the rods cannot carry all forces apart.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +28,8 @@ use super::levers::{Levers, Stationary};
 type Form = BTreeMap<Option<usize>, NodeId>;
 
 impl Levers {
-    /// Solves for the forces in the rods; `None` where inertia is not diagonal and constant in these terms, or a pivot is identically zero.
+    /// Solves for the forces in the rods; `None` where inertia is not diagonal and constant in these terms,
+    /// or a pivot is identically zero.
     pub(super) fn tensions(&self, g: &mut Graph) -> Option<Stationary> {
         let mut turned = Turned::new(g, self)?;
         let (inverse, force) = turned.diagonal(g, self)?;
@@ -35,8 +39,10 @@ impl Levers {
             .iter()
             .map(|row| row.coefficients.iter().map(|(v, c)| (*v, g.mul(inverse[*v], *c))).collect())
             .collect();
-        let matrix: Vec<Vec<NodeId>> =
-            rows.iter().map(|row| scaled.iter().map(|other| dot(g, &row.coefficients, other)).collect()).collect();
+        let matrix: Vec<Vec<NodeId>> = rows
+            .iter()
+            .map(|row| scaled.iter().map(|other| dot(g, &row.coefficients, other)).collect())
+            .collect();
         let right: Vec<NodeId> = rows
             .iter()
             .zip(&scaled)
@@ -60,7 +66,8 @@ impl Levers {
         }
         let unknowns = (0..self.unknowns)
             .map(|u| {
-                let form = turned.back.get(&u).map_or_else(|| values[u].clone(), |back| put_in(g, back, &values));
+                let form =
+                    turned.back.get(&u).map_or_else(|| values[u].clone(), |back| put_in(g, back, &values));
                 form.into_iter().fold(g.zero(), |sum, (tension, c)| {
                     let term = tension.map_or(c, |r| g.mul_as_is(c, tensions[r]));
                     g.add(sum, term)
@@ -69,7 +76,8 @@ impl Levers {
             .collect();
         // Whatever is divided by: inertia, which is constant, and pivots.
         let massive = turned.inertia.iter().map(|(of, h)| (*of, *h, *h));
-        let pivots = massive.chain(factors.pivots().map(|(r, pivot)| (rows[r].of, pivot, matrix[r][r]))).collect();
+        let pivots =
+            massive.chain(factors.pivots().map(|(r, pivot)| (rows[r].of, pivot, matrix[r][r]))).collect();
         Some(Stationary { unknowns, pivots })
     }
 }
@@ -84,7 +92,8 @@ struct Row {
     known: NodeId,
 }
 
-/// Levers in terms of w and η. Quantities are numbered as before, w by its unknown and η by the first of its pair.
+/// Levers in terms of w and η. Quantities are numbered as before, w by its unknown and η by the first of its
+/// pair.
 struct Turned {
     rows: Vec<Row>,
     /// What intermediate quantities are in these terms.
@@ -100,22 +109,29 @@ impl Turned {
     fn new(g: &mut Graph, levers: &Levers) -> Option<Self> {
         let n = levers.unknowns;
         let size = n + levers.definitions.len();
-        let mut turned =
-            Self { rows: Vec::new(), forms: BTreeMap::new(), back: BTreeMap::new(), inertia: Vec::new(), size };
+        let mut turned = Self {
+            rows: Vec::new(),
+            forms: BTreeMap::new(),
+            back: BTreeMap::new(),
+            inertia: Vec::new(),
+            size,
+        };
         // The definitions in which each unknown stands.
         let mut stands: Vec<Vec<usize>> = vec![Vec::new(); n];
         for (k, definition) in levers.definitions.iter().enumerate() {
             definition.terms.iter().filter(|(i, _)| *i < n).for_each(|(i, _)| stands[*i].push(k));
         }
-        let inert: Vec<usize> = levers.inertia.iter().flat_map(|(i, j, _)| [*i, *j]).filter(|i| *i < n).collect();
+        let inert: Vec<usize> =
+            levers.inertia.iter().flat_map(|(i, j, _)| [*i, *j]).filter(|i| *i < n).collect();
         for k in 0..levers.definitions.len() {
             if turned.forms.contains_key(&(n + k)) {
                 continue;
             }
-            let pair = levers.definitions[k].terms.iter().map(|(i, _)| *i).find_map(|u| match stands.get(u)?[..] {
-                [first, second] if first == k && !inert.contains(&u) => Some((u, second)),
-                _ => None,
-            });
+            let pair =
+                levers.definitions[k].terms.iter().map(|(i, _)| *i).find_map(|u| match stands.get(u)?[..] {
+                    [first, second] if first == k && !inert.contains(&u) => Some((u, second)),
+                    _ => None,
+                });
             let (u, second) = pair?;
             turned.turn(g, levers, u, [k, second])?;
         }
@@ -147,7 +163,8 @@ impl Turned {
             }
         }
         self.rows.push(Row { of: u, own, coefficients, known });
-        let [l1, l2, r1, r2] = [(unit1, b1), (unit2, b2), (unit1, b2), (unit2, b1)].map(|(unit, b)| g.mul(unit, b));
+        let [l1, l2, r1, r2] =
+            [(unit1, b1), (unit2, b2), (unit1, b2), (unit2, b1)].map(|(unit, b)| g.mul(unit, b));
         let (right, left) = (g.mul(over, r1), g.mul(over, r2));
         let left = g.neg(left);
         self.forms.insert(n + pair[0], Form::from([(Some(u), l1), (Some(own), right)]));
@@ -159,8 +176,8 @@ impl Turned {
         Some(())
     }
 
-    /// Σ factor·(p + β) over some definitions, where p is what they are made of but u, in terms of what is kept. What is known is put together
-    /// by the velocities in it, where sin² + cos² shows.
+    /// Σ factor·(p + β) over some definitions, where p is what they are made of but u, in terms of what is
+    /// kept. What is known is put together by the velocities in it, where sin² + cos² shows.
     fn combined(
         &self,
         g: &mut Graph,
@@ -193,7 +210,8 @@ impl Turned {
         Some(sum)
     }
 
-    /// 1/Hᵢᵢ and fᵢ; `None` where H is not diagonal and constant, or has no inertia for some quantity that is kept.
+    /// 1/Hᵢᵢ and fᵢ; `None` where H is not diagonal and constant, or has no inertia for some quantity that is
+    /// kept.
     fn diagonal(&mut self, g: &mut Graph, levers: &Levers) -> Option<(Vec<NodeId>, Vec<NodeId>)> {
         let one = g.one();
         let mut inertia: BTreeMap<(usize, usize), NodeId> = BTreeMap::new();
@@ -227,8 +245,9 @@ impl Turned {
                 }
             }
         }
-        let kept: Vec<usize> =
-            (0..levers.unknowns).chain(self.rows.iter().flat_map(|r| r.coefficients.keys().copied())).collect();
+        let kept: Vec<usize> = (0..levers.unknowns)
+            .chain(self.rows.iter().flat_map(|r| r.coefficients.keys().copied()))
+            .collect();
         let mut inverse = vec![g.zero(); self.size];
         for v in kept {
             let own = inertia.get(&(v, v)).copied()?;

@@ -7,7 +7,8 @@ use crate::graph::NodeId;
 pub enum Elimination {
     /// q̈ and λ together, fewest neighbours first, a multiplier only after every coordinate in its row.
     MinimumDegree,
-    /// Dependent coordinates in blocks of rows first (null space): (rows, dependent coordinates) of each block in order.
+    /// Dependent coordinates in blocks of rows first (null space): (rows, dependent coordinates) of each
+    /// block in order.
     Blocks(Vec<(Vec<usize>, Vec<usize>)>),
     /// The declared speeds lead, and all coordinates follow from them and the constraints.
     Speeds,
@@ -22,7 +23,8 @@ pub enum Guarded {
     Row(usize),
 }
 
-/// A pivot of the unrolled solution, with the size that it is compared with: below `tolerance`·|scale| the general solver takes over.
+/// A pivot of the unrolled solution, with the size that it is compared with: below `tolerance`·|scale| the
+/// general solver takes over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guard {
     /// Whose it is.
@@ -46,8 +48,9 @@ pub struct Unrolled {
     pub multipliers: Vec<NodeId>,
     /// Pivots to check.
     pub guards: Vec<Guard>,
-    /// δ, N, with M δ = Φ_qᵀμ for some μ, Φ_q δ = r, where the right-hand sides r are the symbols `Symbol::Multiplier`. Mass-weighted corrections
-    /// of positions and velocities and Baumgarte's terms are such solutions.
+    /// δ, N, with M δ = Φ_qᵀμ for some μ, Φ_q δ = r, where the right-hand sides r are the symbols
+    /// `Symbol::Multiplier`. Mass-weighted corrections of positions and velocities and Baumgarte's terms are
+    /// such solutions.
     pub correction: Vec<NodeId>,
     /// The same pivots, by nodes that the correction shares.
     pub correction_guards: Vec<Guard>,

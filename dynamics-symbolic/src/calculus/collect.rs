@@ -1,7 +1,9 @@
-//! Shorter forms of a set of results. Inertia that is put together from velocities, m a²cos²φ + m a²sin²φ + …, does not show that it is a
-//! constant or one cosine of a difference: like terms stand apart. Here each result is written as a polynomial in what is not a sum or product
-//! (symbols, sines and cosines, roots), like terms and squares of sines and cosines are put together, and common factors are taken out.
-//! Of every result the form is kept that makes all of them together the cheapest; chains of links, where sharing is worth more, stay as they are.
+//! Shorter forms of a set of results. Inertia that is put together from velocities, m a²cos²φ + m a²sin²φ +
+//! …, does not show that it is a constant or one cosine of a difference: like terms stand apart. Here each
+//! result is written as a polynomial in what is not a sum or product (symbols, sines and cosines, roots),
+//! like terms and squares of sines and cosines are put together, and common factors are taken out. Of every
+//! result the form is kept that makes all of them together the cheapest; chains of links, where sharing is
+//! worth more, stay as they are.
 
 use std::collections::BTreeMap;
 
@@ -11,12 +13,15 @@ use super::substitute::rebuild;
 
 /// Most terms of a polynomial: more are no short form.
 const TERMS: usize = 96;
-/// Factors of a term, each of which is written down: a square of a square, and so on, has twice as many every time.
+/// Factors of a term, each of which is written down: a square of a square, and so on, has twice as many every
+/// time.
 const FACTORS: usize = 64;
-/// Most operations of the results together, and most results that are looked at one by one: beyond, trying takes too long.
+/// Most operations of the results together, and most results that are looked at one by one: beyond, trying
+/// takes too long.
 const MOST: (usize, usize) = (2500, 160);
 
-/// Factors in ascending order, repeated for powers; by them the coefficient, which depends on parameters alone.
+/// Factors in ascending order, repeated for powers; by them the coefficient, which depends on parameters
+/// alone.
 type Polynomial = BTreeMap<Vec<NodeId>, NodeId>;
 
 /// What became of some results.
@@ -24,13 +29,14 @@ type Polynomial = BTreeMap<Vec<NodeId>, NodeId>;
 pub struct Collected {
     /// The results in the order in which they were given.
     pub nodes: Vec<NodeId>,
-    /// Of those that are squares and were rewritten: the new form, and the constant in it, which is about the size of what was squared. Where the
-    /// whole is far smaller than its constant, digits are lost that a sum of squares keeps.
+    /// Of those that are squares and were rewritten: the new form, and the constant in it, which is about the
+    /// size of what was squared. Where the whole is far smaller than its constant, digits are lost that a sum
+    /// of squares keeps.
     pub squares: Vec<(NodeId, NodeId)>,
 }
 
-/// `roots`, rewritten where that makes them cheaper together. Operations that stay are built anew as well, so that all share their parts.
-/// `squares` are those of them that cannot be negative.
+/// `roots`, rewritten where that makes them cheaper together. Operations that stay are built anew as well, so
+/// that all share their parts. `squares` are those of them that cannot be negative.
 #[must_use]
 pub fn collect(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected {
     let mut distinct = roots.to_vec();
@@ -51,10 +57,12 @@ pub fn collect(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected
     }
     let kept = atoms(g, &distinct);
     let source = g.clone();
-    let built =
-        g.afresh(&kept, |g| build(g, &source, &distinct, &choice, &|id| kept.binary_search(&id).is_ok().then_some(id)));
+    let built = g.afresh(&kept, |g| {
+        build(g, &source, &distinct, &choice, &|id| kept.binary_search(&id).is_ok().then_some(id))
+    });
     let constants = choice.iter().map(|form| form.and_then(|form| form.get(&Vec::new()).copied()));
-    let rewritten = distinct.iter().zip(&built).zip(constants).filter(|((root, _), _)| squares.contains(root));
+    let rewritten =
+        distinct.iter().zip(&built).zip(constants).filter(|((root, _), _)| squares.contains(root));
     let squares = rewritten.filter_map(|((_, new), constant)| constant.map(|c| (*new, c))).collect();
     let new: BTreeMap<NodeId, NodeId> = distinct.into_iter().zip(built).collect();
     Collected { nodes: roots.iter().map(|r| new.get(r).copied().unwrap_or(*r)).collect(), squares }
@@ -72,7 +80,8 @@ fn choose<'a>(g: &Graph, roots: &[NodeId], forms: &'a [Vec<Polynomial>]) -> Vec<
         let built = build(&mut trial, g, &roots[root..=root], &[form], &|_| None);
         trial.weight(&built)
     };
-    // All that are shorter by themselves at once, as what they share falls away only together; then one by one.
+    // All that are shorter by themselves at once, as what they share falls away only together; then one by
+    // one.
     let mut choice: Vec<Option<&Polynomial>> = vec![None; roots.len()];
     let mut best = cost(&choice);
     let mut together = choice.clone();
@@ -80,7 +89,9 @@ fn choose<'a>(g: &Graph, roots: &[NodeId], forms: &'a [Vec<Polynomial>]) -> Vec<
     for (root, forms) in forms.iter().enumerate() {
         let as_it_is = alone(root, None);
         let shorter = forms.iter().map(|form| (alone(root, Some(form)), form)).min_by_key(|(cost, _)| *cost);
-        let Some((cost, form)) = shorter.filter(|(cost, _)| *cost <= as_it_is + as_it_is / 4) else { continue };
+        let Some((cost, form)) = shorter.filter(|(cost, _)| *cost <= as_it_is + as_it_is / 4) else {
+            continue;
+        };
         promising.push(root);
         together[root] = (cost < as_it_is).then_some(form);
     }
@@ -101,7 +112,8 @@ fn choose<'a>(g: &Graph, roots: &[NodeId], forms: &'a [Vec<Polynomial>]) -> Vec<
     choice
 }
 
-/// The roots in `g`, each from its polynomial or else as it is; `known` says what is there already of the nodes of `source`.
+/// The roots in `g`, each from its polynomial or else as it is; `known` says what is there already of the
+/// nodes of `source`.
 fn build(
     g: &mut Graph,
     source: &Graph,
@@ -129,9 +141,12 @@ fn build(
     let mut terms: Vec<Option<Vec<Term>>> = Vec::with_capacity(choice.len());
     for form in choice {
         let products = form.map(|form| form.iter());
-        terms.push(products.map(|p| p.map(|(f, c)| Term::new(g, at(c), f.iter().map(at).collect())).collect()));
+        terms.push(
+            products.map(|p| p.map(|(f, c)| Term::new(g, at(c), f.iter().map(at).collect())).collect()),
+        );
     }
-    let copies: Vec<NodeId> = roots.iter().map(|r| new.get(r.index()).copied().flatten().unwrap_or(*r)).collect();
+    let copies: Vec<NodeId> =
+        roots.iter().map(|r| new.get(r.index()).copied().flatten().unwrap_or(*r)).collect();
     terms.into_iter().zip(copies).map(|(terms, copy)| terms.map_or(copy, |terms| sum(g, terms))).collect()
 }
 
@@ -210,8 +225,8 @@ fn factored(g: &mut Graph, terms: Vec<Term>) -> NodeId {
 /// Two sums whose product is a part of a sum.
 type Product = (Vec<Term>, Vec<Term>);
 
-/// The terms as products of a sum of symbols and parameters with a sum of functions: w² s − w² c − u² s + u² c = (w² − u²)(s − c). Products of
-/// single terms are left over where nothing of that kind is found.
+/// The terms as products of a sum of symbols and parameters with a sum of functions: w² s − w² c − u² s + u²
+/// c = (w² − u²)(s − c). Products of single terms are left over where nothing of that kind is found.
 fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<Product> {
     // By the symbols of each term: the functions that they stand before, with numbers.
     let mut rows: BTreeMap<Vec<NodeId>, BTreeMap<Vec<NodeId>, NodeId>> = BTreeMap::new();
@@ -244,7 +259,11 @@ fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<Product> {
 }
 
 /// The number k with a = k·b.
-fn ratio(g: &mut Graph, a: &BTreeMap<Vec<NodeId>, NodeId>, b: &BTreeMap<Vec<NodeId>, NodeId>) -> Option<NodeId> {
+fn ratio(
+    g: &mut Graph,
+    a: &BTreeMap<Vec<NodeId>, NodeId>,
+    b: &BTreeMap<Vec<NodeId>, NodeId>,
+) -> Option<NodeId> {
     let (first, number) = a.iter().next()?;
     if !a.keys().eq(b.keys()) {
         return None;
@@ -253,8 +272,8 @@ fn ratio(g: &mut Graph, a: &BTreeMap<Vec<NodeId>, NodeId>, b: &BTreeMap<Vec<Node
     a.iter().all(|(key, x)| g.mul(k, b[key]) == *x).then_some(k)
 }
 
-/// The factor of most terms, of two at least; functions before symbols, these before parameters, as a sum of their products is more often
-/// met again.
+/// The factor of most terms, of two at least; functions before symbols, these before parameters, as a sum of
+/// their products is more often met again.
 fn shared(g: &Graph, terms: &[Term]) -> Option<NodeId> {
     let mut count: BTreeMap<NodeId, usize> = BTreeMap::new();
     for term in terms {
@@ -268,11 +287,13 @@ fn shared(g: &Graph, terms: &[Term]) -> Option<NodeId> {
         Node::Symbol(_) => 1,
         _ => 2,
     };
-    let best = count.into_iter().filter(|(_, n)| *n > 1).max_by_key(|(f, n)| (*n, rank(*f), core::cmp::Reverse(*f)));
+    let best =
+        count.into_iter().filter(|(_, n)| *n > 1).max_by_key(|(f, n)| (*n, rank(*f), core::cmp::Reverse(*f)));
     best.map(|(factor, _)| factor)
 }
 
-/// Ways to write a node as a polynomial: with everything multiplied out, and with sums of rates left together.
+/// Ways to write a node as a polynomial: with everything multiplied out, and with sums of rates left
+/// together.
 fn polynomials(g: &mut Graph, root: NodeId) -> Vec<Polynomial> {
     let mut found: Vec<Polynomial> = Vec::new();
     for sums in [false, true] {
@@ -301,10 +322,16 @@ fn expand(
         _ if g.is_zero(id) => Some(Polynomial::new()),
         _ if g.is_constant(id) => Some(Polynomial::from([(Vec::new(), id)])),
         Node::Add(..) | Node::Sub(..) if sums && g.dependence(id).within(Dependence::RATES) => Some(atom),
-        Node::Add(a, b) => expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).map(|(a, b)| plus(g, a, b, false)),
-        Node::Sub(a, b) => expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).map(|(a, b)| plus(g, a, b, true)),
+        Node::Add(a, b) => {
+            expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).map(|(a, b)| plus(g, a, b, false))
+        }
+        Node::Sub(a, b) => {
+            expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).map(|(a, b)| plus(g, a, b, true))
+        }
         Node::Neg(a) => expand(g, a, sums, memo).map(|a| plus(g, Polynomial::new(), a, true)),
-        Node::Mul(a, b) => expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).and_then(|(a, b)| times(g, &a, &b)),
+        Node::Mul(a, b) => {
+            expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).and_then(|(a, b)| times(g, &a, &b))
+        }
         _ => Some(atom),
     };
     let found = found.filter(|p| p.len() <= TERMS);
@@ -367,7 +394,9 @@ fn without_squares(g: &mut Graph, mut polynomial: Polynomial) -> Polynomial {
 fn square(g: &Graph, polynomial: &Polynomial) -> Option<(Vec<NodeId>, Vec<NodeId>, Vec<NodeId>)> {
     for (factors, coefficient) in polynomial {
         for pair in factors.windows(2) {
-            let (Node::Unary(Unary::Sin, angle), true) = (g.node(pair[0]), pair[0] == pair[1]) else { continue };
+            let (Node::Unary(Unary::Sin, angle), true) = (g.node(pair[0]), pair[0] == pair[1]) else {
+                continue;
+            };
             let mut rest = factors.clone();
             let at = rest.iter().position(|f| *f == pair[0])?;
             rest.drain(at..at + 2);
@@ -393,7 +422,8 @@ fn square(g: &Graph, polynomial: &Polynomial) -> Option<(Vec<NodeId>, Vec<NodeId
 
 /// What the roots are made of besides sums and products, with what that is made of, ascending.
 fn atoms(g: &Graph, roots: &[NodeId]) -> Vec<NodeId> {
-    let is_atom = |id: &NodeId| !matches!(g.node(*id), Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Neg(_));
+    let is_atom =
+        |id: &NodeId| !matches!(g.node(*id), Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Neg(_));
     let found: Vec<NodeId> = g.cone(roots).into_iter().filter(is_atom).collect();
     g.cone(&found)
 }

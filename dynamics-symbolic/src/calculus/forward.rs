@@ -4,7 +4,8 @@ use crate::graph::{Graph, Node, NodeId, Symbol};
 
 use super::local::{Choice, partials};
 
-/// Derivatives of `roots` along the direction in which every symbol s moves with velocity `seed(s)` (`None`: it does not move).
+/// Derivatives of `roots` along the direction in which every symbol s moves with velocity `seed(s)` (`None`:
+/// it does not move).
 pub fn directional(
     g: &mut Graph,
     roots: &[NodeId],
@@ -24,7 +25,8 @@ pub fn directional(
         }
         if let Some(choice) = Choice::of(node) {
             let zero = g.zero();
-            let [then, otherwise] = [choice.then, choice.otherwise].map(|c| tangent[c.index()].unwrap_or(zero));
+            let [then, otherwise] =
+                [choice.then, choice.otherwise].map(|c| tangent[c.index()].unwrap_or(zero));
             let chosen = choice.between(g, then, otherwise);
             tangent[id.index()] = Some(chosen).filter(|s| !g.is_zero(*s));
             continue;

@@ -1,14 +1,14 @@
 //! Partial derivatives of one operation with respect to its arguments.
 //!
-//! Convention where a function is not smooth: the derivative of the branch taken; |x|′ = signum x, signum′ = 0, min and max take the first
-//! argument on ties. The same convention holds for the runtime's time jets.
+//! Convention where a function is not smooth: the derivative of the branch taken; |x|′ = signum x, signum′ =
+//! 0, min and max take the first argument on ties. The same convention holds for the runtime's time jets.
 
 use crate::graph::{Binary, Comparison, Graph, Node, NodeId, Number, Unary};
 
 /// A node that takes the value of one of two others.
 ///
-/// Its derivative is a choice between their derivatives. A sum of both, weighted by 1 and 0, will not do: 0 · NaN is NaN, and the branch
-/// not taken is often outside of its domain, which is why it is not taken.
+/// Its derivative is a choice between their derivatives. A sum of both, weighted by 1 and 0, will not do: 0 ·
+/// NaN is NaN, and the branch not taken is often outside of its domain, which is why it is not taken.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Choice {
     comparison: Comparison,
@@ -26,8 +26,12 @@ impl Choice {
             Node::Select { comparison, left, right, then, otherwise } => {
                 Some(Self { comparison, left, right, then, otherwise })
             }
-            Node::Binary(Binary::Min, a, b) => Some(Self { comparison, left: a, right: b, then: a, otherwise: b }),
-            Node::Binary(Binary::Max, a, b) => Some(Self { comparison, left: b, right: a, then: a, otherwise: b }),
+            Node::Binary(Binary::Min, a, b) => {
+                Some(Self { comparison, left: a, right: b, then: a, otherwise: b })
+            }
+            Node::Binary(Binary::Max, a, b) => {
+                Some(Self { comparison, left: b, right: a, then: a, otherwise: b })
+            }
             _ => None,
         }
     }

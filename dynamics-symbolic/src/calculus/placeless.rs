@@ -3,10 +3,12 @@
 use super::substitute::substitute;
 use crate::graph::{Dependence, Graph, NodeId, Number, Sampler, Symbol};
 
-/// `roots`, with those of them that contain coordinates but do not depend on them as they are in a place where that is short.
+/// `roots`, with those of them that contain coordinates but do not depend on them as they are in a place
+/// where that is short.
 ///
-/// The inertia of a body in its own axes follows from that in coordinates with all their sines and cosines, and is, when all is multiplied out, a sum of products of parameters
-/// that nobody built. Where coordinates are 0, or one of them is 1, it folds to that. What has no value in any of these places stays as it is.
+/// The inertia of a body in its own axes follows from that in coordinates with all their sines and cosines,
+/// and is, when all is multiplied out, a sum of products of parameters that nobody built. Where coordinates
+/// are 0, or one of them is 1, it folds to that. What has no value in any of these places stays as it is.
 #[must_use]
 pub fn placeless(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
     let [here, there] = {
@@ -56,7 +58,8 @@ mod tests {
     #[test]
     fn a_turned_inertia_is_that_of_the_body() {
         let mut g = Graph::new();
-        let [angle, a, b] = [Symbol::Coordinate(0), Symbol::Parameter(0), Symbol::Parameter(1)].map(|s| g.symbol(s));
+        let [angle, a, b] =
+            [Symbol::Coordinate(0), Symbol::Parameter(0), Symbol::Parameter(1)].map(|s| g.symbol(s));
         let [sin, cos] = [Unary::Sin, Unary::Cos].map(|f| g.unary(f, angle));
         // (a + b) cos² + (a + b) sin², term by term, beside what moves.
         let mut sum = g.zero();

@@ -1,6 +1,7 @@
-//! Products and sums put together anew so that they share their parts: p·(c·u²) beside (p·c) costs one product less as (p·c)·u². Chains of
-//! products, and of sums, whose links nothing else reads are taken apart; the pair that most chains contain becomes a node of its own, as long
-//! as there is one that two of them contain (as in Hosangadi, Fallah & Kastner 2006, for two terms); what is left of a chain is combined in
+//! Products and sums put together anew so that they share their parts: p·(c·u²) beside (p·c) costs one
+//! product less as (p·c)·u². Chains of products, and of sums, whose links nothing else reads are taken apart;
+//! the pair that most chains contain becomes a node of its own, as long as there is one that two of them
+//! contain (as in Hosangadi, Fallah & Kastner 2006, for two terms); what is left of a chain is combined in
 //! the order in which its parts are ready, so that long chains do not wait for one another.
 
 use std::collections::BTreeMap;
@@ -12,7 +13,8 @@ use super::substitute::rebuild;
 /// Most operations that are looked at: the search takes time with the square of their number.
 const MOST: usize = 6000;
 
-/// `roots` with the same values to rounding, in fewer operations where that is possible. What depends on parameters alone stays as it is.
+/// `roots` with the same values to rounding, in fewer operations where that is possible. What depends on
+/// parameters alone stays as it is.
 #[must_use]
 pub fn share(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
     if g.operations(roots) > MOST {
@@ -249,7 +251,8 @@ impl Building<'_> {
                     return built;
                 }
                 let pair = self.chains.pairs[at];
-                let chain = Chain { kind: pair.kind, parts: vec![(false, pair.first), (pair.opposite, pair.second)] };
+                let chain =
+                    Chain { kind: pair.kind, parts: vec![(false, pair.first), (pair.opposite, pair.second)] };
                 let built = self.chain(g, &chain);
                 self.pairs[at] = Some(built);
                 built

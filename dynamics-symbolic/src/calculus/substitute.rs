@@ -21,7 +21,8 @@ pub fn substitute(
     })
 }
 
-/// `roots` with every node n that they contain replaced by `by(n)` (`None`: kept, made of what its children became).
+/// `roots` with every node n that they contain replaced by `by(n)` (`None`: kept, made of what its children
+/// became).
 ///
 /// # Errors
 /// A denominator that becomes identically zero.
@@ -47,7 +48,11 @@ pub(super) fn replace(
 ///
 /// # Errors
 /// A denominator that becomes identically zero.
-pub(crate) fn rebuild(g: &mut Graph, node: Node, at: &dyn Fn(NodeId) -> NodeId) -> Result<NodeId, ZeroDenominator> {
+pub(crate) fn rebuild(
+    g: &mut Graph,
+    node: Node,
+    at: &dyn Fn(NodeId) -> NodeId,
+) -> Result<NodeId, ZeroDenominator> {
     Ok(match node {
         Node::Number(n) => g.number(n),
         Node::Symbol(s) => g.symbol(s),

@@ -33,8 +33,10 @@ pub fn total_derivative(g: &mut Graph, roots: &[NodeId]) -> Result<Vec<NodeId>, 
         Symbol::Coordinate(i) => Some(g.symbol(Symbol::Rate(i))),
         Symbol::Rate(i) => Some(g.symbol(Symbol::Acceleration(i))),
         // A mode changes at events only.
-        Symbol::Acceleration(_) | Symbol::Input(_) | Symbol::Parameter(_) | Symbol::Multiplier(_) | Symbol::Mode(_) => {
-            None
-        }
+        Symbol::Acceleration(_)
+        | Symbol::Input(_)
+        | Symbol::Parameter(_)
+        | Symbol::Multiplier(_)
+        | Symbol::Mode(_) => None,
     }))
 }

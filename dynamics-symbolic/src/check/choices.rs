@@ -1,9 +1,10 @@
-//! What decides the choices in an expression. The derivative of a choice is that of the branch taken and says nothing of the jump where it
-//! switches: what is invariant has deciding functions that are invariant too.
+//! What decides the choices in an expression. The derivative of a choice is that of the branch taken and says
+//! nothing of the jump where it switches: what is invariant has deciding functions that are invariant too.
 
 use crate::graph::{Binary, Fingerprint, Graph, Node, NodeId, Unary};
 
-/// The functions whose sign decides `if`, `min`, `max`, `abs` and `signum` in the expressions: left − right, or the argument.
+/// The functions whose sign decides `if`, `min`, `max`, `abs` and `signum` in the expressions: left − right,
+/// or the argument.
 pub(super) fn deciders(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
     let mut found: Vec<(Fingerprint, NodeId)> = Vec::new();
     for id in g.cone(roots) {

@@ -1,7 +1,8 @@
 //! Checks of the constraints: one rule per file, called from visible lists.
 //!
-//! A constraint that does nothing, that cannot hold, or that is not what it is declared to be has no motions or other ones than were meant, and a
-//! solver would at best say so in terms of matrices. Here it is said in terms of the declarations, before anything runs.
+//! A constraint that does nothing, that cannot hold, or that is not what it is declared to be has no motions
+//! or other ones than were meant, and a solver would at best say so in terms of matrices. Here it is said in
+//! terms of the declarations, before anything runs.
 
 mod analysis;
 pub(super) mod contents;
@@ -38,7 +39,8 @@ pub(super) fn declared(model: &Model, found: &mut Vec<Finding>) {
     contents::contents(model, &mut faults);
     // A row that restricts nothing was meant to do something else.
     effect::without_effect(model, &mut faults);
-    // A q̇ + b: Appell's and Chetaev's rule, and with it the reaction Aᵀλ, hold for rows linear in the velocities.
+    // A q̇ + b: Appell's and Chetaev's rule, and with it the reaction Aᵀλ, hold for rows linear in the
+    // velocities.
     linear::linear(model, &mut faults);
     // Where √f = 0 holds its gradient is infinite: no multiplier is the reaction.
     roots::roots(model, &mut faults);

@@ -1,5 +1,6 @@
-//! What each role may contain. T, V, L and D are functions of q, q̇, t: accelerations have no place in them; a potential is a function of q and t;
-//! inputs have no known rates, so that nothing that is differentiated by time may contain them.
+//! What each role may contain. T, V, L and D are functions of q, q̇, t: accelerations have no place in them;
+//! a potential is a function of q and t; inputs have no known rates, so that nothing that is differentiated
+//! by time may contain them.
 
 use crate::graph::{Dependence, Fingerprint, NodeId, Sampler, Symbol};
 use crate::mechanics::{EnergyRole, ForceTerm, Model};
@@ -31,16 +32,27 @@ pub(super) fn contents(model: &Model, found: &mut Vec<Finding>) {
         } else if on(e.node, Dependence::MULTIPLIERS) {
             report("reactions", "what depends on them is a `#[force]`");
         } else if on(e.node, Dependence::MODES) {
-            report("modes", "it would jump where a constraint is switched; what depends on them is a `#[force]`");
+            report(
+                "modes",
+                "it would jump where a constraint is switched; what depends on them is a `#[force]`",
+            );
         } else if e.role == EnergyRole::Potential && on(e.node, Dependence::RATES) {
             report("velocities", "a potential is a function of coordinates and time");
-        } else if matches!(e.role, EnergyRole::Kinetic | EnergyRole::Lagrangian) && input_in_momenta(model, e.node) {
+        } else if matches!(e.role, EnergyRole::Kinetic | EnergyRole::Lagrangian)
+            && input_in_momenta(model, e.node)
+        {
             report("inputs", "the momenta would contain them, and their rates are not known");
         }
     }
     for f in &model.forces {
         let mut report = |what, reason| {
-            found.push(Finding::Contains { role: "force", name: f.name.clone(), what, reason, origin: f.origin });
+            found.push(Finding::Contains {
+                role: "force",
+                name: f.name.clone(),
+                what,
+                reason,
+                origin: f.origin,
+            });
         };
         let (mut places, mut values) = (Vec::new(), Vec::new());
         for term in &f.terms {
@@ -58,7 +70,10 @@ pub(super) fn contents(model: &Model, found: &mut Vec<Finding>) {
         if places.iter().chain(&values).any(|n| on(*n, Dependence::ACCELERATIONS)) {
             report("accelerations", "they are what the forces decide");
         } else if places.iter().any(|n| on(*n, Dependence::MULTIPLIERS.with(Dependence::MODES))) {
-            report("reactions or modes", "the place where a force acts is a function of coordinates and time");
+            report(
+                "reactions or modes",
+                "the place where a force acts is a function of coordinates and time",
+            );
         } else if places.iter().any(|n| on(*n, Dependence::RATES)) {
             report("velocities", "the place where a force acts is a function of coordinates and time");
         }

@@ -1,5 +1,6 @@
-//! No direction of motion has negative inertia. Random states are tried, with the nominal values where all are given that M needs; otherwise with
-//! positive parameters of several sizes, and then only a diagonal element that is negative every time is reported.
+//! No direction of motion has negative inertia. Random states are tried, with the nominal values where all
+//! are given that M needs; otherwise with positive parameters of several sizes, and then only a diagonal
+//! element that is negative every time is reported.
 
 use crate::graph::{Bindings, FunctionId, NodeId, Sampler, Symbol};
 use crate::mechanics::{EnergyRole, Equations, Model};
@@ -23,7 +24,8 @@ pub(super) fn definite(model: &Model, equations: &Equations, found: &mut Vec<Fin
     }
     let n = model.coordinates.len();
     let given = |i: u32| model.nominal.iter().find(|(p, _)| *p == i).map(|(_, value)| *value);
-    let nominal = (0..model.parameters.len() as u32).all(|i| given(i).is_some() || !reads.symbol(Symbol::Parameter(i)));
+    let nominal =
+        (0..model.parameters.len() as u32).all(|i| given(i).is_some() || !reads.symbol(Symbol::Parameter(i)));
     let mut negative = vec![0; n];
     for point in 0..STATES {
         let state = State { sampler: Sampler::new(&model.graph, &[]), point, given: &given };
@@ -37,7 +39,11 @@ pub(super) fn definite(model: &Model, equations: &Equations, found: &mut Vec<Fin
     for (i, count) in negative.into_iter().enumerate() {
         if count == STATES || nominal && count > 0 {
             let c = &model.coordinates[i];
-            found.push(Finding::NegativeInertia { direction: c.name.clone(), nominal, origins: vec![c.origin] });
+            found.push(Finding::NegativeInertia {
+                direction: c.name.clone(),
+                nominal,
+                origins: vec![c.origin],
+            });
             return;
         }
     }

@@ -1,4 +1,5 @@
-//! What is declared does something: a potential that depends on no coordinate, a force that moves nothing, an event that cannot happen.
+//! What is declared does something: a potential that depends on no coordinate, a force that moves nothing, an
+//! event that cannot happen.
 
 use crate::calculus::gradient;
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
@@ -39,7 +40,9 @@ pub(super) fn idle_forces(model: &mut Model, found: &mut Vec<Finding>) {
         let mut seeded = Vec::new();
         for term in &f.terms {
             match term {
-                ForceTerm::At { point, vector } => seeded.extend(point.iter().copied().zip(vector.iter().copied())),
+                ForceTerm::At { point, vector } => {
+                    seeded.extend(point.iter().copied().zip(vector.iter().copied()))
+                }
                 ForceTerm::Along { expression, magnitude } => seeded.push((*expression, *magnitude)),
             }
         }

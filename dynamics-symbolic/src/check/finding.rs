@@ -42,7 +42,8 @@ pub enum Finding {
         /// The limit.
         limit: usize,
     },
-    /// A kinetic energy that is not a polynomial of second degree in the velocities; `#[lagrangian]` would take it.
+    /// A kinetic energy that is not a polynomial of second degree in the velocities; `#[lagrangian]` would
+    /// take it.
     NotQuadratic {
         /// Name of the function.
         name: String,
@@ -60,7 +61,8 @@ pub enum Finding {
         /// A potential, or the part of a Lagrangian that is left at rest.
         at_rest: bool,
     },
-    /// Something that its role cannot have: accelerations in an energy, velocities in a potential, inputs whose rates would be needed.
+    /// Something that its role cannot have: accelerations in an energy, velocities in a potential, inputs
+    /// whose rates would be needed.
     Contains {
         /// The role: `kinetic energy`, `potential energy`, `Lagrangian`, `dissipation function`, `force`.
         role: &'static str,
@@ -75,7 +77,8 @@ pub enum Finding {
     },
     /// Something that is declared and changes nothing.
     NoEffect {
-        /// The role: `kinetic energy`, `potential energy`, `Lagrangian`, `dissipation function`, `force`, `event`.
+        /// The role: `kinetic energy`, `potential energy`, `Lagrangian`, `dissipation function`, `force`,
+        /// `event`.
         role: &'static str,
         /// Name of the function.
         name: String,
@@ -84,11 +87,13 @@ pub enum Finding {
         /// Its declaration.
         origin: Origin,
     },
-    /// A direction of motion in which the kinetic energy is negative: a sign is wrong somewhere, or a nominal value.
+    /// A direction of motion in which the kinetic energy is negative: a sign is wrong somewhere, or a nominal
+    /// value.
     NegativeInertia {
         /// The direction as text, as in [`Finding::NoInertia`].
         direction: String,
-        /// Whether it was found at the nominal values; otherwise it is so for positive parameters of any size.
+        /// Whether it was found at the nominal values; otherwise it is so for positive parameters of any
+        /// size.
         nominal: bool,
         /// Declarations of the coordinates involved.
         origins: Vec<Origin>,

@@ -1,4 +1,5 @@
-//! Where a model is not smooth, and where it may be undefined: not mistakes, but what a user should know before a run meets it.
+//! Where a model is not smooth, and where it may be undefined: not mistakes, but what a user should know
+//! before a run meets it.
 
 use crate::graph::{Binary, Comparison, Dependence, FunctionId, Graph, Node, NodeId, Unary};
 use crate::mechanics::{Equations, Model};
@@ -73,9 +74,9 @@ impl Hazards {
         found
     }
 
-    /// Where steps can be made to end: what has to change its sign, or leave its piece of a function, for the accelerations not to be
-    /// smooth. Nothing where there are more than [`MOST_KINKS`] of them. What depends on the solution itself is left out: see
-    /// [`Hazards::reaction_kinks`].
+    /// Where steps can be made to end: what has to change its sign, or leave its piece of a function, for the
+    /// accelerations not to be smooth. Nothing where there are more than [`MOST_KINKS`] of them. What depends
+    /// on the solution itself is left out: see [`Hazards::reaction_kinks`].
     #[must_use]
     pub fn kinks(&self, g: &mut Graph) -> Vec<Kink> {
         let mut kinks = self.all(g);
@@ -121,8 +122,8 @@ impl Hazards {
         switches.len() + self.functions.len() <= MOST_KINKS && !switches.iter().any(unknown)
     }
 
-    /// The changes of branch and, for the cuts, those of the sign of y. Where x > 0 that changes nothing; but a value that changes its sign on the cut
-    /// alone would itself have to jump.
+    /// The changes of branch and, for the cuts, those of the sign of y. Where x > 0 that changes nothing; but
+    /// a value that changes its sign on the cut alone would itself have to jump.
     fn followed(&self) -> Vec<Switch> {
         let mut all = self.switches.clone();
         self.cuts.iter().for_each(|(y, _)| push(&mut all, Switch { left: *y, right: None }));
@@ -141,7 +142,9 @@ impl Hazards {
                 push(&mut self.functions, (function, argument));
             }
             Node::Div(_, b) if !g.is_constant(b) => push(&mut self.denominators, b),
-            Node::Unary(Unary::Sqrt | Unary::Ln, a) | Node::Binary(Binary::Powf, a, _) if !g.is_constant(a) => {
+            Node::Unary(Unary::Sqrt | Unary::Ln, a) | Node::Binary(Binary::Powf, a, _)
+                if !g.is_constant(a) =>
+            {
                 push(&mut self.domains, a);
             }
             _ => {}

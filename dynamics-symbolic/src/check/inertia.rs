@@ -1,7 +1,7 @@
 //! Every direction of motion has inertia: M has no null vector that holds in every state.
 //!
-//! The null space of M is found by elimination modulo 2⁶¹ − 31 at random states. Directions that are the same everywhere are named (`x - 2 y`);
-//! of others only the coordinates that take part are known.
+//! The null space of M is found by elimination modulo 2⁶¹ − 31 at random states. Directions that are the same
+//! everywhere are named (`x - 2 y`); of others only the coordinates that take part are known.
 
 use crate::calculus::{directional, gradient};
 use crate::graph::{Fingerprint, NodeId, Origin, Sampler, Symbol};
@@ -18,7 +18,8 @@ pub(super) fn inertia(model: &mut Model, pivot: usize, found: &mut Vec<Finding>)
     let mass = mass_matrix(model);
     let flat: Vec<NodeId> = mass.iter().flatten().copied().collect();
     let sampler = Sampler::new(&model.graph, &flat);
-    let rows = |point: u64| sampler.at(point).chunks(n.max(1)).map(<[Fingerprint]>::to_vec).collect::<Vec<_>>();
+    let rows =
+        |point: u64| sampler.at(point).chunks(n.max(1)).map(<[Fingerprint]>::to_vec).collect::<Vec<_>>();
     let here = null_space(rows(0), n);
     let everywhere = null_space((0..3).flat_map(rows).collect(), n);
     let constant: Vec<Vec<i64>> = everywhere.iter().filter_map(|v| integers(v)).collect();
@@ -30,20 +31,26 @@ pub(super) fn inertia(model: &mut Model, pivot: usize, found: &mut Vec<Finding>)
     if here.is_empty() {
         let takes_part = |i: usize| i == pivot || !model.graph.is_zero(mass[pivot][i]);
         let direction = format!("a combination of {}", named(model, takes_part));
-        found.push(Finding::NegativeInertia { direction, nominal: false, origins: involved(model, takes_part) });
+        found.push(Finding::NegativeInertia {
+            direction,
+            nominal: false,
+            origins: involved(model, takes_part),
+        });
     } else if constant.len() < here.len() {
         // What the named directions do not explain.
         let varying = |i: usize| {
             let named = constant.iter().any(|c| c[i] != 0);
             !named && here.iter().any(|v| v[i] != Fingerprint::ZERO)
         };
-        let direction = format!("a combination of {} that depends on state or parameters", named(model, varying));
+        let direction =
+            format!("a combination of {} that depends on state or parameters", named(model, varying));
         found.push(Finding::NoInertia { direction, origins: involved(model, varying) });
     }
 }
 
 pub(super) fn named(model: &Model, takes_part: impl Fn(usize) -> bool) -> String {
-    let names = model.coordinates.iter().enumerate().filter(|(i, _)| takes_part(*i)).map(|(_, c)| c.name.as_str());
+    let names =
+        model.coordinates.iter().enumerate().filter(|(i, _)| takes_part(*i)).map(|(_, c)| c.name.as_str());
     names.collect::<Vec<_>>().join(", ")
 }
 
@@ -62,7 +69,8 @@ pub(super) fn mass_matrix(model: &mut Model) -> Vec<Vec<NodeId>> {
     let n = model.coordinates.len() as u32;
     let g = &mut model.graph;
     let mut lagrangian = g.zero();
-    for e in model.energies.iter().filter(|e| matches!(e.role, EnergyRole::Kinetic | EnergyRole::Lagrangian)) {
+    for e in model.energies.iter().filter(|e| matches!(e.role, EnergyRole::Kinetic | EnergyRole::Lagrangian))
+    {
         lagrangian = g.add(lagrangian, e.node);
     }
     let one = g.one();

@@ -1,9 +1,13 @@
-//! Energies do not jump where a choice (`if`, `abs`, `signum`) changes: the velocity of a position with a corner does, and so do masses that are chosen, and steps of a potential.
+//! Energies do not jump where a choice (`if`, `abs`, `signum`) changes: the velocity of a position with a
+//! corner does, and so do masses that are chosen, and steps of a potential.
 //!
-//! Lagrange's equations know of no jump. What is struck there keeps its velocities q̇, and not its momentum or energy. That is looked for in numbers, on a few random lines
-//! across the place where the choice changes; an energy that comes out the same on both sides, as that of x|x|, has none.
+//! Lagrange's equations know of no jump. What is struck there keeps its velocities q̇, and not its momentum
+//! or energy. That is looked for in numbers, on a few random lines across the place where the choice changes;
+//! an energy that comes out the same on both sides, as that of x|x|, has none.
 
-use crate::graph::{Bindings, Dependence, Fingerprint, FunctionId, Node, NodeId, Sampler, Symbol, Tape, Unary};
+use crate::graph::{
+    Bindings, Dependence, Fingerprint, FunctionId, Node, NodeId, Sampler, Symbol, Tape, Unary,
+};
 use crate::mechanics::{EnergyRole, Model};
 
 use super::Finding;
@@ -17,13 +21,16 @@ const PARTS: u32 = 128;
 const BESIDE: f64 = 1e-11;
 /// What changes by less than this part across it does so by its slope.
 const JUMP: f64 = 1e-4;
-/// A step is as high from a hundred times as far, to this part of it; a logarithm, the slowest of what grows without bounds, differs by more than that.
+/// A step is as high from a hundred times as far, to this part of it; a logarithm, the slowest of what grows
+/// without bounds, differs by more than that.
 const STEP: f64 = 0.1;
 
-/// Energies that jump. No force is the slope of a step: what passes it would gain or lose its height, or climb it with no effort.
+/// Energies that jump. No force is the slope of a step: what passes it would gain or lose its height, or
+/// climb it with no effort.
 pub(super) fn jumps(model: &Model, found: &mut Vec<Finding>) {
     for e in &model.energies {
-        let known = found.iter().any(|f| matches!(f, Finding::NotQuadratic { origin, .. } if *origin == e.origin));
+        let known =
+            found.iter().any(|f| matches!(f, Finding::NotQuadratic { origin, .. } if *origin == e.origin));
         if known || e.role == EnergyRole::Dissipation {
             continue;
         }
@@ -51,13 +58,17 @@ fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
     chosen.sort_unstable();
     chosen.dedup();
     chosen.into_iter().any(|(left, right)| {
-        let on = |what| g.dependence(left).on(what) || right.is_some_and(|right| g.dependence(right).on(what));
+        let on =
+            |what| g.dependence(left).on(what) || right.is_some_and(|right| g.dependence(right).on(what));
         // A choice by velocities is none of place.
         let placed = on(Dependence::COORDINATES) || on(Dependence::TIME);
         let by_time = !on(Dependence::COORDINATES);
         let across = Across { model, energy, left, right, by_time, moving };
         // A potential that jumps at some time strikes nothing: it is work from outside.
-        placed && (moving || !by_time) && !on(Dependence::RATES) && (0..LINES).any(|line| across.jumps_on(line))
+        placed
+            && (moving || !by_time)
+            && !on(Dependence::RATES)
+            && (0..LINES).any(|line| across.jumps_on(line))
     })
 }
 
@@ -78,19 +89,22 @@ impl Across<'_> {
         let Some(s) = self.crossing(line) else { return false };
         let beside = BESIDE * (1.0 + s.abs());
         let [near, far] = [1.0, 100.0].map(|times| self.difference(line, s, times * beside));
-        // A step is as high from farther away. What begins at zero there, as a spring that is met, differs by less the nearer it is looked at; what is infinite
-        // there by more, as 1/|x|, of which both sides are looked at from slightly different distances.
+        // A step is as high from farther away. What begins at zero there, as a spring that is met, differs by
+        // less the nearer it is looked at; what is infinite there by more, as 1/|x|, of which both sides are
+        // looked at from slightly different distances.
         near.zip(far).is_some_and(|(near, far)| (near - far).abs() <= STEP * far)
     }
 
     /// By how much the energies on both sides of s differ, if it is more than a small part of them.
     fn difference(&self, line: u64, s: f64, beside: f64) -> Option<f64> {
-        let sides =
-            [s - beside, s + beside].map(|s| [1.0, 0.0, -1.0].map(|rates| self.value(self.energy, line, s, rates)));
+        let sides = [s - beside, s + beside]
+            .map(|s| [1.0, 0.0, -1.0].map(|rates| self.value(self.energy, line, s, rates)));
         let [forward, rest, back] = [0, 1, 2].map(|k| sides[1][k] - sides[0][k]);
         // A spring that begins here is next to nothing on both sides: what it is further away is its size.
-        let away =
-            [s - 1.0, s + 1.0].map(|s| self.value(self.energy, line, s, 1.0)).into_iter().filter(|x| x.is_finite());
+        let away = [s - 1.0, s + 1.0]
+            .map(|s| self.value(self.energy, line, s, 1.0))
+            .into_iter()
+            .filter(|x| x.is_finite());
         let size: f64 = sides.iter().flatten().copied().chain(away).map(f64::abs).sum();
         // A mass that is left behind at some time takes its momentum along; a push at some time is one.
         let jump = match (self.moving, self.by_time) {

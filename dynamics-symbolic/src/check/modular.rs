@@ -1,13 +1,16 @@
-//! Linear algebra modulo 2⁶¹ − 31: null spaces of sampled matrices, and the rational numbers that their entries stand for.
+//! Linear algebra modulo 2⁶¹ − 31: null spaces of sampled matrices, and the rational numbers that their
+//! entries stand for.
 
 use crate::graph::Fingerprint;
 
 const P: i128 = crate::graph::MODULUS as i128;
 
-/// A basis of the vectors x of length n with `rows`·x = 0, one for every free column, that column's entry 1 and the other free ones 0.
+/// A basis of the vectors x of length n with `rows`·x = 0, one for every free column, that column's entry 1
+/// and the other free ones 0.
 pub(super) fn null_space(mut rows: Vec<Vec<Fingerprint>>, n: usize) -> Vec<Vec<Fingerprint>> {
     let mut pivots: Vec<usize> = Vec::new();
-    // From the last column to the first, so that the coordinates declared first are the free ones: `x - 2 y`, not `y - x/2`.
+    // From the last column to the first, so that the coordinates declared first are the free ones: `x - 2 y`,
+    // not `y - x/2`.
     for column in (0..n).rev() {
         let done = pivots.len();
         let Some(found) = (done..rows.len()).find(|r| rows[*r][column].is_unit()) else { continue };
@@ -38,7 +41,8 @@ pub(super) fn null_space(mut rows: Vec<Vec<Fingerprint>>, n: usize) -> Vec<Vec<F
 /// Largest numerator and denominator that a residue is read as.
 const LIMIT: i128 = 1 << 20;
 
-/// The fraction n/d of small integers that a value stands for; `None` where there is none, or where it differs from point to point.
+/// The fraction n/d of small integers that a value stands for; `None` where there is none, or where it
+/// differs from point to point.
 fn fraction(value: Fingerprint) -> Option<(i128, i128)> {
     if value.residue(0) != value.residue(1) {
         return None;
@@ -61,7 +65,8 @@ fn gcd(mut a: i128, mut b: i128) -> i128 {
     a.abs()
 }
 
-/// The integers without common factor, first one positive, that a vector is proportional to; `None` where its entries are not rational constants.
+/// The integers without common factor, first one positive, that a vector is proportional to; `None` where its
+/// entries are not rational constants.
 pub(super) fn integers(vector: &[Fingerprint]) -> Option<Vec<i64>> {
     let fractions = vector.iter().map(|x| fraction(*x)).collect::<Option<Vec<_>>>()?;
     let mut common = 1i128;

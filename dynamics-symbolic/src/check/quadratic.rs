@@ -1,6 +1,8 @@
-//! T of `#[kinetic]` is a polynomial of second degree in the velocities; linear and constant parts come from moving frames.
+//! T of `#[kinetic]` is a polynomial of second degree in the velocities; linear and constant parts come from
+//! moving frames.
 //!
-//! Along a random line q̇ = a + s·d the third difference vanishes then, and only then (up to a chance of 1 in 2⁶¹).
+//! Along a random line q̇ = a + s·d the third difference vanishes then, and only then (up to a chance of 1 in
+//! 2⁶¹).
 
 use crate::graph::{Dependence, Fingerprint, Node, NodeId, Sampler, Symbol};
 use crate::mechanics::{EnergyRole, Model};
@@ -20,7 +22,8 @@ pub(super) fn quadratic(model: &Model, found: &mut Vec<Finding>) {
     }
 }
 
-/// Whether there is a choice between velocities that the velocities do not make themselves: a position chosen by `if`, `min` or `max`, differentiated.
+/// Whether there is a choice between velocities that the velocities do not make themselves: a position chosen
+/// by `if`, `min` or `max`, differentiated.
 fn chooses_velocities(model: &Model, node: NodeId) -> bool {
     let g = &model.graph;
     let moves = |id: NodeId| g.dependence(id).on(Dependence::RATES);
@@ -33,7 +36,12 @@ fn chooses_velocities(model: &Model, node: NodeId) -> bool {
 }
 
 /// Whether nodes are polynomials of at most this degree (1 or 2) in the chosen symbols together.
-pub(super) fn degree_at_most(model: &Model, nodes: &[NodeId], degree: usize, moves: &dyn Fn(Symbol) -> bool) -> bool {
+pub(super) fn degree_at_most(
+    model: &Model,
+    nodes: &[NodeId],
+    degree: usize,
+    moves: &dyn Fn(Symbol) -> bool,
+) -> bool {
     let sampler = Sampler::new(&model.graph, nodes);
     let mut step = Fingerprint::ZERO;
     let mut samples = Vec::new();
@@ -46,7 +54,8 @@ pub(super) fn degree_at_most(model: &Model, nodes: &[NodeId], degree: usize, mov
     }
     // Differences of differences: after degree + 1 rounds nothing is left.
     for _ in 0..=degree {
-        samples = samples.windows(2).map(|w| w[1].iter().zip(&w[0]).map(|(b, a)| b.sub(*a)).collect()).collect();
+        samples =
+            samples.windows(2).map(|w| w[1].iter().zip(&w[0]).map(|(b, a)| b.sub(*a)).collect()).collect();
     }
     samples.iter().flatten().all(|d| *d == Fingerprint::ZERO)
 }

@@ -1,7 +1,8 @@
-//! What turns frames is a rotation in the states that the constraints leave: Euler parameters have their norm constraint, nine elements their six.
+//! What turns frames is a rotation in the states that the constraints leave: Euler parameters have their norm
+//! constraint, nine elements their six.
 //!
-//! It is looked at in the states that are known to fulfil the constraints, at a random one where there are none. Matrices that parameters have a part in are left to
-//! the run, which knows their values.
+//! It is looked at in the states that are known to fulfil the constraints, at a random one where there are
+//! none. Matrices that parameters have a part in are left to the run, which knows their values.
 
 use crate::graph::{Bindings, Dependence, NodeId};
 use crate::mechanics::{Claim, Model};
@@ -19,7 +20,9 @@ pub(super) fn rotations(model: &Model, analysis: &Analysis, found: &mut Vec<Find
     let moving = Dependence::COORDINATES.with(Dependence::TIME);
     for premise in model.premises.iter().filter(|p| p.claim == Claim::Rotation && !p.constant) {
         let of_state = premise.nodes.iter().all(|node| model.graph.dependence(*node).within(moving));
-        if of_state && !samples.is_empty() && samples.iter().all(|state| defect(model, &premise.nodes, state) > CLEARLY)
+        if of_state
+            && !samples.is_empty()
+            && samples.iter().all(|state| defect(model, &premise.nodes, state) > CLEARLY)
         {
             let (name, of, origin) = (premise.within.clone(), premise.of.clone(), premise.origin);
             found.push(Finding::NotKeptARotation { name, of, origin });

@@ -1,8 +1,10 @@
-//! Speeds w = Y(q,t) q̇ + y(q,t): each linear in the velocities, and all of them, together with the constraints that always hold, as many as there are
-//! velocities, and independent: then the velocities follow from them, at all but singular places.
+//! Speeds w = Y(q,t) q̇ + y(q,t): each linear in the velocities, and all of them, together with the
+//! constraints that always hold, as many as there are velocities, and independent: then the velocities follow
+//! from them, at all but singular places.
 //!
-//! Rank is asked modulo 2⁶¹ − 31 at a random point: what depends on others there does so everywhere. Where the constraints repeat each other only where they hold,
-//! the speeds are looked at beside as many of their rows as are independent there.
+//! Rank is asked modulo 2⁶¹ − 31 at a random point: what depends on others there does so everywhere. Where
+//! the constraints repeat each other only where they hold, the speeds are looked at beside as many of their
+//! rows as are independent there.
 
 use crate::calculus::gradient;
 use crate::graph::{Dependence, Fingerprint, Graph, NodeId, Sampler, Symbol};
@@ -24,7 +26,12 @@ pub(super) fn declared(model: &Model, found: &mut Vec<Finding>) {
             let reason = "a speed is made of velocities, coordinates and time";
             found.push(Finding::Contains { role: "speed", name, what, reason, origin });
         } else if !on(Dependence::RATES) {
-            found.push(Finding::NoEffect { role: "speed", name, reason: "does not contain any velocity", origin });
+            found.push(Finding::NoEffect {
+                role: "speed",
+                name,
+                reason: "does not contain any velocity",
+                origin,
+            });
         } else if !degree_at_most(model, &[*node], 1, &is_rate) && !steady_slope(model, *node) {
             found.push(Finding::SpeedNotLinear { name, origin });
         }
@@ -37,24 +44,38 @@ pub(super) fn together(model: &Model, analysis: &Analysis, found: &mut Vec<Findi
     let (n, speeds, rank) = (model.coordinates.len(), model.speeds.len(), analysis.always.all);
     let needed = n.saturating_sub(rank);
     if speeds != needed {
-        return found.push(Finding::SpeedsCount { speeds, needed, coordinates: n, rank, origin: first.origin });
+        return found.push(Finding::SpeedsCount {
+            speeds,
+            needed,
+            coordinates: n,
+            rank,
+            origin: first.origin,
+        });
     }
     let (names, rows) = rows(model);
     let mut echelon = Echelon::default();
     for (k, row) in rows.iter().enumerate() {
-        let Outcome::Dependent { coefficients, .. } = echelon.add(k, row, Fingerprint::ZERO) else { continue };
+        let Outcome::Dependent { coefficients, .. } = echelon.add(k, row, Fingerprint::ZERO) else {
+            continue;
+        };
         // Rows of constraints that repeat each other are the constraints' own matter.
         let Some(speed) = k.checked_sub(rows.len() - speeds) else { continue };
-        let of = coefficients.iter().filter(|(other, _)| *other != k).map(|(other, _)| names[*other].clone()).collect();
+        let of = coefficients
+            .iter()
+            .filter(|(other, _)| *other != k)
+            .map(|(other, _)| names[*other].clone())
+            .collect();
         let (name, origin) = (model.speeds[speed].name.clone(), model.speeds[speed].origin);
-        // In general the constraints hold more than where they hold; then what lies in their rows here may be free there.
+        // In general the constraints hold more than where they hold; then what lies in their rows here may be
+        // free there.
         if echelon.rank() < rank + speed + 1 {
             return found.push(Finding::SpeedDependent { name, of, origin });
         }
     }
 }
 
-/// The names and the gradients by the velocities, at a random point, of the constraints that always hold, then of the speeds.
+/// The names and the gradients by the velocities, at a random point, of the constraints that always hold,
+/// then of the speeds.
 fn rows(model: &Model) -> (Vec<String>, Vec<Sparse>) {
     let mut g = model.graph.clone();
     let n = model.coordinates.len() as u32;

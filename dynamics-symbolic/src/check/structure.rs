@@ -1,4 +1,5 @@
-//! What a solver, and a reader, can take advantage of: the pattern of M, decoupled parts, linearity, ignorable coordinates.
+//! What a solver, and a reader, can take advantage of: the pattern of M, decoupled parts, linearity,
+//! ignorable coordinates.
 
 use crate::graph::{Dependence, Fingerprint, NodeId, Sampler, Symbol};
 use crate::mechanics::{EnergyRole, Equations, Model};
@@ -49,7 +50,8 @@ pub struct Structure {
     pub linearity: Linearity,
     /// Coordinates that the energies do not contain (their rates may).
     pub ignorable: Vec<usize>,
-    /// Whether L has terms of first degree in the velocities: gyroscopic forces, moving frames, magnetic fields.
+    /// Whether L has terms of first degree in the velocities: gyroscopic forces, moving frames, magnetic
+    /// fields.
     pub gyroscopic: bool,
 }
 
@@ -167,7 +169,8 @@ fn linearity(model: &Model, equations: &Equations, mass: Dependence) -> Linearit
             s => sampler.random(s, 0),
         })
     };
-    let slope = |time: u64| at(0, time).iter().zip(at(1, time)).map(|(a, b)| a.sub(b)).collect::<Vec<Fingerprint>>();
+    let slope =
+        |time: u64| at(0, time).iter().zip(at(1, time)).map(|(a, b)| a.sub(b)).collect::<Vec<Fingerprint>>();
     let steady = !mass.on(Dependence::TIME.with(Dependence::INPUTS)) && slope(0) == slope(1);
     if steady { Linearity::ConstantCoefficients } else { Linearity::TimeDependent }
 }

@@ -1,12 +1,14 @@
-//! Conserved quantities: the energy function, momenta of ignorable coordinates, and of constant combinations of coordinates.
+//! Conserved quantities: the energy function, momenta of ignorable coordinates, and of constant combinations
+//! of coordinates.
 //!
-//! ṗ = ∂L/∂q + applied forces = Q + (∂p/∂q)q̇ + ∂p/∂t. A constant vector c with cᵀṗ ≡ 0 makes cᵀp constant; such vectors are the null space of ṗ
-//! sampled at random points, modulo 2⁶¹ − 31, and every one is verified by the fingerprint of cᵀṗ. Combinations with parameters as coefficients are
-//! not looked for.
+//! ṗ = ∂L/∂q + applied forces = Q + (∂p/∂q)q̇ + ∂p/∂t. A constant vector c with cᵀṗ ≡ 0 makes cᵀp constant;
+//! such vectors are the null space of ṗ sampled at random points, modulo 2⁶¹ − 31, and every one is verified
+//! by the fingerprint of cᵀṗ. Combinations with parameters as coefficients are not looked for.
 //!
-//! All this holds between the switches of choices. What decides a choice in L or in the place where a force acts has to be invariant as well,
-//! along t for the energy, along c for a momentum: otherwise the quantity may jump where the choice switches. With constraints Φ_q c = 0 as well,
-//! and for the energy that none of them moves.
+//! All this holds between the switches of choices. What decides a choice in L or in the place where a force
+//! acts has to be invariant as well, along t for the energy, along c for a momentum: otherwise the quantity
+//! may jump where the choice switches. With constraints Φ_q c = 0 as well, and for the energy that none of
+//! them moves.
 
 use crate::calculus::{directional, gradient};
 use crate::graph::{Dependence, Fingerprint, NodeId, Number, Sampler, Symbol};
@@ -50,7 +52,8 @@ fn energy(model: &mut Model, equations: &Equations) -> Option<Named> {
     if power != Fingerprint::ZERO || open || moved || g.is_constant(node) {
         return None;
     }
-    let natural = equations.energies.is_none_or(|(t, v)| g.fingerprint(t).add(g.fingerprint(v)) == g.fingerprint(node));
+    let natural =
+        equations.energies.is_none_or(|(t, v)| g.fingerprint(t).add(g.fingerprint(v)) == g.fingerprint(node));
     let name = if natural { "energy" } else { "energy function" };
     let unit = system(model).map_or(String::new(), |s| Dimension::ENERGY.text(s));
     Some(Named { name: name.to_owned(), unit, node })
@@ -61,7 +64,8 @@ fn driven(model: &Model) -> bool {
     model.energies.iter().any(|e| model.graph.dependence(e.node).on(Dependence::INPUTS))
 }
 
-/// T, V, L, and the places where forces act: a jump of theirs is a jump of energy or momentum. Magnitudes may jump.
+/// T, V, L, and the places where forces act: a jump of theirs is a jump of energy or momentum. Magnitudes may
+/// jump.
 fn places(model: &Model) -> Vec<NodeId> {
     let energies = model.energies.iter().filter(|e| e.role != EnergyRole::Dissipation).map(|e| e.node);
     let terms = model.forces.iter().flat_map(|f| &f.terms);
@@ -124,7 +128,8 @@ fn constant_directions(model: &Model, rates: &[(NodeId, NodeId)], slopes: &[Vec<
     null_space(rows, n).iter().filter_map(|v| integers(v)).filter(verified).collect()
 }
 
-/// Independent rows among those of as many random points as it takes: at most n have something new, and after two without nothing else comes.
+/// Independent rows among those of as many random points as it takes: at most n have something new, and after
+/// two without nothing else comes.
 fn independent_rows(n: usize, rows: &mut dyn FnMut(u64) -> Vec<Vec<Fingerprint>>) -> Vec<Vec<Fingerprint>> {
     let (mut echelon, mut found, mut idle) = (Echelon::default(), Vec::new(), 0);
     for point in 0..n as u64 + 2 {
@@ -173,7 +178,11 @@ pub fn power_unit(model: &Model) -> String {
 fn momentum_unit(model: &Model, c: &[i64]) -> String {
     let Some(system) = system(model) else { return String::new() };
     let mut dimensions = c.iter().zip(&model.coordinates).filter(|(c, _)| **c != 0).map(|(_, q)| {
-        if q.unit.is_empty() { Some(Dimension::ONE) } else { Unit::parse(&q.unit).ok().flatten().map(|u| u.dimension) }
+        if q.unit.is_empty() {
+            Some(Dimension::ONE)
+        } else {
+            Unit::parse(&q.unit).ok().flatten().map(|u| u.dimension)
+        }
     });
     let Some(Some(first)) = dimensions.next() else { return String::new() };
     if !dimensions.all(|d| d == Some(first)) {

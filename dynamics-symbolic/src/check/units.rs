@@ -1,10 +1,13 @@
-//! Units: dimensions with rational exponents, unit expressions as users write them, and a solver that infers what is not declared.
+//! Units: dimensions with rational exponents, unit expressions as users write them, and a solver that infers
+//! what is not declared.
 //!
-//! A model is written in one coherent system, SI (m, kg, s, N, …) or US customary (ft, slug, s, lb); scaled units (mm, kN, deg) are recognised
-//! and refused with their factor, because a factor that is applied silently is a factor that is forgotten. Angles in radians count as 1.
+//! A model is written in one coherent system, SI (m, kg, s, N, …) or US customary (ft, slug, s, lb); scaled
+//! units (mm, kN, deg) are recognised and refused with their factor, because a factor that is applied
+//! silently is a factor that is forgotten. Angles in radians count as 1.
 //!
-//! The checks work on [`UnitExpr`]s, which the caller attaches to its values: products and powers combine, sums and comparisons
-//! [equate](Units::equate). Every equation carries an [`Origin`](crate::graph::Origin), so that a conflict can be reported where it arose.
+//! The checks work on [`UnitExpr`]s, which the caller attaches to its values: products and powers combine,
+//! sums and comparisons [equate](Units::equate). Every equation carries an [`Origin`](crate::graph::Origin),
+//! so that a conflict can be reported where it arose.
 
 mod dimension;
 mod exponent;

@@ -1,6 +1,7 @@
 //! Everything declared is used: what no role reads is a mistake, usually a forgotten term.
 //!
-//! Elements of one array, vector or matrix stand or fall together, because a planar model may well ignore the z of a vector.
+//! Elements of one array, vector or matrix stand or fall together, because a planar model may well ignore the
+//! z of a vector.
 
 use crate::graph::{FunctionId, Node, NodeId, Origin, Symbol};
 use crate::mechanics::{ForceTerm, Model};
@@ -12,8 +13,11 @@ pub(super) fn unused(model: &Model, found: &mut Vec<Finding>) {
     let reads = Reads::new(model);
     let coordinates =
         model.coordinates.iter().enumerate().map(|(i, c)| (&c.name, c.origin, reads.coordinate(i as u32)));
-    let inputs =
-        model.inputs.iter().enumerate().map(|(i, c)| (&c.name, c.origin, reads.symbol(Symbol::Input(i as u32))));
+    let inputs = model
+        .inputs
+        .iter()
+        .enumerate()
+        .map(|(i, c)| (&c.name, c.origin, reads.symbol(Symbol::Input(i as u32))));
     let parameters = model
         .parameters
         .iter()

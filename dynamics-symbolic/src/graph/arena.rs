@@ -149,7 +149,8 @@ impl Graph {
         self.cone(roots).iter().filter(|id| works(id)).count()
     }
 
-    /// About how long evaluating `roots` takes, in products: like [`Graph::operations`], with a division or root as a handful of them.
+    /// About how long evaluating `roots` takes, in products: like [`Graph::operations`], with a division or
+    /// root as a handful of them.
     #[must_use]
     pub fn weight(&self, roots: &[NodeId]) -> usize {
         let of = |id: &NodeId| match self.node(*id) {
@@ -160,9 +161,11 @@ impl Graph {
         self.cone(roots).iter().map(of).sum()
     }
 
-    /// Runs `work` while no node stands for its value but `kept`, symbols, functions of one variable of these, and what depends on parameters alone: what is
-    /// built then is a new form of what is there already, and stands for it from then on. A function has no other form, and sines and cosines of
-    /// an angle, like the orders of a smooth function, are evaluated together: there must be one node of each; so of symbols, or a gradient by one would miss what reads the other.
+    /// Runs `work` while no node stands for its value but `kept`, symbols, functions of one variable of
+    /// these, and what depends on parameters alone: what is built then is a new form of what is there
+    /// already, and stands for it from then on. A function has no other form, and sines and cosines of an
+    /// angle, like the orders of a smooth function, are evaluated together: there must be one node of each;
+    /// so of symbols, or a gradient by one would miss what reads the other.
     pub(crate) fn afresh<T>(&mut self, kept: &[NodeId], work: impl FnOnce(&mut Self) -> T) -> T {
         let constant = |id: NodeId| self.dependence(id).within(Dependence::PARAMETERS);
         let mut hidden: Vec<bool> = self.ids().map(|id| !constant(id)).collect();
@@ -191,7 +194,8 @@ impl Graph {
         node.children().fold(own, |d, c| d.with(self.dependence(c)))
     }
 
-    /// Whether no sum has to be formed to evaluate an operation, arguments of functions aside: then nothing can cancel.
+    /// Whether no sum has to be formed to evaluate an operation, arguments of functions aside: then nothing
+    /// can cancel.
     fn is_monomial(&self, node: &Node) -> bool {
         match node {
             Node::Add(..) | Node::Sub(..) => false,
@@ -210,9 +214,11 @@ impl Graph {
     /// - where it contains sums and `node` does not: 1 − cos² must never stand for sin²;
     /// - where it is made of more kinds of symbols: q̈ − q̈ + q must never stand for q;
     /// - where `node` is a number and it is not;
-    /// - where `node` is a choice and it is none: 0 · NaN of the branch that is not taken must never stand for 0.
+    /// - where `node` is a choice and it is none: 0 · NaN of the branch that is not taken must never stand
+    ///   for 0.
     pub(super) fn known(&self, node: &Node, fingerprint: Fingerprint) -> Option<NodeId> {
-        let known = self.by_value.get(&fingerprint).filter(|id| self.hidden.get(id.index()) != Some(&true))?;
+        let known =
+            self.by_value.get(&fingerprint).filter(|id| self.hidden.get(id.index()) != Some(&true))?;
         let is_number = |node: &Node| matches!(node, Node::Number(_));
         let serves = (self.monomials[known.index()] || !self.is_monomial(node))
             && self.dependence(known).within(self.dependence_of(node))
@@ -239,7 +245,8 @@ impl Graph {
     }
 
     fn push(&mut self, node: Node, fingerprint: Fingerprint) -> NodeId {
-        let id = NodeId(u32::try_from(self.nodes.len()).expect("a graph of 2³² nodes does not fit into memory"));
+        let id =
+            NodeId(u32::try_from(self.nodes.len()).expect("a graph of 2³² nodes does not fit into memory"));
         let dependence = self.dependence_of(&node);
         self.monomials.push(self.is_monomial(&node));
         self.nodes.push(node);

@@ -8,16 +8,19 @@ impl Graph {
     pub fn number(&mut self, number: Number) -> NodeId {
         self.intern(Node::Number(number), Fingerprint::number(number))
     }
-    /// A folded number whose exact value is known by its fingerprint, however it was rounded: sums of the same literals in another order stay
-    /// the same node.
+    /// A folded number whose exact value is known by its fingerprint, however it was rounded: sums of the
+    /// same literals in another order stay the same node.
     pub(super) fn folded(&mut self, number: Number, value: Fingerprint) -> NodeId {
         match number {
             Number::Rational(..) => self.number(number),
-            // Rounded numbers of many digits may meet modulo the prime: what another number already owns is not this number's.
-            Number::Float(x) => match self.known(&Node::Number(number), value).and_then(|id| self.as_number(id)) {
-                Some(other) if (other.value() - x).abs() > 1e-9 * x.abs() => self.number(number),
-                _ => self.intern(Node::Number(number), value),
-            },
+            // Rounded numbers of many digits may meet modulo the prime: what another number already owns is
+            // not this number's.
+            Number::Float(x) => {
+                match self.known(&Node::Number(number), value).and_then(|id| self.as_number(id)) {
+                    Some(other) if (other.value() - x).abs() > 1e-9 * x.abs() => self.number(number),
+                    _ => self.intern(Node::Number(number), value),
+                }
+            }
         }
     }
     /// An integer.
@@ -78,8 +81,9 @@ impl Graph {
         self.dependence(id).within(Dependence::NONE)
     }
 
-    /// Two nodes as (factor, rest): a parameter-only factor, or, where both are parameter-only, a number. Numbers stand outside parameters and
-    /// parameters outside everything else, so that like terms meet and parameter-only work can be hoisted.
+    /// Two nodes as (factor, rest): a parameter-only factor, or, where both are parameter-only, a number.
+    /// Numbers stand outside parameters and parameters outside everything else, so that like terms meet and
+    /// parameter-only work can be hoisted.
     fn split(&mut self, a: NodeId, b: NodeId) -> [(NodeId, NodeId); 2] {
         let numbers = self.is_constant(a) && self.is_constant(b);
         [a, b].map(|id| {
@@ -181,7 +185,8 @@ impl Graph {
                 self.folded(x.opposite(), value)
             }
             Node::Neg(x) => x,
-            // As it stands: what was found to be x − y for a factor times (y − x) would be looked at for factors again, without end.
+            // As it stands: what was found to be x − y for a factor times (y − x) would be looked at for
+            // factors again, without end.
             Node::Sub(x, y) => {
                 let value = self.fingerprint(a).neg();
                 self.intern(Node::Sub(y, x), value)
@@ -245,12 +250,14 @@ impl Graph {
             return self.mul(square, rest);
         }
         // Constants first, otherwise in order of creation.
-        let swap = self.is_constant(b) && !self.is_constant(a) || self.is_constant(a) == self.is_constant(b) && b < a;
+        let swap = self.is_constant(b) && !self.is_constant(a)
+            || self.is_constant(a) == self.is_constant(b) && b < a;
         let (a, b) = if swap { (b, a) } else { (a, b) };
         self.intern(Node::Mul(a, b), value)
     }
 
-    /// a · b without moving parameter-only factors outward: for factors that are needed as they are, as in an elimination.
+    /// a · b without moving parameter-only factors outward: for factors that are needed as they are, as in an
+    /// elimination.
     pub fn mul_as_is(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.node(a), self.node(b)) {
             _ if self.is_constant(a) || self.is_constant(b) => return self.mul(a, b),
@@ -286,7 +293,8 @@ impl Graph {
         self.intern(Node::Sub(a, b), value)
     }
 
-    /// x·(x·y) as (x, y) for a symbol x: squares of velocities and lengths are shared where products of three are not.
+    /// x·(x·y) as (x, y) for a symbol x: squares of velocities and lengths are shared where products of three
+    /// are not.
     fn repeated(&self, a: NodeId, b: NodeId) -> Option<(NodeId, NodeId)> {
         match self.node(b) {
             _ if !matches!(self.node(a), Node::Symbol(_)) => None,
@@ -323,8 +331,9 @@ impl Graph {
         if let Some((x, y)) = self.without_common_factors(a, b) {
             return self.div(x, y);
         }
-        // By a number it is a multiplication, unless the reciprocal overflows; by anything else a multiplication by the reciprocal, which other
-        // quotients and the derivative share, and which lets constant factors of a and of other factors meet.
+        // By a number it is a multiplication, unless the reciprocal overflows; by anything else a
+        // multiplication by the reciprocal, which other quotients and the derivative share, and which lets
+        // constant factors of a and of other factors meet.
         let overflows = self.as_number(b).is_some_and(|n| n.recip().is_none());
         if !overflows && !self.is_one(a) {
             let one = self.one();
@@ -334,7 +343,8 @@ impl Graph {
         Some(self.intern(Node::Div(a, b), value))
     }
 
-    /// a / b where numerator and denominator share factors; `None` where they share none and a reciprocal of b serves others too.
+    /// a / b where numerator and denominator share factors; `None` where they share none and a reciprocal of
+    /// b serves others too.
     pub fn cancelled_quotient(&mut self, a: NodeId, b: NodeId) -> Option<NodeId> {
         if let Node::Neg(x) = self.node(a) {
             return self.cancelled_quotient(x, b).map(|q| self.neg(q));

@@ -32,7 +32,8 @@ impl Tape {
         Self { ids: graph.cone(roots) }
     }
 
-    /// Values of all that the roots are made of, indexed by node; NaN elsewhere. The graph is the one that it was made for.
+    /// Values of all that the roots are made of, indexed by node; NaN elsewhere. The graph is the one that it
+    /// was made for.
     pub(crate) fn run(&self, graph: &Graph, bindings: &(impl Bindings + ?Sized), v: &mut Vec<f64>) {
         v.resize(self.ids.last().map_or(0, |id| id.index() + 1), f64::NAN);
         for id in &self.ids {

@@ -2,8 +2,9 @@
 
 use super::{Comparison, number::Number};
 
-/// The largest prime below 2⁶¹ − 1. That one would be quicker to reduce by, but 2⁶¹ is 1 there: a product of literals such as
-/// 2³¹ · 2³⁰ · x would be taken for x. Modulo this one the powers of 2 return after 2.9·10¹⁷ steps, those of 3, 5, 7 and 10 after more than 10¹⁴.
+/// The largest prime below 2⁶¹ − 1. That one would be quicker to reduce by, but 2⁶¹ is 1 there: a product of
+/// literals such as 2³¹ · 2³⁰ · x would be taken for x. Modulo this one the powers of 2 return after 2.9·10¹⁷
+/// steps, those of 3, 5, 7 and 10 after more than 10¹⁴.
 pub(crate) const P: u64 = (1 << 61) - 31;
 
 /// Value of an expression at two random points, modulo 2⁶¹ − 31.
@@ -81,8 +82,9 @@ impl Fingerprint {
         Self([0, 1].map(|i| arguments.iter().fold(mix(kind), |h, a| mix(h ^ mix(a.0[i]))) % P))
     }
 
-    /// w a + (1 − w) b for a choice between a and b: w is random, and depends on what decides alone. What is so for every w is so for 1 and 0, which are the two branches;
-    /// so −(a or b) is −a or −b, and what a spring between two bodies that comes and goes does to one it is known to do to the other.
+    /// w a + (1 − w) b for a choice between a and b: w is random, and depends on what decides alone. What is
+    /// so for every w is so for 1 and 0, which are the two branches; so −(a or b) is −a or −b, and what a
+    /// spring between two bodies that comes and goes does to one it is known to do to the other.
     pub(super) fn chosen(comparison: Comparison, [left, right, then, otherwise]: [Self; 4]) -> Self {
         let w = Self::opaque(0x300 + comparison as u64, &[left, right]);
         w.mul(then.sub(otherwise)).add(otherwise)
@@ -135,7 +137,10 @@ impl Circle {
         Self { cos: Fingerprint::ONE.sub(t2).div(d), sin: t.add(t).div(d) }
     }
     pub(super) fn add(self, o: Self) -> Self {
-        Self { cos: self.cos.mul(o.cos).sub(self.sin.mul(o.sin)), sin: self.sin.mul(o.cos).add(self.cos.mul(o.sin)) }
+        Self {
+            cos: self.cos.mul(o.cos).sub(self.sin.mul(o.sin)),
+            sin: self.sin.mul(o.cos).add(self.cos.mul(o.sin)),
+        }
     }
     pub(super) fn neg(self) -> Self {
         Self { cos: self.cos, sin: self.sin.neg() }

@@ -26,7 +26,8 @@ impl Graph {
         }
     }
 
-    /// Point of the circle of an angle: additive where the angle is a sum or an integer multiple. Without recursion, as sums can be deep.
+    /// Point of the circle of an angle: additive where the angle is a sum or an integer multiple. Without
+    /// recursion, as sums can be deep.
     fn circle(&mut self, angle: NodeId) -> Circle {
         let mut stack = vec![angle];
         while let Some(&id) = stack.last() {
@@ -147,7 +148,8 @@ impl Graph {
             };
             return if holds { then } else { otherwise };
         }
-        let value = Fingerprint::chosen(comparison, [left, right, then, otherwise].map(|x| self.fingerprint(x)));
+        let value =
+            Fingerprint::chosen(comparison, [left, right, then, otherwise].map(|x| self.fingerprint(x)));
         self.intern(Node::Select { comparison, left, right, then, otherwise }, value)
     }
 
@@ -170,7 +172,8 @@ fn fold(f: Unary, n: Number) -> Option<Number> {
                 Unary::Cbrt => whole.times(whole)?.times(whole)?,
                 _ => return Some(whole),
             };
-            let holds = matches!((power, n), (Number::Rational(a, b), Number::Rational(c, d)) if (a, b) == (c, d));
+            let holds =
+                matches!((power, n), (Number::Rational(a, b), Number::Rational(c, d)) if (a, b) == (c, d));
             Some(if holds { whole } else { Number::Float(y) })
         }
         _ => Some(Number::Float(y)),

@@ -19,7 +19,8 @@ pub enum Symbol {
     Parameter(u32),
     /// Multiplier λᵢ of a scalar constraint row, rows in the order of the model's constraints.
     Multiplier(u32),
-    /// Mode of a switched constraint: 0 while it holds, ±1 while it is released, the sign that of the side to which it was left.
+    /// Mode of a switched constraint: 0 while it holds, ±1 while it is released, the sign that of the side to
+    /// which it was left.
     Mode(u32),
 }
 

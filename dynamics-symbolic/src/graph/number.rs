@@ -18,7 +18,8 @@ const fn gcd(mut a: u128, mut b: u128) -> u128 {
     a
 }
 
-/// n / d correctly rounded: 64 quotient bits by long division and a sticky bit, of which the conversion keeps 53. |n| and d are below 2¹²⁶.
+/// n / d correctly rounded: 64 quotient bits by long division and a sticky bit, of which the conversion
+/// keeps 53. |n| and d are below 2¹²⁶.
 fn divide(n: i128, d: i128) -> f64 {
     if n == 0 {
         return 0.0;
@@ -44,8 +45,8 @@ fn divide(n: i128, d: i128) -> f64 {
     if n < 0 { -value } else { value }
 }
 
-/// Bound of numerator and denominator: products of two fit into `i128`, and two integers below it differ by less than the fingerprints' modulus
-/// 2⁶¹ − 31, or two of them could be taken for one.
+/// Bound of numerator and denominator: products of two fit into `i128`, and two integers below it differ by
+/// less than the fingerprints' modulus 2⁶¹ − 31, or two of them could be taken for one.
 const LIMIT: i128 = 1 << 60;
 
 impl Number {
@@ -70,7 +71,8 @@ impl Number {
         if n.abs() < LIMIT && d < LIMIT { Self::Rational(n, d) } else { Self::Float(divide(n, d)) }
     }
 
-    /// Parses a decimal literal as Rust writes it, without suffix: `1`, `0.25`, `6.674e-11`, underscores allowed. Exact where it fits.
+    /// Parses a decimal literal as Rust writes it, without suffix: `1`, `0.25`, `6.674e-11`, underscores
+    /// allowed. Exact where it fits.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let text: String = text.chars().filter(|c| *c != '_').collect();
@@ -85,9 +87,15 @@ impl Number {
         let exact = || {
             let n: i128 = digits.parse().ok()?;
             let power = 10i128.checked_pow(exponent.unsigned_abs())?;
-            if exponent >= 0 { Some(Self::ratio(n.checked_mul(power)?, 1)) } else { Some(Self::ratio(n, power)) }
+            if exponent >= 0 {
+                Some(Self::ratio(n.checked_mul(power)?, 1))
+            } else {
+                Some(Self::ratio(n, power))
+            }
         };
-        exact().filter(|n| matches!(n, Self::Rational(..))).or_else(|| value.is_finite().then_some(Self::Float(value)))
+        exact()
+            .filter(|n| matches!(n, Self::Rational(..)))
+            .or_else(|| value.is_finite().then_some(Self::Float(value)))
     }
 
     /// The nearest `f64`, correctly rounded.
@@ -188,13 +196,16 @@ mod tests {
 
     #[test]
     fn rationals_are_rounded_as_the_standard_library_rounds_decimal_literals() {
-        for text in ["0.1", "6.674e-11", "9007199254740993", "0.3333333333333333333", "123456789.123456789", "2.5e-1"] {
+        for text in
+            ["0.1", "6.674e-11", "9007199254740993", "0.3333333333333333333", "123456789.123456789", "2.5e-1"]
+        {
             let number = Number::parse(text).expect("a literal");
             assert_eq!(number.value().to_bits(), text.parse::<f64>().expect("a literal").to_bits(), "{text}");
         }
         assert_eq!(Number::ratio(1, 3).value().to_bits(), (1.0f64 / 3.0).to_bits());
         assert_eq!(Number::ratio(-2, 7).value().to_bits(), (-2.0f64 / 7.0).to_bits());
-        // 2⁶¹ + 257 over 3: numerator beyond 2⁵³; the reference is (2⁶¹ + 257)/3 = 768614336404564736.0 to the nearest.
+        // 2⁶¹ + 257 over 3: numerator beyond 2⁵³; the reference is (2⁶¹ + 257)/3 = 768614336404564736.0 to
+        // the nearest.
         assert_eq!(Number::ratio((1 << 61) + 257, 3).value(), 768_614_336_404_564_736.0);
         // A tie that double rounding would break: 2⁵³ + 1 is half way, to even.
         assert_eq!(Number::ratio((1 << 53) + 1, 1).value(), 9_007_199_254_740_992.0);

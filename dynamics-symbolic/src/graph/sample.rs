@@ -1,10 +1,12 @@
-//! Values of nodes modulo 2⁶¹ − 31 at further random points, for exact linear algebra with random evaluations.
+//! Values of nodes modulo 2⁶¹ − 31 at further random points, for exact linear algebra with random
+//! evaluations.
 
 use super::fingerprint::{Circle, Fingerprint};
 use super::{Graph, Node, NodeId, Number, Symbol, Unary};
 
-/// Evaluates some nodes modulo 2⁶¹ − 31 at points of the caller's choice, with the same conventions as the fingerprints: sines and cosines on the
-/// rational circle, other functions opaque. Two nodes with equal fingerprints have equal samples.
+/// Evaluates some nodes modulo 2⁶¹ − 31 at points of the caller's choice, with the same conventions as the
+/// fingerprints: sines and cosines on the rational circle, other functions opaque. Two nodes with equal
+/// fingerprints have equal samples.
 #[derive(Clone, Debug)]
 pub struct Sampler<'g> {
     graph: &'g Graph,
@@ -29,8 +31,8 @@ impl<'g> Sampler<'g> {
             let node = graph.node(id);
             let trigonometric = matches!(node, Node::Unary(Unary::Sin | Unary::Cos | Unary::Tan, _));
             // Angles that are sums or multiples are composed of their parts' points on the circle.
-            let composed =
-                angle[id.index()] && matches!(node, Node::Add(..) | Node::Sub(..) | Node::Neg(_) | Node::Mul(..));
+            let composed = angle[id.index()]
+                && matches!(node, Node::Add(..) | Node::Sub(..) | Node::Neg(_) | Node::Mul(..));
             for child in node.children() {
                 needed[child.index()] = true;
                 angle[child.index()] |= trigonometric || composed;
@@ -162,7 +164,8 @@ mod tests {
         let square = g.mul(x, x);
         let product = g.mul(m, square);
         let sampler = Sampler::new(&g, &[product]);
-        let zero = sampler.with(&mut |s| if s == Symbol::Rate(0) { Fingerprint::ZERO } else { Fingerprint::ONE });
+        let zero =
+            sampler.with(&mut |s| if s == Symbol::Rate(0) { Fingerprint::ZERO } else { Fingerprint::ONE });
         assert_eq!(zero, [Fingerprint::ZERO]);
     }
 }

@@ -1,14 +1,18 @@
-//! Rigid bodies that hang on one another: the tree of the steps by which their frames are reached from the world, and what each step carries.
+//! Rigid bodies that hang on one another: the tree of the steps by which their frames are reached from the
+//! world, and what each step carries.
 //!
-//! Two bodies whose frames begin with the same steps share them, so that an arm becomes a chain of links, however its model says it. What is
-//! carried is mass m, first moment h = m c and inertia J about the origin, in the axes of the link:
+//! Two bodies whose frames begin with the same steps share them, so that an arm becomes a chain of links,
+//! however its model says it. What is carried is mass m, first moment h = m c and inertia J about the origin,
+//! in the axes of the link:
 //!
 //!   T = Σ ½ m v² + v·(ω×h) + ½ ω·Jω
 //!
-//! Before anything is derived inertia is moved inward as far as T permits: through steps that stand still all of it, through a turn about an axis what
-//! is the same all round that axis and does not turn with it, (m, h along the axis, what is equal of J across it), through a shift J. Only parameters take part, so this
-//! is done once per model; what is left outside is what the recursions have to carry, 7 numbers for a link with a hinge instead of 10: the base parameters of
-//! robotics (W. Khalil, E. Dombre, *Modeling, Identification and Control of Robots*, Hermes Penton 2002, §9.4).
+//! Before anything is derived inertia is moved inward as far as T permits: through steps that stand still all
+//! of it, through a turn about an axis what is the same all round that axis and does not turn with it, (m, h
+//! along the axis, what is equal of J across it), through a shift J. Only parameters take part, so this is
+//! done once per model; what is left outside is what the recursions have to carry, 7 numbers for a link with
+//! a hinge instead of 10: the base parameters of robotics (W. Khalil, E. Dombre, *Modeling, Identification
+//! and Control of Robots*, Hermes Penton 2002, §9.4).
 
 use std::collections::BTreeMap;
 
@@ -51,8 +55,9 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// The tree of a model's bodies beside the rest of T = `kinetic` and V = `potential`; `None` where there is none, where steps contain more than
-    /// coordinates and parameters, or where turns are no rotations whatever the coordinates are (Euler parameters off the unit sphere).
+    /// The tree of a model's bodies beside the rest of T = `kinetic` and V = `potential`; `None` where there
+    /// is none, where steps contain more than coordinates and parameters, or where turns are no rotations
+    /// whatever the coordinates are (Euler parameters off the unit sphere).
     pub(super) fn of(model: &mut Model, kinetic: NodeId, potential: NodeId) -> Option<Self> {
         if model.bodies.is_empty() {
             return None;
@@ -62,9 +67,16 @@ impl Tree {
         if !bodies.iter().all(|body| is_plain(g, body)) {
             return None;
         }
-        let made_of: Vec<NodeId> = bodies.iter().flat_map(|body| body.steps.iter().flat_map(Step::nodes)).collect();
-        let mut tree =
-            Self { links: Vec::new(), coordinates, lift: zero(g), kinetic, potential, made_of: g.cone(&made_of) };
+        let made_of: Vec<NodeId> =
+            bodies.iter().flat_map(|body| body.steps.iter().flat_map(Step::nodes)).collect();
+        let mut tree = Self {
+            links: Vec::new(),
+            coordinates,
+            lift: zero(g),
+            kinetic,
+            potential,
+            made_of: g.cone(&made_of),
+        };
         let mut known: BTreeMap<(Option<usize>, Step), usize> = BTreeMap::new();
         for body in &bodies {
             let mut at = None;
@@ -94,7 +106,8 @@ impl Tree {
         let alike = |body: &Body| body.weight.is_some_and(|(other, _)| other == gravity);
         if gravity.iter().all(|x| g.is_constant(*x)) && bodies.iter().all(alike) {
             self.lift = gravity.map(|x| g.neg(x));
-            self.potential = without(g, self.potential, bodies.iter().filter_map(|body| Some(body.weight?.1)));
+            self.potential =
+                without(g, self.potential, bodies.iter().filter_map(|body| Some(body.weight?.1)));
         }
     }
 
@@ -132,7 +145,8 @@ impl Step {
 /// The coordinate axis that a rotation leaves where it is.
 pub(super) fn axis(g: &Graph, rotation: &M3) -> Option<usize> {
     (0..3).find(|&k| {
-        (0..3).all(|i| i == k || g.is_zero(rotation[i][k]) && g.is_zero(rotation[k][i])) && g.is_one(rotation[k][k])
+        (0..3).all(|i| i == k || g.is_zero(rotation[i][k]) && g.is_zero(rotation[k][i]))
+            && g.is_one(rotation[k][k])
     })
 }
 
@@ -219,8 +233,9 @@ impl Carried {
         Self {
             mass: g.add(self.mass, other.mass),
             moment: added(g, &self.moment, &other.moment),
-            inertia: [0, 1, 2]
-                .map(|i| [0, 1, 2].map(|j| g.add(self.inertia[i.min(j)][i.max(j)], other.inertia[i.min(j)][i.max(j)]))),
+            inertia: [0, 1, 2].map(|i| {
+                [0, 1, 2].map(|j| g.add(self.inertia[i.min(j)][i.max(j)], other.inertia[i.min(j)][i.max(j)]))
+            }),
         }
     }
 
@@ -297,7 +312,8 @@ impl Carried {
         Self { mass, moment: added(g, h, &own), inertia }
     }
 
-    /// R J Rᵀ of a turn about axis k: with t = c (Jᵢᵢ − Jⱼⱼ) − 2 s Jᵢⱼ it is Jⱼⱼ + c t, Jᵢᵢ − c t and Jᵢⱼ + s t.
+    /// R J Rᵀ of a turn about axis k: with t = c (Jᵢᵢ − Jⱼⱼ) − 2 s Jᵢⱼ it is Jⱼⱼ + c t, Jᵢᵢ − c t and Jᵢⱼ + s
+    /// t.
     fn inertia_about(&self, g: &mut Graph, rotation: &M3, k: usize) -> M3 {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let (cos, sin) = (rotation[i][i], rotation[j][i]);

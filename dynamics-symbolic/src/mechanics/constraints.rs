@@ -1,10 +1,12 @@
 //! What follows from the constraints: Φ, Φ̇, Φ_q, γ and their derivatives.
 //!
-//! Everything is a directional derivative of what the user wrote; nothing is expanded. With D the derivative along q → q̇, t → 1 at fixed q̇,
+//! Everything is a directional derivative of what the user wrote; nothing is expanded. With D the derivative
+//! along q → q̇, t → 1 at fixed q̇,
 //!
 //!   Φ̇ = DΦ = Φ_q q̇ + Φ_t,    γ = −DΦ̇ = −(Φ_q q̇)_q q̇ − 2 Φ_qt q̇ − Φ_tt,
 //!
-//! and a row A q̇ + b of a nonholonomic constraint stands in the place of Φ̇: A its gradient by q̇, b its value at q̇ = 0, γ = −D(A q̇ + b).
+//! and a row A q̇ + b of a nonholonomic constraint stands in the place of Φ̇: A its gradient by q̇, b its
+//! value at q̇ = 0, γ = −D(A q̇ + b).
 
 use crate::calculus::{directional, gradient, substitute, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
@@ -36,7 +38,8 @@ impl Rows {
         if named.is_empty() {
             return None;
         }
-        let holonomic = model.constraints.iter().filter(|c| c.is_holonomic()).map(|c| c.components.len()).sum();
+        let holonomic =
+            model.constraints.iter().filter(|c| c.is_holonomic()).map(|c| c.components.len()).sum();
         let g = &mut model.graph;
         let written: Vec<NodeId> = named.iter().map(|r| r.node).collect();
         let (places, velocities) = written.split_at(holonomic);
@@ -73,8 +76,10 @@ pub(super) fn offsets(g: &mut Graph, places: &[NodeId], velocities: &[NodeId]) -
     let mut offsets = directional(g, places, &mut |g, s| (s == Symbol::Time).then(|| g.one()));
     for row in velocities {
         let zero = g.zero();
-        let at_rest = |g: &mut Graph| substitute(g, &[*row], &mut |_, s| matches!(s, Symbol::Rate(_)).then_some(zero));
-        // Linear in q̇, so no denominator contains q̇ without cancelling; where one does, b is the row less A q̇, which its Jacobian gives.
+        let at_rest =
+            |g: &mut Graph| substitute(g, &[*row], &mut |_, s| matches!(s, Symbol::Rate(_)).then_some(zero));
+        // Linear in q̇, so no denominator contains q̇ without cancelling; where one does, b is the row less A
+        // q̇, which its Jacobian gives.
         let b = match at_rest(g) {
             Ok(values) => values[0],
             Err(_) => less_linear_part(g, *row),
@@ -94,7 +99,12 @@ fn less_linear_part(g: &mut Graph, row: NodeId) -> NodeId {
 }
 
 /// Φ_q joined by A: a reverse sweep per row, which visits only what the row is made of.
-pub(super) fn jacobian(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], n: usize) -> Vec<Vec<NodeId>> {
+pub(super) fn jacobian(
+    g: &mut Graph,
+    places: &[NodeId],
+    velocities: &[NodeId],
+    n: usize,
+) -> Vec<Vec<NodeId>> {
     let one = g.one();
     let (q, u) = (symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate));
     let mut rows: Vec<Vec<NodeId>> = places.iter().map(|row| gradient(g, &[(*row, one)], &q)).collect();
@@ -102,7 +112,8 @@ pub(super) fn jacobian(g: &mut Graph, places: &[NodeId], velocities: &[NodeId], 
     rows
 }
 
-/// Φ_qᵀλ of rows, the first `holonomic` of them Φ, the others A q̇ + b, with symbols for λ: two reverse sweeps.
+/// Φ_qᵀλ of rows, the first `holonomic` of them Φ, the others A q̇ + b, with symbols for λ: two reverse
+/// sweeps.
 pub(crate) fn reaction(g: &mut Graph, rows: &[Named], holonomic: usize, n: usize) -> Vec<NodeId> {
     let seeded = rows.iter().enumerate();
     let seeded: Vec<(NodeId, NodeId)> =
@@ -113,7 +124,8 @@ pub(crate) fn reaction(g: &mut Graph, rows: &[Named], holonomic: usize, n: usize
     holonomic.into_iter().zip(nonholonomic).map(|(a, b)| g.add(a, b)).collect()
 }
 
-/// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol; or how many nodes they had taken when they were given up.
+/// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol; or how many nodes they had taken when they were
+/// given up.
 pub(super) fn derivatives(g: &mut Graph, rows: &Rows, n: usize) -> Result<ConstraintDerivatives, usize> {
     let start = g.len();
     let reaction = reaction(g, &rows.named, rows.holonomic, n);

@@ -6,7 +6,9 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::bodies::Tree;
 use super::constraints::{self, Rows};
-use super::equations::{Aside, ConstraintEquations, Derivation, Equations, Named, Released, Solution, Variations};
+use super::equations::{
+    Aside, ConstraintEquations, Derivation, Equations, Named, Released, Solution, Variations,
+};
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, Sweep, residual_by_entries};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
@@ -62,7 +64,9 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     parts.rewrite(g, &mut energies);
     let (inertia, free_force) = parts.balance(g, &applied, n);
     let mut powers = powers(g, &applied, energies.lagrangian);
-    powers.extend(rows.iter().flat_map(|rows| constraints::powers(g, &model.constraints, &rows.velocity_offset)));
+    powers.extend(
+        rows.iter().flat_map(|rows| constraints::powers(g, &model.constraints, &rows.velocity_offset)),
+    );
     let unsolved = speeds.is_some().then(|| g.clone());
     let solved = match &rows {
         Some(rows) => Solved::constrained(g, &inertia, rows, manifold),
@@ -72,8 +76,12 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         (Some(speeds), Some(unsolved)) if !model.constraints.iter().any(|c| c.switched || c.redundant) => {
             let mut before = unsolved;
             let given = energies.given(&mut before, &applied, n);
-            let beside =
-                Beside { inertia: &inertia, rows: rows.as_ref(), given: given.as_deref(), states: manifold.states };
+            let beside = Beside {
+                inertia: &inertia,
+                rows: rows.as_ref(),
+                given: given.as_deref(),
+                states: manifold.states,
+            };
             speeds.lead(g, solved, &before, &beside)
         }
         _ => (solved, Some(Aside::Constraints)),
@@ -93,8 +101,9 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let energies = energies.apart(&model.energies).map(|(t, v)| (timeless(g, &[t])[0], timeless(g, &[v])[0]));
     let pivots = solved.pivots(g);
     let accelerations = solved.free_accelerations().map_or_else(Vec::new, <[NodeId]>::to_vec);
-    let released =
-        rows.as_ref().map_or_else(Vec::new, |rows| solved.released(g, &inertia, rows, &model.constraints, manifold));
+    let released = rows
+        .as_ref()
+        .map_or_else(Vec::new, |rows| solved.released(g, &inertia, rows, &model.constraints, manifold));
     let constraints = rows.zip(solved.into_solution()).map(|(rows, solution)| {
         let forces = (inertia.force.as_slice(), free_force);
         constraint_equations(g, rows, forces, solution, released)
@@ -132,9 +141,10 @@ pub fn momentum_rates(model: &mut Model) -> Vec<NodeId> {
     timeless(g, &all)
 }
 
-/// The equations before they are solved, with symbols for q̈ and λ: M q̈ − Q − Φ_qᵀλ (N), which is inverse dynamics, and Φ_q q̈ − γ (R). In the form that takes the fewest
-/// operations: of bodies that hang on one another by one recursion outward and one inward, so that operations are in proportion to the joints (J. Y. S. Luh, M. W. Walker and
-/// R. P. C. Paul, J. Dyn. Syst. Meas. Control 102 (1980) 69).
+/// The equations before they are solved, with symbols for q̈ and λ: M q̈ − Q − Φ_qᵀλ (N), which is inverse
+/// dynamics, and Φ_q q̈ − γ (R). In the form that takes the fewest operations: of bodies that hang on one
+/// another by one recursion outward and one inward, so that operations are in proportion to the joints (J. Y.
+/// S. Luh, M. W. Walker and R. P. C. Paul, J. Dyn. Syst. Meas. Control 102 (1980) 69).
 pub fn residual(model: &mut Model) -> Vec<NodeId> {
     let n = model.coordinates.len();
     let rows = Rows::of(model);
@@ -151,7 +161,8 @@ pub fn residual(model: &mut Model) -> Vec<NodeId> {
     }
 }
 
-/// Derivatives of the equations before they are solved, which are [`residual`], by the sweeps that take fewer operations; nothing else needs them.
+/// Derivatives of the equations before they are solved, which are [`residual`], by the sweeps that take fewer
+/// operations; nothing else needs them.
 ///
 /// # Errors
 /// The nodes that were taken, where they are more than can end in programs that are emitted.
@@ -180,7 +191,8 @@ pub fn variations(model: &mut Model, joined: &[NodeId]) -> Result<Variations, us
     })
 }
 
-/// Derivatives of the outputs as they were declared, by q, q̇, q̈, λ and inputs, one matrix after the other, by rows: what C and D of a state space are made of.
+/// Derivatives of the outputs as they were declared, by q, q̇, q̈, λ and inputs, one matrix after the other,
+/// by rows: what C and D of a state space are made of.
 ///
 /// # Errors
 /// The nodes that were taken, where they are more than can end in programs that are emitted.
@@ -248,7 +260,8 @@ impl Energies {
         Self { kinetic, potential, direct, lagrangian: g.add(natural, direct) }
     }
 
-    /// Forces that are no inertia: −∂V/∂q and what is applied; `None` where L is given directly, which tells no V.
+    /// Forces that are no inertia: −∂V/∂q and what is applied; `None` where L is given directly, which tells
+    /// no V.
     fn given(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> Option<Vec<NodeId>> {
         if !g.is_zero(self.direct) {
             return None;
@@ -275,8 +288,9 @@ struct Parts {
 
 impl Parts {
     fn split(g: &mut Graph, energies: &Energies, bodies: Option<Tree>, n: usize) -> Self {
-        let (kinetic, potential) =
-            bodies.as_ref().map_or((energies.kinetic, energies.potential), |tree| (tree.kinetic, tree.potential));
+        let (kinetic, potential) = bodies
+            .as_ref()
+            .map_or((energies.kinetic, energies.potential), |tree| (tree.kinetic, tree.potential));
         let (form, rest) = VelocityForm::split(g, kinetic, n);
         if form.is_empty() && bodies.is_none() {
             return Self { bodies, form, general: energies.lagrangian, derivation: Derivation::Momenta };
@@ -314,7 +328,8 @@ impl Parts {
         Self::split(g, energies, taken.then_some(tree), n)
     }
 
-    /// Whether M q̈ − Q, both ways, is that of T and V: the bodies are noted beside the energies, and what was noted proves itself before it is used.
+    /// Whether M q̈ − Q, both ways, is that of T and V: the bodies are noted beside the energies, and what
+    /// was noted proves itself before it is used.
     fn agree(g: &Graph, energies: &Energies, tree: &Tree, n: usize) -> bool {
         let mut trial = g.clone();
         let g = &mut trial;
@@ -323,7 +338,8 @@ impl Parts {
         let found = parts.inertia(g, n);
         let by_entries = residual_by_entries(g, &found.mass, &found.force);
         let by_recursion = parts.inverse(g, n);
-        let same = |a: &[NodeId], b: &[NodeId]| a.iter().zip(b).all(|(a, b)| g.fingerprint(*a) == g.fingerprint(*b));
+        let same =
+            |a: &[NodeId], b: &[NodeId]| a.iter().zip(b).all(|(a, b)| g.fingerprint(*a) == g.fingerprint(*b));
         same(&by_entries, &expected) && same(&by_recursion, &expected)
     }
 
@@ -341,8 +357,11 @@ impl Parts {
     }
 
     fn inertia(&self, g: &mut Graph, n: usize) -> Inertia {
-        let beside =
-            if self.form.is_empty() { lagrange(g, self.general, n) } else { mixed(g, &self.form, self.general, n) };
+        let beside = if self.form.is_empty() {
+            lagrange(g, self.general, n)
+        } else {
+            mixed(g, &self.form, self.general, n)
+        };
         match &self.bodies {
             Some(tree) => tree.afresh(g, |g| tree.inertia(g)).and(g, &beside),
             None => beside,
@@ -352,9 +371,11 @@ impl Parts {
     /// M, Q and p with the applied forces, and Q without those that contain reactions.
     fn balance(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> (Inertia, Vec<NodeId>) {
         let inertia = self.inertia(g, n);
-        let all = applied.iter().fold(inertia.force.clone(), |total, (_, part)| each(g, &total, part, Graph::add));
+        let all =
+            applied.iter().fold(inertia.force.clone(), |total, (_, part)| each(g, &total, part, Graph::add));
         let without = free_force(g, &inertia.force, applied);
-        // A frame that turns at a given rate is in the positions and, where it does not matter, not in the results.
+        // A frame that turns at a given rate is in the positions and, where it does not matter, not in the
+        // results.
         let inertia = Inertia {
             mass: inertia.mass.iter().map(|row| timeless(g, row)).collect(),
             force: timeless(g, &all),
@@ -378,16 +399,26 @@ impl Parts {
     fn levers(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> Option<Levers> {
         let none = vec![g.zero(); n];
         let applied = applied.iter().fold(none, |total, (_, part)| each(g, &total, part, Graph::add));
-        if self.derivation == Derivation::VelocityForm { levers(g, &self.form, self.general, &applied) } else { None }
+        if self.derivation == Derivation::VelocityForm {
+            levers(g, &self.form, self.general, &applied)
+        } else {
+            None
+        }
     }
 
-    /// Measured on models of 6 to 11 coordinates: the residual of a velocity form is swept best along each symbol, any other best backwards.
+    /// Measured on models of 6 to 11 coordinates: the residual of a velocity form is swept best along each
+    /// symbol, any other best backwards.
     fn sweep(&self) -> Sweep {
         if self.derivation == Derivation::VelocityForm { Sweep::Forward } else { Sweep::Reverse }
     }
 }
 
-fn each(g: &mut Graph, a: &[NodeId], b: &[NodeId], f: fn(&mut Graph, NodeId, NodeId) -> NodeId) -> Vec<NodeId> {
+fn each(
+    g: &mut Graph,
+    a: &[NodeId],
+    b: &[NodeId],
+    f: fn(&mut Graph, NodeId, NodeId) -> NodeId,
+) -> Vec<NodeId> {
     a.iter().zip(b).map(|(a, b)| f(g, *a, *b)).collect()
 }
 
@@ -415,17 +446,22 @@ fn powers(g: &mut Graph, applied: &[(String, Vec<NodeId>)], lagrangian: NodeId) 
 
 /// Q without the applied forces that contain reactions.
 fn free_force(g: &mut Graph, own: &[NodeId], applied: &[(String, Vec<NodeId>)]) -> Vec<NodeId> {
-    let is_free = |g: &Graph, part: &[NodeId]| part.iter().all(|f| !g.dependence(*f).on(Dependence::MULTIPLIERS));
-    let free: Vec<&Vec<NodeId>> = applied.iter().map(|(_, part)| part).filter(|part| is_free(g, part)).collect();
+    let is_free =
+        |g: &Graph, part: &[NodeId]| part.iter().all(|f| !g.dependence(*f).on(Dependence::MULTIPLIERS));
+    let free: Vec<&Vec<NodeId>> =
+        applied.iter().map(|(_, part)| part).filter(|part| is_free(g, part)).collect();
     free.into_iter().fold(own.to_vec(), |total, part| each(g, &total, part, Graph::add))
 }
 
 fn scalars(output: &Output) -> impl Iterator<Item = Named> {
-    output.components.iter().map(|(suffix, node)| named(&format!("{}{suffix}", output.name), &output.unit, *node))
+    output
+        .components
+        .iter()
+        .map(|(suffix, node)| named(&format!("{}{suffix}", output.name), &output.unit, *node))
 }
 
-/// With accelerations replaced by their values, where these are on the graph without multipliers; and whether any were declared in terms of
-/// what is known only once the equations are solved.
+/// With accelerations replaced by their values, where these are on the graph without multipliers; and whether
+/// any were declared in terms of what is known only once the equations are solved.
 fn put_in(g: &mut Graph, named: Vec<Named>, solved: &Solved) -> Result<(Vec<Named>, bool), Underivable> {
     let mut nodes: Vec<NodeId> = named.iter().map(|n| n.node).collect();
     let used = nodes.iter().any(|node| g.dependence(*node).on(SOLVED_FOR));

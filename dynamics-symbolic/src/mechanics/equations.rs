@@ -10,17 +10,18 @@ use super::model::Model;
 pub enum Derivation {
     /// T = Σ ½ w vᵀv with every v a true time derivative: M = JᵀWJ, c = Jᵀ(W v̇₀).
     VelocityForm,
-    /// p = ∂L/∂q̇ by a reverse sweep, M = ∂p/∂q̇ by forward sweeps, Coriolis as directional derivative of p along q̇ minus ∂L/∂q.
+    /// p = ∂L/∂q̇ by a reverse sweep, M = ∂p/∂q̇ by forward sweeps, Coriolis as directional derivative of p
+    /// along q̇ minus ∂L/∂q.
     Momenta,
     /// Part of T in velocity form, the rest by momenta.
     Mixed,
-    /// Rigid bodies that hang on one another: M from composite inertias, Q by velocities and accelerations outward and forces inward; what else
-    /// there is in T as above.
+    /// Rigid bodies that hang on one another: M from composite inertias, Q by velocities and accelerations
+    /// outward and forces inward; what else there is in T as above.
     Bodies,
 }
 
-/// A pivot of M = LDLᵀ, to be compared with the diagonal element that it came from; where the forces in rods are solved for, a pivot of their
-/// system, or an inertia that it divides by, compared with itself.
+/// A pivot of M = LDLᵀ, to be compared with the diagonal element that it came from; where the forces in rods
+/// are solved for, a pivot of their system, or an inertia that it divides by, compared with itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pivot {
     /// Index of the coordinate.
@@ -55,13 +56,15 @@ pub struct Jacobians {
     pub by_parameters: Vec<Vec<NodeId>>,
 }
 
-/// Derivatives of the equations before they are solved, at given q̈ and λ, whose symbols they contain; N coordinates, R rows, W inputs. With
+/// Derivatives of the equations before they are solved, at given q̈ and λ, whose symbols they contain; N
+/// coordinates, R rows, W inputs. With
 ///
 /// ```text
 /// r = M q̈ − Q − Φ_qᵀλ (N), joined by Φ̈ = Φ_q q̈ − γ (R)
 /// ```
 ///
-/// they are what small motions beside a motion are made of. They need no solution: they are there where rows repeat each other, too.
+/// they are what small motions beside a motion are made of. They need no solution: they are there where rows
+/// repeat each other, too.
 #[derive(Clone, Debug)]
 pub struct Variations {
     /// ∂r/∂q, (N + R)×N.
@@ -115,9 +118,11 @@ pub struct Equations {
     pub energy_function: NodeId,
     /// T and V; `None` for models that give L directly.
     pub energies: Option<(NodeId, NodeId)>,
-    /// Power of every force, every dissipation function, and `explicit time` where L contains t or inputs; dE/dt is their sum.
+    /// Power of every force, every dissipation function, and `explicit time` where L contains t or inputs;
+    /// dE/dt is their sum.
     pub powers: Vec<Named>,
-    /// Conserved quantities: the energy function, momenta of ignorable coordinates and of constant combinations.
+    /// Conserved quantities: the energy function, momenta of ignorable coordinates and of constant
+    /// combinations.
     pub conserved: Vec<Named>,
     /// Derivatives of q̈, or why there are none.
     pub jacobians: Result<Jacobians, Withheld>,
@@ -125,19 +130,21 @@ pub struct Equations {
     pub outputs: Vec<Named>,
     /// Events, with accelerations replaced by their values.
     pub events: Vec<Named>,
-    /// Whether an output was declared in terms of accelerations or multipliers, so that evaluating it can meet a singular M.
+    /// Whether an output was declared in terms of accelerations or multipliers, so that evaluating it can
+    /// meet a singular M.
     pub outputs_use_accelerations: bool,
     /// Likewise for events.
     pub events_use_accelerations: bool,
     /// The generalized speeds; `None` without any.
     pub speeds: Option<SpeedEquations>,
-    /// What follows from the constraints; `None` without any. Where there are some, outputs, events and powers keep the symbols of
-    /// accelerations and multipliers: the solution is put in at run time.
+    /// What follows from the constraints; `None` without any. Where there are some, outputs, events and
+    /// powers keep the symbols of accelerations and multipliers: the solution is put in at run time.
     pub constraints: Option<ConstraintEquations>,
 }
 
 impl Equations {
-    /// Whether Q contains velocities, by themselves or through reactions. If not, M is constant: one that moves brings Coriolis terms.
+    /// Whether Q contains velocities, by themselves or through reactions. If not, M is constant: one that
+    /// moves brings Coriolis terms.
     #[must_use]
     pub fn has_velocity_forces(&self, g: &Graph) -> bool {
         let moving = Dependence::RATES.with(Dependence::MULTIPLIERS).with(Dependence::ACCELERATIONS);
@@ -167,7 +174,8 @@ pub struct SpeedEquations {
     pub jacobian: Vec<Vec<NodeId>>,
     /// y = w at rest, S.
     pub offset: Vec<NodeId>,
-    /// BᵀM B, S×S, where the equations are solved for ẇ because that takes fewer operations; else why they are not.
+    /// BᵀM B, S×S, where the equations are solved for ẇ because that takes fewer operations; else why they
+    /// are not.
     pub inertia: Result<Vec<Vec<NodeId>>, Aside>,
 }
 
@@ -184,7 +192,8 @@ pub enum Aside {
     Longer,
 }
 
-/// What follows from the constraints; N coordinates, R rows, the first H of them holonomic. λ of a row is `Symbol::Multiplier`.
+/// What follows from the constraints; N coordinates, R rows, the first H of them holonomic. λ of a row is
+/// `Symbol::Multiplier`.
 #[derive(Clone, Debug)]
 pub struct ConstraintEquations {
     /// The rows by name, `closure.x`; values Φ or A q̇ + b.
@@ -209,7 +218,8 @@ pub struct ConstraintEquations {
     pub derivatives: Result<ConstraintDerivatives, usize>,
     /// How q̈ and λ are found.
     pub solution: Solution,
-    /// Likewise, on the graph, with some switched constraints released: all of them, and as many other sets as there is room for.
+    /// Likewise, on the graph, with some switched constraints released: all of them, and as many other sets
+    /// as there is room for.
     pub released: Vec<Released>,
 }
 

@@ -1,4 +1,5 @@
-//! Generalized forces: Fᵀ∂p/∂q for a force at a point, magnitude·∂e/∂q along an expression, −∂D/∂q̇ for dissipation.
+//! Generalized forces: Fᵀ∂p/∂q for a force at a point, magnitude·∂e/∂q along an expression, −∂D/∂q̇ for
+//! dissipation.
 
 use crate::calculus::gradient;
 use crate::graph::{Graph, NodeId, Symbol};
@@ -11,7 +12,9 @@ pub(super) fn generalized(g: &mut Graph, force: &Force, n: usize) -> Vec<NodeId>
     let mut seeded = Vec::new();
     for term in &force.terms {
         match term {
-            ForceTerm::At { point, vector } => seeded.extend(point.iter().copied().zip(vector.iter().copied())),
+            ForceTerm::At { point, vector } => {
+                seeded.extend(point.iter().copied().zip(vector.iter().copied()))
+            }
             ForceTerm::Along { expression, magnitude } => seeded.push((*expression, *magnitude)),
         }
     }

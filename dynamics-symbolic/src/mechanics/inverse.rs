@@ -1,7 +1,8 @@
-//! Derivatives of q̈ by the implicit function theorem: with r(q̈; x) = M q̈ − Q = 0, ∂q̈/∂x = −M⁻¹ ∂r/∂x at fixed q̈.
+//! Derivatives of q̈ by the implicit function theorem: with r(q̈; x) = M q̈ − Q = 0, ∂q̈/∂x = −M⁻¹ ∂r/∂x at
+//! fixed q̈.
 //!
-//! With constraints r is joined by Φ_q q̈ − γ = Φ̈, Φ_qᵀλ enters its first part, and the derivatives of q̈ and λ together solve the same system
-//! as q̈ and λ themselves.
+//! With constraints r is joined by Φ_q q̈ − γ = Φ̈, Φ_qᵀλ enters its first part, and the derivatives of q̈
+//! and λ together solve the same system as q̈ and λ themselves.
 
 use crate::calculus::{ZeroDenominator, directional, gradient, substitute, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
@@ -27,7 +28,8 @@ pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[
 /// A way to write r.
 pub(super) type Residual<'a> = &'a dyn Fn(&mut Graph) -> Vec<NodeId>;
 
-/// Most coordinates for which all ways to derive Jacobians are tried; above, copies of the graph would take longer than the rest.
+/// Most coordinates for which all ways to derive Jacobians are tried; above, copies of the graph would take
+/// longer than the rest.
 const SMALL: usize = 4;
 
 /// Equations that were solved: their solution, and the way to solve them for other right-hand sides.
@@ -40,7 +42,8 @@ pub(super) struct SolvedFor<'a> {
     pub(super) solve: &'a dyn Fn(&mut Graph, &[NodeId]) -> Vec<NodeId>,
 }
 
-/// All derivatives of q̈, by the cheapest of the given ways; the first of them, swept as `sweep` says, where trying them takes too long.
+/// All derivatives of q̈, by the cheapest of the given ways; the first of them, swept as `sweep` says, where
+/// trying them takes too long.
 pub(super) fn jacobians(
     g: &mut Graph,
     ways: &[Residual],
@@ -93,7 +96,8 @@ impl From<ZeroDenominator> for Failure {
     }
 }
 
-/// Nodes after which deriving Jacobians is given up: three for each operation that can be emitted. The largest model that fits takes half.
+/// Nodes after which deriving Jacobians is given up: three for each operation that can be emitted. The
+/// largest model that fits takes half.
 pub(super) const MOST_NODES: usize = 60_000;
 
 /// What all derivatives of q̈ need.
@@ -105,7 +109,13 @@ struct Implicit<'a> {
 
 impl Implicit<'_> {
     /// All derivatives of a model with so many inputs and parameters.
-    fn jacobians(&self, g: &mut Graph, sweep: Sweep, inputs: usize, parameters: usize) -> Result<Jacobians, Failure> {
+    fn jacobians(
+        &self,
+        g: &mut Graph,
+        sweep: Sweep,
+        inputs: usize,
+        parameters: usize,
+    ) -> Result<Jacobians, Failure> {
         let n = self.solved.accelerations.len();
         Ok(Jacobians {
             by_q: self.jacobian(g, &symbols(n, Symbol::Coordinate), sweep)?,
@@ -116,7 +126,12 @@ impl Implicit<'_> {
     }
 
     /// ∂q̈/∂x for the given symbols x: one row per coordinate.
-    pub(super) fn jacobian(&self, g: &mut Graph, by: &[Symbol], sweep: Sweep) -> Result<Vec<Vec<NodeId>>, Failure> {
+    pub(super) fn jacobian(
+        &self,
+        g: &mut Graph,
+        by: &[Symbol],
+        sweep: Sweep,
+    ) -> Result<Vec<Vec<NodeId>>, Failure> {
         let start = g.len();
         let within = |g: &Graph| match g.len() - start {
             nodes if nodes > MOST_NODES => Err(Failure::TooLarge(nodes)),

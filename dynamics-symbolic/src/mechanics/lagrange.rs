@@ -20,7 +20,8 @@ pub(super) struct Inertia {
 impl Inertia {
     /// Both together.
     pub(super) fn and(self, g: &mut Graph, other: &Self) -> Self {
-        let mut each = |a: Vec<NodeId>, b: &[NodeId]| a.into_iter().zip(b).map(|(a, b)| g.add(a, *b)).collect();
+        let mut each =
+            |a: Vec<NodeId>, b: &[NodeId]| a.into_iter().zip(b).map(|(a, b)| g.add(a, *b)).collect();
         Self {
             mass: self.mass.into_iter().zip(&other.mass).map(|(a, b)| each(a, b)).collect(),
             force: each(self.force, &other.force),
@@ -40,7 +41,8 @@ pub(super) fn lagrange(g: &mut Graph, lagrangian: NodeId, n: usize) -> Inertia {
     let momenta = gradient(g, &[(lagrangian, one)], &symbols(n, Symbol::Rate));
     let mut mass = vec![vec![one; n]; n];
     for j in 0..n {
-        let column = directional(g, &momenta[j..], &mut |g, s| (s == Symbol::Rate(j as u32)).then(|| g.one()));
+        let column =
+            directional(g, &momenta[j..], &mut |g, s| (s == Symbol::Rate(j as u32)).then(|| g.one()));
         for (i, entry) in (j..n).zip(column) {
             mass[i][j] = entry;
             mass[j][i] = entry;
@@ -55,7 +57,8 @@ pub(super) fn lagrange(g: &mut Graph, lagrangian: NodeId, n: usize) -> Inertia {
 /// Derives from L = `form` + `lagrangian`: what is in velocity form by its own formulas, the rest in general.
 pub(super) fn mixed(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: usize) -> Inertia {
     let columns: Vec<Vec<NodeId>> = (0..n).map(|j| form.mass_column(g, j, n)).collect();
-    let own: Vec<Vec<NodeId>> = (0..n).map(|i| (0..n).map(|j| columns[i.min(j)][i.max(j)]).collect()).collect();
+    let own: Vec<Vec<NodeId>> =
+        (0..n).map(|i| (0..n).map(|j| columns[i.min(j)][i.max(j)]).collect()).collect();
     let coriolis = form.coriolis(g, &own);
     let momenta = form.momenta(g, n);
     let general = lagrange(g, lagrangian, n);
@@ -66,7 +69,8 @@ pub(super) fn mixed(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: u
     Inertia { mass, force, momenta }
 }
 
-/// The left-hand side d/dt(∂L/∂q̇) − ∂L/∂q with symbols for q̈: inverse dynamics, far smaller than M q̈ − Q from the entries of M.
+/// The left-hand side d/dt(∂L/∂q̇) − ∂L/∂q with symbols for q̈: inverse dynamics, far smaller than M q̈ − Q
+/// from the entries of M.
 pub(super) fn inverse(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: usize) -> Vec<NodeId> {
     let one = g.one();
     let own = form.inverse(g, n);

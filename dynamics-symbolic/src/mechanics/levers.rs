@@ -1,8 +1,9 @@
 //! The velocities of a velocity form as they are made of one another, for an elimination that never forms M.
 //!
-//! Gauss's principle: q̈ makes Σ w ẋ ẏ − δW stationary, where ẋ, ẏ are derivatives of true velocities and δW is the power of the forces along q̈.
-//! Velocities are linear in q̇; how they are written says how they share parts: v₃ = v₂ + l₃ cos θ₃ θ̇₃. Whatever is read more than once, or has
-//! weight in T, becomes an intermediate quantity of [`Levers`], with
+//! Gauss's principle: q̈ makes Σ w ẋ ẏ − δW stationary, where ẋ, ẏ are derivatives of true velocities and δW
+//! is the power of the forces along q̈. Velocities are linear in q̇; how they are written says how they share
+//! parts: v₃ = v₂ + l₃ cos θ₃ θ̇₃. Whatever is read more than once, or has weight in T, becomes an
+//! intermediate quantity of [`Levers`], with
 //!
 //!   v = Σ c v′    ⇒    v̇ = Σ c v̇′ + Σ ċ v′.
 
@@ -14,9 +15,15 @@ use crate::graph::{Dependence, Graph, Node, NodeId, Symbol};
 
 use super::velocity_form::{VelocityForm, transport};
 
-/// The levers of T = `form`, with the forces of the Lagrangian's rest `general`, free of velocities, and `applied` by coordinate; `None` where
-/// time enters or velocities are not made of one another by sums and factors.
-pub(super) fn levers(g: &mut Graph, form: &VelocityForm, general: NodeId, applied: &[NodeId]) -> Option<Levers> {
+/// The levers of T = `form`, with the forces of the Lagrangian's rest `general`, free of velocities, and
+/// `applied` by coordinate; `None` where time enters or velocities are not made of one another by sums and
+/// factors.
+pub(super) fn levers(
+    g: &mut Graph,
+    form: &VelocityForm,
+    general: NodeId,
+    applied: &[NodeId],
+) -> Option<Levers> {
     let n = applied.len();
     let velocities = form.velocities();
     let moved = |g: &Graph, v: &NodeId| g.dependence(*v).on(Dependence::TIME);
@@ -109,7 +116,13 @@ impl Tape {
         }
     }
 
-    fn sum(&self, g: &mut Graph, a: NodeId, b: NodeId, f: fn(&mut Graph, NodeId, NodeId) -> NodeId) -> Option<Form> {
+    fn sum(
+        &self,
+        g: &mut Graph,
+        a: NodeId,
+        b: NodeId,
+        f: fn(&mut Graph, NodeId, NodeId) -> NodeId,
+    ) -> Option<Form> {
         let (mut sum, other) = (self.forms.get(&a)?.clone(), self.forms.get(&b)?);
         for (i, c) in other {
             let old = sum.get(i).copied().unwrap_or(g.zero());

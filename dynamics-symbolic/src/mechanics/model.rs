@@ -4,8 +4,8 @@ use crate::graph::{Graph, NodeId, Origin};
 
 /// A model as declared: an expression graph and the roles of its nodes.
 ///
-/// `Symbol::Coordinate(i)` and `Symbol::Rate(i)` belong to `coordinates[i]`, `Symbol::Input(i)` to `inputs[i]`, `Symbol::Parameter(i)` to
-/// `parameters[i]`, `FunctionId(i)` to `functions[i]`.
+/// `Symbol::Coordinate(i)` and `Symbol::Rate(i)` belong to `coordinates[i]`, `Symbol::Input(i)` to
+/// `inputs[i]`, `Symbol::Parameter(i)` to `parameters[i]`, `FunctionId(i)` to `functions[i]`.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     /// Name of the struct.
@@ -14,7 +14,8 @@ pub struct Model {
     pub graph: Graph,
     /// Generalized coordinates, arrays flattened, in the order of q.
     pub coordinates: Vec<Coordinate>,
-    /// Generalized speeds, arrays flattened; together with the constraints that always hold they determine all velocities.
+    /// Generalized speeds, arrays flattened; together with the constraints that always hold they determine
+    /// all velocities.
     pub speeds: Vec<Speed>,
     /// Inputs, arrays flattened.
     pub inputs: Vec<Input>,
@@ -24,13 +25,16 @@ pub struct Model {
     pub functions: Vec<Function>,
     /// Energies and dissipation functions.
     pub energies: Vec<Energy>,
-    /// Rigid bodies whose energies are among them, where it is known how their frames are reached: what is derived from them is the same, and often shorter.
+    /// Rigid bodies whose energies are among them, where it is known how their frames are reached: what is
+    /// derived from them is the same, and often shorter.
     pub bodies: Vec<Body>,
-    /// What is taken for granted of bodies and frames, and what only a run can show. Not part of the derivation.
+    /// What is taken for granted of bodies and frames, and what only a run can show. Not part of the
+    /// derivation.
     pub premises: Vec<Premise>,
     /// Applied forces.
     pub forces: Vec<Force>,
-    /// Constraints, the holonomic ones first; their components in this order are the rows of Φ_q and of λ: `Symbol::Multiplier(i)`.
+    /// Constraints, the holonomic ones first; their components in this order are the rows of Φ_q and of λ:
+    /// `Symbol::Multiplier(i)`.
     pub constraints: Vec<Constraint>,
     /// Named results.
     pub outputs: Vec<Output>,
@@ -40,7 +44,8 @@ pub struct Model {
     pub nominal: Vec<(u32, f64)>,
     /// Rotations by three coordinates as angles. Not part of the derivation.
     pub angle_sets: Vec<AngleSet>,
-    /// Declared names of parameters and functions that something outside of the derivation reads, such as a drawing: they are used.
+    /// Declared names of parameters and functions that something outside of the derivation reads, such as a
+    /// drawing: they are used.
     pub read_elsewhere: Vec<String>,
 }
 
@@ -49,7 +54,8 @@ macro_rules! named {
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq, Eq)]
         pub struct $name {
-            /// The user's name, array elements as `theta[3]`, vector components as `axis.x`, matrix elements as `inertia[0, 1]`.
+            /// The user's name, array elements as `theta[3]`, vector components as `axis.x`, matrix elements
+            /// as `inertia[0, 1]`.
             pub name: String,
             /// Unit as text for reports, empty where unknown or 1.
             pub unit: String,
@@ -82,10 +88,11 @@ pub struct Speed {
     pub origin: Origin,
 }
 
-/// Three coordinates by which something turns, each about the axes that the turns before it left: a 3-1-3 set.
+/// Three coordinates by which something turns, each about the axes that the turns before it left: a 3-1-3
+/// set.
 ///
-/// Where the first and the last axis fall on one line the three tell no orientations apart (gimbal lock): at middle angles of 0, ±π, .. where both have one number, else
-/// at ±π/2, ..
+/// Where the first and the last axis fall on one line the three tell no orientations apart (gimbal lock): at
+/// middle angles of 0, ±π, .. where both have one number, else at ±π/2, ..
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct AngleSet {
     /// Indices of the coordinates, in the order of the turns.
@@ -240,7 +247,8 @@ pub struct Constraint {
     pub unit: String,
     /// The user says that it repeats others.
     pub redundant: bool,
-    /// It is switched on and off while the model runs; the switched constraints in order have the modes `Symbol::Mode(0)`, ….
+    /// It is switched on and off while the model runs; the switched constraints in order have the modes
+    /// `Symbol::Mode(0)`, ….
     pub switched: bool,
     /// Where it was declared.
     pub origin: Origin,
@@ -258,8 +266,10 @@ impl Model {
     /// The constraint of a row, with the component's suffix and value.
     #[must_use]
     pub fn row(&self, row: usize) -> Option<(&Constraint, &str, NodeId)> {
-        let all =
-            self.constraints.iter().flat_map(|c| c.components.iter().map(move |(s, node)| (c, s.as_str(), *node)));
+        let all = self
+            .constraints
+            .iter()
+            .flat_map(|c| c.components.iter().map(move |(s, node)| (c, s.as_str(), *node)));
         all.into_iter().nth(row)
     }
 

@@ -1,5 +1,6 @@
-//! The equations while switched constraints are released: each set of them is a system of its own, with fewer rows, solved on the graph like
-//! the whole one, so that a contact model runs on generated code in flight as on the ground.
+//! The equations while switched constraints are released: each set of them is a system of its own, with fewer
+//! rows, solved on the graph like the whole one, so that a contact model runs on generated code in flight as
+//! on the ground.
 
 use crate::algebra::{Constrained, Guard, Guarded, States, Unrolled, unroll};
 use crate::graph::{Graph, NodeId};
@@ -16,7 +17,8 @@ const ROOM: usize = 1000;
 /// And how many times those with all constraints.
 const TIMES: usize = 2;
 
-/// Solutions for the sets of switched constraints that may be released, all of them first, as long as they have room beside `whole`.
+/// Solutions for the sets of switched constraints that may be released, all of them first, as long as they
+/// have room beside `whole`.
 pub(super) fn released(
     g: &mut Graph,
     inertia: &Inertia,
@@ -78,8 +80,13 @@ fn without(
 ) -> Option<Unrolled> {
     let jacobian: Vec<Vec<NodeId>> = held.iter().map(|row| rows.jacobian[*row].clone()).collect();
     let gamma: Vec<NodeId> = held.iter().map(|row| rows.gamma[*row]).collect();
-    let system =
-        Constrained { mass: &inertia.mass, force: &inertia.force, jacobian: &jacobian, gamma: &gamma, numbers: held };
+    let system = Constrained {
+        mass: &inertia.mass,
+        force: &inertia.force,
+        jacobian: &jacobian,
+        gamma: &gamma,
+        numbers: held,
+    };
     let (unrolled, _) = unroll(g, &system, states, limit).ok()?;
     let mut multipliers = vec![g.zero(); rows.named.len()];
     held.iter().zip(&unrolled.multipliers).for_each(|(row, x)| multipliers[*row] = *x);
@@ -97,7 +104,8 @@ fn without(
 /// Of q̈ and λ, and of a correction.
 fn operations(g: &Graph, unrolled: &Unrolled) -> usize {
     let Unrolled { accelerations, multipliers, guards, correction, correction_guards, .. } = unrolled;
-    let checked = |guards: &[Guard]| guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect::<Vec<_>>();
+    let checked =
+        |guards: &[Guard]| guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect::<Vec<_>>();
     let solution = [&accelerations[..], multipliers, &checked(guards)].concat();
     g.operations(&solution) + g.operations(&[&correction[..], &checked(correction_guards)].concat())
 }

@@ -1,7 +1,9 @@
-//! The equations of motion solved for q̈ and λ: M q̈ = Q by LDLᵀ, and with constraints M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ by whatever order of
-//! elimination is cheapest, on the graph or, where that fails, at run time.
+//! The equations of motion solved for q̈ and λ: M q̈ = Q by LDLᵀ, and with constraints M q̈ − Φ_qᵀλ = Q, Φ_q
+//! q̈ = γ by whatever order of elimination is cheapest, on the graph or, where that fails, at run time.
 
-use crate::algebra::{Constrained, Factors, Levers, Solver, States, Stationary, Stuck, Unrolled, applies, unroll};
+use crate::algebra::{
+    Constrained, Factors, Levers, Solver, States, Stationary, Stuck, Unrolled, applies, unroll,
+};
 use crate::calculus::directional;
 use crate::graph::{Dependence, Graph, NodeId};
 
@@ -23,11 +25,13 @@ pub struct Manifold<'a> {
     pub redundant: bool,
 }
 
-/// Operations of an unrolled solution above which the general solver, which works on arrays, takes over: what can be emitted.
+/// Operations of an unrolled solution above which the general solver, which works on arrays, takes over: what
+/// can be emitted.
 pub(super) const LIMIT: usize = 20_000;
 
-/// Through levers one joint waits for the next, whereas the columns of M are independent of each other: that often cheaper they have to be. A
-/// cart with ten links took 1.2 times as long through levers, with half of the operations.
+/// Through levers one joint waits for the next, whereas the columns of M are independent of each other: that
+/// often cheaper they have to be. A cart with ten links took 1.2 times as long through levers, with half of
+/// the operations.
 const LEVERS: f64 = 2.0;
 /// Likewise through rods. They divide by every mass; that is not worth an operation or two.
 const RODS: f64 = 1.5;
@@ -126,7 +130,9 @@ impl Solved {
     pub(super) fn unknowns(&self) -> Option<Vec<NodeId>> {
         match self {
             Self::Free { accelerations, .. } => Some(accelerations.clone()),
-            Self::Unrolled(unrolled, _) => Some([unrolled.accelerations.as_slice(), &unrolled.multipliers].concat()),
+            Self::Unrolled(unrolled, _) => {
+                Some([unrolled.accelerations.as_slice(), &unrolled.multipliers].concat())
+            }
             Self::General(_) => None,
         }
     }
@@ -140,7 +146,8 @@ impl Solved {
         Some(self.unknowns()?.into_iter().chain(guards).collect())
     }
 
-    /// At which of the states where motions are likely to begin it applies; where no general solver stands behind it, at all of them.
+    /// At which of the states where motions are likely to begin it applies; where no general solver stands
+    /// behind it, at all of them.
     pub(super) fn applies(&self, g: &Graph, states: &States) -> Vec<bool> {
         match self {
             Self::Unrolled(unrolled, _) => applies(g, &unrolled.guards, states.likely),
@@ -167,13 +174,16 @@ impl Solved {
     /// Pivots of M that are not plain numbers, with the elements of the diagonal that they came from.
     pub(super) fn pivots(&self, g: &Graph) -> Vec<Pivot> {
         let Self::Free { pivots, .. } = self else { return Vec::new() };
-        let all =
-            pivots.iter().map(|(i, pivot, diagonal)| Pivot { coordinate: *i, pivot: *pivot, diagonal: *diagonal });
+        let all = pivots.iter().map(|(i, pivot, diagonal)| Pivot {
+            coordinate: *i,
+            pivot: *pivot,
+            diagonal: *diagonal,
+        });
         all.filter(|p| g.as_number(p.pivot).is_none()).collect()
     }
 
-    /// The equations with some constraints released, where those with all of them are solved on the graph, or are not because switched ones are
-    /// dependent while all are on: end stops of one coordinate never are.
+    /// The equations with some constraints released, where those with all of them are solved on the graph, or
+    /// are not because switched ones are dependent while all are on: end stops of one coordinate never are.
     pub(super) fn released(
         &self,
         g: &mut Graph,
@@ -183,7 +193,9 @@ impl Solved {
         manifold: &Manifold,
     ) -> Vec<Released> {
         match self {
-            Self::Unrolled(unrolled, _) => released(g, inertia, rows, constraints, &manifold.states, Some(unrolled)),
+            Self::Unrolled(unrolled, _) => {
+                released(g, inertia, rows, constraints, &manifold.states, Some(unrolled))
+            }
             Self::General(General::Redundant) if !manifold.redundant => {
                 released(g, inertia, rows, constraints, &manifold.states, None)
             }

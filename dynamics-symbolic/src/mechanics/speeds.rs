@@ -1,18 +1,22 @@
-//! Generalized speeds that need not be derivatives of coordinates, w = Y(q,t) q̇ + y(q,t): components of an angular velocity in the body, the speed of a skate.
+//! Generalized speeds that need not be derivatives of coordinates, w = Y(q,t) q̇ + y(q,t): components of an
+//! angular velocity in the body, the speed of a skate.
 //!
-//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities: K q̇ + k = (w; 0). The columns of K⁻¹ are what the velocities are made of,
-//! B those of the speeds (Kane's partial velocities), and since Φ_q B = 0 the reactions drop out of
+//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities: K q̇ + k = (w; 0).
+//! The columns of K⁻¹ are what the velocities are made of, B those of the speeds (Kane's partial velocities),
+//! and since Φ_q B = 0 the reactions drop out of
 //!
 //!   (BᵀM B) ẇ = Bᵀ(Q − M s),    K s = (−Ẏq̇ − ẏ; γ),    K q̈ = (ẇ; 0) + (−Ẏq̇ − ẏ; γ).
 //!
-//! The same right-hand side as Boltzmann and Hamel have it, π = (w; 0) for short, f = M̄π with M̄ = K⁻ᵀM K⁻¹ and Q_V what is not of inertia:
+//! The same right-hand side as Boltzmann and Hamel have it, π = (w; 0) for short, f = M̄π with M̄ = K⁻ᵀM K⁻¹
+//! and Q_V what is not of inertia:
 //!
 //!   BᵀQ_V − (H B)ᵀf − (Ṁ̄ π)_B + ½ Bᵀ∂(πᵀM̄π)/∂q,    H = K̇ − ∂(K q̇ + k)/∂q at fixed q̇.
 //!
-//! For a body's own components of its angular velocity M̄ is its inertia, H B = ω×, and these are Euler's equations. Both are built, the second first: where they are equal, by fingerprints,
-//! they are one node, in the form that was built first. What is taken is what is shortest, the solution in coordinates among it.
-//! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972; T. R. Kane, D. A. Levinson, *Dynamics: Theory and Applications*,
-//! McGraw-Hill 1985, chapters 2 and 6.
+//! For a body's own components of its angular velocity M̄ is its inertia, H B = ω×, and these are Euler's
+//! equations. Both are built, the second first: where they are equal, by fingerprints, they are one node, in
+//! the form that was built first. What is taken is what is shortest, the solution in coordinates among it.
+//! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972; T. R. Kane, D. A.
+//! Levinson, *Dynamics: Theory and Applications*, McGraw-Hill 1985, chapters 2 and 6.
 
 use crate::algebra::{Constrained, Guard, Guarded, Solver, States, unroll_by_speeds};
 use crate::calculus::{directional, gradient, placeless, timeless};
@@ -66,7 +70,8 @@ enum Form {
 impl Speeds {
     /// Of a model; `None` without any.
     pub(super) fn of(model: &mut Model) -> Option<Self> {
-        let (n, values): (_, Vec<NodeId>) = (model.coordinates.len(), model.speeds.iter().map(|s| s.node).collect());
+        let (n, values): (_, Vec<NodeId>) =
+            (model.coordinates.len(), model.speeds.iter().map(|s| s.node).collect());
         if values.is_empty() {
             return None;
         }
@@ -82,7 +87,8 @@ impl Speeds {
         })
     }
 
-    /// The solution led by the speeds, in its shortest form, where that is shorter than `solved` and applies where this does; else this, and why.
+    /// The solution led by the speeds, in its shortest form, where that is shorter than `solved` and applies
+    /// where this does; else this, and why.
     pub(super) fn lead(
         &self,
         g: &mut Graph,
@@ -94,7 +100,8 @@ impl Speeds {
         let (mut best, mut aside) = ((g.weight(&results), None), Aside::Longer);
         let needed = solved.applies(g, &beside.states);
         for form in [Form::Projected, Form::Drifting, Form::Hamel] {
-            // On a copy from before the solution in coordinates, whose forms would win where values are equal.
+            // On a copy from before the solution in coordinates, whose forms would win where values are
+            // equal.
             let mut trial = unsolved.clone();
             let found = match self.solve(&mut trial, beside, form) {
                 Ok(found) => found,
@@ -144,14 +151,15 @@ impl Speeds {
                 gamma: &rows.gamma,
                 numbers: &numbers,
             };
-            let (unrolled, solver) =
-                unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT).map_err(|_| Aside::Longer)?;
+            let (unrolled, solver) = unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT)
+                .map_err(|_| Aside::Longer)?;
             return Ok(Solved::Unrolled(Box::new(unrolled), Box::new(solver)));
         }
         let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds).ok_or(Aside::Unsafe)?;
         let (led, _) = solver.led(g);
-        // No general solver stands behind: it must not fail where M has an inverse. det M = (det K)² det M̄, so that where M̄ and K are finite everywhere
-        // K is singular only where M is. That holds for parameters as well: a speed may be counted in one that is 0.
+        // No general solver stands behind: it must not fail where M has an inverse. det M = (det K)² det M̄,
+        // so that where M̄ and K are finite everywhere K is singular only where M is. That holds for
+        // parameters as well: a speed may be counted in one that is 0.
         let entries: Vec<NodeId> = led.iter().chain(&kinematics).flatten().copied().collect();
         if !is_finite(g, &entries, &inertia.mass.concat()) {
             return Err(Aside::Unsafe);
@@ -160,22 +168,27 @@ impl Speeds {
         let coordinate = |of| match of {
             Guarded::Coordinate(i) | Guarded::Row(i) => i,
         };
-        let pivots = solver.guards().iter().map(|Guard { of, pivot, scale, .. }| (coordinate(*of), *pivot, *scale));
+        let pivots =
+            solver.guards().iter().map(|Guard { of, pivot, scale, .. }| (coordinate(*of), *pivot, *scale));
         let pivots = pivots.collect();
         Ok(Solved::Free { accelerations, pivots, solver: Some(Box::new(solver)) })
     }
 
-    /// Builds the right-hand side of Boltzmann and Hamel; `None` where there is none, as where T has terms of first degree in the speeds.
+    /// Builds the right-hand side of Boltzmann and Hamel; `None` where there is none, as where T has terms of
+    /// first degree in the speeds.
     fn hamel(&self, g: &mut Graph, beside: &Beside, kinematics: &[Vec<NodeId>]) -> Option<()> {
         let (given, inertia, n) = (beside.given?, beside.inertia, kinematics.len());
         if n > SMALL {
             return None;
         }
         let (_, columns) = Solver::by_speeds(g, &inertia.mass, kinematics, self.values.len())?.led(g);
-        let carried: Vec<Vec<NodeId>> =
-            columns.iter().map(|column| inertia.mass.iter().map(|row| dot(g, row, column)).collect()).collect();
-        let whole: Vec<Vec<NodeId>> =
-            (0..n).map(|i| (0..n).map(|k| dot(g, &columns[i.max(k)], &carried[i.min(k)])).collect()).collect();
+        let carried: Vec<Vec<NodeId>> = columns
+            .iter()
+            .map(|column| inertia.mass.iter().map(|row| dot(g, row, column)).collect())
+            .collect();
+        let whole: Vec<Vec<NodeId>> = (0..n)
+            .map(|i| (0..n).map(|k| dot(g, &columns[i.max(k)], &carried[i.min(k)])).collect())
+            .collect();
         let whole: Vec<Vec<NodeId>> = whole.iter().map(|row| placeless(g, row)).collect();
         let mut motions = self.values.clone();
         motions.extend(beside.rows.iter().flat_map(|rows| &rows.velocity_residual));
@@ -213,7 +226,12 @@ impl Speeds {
     }
 
     /// What is emitted and told; `aside`: why the equations are not solved by the speeds, where they are not.
-    pub(super) fn into_equations(self, g: &mut Graph, solved: &Solved, aside: Option<Aside>) -> SpeedEquations {
+    pub(super) fn into_equations(
+        self,
+        g: &mut Graph,
+        solved: &Solved,
+        aside: Option<Aside>,
+    ) -> SpeedEquations {
         let Self { values, jacobian, offset, .. } = self;
         let inertia = aside.map_or_else(|| solved.led(g).ok_or(Aside::General), Err);
         SpeedEquations { values, jacobian, offset, inertia }
@@ -243,14 +261,15 @@ fn dot(g: &mut Graph, a: &[NodeId], b: &[NodeId]) -> NodeId {
     sum
 }
 
-/// Whether two solutions have the same values: a wrong derivation would cost operations, never a wrong motion.
+/// Whether two solutions have the same values: a wrong derivation would cost operations, never a wrong
+/// motion.
 fn same(g: &Graph, a: &Solved, trial: &Graph, b: &Solved) -> bool {
     let (Some(a), Some(b)) = (a.unknowns(), b.unknowns()) else { return false };
     a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| g.fingerprint(*a) == trial.fingerprint(*b))
 }
 
-/// Whether values are finite wherever coordinates are, and parameters for which `given` are: sums and products of sines and cosines, divided by numbers and by what
-/// `given` are divided by at most.
+/// Whether values are finite wherever coordinates are, and parameters for which `given` are: sums and
+/// products of sines and cosines, divided by numbers and by what `given` are divided by at most.
 fn is_finite(g: &Graph, nodes: &[NodeId], given: &[NodeId]) -> bool {
     let divided = |id: NodeId| match g.node(id) {
         Node::Div(_, b) => Some(g.fingerprint(b)),
@@ -258,7 +277,9 @@ fn is_finite(g: &Graph, nodes: &[NodeId], given: &[NodeId]) -> bool {
     };
     let known: Vec<Fingerprint> = g.cone(given).into_iter().filter_map(divided).collect();
     g.cone(nodes).into_iter().all(|id| match g.node(id) {
-        Node::Div(_, b) => g.as_number(b).is_some() || (g.is_constant(b) && known.contains(&g.fingerprint(b))),
+        Node::Div(_, b) => {
+            g.as_number(b).is_some() || (g.is_constant(b) && known.contains(&g.fingerprint(b)))
+        }
         _ if g.is_constant(id) => true,
         Node::Unary(f, _) => matches!(f, Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Atan | Unary::Abs),
         Node::Binary(..) | Node::Select { .. } => false,

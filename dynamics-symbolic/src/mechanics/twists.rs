@@ -1,16 +1,19 @@
-//! Equations of motion of bodies that hang on one another, in the axes of the bodies: velocities and accelerations outward, forces inward, M from
-//! composite inertias.
+//! Equations of motion of bodies that hang on one another, in the axes of the bodies: velocities and
+//! accelerations outward, forces inward, M from composite inertias.
 //!
-//! Outward, from link to link, with U = α× + ω×ω× (all in the axes of the link, at its origin; a starts with −g, which is all that weight takes):
+//! Outward, from link to link, with U = α× + ω×ω× (all in the axes of the link, at its origin; a starts with
+//! −g, which is all that weight takes):
 //!
-//!   shift by p:  a′ = a + U p + 2 ω×ṗ + p̈           turn R, rate r:  ω′ = Rᵀω + r,  α′ = Rᵀα + Rᵀω × r + ṙ,  a′ = Rᵀa
+//!   shift by p: a′ = a + U p + 2 ω×ṗ + p̈ turn R, rate r: ω′ = Rᵀω + r, α′ = Rᵀα + Rᵀω × r + ṙ, a′ = Rᵀa
 //!
-//! Each link resists by f = m a + U h and n = J α + ω×Jω + h×a. Inward these add up, f → R f, n → R n + p×f, and what the rate of a step gets is the generalized
-//! force M q̈ − Q of its coordinates. The operations grow linearly with the number of links. (J. Y. S. Luh, M. W. Walker, R. P. C. Paul, J. Dyn. Syst. Meas. Control 102
-//! (1980) 69; with U after C. A. Balafoutis, R. V. Patel, *Dynamic Analysis of Robot Manipulators*, Kluwer 1991.)
+//! Each link resists by f = m a + U h and n = J α + ω×Jω + h×a. Inward these add up, f → R f, n → R n + p×f,
+//! and what the rate of a step gets is the generalized force M q̈ − Q of its coordinates. The operations grow
+//! linearly with the number of links. (J. Y. S. Luh, M. W. Walker, R. P. C. Paul, J. Dyn. Syst. Meas. Control
+//! 102 (1980) 69; with U after C. A. Balafoutis, R. V. Patel, *Dynamic Analysis of Robot Manipulators*,
+//! Kluwer 1991.)
 //!
-//! Columns of M: what a unit rate of a coordinate gives to the composite of all that hangs on its step, carried inward. (M. W. Walker, D. E. Orin,
-//! J. Dyn. Syst. Meas. Control 104 (1982) 205, method 3.)
+//! Columns of M: what a unit rate of a coordinate gives to the composite of all that hangs on its step,
+//! carried inward. (M. W. Walker, D. E. Orin, J. Dyn. Syst. Meas. Control 104 (1982) 205, method 3.)
 
 use crate::calculus::directional;
 use crate::graph::{Graph, NodeId, Number, Symbol};
@@ -61,7 +64,8 @@ impl Tree {
     /// ∂T/∂q̇: momenta of the links, added up inward.
     fn momenta(&self, g: &mut Graph) -> Vec<NodeId> {
         let twists = self.twists(g);
-        let own = self.links.iter().zip(&twists).map(|(link, (v, omega))| link.own.momenta(g, v, omega)).collect();
+        let own =
+            self.links.iter().zip(&twists).map(|(link, (v, omega))| link.own.momenta(g, v, omega)).collect();
         self.inward(g, own)
     }
 
@@ -91,7 +95,8 @@ impl Tree {
         let mut motions: Vec<Motion> = Vec::with_capacity(self.links.len());
         let mut own = Vec::with_capacity(self.links.len());
         for link in &self.links {
-            let before = link.parent.map_or_else(|| Motion::of_the_world(g, self.lift), |parent| motions[parent]);
+            let before =
+                link.parent.map_or_else(|| Motion::of_the_world(g, self.lift), |parent| motions[parent]);
             let motion = before.after(g, &link.step, direction);
             own.push(motion.resisted(g, &link.own));
             motions.push(motion);
@@ -272,7 +277,8 @@ impl Motion {
         let (squares, u) = (self.products(g), self.lever(g));
         [0, 1, 2].map(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let (across, unequal) = (g.sub(inertia[k][k], inertia[j][j]), g.sub(squares[j][j], squares[k][k]));
+            let (across, unequal) =
+                (g.sub(inertia[k][k], inertia[j][j]), g.sub(squares[j][j], squares[k][k]));
             let (back, forth) = (g.mul(inertia[i][j], u[k][i]), g.mul(inertia[i][k], u[j][i]));
             let mut sum = g.mul(inertia[i][i], self.alpha[i]);
             for (factor, product) in [(across, squares[j][k]), (inertia[j][k], unequal)] {

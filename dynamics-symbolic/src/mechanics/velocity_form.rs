@@ -1,4 +1,5 @@
-//! The part of T that is a sum of products of true velocities: T = Σ w x y with x = d/dt X(q,t), y = d/dt Y(q,t), w constant.
+//! The part of T that is a sum of products of true velocities: T = Σ w x y with x = d/dt X(q,t), y = d/dt
+//! Y(q,t), w constant.
 //!
 //! With v all such velocities, J = ∂v/∂q̇ and W the symmetric matrix of weights, T = ½ vᵀWv and
 //!
@@ -6,8 +7,9 @@
 //!   c = Jᵀ(W v̇₀)    one forward sweep for v̇₀ = v̇ at q̈ = 0, one reverse sweep
 //!   p = Jᵀ(W v)    one reverse sweep
 //!
-//! so that d/dt(∂T/∂q̇) − ∂T/∂q = M q̈ + c. The formula for c needs d/dt(∂v/∂q̇) = ∂v/∂q for every velocity. An angular velocity in a body
-//! frame fails that test although it is linear in q̇; what fails is left to the general derivation.
+//! so that d/dt(∂T/∂q̇) − ∂T/∂q = M q̈ + c. The formula for c needs d/dt(∂v/∂q̇) = ∂v/∂q for every velocity.
+//! An angular velocity in a body frame fails that test although it is linear in q̇; what fails is left to the
+//! general derivation.
 
 use crate::calculus::{directional, gradient};
 use crate::graph::{Dependence, Graph, Node, NodeId, Symbol};
@@ -99,12 +101,13 @@ impl VelocityForm {
 
     /// Column j of M.
     pub(super) fn mass_column(&self, g: &mut Graph, j: usize, n: usize) -> Vec<NodeId> {
-        let along = directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(j as u32)).then(|| g.one()));
+        let along =
+            directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(j as u32)).then(|| g.one()));
         self.project(g, &along, n)
     }
 
-    /// Coriolis and centripetal terms c, on the left-hand side: by the sweep, or, in small models, by products of velocities where that
-    /// takes fewer operations beside `mass`.
+    /// Coriolis and centripetal terms c, on the left-hand side: by the sweep, or, in small models, by
+    /// products of velocities where that takes fewer operations beside `mass`.
     pub(super) fn coriolis(&self, g: &mut Graph, mass: &[Vec<NodeId>]) -> Vec<NodeId> {
         let n = mass.len();
         let stationary = self.velocities.iter().all(|v| !g.dependence(*v).on(Dependence::TIME));
@@ -131,11 +134,13 @@ impl VelocityForm {
         self.project(g, &accelerations, n)
     }
 
-    /// Σⱼₗ q̇ⱼ q̇ₗ Jᵀ W ∂Jⱼ/∂qₗ, for velocities without explicit time: terms that cancel between links are found term by term.
+    /// Σⱼₗ q̇ⱼ q̇ₗ Jᵀ W ∂Jⱼ/∂qₗ, for velocities without explicit time: terms that cancel between links are
+    /// found term by term.
     fn coriolis_by_products(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
         let mut sum = vec![g.zero(); n];
         for j in 0..n as u32 {
-            let column = directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(j)).then(|| g.one()));
+            let column =
+                directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(j)).then(|| g.one()));
             for l in 0..=j {
                 let bent = directional(g, &column, &mut |g, s| (s == Symbol::Coordinate(l)).then(|| g.one()));
                 if bent.iter().all(|b| g.is_zero(*b)) {
@@ -207,7 +212,8 @@ fn products(g: &mut Graph, kinetic: NodeId) -> (Vec<(NodeId, NodeId, NodeId)>, V
     (found, others)
 }
 
-/// Those of `candidates` for which d/dt(∂v/∂q̇) = ∂v/∂q. Worked out on a copy, so that nothing of it stays in the graph.
+/// Those of `candidates` for which d/dt(∂v/∂q̇) = ∂v/∂q. Worked out on a copy, so that nothing of it stays in
+/// the graph.
 fn true_velocities(g: &Graph, candidates: &[NodeId], n: usize) -> Vec<NodeId> {
     let mut scratch = g.clone();
     candidates.iter().copied().filter(|v| is_true_velocity(&mut scratch, *v, n)).collect()

@@ -1,7 +1,9 @@
-//! Scheduling: sines and cosines first, then depth-first from the results, so that a step stands close to its first use; deterministic.
+//! Scheduling: sines and cosines first, then depth-first from the results, so that a step stands close to its
+//! first use; deterministic.
 //!
-//! Sines and cosines whose angles are known at the same time stand together: back ends evaluate them side by side, which is where an inlined
-//! sine is several times faster than one call after the other, and what follows need not wait for one of them in its middle.
+//! Sines and cosines whose angles are known at the same time stand together: back ends evaluate them side by
+//! side, which is where an inlined sine is several times faster than one call after the other, and what
+//! follows need not wait for one of them in its middle.
 
 use std::collections::BTreeMap;
 
@@ -49,7 +51,8 @@ fn is_leaf(g: &Graph, id: NodeId) -> bool {
     matches!(g.node(id), Node::Number(_) | Node::Symbol(_))
 }
 
-/// Parameter-only nodes that are worth a constant and that something outside, or a result, reads. A negation is cheaper made again than loaded.
+/// Parameter-only nodes that are worth a constant and that something outside, or a result, reads. A negation
+/// is cheaper made again than loaded.
 fn frontier(g: &Graph, results: &[NodeId]) -> Vec<NodeId> {
     let mut seen = vec![false; g.len()];
     let mut found = Vec::new();
@@ -91,8 +94,8 @@ impl Groups {
     }
 }
 
-/// Programs with more operations are cut into functions by back ends, which hand over every value that is needed later: there sines and
-/// cosines stay where they are used.
+/// Programs with more operations are cut into functions by back ends, which hand over every value that is
+/// needed later: there sines and cosines stay where they are used.
 const TOGETHER: usize = 4_000;
 
 /// Steps for `results`, except what is `done`.
@@ -117,8 +120,8 @@ struct Order<'a> {
 }
 
 impl Order<'_> {
-    /// The angles whose sines and cosines `results` need: those that need none themselves, those that need only these, and so on. Levels of
-    /// a single angle are left where they are used.
+    /// The angles whose sines and cosines `results` need: those that need none themselves, those that need
+    /// only these, and so on. Levels of a single angle are left where they are used.
     fn levels(&self, results: &[NodeId]) -> Vec<Vec<NodeId>> {
         let needed = self.needed(results);
         if needed.len() > TOGETHER {
@@ -127,7 +130,8 @@ impl Order<'_> {
         let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
         let mut levels: Vec<Vec<NodeId>> = Vec::new();
         for id in needed {
-            let below = self.g.node(id).children().filter_map(|child| depths.get(&child)).max().copied().unwrap_or(0);
+            let below =
+                self.g.node(id).children().filter_map(|child| depths.get(&child)).max().copied().unwrap_or(0);
             let Node::Unary(Unary::Sin | Unary::Cos, angle) = self.g.node(id) else {
                 depths.insert(id, below);
                 continue;
@@ -147,7 +151,10 @@ impl Order<'_> {
         let mut seen = vec![false; self.g.len()];
         let mut stack = results.to_vec();
         while let Some(id) = stack.pop() {
-            if !self.done[id.index()] && !is_leaf(self.g, id) && !core::mem::replace(&mut seen[id.index()], true) {
+            if !self.done[id.index()]
+                && !is_leaf(self.g, id)
+                && !core::mem::replace(&mut seen[id.index()], true)
+            {
                 stack.extend(self.g.node(id).children());
             }
         }

@@ -48,12 +48,14 @@ impl Cost {
     }
 }
 
-/// A straight-line program over a graph: symbols and numbers are read where they are used, everything else is a step.
+/// A straight-line program over a graph: symbols and numbers are read where they are used, everything else is
+/// a step.
 #[derive(Clone, Debug)]
 pub struct Program {
     /// Name of the function.
     pub name: String,
-    /// Steps that depend on parameters alone and are computed once per model; empty where the program is not staged.
+    /// Steps that depend on parameters alone and are computed once per model; empty where the program is not
+    /// staged.
     pub hoisted: Vec<Step>,
     /// Hoisted nodes that the body (or a result) reads, in the order of the constants array.
     pub constants: Vec<NodeId>,

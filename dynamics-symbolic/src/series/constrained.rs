@@ -1,15 +1,17 @@
 //! Series of motions with constraints: an equation system of index 3, solved directly.
 //!
-//! Coefficient k of M q̈ − Φ_qᵀλ = Q and coefficient K = k + 2 of Φ = 0 are linear in what is new, q̈ₖ and λₖ, with one matrix for all orders:
+//! Coefficient k of M q̈ − Φ_qᵀλ = Q and coefficient K = k + 2 of Φ = 0 are linear in what is new, q̈ₖ and
+//! λₖ, with one matrix for all orders:
 //!
 //! ```text
 //! ⎡ M₀   −Φ_q₀ᵀ ⎤ ⎡ q̈ₖ ⎤   ⎡ what M q̈ − Q − Φ_qᵀλ is at order k with q̈ₖ = λₖ = 0, negative ⎤
 //! ⎣ Φ_q₀    0   ⎦ ⎣ λₖ ⎦ = ⎣ what Φ is at order K with q_K = 0, negative, over τ²/(K(K−1))  ⎦     q_K = τ²/(K(K−1)) q̈ₖ
 //! ```
 //!
-//! so that Φ = 0 holds in every coefficient, and neither γ nor a product Φ_q q̈ is ever formed. What Φ is made of is therefore expanded two orders
-//! ahead of everything else: coefficients of order k that the equations of motion share with it are read, not computed again. Rows A q̇ + b of
-//! nonholonomic constraints take part as A q̈ = γ, order by order.
+//! so that Φ = 0 holds in every coefficient, and neither γ nor a product Φ_q q̈ is ever formed. What Φ is
+//! made of is therefore expanded two orders ahead of everything else: coefficients of order k that the
+//! equations of motion share with it are read, not computed again. Rows A q̇ + b of nonholonomic constraints
+//! take part as A q̈ = γ, order by order.
 //!
 //! Source: Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 45 (2005) 561; BIT 47 (2007) 191.
 
@@ -26,23 +28,27 @@ use super::{Compact, LIMIT, Series, Unexpandable, complete, forget, renamed, rig
 
 /// Programs for N coordinates under R rows of constraints, the first H of them holonomic.
 ///
-/// In [`Series::graph`] there are further symbols: `Acceleration(i)`, coefficient k of q̈ᵢ, or of λ where i ≥ N; `Mode(i)`, coefficient k of result i of
-/// [`Constrained::ahead`] after the factors.
+/// In [`Series::graph`] there are further symbols: `Acceleration(i)`, coefficient k of q̈ᵢ, or of λ where i ≥
+/// N; `Mode(i)`, coefficient k of result i of [`Constrained::ahead`] after the factors.
 #[derive(Clone, Debug)]
 pub struct Constrained {
-    /// Nodes of `residue` and `ahead`, with the symbols of [`Series::graph`] for order K in the place of k and lanes of their own.
+    /// Nodes of `residue` and `ahead`, with the symbols of [`Series::graph`] for order K in the place of k
+    /// and lanes of their own.
     pub graph: Graph,
     /// Coefficient K ≥ 3 of Φ with q_K = 0; H.
     pub residue: Program,
-    /// Coefficients K ≥ 1: left factors, then right factors of the lanes, then what [`Series::next`] and `right` read.
+    /// Coefficients K ≥ 1: left factors, then right factors of the lanes, then what [`Series::next`] and
+    /// `right` read.
     pub ahead: Program,
     /// Number of lanes.
     pub lanes: usize,
     /// Number of coefficients that are read.
     pub shared: usize,
-    /// Right-hand sides of order k ≥ 1 in [`Series::graph`]: of the equations of motion (N), of nonholonomic rows (R − H).
+    /// Right-hand sides of order k ≥ 1 in [`Series::graph`]: of the equations of motion (N), of nonholonomic
+    /// rows (R − H).
     pub right: Program,
-    /// Solves for q̈ₖ and λₖ in [`Series::graph`]; `None` where every order of elimination meets a pivot that is zero in every state.
+    /// Solves for q̈ₖ and λₖ in [`Series::graph`]; `None` where every order of elimination meets a pivot that
+    /// is zero in every state.
     pub solve: Option<Solve>,
 }
 
@@ -95,7 +101,8 @@ pub(super) fn expand(
     let shared: Vec<NodeId> = read.iter().map(|place| e.read[*place as usize]).collect();
     let places: BTreeMap<u32, u32> = read.into_iter().zip(0..).collect();
     for nodes in &mut roots {
-        *nodes = renamed(&mut e.order, nodes, |symbol| shared_of(symbol).map(|old| Symbol::Mode(places[&old])));
+        *nodes =
+            renamed(&mut e.order, nodes, |symbol| shared_of(symbol).map(|old| Symbol::Mode(places[&old])));
     }
     let Expansion { base, mut order, kept, mut chooses, .. } = e;
     let (mut of_places, mut asked_ahead) = ahead.compact(base, &shared)?;
@@ -105,9 +112,12 @@ pub(super) fn expand(
     let guards = solver.map_or_else(Vec::new, |solver| solver.guards);
     let checked = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]);
     let start: Vec<NodeId> = kept.into_iter().chain(checked).collect();
-    let inline = |graph: &Graph, name: &str, results: &[NodeId]| schedule(graph, name, results, Staging::Inline);
+    let inline =
+        |graph: &Graph, name: &str, results: &[NodeId]| schedule(graph, name, results, Staging::Inline);
     let start = inline(base, "series_start", &start);
-    let [residue, factors_ahead, shared_ahead] = &asked_ahead[..] else { unreachable!("three were asked for") };
+    let [residue, factors_ahead, shared_ahead] = &asked_ahead[..] else {
+        unreachable!("three were asked for")
+    };
     let constrained = Constrained {
         residue: inline(&graph, "series_residue", residue),
         ahead: inline(&graph, "series_ahead", &[&factors_ahead[..], shared_ahead].concat()),
@@ -137,7 +147,8 @@ impl Series {
         let next = self.next.cost.total();
         self.constrained.as_ref().map_or(next, |c| {
             let solve = c.solve.as_ref().map_or(0, |solve| solve.program.cost.total());
-            next + solve + [&c.residue, &c.ahead, &c.right].map(|program| program.cost.total()).iter().sum::<usize>()
+            next + solve
+                + [&c.residue, &c.ahead, &c.right].map(|program| program.cost.total()).iter().sum::<usize>()
         })
     }
 }

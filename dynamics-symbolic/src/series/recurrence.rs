@@ -102,7 +102,8 @@ impl<'a> Expansion<'a> {
     pub(super) fn after(base: &'a mut Graph, other: &Early) -> Self {
         let early = other.coefficients.keys().copied();
         // What is given, and what does not change, is at hand.
-        let early = early.filter(|id| !matches!(base.node(*id), Node::Symbol(_)) && !held(base, *id)).collect();
+        let early =
+            early.filter(|id| !matches!(base.node(*id), Node::Symbol(_)) && !held(base, *id)).collect();
         let (kept, kept_as) = (other.kept.clone(), other.kept_as.clone());
         Self { kept, kept_as, early, chooses: other.chooses, ..Self::new(base) }
     }
@@ -139,7 +140,8 @@ impl<'a> Expansion<'a> {
     /// 1/x at order 0.
     fn kept_reciprocal(&mut self, id: NodeId) -> NodeId {
         let one = self.base.one();
-        let reciprocal = self.base.div(one, id).expect("what an existing node divides by is not identically zero");
+        let reciprocal =
+            self.base.div(one, id).expect("what an existing node divides by is not identically zero");
         self.kept(reciprocal)
     }
 
@@ -191,7 +193,8 @@ impl<'a> Expansion<'a> {
             self.coefficients.insert(root, symbol);
             return Ok(symbol);
         }
-        // Children come first, so that what an operation needs of its arguments is there and nothing recurs deeply.
+        // Children come first, so that what an operation needs of its arguments is there and nothing recurs
+        // deeply.
         for id in self.base.cone(&[root]) {
             if !self.coefficients.contains_key(&id) && !self.early.contains(&id) {
                 let coefficient = if self.is_constant(id) { self.order.zero() } else { self.recurrence(id)? };
@@ -227,7 +230,8 @@ impl<'a> Expansion<'a> {
         })
     }
 
-    /// early + late: what is known from orders before first, so that nothing but one fused operation waits for what is new.
+    /// early + late: what is known from orders before first, so that nothing but one fused operation waits
+    /// for what is new.
     fn late(&mut self, early: NodeId, late: NodeId) -> NodeId {
         let plain = |g: &Graph, id| !g.is_zero(id) && !matches!(g.node(id), Node::Neg(_) | Node::Number(_));
         if plain(&self.order, early) && plain(&self.order, late) {
@@ -263,8 +267,8 @@ impl<'a> Expansion<'a> {
         Ok(self.order.mul_as_is(above, reciprocal))
     }
 
-    /// The coefficient of sin a cos b ± cos a sin b or cos a cos b ∓ sin a sin b as that of a sine or cosine of one angle: two lanes instead of four
-    /// for the pair of them.
+    /// The coefficient of sin a cos b ± cos a sin b or cos a cos b ∓ sin a sin b as that of a sine or cosine
+    /// of one angle: two lanes instead of four for the pair of them.
     fn of_one_angle(&mut self, id: NodeId, x: NodeId, y: NodeId) -> Result<Option<NodeId>, Unexpandable> {
         if !self.one_angle {
             return Ok(None);
@@ -330,8 +334,8 @@ impl<'a> Expansion<'a> {
         self.at_rest(a, coefficient)
     }
 
-    /// 0, where `a` may be on a branch on which it is 0 and stays 0: max(−x, 0)^1.5 out of contact. Where it is 0 and does not stay so, there is no
-    /// series, and what divides by it is not finite.
+    /// 0, where `a` may be on a branch on which it is 0 and stays 0: max(−x, 0)^1.5 out of contact. Where it
+    /// is 0 and does not stay so, there is no series, and what divides by it is not finite.
     fn at_rest(&mut self, a: NodeId, coefficient: NodeId) -> Result<NodeId, Unexpandable> {
         if !self.base.cone(&[a]).into_iter().any(|id| self.is_choice(id)) {
             return Ok(coefficient);
@@ -371,7 +375,8 @@ impl<'a> Expansion<'a> {
             Unary::Exp => self.integral(id, a),
             Unary::Tan | Unary::Tanh => {
                 let square = self.base.mul(id, id);
-                let slope = if f == Unary::Tan { self.base.add(one, square) } else { self.base.sub(one, square) };
+                let slope =
+                    if f == Unary::Tan { self.base.add(one, square) } else { self.base.sub(one, square) };
                 self.integral(slope, a)
             }
             Unary::Ln => {
@@ -445,7 +450,12 @@ impl<'a> Expansion<'a> {
     }
 
     /// The branch taken at order 0.
-    fn choice(&mut self, by: Comparison, compared: [NodeId; 2], branches: [NodeId; 2]) -> Result<NodeId, Unexpandable> {
+    fn choice(
+        &mut self,
+        by: Comparison,
+        compared: [NodeId; 2],
+        branches: [NodeId; 2],
+    ) -> Result<NodeId, Unexpandable> {
         self.chooses = true;
         // Decided once, where a state can hold it.
         let (one, zero) = (self.base.one(), self.base.zero());

@@ -1,4 +1,5 @@
-//! The equations of motion for reading: row by row for small systems, M and Q element by element for larger ones.
+//! The equations of motion for reading: row by row for small systems, M and Q element by element for larger
+//! ones.
 
 use std::rc::Rc;
 
@@ -89,7 +90,9 @@ impl Page {
         let contents = Contents::new(&mut model.graph, e);
         let Contents { lower, nodes, .. } = &contents;
         let mut expanded = expand(model, nodes);
-        let terms = |all: &[Option<Expanded>]| all.iter().map(|x| x.as_ref().map(Expanded::len)).sum::<Option<usize>>();
+        let terms = |all: &[Option<Expanded>]| {
+            all.iter().map(|x| x.as_ref().map(Expanded::len)).sum::<Option<usize>>()
+        };
         let motion = &expanded[..contents.energies];
         let short = motion.iter().flatten().all(|x| x.len() <= ELEMENT);
         let rows = short && terms(motion).is_some_and(|terms| terms <= ROWS);
@@ -97,7 +100,8 @@ impl Page {
             // What is long is shorter as a formula with definitions.
             expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= ELEMENT));
         }
-        let wanted = |(id, x): (&NodeId, &Option<Expanded>)| x.as_ref().map_or(vec![*id], |x| x.atoms().collect());
+        let wanted =
+            |(id, x): (&NodeId, &Option<Expanded>)| x.as_ref().map_or(vec![*id], |x| x.atoms().collect());
         let roots: Vec<NodeId> = nodes.iter().zip(&expanded).flat_map(wanted).collect();
         let formulas = Formulas::new(model, &roots);
         let formula = |k: usize| match &expanded[k] {
@@ -110,22 +114,25 @@ impl Page {
         let constrained = e.constraints.is_some();
         let motion = if rows {
             let right = |i| match constrained {
-                true => {
-                    Rc::new(sum([(false, force(i)), (false, reaction(i))].into_iter().filter(|(_, f)| !is_zero(f))))
-                }
+                true => Rc::new(sum([(false, force(i)), (false, reaction(i))]
+                    .into_iter()
+                    .filter(|(_, f)| !is_zero(f)))),
                 false => force(i),
             };
             (0..n).map(|i| row(model, e, i, &mass, right(i))).collect()
         } else {
             let elements = lower.iter().filter(|(i, j)| !model.graph.is_zero(e.mass_matrix[*i][*j]));
-            let m = elements.map(|(i, j)| Statement { left: Side::Element("M", vec![*i, *j]), right: mass(*i, *j) });
+            let m = elements
+                .map(|(i, j)| Statement { left: Side::Element("M", vec![*i, *j]), right: mass(*i, *j) });
             let q = (0..n).map(|i| Statement { left: Side::Element("Q", vec![i]), right: force(i) });
-            let carried = (0..n).filter(|i| constrained && !model.graph.is_zero(nodes[contents.reaction + i]));
+            let carried =
+                (0..n).filter(|i| constrained && !model.graph.is_zero(nodes[contents.reaction + i]));
             let r = carried.map(|i| Statement { left: Side::Element("R", vec![i]), right: reaction(i) });
             m.chain(q).chain(r).collect()
         };
         let names = ["T", "V"].into_iter().zip(contents.energies..contents.constraints);
-        let energies = names.map(|(name, k)| Statement { left: Side::Element(name, Vec::new()), right: formula(k) });
+        let energies =
+            names.map(|(name, k)| Statement { left: Side::Element(name, Vec::new()), right: formula(k) });
         let energies = energies.collect();
         let zero = Rc::new(Formula::Number(Number::ZERO));
         let restricts = |k: usize| Statement { left: Side::Formula(formula(k)), right: zero.clone() };
@@ -134,7 +141,13 @@ impl Page {
         Self { rows, motion, constraints, energies, formulas }
     }
 
-    fn side(&self, target: &dyn Target, model: &Model, side: &Side, index: &dyn Fn(&[usize]) -> String) -> Text {
+    fn side(
+        &self,
+        target: &dyn Target,
+        model: &Model,
+        side: &Side,
+        index: &dyn Fn(&[usize]) -> String,
+    ) -> Text {
         match side {
             Side::Formula(f) => self.formulas.write(target, model, f),
             Side::Element(letter, indices) if indices.is_empty() => Text::atom(*letter),
@@ -152,7 +165,9 @@ impl Page {
         if !self.rows && self.constraints.is_empty() {
             out.line("\nM q'' = Q with M symmetric; elements that are not listed are zero\n");
         } else if !self.rows {
-            out.line("\nM q'' = Q + R with M symmetric and reactions R; elements that are not listed are zero\n");
+            out.line(
+                "\nM q'' = Q + R with M symmetric and reactions R; elements that are not listed are zero\n",
+            );
         }
         out.line("\n");
         let write = |out: &mut Limited, s: &Statement| {

@@ -1,6 +1,8 @@
-//! Textbook form of small expressions: expanded, sines and cosines of two angles combined, parameters collected.
+//! Textbook form of small expressions: expanded, sines and cosines of two angles combined, parameters
+//! collected.
 //!
-//! Only for reading. The programs keep what the user wrote; here (m₁l₁²cos²θ + m₁l₁²sin²θ + m₂l₁²) θ̈ becomes (m₁ + m₂) l₁² θ̈.
+//! Only for reading. The programs keep what the user wrote; here (m₁l₁²cos²θ + m₁l₁²sin²θ + m₂l₁²) θ̈ becomes
+//! (m₁ + m₂) l₁² θ̈.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -24,8 +26,8 @@ const HIGHEST: i32 = 32;
 pub(super) struct Expanded(Polynomial);
 
 impl Expanded {
-    /// Expands a node; `None` where an intermediate gets longer than `limit`, or where the result cannot be verified. May add nodes (sums of
-    /// angles) to the graph.
+    /// Expands a node; `None` where an intermediate gets longer than `limit`, or where the result cannot be
+    /// verified. May add nodes (sums of angles) to the graph.
     pub(super) fn new(g: &mut Graph, root: NodeId, limit: usize) -> Option<Self> {
         let mut known: BTreeMap<NodeId, Polynomial> = BTreeMap::new();
         for id in arithmetic(g, root, limit)? {
@@ -64,7 +66,8 @@ impl Expanded {
         let factor = |(atom, e): (&NodeId, &i32)| (Key::of(g, *atom), formulas.formula(*atom), *e);
         let mut groups: BTreeMap<Monomial, Vec<(Monomial, Number)>> = BTreeMap::new();
         for (monomial, c) in &self.0 {
-            let (fixed, moving) = monomial.iter().map(|(a, e)| (*a, *e)).partition(|(a, _)| g.is_constant(*a));
+            let (fixed, moving) =
+                monomial.iter().map(|(a, e)| (*a, *e)).partition(|(a, _)| g.is_constant(*a));
             groups.entry(moving).or_default().push((fixed, *c));
         }
         let terms = groups.iter().map(|(moving, fixed)| {
@@ -75,7 +78,8 @@ impl Expanded {
             });
             let number = (Key::FIRST, Rc::new(Formula::Number(number)), 1);
             let inner = (Key::FIRST, Rc::new(sum(inner)), 1);
-            let parts = [number, inner].into_iter().chain(common.iter().map(factor)).chain(moving.iter().map(factor));
+            let parts =
+                [number, inner].into_iter().chain(common.iter().map(factor)).chain(moving.iter().map(factor));
             (false, Rc::new(product(parts)))
         });
         Rc::new(sum(terms.collect::<Vec<_>>()))
@@ -100,7 +104,12 @@ fn arithmetic(g: &Graph, root: NodeId, limit: usize) -> Option<BTreeSet<NodeId>>
     Some(found)
 }
 
-fn polynomial(g: &Graph, id: NodeId, known: &BTreeMap<NodeId, Polynomial>, limit: usize) -> Option<Polynomial> {
+fn polynomial(
+    g: &Graph,
+    id: NodeId,
+    known: &BTreeMap<NodeId, Polynomial>,
+    limit: usize,
+) -> Option<Polynomial> {
     let at = |x: NodeId| known.get(&x);
     let minus = Number::integer(-1);
     let single = |atom: NodeId, e: i32| Polynomial::from([(Monomial::from([(atom, e)]), Number::ONE)]);
@@ -182,7 +191,11 @@ fn common_factor(terms: &[(Monomial, Number)]) -> (Monomial, Number, Vec<(Monomi
     let mut common = Monomial::new();
     for (atom, e) in first {
         let exponents = || terms.iter().map(|(m, _)| m.get(atom).copied().unwrap_or(0));
-        let shared = if *e > 0 { exponents().min().unwrap_or(0).max(0) } else { exponents().max().unwrap_or(0).min(0) };
+        let shared = if *e > 0 {
+            exponents().min().unwrap_or(0).max(0)
+        } else {
+            exponents().max().unwrap_or(0).min(0)
+        };
         if shared != 0 {
             common.insert(*atom, shared);
         }
@@ -198,7 +211,8 @@ fn common_factor(terms: &[(Monomial, Number)]) -> (Monomial, Number, Vec<(Monomi
     (common.clone(), divisor, rest.collect())
 }
 
-/// One step of cos a cos b ± sin a sin b = cos(a ∓ b), sin a cos b ± cos a sin b = sin(a ± b), cos² + sin² = 1; whether there was one.
+/// One step of cos a cos b ± sin a sin b = cos(a ∓ b), sin a cos b ± cos a sin b = sin(a ± b), cos² + sin² =
+/// 1; whether there was one.
 fn combine_angles(g: &mut Graph, p: &mut Polynomial) -> bool {
     for (m, c) in p.clone() {
         let trigonometric: Vec<(NodeId, Unary, NodeId)> = m
@@ -266,7 +280,8 @@ fn partner(
     if !matches!(g.node(combined), Node::Unary(..)) {
         return None;
     }
-    // c·(sin a cos b − cos a sin b) = c·sin(a − b); from cos a sin b it is −c·sin(a − b). sin a sin b − cos a cos b = −cos(a + b).
+    // c·(sin a cos b − cos a sin b) = c·sin(a − b); from cos a sin b it is −c·sin(a − b). sin a sin b − cos a
+    // cos b = −cos(a + b).
     let flipped = match (cosine, sum) {
         (true, true) => f == Unary::Sin,
         (false, false) => f == Unary::Cos,

@@ -1,4 +1,5 @@
-//! Readable formulas: sums and products without superfluous parentheses, powers, the user's names, and definitions for what is long and shared.
+//! Readable formulas: sums and products without superfluous parentheses, powers, the user's names, and
+//! definitions for what is long and shared.
 
 use std::rc::Rc;
 
@@ -31,7 +32,8 @@ pub(super) struct Factor {
     pub(super) exponent: i32,
 }
 
-/// Order of factors: parameters, then functions of the state, then rates, then accelerations and multipliers; symbols before others, in the order of declaration.
+/// Order of factors: parameters, then functions of the state, then rates, then accelerations and multipliers;
+/// symbols before others, in the order of declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Key(u8, Option<Symbol>, u64);
 
@@ -83,7 +85,8 @@ pub struct Formulas {
 /// Whether a user's name could be mistaken for `prefix` and a number.
 pub(super) fn is_taken(model: &Model, prefix: &str) -> bool {
     let names = model.coordinates.iter().map(|c| &c.name).chain(model.inputs.iter().map(|i| &i.name));
-    let names = names.chain(model.parameters.iter().map(|p| &p.name)).chain(model.functions.iter().map(|f| &f.name));
+    let names =
+        names.chain(model.parameters.iter().map(|p| &p.name)).chain(model.functions.iter().map(|f| &f.name));
     names
         .map(|n| n.as_str())
         .any(|n| n.strip_prefix(prefix).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())))
@@ -195,11 +198,17 @@ impl Formulas {
                     e => target.power(&text(&f.formula), e),
                 };
                 let (first, last) = target.coefficient(*coefficient);
-                let side = |positive: bool| factors.iter().filter(move |f| (f.exponent > 0) == positive).map(power);
+                let side =
+                    |positive: bool| factors.iter().filter(move |f| (f.exponent > 0) == positive).map(power);
                 let above: Vec<Text> = first.into_iter().chain(side(true)).collect();
                 let below: Vec<Text> = last.into_iter().chain(side(false)).collect();
-                // Factors are never products themselves, so that a single sum among them needs its parentheses.
-                if below.is_empty() && above.len() == 1 { above[0].clone() } else { target.product(&above, &below) }
+                // Factors are never products themselves, so that a single sum among them needs its
+                // parentheses.
+                if below.is_empty() && above.len() == 1 {
+                    above[0].clone()
+                } else {
+                    target.product(&above, &below)
+                }
             }
             Formula::Unary(f, a) => target.unary(*f, &text(a)),
             Formula::Binary(f, a, b) => target.binary(*f, &text(a), &text(b)),
@@ -222,7 +231,9 @@ pub(super) fn sum(terms: impl IntoIterator<Item = (bool, Rc<Formula>)>) -> Formu
             Formula::Product(c, factors) if c.value() < 0.0 => {
                 all.push((!minus, Rc::new(Formula::Product(c.opposite(), factors.clone()))));
             }
-            Formula::Number(n) if n.value() < 0.0 => all.push((!minus, Rc::new(Formula::Number(n.opposite())))),
+            Formula::Number(n) if n.value() < 0.0 => {
+                all.push((!minus, Rc::new(Formula::Number(n.opposite()))))
+            }
             _ => all.push((minus, term)),
         }
     }

@@ -30,13 +30,22 @@ impl Target for Latex {
         Text::atom(format!("{prefix}_{{{number}}}"))
     }
     fn smooth(&self, function: &str, order: u8, argument: &Text) -> Text {
-        Text::atom(format!("{}{}{}", name(function, ""), "'".repeat(order.into()), parentheses(&argument.text)))
+        Text::atom(format!(
+            "{}{}{}",
+            name(function, ""),
+            "'".repeat(order.into()),
+            parentheses(&argument.text)
+        ))
     }
     fn number(&self, n: Number) -> Text {
         match n {
             Number::Rational(n, d) if d != 1 => {
                 let fraction = format!("\\frac{{{}}}{{{d}}}", n.unsigned_abs());
-                if n < 0 { Text::new(format!("-{fraction}"), Level::Sum) } else { Text::new(fraction, Level::Product) }
+                if n < 0 {
+                    Text::new(format!("-{fraction}"), Level::Sum)
+                } else {
+                    Text::new(fraction, Level::Product)
+                }
             }
             n => {
                 let plain = match n {
@@ -111,7 +120,8 @@ impl Target for Latex {
         }
     }
     fn binary(&self, f: Binary, a: &Text, b: &Text) -> Text {
-        let call = |name: &str| Text::atom(format!("{name}{}", parentheses(&format!("{}, {}", a.text, b.text))));
+        let call =
+            |name: &str| Text::atom(format!("{name}{}", parentheses(&format!("{}, {}", a.text, b.text))));
         match f {
             Binary::Atan2 => call("\\operatorname{atan2}"),
             Binary::Powf => Text::new(format!("{}^{{{}}}", self.fit(a, Level::Atom), b.text), Level::Power),
@@ -120,7 +130,13 @@ impl Target for Latex {
             Binary::Max => call("\\max"),
         }
     }
-    fn select(&self, comparison: Comparison, [left, right]: [&Text; 2], then: &Text, otherwise: &Text) -> Text {
+    fn select(
+        &self,
+        comparison: Comparison,
+        [left, right]: [&Text; 2],
+        then: &Text,
+        otherwise: &Text,
+    ) -> Text {
         let sign = match comparison {
             Comparison::Less => "<",
             Comparison::LessEqual => "\\le",
@@ -158,16 +174,16 @@ fn parentheses(inner: &str) -> String {
 }
 
 const GREEK: &[&str] = &[
-    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi",
-    "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega", "Gamma", "Delta", "Theta", "Lambda", "Xi",
-    "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega",
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu",
+    "nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega", "Gamma", "Delta",
+    "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega",
 ];
 
 /// Greek letters that users write as such, in the order of the first names.
 const LETTERS: &str = "αβγδεζηθικλμνξπρστυφχψω";
 
-/// A user's name: `theta1` → `\theta_{1}`, `theta[3]` → `\theta_{3}`, `m_cart` → `m_{\mathrm{cart}}`, `axis.x` → `\mathrm{axis}_{x}`; the accent
-/// goes over the letter, not over its index.
+/// A user's name: `theta1` → `\theta_{1}`, `theta[3]` → `\theta_{3}`, `m_cart` → `m_{\mathrm{cart}}`,
+/// `axis.x` → `\mathrm{axis}_{x}`; the accent goes over the letter, not over its index.
 pub(super) fn name(user: &str, accent: &str) -> String {
     let mut parts = user.split(['_', '.', '[', ']', ',', ' ']).filter(|p| !p.is_empty());
     let (letters, digits) = split_digits(parts.next().unwrap_or(user));

@@ -1,4 +1,5 @@
-//! The listing: the derived programs as stable text with operation counts, for snapshot tests and for reading what is computed.
+//! The listing: the derived programs as stable text with operation counts, for snapshot tests and for reading
+//! what is computed.
 
 use crate::mechanics::{ConstraintEquations, Equations, Guard, Guarded, Model, Pivot, Solution, Unrolled};
 use crate::schedule::{Cost, Program};
@@ -28,8 +29,9 @@ pub fn listing(model: &Model, equations: &Equations, programs: &[&Program]) -> S
 }
 
 fn header<'a>(out: &mut String, what: &str, names: impl Iterator<Item = (&'a String, &'a String)>) {
-    let all: Vec<String> =
-        names.map(|(name, unit)| if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }).collect();
+    let all: Vec<String> = names
+        .map(|(name, unit)| if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") })
+        .collect();
     if !all.is_empty() {
         out.push_str(&format!("{what}: {}\n", all.join(", ")));
     }
@@ -67,7 +69,8 @@ fn section(out: &mut String, model: &Model, equations: &Equations, program: &Pro
     part(out, "", false);
     for (label, Text { text, .. }) in labels(model, equations, &program.name).into_iter().zip(results) {
         // Elements above the diagonal have no label, zeros of matrices are left out.
-        if label.is_empty() || text == "0" && (jacobian || ["mass_matrix", "jacobian"].contains(&program.name.as_str()))
+        if label.is_empty()
+            || text == "0" && (jacobian || ["mass_matrix", "jacobian"].contains(&program.name.as_str()))
         {
             continue;
         }
@@ -125,7 +128,8 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     match program {
         "accelerations" => [accelerations, multipliers(equations), pivots].concat(),
         "mass_matrix" => {
-            let entry = |i: usize, j: usize| if j <= i { format!("M[{}, {}]", q[i], q[j]) } else { String::new() };
+            let entry =
+                |i: usize, j: usize| if j <= i { format!("M[{}, {}]", q[i], q[j]) } else { String::new() };
             (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect()
         }
         "generalized_force" => each(&|n| format!("Q[{n}]")),
@@ -136,8 +140,10 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
         "conserved" => own(&mut equations.conserved.iter().map(|c| c.name.clone())),
         "powers" => own(&mut equations.powers.iter().map(|p| format!("power of {}", p.name))),
         "speeds" => {
-            let name = |by: &dyn Fn(&str) -> String| model.speeds.iter().map(|s| by(&s.name)).collect::<Vec<_>>();
-            let slopes = model.speeds.iter().flat_map(|s| q.iter().map(move |n| format!("d {} / d {n}'", s.name)));
+            let name =
+                |by: &dyn Fn(&str) -> String| model.speeds.iter().map(|s| by(&s.name)).collect::<Vec<_>>();
+            let slopes =
+                model.speeds.iter().flat_map(|s| q.iter().map(move |n| format!("d {} / d {n}'", s.name)));
             [name(&|s| s.to_owned()), slopes.collect(), name(&|s| format!("offset[{s}]"))].concat()
         }
         "outputs" => [own(&mut equations.outputs.iter().map(|o| o.name.clone())), pivots].concat(),
@@ -146,16 +152,26 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
             let rates = each(&|n| format!("{n}'"));
             [accelerations, jacobian(&each(&|n| n.to_owned())), jacobian(&rates), pivots].concat()
         }
-        "input_jacobian" => [jacobian(&own(&mut model.inputs.iter().map(|i| i.name.clone()))), pivots].concat(),
-        "parameter_jacobian" => [jacobian(&own(&mut model.parameters.iter().map(|p| p.name.clone()))), pivots].concat(),
+        "input_jacobian" => {
+            [jacobian(&own(&mut model.inputs.iter().map(|i| i.name.clone()))), pivots].concat()
+        }
+        "parameter_jacobian" => {
+            [jacobian(&own(&mut model.parameters.iter().map(|p| p.name.clone()))), pivots].concat()
+        }
         other => constraint_labels(model, equations, other, pivots),
     }
 }
 
 /// What the results of the constraints' programs are called.
-fn constraint_labels(model: &Model, equations: &Equations, program: &str, pivots: Vec<String>) -> Vec<String> {
+fn constraint_labels(
+    model: &Model,
+    equations: &Equations,
+    program: &str,
+    pivots: Vec<String>,
+) -> Vec<String> {
     let q: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
-    let rows: Vec<String> = equations.constraints.iter().flat_map(|c| &c.rows).map(|row| row.name.clone()).collect();
+    let rows: Vec<String> =
+        equations.constraints.iter().flat_map(|c| &c.rows).map(|row| row.name.clone()).collect();
     let each = |wrap: &dyn Fn(&str) -> String| rows.iter().map(|n| wrap(n)).collect::<Vec<_>>();
     let by = |of: &[String], prefix: &str, suffix: &str| -> Vec<String> {
         let entry = |a: &String, b: &str| format!("d {a} / d {prefix}{b}{suffix}");
@@ -202,9 +218,14 @@ fn guards(model: &Model, c: &ConstraintEquations, solution: &Unrolled) -> Vec<St
 }
 
 /// The name of a program without what is released in it, and the solution that it belongs to.
-fn solution_of<'a>(model: &Model, equations: &'a Equations, program: &'a str) -> (&'a str, Option<&'a Unrolled>) {
+fn solution_of<'a>(
+    model: &Model,
+    equations: &'a Equations,
+    program: &'a str,
+) -> (&'a str, Option<&'a Unrolled>) {
     let Some(c) = &equations.constraints else { return (program, None) };
-    let released = c.released.iter().find_map(|r| Some((program.strip_suffix(&r.suffix(model))?, &r.unrolled)));
+    let released =
+        c.released.iter().find_map(|r| Some((program.strip_suffix(&r.suffix(model))?, &r.unrolled)));
     match (released, &c.solution) {
         (Some((program, unrolled)), _) => (program, Some(unrolled)),
         (None, Solution::Unrolled(unrolled)) => (program, Some(unrolled)),

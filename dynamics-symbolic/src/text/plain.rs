@@ -54,9 +54,18 @@ impl Target for Plain {
         };
         Text::atom(format!("{name}({}, {})", a.text, b.text))
     }
-    fn select(&self, comparison: Comparison, [left, right]: [&Text; 2], then: &Text, otherwise: &Text) -> Text {
+    fn select(
+        &self,
+        comparison: Comparison,
+        [left, right]: [&Text; 2],
+        then: &Text,
+        otherwise: &Text,
+    ) -> Text {
         let sign = comparison_sign(comparison);
-        let text = format!("if {} {sign} {} {{ {} }} else {{ {} }}", left.text, right.text, then.text, otherwise.text);
+        let text = format!(
+            "if {} {sign} {} {{ {} }} else {{ {} }}",
+            left.text, right.text, then.text, otherwise.text
+        );
         Text::new(text, Level::Choice)
     }
     fn assign(&self, name: &Text, value: &Text) -> String {

@@ -1,4 +1,5 @@
-//! Programs, exactly as they are computed: every step in order, parentheses wherever the order of operations would be lost otherwise.
+//! Programs, exactly as they are computed: every step in order, parentheses wherever the order of operations
+//! would be lost otherwise.
 
 use crate::graph::{Graph, Node, NodeId};
 use crate::mechanics::Model;
@@ -9,7 +10,8 @@ use super::target::{Level, Target, Text};
 /// How much of a program is written into one line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Style<'a> {
-    /// A step that is used once is written where it is used, as long as the text there stays this short; 0: every step has its own line.
+    /// A step that is used once is written where it is used, as long as the text there stays this short; 0:
+    /// every step has its own line.
     pub inline: usize,
     /// Sines and cosines of arguments this short are written where they are used, however often.
     pub inline_angle: usize,
@@ -27,7 +29,12 @@ pub struct Line {
 }
 
 /// The assignments of a program, and the texts of its results.
-pub fn lines(target: &dyn Target, model: &Model, program: &Program, style: Style<'_>) -> (Vec<Line>, Vec<Text>) {
+pub fn lines(
+    target: &dyn Target,
+    model: &Model,
+    program: &Program,
+    style: Style<'_>,
+) -> (Vec<Line>, Vec<Text>) {
     let g = &model.graph;
     let mut results = vec![false; g.len()];
     program.results.iter().for_each(|r| results[r.index()] = true);

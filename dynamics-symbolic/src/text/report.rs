@@ -1,4 +1,5 @@
-//! The report: degrees of freedom, conserved quantities, structure, what was simplified, and what the model costs; for a terminal.
+//! The report: degrees of freedom, conserved quantities, structure, what was simplified, and what the model
+//! costs; for a terminal.
 
 use crate::check::Analysis;
 use crate::check::hazards::Hazards;
@@ -37,10 +38,12 @@ pub fn report(
     if let Some((function, why)) = withheld {
         let text = match why {
             Withheld::TooLarge(operations) => format!(
-                "none: {function} would take some {operations} operations; write velocities in body frames, or fewer \
-                 parameters, to make it smaller"
+                "none: {function} would take some {operations} operations; write velocities in body frames, \
+                 or fewer parameters, to make it smaller"
             ),
-            Withheld::General => "none: accelerations are found by the general solver, at run time".to_owned(),
+            Withheld::General => {
+                "none: accelerations are found by the general solver, at run time".to_owned()
+            }
         };
         entry(&mut out, "Jacobians", &text);
     }
@@ -117,7 +120,9 @@ fn derived(out: &mut String, model: &Model, equations: &Equations, structure: &S
         Derivation::VelocityForm => "velocities are time derivatives of positions: M = sum of w (dv/dq')^2",
         Derivation::Momenta => "momenta p = dL/dq', M = dp/dq'",
         Derivation::Bodies => "bodies that hang on one another: M of composite bodies, forces by recursion",
-        Derivation::Mixed => "partly from velocities that are time derivatives of positions, partly from momenta",
+        Derivation::Mixed => {
+            "partly from velocities that are time derivatives of positions, partly from momenta"
+        }
     };
     entry(out, "derivation", derivation);
     entry(out, "mass matrix", &mass_matrix(model, equations, structure));
@@ -134,7 +139,11 @@ fn derived(out: &mut String, model: &Model, equations: &Equations, structure: &S
             .map(|group| group.iter().map(|i| name(i).0).collect::<Vec<_>>().join(", "))
             .collect();
         let more = if structure.subsystems.len() > 8 { "; ..." } else { "" };
-        let text = format!("{} that do not act on each other: {}{more}", structure.subsystems.len(), groups.join("; "));
+        let text = format!(
+            "{} that do not act on each other: {}{more}",
+            structure.subsystems.len(),
+            groups.join("; ")
+        );
         entry(out, "subsystems", &text);
     }
     if !structure.ignorable.is_empty() {
@@ -191,7 +200,10 @@ fn solved_in(model: &Model, speeds: &SpeedEquations) -> String {
     let g = &model.graph;
     let (size, all) = (inertia.len(), inertia.iter().flatten());
     let depends = all.clone().fold(Dependence::NONE, |d, id| d.with(g.dependence(*id)));
-    let apart = inertia.iter().enumerate().all(|(i, row)| row.iter().enumerate().all(|(j, x)| i == j || g.is_zero(*x)));
+    let apart = inertia
+        .iter()
+        .enumerate()
+        .all(|(i, row)| row.iter().enumerate().all(|(j, x)| i == j || g.is_zero(*x)));
     let shape = if apart && size > 1 { ", diagonal" } else { "" };
     let depends = what(depends).map_or_else(|| "constant".to_owned(), |on| format!("depends on {on}"));
     format!("the speeds, with inertia {size} x {size}{shape}, {depends}")
@@ -254,12 +266,16 @@ fn watch(out: &mut String, model: &Model, equations: &Equations) {
     let text = |id: NodeId| Formulas::whole(&Plain::READABLE, model, id).map(|formula| formula.text);
     let mut line = |heading: &str, parts: Vec<Option<String>>, end: &str| {
         // What is too long to read is not worth its place.
-        let short: Vec<&str> = parts.iter().flatten().map(String::as_str).filter(|p| p.len() <= 60).take(4).collect();
+        let short: Vec<&str> =
+            parts.iter().flatten().map(String::as_str).filter(|p| p.len() <= 60).take(4).collect();
         if short.is_empty() {
             return;
         }
-        let more =
-            if short.len() < parts.len() { format!(" and {} more", parts.len() - short.len()) } else { String::new() };
+        let more = if short.len() < parts.len() {
+            format!(" and {} more", parts.len() - short.len())
+        } else {
+            String::new()
+        };
         entry(out, heading, &format!("{}{more}{end}", short.join(", ")));
     };
     let switches = hazards.switches.iter().map(|s| {
@@ -283,7 +299,10 @@ fn simplified(out: &mut String, model: &Model, equations: &Equations, programs: 
     let (written_out, shared) = sizes(&model.graph, &roots);
     let mut lines = Vec::new();
     if written_out > shared as f64 {
-        lines.push(format!("M and Q: {} operations written out, {shared} after sharing", rounded(written_out)));
+        lines.push(format!(
+            "M and Q: {} operations written out, {shared} after sharing",
+            rounded(written_out)
+        ));
     }
     if let Some(p) = programs.iter().find(|p| p.name == "accelerations")
         && !p.constants.is_empty()
@@ -335,7 +354,10 @@ fn rounded(x: f64) -> String {
 fn cost(out: &mut String, programs: &[&Program]) {
     out.push('\n');
     let width = programs.iter().map(|p| p.name.len()).max().unwrap_or(0).max(HEADING);
-    out.push_str(&format!("{:width$}{:>10}{:>10}{:>16}\n", "operations", "per call", "sin/cos", "once per model"));
+    out.push_str(&format!(
+        "{:width$}{:>10}{:>10}{:>16}\n",
+        "operations", "per call", "sin/cos", "once per model"
+    ));
     for p in programs.iter().filter(|p| !p.results.is_empty()) {
         let once = match p.hoisted_cost.total() {
             0 => String::new(),

@@ -29,7 +29,8 @@ pub fn series_entry(model: &Model, series: &Result<Series, Unexpandable>) -> Str
     let text = match series {
         Err(reason) => format!("none: {}", unexpandable(model, *reason)),
         Ok(series) => {
-            let (start, each) = (series.begin.as_ref().unwrap_or(&series.start).cost.total(), series.operations());
+            let (start, each) =
+                (series.begin.as_ref().unwrap_or(&series.start).cost.total(), series.operations());
             let ahead = match series.constrained.as_ref().map_or(0, |c| c.lanes) {
                 0 => String::new(),
                 lanes => format!(", {lanes} of them two orders ahead, for the constraints"),
@@ -38,7 +39,8 @@ pub fn series_entry(model: &Model, series: &Result<Series, Unexpandable>) -> Str
             let lanes = series.all_lanes();
             let along = if series.begin.is_some() { ", with the accelerations" } else { "" };
             format!(
-                "of any order: {start} operations to begin with{along}, {each} for each order, besides {lanes} Cauchy sums{ahead}{chooses}"
+                "of any order: {start} operations to begin with{along}, {each} for each order, besides \
+                 {lanes} Cauchy sums{ahead}{chooses}"
             )
         }
     };

@@ -1,4 +1,5 @@
-//! What a target language has to say: one implementation per language, with the defaults of an infix language.
+//! What a target language has to say: one implementation per language, with the defaults of an infix
+//! language.
 
 use crate::graph::{Binary, Comparison, Number, Symbol, Unary};
 use crate::mechanics::Model;
@@ -69,7 +70,9 @@ pub trait Target {
             Number::Rational(n, 1) => n.to_string(),
             Number::Rational(n, d) => match decimal(n, d) {
                 Some(text) => text,
-                None => return Text::new(format!("{n}/{d}"), if n < 0 { Level::Sum } else { Level::Product }),
+                None => {
+                    return Text::new(format!("{n}/{d}"), if n < 0 { Level::Sum } else { Level::Product });
+                }
             },
             Number::Float(x) => float(x),
         };
@@ -126,7 +129,10 @@ pub trait Target {
             [one] => format!("{numerator}/{}", self.fit(one, Level::Power)),
             many => {
                 let inner: Vec<String> = many.iter().map(|f| self.fit(f, Level::Power)).collect();
-                format!("{numerator}/{}", self.group(&Text::new(inner.join(self.times()), Level::Product)).text)
+                format!(
+                    "{numerator}/{}",
+                    self.group(&Text::new(inner.join(self.times()), Level::Product)).text
+                )
             }
         };
         Text::new(text, Level::Product)

@@ -19,7 +19,12 @@ pub fn particles(names: &[&str]) -> (Builder, Vec<NodeId>) {
 }
 
 /// Declares a constraint of one row or several; its origin is 1000 plus its place.
-pub fn constrain<'b>(b: &'b mut Builder, name: &str, kind: ConstraintKind, rows: &[NodeId]) -> &'b mut Constraint {
+pub fn constrain<'b>(
+    b: &'b mut Builder,
+    name: &str,
+    kind: ConstraintKind,
+    rows: &[NodeId],
+) -> &'b mut Constraint {
     let suffix = |i: usize| if rows.len() == 1 { String::new() } else { format!("[{i}]") };
     let components = rows.iter().enumerate().map(|(i, node)| (suffix(i), *node)).collect();
     let origin = Origin(1000 + b.model.constraints.len() as u32);

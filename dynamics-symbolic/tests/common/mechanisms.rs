@@ -193,8 +193,16 @@ pub fn slider_crank() -> Mechanism {
     let theta = s.coordinate("theta", 0.7);
     let phi = s.coordinate("phi", -0.272);
     let x = s.coordinate("x", 1.538);
-    let numbers =
-        [("m1", 1.0), ("m2", 1.5), ("m3", 2.0), ("l1", 0.5), ("l2", 1.2), ("i1", 0.083), ("i2", 0.18), ("g", 9.81)];
+    let numbers = [
+        ("m1", 1.0),
+        ("m2", 1.5),
+        ("m3", 2.0),
+        ("l1", 0.5),
+        ("l2", 1.2),
+        ("i1", 0.083),
+        ("i2", 0.18),
+        ("g", 9.81),
+    ];
     let [m1, m2, m3, l1, l2, i1, i2, gravity] = numbers.map(|(name, value)| s.parameter(name, value));
     let half = s.builder.ratio(1, 2);
     let (h1, h2) = (s.builder.mul(half, l1), s.builder.mul(half, l2));
@@ -220,7 +228,8 @@ pub fn slider_crank() -> Mechanism {
 /// A four-bar linkage in absolute angles: crank, coupler, rocker.
 pub fn four_bar() -> Mechanism {
     let mut s = Mechanism::new("FourBar");
-    let q: Vec<NodeId> = [("crank", 1.0), ("coupler", 0.45), ("rocker", 1.5)].map(|(n, v)| s.coordinate(n, v)).to_vec();
+    let q: Vec<NodeId> =
+        [("crank", 1.0), ("coupler", 0.45), ("rocker", 1.5)].map(|(n, v)| s.coordinate(n, v)).to_vec();
     let lengths: Vec<NodeId> =
         [1.0, 2.0, 1.8].iter().enumerate().map(|(i, v)| s.parameter(&format!("l[{i}]"), *v)).collect();
     let ground = s.parameter("ground", 2.2);
@@ -282,11 +291,13 @@ pub fn cartesian_chain(n: usize) -> Mechanism {
     s
 }
 
-/// `loops` four-bars in a row, every link a body with x, y of its centre and an angle: 2·loops + 1 vertical or horizontal links of unit length,
-/// 3 coordinates each, two rows a joint (the first link of every loop after the first is shared).
+/// `loops` four-bars in a row, every link a body with x, y of its centre and an angle: 2·loops + 1 vertical
+/// or horizontal links of unit length, 3 coordinates each, two rows a joint (the first link of every loop
+/// after the first is shared).
 pub fn n_four_bar(loops: usize) -> Mechanism {
     let mut s = Mechanism::new("NFourBar");
-    let (m, inertia, gravity) = (s.parameter("m", 1.0), s.parameter("inertia", 1.0 / 12.0), s.parameter("g", 9.81));
+    let (m, inertia, gravity) =
+        (s.parameter("m", 1.0), s.parameter("inertia", 1.0 / 12.0), s.parameter("g", 9.81));
     let half = s.parameter("half", 0.5);
     let zero = s.builder.g().zero();
     let one = s.builder.g().one();
@@ -322,8 +333,8 @@ pub fn n_four_bar(loops: usize) -> Mechanism {
     s
 }
 
-/// Two massless links of equal length in relative angles, θ₁ and θ₂, a point mass at the end of the second, and a wheel ψ that turns with the first
-/// joint: folded, the mass sits in the first joint.
+/// Two massless links of equal length in relative angles, θ₁ and θ₂, a point mass at the end of the second,
+/// and a wheel ψ that turns with the first joint: folded, the mass sits in the first joint.
 pub fn folded() -> Mechanism {
     let mut s = Mechanism::new("Folded");
     let theta1 = s.coordinate("theta1", 0.4);

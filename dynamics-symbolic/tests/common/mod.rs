@@ -11,8 +11,8 @@ use dynamics_symbolic::graph::{
     Binary, Bindings, Comparison, FunctionId, Graph, NodeId, Number, Origin, Symbol, Unary,
 };
 use dynamics_symbolic::mechanics::{
-    Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
-    Output, Parameter,
+    Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input,
+    Model, Output, Parameter,
 };
 
 /// A model under construction, with short names for the operations.
@@ -38,7 +38,11 @@ impl Builder {
     }
     pub fn parameter(&mut self, name: &str) -> NodeId {
         let i = self.model.parameters.len() as u32;
-        self.model.parameters.push(Parameter { name: name.into(), unit: String::new(), origin: Origin(100 + i) });
+        self.model.parameters.push(Parameter {
+            name: name.into(),
+            unit: String::new(),
+            origin: Origin(100 + i),
+        });
         self.g().symbol(Symbol::Parameter(i))
     }
     pub fn parameters(&mut self, name: &str, n: usize) -> Vec<NodeId> {
@@ -168,7 +172,8 @@ pub fn double_pendulum() -> Model {
     b.model
 }
 
-/// A cart with n links in absolute angles: cart mass, n masses, n lengths, g as parameters; velocities by prefix sums.
+/// A cart with n links in absolute angles: cart mass, n masses, n lengths, g as parameters; velocities by
+/// prefix sums.
 pub fn chain(n: usize) -> Model {
     let mut b = Builder::new("Chain");
     let x = b.coordinate("x");
@@ -220,8 +225,9 @@ pub fn relative_chain(n: usize) -> Model {
     b.model
 }
 
-/// An n-joint spatial arm, body-frame recursion of twists: joint i turns about its z axis after a fixed quarter turn about x. Parameters are
-/// per link: mass, first position p, mass centre c, inertia matrix in the body frame (6 numbers); gravity.
+/// An n-joint spatial arm, body-frame recursion of twists: joint i turns about its z axis after a fixed
+/// quarter turn about x. Parameters are per link: mass, first position p, mass centre c, inertia matrix in
+/// the body frame (6 numbers); gravity.
 pub fn arm(n: usize) -> Model {
     let mut b = Builder::new("Arm");
     let q = b.coordinates("q", n);
@@ -338,9 +344,17 @@ pub fn zoo() -> Model {
     let (square, sum) = (b.mul(r[0], r[0]), b.add(r[1], phi));
     let positive = b.add(one, square);
     let bounded = b.g().unary(Unary::Tanh, sum);
-    for f in
-        [Unary::Exp, Unary::Ln, Unary::Sqrt, Unary::Cbrt, Unary::Tan, Unary::Atan, Unary::Sinh, Unary::Cosh, Unary::Abs]
-    {
+    for f in [
+        Unary::Exp,
+        Unary::Ln,
+        Unary::Sqrt,
+        Unary::Cbrt,
+        Unary::Tan,
+        Unary::Atan,
+        Unary::Sinh,
+        Unary::Cosh,
+        Unary::Abs,
+    ] {
         let value = b.g().unary(f, positive);
         functions = b.add(functions, value);
     }

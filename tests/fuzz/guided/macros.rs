@@ -1,6 +1,7 @@
 //! The coverage-guided target: libFuzzer keeps what reaches new code and changes it further.
 //!
-//! An input is the text of a struct, a line `---`, and the text of an impl block. Half of the changes are made on its tokens, half on its bytes.
+//! An input is the text of a struct, a line `---`, and the text of an impl block. Half of the changes are
+//! made on its tokens, half on its bytes.
 //!
 //! ```text
 //! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --seeds tests/fuzz/corpus/macros

@@ -95,8 +95,9 @@ struct Found {
 
 impl<'ast> Visit<'ast> for Found {
     fn visit_item_struct(&mut self, item: &'ast ItemStruct) {
-        let derives =
-            |a: &syn::Attribute| a.path().is_ident("derive") && a.to_token_stream().to_string().contains("Dynamics");
+        let derives = |a: &syn::Attribute| {
+            a.path().is_ident("derive") && a.to_token_stream().to_string().contains("Dynamics")
+        };
         if item.attrs.iter().any(derives) {
             let mut item = item.clone();
             item.attrs.retain(|a| !a.path().is_ident("derive") && !a.path().is_ident("doc"));

@@ -1,15 +1,17 @@
-//! Random graphs and models for the engine alone: deep chains, huge numbers, constants out of range, singular and degenerate energies.
+//! Random graphs and models for the engine alone: deep chains, huge numbers, constants out of range, singular
+//! and degenerate energies.
 //!
-//! Two routes: whatever the graph makes of an expression is compared with the expression computed step by step in `f64`, as far as rounding lets
-//! it be known (every step is perturbed by a few units of its last place; the spread of a few such runs bounds the trust, after Vignes' CESTAC).
+//! Two routes: whatever the graph makes of an expression is compared with the expression computed step by
+//! step in `f64`, as far as rounding lets it be known (every step is perturbed by a few units of its last
+//! place; the spread of a few such runs bounds the trust, after Vignes' CESTAC).
 
 use dynamics_symbolic::compile::{Compiled, compile};
 use dynamics_symbolic::graph::{
     Binary, Bindings, Comparison, FunctionId, Graph, NodeId, Number, Origin, Symbol, Unary,
 };
 use dynamics_symbolic::mechanics::{
-    Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input, Model,
-    Output, Parameter, Solution,
+    Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force, ForceTerm, Function, Input,
+    Model, Output, Parameter, Solution,
 };
 
 use crate::random::Random;
@@ -77,7 +79,8 @@ impl Builder<'_> {
     fn pick(&mut self) -> Known {
         // Mostly what was built last: graphs grow deep, not wide.
         let n = self.known.len();
-        let i = if self.random.one_in(3) { self.random.below(n) } else { n - 1 - self.random.below(n.min(4)) };
+        let i =
+            if self.random.one_in(3) { self.random.below(n) } else { n - 1 - self.random.below(n.min(4)) };
         self.known[i]
     }
 
@@ -138,7 +141,8 @@ impl Builder<'_> {
                 self.keep(node, |r| binary(f, x[r], y[r]));
             }
             15 if functions > 0 => {
-                let (f, order) = (FunctionId(self.random.below(functions as usize) as u32), self.random.below(4) as u8);
+                let (f, order) =
+                    (FunctionId(self.random.below(functions as usize) as u32), self.random.below(4) as u8);
                 let node = self.graph.smooth(f, order, a.node);
                 self.keep(node, |r| At.smooth(f, order, x[r]));
             }
@@ -163,7 +167,8 @@ impl Builder<'_> {
     }
 }
 
-/// NaN for what other orders of the same steps need not agree on: magnitudes where a step overflows or vanishes.
+/// NaN for what other orders of the same steps need not agree on: magnitudes where a step overflows or
+/// vanishes.
 fn trusted(x: f64) -> f64 {
     if x == 0.0 || (1e-100..1e100).contains(&x.abs()) { x } else { f64::NAN }
 }
@@ -229,7 +234,8 @@ fn number(r: &mut Random) -> Number {
             let edge = [f64::MAX, f64::MIN_POSITIVE, 5e-324, -1e300, 1e-300, 9e15, 1e16, -0.0][r.below(8)];
             Number::finite(edge).unwrap_or(Number::ZERO)
         }
-        _ => Number::parse(r.pick(&["0.1", "1e-7", "1e22", "123456.789", "1e-30", "9.81"])).unwrap_or(Number::ONE),
+        _ => Number::parse(r.pick(&["0.1", "1e-7", "1e22", "123456.789", "1e-30", "9.81"]))
+            .unwrap_or(Number::ONE),
     }
 }
 
@@ -363,8 +369,8 @@ fn model(random: &mut Random) -> Result<Outcome, String> {
             if pieces & bit != 0 {
                 let i = b.random.below(3) as u32;
                 let symbol = if b.random.one_in(2) { Symbol::Multiplier(0) } else { Symbol::Mode(i) };
-                let asked =
-                    symbol == Symbol::Multiplier(0) || m.constraints.iter().filter(|c| c.switched).count() > i as usize;
+                let asked = symbol == Symbol::Multiplier(0)
+                    || m.constraints.iter().filter(|c| c.switched).count() > i as usize;
                 let symbol = b.graph.symbol(if asked { symbol } else { Symbol::Multiplier(0) });
                 *node = b.graph.mul(*node, symbol);
             }
@@ -429,7 +435,8 @@ fn constraints(b: &mut Builder<'_>, n: usize) -> Vec<Constraint> {
     all
 }
 
-/// Σ f(qⱼ) xᵢ with positions x for a holonomic row, velocities for a nonholonomic one; now and then anything at all.
+/// Σ f(qⱼ) xᵢ with positions x for a holonomic row, velocities for a nonholonomic one; now and then anything
+/// at all.
 fn row(b: &mut Builder<'_>, n: usize, holonomic: bool) -> NodeId {
     if b.random.one_in(8) {
         return b.pick().node;
@@ -461,13 +468,20 @@ fn symbols(n: usize, inputs: usize, parameters: usize) -> Vec<Symbol> {
 
 fn declare(m: &mut Model, n: usize, parameters: usize, inputs: usize, functions: usize) {
     let (unit, origin) = (String::new(), Origin(3));
-    m.coordinates = (0..n).map(|i| Coordinate { name: format!("q{i}"), unit: unit.clone(), origin }).collect();
-    m.parameters = (0..parameters).map(|i| Parameter { name: format!("p{i}"), unit: unit.clone(), origin }).collect();
+    m.coordinates =
+        (0..n).map(|i| Coordinate { name: format!("q{i}"), unit: unit.clone(), origin }).collect();
+    m.parameters =
+        (0..parameters).map(|i| Parameter { name: format!("p{i}"), unit: unit.clone(), origin }).collect();
     m.inputs = (0..inputs).map(|i| Input { name: format!("w{i}"), unit: unit.clone(), origin }).collect();
-    m.functions = (0..functions).map(|i| Function { name: format!("f{i}"), unit: unit.clone(), origin }).collect();
+    m.functions =
+        (0..functions).map(|i| Function { name: format!("f{i}"), unit: unit.clone(), origin }).collect();
     // What no expression reads is an error of its own, which would hide everything after it.
-    m.read_elsewhere =
-        m.parameters.iter().map(|p| p.name.clone()).chain(m.functions.iter().map(|f| f.name.clone())).collect();
+    m.read_elsewhere = m
+        .parameters
+        .iter()
+        .map(|p| p.name.clone())
+        .chain(m.functions.iter().map(|f| f.name.clone()))
+        .collect();
 }
 
 fn energy(m: &mut Model, role: EnergyRole, node: NodeId) {
@@ -484,7 +498,8 @@ fn compiled(model: Model) -> Result<Outcome, String> {
         Err(_) => return Ok(Outcome::Refused),
     };
     let second = compile(again).map_err(|_| "accepted once, refused once")?;
-    let texts = |c: &Compiled| [c.report.clone(), c.listing.clone(), c.equations_text.clone(), c.latex.clone()];
+    let texts =
+        |c: &Compiled| [c.report.clone(), c.listing.clone(), c.equations_text.clone(), c.latex.clone()];
     if texts(&first) != texts(&second) {
         return Err("the same model gave two texts".into());
     }
@@ -506,19 +521,23 @@ fn compiled(model: Model) -> Result<Outcome, String> {
     Ok(Outcome::Accepted)
 }
 
-/// Where the equations with constraints are solved on the graph: M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ, as far as pivots let it be known.
+/// Where the equations with constraints are solved on the graph: M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ, as far as
+/// pivots let it be known.
 fn solved(compiled: &Compiled) -> Result<(), String> {
     let Some(constraints) = &compiled.equations.constraints else { return Ok(()) };
     let Solution::Unrolled(unrolled) = &constraints.solution else { return Ok(()) };
     let equations = &compiled.equations;
-    let mut nodes: Vec<NodeId> = equations.mass_matrix.iter().chain(&constraints.jacobian).flatten().copied().collect();
+    let mut nodes: Vec<NodeId> =
+        equations.mass_matrix.iter().chain(&constraints.jacobian).flatten().copied().collect();
     nodes.extend(equations.generalized_force.iter().chain(&constraints.gamma));
     nodes.extend(unrolled.accelerations.iter().chain(&unrolled.multipliers));
     nodes.extend(unrolled.guards.iter().flat_map(|g| [g.pivot, g.scale]));
     let values = compiled.model.graph.evaluate(&nodes, &At);
     let value = |id: &NodeId| values[id.index()];
     let known = nodes.iter().all(|id| value(id).is_finite() && value(id).abs() < 1e8);
-    if !known || unrolled.guards.iter().any(|g| value(&g.pivot).abs() < 1e-3 * value(&g.scale).abs().max(1e-3)) {
+    if !known
+        || unrolled.guards.iter().any(|g| value(&g.pivot).abs() < 1e-3 * value(&g.scale).abs().max(1e-3))
+    {
         return Ok(());
     }
     let (a, lambda) = (&unrolled.accelerations, &unrolled.multipliers);

@@ -153,7 +153,13 @@ const OTHER_NESTS: &[(&str, &str, &str, &str, &str)] = &[
     ("#[coordinates(x)] #[nominal(a = ", "(", "1.0", ")", ")] struct A { a: f64 }"),
     ("#[coordinates(x)] #[nominal(a = ", "[", "1.0", "]", ")] struct A { a: f64 }"),
     ("", "#[coordinates(x)]", "", "", "struct A { a: f64 }"),
-    ("impl A { #[kinetic] fn f(&self, q: &Coordinates<Self>) -> Expr { let ", "(", "a", ",)", " = q.x; a } }"),
+    (
+        "impl A { #[kinetic] fn f(&self, q: &Coordinates<Self>) -> Expr { let ",
+        "(",
+        "a",
+        ",)",
+        " = q.x; a } }",
+    ),
     ("impl A { #[kinetic] fn f(&self, q: &Coordinates<Self>) -> Expr { let ", "&", "a", "", " = q.x; a } }"),
     (
         "impl A { #[kinetic] fn f(&self, q: &Coordinates<Self>) -> Expr { match 1 { ",
@@ -217,7 +223,9 @@ fn deep(r: &mut Random) -> Input {
         ]);
         (
             DECLARATION.to_owned(),
-            format!("impl A {{ {energies} #[{role}] fn v(&self, q: &Coordinates<Self>) -> Expr {{ {body} }} }}"),
+            format!(
+                "impl A {{ {energies} #[{role}] fn v(&self, q: &Coordinates<Self>) -> Expr {{ {body} }} }}"
+            ),
         )
     };
     match (declaration.parse(), implementation.parse()) {

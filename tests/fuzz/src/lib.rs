@@ -1,7 +1,8 @@
 //! Fuzzing of the macros and of the engine behind them.
 //!
-//! `corpus` reads every model of this repository, `trees` and `mutate` change them, `generate` makes inputs that no model resembles, `target`
-//! says what must hold of the macros for any tokens, `engine` what must hold of the engine for any graph.
+//! `corpus` reads every model of this repository, `trees` and `mutate` change them, `generate` makes inputs
+//! that no model resembles, `target` says what must hold of the macros for any tokens, `engine` what must
+//! hold of the engine for any graph.
 
 #![allow(missing_docs)]
 

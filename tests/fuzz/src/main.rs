@@ -4,11 +4,11 @@
 //! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --seconds 20
 //! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --case 4711   # one case again, its input printed
 //! ```
-//! `--from N` starts at another case, `--threads N`, `--limit SECONDS` per case, `--stack MEBIBYTES` per case; `--seeds FOLDER`
-//! writes the models for the coverage-guided target.
+//! `--from N` starts at another case, `--threads N`, `--limit SECONDS` per case, `--stack MEBIBYTES` per
+//! case; `--seeds FOLDER` writes the models for the coverage-guided target.
 //!
-//! The cases run in a process of their own, so that a stack overflow, which kills a process, is a finding like any other: the case is noted before
-//! it runs.
+//! The cases run in a process of their own, so that a stack overflow, which kills a process, is a finding
+//! like any other: the case is noted before it runs.
 
 use std::collections::BTreeMap;
 use std::os::unix::fs::FileExt;
@@ -39,8 +39,16 @@ struct Options {
 impl Options {
     fn read() -> Result<Self, String> {
         // A compiler's thread has 8 MiB, of which some is in use when a macro runs.
-        let mut o =
-            Self { seconds: 20.0, from: 0, case: None, threads: 1, limit: 20.0, stack: 6, child: false, seeds: None };
+        let mut o = Self {
+            seconds: 20.0,
+            from: 0,
+            case: None,
+            threads: 1,
+            limit: 20.0,
+            stack: 6,
+            child: false,
+            seeds: None,
+        };
         let mut arguments = env::args().skip(1);
         while let Some(name) = arguments.next() {
             if name == "--child" {
@@ -108,8 +116,11 @@ fn notes(of: u32) -> std::path::PathBuf {
 /// Runs the campaign in a child and says which case ended it, if one did.
 fn watched() -> ExitCode {
     let myself = env::current_exe().expect("a running program has a path");
-    let mut child =
-        Command::new(myself).args(env::args().skip(1)).arg("--child").spawn().expect("a program can run itself");
+    let mut child = Command::new(myself)
+        .args(env::args().skip(1))
+        .arg("--child")
+        .spawn()
+        .expect("a program can run itself");
     let notes = notes(child.id());
     let status = child.wait().expect("the child was started");
     let noted = fs::read(&notes).unwrap_or_default();
@@ -254,7 +265,8 @@ fn report(tally: &Mutex<Tally>, begin: Instant) -> bool {
     let tally = tally.lock().expect("no holder panics");
     let seconds = begin.elapsed().as_secs_f64();
     println!(
-        "{} cases in {seconds:.0} s ({:.0} per second), {} of them for the engine alone, {} accepted; slowest {:.2} s (case {})",
+        "{} cases in {seconds:.0} s ({:.0} per second), {} of them for the engine alone, {} accepted; \
+         slowest {:.2} s (case {})",
         tally.executions,
         tally.executions as f64 / seconds,
         tally.engine,

@@ -242,7 +242,8 @@ pub const WORDS: &[&str] = &[
     "const A: f64 = 1.0;",
     "const R: f64 = Self::R;",
     "fn helper(&self, q: &Coordinates<Self>) -> Expr { q.x }",
-    "fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 { if i == 0 { vec2(0.0, 0.0) } else { self.place(q, i - 1) } }",
+    "fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 \
+     { if i == 0 { vec2(0.0, 0.0) } else { self.place(q, i - 1) } }",
     "unsafe {}",
     "async {}",
     "println!(\"{}\", 1)",
@@ -434,7 +435,8 @@ fn repeat(list: &mut Vec<Tree>, i: usize, times: usize, random: &mut Random) {
     let made: Vec<Tree> = match random.below(3) {
         0 => std::iter::repeat_n(piece, times).collect(),
         1 => {
-            let operator = random.pick(&["+", "*", "-", "/", ",", ";", "."][..]).chars().next().unwrap_or('+');
+            let operator =
+                random.pick(&["+", "*", "-", "/", ",", ";", "."][..]).chars().next().unwrap_or('+');
             let operator = Tree::Leaf(Punct::new(operator, Spacing::Alone).into());
             std::iter::repeat_n([piece, operator], times).flatten().collect()
         }
@@ -448,6 +450,7 @@ fn repeat(list: &mut Vec<Tree>, i: usize, times: usize, random: &mut Random) {
 
 fn delimiter(tree: &mut Tree, random: &mut Random) {
     if let Tree::Group(delimiter, _) = tree {
-        *delimiter = [Delimiter::Parenthesis, Delimiter::Brace, Delimiter::Bracket, Delimiter::None][random.below(4)];
+        *delimiter =
+            [Delimiter::Parenthesis, Delimiter::Brace, Delimiter::Bracket, Delimiter::None][random.below(4)];
     }
 }

@@ -51,7 +51,8 @@ fn twice(entry: &str, expand: impl Fn() -> TokenStream) -> Result<bool, String> 
 /// As [`check`].
 pub fn check_raw(tokens: &TokenStream) -> Result<Outcome, String> {
     twice("attribute arguments", || expand::attribute(tokens.clone(), TokenStream::new(), [0; 2]))?;
-    // Behind a struct with errors an impl block is handed back as it is, whatever it is: only that it ends can be asked for.
+    // Behind a struct with errors an impl block is handed back as it is, whatever it is: only that it ends
+    // can be asked for.
     expand::model(tokens.clone());
     check(tokens, tokens)
 }

@@ -34,7 +34,8 @@ pub fn stream(trees: &[Tree]) -> TokenStream {
     trees.iter().map(token).collect()
 }
 
-/// The stream of trees, by way of its text: every token has a place of its own, but invisible groups are gone.
+/// The stream of trees, by way of its text: every token has a place of its own, but invisible groups are
+/// gone.
 #[must_use]
 pub fn placed(trees: &[Tree]) -> TokenStream {
     let stream = stream(trees);
@@ -57,7 +58,8 @@ pub fn size(list: &[Tree]) -> usize {
     list.iter().map(of).sum()
 }
 
-/// A random list of trees inside `list`, every tree equally likely to be next to the chosen place, and an index into it.
+/// A random list of trees inside `list`, every tree equally likely to be next to the chosen place, and an
+/// index into it.
 pub fn place<'a>(list: &'a mut Vec<Tree>, random: &mut Random) -> (&'a mut Vec<Tree>, usize) {
     let mut wanted = random.below(size(list).max(1));
     let mut at = list;

@@ -1,15 +1,15 @@
 //! A driven double pendulum and a bob held by a constraint on firmware: no standard library, no allocator.
 //!
-//! The library is what a firmware author writes. The program beside it (`main.rs`) links it with a panic handler and nothing else: had
-//! anything below asked for an allocator or for `std`, it would not link.
+//! The library is what a firmware author writes. The program beside it (`main.rs`) links it with a panic
+//! handler and nothing else: had anything below asked for an allocator or for `std`, it would not link.
 #![no_std]
 #![forbid(unsafe_code)]
 
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::integrate::{
-    Composition4, Composition6, Composition8, Dop853, DormandPrince5, EnergyMidpoint, Esdirk4, Gauss4, Gauss6,
-    GeneralizedAlpha, GraggBulirschStoer, Phase, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, StepOptions, Stepper,
-    StormerVerlet, System, Taylor, Tolerances, Tsit5, Verner9,
+    Composition4, Composition6, Composition8, Dop853, DormandPrince5, EnergyMidpoint, Esdirk4, Gauss4,
+    Gauss6, GeneralizedAlpha, GraggBulirschStoer, Phase, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler,
+    Settled, StepOptions, Stepper, StormerVerlet, System, Taylor, Tolerances, Tsit5, Verner9,
 };
 use dynamics::prelude::*;
 
@@ -120,15 +120,25 @@ fn swing_by<S: Scheme<Vector>>(model: &DoublePendulum, end: f64) -> Result<(), F
     swing_with::<S>(model, end, 1e-12, 1e-9)
 }
 
-fn swing_with<S: Scheme<Vector>>(model: &DoublePendulum, end: f64, tolerance: f64, most: f64) -> Result<(), Failure> {
-    let start = model.state().theta1(2.0).theta2_rate(1.0).torque(0.0).build().map_err(|_| Failure::Refused)?;
+fn swing_with<S: Scheme<Vector>>(
+    model: &DoublePendulum,
+    end: f64,
+    tolerance: f64,
+    most: f64,
+) -> Result<(), Failure> {
+    let start =
+        model.state().theta1(2.0).theta2_rate(1.0).torque(0.0).build().map_err(|_| Failure::Refused)?;
     let constants = model.constants().map_err(|_| Failure::Refused)?;
     let mut equation = |t: f64, q: &Vector, u: &Vector| {
         model.accelerations_with(&constants, &State::<DoublePendulum>::new(t, *q, *u, start.inputs))
     };
     let phase = Phase { q: start.q, u: start.u };
-    let options =
-        StepOptions { tolerances: Tolerances::both(tolerance), fixed: None, first: None, most: f64::INFINITY };
+    let options = StepOptions {
+        tolerances: Tolerances::both(tolerance),
+        fixed: None,
+        first: None,
+        most: f64::INFINITY,
+    };
     let mut stepper: Stepper<Vector, S> =
         Stepper::new(&mut equation, 0.0, phase, end, options).map_err(|_| Failure::Step)?;
     let energy = model.energy_function(&start);
@@ -162,7 +172,13 @@ impl System<Vector> for Hamiltonian<'_> {
     fn accelerations(&mut self, t: f64, q: &Vector, u: &Vector) -> Result<Vector, SolveError> {
         self.model.accelerations_with(&self.constants, &self.state(t, q, u))
     }
-    fn momenta(&mut self, t: f64, y: &Phase<Vector>, p: &mut Vector, rate: &mut Vector) -> Result<bool, SolveError> {
+    fn momenta(
+        &mut self,
+        t: f64,
+        y: &Phase<Vector>,
+        p: &mut Vector,
+        rate: &mut Vector,
+    ) -> Result<bool, SolveError> {
         let state = self.state(t, &y.q, &y.u);
         let Some(found) = self.model.momentum_rates(&state) else { return Ok(false) };
         (*p, *rate) = (self.model.momenta(&state), found);
@@ -194,7 +210,8 @@ pub fn swing_evenly(model: &DoublePendulum) -> Result<(), Failure> {
 
 fn evenly<S: Scheme<Vector>>(model: &DoublePendulum, h: f64, permitted: f64) -> Result<(), Failure> {
     const END: f64 = 5.0;
-    let start = model.state().theta1(1.0).theta2_rate(1.0).torque(0.0).build().map_err(|_| Failure::Refused)?;
+    let start =
+        model.state().theta1(1.0).theta2_rate(1.0).torque(0.0).build().map_err(|_| Failure::Refused)?;
     let constants = model.constants().map_err(|_| Failure::Refused)?;
     let mut system = Hamiltonian { model, constants, inputs: start.inputs };
     let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: Some(h), first: None, most: h };
@@ -213,7 +230,8 @@ fn evenly<S: Scheme<Vector>>(model: &DoublePendulum, h: f64, permitted: f64) -> 
     Ok(())
 }
 
-/// A control loop of 1 kHz that holds its torque from sample to sample: what the motor gives, torque·Δθ₁, is what the energy gains.
+/// A control loop of 1 kHz that holds its torque from sample to sample: what the motor gives, torque·Δθ₁, is
+/// what the energy gains.
 pub fn control(model: &DoublePendulum) -> Result<(), Failure> {
     const H: f64 = 1e-3;
     let constants = model.constants().map_err(|_| Failure::Refused)?;
@@ -304,7 +322,8 @@ impl Bob {
     }
 }
 
-/// Assembles a start, swings for 5 s with projection after every step, and knows the tension of the rod all the way.
+/// Assembles a start, swings for 5 s with projection after every step, and knows the tension of the rod all
+/// the way.
 pub fn hold() -> Result<(), Failure> {
     const H: f64 = 1e-3;
     let model = Bob { m: 2.0, l: 0.5, g: 9.81 };
@@ -332,8 +351,8 @@ pub fn hold() -> Result<(), Failure> {
         let by_hand = model.m * (model.g * -state.y() / model.l + state.u.dot(&state.u) / model.l);
         let mut tension = [0.0];
         model.outputs(&state, &mut tension).map_err(refused)?;
-        let general =
-            with_workspace::<Bob, _>(|workspace| solve_general(&model, &state, workspace)).map_err(refused)?;
+        let general = with_workspace::<Bob, _>(|workspace| solve_general(&model, &state, workspace))
+            .map_err(refused)?;
         let unrolled = solve_once(&model, &constants, &state).map_err(refused)?;
         for difference in [
             tension[0] - by_hand,
@@ -353,7 +372,8 @@ pub fn hold() -> Result<(), Failure> {
 
 type Place = <Bob as Model>::Vector;
 
-/// The bob as Taylor series see it: coefficients from the model's own code, ends of steps put onto the constraint.
+/// The bob as Taylor series see it: coefficients from the model's own code, ends of steps put onto the
+/// constraint.
 struct Expanded<'m> {
     model: &'m Bob,
     constants: <Bob as Dynamics>::Constants,
@@ -386,7 +406,12 @@ impl System<Place> for Expanded<'_> {
     fn settles(&self) -> bool {
         true
     }
-    fn settle(&mut self, t: f64, y: &mut Phase<Place>, tolerances: &Tolerances) -> Result<Option<Settled>, SolveError> {
+    fn settle(
+        &mut self,
+        t: f64,
+        y: &mut Phase<Place>,
+        tolerances: &Tolerances,
+    ) -> Result<Option<Settled>, SolveError> {
         let mut state = self.state(t, &y.q, &y.u);
         with_workspace::<Bob, _>(|workspace| {
             project_positions(self.model, &self.constants, &mut state, workspace)?;
@@ -398,13 +423,15 @@ impl System<Place> for Expanded<'_> {
     }
 }
 
-/// Swings by Taylor series that satisfy the constraint in every coefficient: energy and rod are kept to rounding.
+/// Swings by Taylor series that satisfy the constraint in every coefficient: energy and rod are kept to
+/// rounding.
 pub fn expand() -> Result<(), Failure> {
     let model = Bob { m: 2.0, l: 0.5, g: 9.81 };
     let start = model.state().x(0.3).y_guess(-1.0).x_rate(0.4).assemble().map_err(|_| Failure::Refused)?;
     let constants = model.constants().map_err(|_| Failure::Refused)?;
     let mut system = Expanded { model: &model, constants, inputs: start.inputs, memory: Default::default() };
-    let options = StepOptions { tolerances: Tolerances::both(1e-14), fixed: None, first: None, most: f64::INFINITY };
+    let options =
+        StepOptions { tolerances: Tolerances::both(1e-14), fixed: None, first: None, most: f64::INFINITY };
     let phase = Phase { q: start.q, u: start.u };
     let mut stepper: Stepper<Place, Taylor<Place>> =
         Stepper::new(&mut system, 0.0, phase, 20.0, options).map_err(|_| Failure::Step)?;

@@ -1,8 +1,11 @@
-//! Links the library without `std` and without an allocator, runs it on this machine, and says by its exit code what failed.
+//! Links the library without `std` and without an allocator, runs it on this machine, and says by its exit
+//! code what failed.
 #![no_std]
 #![no_main]
 
-use dynamics_no_std::{Failure, agreement, control, expand, hold, pendulum, swing, swing_evenly, swing_roughly};
+use dynamics_no_std::{
+    Failure, agreement, control, expand, hold, pendulum, swing, swing_evenly, swing_roughly,
+};
 
 // The C library starts the program; nothing else of the system is used.
 #[link(name = "c")]
@@ -13,7 +16,8 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {}
 }
 
-// The shipped `core` is compiled for unwinding and names this function; panics abort here, so that nothing calls it.
+// The shipped `core` is compiled for unwinding and names this function; panics abort here, so that nothing
+// calls it.
 #[unsafe(no_mangle)]
 extern "C" fn rust_eh_personality() {}
 

@@ -1,7 +1,8 @@
 //! Everything emitted, by a second route that knows only values of the model's own functions on jets.
 //!
-//! Jets give ∂L/∂q̇, ∂D/∂q̇, Φ_q and γ exactly, by accelerations of unit size; L is differentiated by q, and everything else once more, by differences
-//! of sixth order at two step sizes. Where the two do not agree with each other, near a kink, nothing is said.
+//! Jets give ∂L/∂q̇, ∂D/∂q̇, Φ_q and γ exactly, by accelerations of unit size; L is differentiated by q, and
+//! everything else once more, by differences of sixth order at two step sizes. Where the two do not agree
+//! with each other, near a kink, nothing is said.
 
 use crate::{Emitted, Own, Point, Shape, Subject};
 
@@ -100,8 +101,8 @@ struct Judge<'a> {
     met: Vec<String>,
 }
 
-/// Whether this column of M is compared: all of them of up to 30 coordinates. They take n² runs of the model's
-/// functions, which alone would be minutes for each of the largest models.
+/// Whether this column of M is compared: all of them of up to 30 coordinates. They take n² runs of the
+/// model's functions, which alone would be minutes for each of the largest models.
 fn compared(column: usize, n: usize) -> bool {
     column.is_multiple_of(n.div_ceil(30))
 }
@@ -123,7 +124,8 @@ impl Judge<'_> {
         if error > allowed || error.is_nan() {
             let kind = what.split(' ').next().unwrap_or_default().to_owned();
             if !self.met.contains(&kind) && self.met.len() < TOLD {
-                self.report.findings.push(format!("{what}: emitted {emitted:e}, by its own functions {own:e}"));
+                self.report.findings.push(format!("{what}: emitted {emitted:e}, by its own functions \
+                    {own:e}"));
                 self.met.push(kind);
             }
         }
@@ -188,7 +190,8 @@ impl Judge<'_> {
             Err(_) if self.shape.rows > 0 => self.report.undecided += 1,
             Err(error) => {
                 let pivot = (0..n).map(|i| mass[n * i + i]).fold(f64::INFINITY, f64::min);
-                self.report.findings.push(format!("no accelerations: {error}; least diagonal of M {pivot:e}"));
+                self.report.findings.push(format!("no accelerations: {error}; least diagonal of M \
+                    {pivot:e}"));
             }
         }
     }
@@ -270,7 +273,8 @@ impl Judge<'_> {
         let named = self.shape.powers.iter().zip(&emitted.powers);
         let emitted_powers: Vec<f64> =
             named.filter(|(name, _)| **name != "explicit time").map(|(_, power)| *power).collect();
-        // Forces stand in the order of their functions, but dissipations may stand among them: only the sum is compared.
+        // Forces stand in the order of their functions, but dissipations may stand among them: only the sum
+        // is compared.
         let dissipation: f64 = (0..n)
             .map(|i| {
                 let mut unit = zero.clone();
@@ -386,7 +390,8 @@ impl Judge<'_> {
                         found.and_then(|(_, a)| a.as_ref()).map_or(f64::NAN, |a| a[i])
                     };
                     let (own, spread) = slope(&sample);
-                    self.near(&format!("{what} [{i}, {j}]"), emitted[width * i + j], own, 1.0, BY_DIFFERENCES, spread);
+                    self.near(&format!("{what} [{i}, \
+                        {j}]"), emitted[width * i + j], own, 1.0, BY_DIFFERENCES, spread);
                 }
             }
         };

@@ -1,6 +1,7 @@
 //! Judges models of a batch: what was emitted for them beside their own functions run on jets.
 //!
-//! A batch package holds a hundred models, each with glue that lists its roles. Everything here but [`Derived`] is compiled once, not once for every model.
+//! A batch package holds a hundred models, each with glue that lists its roles. Everything here but
+//! [`Derived`] is compiled once, not once for every model.
 
 mod compare;
 mod derived;
@@ -159,7 +160,8 @@ impl<P: Parts, const N: usize> Parts for [P; N] {
     }
 }
 
-/// Judges each of the models and prints a line for everything that differs, `name: what`, and a last line for each model that was judged.
+/// Judges each of the models and prints a line for everything that differs, `name: what`, and a last line for
+/// each model that was judged.
 pub fn run(models: &[(&str, &dyn Subject)]) {
     for (name, model) in models {
         let original = name.strip_suffix("_twin").and_then(|name| models.iter().find(|(other, _)| *other == name));

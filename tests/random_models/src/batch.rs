@@ -47,7 +47,8 @@ impl Tally {
 
     #[must_use]
     pub fn closing(&self) -> String {
-        let reasons = self.refused.iter().map(|(reason, n)| format!("  {n:5} refused: {reason}\n")).collect::<String>();
+        let reasons =
+            self.refused.iter().map(|(reason, n)| format!("  {n:5} refused: {reason}\n")).collect::<String>();
         format!("{reasons}{}", self.line())
     }
 }
@@ -82,7 +83,8 @@ impl<'a> Batch<'a> {
     #[must_use]
     pub fn new(library: &'a Path, keep: bool, run: bool) -> Self {
         // One folder for each checkout, so that the judge is compiled once for it.
-        let hash = library.to_string_lossy().bytes().fold(0_u32, |h, b| h.wrapping_mul(31).wrapping_add(b.into()));
+        let hash =
+            library.to_string_lossy().bytes().fold(0_u32, |h, b| h.wrapping_mul(31).wrapping_add(b.into()));
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("target/packages/{hash:08x}"));
         Self { library, folder, keep, run }
     }
@@ -94,7 +96,9 @@ impl<'a> Batch<'a> {
     pub fn judge(&self, cases: &[Case]) -> Result<Tally, String> {
         let result = self.compile_and_run(cases);
         if !self.keep {
-            ["models", "mistaken"].iter().for_each(|kind| drop(fs::remove_dir_all(self.folder.join(kind).join("src"))));
+            ["models", "mistaken"]
+                .iter()
+                .for_each(|kind| drop(fs::remove_dir_all(self.folder.join(kind).join("src"))));
         }
         result
     }
@@ -121,7 +125,9 @@ impl<'a> Batch<'a> {
                 let Some(said) = said.get(&case.module) else { continue };
                 if said.errors.is_empty() {
                     if succeeded {
-                        said.warnings.iter().for_each(|w| tally.findings.push(format!("finding {}: {w}", case.title)));
+                        said.warnings
+                            .iter()
+                            .for_each(|w| tally.findings.push(format!("finding {}: {w}", case.title)));
                     }
                     continue;
                 }
@@ -140,14 +146,18 @@ impl<'a> Batch<'a> {
                 break;
             }
             if refused.is_empty() {
-                return Err(format!("the package does not compile, and no model is why:\n{}", output.concat()));
+                return Err(format!(
+                    "the package does not compile, and no model is why:\n{}",
+                    output.concat()
+                ));
             }
             left.retain(|case| !refused.contains(&case.module));
         }
         Ok(tally)
     }
 
-    /// Writes a package and compiles it: what is said of each module, whether it compiled, and the executable, or all that was said.
+    /// Writes a package and compiles it: what is said of each module, whether it compiled, and the
+    /// executable, or all that was said.
     fn compile(
         &self,
         kind: &str,
@@ -166,12 +176,17 @@ impl<'a> Batch<'a> {
         let profile = "[profile.dev]\ndebug = 0\n[profile.dev.build-override]\nopt-level = 3\n";
         let manifest = |name: &str, rest: &str| {
             format!(
-                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n{rest}\n[dependencies]\ndynamics = {{ path = \"{library}\" }}\n"
+                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition \
+                 = \"2024\"\n{rest}\n[dependencies]\ndynamics = {{ path = \"{library}\" }}\n"
             )
         };
-        let write =
-            |path: PathBuf, text: String| fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()));
-        write(judge.join("Cargo.toml"), manifest("judge", &format!("[lib]\npath = \"{}\"", judged.display())))?;
+        let write = |path: PathBuf, text: String| {
+            fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+        };
+        write(
+            judge.join("Cargo.toml"),
+            manifest("judge", &format!("[lib]\npath = \"{}\"", judged.display())),
+        )?;
         let lock = self.library.join("Cargo.lock");
         if lock.exists() && !folder.join("Cargo.lock").exists() {
             fs::copy(lock, folder.join("Cargo.lock")).map_err(|e| e.to_string())?;
@@ -191,12 +206,17 @@ impl<'a> Batch<'a> {
             write(source.join(format!("program_{k}.rs")), program(group))?;
             programs += &format!("[[bin]]\nname = \"{kind}_{k}\"\npath = \"src/program_{k}.rs\"\n");
         }
-        let batch = manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + profile + &programs;
+        let batch =
+            manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + profile + &programs;
         write(folder.join("Cargo.toml"), batch)?;
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.current_dir(&folder).args([if build { "build" } else { "check" }, "--message-format=short"]);
-        command.env("CARGO_INCREMENTAL", "0").env("CARGO_TERM_COLOR", "never").env("CARGO_PROFILE_DEV_DEBUG", "0");
-        let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| self.library.join("target").into());
+        command
+            .env("CARGO_INCREMENTAL", "0")
+            .env("CARGO_TERM_COLOR", "never")
+            .env("CARGO_PROFILE_DEV_DEBUG", "0");
+        let target =
+            std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| self.library.join("target").into());
         command.env("CARGO_TARGET_DIR", &target);
         let output = command.output().map_err(|e| format!("cargo: {e}"))?;
         let text = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -223,14 +243,17 @@ impl<'a> Batch<'a> {
         let Output { stdout, stderr, status } =
             Command::new(executable).output().map_err(|e| format!("{executable}: {e}"))?;
         let text = String::from_utf8_lossy(&stdout);
-        let title =
-            |module: &str| cases.iter().find(|c| c.module == module).map_or(module.to_owned(), |c| c.title.clone());
+        let title = |module: &str| {
+            cases.iter().find(|c| c.module == module).map_or(module.to_owned(), |c| c.title.clone())
+        };
         for line in text.lines() {
-            if let Some((module, what)) = line.strip_prefix("finding ").and_then(|rest| rest.split_once(": ")) {
+            if let Some((module, what)) = line.strip_prefix("finding ").and_then(|rest| rest.split_once(": "))
+            {
                 tally.findings.push(format!("finding {}: {what}", title(module)));
             } else if let Some(rest) = line.strip_prefix("judged ") {
                 tally.judged += 1;
-                tally.comparisons += rest.split(' ').nth(1).and_then(|n| n.parse::<usize>().ok()).unwrap_or(0);
+                tally.comparisons +=
+                    rest.split(' ').nth(1).and_then(|n| n.parse::<usize>().ok()).unwrap_or(0);
             }
         }
         if !status.success() {
@@ -243,8 +266,9 @@ impl<'a> Batch<'a> {
 
 /// The program that judges these models.
 fn program(cases: &[&Case]) -> String {
-    let mut text =
-        String::from("#![allow(mixed_script_confusables, unused_imports)]\nuse judge::{WithJacobians, Without};\n");
+    let mut text = String::from(
+        "#![allow(mixed_script_confusables, unused_imports)]\nuse judge::{WithJacobians, Without};\n",
+    );
     for case in cases {
         text += &format!("mod {};\n", case.module);
     }
@@ -252,8 +276,8 @@ fn program(cases: &[&Case]) -> String {
     for case in cases {
         let module = &case.module;
         text += &format!(
-            "        (\"{module}\", &judge::Derived {{ model: {module}::glue::model(), own: {module}::glue::own, \
-             slopes: (&judge::Find({module}::glue::model)).slopes(), report: {module}::glue::REPORT }}),\n"
+            "        (\"{module}\", &judge::Derived \
+             {{ model: {module}::glue::model(), own: {module}::glue::own, slopes: (&judge::Find({module}::glue::model)).slopes(), report: {module}::glue::REPORT }}),\n"
         );
     }
     text + "    ]);\n}\n"
@@ -262,7 +286,8 @@ fn program(cases: &[&Case]) -> String {
 /// Counts a refused model, whose error has to be one.
 fn refuse(tally: &mut Tally, case: &Case, said: &Said) {
     *tally.refused.entry(reason_of(&said.errors[0])).or_default() += 1;
-    // The same mistake may be written several times, and a model that may be refused may have several reasons: each with a place of its own.
+    // The same mistake may be written several times, and a model that may be refused may have several
+    // reasons: each with a place of its own.
     let several = case.expectation == Expectation::Either;
     let mut different: Vec<String> = Vec::new();
     for (k, error) in said.errors.iter().enumerate() {
@@ -276,7 +301,11 @@ fn refuse(tally: &mut Tally, case: &Case, said: &Said) {
     }
     if different.len() > 1 {
         let errors = said.errors.iter().take(4).map(String::as_str).collect::<Vec<_>>().join("\n    ");
-        tally.findings.push(format!("finding {}: {} errors for one:\n    {errors}", case.title, said.errors.len()));
+        tally.findings.push(format!(
+            "finding {}: {} errors for one:\n    {errors}",
+            case.title,
+            said.errors.len()
+        ));
     }
 }
 
@@ -308,7 +337,9 @@ fn without_names(message: &str) -> String {
 fn read(text: &str) -> BTreeMap<String, Said> {
     let mut modules: BTreeMap<String, Said> = BTreeMap::new();
     for line in text.lines() {
-        let Some((file, rest)) = line.strip_prefix("src/").and_then(|line| line.split_once(".rs:")) else { continue };
+        let Some((file, rest)) = line.strip_prefix("src/").and_then(|line| line.split_once(".rs:")) else {
+            continue;
+        };
         let message = rest.splitn(3, ':').nth(2).unwrap_or_default().trim();
         let said = modules.entry(file.to_owned()).or_default();
         if message.starts_with("error") {

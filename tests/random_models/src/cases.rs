@@ -59,7 +59,8 @@ impl Case {
 #[must_use]
 pub fn defects() -> Vec<Case> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("defects");
-    let mut files: Vec<_> = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|f| f.path()).collect();
+    let mut files: Vec<_> =
+        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|f| f.path()).collect();
     files.sort();
     files
         .into_iter()
@@ -71,7 +72,12 @@ pub fn defects() -> Vec<Case> {
                 Some("refused") => Expectation::Refused,
                 _ => Expectation::Either,
             };
-            Some(Case { module: format!("defect_{name}"), title: format!("defects/{name}.rs"), text, expectation })
+            Some(Case {
+                module: format!("defect_{name}"),
+                title: format!("defects/{name}.rs"),
+                text,
+                expectation,
+            })
         })
         .collect()
 }

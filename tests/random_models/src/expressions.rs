@@ -1,4 +1,5 @@
-//! Random expressions over the vocabulary of models. All stay within a few units for arguments within a few units, so that both routes can be compared.
+//! Random expressions over the vocabulary of models. All stay within a few units for arguments within a few
+//! units, so that both routes can be compared.
 
 use crate::random::Random;
 
@@ -52,7 +53,11 @@ pub struct Scope {
 impl Scope {
     /// A word of the prelude.
     pub fn word(&self, name: &str) -> String {
-        if self.hidden.iter().any(|h| h == name) { format!("::dynamics::prelude::{name}") } else { name.to_owned() }
+        if self.hidden.iter().any(|h| h == name) {
+            format!("::dynamics::prelude::{name}")
+        } else {
+            name.to_owned()
+        }
     }
 }
 
@@ -107,8 +112,13 @@ impl Writer<'_> {
     fn local(&mut self, scope: &mut Scope) -> String {
         for _ in 0..10 {
             let name = self.r.pick(LOCALS);
-            let taken =
-                scope.jets.iter().chain(&scope.numbers).chain(&scope.counts).chain(&scope.taken).any(|n| n == name);
+            let taken = scope
+                .jets
+                .iter()
+                .chain(&scope.numbers)
+                .chain(&scope.counts)
+                .chain(&scope.taken)
+                .any(|n| n == name);
             if !taken {
                 return name.to_owned();
             }
@@ -124,7 +134,9 @@ impl Writer<'_> {
         }
         let d = depth - 1;
         match self.r.below(36) {
-            0..4 => format!("({} {} {})", self.jet(scope, d), self.r.pick(&["+", "-", "*"]), self.jet(scope, d)),
+            0..4 => {
+                format!("({} {} {})", self.jet(scope, d), self.r.pick(&["+", "-", "*"]), self.jet(scope, d))
+            }
             4 | 5 => {
                 let (a, b) = (self.jet(scope, d), self.number(scope, d));
                 let o = self.r.pick(&["+", "-", "*"]);
@@ -136,13 +148,21 @@ impl Writer<'_> {
                 ["1.5", "2.0", "3.0"][self.r.below(3)],
                 self.jet(scope, d)
             ),
-            7..12 => format!("{}.{}()", self.jet(scope, d), self.r.pick(&["sin", "cos", "tanh", "atan", "sin", "cos"])),
+            7..12 => format!(
+                "{}.{}()",
+                self.jet(scope, d),
+                self.r.pick(&["sin", "cos", "tanh", "atan", "sin", "cos"])
+            ),
             12 => format!(
                 "(0.4 * {}.sin()).{}()",
                 self.jet(scope, d),
                 self.r.pick(&["tan", "asin", "acos", "sinh", "cosh", "exp", "atan"])
             ),
-            13 => format!("(1.0 + {}.powi(2)).{}()", self.jet(scope, d), self.r.pick(&["sqrt", "ln", "recip", "cbrt"])),
+            13 => format!(
+                "(1.0 + {}.powi(2)).{}()",
+                self.jet(scope, d),
+                self.r.pick(&["sqrt", "ln", "recip", "cbrt"])
+            ),
             14 => format!(
                 "(2.0 + {}.cos()).{}",
                 self.jet(scope, d),
@@ -212,8 +232,11 @@ impl Writer<'_> {
     /// An angle that is a product with time, or a bare one.
     fn turn(&mut self, scope: &Scope, depth: usize) -> String {
         let word = ["sin", "cos"][self.r.below(2)];
-        if let Some(clock) = scope.jets.iter().find(|j| mentions(j, "q") && j.contains("q.t") && !j.contains("q.t_")) {
-            let inner = format!("({} * {clock}).{}()", self.number(scope, 0), ["sin", "cos"][self.r.below(2)]);
+        if let Some(clock) =
+            scope.jets.iter().find(|j| mentions(j, "q") && j.contains("q.t") && !j.contains("q.t_"))
+        {
+            let inner =
+                format!("({} * {clock}).{}()", self.number(scope, 0), ["sin", "cos"][self.r.below(2)]);
             if self.r.one_in(2) { format!("{inner}.{word}()") } else { inner }
         } else {
             format!("({} * {}).{word}()", self.number(scope, 0), self.jet(scope, depth))
@@ -231,14 +254,18 @@ impl Writer<'_> {
     fn block(&mut self, scope: &Scope, depth: usize) -> String {
         let mut inner = scope.clone();
         let name = self.local(&mut inner);
-        let (value, kind) = if self.r.one_in(3) { (self.number(scope, depth), 0) } else { (self.jet(scope, depth), 1) };
+        let (value, kind) =
+            if self.r.one_in(3) { (self.number(scope, depth), 0) } else { (self.jet(scope, depth), 1) };
         match kind {
             0 => inner.numbers.push(name.clone()),
             _ => inner.jets.push(name.clone()),
         }
         if self.r.one_in(3) && kind == 1 {
             let change = format!("{name} {} {};", self.r.pick(&["+=", "-=", "*="]), self.jet(scope, depth));
-            return format!("({{ let mut {name} = {value}; {change} {name} + {} }})", self.jet(&inner, depth));
+            return format!(
+                "({{ let mut {name} = {value}; {change} {name} + {} }})",
+                self.jet(&inner, depth)
+            );
         }
         format!("({{ let {name} = {value}; {name} * {} }})", self.jet(&inner, depth))
     }
@@ -268,7 +295,8 @@ impl Writer<'_> {
     }
 
     fn matched(&mut self, scope: &Scope, depth: usize) -> String {
-        let Some(count) = (!scope.counts.is_empty()).then(|| scope.counts[self.r.below(scope.counts.len())].clone())
+        let Some(count) =
+            (!scope.counts.is_empty()).then(|| scope.counts[self.r.below(scope.counts.len())].clone())
         else {
             return self.jet(scope, depth);
         };
@@ -282,7 +310,12 @@ impl Writer<'_> {
 
     fn condition(&mut self, scope: &Scope, depth: usize) -> String {
         let one = |w: &mut Self| {
-            format!("{} {} {}", w.jet(scope, depth.min(1)), w.r.pick(&["<", ">", "<=", ">="]), w.number(scope, 0))
+            format!(
+                "{} {} {}",
+                w.jet(scope, depth.min(1)),
+                w.r.pick(&["<", ">", "<=", ">="]),
+                w.number(scope, 0)
+            )
         };
         match self.r.below(4) {
             0 => format!("{} && {}", one(self), one(self)),
@@ -301,7 +334,10 @@ impl Writer<'_> {
             return None;
         }
         let helper = fitting[self.r.below(fitting.len())].clone();
-        if helper.takes_coordinates && !scope.jets.iter().any(|j| j.starts_with("q.")) && scope.jet_arrays.is_empty() {
+        if helper.takes_coordinates
+            && !scope.jets.iter().any(|j| j.starts_with("q."))
+            && scope.jet_arrays.is_empty()
+        {
             return None;
         }
         Some(self.call(scope, &helper, depth))
@@ -404,10 +440,21 @@ impl Writer<'_> {
         }
         let d = depth - 1;
         match self.r.below(14) {
-            0 | 1 => format!("({} {} {})", self.number(scope, d), self.r.pick(&["+", "-", "*"]), self.number(scope, d)),
-            2 => format!("{}.{}()", self.number_leaf(scope), self.r.pick(&["sin", "cos", "abs", "tanh", "atan"]))
-                .on_float(),
-            3 => format!("({} / (1.5 + {}.abs()))", self.number(scope, d), self.number_leaf(scope).on_float()),
+            0 | 1 => format!(
+                "({} {} {})",
+                self.number(scope, d),
+                self.r.pick(&["+", "-", "*"]),
+                self.number(scope, d)
+            ),
+            2 => format!(
+                "{}.{}()",
+                self.number_leaf(scope),
+                self.r.pick(&["sin", "cos", "abs", "tanh", "atan"])
+            )
+            .on_float(),
+            3 => {
+                format!("({} / (1.5 + {}.abs()))", self.number(scope, d), self.number_leaf(scope).on_float())
+            }
             4 => format!(
                 "{}.{}",
                 self.number_leaf(scope),
@@ -433,7 +480,9 @@ impl Writer<'_> {
 
     /// A number made of an integer.
     fn cast(&mut self, scope: &Scope) -> String {
-        let Some(i) = (!scope.counts.is_empty()).then(|| scope.counts[self.r.below(scope.counts.len())].clone()) else {
+        let Some(i) =
+            (!scope.counts.is_empty()).then(|| scope.counts[self.r.below(scope.counts.len())].clone())
+        else {
             if self.r.one_in(12) {
                 *self.wraps = true;
                 let odd = [

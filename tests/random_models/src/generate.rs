@@ -52,13 +52,19 @@ struct Draft<'a> {
     either: bool,
     /// Units are declared: the dimensions of numbers are made by `SCALES`.
     units: bool,
-    /// The energies, and the same model with a Lagrangian that differs from theirs by a total time derivative.
+    /// The energies, and the same model with a Lagrangian that differs from theirs by a total time
+    /// derivative.
     energies: [String; 2],
 }
 
 /// What carries the dimensions of a model with units: everything else in it is a number.
-const SCALES: [(&str, &str); 5] =
-    [("span", "m"), ("period", "s"), ("inertia", "kg * m^2"), ("strength", "N * m"), ("viscosity", "N * m * s")];
+const SCALES: [(&str, &str); 5] = [
+    ("span", "m"),
+    ("period", "s"),
+    ("inertia", "kg * m^2"),
+    ("strength", "N * m"),
+    ("viscosity", "N * m * s"),
+];
 
 /// Where the energies stand among the functions.
 const ENERGIES: &str = "    // energies\n";
@@ -163,7 +169,9 @@ impl Draft<'_> {
         // What nothing reads is an error.
         let scales: Vec<(&str, &str)> = SCALES
             .into_iter()
-            .filter(|(name, _)| self.units && [&self.functions, &self.energies[0]].iter().any(|text| reads(text, name)))
+            .filter(|(name, _)| {
+                self.units && [&self.functions, &self.energies[0]].iter().any(|text| reads(text, name))
+            })
             .collect();
         let mut text = String::new();
         let mut fields = String::new();
@@ -185,7 +193,9 @@ impl Draft<'_> {
             values.push(match *shape {
                 "Vec2" => format!("{p}: ::dynamics::Vec2::new(0.3, -0.8)"),
                 "Vec3" => format!("{p}: ::dynamics::Vec3::new(0.4, -0.2, 0.7)"),
-                _ => format!("{p}: ::dynamics::Mat3::from([[1.0, 0.2, -0.1], [0.3, 0.8, 0.4], [-0.2, 0.1, 0.9]])"),
+                _ => format!(
+                    "{p}: ::dynamics::Mat3::from([[1.0, 0.2, -0.1], [0.3, 0.8, 0.4], [-0.2, 0.1, 0.9]])"
+                ),
             });
             fields += &format!("    pub {p}: {shape_name}<f64>,\n");
         }
@@ -233,8 +243,12 @@ impl Draft<'_> {
             let functions = self.functions.replace(ENERGIES, energies);
             // A constant that nothing reads is a warning of rustc's.
             let is_read = |name: &str| mentions(&functions, &format!("Self::{name}"));
-            let constants: String =
-                self.constants.iter().filter(|(name, _)| is_read(name)).map(|(_, line)| line.as_str()).collect();
+            let constants: String = self
+                .constants
+                .iter()
+                .filter(|(name, _)| is_read(name))
+                .map(|(_, line)| line.as_str())
+                .collect();
             format!("{text}{constants}{functions}}}\n")
         };
         let (first, second) = (whole(&self.energies[0]), whole(&self.energies[1]));
@@ -247,7 +261,8 @@ impl Draft<'_> {
         let runs = expectation == Expectation::Runs;
         // The gauge needs a time.
         let has_time = !self.units || scales.iter().any(|(name, _)| *name == "period");
-        let twin = (runs && has_time && self.functions.contains(ENERGIES) && self.r.one_in(8)).then_some(second);
+        let twin =
+            (runs && has_time && self.functions.contains(ENERGIES) && self.r.one_in(8)).then_some(second);
         Generated { text: first, twin, expectation }
     }
 }

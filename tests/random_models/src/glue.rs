@@ -1,9 +1,11 @@
-//! What stands beside a model in its module, so that the judge can call its functions: read from the text of the model.
+//! What stands beside a model in its module, so that the judge can call its functions: read from the text of
+//! the model.
 
-/// The glue of a model: a module with `model()`, its parameters, and `own`, which calls every function with a role.
+/// The glue of a model: a module with `model()`, its parameters, and `own`, which calls every function with a
+/// role.
 ///
-/// The text says `// model: Name { parameter: value }`. Forces are given once more as what they go along and their size where there are functions
-/// of the same name with `_place` and `_size`.
+/// The text says `// model: Name { parameter: value }`. Forces are given once more as what they go along and
+/// their size where there are functions of the same name with `_place` and `_size`.
 #[must_use]
 pub fn glue(text: &str) -> String {
     let literal = text.lines().find_map(|line| line.strip_prefix("// model: ")).unwrap_or("Missing {}");
@@ -28,10 +30,8 @@ pub fn glue(text: &str) -> String {
     }
     // Nothing here may be called anything that the model's names could shadow.
     format!(
-        "pub mod glue {{\n    pub const REPORT: &::core::primitive::str = super::{name}::REPORT;\n    \
-         pub fn model() -> super::{name} {{ super::{literal} }}\n    \
-         pub fn own(model: &super::{name}, q: &::dynamics::model::Coordinates<super::{name}>, own: &mut ::judge::Own) {{\n\
-         {calls}    }}\n}}\n"
+        "pub mod glue \
+         {{\n    pub const REPORT: &::core::primitive::str = super::{name}::REPORT;\n    pub fn model() -> super::{name} {{ super::{literal} }}\n    pub fn own(model: &super::{name}, q: &::dynamics::model::Coordinates<super::{name}>, own: &mut ::judge::Own) {{\n{calls}    }}\n}}\n"
     )
 }
 

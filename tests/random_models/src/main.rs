@@ -6,8 +6,9 @@
 //! cargo run --manifest-path tests/random_models/Cargo.toml -- --sizes 80 --size 34
 //! ```
 //!
-//! A case is a number; the same number is the same model on every machine. Models are written into packages of a hundred, each in a module of its own, compiled
-//! once, and run: see `judge/` for what is compared. What the macro refuses is taken out, counted by its reason, and has to be one error.
+//! A case is a number; the same number is the same model on every machine. Models are written into packages
+//! of a hundred, each in a module of its own, compiled once, and run: see `judge/` for what is compared. What
+//! the macro refuses is taken out, counted by its reason, and has to be one error.
 
 mod batch;
 mod cases;
@@ -28,13 +29,13 @@ use std::time::Instant;
 use batch::{Batch, Tally};
 use cases::{Case, defects};
 
-const USAGE: &str = "\
-Random models, compiled and run. Exit status 1 with findings.
+const USAGE: &str = "Random models, compiled and run. Exit status 1 with findings.
   --from N        the first case (default 0)
   --models N      how many cases (default 100)
   --size N        models in a package (default 100)
   --case N        prints one model and judges it
-  --sizes N       families of models at sizes up to N (1, 2, 3, 5, 10, 20, 21, 30, 50, 80), damped and undamped, alone
+  --sizes N       families of models at sizes up to N (1, 2, 3, 5, 10, 20, 21, 30, 50, 80), damped and \
+  undamped, alone
   --defects       the models of defects/ alone
   --check         compiles without running
   --library PATH  the checkout of dynamics to compile against (default: this one)
@@ -82,7 +83,8 @@ fn options() -> Result<Options, String> {
             _ => return Err(format!("{option}: no such option\n{USAGE}")),
         }
     }
-    options.library = options.library.canonicalize().map_err(|e| format!("{}: {e}", options.library.display()))?;
+    options.library =
+        options.library.canonicalize().map_err(|e| format!("{}: {e}", options.library.display()))?;
     Ok(options)
 }
 

@@ -36,7 +36,8 @@ pub fn with_mistake(text: &str, r: &mut Random) -> String {
     let body = format!("0.4 * {}", r.pick(TERMS));
     let name = "with_a_mistake";
     let function = format!(
-        "    #[output]\n    fn {name}(&self, q: &::dynamics::prelude::Coordinates<Self>) -> ::dynamics::prelude::Expr {{\n        {body} * q.t\n    }}\n"
+        "    #[output]\n    fn {name}(&self, q: &::dynamics::prelude::Coordinates<Self>) -> \
+         ::dynamics::prelude::Expr {{\n        {body} * q.t\n    }}\n"
     );
     // The last brace closes the block.
     let end = text.trim_end().len() - 1;

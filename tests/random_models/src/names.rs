@@ -2,8 +2,9 @@
 
 use crate::random::Random;
 
-/// Names of structs: those that generated code, the prelude or the standard library might mean something else by. Types that models are written with are
-/// not among them: a struct of such a name is refused, see `defects/`.
+/// Names of structs: those that generated code, the prelude or the standard library might mean something else
+/// by. Types that models are written with are not among them: a struct of such a name is refused, see
+/// `defects/`.
 pub const STRUCTS: &[&str] = &[
     "Model",
     "T",
@@ -209,7 +210,8 @@ pub const NASTY: &[&str] = &[
     "series",
 ];
 
-/// Names that have meanings of their own as fields of `q`, or methods of states: not for coordinates and inputs.
+/// Names that have meanings of their own as fields of `q`, or methods of states: not for coordinates and
+/// inputs.
 pub const NOT_FOR_COORDINATES: &[&str] = &["t", "q", "u", "inputs", "modes", "build", "new", "hold"];
 
 /// The function that every model has already: a model with one of this name is refused.
@@ -287,7 +289,9 @@ impl Names {
         let stem = name.strip_prefix("r#").unwrap_or(name);
         let clashes = |other: &String| {
             let other = other.strip_prefix("r#").unwrap_or(other);
-            other == stem || other.strip_prefix(stem) == Some("_rate") || stem.strip_prefix(other) == Some("_rate")
+            other == stem
+                || other.strip_prefix(stem) == Some("_rate")
+                || stem.strip_prefix(other) == Some("_rate")
         };
         !self.used.iter().any(clashes)
     }

@@ -21,7 +21,8 @@ fn case(k: usize, family: &Family, n: usize, damped: bool) -> Case {
     // A role stands in a line of its own, for the glue.
     let block = block.replace("#[", "\n#[").replace("] fn ", "]\n fn ");
     let text = format!(
-        "// model: Subject {{ {} }}\nuse ::dynamics::prelude::*;\n#[derive(Clone, Debug, Dynamics)]\n{declaration}\n#[dynamics]\n{block}\n",
+        "// model: Subject {{ {} }}\nuse ::dynamics::prelude::*;\n#[derive(Clone, Debug, \
+         Dynamics)]\n{declaration}\n#[dynamics]\n{block}\n",
         values(family, damped)
     );
     Case {
@@ -42,9 +43,12 @@ fn values(family: &Family, damped: bool) -> String {
             "f64" => format!("{own:.2}"),
             "[f64; N]" => format!("::core::array::from_fn(|i| {own:.2} + 0.01 * i as f64)"),
             "Vec3<f64>" => format!("::dynamics::Vec3::new({own:.2}, -0.2, 0.7)"),
-            "Mat3<f64>" => "::dynamics::Mat3::from([[1.1, 0.1, 0.0], [0.1, 0.9, -0.2], [0.0, -0.2, 0.7]])".to_owned(),
+            "Mat3<f64>" => {
+                "::dynamics::Mat3::from([[1.1, 0.1, 0.0], [0.1, 0.9, -0.2], [0.0, -0.2, 0.7]])".to_owned()
+            }
             _ => format!(
-                "::dynamics::prelude::{ty}::natural(&[-3.0, -1.0, 0.4, 3.0], &[0.3, -0.2, 0.4, 0.1]).expect(\"knots that increase\")"
+                "::dynamics::prelude::{ty}::natural(&[-3.0, -1.0, 0.4, 3.0], &[0.3, -0.2, 0.4, \
+                 0.1]).expect(\"knots that increase\")"
             ),
         };
         format!("{name}: {value}")

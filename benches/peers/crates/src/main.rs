@@ -1,4 +1,5 @@
-//! ode_solvers, differential-equations and diffsol, with their default options but the tolerances; prints lines for `Study::add_outside`.
+//! ode_solvers, differential-equations and diffsol, with their default options but the tolerances; prints
+//! lines for `Study::add_outside`.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};

@@ -1,4 +1,5 @@
-//! `benches/evaluation.rs` with the peers among its candidates: in one process, at the same states, in turn, with errors against the same 31 digits.
+//! `benches/evaluation.rs` with the peers among its candidates: in one process, at the same states, in turn,
+//! with errors against the same 31 digits.
 
 use std::ffi::{CStr, c_char};
 
@@ -29,7 +30,8 @@ fn peers(model: &str) -> Vec<evaluation::Other> {
     let of_model = peers.iter().filter(|peer| text(peer.model) == model);
     let other = |peer: &'static Peer| evaluation::Other {
         name: text(peer.name),
-        // They read and write as many numbers as the model has coordinates, which are the lengths of the slices.
+        // They read and write as many numbers as the model has coordinates, which are the lengths of the
+        // slices.
         run: Box::new(|q, u, a| unsafe { (peer.run)(q.as_ptr(), u.as_ptr(), a.as_mut_ptr()) }),
     };
     of_model.map(other).collect()

@@ -1,4 +1,5 @@
-//! Angular velocities and energies of what turns: the rates of the turns about the axes as the turns before left them.
+//! Angular velocities and energies of what turns: the rates of the turns about the axes as the turns before
+//! left them.
 
 use std::rc::Rc;
 
@@ -16,18 +17,30 @@ use crate::syntax::Role;
 
 impl Elaborator<'_> {
     /// `r.angular_velocity()`, `r.angular_velocity_in_body()`.
-    pub(in super::super) fn angular_velocity(&mut self, m: &Rc<Rows>, components: Components, name: &Ident) -> Value {
+    pub(in super::super) fn angular_velocity(
+        &mut self,
+        m: &Rc<Rows>,
+        components: Components,
+        name: &Ident,
+    ) -> Value {
         let turns = self.turns(m).unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: By::Matrix }]));
         let velocity = match components {
             Components::World => self.in_the_world(&turns, name),
-            Components::Body => self.along_the_turns(&turns, name).and_then(|v| self.unmirrored(&turns, v, name)),
+            Components::Body => {
+                self.along_the_turns(&turns, name).and_then(|v| self.unmirrored(&turns, v, name))
+            }
         };
         velocity.map_or(Value::Poison, |v| Value::Vector(v.to_vec()))
     }
 
-    /// `r.rotational_energy(inertia)`: ½ ω·I ω, in the body's components or, where that is the same, in those before its last turns. A turn that leaves
-    /// the inertia as it is adds its rate and nothing else.
-    pub(in super::super) fn rotational_energy(&mut self, m: &Rc<Rows>, (inertia, at): Argument, name: &Ident) -> Value {
+    /// `r.rotational_energy(inertia)`: ½ ω·I ω, in the body's components or, where that is the same, in those
+    /// before its last turns. A turn that leaves the inertia as it is adds its rate and nothing else.
+    pub(in super::super) fn rotational_energy(
+        &mut self,
+        m: &Rc<Rows>,
+        (inertia, at): Argument,
+        name: &Ident,
+    ) -> Value {
         let inertia = match inertia {
             Value::Matrix(inertia) => inertia,
             Value::Poison => return Value::Poison,
@@ -39,7 +52,9 @@ impl Elaborator<'_> {
         while needed > 0 && self.leaves(&turns[needed - 1], &inertia, name.span()) {
             needed -= 1;
         }
-        let Some(mut energy) = self.energy_before(&turns, needed, &inertia, name) else { return Value::Poison };
+        let Some(mut energy) = self.energy_before(&turns, needed, &inertia, name) else {
+            return Value::Poison;
+        };
         for turn in turns.iter() {
             if let By::Parameters(e) = &turn.by
                 && matches!(self.role, Role::Kinetic | Role::Lagrangian)
@@ -55,7 +70,8 @@ impl Elaborator<'_> {
         energy.into()
     }
 
-    /// Whether a constraint that always holds says that the squares of Euler parameters have the sum 1. (Constraints are elaborated before energies.)
+    /// Whether a constraint that always holds says that the squares of Euler parameters have the sum 1.
+    /// (Constraints are elaborated before energies.)
     pub(in super::super) fn have_unit_norm(&mut self, e: &[Scalar; 4]) -> bool {
         let graph = &mut self.model.graph;
         let mut norm = graph.number(Number::integer(-1));
@@ -67,11 +83,14 @@ impl Elaborator<'_> {
         held.flat_map(|c| &c.components).any(|(_, row)| *row == norm)
     }
 
-    /// 2 J (e·ė)², with a third of the trace of the inertia for J: what makes the mass matrix of Euler parameters regular.
+    /// 2 J (e·ė)², with a third of the trace of the inertia for J: what makes the mass matrix of Euler
+    /// parameters regular.
     ///
-    /// Rotations know nothing of the length of e: along e there would be no inertia, and pivots would vanish wherever a parameter does. With the norm constraint e·ė
-    /// is zero on every motion, and so are the term, its gradient and what it adds to the equations of motion, 4 J (e·ë + ė·ė) e, as that is half of Φ̈; reactions stay what
-    /// they are, too (after F. E. Udwadia and A. D. Schutte, J. Appl. Mech. 77 (2010) 044505).
+    /// Rotations know nothing of the length of e: along e there would be no inertia, and pivots would vanish
+    /// wherever a parameter does. With the norm constraint e·ė is zero on every motion, and so are the term,
+    /// its gradient and what it adds to the equations of motion, 4 J (e·ë + ė·ė) e, as that is half of Φ̈;
+    /// reactions stay what they are, too (after F. E. Udwadia and A. D. Schutte, J. Appl. Mech. 77 (2010)
+    /// 044505).
     fn energy_along(&mut self, e: &[Scalar; 4], inertia: &Rc<Rows>, name: &Ident) -> Option<Scalar> {
         let at = name.span();
         let Value::Vector(rates) = self.time_derivative(Value::Vector(e.to_vec()), name) else { return None };
@@ -85,7 +104,13 @@ impl Elaborator<'_> {
     }
 
     /// ½ ω·I ω in the components before the turns from `first` on.
-    fn energy_before(&mut self, turns: &[Turn], first: usize, inertia: &Rc<Rows>, name: &Ident) -> Option<Scalar> {
+    fn energy_before(
+        &mut self,
+        turns: &[Turn],
+        first: usize,
+        inertia: &Rc<Rows>,
+        name: &Ident,
+    ) -> Option<Scalar> {
         let at = name.span();
         let before = self.along_the_turns(&turns[..first], name)?;
         let after = self.in_the_world(&turns[first..], name)?;
@@ -125,7 +150,9 @@ impl Elaborator<'_> {
             before = Some(match before {
                 Some(before) => {
                     let (left, right) = (Value::Matrix(before), Value::Matrix(rows));
-                    let Value::Matrix(product) = self.arithmetic(Operator::Mul, left, right, at) else { return None };
+                    let Value::Matrix(product) = self.arithmetic(Operator::Mul, left, right, at) else {
+                        return None;
+                    };
                     product
                 }
                 None => rows,
@@ -148,7 +175,8 @@ impl Elaborator<'_> {
         Some(sum)
     }
 
-    /// What carries angular velocities through a turn: det R · R. A matrix of the model's own may be a mirror, S with S (ω×) Sᵀ = −(Sω)×.
+    /// What carries angular velocities through a turn: det R · R. A matrix of the model's own may be a
+    /// mirror, S with S (ω×) Sᵀ = −(Sω)×.
     fn proper(&mut self, turn: &Turn, at: Span) -> Option<Rc<Rows>> {
         let m = &turn.rows;
         if !matches!(turn.by, By::Matrix) {
@@ -182,12 +210,15 @@ impl Elaborator<'_> {
         let at = name.span();
         match &turn.by {
             By::Angle { axis, angle } => {
-                let Value::Scalar(rate) = self.time_derivative(Value::Scalar(angle.clone()), name) else { return None };
+                let Value::Scalar(rate) = self.time_derivative(Value::Scalar(angle.clone()), name) else {
+                    return None;
+                };
                 Some(axis.each_ref().map(|x| self.product(x, &rate)))
             }
             By::Parameters(e) => self.of_parameters(e, components, name),
             By::Matrix => {
-                let Value::Matrix(rates) = self.time_derivative(Value::Matrix(turn.rows.clone()), name) else {
+                let Value::Matrix(rates) = self.time_derivative(Value::Matrix(turn.rows.clone()), name)
+                else {
                     return None;
                 };
                 let (m, rates) = match components {
@@ -196,7 +227,8 @@ impl Elaborator<'_> {
                 };
                 // The rows of the transpose are columns: Rᵀ Ṙ has the products the other way round.
                 let pairs = [(2, 1), (0, 2), (1, 0)];
-                let pair = |(i, j): (usize, usize)| if components == Components::World { (i, j) } else { (j, i) };
+                let pair =
+                    |(i, j): (usize, usize)| if components == Components::World { (i, j) } else { (j, i) };
                 let mut elements = pairs.map(pair).into_iter().map(|(i, j)| self.dot(&rates[i], &m[j], at));
                 Some([elements.next()??, elements.next()??, elements.next()??])
             }
@@ -215,7 +247,12 @@ impl Elaborator<'_> {
     }
 
     /// 2(e₀ė − ė₀e ± e×ė).
-    fn of_parameters(&mut self, e: &[Scalar; 4], components: Components, name: &Ident) -> Option<[Scalar; 3]> {
+    fn of_parameters(
+        &mut self,
+        e: &[Scalar; 4],
+        components: Components,
+        name: &Ident,
+    ) -> Option<[Scalar; 3]> {
         let at = name.span();
         let all = Value::Vector(e.to_vec());
         let Value::Vector(rates) = self.time_derivative(all, name) else { return None };

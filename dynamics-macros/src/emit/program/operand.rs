@@ -26,8 +26,8 @@ pub(in super::super) struct Access<'a> {
     functions: Vec<String>,
     /// Which operations are choices that a state can hold.
     pub(super) branches: Option<&'a BTreeMap<NodeId, Branch>>,
-    /// Whether it is for Taylor coefficients: sums of lanes come in blocks, and a sum with a product is written as one operation, for targets
-    /// that have it.
+    /// Whether it is for Taylor coefficients: sums of lanes come in blocks, and a sum with a product is
+    /// written as one operation, for targets that have it.
     pub(super) coefficients: bool,
     /// Whether values are those of four states side by side.
     pub(in super::super) lanes: bool,
@@ -92,8 +92,10 @@ impl<'a> Access<'a> {
     /// A number or symbol, in every lane where there are some.
     pub(super) fn leaf(&self, id: NodeId) -> String {
         let leaf = self.one(id);
-        let differs =
-            matches!(self.graph.node(id), Node::Symbol(Symbol::Time | Symbol::Coordinate(_) | Symbol::Rate(_)));
+        let differs = matches!(
+            self.graph.node(id),
+            Node::Symbol(Symbol::Time | Symbol::Coordinate(_) | Symbol::Rate(_))
+        );
         if self.lanes && !differs { format!("__Lanes::splat({leaf})") } else { leaf }
     }
 
@@ -120,8 +122,13 @@ impl<'a> Access<'a> {
 /// The shortest literal that reads back as the same `f64`.
 fn literal(number: Number) -> String {
     let value = number.value();
-    // `{:?}` of a finite f64 is a Rust float literal: shortest digits that round-trip, with `.0` or an exponent.
-    if value.is_sign_negative() && value != 0.0 { format!("({value:?})") } else { format!("{:?}", value.abs()) }
+    // `{:?}` of a finite f64 is a Rust float literal: shortest digits that round-trip, with `.0` or an
+    // exponent.
+    if value.is_sign_negative() && value != 0.0 {
+        format!("({value:?})")
+    } else {
+        format!("{:?}", value.abs())
+    }
 }
 
 pub(super) fn unary_name(function: Unary) -> &'static str {
@@ -177,7 +184,9 @@ impl Printer<'_> {
             Node::Div(a, b) => format!("{}/{}", v(a), v(b)),
             Node::Neg(a) => format!("-{}", v(a)),
             Node::Unary(Unary::Sqrt, a) if self.access.lanes => format!("{}.sqrt()", v(a)),
-            Node::Unary(function, a) if self.access.lanes => format!("{}.map(__math::{})", v(a), unary_name(function)),
+            Node::Unary(function, a) if self.access.lanes => {
+                format!("{}.map(__math::{})", v(a), unary_name(function))
+            }
             Node::Binary(function, a, b) if self.access.lanes => {
                 format!("{}.zip({},__math::{})", v(a), v(b), binary_name(function))
             }
@@ -214,8 +223,12 @@ impl Printer<'_> {
             }
             Node::Unary(Unary::Abs, a) => format!("__branches.abs({kink},{})", v(a)),
             Node::Unary(Unary::Signum, a) => format!("__branches.signum({kink},{})", v(a)),
-            Node::Binary(Binary::Min, a, b) => format!("__branches.min({kink},{exchanged},{},{})", v(a), v(b)),
-            Node::Binary(Binary::Max, a, b) => format!("__branches.max({kink},{exchanged},{},{})", v(a), v(b)),
+            Node::Binary(Binary::Min, a, b) => {
+                format!("__branches.min({kink},{exchanged},{},{})", v(a), v(b))
+            }
+            Node::Binary(Binary::Max, a, b) => {
+                format!("__branches.max({kink},{exchanged},{},{})", v(a), v(b))
+            }
             Node::Binary(Binary::Atan2, y, x) => format!("__branches.atan2({kink},{},{})", v(y), v(x)),
             node => unreachable!("{node:?} is no choice"),
         }

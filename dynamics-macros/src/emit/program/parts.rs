@@ -21,8 +21,9 @@ pub(in super::super) struct Printed {
     pub(in super::super) results: Vec<TokenStream>,
 }
 
-/// What a function body can read, by these names: `model`, `t`, `q`, `u`, `w`, where the model has constraints `a`, `lambda` and `modes`, where
-/// it chooses `branches`, and, where `staged`, the constants `k`.
+/// What a function body can read, by these names: `model`, `t`, `q`, `u`, `w`, where the model has
+/// constraints `a`, `lambda` and `modes`, where it chooses `branches`, and, where `staged`, the constants
+/// `k`.
 pub(in super::super) struct Body<'a> {
     /// Where values come from.
     pub(in super::super) access: &'a Access<'a>,
@@ -82,14 +83,21 @@ impl Body<'_> {
     fn printer(&self) -> Printer<'_> {
         let mut printer = Printer::new(self.access);
         for (i, id) in self.constants.iter().enumerate() {
-            let constant = if self.access.lanes { format!("__Lanes::splat(__k[{i}])") } else { format!("__k[{i}]") };
+            let constant =
+                if self.access.lanes { format!("__Lanes::splat(__k[{i}])") } else { format!("__k[{i}]") };
             printer.values.insert(*id, constant);
         }
         printer
     }
 
     /// Functions that write what later ones read into an array that all of them share.
-    fn print_parts(&self, program: &Program, steps: &[Step], results: &[NodeId], wanted: &BTreeSet<NodeId>) -> Printed {
+    fn print_parts(
+        &self,
+        program: &Program,
+        steps: &[Step],
+        results: &[NodeId],
+        wanted: &BTreeSet<NodeId>,
+    ) -> Printed {
         let graph = self.access.graph;
         let parts: Vec<&[Step]> = steps.chunks(PART).collect();
         let mut needed = wanted.clone();
@@ -145,9 +153,9 @@ impl Body<'_> {
         let (model, t, q, u, w, k, x) =
             (local("model"), local("t"), local("q"), local("u"), local("w"), local("k"), local("x"));
         let (a, lambda, modes) = (local("a"), local("lambda"), local("modes"));
-        let solved = self
-            .constraints
-            .map(|(rows, switched)| quote!(#a: &[#f64; #n], #lambda: &[#f64; #rows], #modes: &[#f64; #switched],));
+        let solved = self.constraints.map(
+            |(rows, switched)| quote!(#a: &[#f64; #n], #lambda: &[#f64; #rows], #modes: &[#f64; #switched],),
+        );
         let branches = local("branches");
         let branches = self.access.chooses().then(|| quote!(#branches: #private::Branches,));
         quote! {

@@ -1,8 +1,9 @@
-//! A long program that is seldom asked for as a table, which `dynamics_runtime::generated::table` reads: compiling code takes time in proportion to its
-//! operations, a table is one literal.
+//! A long program that is seldom asked for as a table, which `dynamics_runtime::generated::table` reads:
+//! compiling code takes time in proportion to its operations, a table is one literal.
 //!
-//! Values stand in one array: what the function is given, then what it computes. Operations of one kind whose operands are known stand together as
-//! runs; next comes the kind of which most are ready. Products that one sum or difference reads are computed with it, each rounded as if it stood by itself.
+//! Values stand in one array: what the function is given, then what it computes. Operations of one kind whose
+//! operands are known stand together as runs; next comes the kind of which most are ready. Products that one
+//! sum or difference reads are computed with it, each rounded as if it stood by itself.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -40,8 +41,8 @@ struct Table<'a> {
 }
 
 impl Body<'_> {
-    /// The steps as a table; `None` where some of them have no place there: functions that are given by values, choices that a state holds, and
-    /// programs with more values than 16 bits count.
+    /// The steps as a table; `None` where some of them have no place there: functions that are given by
+    /// values, choices that a state holds, and programs with more values than 16 bits count.
     pub(super) fn tabulate(&self, steps: &[Step], results: &[NodeId]) -> Option<Printed> {
         let entries = steps.iter().map(|step| entry(self.access, step)).collect::<Option<Vec<_>>>()?;
         let entries = with_products(entries, results);
@@ -67,8 +68,10 @@ impl Body<'_> {
 impl Table<'_> {
     /// Places of what is read and not computed.
     fn give(&mut self, entries: &[Entry], constants: &[NodeId]) -> Option<()> {
-        let computed: BTreeSet<NodeId> = entries.iter().flat_map(|entry| &entry.values).flatten().copied().collect();
-        let constants: BTreeMap<NodeId, usize> = constants.iter().enumerate().map(|(i, id)| (*id, i)).collect();
+        let computed: BTreeSet<NodeId> =
+            entries.iter().flat_map(|entry| &entry.values).flatten().copied().collect();
+        let constants: BTreeMap<NodeId, usize> =
+            constants.iter().enumerate().map(|(i, id)| (*id, i)).collect();
         for id in entries.iter().flat_map(|entry| &entry.operands) {
             if !computed.contains(id) && !self.places.contains_key(id) {
                 let constant = constants.get(id).map(|i| format!("__k[{i}]"));
@@ -102,12 +105,14 @@ impl Table<'_> {
 
     /// Runs until all is computed.
     fn runs(&mut self, entries: &[Entry]) -> Option<()> {
-        let values =
-            |(i, entry): (usize, &Entry)| entry.values.iter().flatten().map(move |id| (*id, i)).collect::<Vec<_>>();
+        let values = |(i, entry): (usize, &Entry)| {
+            entry.values.iter().flatten().map(move |id| (*id, i)).collect::<Vec<_>>()
+        };
         let maker: BTreeMap<NodeId, usize> = entries.iter().enumerate().flat_map(values).collect();
         let (mut missing, mut readers) = (vec![0usize; entries.len()], vec![Vec::new(); entries.len()]);
         for (i, entry) in entries.iter().enumerate() {
-            let makers: BTreeSet<usize> = entry.operands.iter().filter_map(|id| maker.get(id)).copied().collect();
+            let makers: BTreeSet<usize> =
+                entry.operands.iter().filter_map(|id| maker.get(id)).copied().collect();
             missing[i] = makers.len();
             makers.into_iter().for_each(|maker| readers[maker].push(i));
         }
@@ -186,9 +191,13 @@ fn with_products(mut entries: Vec<Entry>, results: &[NodeId]) -> Vec<Entry> {
     for id in entries.iter().flat_map(|entry| &entry.operands).chain(results) {
         *reads.entry(*id).or_default() += 1;
     }
-    let single = |entry: &&Entry| entry.kind == "Mul" && entry.values[0].is_some_and(|id| reads.get(&id) == Some(&1));
-    let factors: BTreeMap<NodeId, Vec<NodeId>> =
-        entries.iter().filter(single).filter_map(|entry| Some((entry.values[0]?, entry.operands.clone()))).collect();
+    let single =
+        |entry: &&Entry| entry.kind == "Mul" && entry.values[0].is_some_and(|id| reads.get(&id) == Some(&1));
+    let factors: BTreeMap<NodeId, Vec<NodeId>> = entries
+        .iter()
+        .filter(single)
+        .filter_map(|entry| Some((entry.values[0]?, entry.operands.clone())))
+        .collect();
     let mut joined = BTreeSet::new();
     for entry in entries.iter_mut().filter(|entry| matches!(entry.kind.as_str(), "Add" | "Sub")) {
         let (a, b) = (entry.operands[0], entry.operands[1]);

@@ -157,7 +157,8 @@ impl Emission<'_> {
             }
         });
         let listed: Vec<TokenStream> = listed.collect();
-        let (rows, route, blocks) = (self.named(&equations.rows), self.route(equations), self.blocks(equations));
+        let (rows, route, blocks) =
+            (self.named(&equations.rows), self.route(equations), self.blocks(equations));
         let (bool, friction) = (quote!(#private::bool), equations.force_by_multipliers.is_some());
         let kinetic = self.compiled.equations.energies.is_some();
         quote! {
@@ -192,8 +193,12 @@ impl Emission<'_> {
                 let reason = match reason {
                     General::Redundant => "constraints repeat each other".to_owned(),
                     General::Friction => "forces depend on reactions".to_owned(),
-                    General::NoPivots => "every order of elimination meets a pivot that is always zero".to_owned(),
-                    General::TooLarge(operations) => format!("unrolled it would take {operations} operations"),
+                    General::NoPivots => {
+                        "every order of elimination meets a pivot that is always zero".to_owned()
+                    }
+                    General::TooLarge(operations) => {
+                        format!("unrolled it would take {operations} operations")
+                    }
                 };
                 quote!(#private::Route::General { reason: #reason })
             }
@@ -245,7 +250,8 @@ impl Emission<'_> {
     ) -> Method {
         let program = Program { name: name.to_owned(), ..program.clone() };
         let Printed { functions, statements, results } = self.body(&[]).part(&program, range);
-        let (name, at_state, prologue, value) = (function(name), self.at_state(), self.prologue(), value(&results));
+        let (name, at_state, prologue, value) =
+            (function(name), self.at_state(), self.prologue(), value(&results));
         let method = quote! {
             #[inline]
             fn #name(#at_state) -> #result { #prologue #statements #value }
@@ -257,15 +263,17 @@ impl Emission<'_> {
     fn terms(&self, programs: &ConstraintPrograms) -> Method {
         let Printed { functions, statements, results } = self.print(&programs.terms);
         let (private, f64, n, r) = (&self.private, self.float(), self.degrees(), self.rows());
-        let (at_state, prologue, terms, lambda) = (self.at_state(), self.prologue(), local("terms"), local("lambda"));
+        let (at_state, prologue, terms, lambda) =
+            (self.at_state(), self.prologue(), local("terms"), local("lambda"));
         let (mass, rest) = results.split_at(n * n);
         let (force, rest) = rest.split_at(n);
         let (jacobian, gamma) = rest.split_at(r * n);
-        let writes =
-            [("mass", mass), ("force", force), ("jacobian", jacobian), ("gamma", gamma)].map(|(name, values)| {
+        let writes = [("mass", mass), ("force", force), ("jacobian", jacobian), ("gamma", gamma)].map(
+            |(name, values)| {
                 let name = function(name);
                 self.write(&quote!(#terms.#name), values)
-            });
+            },
+        );
         let inlining = self.inlining(programs.terms.body.len() + programs.terms.hoisted.len());
         let method = quote! {
             #inlining
@@ -284,7 +292,8 @@ impl Emission<'_> {
         let Some(program) = &programs.friction else { return Method::default() };
         let Printed { functions, statements, results } = self.print(program);
         let (force, by) = results.split_at(self.degrees());
-        let (at_state, prologue, f64, lambda) = (self.at_state(), self.prologue(), self.float(), local("lambda"));
+        let (at_state, prologue, f64, lambda) =
+            (self.at_state(), self.prologue(), self.float(), local("lambda"));
         let (multipliers, to, to_by) = (local("multipliers"), local("force"), local("by_multipliers"));
         let (write, write_by) = (self.write(&quote!(#to), force), self.write(&quote!(#to_by), by));
         let method = quote! {
@@ -306,7 +315,8 @@ impl Emission<'_> {
             return Method::default();
         }
         let Printed { functions, statements, results } = self.print(of_reactions);
-        let (private, at_state, prologue, lambda) = (&self.private, self.at_state(), self.prologue(), local("lambda"));
+        let (private, at_state, prologue, lambda) =
+            (&self.private, self.at_state(), self.prologue(), local("lambda"));
         let (multipliers, values) = (local("multipliers"), local("kinks"));
         let kinks = self.each_kink(&results, reaction_functions);
         let (count, usize) = (kinks.len(), quote!(#private::usize));
@@ -324,7 +334,8 @@ impl Emission<'_> {
 
     /// `fn constraint_derivatives`; not a number where they are too large to be emitted.
     fn constraint_derivatives(&self, programs: &ConstraintPrograms) -> Method {
-        let (at_state, prologue, f64, lambda) = (self.at_state(), self.prologue(), self.float(), local("lambda"));
+        let (at_state, prologue, f64, lambda) =
+            (self.at_state(), self.prologue(), self.float(), local("lambda"));
         let (multipliers, values) = (local("multipliers"), local("values"));
         let Ok(program) = &programs.derivatives else {
             let method = quote! {
@@ -366,9 +377,11 @@ impl Emission<'_> {
         let name = format_ident!("{name}");
         // The functions of a large program take q̈ and λ, in a model without constraints, too.
         let constraints = Some((self.rows(), self.switched()));
-        let body = Body { access: &self.access, surface: self.surface, constants: &[], constraints, seldom: true };
+        let body =
+            Body { access: &self.access, surface: self.surface, constants: &[], constraints, seldom: true };
         let Printed { functions, statements, results } = body.whole(program);
-        let (private, f64, at_state, prologue) = (&self.private, self.float(), self.at_state(), self.prologue());
+        let (private, f64, at_state, prologue) =
+            (&self.private, self.float(), self.at_state(), self.prologue());
         let (a, lambda, values) = (local("a"), local("lambda"), local("values"));
         let (accelerations, multipliers) = (local("accelerations"), local("multipliers"));
         let (modes, switched) = (local("modes"), self.switched());
@@ -400,12 +413,9 @@ impl Emission<'_> {
     fn constraint_of(&self) -> TokenStream {
         let (private, none, some, function) = (&self.private, self.none(), self.some(), local("function"));
         let model = &self.surface.target;
-        let tests = self
-            .surface
-            .constraints
-            .iter()
-            .enumerate()
-            .map(|(i, name)| quote!(if #function == #private::type_of(&<#model>::#name) { return #some(#i); }));
+        let tests = self.surface.constraints.iter().enumerate().map(
+            |(i, name)| quote!(if #function == #private::type_of(&<#model>::#name) { return #some(#i); }),
+        );
         quote! {
             fn constraint_of(#function: #private::TypeId) -> #private::Option<#private::usize> {
                 #(#tests)*

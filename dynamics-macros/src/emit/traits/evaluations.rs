@@ -21,7 +21,8 @@ impl Emission<'_> {
         value: impl FnOnce(&[TokenStream]) -> TokenStream,
     ) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print_seldom(program);
-        let (name, at_state, prologue, value) = (function(name), self.at_state(), self.prologue(), value(&results));
+        let (name, at_state, prologue, value) =
+            (function(name), self.at_state(), self.prologue(), value(&results));
         let solution = self.solution(&program.results, false);
         let inlining = self.inlining(program.body.len() + program.hoisted.len());
         let method = quote! {
@@ -34,7 +35,8 @@ impl Emission<'_> {
     /// `fn name(&self, state, values)`, which writes the results to a slice.
     pub(super) fn writing(&self, program: &Program, name: &str) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print_seldom(program);
-        let (name, at_state, prologue, values) = (function(name), self.at_state(), self.prologue(), local("values"));
+        let (name, at_state, prologue, values) =
+            (function(name), self.at_state(), self.prologue(), local("values"));
         let (f64, solution) = (&self.float(), self.solution(&program.results, false));
         let write = self.write(&quote!(#values), &results);
         let inlining = self.inlining(program.body.len() + program.hoisted.len());
@@ -51,13 +53,16 @@ impl Emission<'_> {
     pub(super) fn kinks(&self) -> (TokenStream, TokenStream) {
         let Kinks { program, functions, are_all, .. } = &self.compiled.programs.kinks;
         let private = &self.private;
-        let known = if *are_all { TokenStream::new() } else { quote!(const KINKS_ARE_ALL: #private::bool = false;) };
+        let known =
+            if *are_all { TokenStream::new() } else { quote!(const KINKS_ARE_ALL: #private::bool = false;) };
         if functions.is_empty() {
             return (TokenStream::new(), known);
         }
         let Printed { functions: parts, statements, results } = self.print(program);
-        let (private, at_state, prologue, values) = (&self.private, self.at_state(), self.prologue(), local("kinks"));
-        let cut = |(i, kink): (usize, TokenStream)| if self.is_cut(i) { quote!(#kink.of_a_cut()) } else { kink };
+        let (private, at_state, prologue, values) =
+            (&self.private, self.at_state(), self.prologue(), local("kinks"));
+        let cut =
+            |(i, kink): (usize, TokenStream)| if self.is_cut(i) { quote!(#kink.of_a_cut()) } else { kink };
         let kinks: Vec<_> = self.each_kink(&results, functions).into_iter().enumerate().map(cut).collect();
         let (count, usize) = (kinks.len(), quote!(#private::usize));
         let method = quote! {
@@ -80,7 +85,11 @@ impl Emission<'_> {
     }
 
     /// A `Kink` for every value.
-    pub(super) fn each_kink(&self, values: &[TokenStream], functions: &[Option<FunctionId>]) -> Vec<TokenStream> {
+    pub(super) fn each_kink(
+        &self,
+        values: &[TokenStream],
+        functions: &[Option<FunctionId>],
+    ) -> Vec<TokenStream> {
         let private = &self.private;
         let one = |(value, function): (&TokenStream, &Option<FunctionId>)| match function {
             None => quote!(#private::Kink::at_zero(#value)),

@@ -28,7 +28,10 @@ impl Names {
 }
 
 /// A list of `Quantity`.
-pub(super) fn quantities<'a>(private: &TokenStream, named: impl Iterator<Item = (&'a str, &'a str)>) -> TokenStream {
+pub(super) fn quantities<'a>(
+    private: &TokenStream,
+    named: impl Iterator<Item = (&'a str, &'a str)>,
+) -> TokenStream {
     let items = named.map(|(name, unit)| quote!(#private::Quantity { name: #name, unit: #unit }));
     quote!(&[#(#items),*])
 }
@@ -36,8 +39,11 @@ pub(super) fn quantities<'a>(private: &TokenStream, named: impl Iterator<Item = 
 /// The names of a model's quantities, as constants of `impl Dynamics`.
 pub(in super::super) fn named(surface: &Surface, names: &Names) -> TokenStream {
     let private = surface.private();
-    let list = |named: &[(String, String)]| quantities(&private, named.iter().map(|(n, u)| (n.as_str(), u.as_str())));
-    let (coordinates, inputs, parameters) = (list(&names.coordinates), list(&names.inputs), list(&names.parameters));
+    let list = |named: &[(String, String)]| {
+        quantities(&private, named.iter().map(|(n, u)| (n.as_str(), u.as_str())))
+    };
+    let (coordinates, inputs, parameters) =
+        (list(&names.coordinates), list(&names.inputs), list(&names.parameters));
     let quantity_list = quote!(&'static [#private::Quantity]);
     // Most models have none, and the trait says so.
     let speeds = (!names.speeds.is_empty()).then(|| list(&names.speeds));
@@ -54,7 +60,8 @@ pub(in super::super) fn named(surface: &Surface, names: &Names) -> TokenStream {
 pub(super) fn texts(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let (model, vis, private, quiet) = (&surface.target, surface.impl_vis(), surface.private(), quiet());
     let Compiled { report, listing, equations_text, latex, .. } = compiled;
-    let shown = format!("The equations of motion as readable text:\n\n```text\n{}\n```", equations_text.trim_end());
+    let shown =
+        format!("The equations of motion as readable text:\n\n```text\n{}\n```", equations_text.trim_end());
     let at = surface.block.map_or_else(Span::call_site, |[keyword, _]| Span::call_site().located_at(keyword));
     let text = |name: &str, value: &str| -> TokenStream {
         let name = Ident::new(name, at);
@@ -70,7 +77,8 @@ pub(super) fn texts(surface: &Surface, compiled: &Compiled) -> TokenStream {
     quote! {
         #quiet
         impl #model {
-            /// What the model is: degrees of freedom, conserved quantities, structure, what was simplified, cost.
+            /// What the model is: degrees of freedom, conserved quantities, structure, what was simplified,
+            /// cost.
             #report
             /// The derived program as stable text with operation counts, for snapshot tests.
             #listing
@@ -108,7 +116,8 @@ pub(super) fn draw(surface: &Surface) -> TokenStream {
     }
 }
 
-/// Coordinates that are places by their names, `x` and `y`, `x1`, `y1` and `z1`, with their names as text; lengths, or of no declared unit.
+/// Coordinates that are places by their names, `x` and `y`, `x1`, `y1` and `z1`, with their names as text;
+/// lengths, or of no declared unit.
 fn places(surface: &Surface) -> Vec<TokenStream> {
     let (private, q) = (surface.private(), local("coordinates"));
     let all = &surface.coordinates;
@@ -119,7 +128,8 @@ fn places(surface: &Surface) -> Vec<TokenStream> {
             continue;
         };
         let beside = |axis: &str| {
-            all.iter().find(|c| plain(&c.name) == format!("{axis}{rest}") && c.len == x.len && c.unit == x.unit)
+            all.iter()
+                .find(|c| plain(&c.name) == format!("{axis}{rest}") && c.len == x.len && c.unit == x.unit)
         };
         let Some(y) = beside("y") else { continue };
         let axes: Vec<_> = [x, y].into_iter().chain(beside("z")).collect();

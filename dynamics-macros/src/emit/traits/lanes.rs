@@ -13,8 +13,8 @@ use super::solves::Staged;
 use super::unrolled::SHORT;
 
 impl Emission<'_> {
-    /// `const HAS_LANES` and `fn accelerations_in_lanes`, where the accelerations are straight-line code without choices: these would have to be made
-    /// lane by lane, as would calls of the user's functions.
+    /// `const HAS_LANES` and `fn accelerations_in_lanes`, where the accelerations are straight-line code
+    /// without choices: these would have to be made lane by lane, as would calls of the user's functions.
     pub(super) fn accelerations_in_lanes(&self, staged: &Staged) -> TokenStream {
         let program = &self.compiled.programs.accelerations;
         let n = self.degrees();
@@ -25,7 +25,11 @@ impl Emission<'_> {
                 Solution::General(_) => return TokenStream::new(),
             },
         };
-        if program.results.is_empty() || program.body.len() > SHORT || self.switched() > 0 || self.access.chooses() {
+        if program.results.is_empty()
+            || program.body.len() > SHORT
+            || self.switched() > 0
+            || self.access.chooses()
+        {
             return TokenStream::new();
         }
         let (accelerations, rest) = program.results.split_at(n);
@@ -47,7 +51,8 @@ impl Emission<'_> {
         let private = &self.private;
         let fails = match guards {
             Some(guards) => {
-                let pairs = guards.iter().zip(values.chunks(2)).filter(|(guard, _)| !self.is_number(guard.pivot));
+                let pairs =
+                    guards.iter().zip(values.chunks(2)).filter(|(guard, _)| !self.is_number(guard.pivot));
                 let tests = pairs.map(|(guard, pair)| {
                     let (pivot, scale, tolerance) = (&pair[0], &pair[1], guard.tolerance);
                     quote!(!#pivot.exceed(#tolerance, #scale))
@@ -86,7 +91,9 @@ impl Emission<'_> {
     /// Whether a step makes a choice, or calls a function of the user's.
     fn chooses_or_calls(&self, step: &Step) -> bool {
         match step {
-            Step::Node(id) => matches!(self.access.graph.node(*id), Node::Select { .. } | Node::Smooth { .. }),
+            Step::Node(id) => {
+                matches!(self.access.graph.node(*id), Node::Select { .. } | Node::Smooth { .. })
+            }
             Step::SinCos { .. } => false,
             Step::Smooth { .. } => true,
         }

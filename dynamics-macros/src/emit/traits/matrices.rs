@@ -1,6 +1,7 @@
 //! Results as vectors, matrices and slices.
 //!
-//! A large matrix is mostly zeros: of one with more than [`SPARSE`] elements only the others are written, and of a symmetric one half of them.
+//! A large matrix is mostly zeros: of one with more than [`SPARSE`] elements only the others are written, and
+//! of a symmetric one half of them.
 
 use proc_macro2::{Literal, TokenStream, TokenTree};
 use quote::quote;
@@ -38,8 +39,9 @@ impl Emission<'_> {
                 blocks(places.into_iter().map(assignment).collect())
             });
             let (i, j) = (local("i"), local("j"));
-            let mirrored = symmetric
-                .then(|| quote!(for #i in 0..#rows { for #j in 0..#i { #matrix[#i][#j] = #matrix[#j][#i]; } }));
+            let mirrored = symmetric.then(
+                || quote!(for #i in 0..#rows { for #j in 0..#i { #matrix[#i][#j] = #matrix[#j][#i]; } }),
+            );
             return quote!({
                 let mut #matrix = [[0.0; #rows]; #columns];
                 #assignments
@@ -61,13 +63,14 @@ impl Emission<'_> {
             return quote!(#slice[..#count].copy_from_slice(&[#(#elements),*]););
         }
         let places: Vec<_> = nonzero(elements).collect();
-        let assignments = self
-            .scattered(slice, &places)
-            .unwrap_or_else(|| blocks(places.into_iter().map(|(i, element)| quote!(#slice[#i] = #element;)).collect()));
+        let assignments = self.scattered(slice, &places).unwrap_or_else(|| {
+            blocks(places.into_iter().map(|(i, element)| quote!(#slice[#i] = #element;)).collect())
+        });
         quote!(#slice[..#count].fill(0.0); #assignments)
     }
 
-    /// Writes expressions to their places in a slice by a table, where all of them stand in the array of values.
+    /// Writes expressions to their places in a slice by a table, where all of them stand in the array of
+    /// values.
     fn scattered(&self, slice: &TokenStream, elements: &[(usize, &TokenStream)]) -> Option<TokenStream> {
         if elements.is_empty() {
             // All are zero: there need not be an array of values.

@@ -16,7 +16,8 @@ impl Emission<'_> {
             return (TokenStream::new(), TokenStream::new());
         }
         let Printed { functions, statements, results } = self.print(&self.compiled.programs.premises);
-        let (at_state, prologue, visit, f64) = (self.at_state(), self.prologue(), local("visit"), self.float());
+        let (at_state, prologue, visit, f64) =
+            (self.at_state(), self.prologue(), local("visit"), self.float());
         let (mut listed, mut visits, mut rest) = (Vec::new(), Vec::new(), results.as_slice());
         for premise in premises {
             let claim = match premise.claim {

@@ -72,7 +72,8 @@ impl Emission<'_> {
         let Some(begin) = &series.begin else { return TokenStream::new() };
         let (kept, private) = (begin.results.len() - series.start.results.len(), &self.private);
         let (count, blocks) = (series.start.results.len(), series.lanes.div_ceil(WIDTH));
-        let Solved { functions, statements, check, vector, more } = self.solved(staged, begin, &begin.results[kept..]);
+        let Solved { functions, statements, check, vector, more } =
+            self.solved(staged, begin, &begin.results[kept..]);
         let (k, state, memory, prologue) = (local("k"), local("state"), local("memory"), self.prologue());
         let inlining = self.inlining(begin.body.len());
         quote! {
@@ -112,11 +113,13 @@ impl Emission<'_> {
 
     /// A program of one order. The signature of parts never matters: it is one function.
     fn coefficients(&self, access: &Access<'_>, program: &Program) -> Printed {
-        Body { access, surface: self.surface, constants: &[], constraints: None, seldom: false }.whole(program)
+        Body { access, surface: self.surface, constants: &[], constraints: None, seldom: false }
+            .whole(program)
     }
 
     fn expanding_constrained(&self, series: &Series, constrained: &Constrained) -> TokenStream {
-        let (private, chooses, head, prologue) = (&self.private, series.chooses, self.series_head(), self.prologue());
+        let (private, chooses, head, prologue) =
+            (&self.private, series.chooses, self.series_head(), self.prologue());
         let (n, rows, lanes) = (self.degrees(), self.rows(), series.lanes);
         let Printed { statements: of_start, results, .. } = self.body(&[]).whole(&series.start);
         let guards = constrained.solve.as_ref().map_or(&[][..], |solve| &solve.guards);
@@ -187,7 +190,12 @@ struct Closures<'a> {
 
 impl Closures<'_> {
     /// A closure with the names by which programs read what they get: `(name, type)`.
-    fn closure(&self, arguments: &[(&str, TokenStream)], printed: &Printed, value: &TokenStream) -> TokenStream {
+    fn closure(
+        &self,
+        arguments: &[(&str, TokenStream)],
+        printed: &Printed,
+        value: &TokenStream,
+    ) -> TokenStream {
         let names = arguments.iter().map(|(name, _)| local(name));
         let types = arguments.iter().map(|(_, of)| of);
         let statements = &printed.statements;
@@ -216,7 +224,8 @@ impl Closures<'_> {
     }
 
     fn solve(&self, printed: Option<&Printed>) -> TokenStream {
-        let (a, general, some, all) = (local("a"), local("general"), self.emission.some(), self.n + self.rows);
+        let (a, general, some, all) =
+            (local("a"), local("general"), self.emission.some(), self.n + self.rows);
         let of_right = self.array(all);
         let otherwise = match printed {
             Some(Printed { statements, results, .. }) => quote!(_ => { #statements [#(#results),*] }),
@@ -246,8 +255,12 @@ impl Closures<'_> {
 
     /// t, q, u, k and 1/k, what else is given, sums.
     fn of_order<'s>(&self, more: &[(&'s str, TokenStream)]) -> Vec<(&'s str, TokenStream)> {
-        let first =
-            [("t", self.emission.float()), ("q", self.array(self.n)), ("u", self.array(self.n)), ("w", self.array(2))];
+        let first = [
+            ("t", self.emission.float()),
+            ("q", self.array(self.n)),
+            ("u", self.array(self.n)),
+            ("w", self.array(2)),
+        ];
         first.into_iter().chain(more.iter().cloned()).chain([("lambda", self.blocks())]).collect()
     }
 }

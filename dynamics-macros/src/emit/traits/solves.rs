@@ -1,4 +1,5 @@
-//! Evaluations that solve M q̈ = Q: accelerations, Jacobians, and outputs and events that may use accelerations.
+//! Evaluations that solve M q̈ = Q: accelerations, Jacobians, and outputs and events that may use
+//! accelerations.
 
 use std::collections::BTreeSet;
 
@@ -53,7 +54,8 @@ impl Emission<'_> {
     /// `impl Dynamics`.
     pub(super) fn dynamics(&self) -> TokenStream {
         let (model, private, programs) = (&self.surface.target, &self.private, &self.compiled.programs);
-        let (vector, matrix) = (quote!(<Self as #private::Model>::Vector), quote!(<Self as #private::Model>::Matrix));
+        let (vector, matrix) =
+            (quote!(<Self as #private::Model>::Vector), quote!(<Self as #private::Model>::Matrix));
         let staged = self.staged();
         let count = staged.constants.len();
         let (f64, names) = (self.float(), self.named(&self.compiled.equations.conserved));
@@ -61,7 +63,8 @@ impl Emission<'_> {
         let (f1, constants) = self.constants(&staged);
         let (f2, accelerations) = self.accelerations(&staged);
         let to_vector = |r: &[TokenStream]| self.vector(r);
-        let (f3, mass) = self.method(&programs.mass_matrix, "mass_matrix", &matrix, |r| self.matrix(r, self.degrees()));
+        let (f3, mass) =
+            self.method(&programs.mass_matrix, "mass_matrix", &matrix, |r| self.matrix(r, self.degrees()));
         let (f4, force) = self.method(&programs.generalized_force, "generalized_force", &vector, to_vector);
         let (f5, momenta) = self.method(&programs.momenta, "momenta", &vector, to_vector);
         let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
@@ -106,7 +109,8 @@ impl Emission<'_> {
         if count == 0 {
             return (TokenStream::new(), TokenStream::new());
         }
-        let (at_state, prologue, values, f64) = (self.at_state(), self.prologue(), local("values"), self.float());
+        let (at_state, prologue, values, f64) =
+            (self.at_state(), self.prologue(), local("values"), self.float());
         let part = |name: &str, range| {
             let program = Program { name: name.to_owned(), ..program.clone() };
             let Printed { functions, statements, results } = self.body(&[]).part(&program, range);
@@ -142,10 +146,15 @@ impl Emission<'_> {
             return (TokenStream::new(), TokenStream::new());
         };
         let private = &self.private;
-        self.method(program, "momentum_rates", &quote!(#private::Option<<Self as #private::Model>::Vector>), |r| {
-            let rates = self.vector(r);
-            quote!(#private::Option::Some(#rates))
-        })
+        self.method(
+            program,
+            "momentum_rates",
+            &quote!(#private::Option<<Self as #private::Model>::Vector>),
+            |r| {
+                let rates = self.vector(r);
+                quote!(#private::Option::Some(#rates))
+            },
+        )
     }
 
     /// `fn parameter`: the scalars by index, for what names them.
@@ -163,12 +172,14 @@ impl Emission<'_> {
         }
     }
 
-    /// `impl Parameters`: the scalars by index, to be changed; their derivatives where there is an `impl Linearize` to take them from.
+    /// `impl Parameters`: the scalars by index, to be changed; their derivatives where there is an
+    /// `impl Linearize` to take them from.
     pub(super) fn parameters(&self) -> TokenStream {
         let (model, private, f64) = (&self.surface.target, &self.private, self.float());
         let (index, value, state, values) = (local("index"), local("value"), local("state"), local("values"));
         let (usize, bool) = (quote!(#private::usize), quote!(#private::bool));
-        let arms = self.surface.parameters.iter().enumerate().map(|(i, place)| quote!(#i => self #place = #value,));
+        let arms =
+            self.surface.parameters.iter().enumerate().map(|(i, place)| quote!(#i => self #place = #value,));
         let derivatives = self.compiled.programs.jacobians.is_ok().then(|| {
             quote! {
                 #[inline]
@@ -226,14 +237,22 @@ impl Emission<'_> {
         for pivot in pivots.iter().filter(|p| !self.is_number(p.pivot)) {
             let entry = (pivot.coordinate, pivot.pivot, pivot.diagonal);
             let computed_per_state = in_body.contains(&pivot.pivot) || in_body.contains(&pivot.diagonal);
-            if self.is_constant(pivot) && !computed_per_state { fixed.push(entry) } else { moving.push(entry) }
+            if self.is_constant(pivot) && !computed_per_state {
+                fixed.push(entry)
+            } else {
+                moving.push(entry)
+            }
         }
         let mut used: BTreeSet<NodeId> = program.body.iter().flat_map(|step| read(graph, step)).collect();
         let solved = if self.constrained().is_some() { program.results.len() } else { self.degrees() };
         used.extend(program.results.iter().take(solved));
         used.extend(moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
-        let constants =
-            program.constants.iter().copied().filter(|id| used.contains(id) && hoisted.contains(id)).collect();
+        let constants = program
+            .constants
+            .iter()
+            .copied()
+            .filter(|id| used.contains(id) && hoisted.contains(id))
+            .collect();
         let mut staged = Staged { once: program.hoisted.clone(), constants, fixed, moving };
         if let Ok(Series { begin: Some(begin), .. }) = &self.compiled.programs.series {
             staged.join(begin);
@@ -254,8 +273,12 @@ impl Emission<'_> {
         let body = Body { seldom: true, ..self.body(&[]) };
         let Printed { functions, statements, results } = body.print(&hoisted, &staged.once, &wanted);
         let (constants, fixed) = results.split_at(staged.constants.len());
-        let pivots: Vec<_> =
-            staged.fixed.iter().zip(fixed.chunks(2)).map(|(p, v)| (p.0, v[0].clone(), v[1].clone())).collect();
+        let pivots: Vec<_> = staged
+            .fixed
+            .iter()
+            .zip(fixed.chunks(2))
+            .map(|(p, v)| (p.0, v[0].clone(), v[1].clone()))
+            .collect();
         let (check, private, model) = (self.check(&pivots), &self.private, local("model"));
         // Parts of a large program have one signature; nothing of the state is read here.
         let (t, q, u, w) = (local("t"), local("q"), local("u"), local("w"));
@@ -309,13 +332,18 @@ impl Emission<'_> {
             self.body(&staged.constants).print(program, &program.body, &wanted);
         let (accelerations, rest) = results.split_at(self.degrees());
         let (moving, more) = rest.split_at(2 * staged.moving.len());
-        let pivots: Vec<_> =
-            staged.moving.iter().zip(moving.chunks(2)).map(|(p, v)| (p.0, v[0].clone(), v[1].clone())).collect();
+        let pivots: Vec<_> = staged
+            .moving
+            .iter()
+            .zip(moving.chunks(2))
+            .map(|(p, v)| (p.0, v[0].clone(), v[1].clone()))
+            .collect();
         let (check, vector) = (self.check(&pivots), self.vector(accelerations));
         Solved { functions, statements, check, vector, more: more.to_vec() }
     }
 
-    /// A method that may fail for a singular M: the last results of its program are pivots, or guards where there are constraints.
+    /// A method that may fail for a singular M: the last results of its program are pivots, or guards where
+    /// there are constraints.
     fn solving(
         &self,
         program: &Program,
@@ -391,11 +419,14 @@ impl Emission<'_> {
         }
     }
 
-    /// `fn name(&self, state, values) -> Result<(), _>`; pivots follow the results where accelerations are used.
+    /// `fn name(&self, state, values) -> Result<(), _>`; pivots follow the results where accelerations are
+    /// used.
     fn results(&self, program: &Program, name: &str, named: &[Named]) -> (TokenStream, TokenStream) {
         let Printed { functions, statements, results } = self.print(program);
-        let check = if results.len() > named.len() { self.check(&self.pivots(&results)) } else { TokenStream::new() };
-        let (name, at_state, prologue, slice) = (function(name), self.at_state(), self.prologue(), local("values"));
+        let check =
+            if results.len() > named.len() { self.check(&self.pivots(&results)) } else { TokenStream::new() };
+        let (name, at_state, prologue, slice) =
+            (function(name), self.at_state(), self.prologue(), local("values"));
         let (f64, private) = (self.float(), &self.private);
         let solution = self.solution(&program.results, true);
         let write = self.write(&quote!(#slice), &results[..named.len()]);

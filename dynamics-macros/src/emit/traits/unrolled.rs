@@ -1,4 +1,5 @@
-//! What solves the equations of a model with constraints by straight-line code: methods that return `None` where it does not apply.
+//! What solves the equations of a model with constraints by straight-line code: methods that return `None`
+//! where it does not apply.
 
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::mechanics::{ConstraintEquations, Guard, Guarded, Solution, Unrolled};
@@ -36,21 +37,24 @@ impl Emission<'_> {
             let named = Program { name: format!("solve_{}", program.name), ..program.clone() };
             let printed = self.body(&staged.constants).print(&named, &program.body, &program.results);
             let (accelerations, rest) = printed.results.split_at(n);
-            let (accelerations, multipliers) = (self.vector(accelerations), self.vector(&rest[..self.rows()]));
-            let solved = quote!(#private::Solved { accelerations: #accelerations, multipliers: #multipliers });
+            let (accelerations, multipliers) =
+                (self.vector(accelerations), self.vector(&rest[..self.rows()]));
+            let solved =
+                quote!(#private::Solved { accelerations: #accelerations, multipliers: #multipliers });
             self.path(modes, &unrolled.guards, printed, &solved)
         });
         self.unrolled(&head, self.steps(equations), &TokenStream::new(), paths.collect())
     }
 
-    /// `fn accelerate_unrolled`: q̈ alone, which is what integrators ask for most: the multipliers, about a fifth of the work, are left out. A
-    /// second copy of the code, so only where that is short.
+    /// `fn accelerate_unrolled`: q̈ alone, which is what integrators ask for most: the multipliers, about a
+    /// fifth of the work, are left out. A second copy of the code, so only where that is short.
     pub(super) fn accelerate_unrolled(&self, equations: &ConstraintEquations) -> Method {
         if !self.is_short(equations) {
             return Method::default();
         }
         let (private, staged, n) = (&self.private, self.staged(), self.degrees());
-        let head = self.head("accelerate_unrolled", &TokenStream::new(), &quote!(<Self as #private::Model>::Vector));
+        let head =
+            self.head("accelerate_unrolled", &TokenStream::new(), &quote!(<Self as #private::Model>::Vector));
         let paths = self.solutions(equations).into_iter().map(|Path { modes, unrolled, program, .. }| {
             let (accelerations, rest) = program.results.split_at(n);
             let wanted: Vec<NodeId> = [accelerations, &rest[self.rows()..]].concat();
@@ -74,20 +78,26 @@ impl Emission<'_> {
     /// `fn correct_unrolled`.
     pub(super) fn correct_unrolled(&self, equations: &ConstraintEquations) -> Method {
         let (private, right, lambda) = (&self.private, local("right"), local("lambda"));
-        let head =
-            self.head("correct_unrolled", &quote!(, #right: &Self::Rows), &quote!(<Self as #private::Model>::Vector));
+        let head = self.head(
+            "correct_unrolled",
+            &quote!(, #right: &Self::Rows),
+            &quote!(<Self as #private::Model>::Vector),
+        );
         let given = quote!(let #lambda = &#right.data.0[0];);
         let staged = self.staged();
-        let paths = self.solutions(equations).into_iter().filter_map(|Path { modes, unrolled, correction, .. }| {
-            let program = correction?;
-            let printed = self.body(&staged.constants).print(program, &program.body, &program.results);
-            let delta = self.vector(&printed.results[..self.degrees()]);
-            Some(self.path(modes, &unrolled.correction_guards, printed, &delta))
-        });
+        let paths = self.solutions(equations).into_iter().filter_map(
+            |Path { modes, unrolled, correction, .. }| {
+                let program = correction?;
+                let printed = self.body(&staged.constants).print(program, &program.body, &program.results);
+                let delta = self.vector(&printed.results[..self.degrees()]);
+                Some(self.path(modes, &unrolled.correction_guards, printed, &delta))
+            },
+        );
         self.unrolled(&head, self.steps(equations), &given, paths.collect())
     }
 
-    /// The solutions on the graph: with all constraints, then with those sets of them released for which there is one.
+    /// The solutions on the graph: with all constraints, then with those sets of them released for which
+    /// there is one.
     fn solutions<'a>(&'a self, equations: &'a ConstraintEquations) -> Vec<Path<'a>> {
         let Some((_, programs)) = self.constrained() else { return Vec::new() };
         let whole = match &equations.solution {
@@ -134,7 +144,8 @@ impl Emission<'_> {
         (functions, method)
     }
 
-    /// Straight-line code that returns a value where exactly these modes are released, unless one of its last results, the guards, forbids it.
+    /// Straight-line code that returns a value where exactly these modes are released, unless one of its last
+    /// results, the guards, forbids it.
     fn path(&self, modes: &[usize], guards: &[Guard], printed: Printed, value: &TokenStream) -> Method {
         let Printed { functions, statements, results } = printed;
         let (none, some, state) = (self.none(), self.some(), local("state"));
@@ -165,7 +176,8 @@ impl Emission<'_> {
         (!tests.is_empty()).then(|| quote!(!(#((#tests))&*)))
     }
 
-    /// How many of the last results of a program of derivatives are guards, and the check: derivatives hold where the unrolled solution does.
+    /// How many of the last results of a program of derivatives are guards, and the check: derivatives hold
+    /// where the unrolled solution does.
     pub(super) fn guarded_derivatives(
         &self,
         equations: &ConstraintEquations,
@@ -189,7 +201,8 @@ impl Emission<'_> {
         (count, quote!(#released #(#checks)*))
     }
 
-    /// `fn accelerations_with` of a model with constraints: by the generated code, and where that does not apply by the general solver.
+    /// `fn accelerations_with` of a model with constraints: by the generated code, and where that does not
+    /// apply by the general solver.
     pub(super) fn constrained_accelerations(&self) -> TokenStream {
         let (private, k, state, found) = (&self.private, local("k"), local("state"), local("found"));
         let solved = quote!(#private::Ok(#private::solve_once(self, #k, #state)?.accelerations));

@@ -57,34 +57,51 @@ impl<S: ModelState> fmt::Display for BackboneError<S> {
         match self {
             Self::Option { energy, points } => write!(
                 f,
-                "`.until({energy})` with `.points({points})` makes no sense; give a positive energy above that of the equilibrium, and four motions or more"
+                "`.until({energy})` with `.points({points})` makes no sense; give a positive energy above \
+                 that of the equilibrium, and four motions or more"
             ),
             Self::NotConserved => f.write_str(
-                "energy is not known to be conserved, so that closed motions form no family; take dampers, forces and inputs out, write dead loads as potentials, and look at single motions with `.periodic(..)`",
+                "energy is not known to be conserved, so that closed motions form no family; take dampers, \
+                 forces and inputs out, write dead loads as potentials, and look at single motions with \
+                 `.periodic(..)`",
             ),
             Self::Rest(error) => write!(f, "there is no equilibrium with modes to begin with: {error}"),
-            Self::NoMode { mode, count } => write!(f, "there is no mode {mode}; they are counted from 0, and there are {count}"),
+            Self::NoMode { mode, count } => {
+                write!(f, "there is no mode {mode}; they are counted from 0, and there are {count}")
+            }
             Self::DoesNotSwing { eigenvalue } => write!(
                 f,
-                "the mode does not swing (its eigenvalue is {:.3e} + {:.3e}i per second), so that no closed motions begin with it; choose another one",
+                "the mode does not swing (its eigenvalue is {:.3e} + {:.3e}i per second), so that no closed \
+                 motions begin with it; choose another one",
                 eigenvalue.re, eigenvalue.im
             ),
             Self::NoEnergy { energy } => write!(
                 f,
-                "a small motion in the mode has {energy:.3e} of energy above rest, which does not order a family; the equilibrium is stable by gyroscopic forces alone, or unstable"
+                "a small motion in the mode has {energy:.3e} of energy above rest, which does not order a \
+                 family; the equilibrium is stable by gyroscopic forces alone, or unstable"
             ),
-            Self::Stopped { energy, reason: Some(reason), .. } if matches!(**reason, PeriodicError::NotIsolated { .. }) => write!(
-                f,
-                "the family was followed up to {energy:.6e} of energy; beyond it closed motions of one energy lie side by side, as where a momentum is conserved, too, or two directions are alike: hold \
-                 what moves freely by a constraint or in other coordinates, or look at single motions with `.periodic(..)`"
-            ),
+            Self::Stopped { energy, reason: Some(reason), .. }
+                if matches!(**reason, PeriodicError::NotIsolated { .. }) =>
+            {
+                write!(
+                    f,
+                    "the family was followed up to {energy:.6e} of energy; beyond it closed motions of one \
+                 energy lie side by side, as where a momentum is conserved, too, or two directions are \
+                 alike: hold what moves freely by a constraint or in other coordinates, or look at single \
+                 motions with `.periodic(..)`"
+                )
+            }
             Self::Stopped { energy, reason: Some(reason), .. } => {
-                write!(f, "the family was followed up to {energy:.6e} of energy, where it ends or turns: {reason}")
+                write!(
+                    f,
+                    "the family was followed up to {energy:.6e} of energy, where it ends or turns: {reason}"
+                )
             }
             Self::Stopped { energy, reason: None, .. } => write!(
                 f,
-                "the family was followed up to {energy:.6e} of energy; what is found beyond is a motion of another family, as where two frequencies come into resonance; take more points, or \
-                 look at what `.periodic(..)` finds there"
+                "the family was followed up to {energy:.6e} of energy; what is found beyond is a motion of \
+                 another family, as where two frequencies come into resonance; take more points, or look at \
+                 what `.periodic(..)` finds there"
             ),
         }
     }

@@ -10,11 +10,14 @@ use crate::output::text::with_unit;
 use crate::output::{Axis, Panel};
 
 impl<S: ModelState> BackboneCurve<S> {
-    /// Frequency over energy, where disturbances do not grow and where they do or nothing is said; the linear frequency beside it.
+    /// Frequency over energy, where disturbances do not grow and where they do or nothing is said; the linear
+    /// frequency beside it.
     #[must_use]
     pub fn panel(&self) -> Panel {
-        let mut panel =
-            Panel::new(Axis::new(with_unit("energy above rest", self.energy_unit)), Axis::new("frequency in rad/s"));
+        let mut panel = Panel::new(
+            Axis::new(with_unit("energy above rest", self.energy_unit)),
+            Axis::new("frequency in rad/s"),
+        );
         panel = self.lines("", panel);
         let most = self.points.iter().fold(0.0, |most: f64, point| most.max(point.energy));
         let linear = self.mode.eigenvalue.im;
@@ -31,7 +34,8 @@ impl<S: ModelState> BackboneCurve<S> {
             let stable = self.points.get(first).is_some_and(|point| point.orbit.floquet.is_stable());
             let what = if stable { "stable" } else { "not stable" };
             let separator = if name.is_empty() { "" } else { ", " };
-            let line: Vec<(f64, f64)> = self.points[from..end].iter().map(|p| (p.energy, p.frequency)).collect();
+            let line: Vec<(f64, f64)> =
+                self.points[from..end].iter().map(|p| (p.energy, p.frequency)).collect();
             panel = panel.line(format!("{name}{separator}{what}"), line);
             first = end;
         }
@@ -45,7 +49,11 @@ impl<S: ModelState> fmt::Display for BackboneCurve<S> {
         writeln!(f, "{}", self.mode)?;
         write!(f, "{:>14} {:>16}  multipliers", "energy", "rad/s")?;
         for point in &self.points {
-            write!(f, "\n{:>14.6e} {:>16.10}  {}", point.energy, point.frequency, point.orbit.floquet.verdict)?;
+            write!(
+                f,
+                "\n{:>14.6e} {:>16.10}  {}",
+                point.energy, point.frequency, point.orbit.floquet.verdict
+            )?;
         }
         Ok(())
     }

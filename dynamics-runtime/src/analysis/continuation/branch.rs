@@ -22,8 +22,9 @@ pub struct Branch<S: ModelState> {
     pub coordinates: &'static [Quantity],
     /// Steps that were tried and made shorter.
     pub rejected: usize,
-    /// How far derivatives by the parameter, which are differences, may be off at worst, relative. They steer; no point and no special point depends on them,
-    /// but for the condition that tells branch points from near misses.
+    /// How far derivatives by the parameter, which are differences, may be off at worst, relative. They
+    /// steer; no point and no special point depends on them, but for the condition that tells branch points
+    /// from near misses.
     pub derivative_error: f64,
 }
 
@@ -77,7 +78,8 @@ pub struct Special<S: ModelState> {
     pub state: S,
     /// The length of the branch up to here.
     pub arclength: f64,
-    /// How all coordinates move where nothing resists: the buckling mode, largest 1. Zero where something swings.
+    /// How all coordinates move where nothing resists: the buckling mode, largest 1. Zero where something
+    /// swings.
     pub shape: S::Vector,
     /// Directions of this branch and of the one that crosses it, for branch points.
     pub(super) ways: Option<[Direction; 2]>,
@@ -89,8 +91,8 @@ pub struct Special<S: ModelState> {
 pub enum SpecialKind {
     /// The parameter turns round: a limit point, where two equilibria meet and vanish.
     Fold,
-    /// Two more branches, mirror images of each other to first order, leave to one side of the parameter: where they take stability over it is supercritical,
-    /// where they only lose it, subcritical.
+    /// Two more branches, mirror images of each other to first order, leave to one side of the parameter:
+    /// where they take stability over it is supercritical, where they only lose it, subcritical.
     Pitchfork {
         /// Which of the two.
         supercritical: bool,
@@ -145,7 +147,10 @@ pub enum BranchEnd {
 
 impl<S: ModelState> Branch<S> {
     /// Special points of which this is true.
-    pub fn special_where(&self, is_meant: impl Fn(&SpecialKind) -> bool) -> impl Iterator<Item = &Special<S>> {
+    pub fn special_where(
+        &self,
+        is_meant: impl Fn(&SpecialKind) -> bool,
+    ) -> impl Iterator<Item = &Special<S>> {
         self.special.iter().filter(move |one| is_meant(&one.kind))
     }
 

@@ -1,15 +1,16 @@
 //! Buckling loads as an eigenvalue problem.
 //!
-//! Along the branch through the start the stiffness is K₀ + (p − p₀) K₁ to first order, with K₁ = dK/dp on the way that the branch goes; where it vanishes
-//! along x,
+//! Along the branch through the start the stiffness is K₀ + (p − p₀) K₁ to first order, with K₁ = dK/dp on
+//! the way that the branch goes; where it vanishes along x,
 //!
 //! ```text
 //! K₀ x = −(p − p₀) K₁ x
 //! ```
 //!
-//! (linear buckling analysis: Z. P. Bažant & L. Cedolin, *Stability of Structures*, chapter 4). K₀ is exact, K₁ a difference of exact stiffnesses. The loads are those of the
-//! branch points themselves where K changes with the parameter as a straight line does, as in columns that stay straight; how far it does not is measured for each load. Located
-//! branch points ([`super::Continuation::run`]) need none of this.
+//! (linear buckling analysis: Z. P. Bažant & L. Cedolin, *Stability of Structures*, chapter 4). K₀ is exact,
+//! K₁ a difference of exact stiffnesses. The loads are those of the branch points themselves where K changes
+//! with the parameter as a straight line does, as in columns that stay straight; how far it does not is
+//! measured for each load. Located branch points ([`super::Continuation::run`]) need none of this.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -44,15 +45,18 @@ pub struct CriticalLoad<S: ModelState> {
     pub parameter: f64,
     /// How all coordinates move, largest 1.
     pub shape: S::Vector,
-    /// ‖K(p) x‖ ∞ against ‖K₀ x‖ ∞ at this load, on the straight continuation of the branch: rounding where linear theory is exact, 0.1 where it is worth little.
+    /// ‖K(p) x‖ ∞ against ‖K₀ x‖ ∞ at this load, on the straight continuation of the branch: rounding where
+    /// linear theory is exact, 0.1 where it is worth little.
     pub nonlinearity: f64,
 }
 
 impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
-    /// The loads at which the structure buckles, from stiffness and its change with the parameter at the start.
+    /// The loads at which the structure buckles, from stiffness and its change with the parameter at the
+    /// start.
     ///
     /// # Errors
-    /// A start that is no equilibrium, or none that is stable; forces without a potential, or that change with time on the way; no buckling in this direction.
+    /// A start that is no equilibrium, or none that is stable; forces without a potential, or that change
+    /// with time on the way; no buckling in this direction.
     pub fn buckling(&self) -> Result<Buckling<M::State>, ContinuationError<M::State>> {
         let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
         self.traced(|problem, _| {
@@ -68,8 +72,13 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     }
 }
 
-/// That forces do not change with time on the way to the first load: on the branch, or where that is not found, on its straight continuation.
-fn timeless<M: Constraints>(problem: &Problem<'_, M>, balance: &Balance<M>, load: f64) -> Result<(), EquilibriumError> {
+/// That forces do not change with time on the way to the first load: on the branch, or where that is not
+/// found, on its straight continuation.
+fn timeless<M: Constraints>(
+    problem: &Problem<'_, M>,
+    balance: &Balance<M>,
+    load: f64,
+) -> Result<(), EquilibriumError> {
     if !M::EXPLICIT_TIME {
         return Ok(());
     }
@@ -80,7 +89,8 @@ fn timeless<M: Constraints>(problem: &Problem<'_, M>, balance: &Balance<M>, load
         let step = whole.scaled(part);
         let guess = problem.moved(&balance.place, &step);
         let coordinates = &balance.statics.tangent.coordinates;
-        let found = problem.solve(&guess, coordinates, Some((&normal, &guess)), None, 0.5 * problem.norm(&step));
+        let found =
+            problem.solve(&guess, coordinates, Some((&normal, &guess)), None, 0.5 * problem.norm(&step));
         let straight = || problem.placed(&guess, &balance.statics);
         let Some(place) = found.ok().map(|found| found.balance.place).or_else(straight) else { continue };
         problem.check_times(&place)?;
@@ -113,7 +123,9 @@ fn critical<M: Constraints>(
     let slope = DMatrix::from_column_slice(n, n, slope.as_slice());
     let skew = |k: &DMatrix<f64>| (k - k.transpose()).amax() > 1e-9 * k.amax();
     if skew(&here) || skew(&slope) {
-        return Err(none("the loads have no potential, and flutter may come first; follow the branch with `.run()`"));
+        return Err(none(
+            "the loads have no potential, and flutter may come first; follow the branch with `.run()`",
+        ));
     }
     let even = |k: &DMatrix<f64>| 0.5 * (k + k.transpose());
     let lower = even(&here).cholesky().map(nalgebra::Cholesky::unpack);
@@ -134,7 +146,11 @@ fn critical<M: Constraints>(
         let mut unknowns = DVector::zeros(n + problem.count);
         unknowns.rows_mut(0, n).copy_from(&x);
         let mode: Direction = balance.direction(&unknowns, problem.count);
-        loads.push(CriticalLoad { parameter: balance.place.p[0] + change, shape: shape(&mode), nonlinearity });
+        loads.push(CriticalLoad {
+            parameter: balance.place.p[0] + change,
+            shape: shape(&mode),
+            nonlinearity,
+        });
     }
     if loads.is_empty() {
         return Err(none("stiffness does not become less as the parameter goes this way"));

@@ -1,6 +1,7 @@
 //! Curves of special points in the plane of two parameters.
 //!
-//! Beside F(z, p, r) = 0 one more equation holds, g(z, p, r) = 0 (`newton.rs`); the curve is followed as a branch is, by tangents and planes normal to them.
+//! Beside F(z, p, r) = 0 one more equation holds, g(z, p, r) = 0 (`newton.rs`); the curve is followed as a
+//! branch is, by tangents and planes normal to them.
 
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;
@@ -29,7 +30,8 @@ pub(super) struct Plan<S> {
     pub(super) backward: bool,
 }
 
-/// A curve of special points of a kind `K` in the plane of two parameters with its options, before it is followed.
+/// A curve of special points of a kind `K` in the plane of two parameters with its options, before it is
+/// followed.
 #[must_use = "a curve does nothing until `.run()`"]
 pub struct PlaneCurve<M: Constraints, F, K> {
     pub(super) make: F,
@@ -74,7 +76,8 @@ pub(super) struct Curve<S> {
 /// The further equation beside a place.
 type Condition<'c, M> = dyn Fn(&Balance<M>) -> Option<Singular> + 'c;
 
-/// A curve, and where it could not be followed to its end, what is wrong with the model beyond, if that is why.
+/// A curve, and where it could not be followed to its end, what is wrong with the model beyond, if that is
+/// why.
 pub(super) type Followed<S> = (Curve<S>, Option<Option<EquilibriumError>>);
 
 impl<S: ModelState> Plan<S> {
@@ -116,7 +119,9 @@ impl<S: ModelState> Plan<S> {
         // The point at the second parameter as it was given.
         let start = problem.solve(&self.place, &[], Some((&along, &self.place)), Some(&singular), 1e-2);
         let Ok(start) = start else { return Err(none) };
-        let Some(tangent) = problem.tangent(&start.balance, &along, Some(&singular)) else { return Err(none) };
+        let Some(tangent) = problem.tangent(&start.balance, &along, Some(&singular)) else {
+            return Err(none);
+        };
         start.balance.check_time(true)?;
         Ok(timeless(&problem, self.follow(&problem, start, tangent, condition)))
     }
@@ -139,14 +144,16 @@ impl<S: ModelState> Plan<S> {
                     missed = if let Missed::Model(reason) = why { Some(reason) } else { missed };
                     h *= 0.5;
                     if h < SHORTEST {
-                        // Slopes beside the end of a model are none: what is wrong is seen a little further on.
+                        // Slopes beside the end of a model are none: what is wrong is seen a little further
+                        // on.
                         let beyond = problem.moved(&here.place, &tangent.scaled(BEYOND));
                         return (curve, Some(missed.or_else(|| problem.balance(&beyond, &[]).err())));
                     }
                     continue;
                 }
             };
-            let left = (0..2).find(|k| !(self.ranges[*k][0]..=self.ranges[*k][1]).contains(&next.balance.place.p[*k]));
+            let left = (0..2)
+                .find(|k| !(self.ranges[*k][0]..=self.ranges[*k][1]).contains(&next.balance.place.p[*k]));
             if let Some(k) = left {
                 // The last point lies on the edge of the range.
                 let bound = if along.p[k] > 0.0 { self.ranges[k][1] } else { self.ranges[k][0] };
@@ -166,7 +173,8 @@ impl<S: ModelState> Plan<S> {
                 return (curve, None);
             }
             let turn = problem.dot(&tangent, &along).clamp(-1.0, 1.0).acos();
-            let of_parameters = |k: usize| tangent.p[k] * along.p[k] / (problem.widths[k] * problem.widths[k]);
+            let of_parameters =
+                |k: usize| tangent.p[k] * along.p[k] / (problem.widths[k] * problem.widths[k]);
             if of_parameters(0) + of_parameters(1) < 0.0 {
                 curve.turns.push(curve.points.len());
             }
@@ -178,8 +186,12 @@ impl<S: ModelState> Plan<S> {
     }
 }
 
-/// The curve up to where forces change with time: its last point is looked at as the first one was, and where that shows anything, all are.
-fn timeless<M: Constraints>(problem: &Problem<'_, M>, (mut curve, lost): Followed<M::State>) -> Followed<M::State> {
+/// The curve up to where forces change with time: its last point is looked at as the first one was, and where
+/// that shows anything, all are.
+fn timeless<M: Constraints>(
+    problem: &Problem<'_, M>,
+    (mut curve, lost): Followed<M::State>,
+) -> Followed<M::State> {
     let at = |(p, state): &([f64; 2], M::State)| {
         let found = problem.check_times(&Place { state: *state, p: *p });
         found.err().filter(EquilibriumError::is_of_time)

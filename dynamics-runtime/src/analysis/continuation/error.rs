@@ -25,7 +25,8 @@ pub enum ContinuationError<S: ModelState> {
         /// The equilibrium.
         nearest: S,
     },
-    /// Equilibria lie side by side at one and the same value of the parameter, or the start is itself a branch point: there is no one way to go.
+    /// Equilibria lie side by side at one and the same value of the parameter, or the start is itself a
+    /// branch point: there is no one way to go.
     NotIsolated {
         /// The coordinate along which nothing resists.
         coordinate: &'static str,
@@ -34,7 +35,8 @@ pub enum ContinuationError<S: ModelState> {
     Nonholonomic,
     /// The constraints leave nothing that could move, or no force acts on what they leave.
     NothingMoves,
-    /// The range of a parameter is empty, not finite, or narrower than 10⁻⁸ of the parameter, where rounding hides what it does, or the start is not in it.
+    /// The range of a parameter is empty, not finite, or narrower than 10⁻⁸ of the parameter, where rounding
+    /// hides what it does, or the start is not in it.
     Range {
         /// From where to where.
         range: [f64; 2],
@@ -64,7 +66,8 @@ pub enum ContinuationError<S: ModelState> {
         /// What was computed up to there.
         branch: Box<Branch<S>>,
     },
-    /// The model stops being one: forces that are not numbers, or that change with time, inertia that is not positive, constraints that cannot hold.
+    /// The model stops being one: forces that are not numbers, or that change with time, inertia that is not
+    /// positive, constraints that cannot hold.
     Model {
         /// The last value of the parameter at which all was well.
         parameter: f64,
@@ -119,7 +122,8 @@ pub enum ContinuationError<S: ModelState> {
     NoFold,
     /// The start has no pair of eigenvalues on the imaginary axis that could be followed.
     NoHopf,
-    /// Stiffness does not become less with the parameter, or is not that of a stable equilibrium at the start: there is no buckling load.
+    /// Stiffness does not become less with the parameter, or is not that of a stable equilibrium at the
+    /// start: there is no buckling load.
     NoBuckling {
         /// Why.
         reason: &'static str,
@@ -131,7 +135,9 @@ impl<S: ModelState> ContinuationError<S> {
     #[must_use]
     pub fn branch(&self) -> Option<&Branch<S>> {
         match self {
-            Self::LimitLoad { branch, .. } | Self::Model { branch, .. } | Self::Stuck { branch, .. } => Some(branch),
+            Self::LimitLoad { branch, .. } | Self::Model { branch, .. } | Self::Stuck { branch, .. } => {
+                Some(branch)
+            }
             _ => None,
         }
     }
@@ -143,75 +149,93 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
             Self::Start(error) => write!(f, "there is no equilibrium to start from: {error}"),
             Self::NotInBalance { coordinate, off, .. } => write!(
                 f,
-                "the start is not in balance: `{coordinate}` is {off:.3e} away from the next equilibrium; start from what `.equilibrium(&start)` gives"
+                "the start is not in balance: `{coordinate}` is {off:.3e} away from the next equilibrium; \
+                 start from what `.equilibrium(&start)` gives"
             ),
             Self::NotIsolated { coordinate } => write!(
                 f,
-                "nothing resists along `{coordinate}` at the start, whatever the parameter: equilibria lie side by side, or branches meet here; hold that \
-                 coordinate, or start at another value of the parameter"
+                "nothing resists along `{coordinate}` at the start, whatever the parameter: equilibria lie \
+                 side by side, or branches meet here; hold that coordinate, or start at another value of the \
+                 parameter"
             ),
             Self::Nonholonomic => f.write_str(
-                "what rolls or glides rests in more positions than its equations tell apart, so that there is no one branch; hold the coordinates that only say where it is",
+                "what rolls or glides rests in more positions than its equations tell apart, so that there \
+                 is no one branch; hold the coordinates that only say where it is",
             ),
             Self::NothingMoves => f.write_str(
-                "nothing can move that a force acts on, so that there is no equilibrium to be followed; leave a constraint out",
+                "nothing can move that a force acts on, so that there is no equilibrium to be followed; \
+                 leave a constraint out",
             ),
             Self::Range { range: [from, to], start } => write!(
                 f,
-                "the range of the parameter, from {from} to {to}, is empty, not finite, without {start}, or so narrow that rounding of the parameter hides what it does; give \
-                 finite ends in order with `.until(from..=to)`, and count a parameter that hardly changes from a value nearby"
+                "the range of the parameter, from {from} to {to}, is empty, not finite, without {start}, or \
+                 so narrow that rounding of the parameter hides what it does; give finite ends in order with \
+                 `.until(from..=to)`, and count a parameter that hardly changes from a value nearby"
             ),
-            Self::Option { name, value } => write!(f, "`.{name}({value})` makes no sense; give a positive number"),
-            Self::Points { count } => write!(f, "`.points({count})` leaves no branch; allow two points or more"),
+            Self::Option { name, value } => {
+                write!(f, "`.{name}({value})` makes no sense; give a positive number")
+            }
+            Self::Points { count } => {
+                write!(f, "`.points({count})` leaves no branch; allow two points or more")
+            }
             Self::LimitLoad { parameter, limit, .. } => write!(
                 f,
-                "the load cannot be carried beyond {limit:.12} ({parameter}): equilibria end there in a fold; leave load control, and the branch is followed \
-                 through it, or simulate what happens beyond"
+                "the load cannot be carried beyond {limit:.12} ({parameter}): equilibria end there in a \
+                 fold; leave load control, and the branch is followed through it, or simulate what happens \
+                 beyond"
             ),
             Self::Model { parameter, reason, .. } => {
                 write!(f, "the model ends beyond {parameter} of its parameter: {reason}")
             }
             Self::Stuck { parameter, step, .. } => write!(
                 f,
-                "the branch could not be followed beyond {parameter} of its parameter, with steps down to {step:.1e}: forces have a corner or a jump there, or the constraints a \
-                 singular position; round it off, or start beyond it. Or the parameter or a coordinate is so large beside what happens to it that rounding hides it; count it from a place nearby"
+                "the branch could not be followed beyond {parameter} of its parameter, with steps down to \
+                 {step:.1e}: forces have a corner or a jump there, or the constraints a singular position; \
+                 round it off, or start beyond it. Or the parameter or a coordinate is so large beside what \
+                 happens to it that rounding hides it; count it from a place nearby"
             ),
             Self::FoldCurve { at: [p, r], reason: Some(reason), .. } => {
                 write!(f, "the model ends beyond {p}, {r} of its parameters: {reason}")
             }
             Self::FoldCurve { at: [p, r], reason: None, .. } => write!(
                 f,
-                "the curve of folds could not be followed beyond {p}, {r} of the parameters: forces have a corner there, or it ends in a place where more \
-                 than one direction does not resist; take shorter steps, or start beyond it"
+                "the curve of folds could not be followed beyond {p}, {r} of the parameters: forces have a \
+                 corner there, or it ends in a place where more than one direction does not resist; take \
+                 shorter steps, or start beyond it"
             ),
             Self::HopfCurve { at: [p, r], reason: Some(reason), .. } => {
                 write!(f, "the model ends beyond {p}, {r} of its parameters: {reason}")
             }
             Self::HopfCurve { at: [p, r], reason: None, .. } => write!(
                 f,
-                "the curve of Hopf points could not be followed beyond {p}, {r} of the parameters: another pair of eigenvalues meets this one, or damping sets in or vanishes; take \
-                 shorter steps, or start beyond it"
+                "the curve of Hopf points could not be followed beyond {p}, {r} of the parameters: another \
+                 pair of eigenvalues meets this one, or damping sets in or vanishes; take shorter steps, or \
+                 start beyond it"
             ),
             Self::NoHopf => f.write_str(
-                "the point is no Hopf point of the family at these parameters, nor one in which frequencies meet; start from one of `branch.special` of such a kind",
+                "the point is no Hopf point of the family at these parameters, nor one in which frequencies \
+                 meet; start from one of `branch.special` of such a kind",
             ),
             Self::NoBranchPoint { parameter } => write!(
                 f,
-                "no branches meet at {parameter} of the parameter; switch at a pitchfork or a transcritical point of a branch"
+                "no branches meet at {parameter} of the parameter; switch at a pitchfork or a transcritical \
+                 point of a branch"
             ),
             Self::NoOtherBranch { parameter } => write!(
                 f,
-                "no other branch was found where branches meet at {parameter} of the parameter; the point must be one of this very family, or start on the other branch with an \
-                 equilibrium that `.equilibrium(&start)` finds"
+                "no other branch was found where branches meet at {parameter} of the parameter; the point \
+                 must be one of this very family, or start on the other branch with an equilibrium that \
+                 `.equilibrium(&start)` finds"
             ),
             Self::Everywhere { parameter } => write!(
                 f,
-                "branches leave in every direction where several stiffnesses vanish at {parameter} of the parameter: a symmetry tells none from another; hold one coordinate by a constraint, or \
-                 make the axes a little different"
+                "branches leave in every direction where several stiffnesses vanish at {parameter} of the \
+                 parameter: a symmetry tells none from another; hold one coordinate by a constraint, or make \
+                 the axes a little different"
             ),
-            Self::NoFold => {
-                f.write_str("the point is no fold of the family at these parameters; start from one of `branch.folds()`")
-            }
+            Self::NoFold => f.write_str(
+                "the point is no fold of the family at these parameters; start from one of `branch.folds()`",
+            ),
             Self::NoBuckling { reason } => write!(f, "there is no buckling load: {reason}"),
         }
     }

@@ -1,8 +1,10 @@
 //! Where flutter begins and ends.
 //!
-//! With damping a pair of eigenvalues passes the imaginary axis, a Hopf point. Without any, two pairs on the axis meet there and leave it; the growth rate begins as the
-//! root of the distance, so that growth below a millionth of the frequency, which rounding makes where two meet, is less than 10⁻¹² of the parameter away
-//! (A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*, chapters 2 and 7). Flutter ends likewise, or becomes divergence where the pair meets on the real axis.
+//! With damping a pair of eigenvalues passes the imaginary axis, a Hopf point. Without any, two pairs on the
+//! axis meet there and leave it; the growth rate begins as the root of the distance, so that growth below a
+//! millionth of the frequency, which rounding makes where two meet, is less than 10⁻¹² of the parameter away
+//! (A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*,
+//! chapters 2 and 7). Flutter ends likewise, or becomes divergence where the pair meets on the real axis.
 
 use alloc::vec::Vec;
 
@@ -14,7 +16,8 @@ use crate::analysis::linearize::SmallMotions;
 use crate::analysis::{Stability, StabilityVerdict};
 use crate::model::{Constraints, Powers};
 
-/// Growth below this part of the frequency is rounding, unless the verdicts on both ends of a step tell it from that.
+/// Growth below this part of the frequency is rounding, unless the verdicts on both ends of a step tell it
+/// from that.
 const GROWTH: f64 = 1e-6;
 /// What is told from rounding is more than this part of the growth in which flutter is beyond doubt.
 const TOLD: f64 = 0.1;
@@ -99,7 +102,13 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         self.add(SpecialKind::Hopf { frequency }, &sample.balance, uncertainty, None, None);
     }
 
-    fn enclose_flutter(&self, a: &Sample<M>, b: &Sample<M>, counts: [usize; 2], least: f64) -> Option<Enclosed<M>> {
+    fn enclose_flutter(
+        &self,
+        a: &Sample<M>,
+        b: &Sample<M>,
+        counts: [usize; 2],
+        least: f64,
+    ) -> Option<Enclosed<M>> {
         let (mut lo, mut hi) = (0.0, self.ahead(a, b));
         let begins = counts[1] > counts[0];
         let mut flutter = self.copied(if begins { b } else { a })?;
@@ -120,7 +129,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         Some(Enclosed { flutter, inward: if begins { 1.0 } else { -1.0 }, width: hi - lo, least })
     }
 
-    /// How far what begins as a root of the distance was from its beginning where it was told from rounding: by how it grows a little on.
+    /// How far what begins as a root of the distance was from its beginning where it was told from rounding:
+    /// by how it grows a little on.
     fn root(&self, found: &Enclosed<M>, of: impl Fn(&Complex<f64>) -> f64) -> f64 {
         let on = 1e-5;
         let at = |sample: &Sample<M>| {
@@ -129,10 +139,13 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         };
         let ends = self.beside(&found.flutter, found.inward * on, 1e-2).ok();
         let ends = ends.and_then(|(further, _)| Some([at(&found.flutter)?, at(&further)?]));
-        ends.map_or(on, |[here, there]| on * here * here / (there * there - here * here).max(f64::MIN_POSITIVE))
+        ends.map_or(on, |[here, there]| {
+            on * here * here / (there * there - here * here).max(f64::MIN_POSITIVE)
+        })
     }
 
-    /// Where the real part of a pair is zero, by secants, with its frequency: growth begins a little beside, where it is told from rounding.
+    /// Where the real part of a pair is zero, by secants, with its frequency: growth begins a little beside,
+    /// where it is told from rounding.
     fn on_axis(&self, found: Enclosed<M>, first: Complex<f64>) -> (Sample<M>, f64, f64) {
         let from = found.flutter;
         let (mut x, mut f) = ([0.0, -1e-6 * found.inward], first.re);

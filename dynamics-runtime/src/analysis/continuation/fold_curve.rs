@@ -1,7 +1,9 @@
-//! Folds as a second parameter changes: the limit load over an imperfection, the edge of a region in which there are more equilibria.
+//! Folds as a second parameter changes: the limit load over an imperfection, the edge of a region in which
+//! there are more equilibria.
 //!
-//! The curve fulfils F(z, p, r) = 0 and g(z, p, r) = 0 (`newton.rs`) and is followed as a branch is. At a cusp, where two curves of folds meet and vanish, it
-//! turns round in both parameters, and is as regular as elsewhere. R. Seydel, *Practical Bifurcation and Stability Analysis*, §5.6.
+//! The curve fulfils F(z, p, r) = 0 and g(z, p, r) = 0 (`newton.rs`) and is followed as a branch is. At a
+//! cusp, where two curves of folds meet and vanish, it turns round in both parameters, and is as regular as
+//! elsewhere. R. Seydel, *Practical Bifurcation and Stability Analysis*, §5.6.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -18,8 +20,8 @@ use crate::model::{Constraints, ModelState, Powers, Quantity};
 pub struct FoldCurve<S: ModelState> {
     /// Both parameters and the equilibrium in the fold, along the curve.
     pub points: Vec<([f64; 2], S)>,
-    /// Cusps, in which two curves of folds meet and vanish: each lies between the point of this number and the one before it, where both parameters
-    /// stand still.
+    /// Cusps, in which two curves of folds meet and vanish: each lies between the point of this number and
+    /// the one before it, where both parameters stand still.
     pub cusps: Vec<usize>,
     /// Why it ends.
     pub end: BranchEnd,
@@ -34,7 +36,8 @@ pub struct OfFolds;
 /// A curve of folds with its options, before it is followed.
 pub type FoldCurves<M, F> = PlaneCurve<M, F, OfFolds>;
 
-/// Opens a curve of folds of a family with two parameters, from a fold of its first parameter at the value `second` of the other.
+/// Opens a curve of folds of a family with two parameters, from a fold of its first parameter at the value
+/// `second` of the other.
 ///
 /// ```text
 /// let fold = branch.folds().next().unwrap();

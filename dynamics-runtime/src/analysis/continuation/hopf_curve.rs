@@ -1,14 +1,18 @@
-//! Where flutter begins, as a second parameter changes: the edge of a region in which a system swings ever more.
+//! Where flutter begins, as a second parameter changes: the edge of a region in which a system swings ever
+//! more.
 //!
-//! Beside balance one number is zero, of the eigenvalues σ of small motions next to those of the point before,
+//! Beside balance one number is zero, of the eigenvalues σ of small motions next to those of the point
+//! before,
 //!
 //! ```text
 //! with damping:       Re σ = 0                                            a Hopf point
 //! without any:        Re (σ₁ − σ₂)² = 0, which is −(ω₁ − ω₂)² before        where two frequencies meet
 //! ```
 //!
-//! and the second passes zero with a slope, where σ₁ − σ₂ itself begins as a root (A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*,
-//! chapters 2 and 4). A curve of Hopf points ends where its frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974; R. I. Bogdanov, 1975).
+//! and the second passes zero with a slope, where σ₁ − σ₂ itself begins as a root (A. P. Seyranian & A. A.
+//! Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*, chapters 2 and 4). A curve of
+//! Hopf points ends where its frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974;
+//! R. I. Bogdanov, 1975).
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -26,7 +30,8 @@ use crate::model::{Constraints, ModelState, Powers, Quantity};
 
 /// A pair next to another one may be so far from it, as a part of its frequency.
 const NEXT: f64 = 0.5;
-/// A curve that cannot be followed any further, whose frequency is below this part of its largest and falls, ends where the frequency is zero.
+/// A curve that cannot be followed any further, whose frequency is below this part of its largest and falls,
+/// ends where the frequency is zero.
 const SLOW: f64 = 0.1;
 
 /// Which eigenvalues are asked for, and what of them.
@@ -92,8 +97,8 @@ pub struct OfHopfPoints(SpecialKind);
 /// A curve of Hopf points with its options, before it is followed.
 pub type HopfCurves<M, F> = PlaneCurve<M, F, OfHopfPoints>;
 
-/// Opens a curve of Hopf points of a family with two parameters, from one of its first parameter at the value `second` of the other; of an undamped system, of
-/// points in which two frequencies meet.
+/// Opens a curve of Hopf points of a family with two parameters, from one of its first parameter at the value
+/// `second` of the other; of an undamped system, of points in which two frequencies meet.
 ///
 /// ```text
 /// let hopf = branch.special.iter().find(|one| matches!(one.kind, SpecialKind::Hopf { .. })).unwrap();
@@ -112,7 +117,8 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
     /// Follows the curve.
     ///
     /// # Errors
-    /// Ranges that are empty or without the start; no Hopf point at the start; a curve that cannot be followed any further before its frequency is zero.
+    /// Ranges that are empty or without the start; no Hopf point at the start; a curve that cannot be
+    /// followed any further before its frequency is zero.
     pub fn run(&self) -> Result<HopfCurve<M::State>, ContinuationError<M::State>> {
         let (frequency, meet) = match self.kind.0 {
             SpecialKind::Hopf { frequency } => (frequency, false),
@@ -123,7 +129,8 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
         // The frequency of the last place: the next one is near it.
         let last = Cell::new(frequency);
         let swings = |balance: &Balance<M>| {
-            let now = Swings { frequency: last.get(), meet }.frequency(&balance.model, &balance.place.state)?;
+            let now =
+                Swings { frequency: last.get(), meet }.frequency(&balance.model, &balance.place.state)?;
             last.set(now);
             Some(Singular::swinging(balance, Swings { frequency: now, meet }))
         };

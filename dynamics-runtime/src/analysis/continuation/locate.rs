@@ -1,8 +1,10 @@
 //! Special points between two places of a branch: found, located, told apart.
 //!
-//! An interval in which more than one thing happens is halved until each stands alone. What stands alone is enclosed along the branch, and then found as the
-//! solution of equations that are regular there (`newton.rs`). Where branches meet, the null space of [K, F_p] is a plane: the direction in it normal to this
-//! branch leads to the other one (Keller's method IV), which is followed a little way to both sides to see how the two meet.
+//! An interval in which more than one thing happens is halved until each stands alone. What stands alone is
+//! enclosed along the branch, and then found as the solution of equations that are regular there
+//! (`newton.rs`). Where branches meet, the null space of [K, F_p] is a plane: the direction in it normal to
+//! this branch leads to the other one (Keller's method IV), which is followed a little way to both sides to
+//! see how the two meet.
 
 use alloc::vec::Vec;
 
@@ -16,7 +18,8 @@ use crate::model::{Constraints, Powers, Vector};
 
 /// Points nearer than this along the branch are one.
 const TWICE: f64 = 1e-13;
-/// A point that is enclosed lies no farther beside that, as a part of the step: farther away there is another one.
+/// A point that is enclosed lies no farther beside that, as a part of the step: farther away there is another
+/// one.
 const BESIDE: f64 = 0.01;
 /// A point at the end of an interval may be found beyond it by this part, for rounding.
 const WITHIN: f64 = 1e-6;
@@ -28,11 +31,13 @@ const FOLLOWED: usize = 6;
 const BEGINS: f64 = 1e-6;
 /// The slope of the parameter there is less than this.
 const IN_FOLD: f64 = 1e-4;
-/// β of a branch point, against the forces that stiffness makes: more is a near miss, of branches that do not meet.
+/// β of a branch point, against the forces that stiffness makes: more is a near miss, of branches that do not
+/// meet.
 const UNFOLDED: f64 = 1e-10;
 
 impl<M: Constraints + Powers> Tracer<'_, M> {
-    /// Looks for folds and branch points in a step, of which the middle is known, and where something seems to dip to zero; false as in [`Tracer::inspect`].
+    /// Looks for folds and branch points in a step, of which the middle is known, and where something seems
+    /// to dip to zero; false as in [`Tracer::inspect`].
     pub(super) fn inspect_step(&mut self, a: &Sample<M>, middle: &Sample<M>, b: &Sample<M>) -> bool {
         let length = self.ahead(a, b);
         let mut dips = Vec::new();
@@ -40,17 +45,19 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             dips.extend(self.beside(a, part * length, length).map(|(sample, _)| (part, sample)).ok());
         }
         let (before, after): (Vec<_>, Vec<_>) = dips.iter().partition(|(part, _)| *part < 0.5);
-        let between = before.into_iter().map(|(_, s)| s).chain([middle]).chain(after.into_iter().map(|(_, s)| s));
+        let between =
+            before.into_iter().map(|(_, s)| s).chain([middle]).chain(after.into_iter().map(|(_, s)| s));
         let places: Vec<&Sample<M>> = [a].into_iter().chain(between).chain([b]).collect();
         places.windows(2).all(|pair| self.inspect(pair[0], pair[1], 0))
     }
 
-    /// Looks for folds and branch points between two places; false where what is there could not be made out, as where the step led to another branch
-    /// that does not meet this one.
+    /// Looks for folds and branch points between two places; false where what is there could not be made out,
+    /// as where the step led to another branch that does not meet this one.
     pub(super) fn inspect(&mut self, a: &Sample<M>, b: &Sample<M>, depth: usize) -> bool {
         let changes = a.watch.changes(&b.watch);
         let count = changes.crossing.len();
-        // A branch that turns round where nothing passes zero does so in a branch point, as the arms of a pitchfork.
+        // A branch that turns round where nothing passes zero does so in a branch point, as the arms of a
+        // pitchfork.
         let alone = changes.sure && count <= 1;
         if changes.sure && count == 0 && !changes.turns {
             return true;
@@ -79,7 +86,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return true;
         }
         let is_fold = turns && crossing.is_some();
-        // At a fold the parameter is the better measure: its slope passes zero there, whatever the stiffness is made of.
+        // At a fold the parameter is the better measure: its slope passes zero there, whatever the stiffness
+        // is made of.
         let test = |sample: &Sample<M>| match crossing {
             Some(k) if !is_fold => a.watch.like(k, &sample.watch),
             _ => Some(sample.watch.slope),
@@ -96,8 +104,10 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             let place = best.place();
             self.problem.solve(place, best.coordinates(), None, Some(&singular), reach).ok()
         });
-        // β pushes along a shape of unit inertia: beside the force of the stiffness that comes and goes here, at the size of displacements.
-        let stiffness = [a, b].map(|end| crossing.and_then(|k| a.watch.like(k, &end.watch)).or(end.watch.stiffest()));
+        // β pushes along a shape of unit inertia: beside the force of the stiffness that comes and goes here,
+        // at the size of displacements.
+        let stiffness =
+            [a, b].map(|end| crossing.and_then(|k| a.watch.like(k, &end.watch)).or(end.watch.stiffest()));
         let stiffness = stiffness.into_iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         let push = stiffness * self.size(&best.balance);
         // What lies before or after both places is another point.
@@ -106,7 +116,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             let gone = self.problem.dot(&a.tangent, &self.problem.between(a.place(), &balance.place));
             (-WITHIN * length..=(1.0 + WITHIN) * length).contains(&gone)
         };
-        let polished = polished.filter(|found| found.beta.abs() <= UNFOLDED * push && is_between(&found.balance));
+        let polished =
+            polished.filter(|found| found.beta.abs() <= UNFOLDED * push && is_between(&found.balance));
         let sound = polished.is_some();
         let (balance, uncertainty) = match polished {
             Some(found) => {
@@ -136,7 +147,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         sound
     }
 
-    /// The fold in which a branch begins, which is then its first special point: on one side of it alone the parameter does not turn round.
+    /// The fold in which a branch begins, which is then its first special point: on one side of it alone the
+    /// parameter does not turn round.
     pub(super) fn begin_in_fold(&mut self, first: &Sample<M>) {
         if first.watch.slope.abs() > IN_FOLD {
             return;
@@ -153,15 +165,27 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
     /// Whether what passes zero next to a place does so in the fold in which the branch begins.
     fn is_first_fold(&self, a: &Sample<M>) -> bool {
         let is_start = self.points.len() == 1 && self.arclength(a.place()) == 0.0;
-        is_start && self.special.first().is_some_and(|one| one.kind == SpecialKind::Fold && one.arclength <= BEGINS)
+        is_start
+            && self
+                .special
+                .first()
+                .is_some_and(|one| one.kind == SpecialKind::Fold && one.arclength <= BEGINS)
     }
 
-    /// How far the parameter of a singular place may be off for rounding: of forces along the shape in a fold, of stiffnesses elsewhere.
-    fn rounding(&self, balance: &Balance<M>, [a, b]: [&Sample<M>; 2], crossing: Option<usize>, is_fold: bool) -> f64 {
+    /// How far the parameter of a singular place may be off for rounding: of forces along the shape in a
+    /// fold, of stiffnesses elsewhere.
+    fn rounding(
+        &self,
+        balance: &Balance<M>,
+        [a, b]: [&Sample<M>; 2],
+        crossing: Option<usize>,
+        is_fold: bool,
+    ) -> f64 {
         let own = f64::EPSILON * balance.place.p[0].abs();
-        let (Some(singular), Ok(noise)) =
-            (Singular::beside(balance, false, None), balance.statics.noise(&balance.model, &balance.place.state))
-        else {
+        let (Some(singular), Ok(noise)) = (
+            Singular::beside(balance, false, None),
+            balance.statics.noise(&balance.model, &balance.place.state),
+        ) else {
             return own;
         };
         if is_fold {
@@ -171,7 +195,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return own + noise / left.dot(&balance.by_parameter(0)).abs().max(f64::MIN_POSITIVE);
         }
         let change = |k: usize| Some(a.watch.like(k, &b.watch)? - a.watch.squares[k]);
-        let per_stiffness = crossing.and_then(change).map_or(0.0, |d| ((b.place().p[0] - a.place().p[0]) / d).abs());
+        let per_stiffness =
+            crossing.and_then(change).map_or(0.0, |d| ((b.place().p[0] - a.place().p[0]) / d).abs());
         own + 8.0 * f64::EPSILON * a.watch.stiffest().map_or(0.0, f64::abs) * per_stiffness
     }
 
@@ -184,7 +209,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         (0..balance.size()).map(of).fold(0.0, f64::max)
     }
 
-    /// A place next to where a test passes zero between two others, and how far it may be from there along the branch.
+    /// A place next to where a test passes zero between two others, and how far it may be from there along
+    /// the branch.
     fn enclose(
         &self,
         a: &Sample<M>,
@@ -266,8 +292,12 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
     }
 }
 
-/// The two directions in which F changes least, orthonormal in what coordinates and parameters are measured by: at a fold the first of them is the branch.
-pub(super) fn null_plane<M: Constraints>(problem: &Problem<'_, M>, balance: &Balance<M>) -> Option<[Direction; 2]> {
+/// The two directions in which F changes least, orthonormal in what coordinates and parameters are measured
+/// by: at a fold the first of them is the branch.
+pub(super) fn null_plane<M: Constraints>(
+    problem: &Problem<'_, M>,
+    balance: &Balance<M>,
+) -> Option<[Direction; 2]> {
     let (unknowns, n) = (balance.jacobian.ncols(), balance.size());
     let measures = DVector::from_fn(unknowns, |j, _| problem.measure(balance, j));
     let scaled = balance.weighed()? * DMatrix::from_diagonal(&measures);
@@ -285,8 +315,10 @@ pub(super) fn null_plane<M: Constraints>(problem: &Problem<'_, M>, balance: &Bal
     let first = first.scaled(1.0 / problem.norm(&first));
     let second = way(*order.get(1)?);
     let along = problem.dot(&first, &second);
-    let second =
-        Direction { q: &second.q - &first.q * along, p: core::array::from_fn(|k| second.p[k] - along * first.p[k]) };
+    let second = Direction {
+        q: &second.q - &first.q * along,
+        p: core::array::from_fn(|k| second.p[k] - along * first.p[k]),
+    };
     let norm = problem.norm(&second);
     (norm > 0.0).then(|| [first, second.scaled(1.0 / norm)])
 }

@@ -1,8 +1,10 @@
 //! What coordinates are measured by.
 //!
-//! Steps along a branch, and how near Newton's method must come, need a length for each coordinate that is no angle. The largest value of its unit at the start is one, where it says
-//! something: not in a column that stands straight, nor in one that is off by a thousandth of what it will bend, nor where lengths are counted from far away. What
-//! counts there is how far coordinates go before the stiffness of the structure is another one.
+//! Steps along a branch, and how near Newton's method must come, need a length for each coordinate that is no
+//! angle. The largest value of its unit at the start is one, where it says something: not in a column that
+//! stands straight, nor in one that is off by a thousandth of what it will bend, nor where lengths are
+//! counted from far away. What counts there is how far coordinates go before the stiffness of the structure
+//! is another one.
 
 use alloc::vec::Vec;
 
@@ -15,7 +17,8 @@ use crate::model::{Constraints, ModelState, Vector};
 /// Displacements tried: these times powers of ten.
 const MANTISSAS: [f64; 2] = [1.0, 3.0];
 const DECADES: core::ops::RangeInclusive<i32> = -12..=12;
-/// Changes of the stiffness by this part of its largest on the parameter's range make another structure of it.
+/// Changes of the stiffness by this part of its largest on the parameter's range make another structure of
+/// it.
 const ANOTHER: f64 = 0.5;
 /// Forces up to this part of what the parameter's range makes of them say how far a fold reaches.
 const PART: f64 = 0.1;
@@ -28,7 +31,8 @@ const SMALLER: f64 = 30.0;
 const LARGER: f64 = 300.0;
 
 impl<M: Constraints> Problem<'_, M> {
-    /// Coordinates of a unit of which all are 0 at the start, by a tenth of what they would do over the whole range; those that would not move are the result.
+    /// Coordinates of a unit of which all are 0 at the start, by a tenth of what they would do over the whole
+    /// range; those that would not move are the result.
     pub(super) fn measure_zeros(&mut self, place: &Place<M::State>, balance: &Balance<M>) -> Vec<usize> {
         let q = place.state.q().as_slice();
         let of_unit = |i: usize, f: &dyn Fn(usize) -> f64| {
@@ -37,15 +41,22 @@ impl<M: Constraints> Problem<'_, M> {
         };
         let is_zero = |i: &usize| M::COORDINATES[*i].unit != "rad" && of_unit(*i, &|j| q[j].abs()) < 1e-12;
         let zeros: Vec<usize> = (0..q.len()).filter(is_zero).collect();
-        let way = null_plane(self, balance).map(|[way, _]| way).filter(|_| self.fold_reach(balance).is_none());
-        let moves = |i: usize| way.as_ref().map_or(0.0, |way| 0.1 * (way.q[i] / way.p[0] * self.widths[0]).abs());
+        let way =
+            null_plane(self, balance).map(|[way, _]| way).filter(|_| self.fold_reach(balance).is_none());
+        let moves =
+            |i: usize| way.as_ref().map_or(0.0, |way| 0.1 * (way.q[i] / way.p[0] * self.widths[0]).abs());
         let found: Vec<f64> = zeros.iter().map(|i| of_unit(*i, &moves)).collect();
-        zeros.iter().zip(&found).filter(|(_, found)| **found > 0.0).for_each(|(i, found)| self.scales[*i] = *found);
+        zeros
+            .iter()
+            .zip(&found)
+            .filter(|(_, found)| **found > 0.0)
+            .for_each(|(i, found)| self.scales[*i] = *found);
         zeros.into_iter().zip(found).filter(|(_, found)| *found == 0.0).map(|(i, _)| i).collect()
     }
 
-    /// From a start in a fold, or next to one, how far coordinates go along the softest shape before the parameter would have to change by a tenth of its range: there the stiffness is next to none,
-    /// and says nothing of how far it stays as it is. `None` elsewhere.
+    /// From a start in a fold, or next to one, how far coordinates go along the softest shape before the
+    /// parameter would have to change by a tenth of its range: there the stiffness is next to none, and says
+    /// nothing of how far it stays as it is. `None` elsewhere.
     fn fold_reach(&self, balance: &Balance<M>) -> Option<DVector<f64>> {
         let (lower, reduced) = balance.per_inertia()?;
         let svd = reduced.try_svd(true, true, f64::EPSILON, 1000)?;
@@ -65,7 +76,8 @@ impl<M: Constraints> Problem<'_, M> {
         let stays = |h: f64| {
             let place = self.moved(&balance.place, &balance.direction(&(&unknowns * h), self.count));
             let preferred = &balance.statics.tangent.coordinates;
-            let there = self.placed(&place, &balance.statics).and_then(|place| self.balance(&place, preferred).ok());
+            let there =
+                self.placed(&place, &balance.statics).and_then(|place| self.balance(&place, preferred).ok());
             let force = there.filter(|there| there.size() == along.len())?.force - &balance.force;
             Some(left.dot(&lower.solve_lower_triangular(&force)?).abs() <= allowed)
         };
@@ -80,7 +92,8 @@ impl<M: Constraints> Problem<'_, M> {
         Some(balance.direction(&(unknowns * reach), self.count).q.abs())
     }
 
-    /// Coordinates of which the start says nothing, by how far they go before the stiffness is another one; in a fold, before the load is.
+    /// Coordinates of which the start says nothing, by how far they go before the stiffness is another one;
+    /// in a fold, before the load is.
     pub(super) fn measure_lengths(&mut self, balance: &Balance<M>, still: &[usize]) {
         let in_fold = self.fold_reach(balance);
         let most = self.stiffest(balance);
@@ -140,7 +153,8 @@ impl<M: Constraints> Problem<'_, M> {
         let parts = parts / largest;
         let stays = |h: f64| {
             let place = self.moved(&balance.place, &balance.direction(&(&parts * h), self.count));
-            let there = self.placed(&place, &balance.statics).and_then(|place| self.per_inertia(&place, balance));
+            let there =
+                self.placed(&place, &balance.statics).and_then(|place| self.per_inertia(&place, balance));
             there.is_some_and(|k| (k - &here).amax() <= ANOTHER * most)
         };
         let mut last = None;

@@ -4,9 +4,10 @@
 //! p − p* = A h + B h² + C h³ + …        h along the direction of a branch, to both sides
 //! ```
 //!
-//! A branch with A ≠ 0 passes the point; one with A = 0 and B ≠ 0 turns round there, as the arms of a pitchfork do (M. Golubitsky & D. G. Schaeffer, *Singularities
-//! and Groups in Bifurcation Theory* I, chapter II). At one distance a small A hides behind B, and C looks like A. Half the difference of both sides, A h + C h³, tells them: from h to
-//! h/4 it falls to a quarter, or to a 64th.
+//! A branch with A ≠ 0 passes the point; one with A = 0 and B ≠ 0 turns round there, as the arms of a
+//! pitchfork do (M. Golubitsky & D. G. Schaeffer, *Singularities and Groups in Bifurcation Theory* I, chapter
+//! II). At one distance a small A hides behind B, and C looks like A. Half the difference of both sides, A
+//! h + C h³, tells them: from h to h/4 it falls to a quarter, or to a 64th.
 
 use alloc::boxed::Box;
 
@@ -25,7 +26,8 @@ const FARTHER: [f64; 5] = [0.1, 1.0, 10.0, 100.0, 1000.0];
 const NEUTRAL: f64 = 1e-12;
 /// A difference of both sides below this part of their mean may come from where the point itself was found.
 const LOPSIDED: f64 = 1e-6;
-/// What falls by less than this to a quarter of the distance falls with the distance, not with its third power.
+/// What falls by less than this to a quarter of the distance falls with the distance, not with its third
+/// power.
 const LINEAR: f64 = 8.0;
 
 /// What the parameter does along a branch beside a point of it.
@@ -48,10 +50,13 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             (Course::Passes(slope), Course::Turns(bent)) => (bent, slope, other),
             _ => return SpecialKind::BranchPoint,
         };
-        // Compared at the same value of the parameter: a little farther on the straight one may have changed once more.
+        // Compared at the same value of the parameter: a little farther on the straight one may have changed
+        // once more.
         let h = (bent.place().p[0] - balance.place.p[0]) / slope;
         match self.arm(balance, &straight.scaled(h.signum()), h.abs()) {
-            Some(beside) => SpecialKind::Pitchfork { supercritical: bent.watch.negative() < beside.watch.negative() },
+            Some(beside) => {
+                SpecialKind::Pitchfork { supercritical: bent.watch.negative() < beside.watch.negative() }
+            }
             None => SpecialKind::BranchPoint,
         }
     }

@@ -1,15 +1,17 @@
 //! Newton's method for places on a branch, and for the singular places of it.
 //!
-//! A place on a branch is where F = 0 meets a plane ⟨n, x − x₀⟩ = 0 of x = (q, p) (H. B. Keller, in *Applications of Bifurcation Theory*, 1977; E. L. Allgower &
-//! K. Georg, *Introduction to Numerical Continuation Methods*). A singular K is recognised by g of the bordered system
+//! A place on a branch is where F = 0 meets a plane ⟨n, x − x₀⟩ = 0 of x = (q, p) (H. B. Keller, in
+//! *Applications of Bifurcation Theory*, 1977; E. L. Allgower & K. Georg, *Introduction to Numerical
+//! Continuation Methods*). A singular K is recognised by g of the bordered system
 //!
 //! ```text
 //! [K  b] [v]   [0]        a fold:          F = 0,        g = 0                      for z, p
 //! [cᵀ 0] [g] = [1]        a branch point:  F + β b = 0,  g = 0,  f = wᵀF_p = 0      for z, p, β;  w from the transposed system, β = 0 in the end
 //! ```
 //!
-//! (A. Griewank & G. W. Reddien, IMA J. Numer. Anal. 4 (1984) 295; G. Moore, Numer. Funct. Anal. Optim. 2 (1980) 441). Both are regular at the places that
-//! they look for, where those for a branch are not: digits are not lost. g and f are exact but for F_p; their slopes are differences, which only steer.
+//! (A. Griewank & G. W. Reddien, IMA J. Numer. Anal. 4 (1984) 295; G. Moore, Numer. Funct. Anal. Optim. 2
+//! (1980) 441). Both are regular at the places that they look for, where those for a branch are not: digits
+//! are not lost. g and f are exact but for F_p; their slopes are differences, which only steer.
 
 use alloc::vec::Vec;
 
@@ -41,9 +43,15 @@ pub(super) struct Singular {
 }
 
 impl Singular {
-    /// With the borders that suit a place near which K is singular: the shapes, by columns and by rows, of the stiffness per inertia μ that is nearest to `soft`, to zero if none is
-    /// given. They are those of forces and displacements weighed by inertia, so that units play no part, and what is soft is told from what vanishes.
-    pub(super) fn beside<M: Constraints>(balance: &Balance<M>, branching: bool, soft: Option<f64>) -> Option<Self> {
+    /// With the borders that suit a place near which K is singular: the shapes, by columns and by rows, of
+    /// the stiffness per inertia μ that is nearest to `soft`, to zero if none is given. They are those of
+    /// forces and displacements weighed by inertia, so that units play no part, and what is soft is told from
+    /// what vanishes.
+    pub(super) fn beside<M: Constraints>(
+        balance: &Balance<M>,
+        branching: bool,
+        soft: Option<f64>,
+    ) -> Option<Self> {
         let (lower, k) = balance.per_inertia()?;
         let n = k.nrows();
         let real = general(k.clone()).ok()?.into_iter().filter(|x| x.im == 0.0).map(|x| x.re);
@@ -132,7 +140,8 @@ impl Singular {
 pub(super) struct Arrived<M: Constraints> {
     pub(super) balance: Balance<M>,
     pub(super) iterations: usize,
-    /// The last change of the first parameter, and all that would follow if corrections went on falling as slowly as at last.
+    /// The last change of the first parameter, and all that would follow if corrections went on falling as
+    /// slowly as at last.
     pub(super) change: f64,
     /// β.
     pub(super) beta: f64,
@@ -166,7 +175,8 @@ impl<M: Constraints> Problem<'_, M> {
         })
     }
 
-    /// From a guess to balance on a plane through `through`, and to a singular K if that is asked for; no farther than `reach` from the guess.
+    /// From a guess to balance on a plane through `through`, and to a singular K if that is asked for; no
+    /// farther than `reach` from the guess.
     pub(super) fn solve(
         &self,
         guess: &Place<M::State>,
@@ -194,7 +204,9 @@ impl<M: Constraints> Problem<'_, M> {
                 if !balance.is_balanced(change).map_err(Missed::Model)? {
                     return Err(Missed::Far);
                 }
-                if singular.is_some_and(|singular| !settled(&matrix, &right, n..n + singular.count(), &scales)) {
+                if singular
+                    .is_some_and(|singular| !settled(&matrix, &right, n..n + singular.count(), &scales))
+                {
                     return Err(Missed::Far);
                 }
                 let rate = change / last;
@@ -239,14 +251,17 @@ impl<M: Constraints> Problem<'_, M> {
             }
         }
         if let Some((normal, through)) = plane {
-            matrix.view_mut((n + tests, 0), (1, n + count)).copy_from(&self.plane_row(normal, balance).transpose());
+            matrix
+                .view_mut((n + tests, 0), (1, n + count))
+                .copy_from(&self.plane_row(normal, balance).transpose());
             let gone = self.between(through, &balance.place);
             right[n + tests] = self.dot(normal, &Direction { q: &gone.q + &balance.offset, p: gone.p });
         }
         Some((matrix, right))
     }
 
-    /// The direction of the branch at a place, of unit length, nearest to a direction in which it was followed.
+    /// The direction of the branch at a place, of unit length, nearest to a direction in which it was
+    /// followed.
     pub(super) fn tangent(
         &self,
         balance: &Balance<M>,
@@ -266,20 +281,28 @@ impl<M: Constraints> Problem<'_, M> {
     }
 }
 
-/// Whether these equations are fulfilled as nearly as their slopes tell: where a slope is none, as beside a corner, small steps say nothing.
-fn settled(matrix: &DMatrix<f64>, right: &DVector<f64>, rows: core::ops::Range<usize>, scales: &DVector<f64>) -> bool {
+/// Whether these equations are fulfilled as nearly as their slopes tell: where a slope is none, as beside a
+/// corner, small steps say nothing.
+fn settled(
+    matrix: &DMatrix<f64>,
+    right: &DVector<f64>,
+    rows: core::ops::Range<usize>,
+    scales: &DVector<f64>,
+) -> bool {
     rows.into_iter().all(|i| {
         let slope = (0..scales.len()).fold(0.0, |most: f64, j| most.max((matrix[(i, j)] * scales[j]).abs()));
         right[i].abs() <= 1e-7 * slope
     })
 }
 
-/// The solution of a square system, rows and columns balanced; directions in which it is singular stand still.
+/// The solution of a square system, rows and columns balanced; directions in which it is singular stand
+/// still.
 pub(super) fn linear(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
     let rows = DVector::from_iterator(matrix.nrows(), matrix.row_iter().map(|row| inverse(row.amax())));
     let mut balanced = DMatrix::from_diagonal(&rows) * matrix;
-    let columns = DVector::from_iterator(matrix.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
+    let columns =
+        DVector::from_iterator(matrix.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
     balanced.column_iter_mut().zip(columns.iter()).for_each(|(mut column, c)| column *= *c);
     let right = right.component_mul(&rows);
     let lu = balanced.clone().lu();

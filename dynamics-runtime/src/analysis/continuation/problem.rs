@@ -1,16 +1,18 @@
 //! Balance as equations for coordinates and parameters together.
 //!
-//! At a place (q, p) that need not be in balance, nor quite on the constraints, the equations are F = Eᵀr = 0 for the independent coordinates z and the
-//! parameters, with r = −Q − Φ_qᵀλ at q̈ = 0 (`equilibria/statics.rs`). To first order
+//! At a place (q, p) that need not be in balance, nor quite on the constraints, the equations are F = Eᵀr = 0
+//! for the independent coordinates z and the parameters, with r = −Q − Φ_qᵀλ at q̈ = 0
+//! (`equilibria/statics.rs`). To first order
 //!
 //! ```text
 //! δq = D δz + P δp + c        P = the dependent coordinates' answer to Φ_p,        c = that to Φ itself: the way back to the constraints
 //! δF = K δz + F_p δp + Eᵀr_q c        F_p = Eᵀ(r_p + r_q P)
 //! ```
 //!
-//! K, D and Eᵀr_q are exact. What the parameter does, r_p and Φ_p, is known to nobody but the closure that makes the model: these are central differences,
-//! extrapolated (Richardson), of exact forces and residuals, with an error measured beside them. They steer; whether a place is in balance, and whether its
-//! stiffness is singular, is said by F and K alone.
+//! K, D and Eᵀr_q are exact. What the parameter does, r_p and Φ_p, is known to nobody but the closure that
+//! makes the model: these are central differences, extrapolated (Richardson), of exact forces and residuals,
+//! with an error measured beside them. They steer; whether a place is in balance, and whether its stiffness
+//! is singular, is said by F and K alone.
 
 use alloc::vec::Vec;
 
@@ -137,7 +139,11 @@ impl<M: Constraints> Problem<'_, M> {
         (0..statics.tangent.coordinates.len()).filter(is_free).collect()
     }
 
-    pub(super) fn balance(&self, place: &Place<M::State>, preferred: &[usize]) -> Result<Balance<M>, EquilibriumError> {
+    pub(super) fn balance(
+        &self,
+        place: &Place<M::State>,
+        preferred: &[usize],
+    ) -> Result<Balance<M>, EquilibriumError> {
         let model = self.model(place.p)?;
         let statics = Statics::of(&model, &place.state, preferred)?;
         let free = self.free(&statics);
@@ -165,9 +171,11 @@ impl<M: Constraints> Problem<'_, M> {
                 let moved = at(value)?.residual(&place.state);
                 Some(left(&moved).column(0).into_owned())
             })?;
-            let of_force =
-                difference(place.p[k], self.widths[k], |value| statics.force_beside(&at(value)?, &place.state).ok())?;
-            let answer = statics.tangent.particular(&DMatrix::from_columns(&[of_rows.0])).column(0).into_owned();
+            let of_force = difference(place.p[k], self.widths[k], |value| {
+                statics.force_beside(&at(value)?, &place.state).ok()
+            })?;
+            let answer =
+                statics.tangent.particular(&DMatrix::from_columns(&[of_rows.0])).column(0).into_owned();
             let total = of_force.0 + &statics.by_all * &answer;
             (0..n).for_each(|i| jacobian[(i, n + k)] = total[free[i]]);
             lift.set_column(n + k, &answer);
@@ -176,7 +184,8 @@ impl<M: Constraints> Problem<'_, M> {
         Ok(Balance { place: *place, model, statics, free, force, jacobian, lift, offset, unsure })
     }
 
-    /// Back to the constraints, with the independent coordinates of `like` as they are; `None` where they cannot be followed.
+    /// Back to the constraints, with the independent coordinates of `like` as they are; `None` where they
+    /// cannot be followed.
     pub(super) fn placed(&self, place: &Place<M::State>, like: &Statics<M::Rows>) -> Option<Place<M::State>> {
         if M::Residual::LEN == 0 {
             return Some(*place);
@@ -187,7 +196,8 @@ impl<M: Constraints> Problem<'_, M> {
             let rows: Vec<usize> = active_rows::<M>(next.state.modes(), false).collect();
             let residual = model.residual(&next.state);
             let left = DMatrix::from_fn(rows.len(), 1, |i, _| residual.as_slice()[rows[i]]);
-            let change = Statics::of(&model, &next.state, &like.tangent.coordinates).ok()?.tangent.particular(&left);
+            let change =
+                Statics::of(&model, &next.state, &like.tangent.coordinates).ok()?.tangent.particular(&left);
             let change = Direction { q: change.column(0).into_owned(), p: [0.0; 2] };
             let size = self.norm(&change);
             if size <= f64::EPSILON || (size <= 1e-10 && size >= 0.5 * last) {
@@ -252,14 +262,18 @@ impl<M: Constraints> Balance<M> {
     }
 }
 
-/// Whether a range is one over which a parameter can be followed from a value: narrower than this part of the parameter, differences are rounding.
+/// Whether a range is one over which a parameter can be followed from a value: narrower than this part of the
+/// parameter, differences are rounding.
 pub(super) fn is_range([lo, hi]: [f64; 2], start: f64) -> bool {
     let width = hi - lo;
-    lo.is_finite() && width.is_finite() && width > NARROW * lo.abs().max(hi.abs()) && (lo..=hi).contains(&start)
+    lo.is_finite()
+        && width.is_finite()
+        && width > NARROW * lo.abs().max(hi.abs())
+        && (lo..=hi).contains(&start)
 }
 
-/// The derivative of a function of one number, and how far it may be off, relative: differences of the best of some steps, to both sides where the
-/// function is defined there.
+/// The derivative of a function of one number, and how far it may be off, relative: differences of the best
+/// of some steps, to both sides where the function is defined there.
 pub(super) fn difference(
     at: f64,
     width: f64,

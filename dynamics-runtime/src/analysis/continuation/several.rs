@@ -1,8 +1,11 @@
 //! Branches that meet where several stiffnesses vanish at once.
 //!
-//! There [K, F_p] leaves a space of more than two directions, and which of them branches have is said by the next terms of F (bifurcation equations: M. Golubitsky, I. Stewart & D. G. Schaeffer,
-//! *Singularities and Groups in Bifurcation Theory* II). These are not formed: from guesses at a small distance, all round in that space, Newton's method goes to places on the planes normal to them, and
-//! what it finds is each half of a branch once. Where next to every guess has one of its own, a symmetry carries them into each other, and there is nothing to be told apart.
+//! There [K, F_p] leaves a space of more than two directions, and which of them branches have is said by the
+//! next terms of F (bifurcation equations: M. Golubitsky, I. Stewart & D. G. Schaeffer, *Singularities and
+//! Groups in Bifurcation Theory* II). These are not formed: from guesses at a small distance, all round in
+//! that space, Newton's method goes to places on the planes normal to them, and what it finds is each half of
+//! a branch once. Where next to every guess has one of its own, a symmetry carries them into each other, and
+//! there is nothing to be told apart.
 
 use alloc::vec::Vec;
 
@@ -20,11 +23,13 @@ const ASIDE: [f64; 3] = [2e-2, 5e-3, 1e-3];
 /// Guesses for each direction of the space, at least and at most.
 const GUESSES: usize = 60;
 const MOST: usize = 40 * GUESSES;
-/// So many guesses in a row, for each half that is known, that lead to no other one: there is none that has its share of the guesses.
+/// So many guesses in a row, for each half that is known, that lead to no other one: there is none that has
+/// its share of the guesses.
 const IN_VAIN: usize = 10;
 /// Halves of branches whose directions are nearer than this, in rad, are one.
 const ONE: f64 = 1e-2;
-/// Where more than this part of the guesses that lead anywhere lead to halves of their own, there is one in every direction.
+/// Where more than this part of the guesses that lead anywhere lead to halves of their own, there is one in
+/// every direction.
 const EVERYWHERE: f64 = 0.3;
 
 /// Each half of a branch, with what it fails for.
@@ -94,7 +99,8 @@ fn around<M: Constraints + Powers>(
     let mut numbers = Numbers(0x5eed);
     let mut in_vain = 0;
     for guess in 0..MOST * space.len() {
-        if guess >= GUESSES * space.len() && (in_vain > IN_VAIN * found.len() || is_everywhere(found.len(), led, space))
+        if guess >= GUESSES * space.len()
+            && (in_vain > IN_VAIN * found.len() || is_everywhere(found.len(), led, space))
         {
             break;
         }
@@ -131,7 +137,11 @@ fn mixed(space: &[Direction], parts: &[f64], size: f64) -> Direction {
 }
 
 /// The directions in which F changes least, orthonormal in what coordinates and parameters are measured by.
-fn softest<M: Constraints>(problem: &Problem<'_, M>, balance: &Balance<M>, count: usize) -> Option<Vec<Direction>> {
+fn softest<M: Constraints>(
+    problem: &Problem<'_, M>,
+    balance: &Balance<M>,
+    count: usize,
+) -> Option<Vec<Direction>> {
     let (unknowns, n) = (balance.jacobian.ncols(), balance.size());
     let measures = DVector::from_fn(unknowns, |j, _| problem.measure(balance, j));
     let scaled = balance.weighed()? * DMatrix::from_diagonal(&measures);
@@ -148,8 +158,10 @@ fn softest<M: Constraints>(problem: &Problem<'_, M>, balance: &Balance<M>, count
         let mut way = balance.direction(&v_t.row(k).transpose().component_mul(&measures), problem.count);
         for known in &space {
             let along = problem.dot(known, &way);
-            way =
-                Direction { q: &way.q - &known.q * along, p: core::array::from_fn(|k| way.p[k] - along * known.p[k]) };
+            way = Direction {
+                q: &way.q - &known.q * along,
+                p: core::array::from_fn(|k| way.p[k] - along * known.p[k]),
+            };
         }
         let norm = problem.norm(&way);
         if norm > 0.0 {

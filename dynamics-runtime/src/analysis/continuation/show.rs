@@ -1,6 +1,7 @@
 //! Branches in words, as tables and as diagrams.
 //!
-//! What stays is drawn solid, what does not dashed, what linear theory does not decide dotted in grey; special points carry their names.
+//! What stays is drawn solid, what does not dashed, what linear theory does not decide dotted in grey;
+//! special points carry their names.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -21,8 +22,12 @@ impl fmt::Display for SpecialKind {
         match self {
             Self::Several { count } => write!(f, "{count} stiffnesses vanish together"),
             Self::Hopf { frequency } => write!(f, "Hopf point at {} rad/s", readable(*frequency, 7)),
-            Self::FrequenciesMeet { frequency } => write!(f, "frequencies meet at {} rad/s", readable(*frequency, 7)),
-            Self::FlutterDivergence { growth } => write!(f, "flutter meets divergence at {}/s", readable(*growth, 7)),
+            Self::FrequenciesMeet { frequency } => {
+                write!(f, "frequencies meet at {} rad/s", readable(*frequency, 7))
+            }
+            Self::FlutterDivergence { growth } => {
+                write!(f, "flutter meets divergence at {}/s", readable(*growth, 7))
+            }
             other => f.write_str(other.name()),
         }
     }
@@ -71,14 +76,17 @@ impl<S: ModelState> Branch<S> {
     /// First point, special points and last point as rows of text, the names of the columns first.
     fn rows(&self) -> Vec<Vec<String>> {
         let names = self.coordinates.iter().map(|q| q.name.to_string());
-        let mut rows =
-            alloc::vec![["".to_string(), self.parameter.clone()].into_iter().chain(names).collect::<Vec<_>>()];
+        let mut rows = alloc::vec![
+            ["".to_string(), self.parameter.clone()].into_iter().chain(names).collect::<Vec<_>>()
+        ];
         let row = |name: String, parameter: f64, state: &S| {
             let values = state.q().as_slice().iter().map(|q| readable(q + 0.0, 9));
             [name, readable(parameter, 12)].into_iter().chain(values).collect::<Vec<_>>()
         };
         let (first, last) = (self.points.first(), self.points.last());
-        rows.extend(first.map(|point| row(format!("from, {}", point.stays()), point.parameter, &point.state)));
+        rows.extend(
+            first.map(|point| row(format!("from, {}", point.stays()), point.parameter, &point.state)),
+        );
         for special in &self.special {
             rows.push(row(special.kind.to_string(), special.parameter, &special.state));
         }
@@ -159,7 +167,8 @@ impl<S: ModelState> fmt::Display for Buckling<S> {
 }
 
 impl<S: ModelState> Branch<S> {
-    /// The points as comma-separated values: parameter, coordinates, arclength, stability, the largest real part of an eigenvalue.
+    /// The points as comma-separated values: parameter, coordinates, arclength, stability, the largest real
+    /// part of an eigenvalue.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let mut out = head(&self.parameter, self.coordinates.iter().map(|q| q.name));
@@ -267,10 +276,13 @@ fn panel<S: ModelState>(branches: &[Branch<S>], title: &str, of: impl Fn(&S) -> 
     panel
 }
 
-/// The pieces of a branch on which it stays, or does not, each up to the special point that ends it; gaps between.
+/// The pieces of a branch on which it stays, or does not, each up to the special point that ends it; gaps
+/// between.
 fn pieces<S: ModelState>(branch: &Branch<S>, wanted: Stays, of: &impl Fn(&S) -> f64) -> Vec<(f64, f64)> {
     let mut out: Vec<(f64, f64)> = Vec::new();
-    for (from, to, stays) in branch.points.windows(2).flat_map(|pair| stretches(branch, &pair[0], &pair[1], of)) {
+    for (from, to, stays) in
+        branch.points.windows(2).flat_map(|pair| stretches(branch, &pair[0], &pair[1], of))
+    {
         if stays != wanted {
             continue;
         }
@@ -287,7 +299,8 @@ fn pieces<S: ModelState>(branch: &Branch<S>, wanted: Stays, of: &impl Fn(&S) -> 
 /// From where to where on a chart, and whether it stays there.
 type Stretch = ((f64, f64), (f64, f64), Stays);
 
-/// What is drawn between two points: one stretch, or one up to the special points between them and one from there.
+/// What is drawn between two points: one stretch, or one up to the special points between them and one from
+/// there.
 fn stretches<S: ModelState>(
     branch: &Branch<S>,
     before: &BranchPoint<S>,
@@ -303,7 +316,11 @@ fn stretches<S: ModelState>(
     match (first, last) {
         (Some(first), Some(last)) => {
             let [first, last] = [first, last].map(|special| at(special.parameter, &special.state));
-            alloc::vec![(from, first, before.stays()), (first, last, after.stays()), (last, to, after.stays())]
+            alloc::vec![
+                (from, first, before.stays()),
+                (first, last, after.stays()),
+                (last, to, after.stays())
+            ]
         }
         // Undecided in a single point, as where it leaves another branch, is no stretch.
         _ => {

@@ -12,35 +12,46 @@ use crate::model::{Constraints, ModelState, Powers};
 
 /// Branch points nearer than this, in what coordinates and parameters are measured by, are one.
 const SAME: f64 = 1e-5;
-/// A point nearer than this to a chord of another branch, as a part of the chord, lies on it: chords leave their branch by less.
+/// A point nearer than this to a chord of another branch, as a part of the chord, lies on it: chords leave
+/// their branch by less.
 const ON_CHORD: f64 = 0.05;
 
 impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// The two halves of the branch that crosses the one on which this branch point was found.
     ///
     /// # Errors
-    /// A point in which no branches meet, or no other one is found; what the other branch fails for, with what was computed.
-    pub fn switch(&self, at: &Special<M::State>) -> Result<[Branch<M::State>; 2], ContinuationError<M::State>> {
+    /// A point in which no branches meet, or no other one is found; what the other branch fails for, with
+    /// what was computed.
+    pub fn switch(
+        &self,
+        at: &Special<M::State>,
+    ) -> Result<[Branch<M::State>; 2], ContinuationError<M::State>> {
         self.traced(|problem, periodic| {
             let [plus, minus] = self.arms(problem, periodic, at)?;
             Ok([plus?, minus?])
         })
     }
 
-    /// All halves of branches that meet in a point, this branch's own among them: also where several stiffnesses vanish at once, as of a column with two equal axes. Directions are tried from many sides, so
-    /// that a half that bends away within a hundredth of the range may be missed.
+    /// All halves of branches that meet in a point, this branch's own among them: also where several
+    /// stiffnesses vanish at once, as of a column with two equal axes. Directions are tried from many sides,
+    /// so that a half that bends away within a hundredth of the range may be missed.
     ///
     /// # Errors
-    /// As [`Continuation::switch`]; branches that leave in every direction, where a symmetry tells none from another.
-    pub fn switch_all(&self, at: &Special<M::State>) -> Result<Vec<Branch<M::State>>, ContinuationError<M::State>> {
+    /// As [`Continuation::switch`]; branches that leave in every direction, where a symmetry tells none from
+    /// another.
+    pub fn switch_all(
+        &self,
+        at: &Special<M::State>,
+    ) -> Result<Vec<Branch<M::State>>, ContinuationError<M::State>> {
         self.traced(|problem, periodic| self.halves(problem, periodic, at)?.into_iter().collect())
     }
 
-    /// All branches that are reached from the start through branch points, up to `limit` of them, each once: the one through the start to both sides, then what
-    /// crosses it.
+    /// All branches that are reached from the start through branch points, up to `limit` of them, each once:
+    /// the one through the start to both sides, then what crosses it.
     ///
     /// # Errors
-    /// Only those of the branch through the start; why others ended is in the result, with what was computed of them.
+    /// Only those of the branch through the start; why others ended is in the result, with what was computed
+    /// of them.
     pub fn branches(&self, limit: usize) -> Result<Diagram<M::State>, ContinuationError<M::State>> {
         self.traced(|problem, periodic| {
             let mut diagram = Diagram { branches: Vec::new(), failures: Vec::new(), left_out: 0 };
@@ -94,7 +105,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
                 Ok(branch) => branch,
                 Err(error) => {
                     diagram.failures.push((point.parameter, error.to_string()));
-                    let Some(branch) = error.branch().filter(|branch| branch.points.len() > 2) else { continue };
+                    let Some(branch) = error.branch().filter(|branch| branch.points.len() > 2) else {
+                        continue;
+                    };
                     branch.clone()
                 }
             };
@@ -149,14 +162,23 @@ fn place<S: ModelState>(special: &Special<S>) -> Place<S> {
     Place { state: special.state, p: [special.parameter, 0.0] }
 }
 
-/// Whether a branch goes where another one went: its first points after the one in which they meet all lie on that.
-fn lies_on<M: Constraints>(problem: &Problem<'_, M>, branch: &Branch<M::State>, other: &Branch<M::State>) -> bool {
+/// Whether a branch goes where another one went: its first points after the one in which they meet all lie on
+/// that.
+fn lies_on<M: Constraints>(
+    problem: &Problem<'_, M>,
+    branch: &Branch<M::State>,
+    other: &Branch<M::State>,
+) -> bool {
     let points: Vec<Place<M::State>> =
         branch.points.iter().map(|point| Place { state: point.state, p: [point.parameter, 0.0] }).collect();
     points.len() > 1 && points.iter().take(6).skip(1).all(|point| on_chord(problem, point, other))
 }
 
-fn on_chord<M: Constraints>(problem: &Problem<'_, M>, point: &Place<M::State>, other: &Branch<M::State>) -> bool {
+fn on_chord<M: Constraints>(
+    problem: &Problem<'_, M>,
+    point: &Place<M::State>,
+    other: &Branch<M::State>,
+) -> bool {
     other.points.windows(2).any(|pair| {
         let [a, b] = [&pair[0], &pair[1]].map(|end| Place { state: end.state, p: [end.parameter, 0.0] });
         let (chord, to) = (problem.between(&a, &b), problem.between(&a, point));

@@ -1,10 +1,12 @@
 //! Steps along a branch.
 //!
-//! A step goes along the tangent and returns to the branch in the plane normal to it (Keller's pseudo-arclength; the plane of one value of the parameter under
-//! load control). Its length follows the angle between tangents and the corrections that it took (E. L. Allgower & K. Georg, *Introduction to Numerical
-//! Continuation Methods*, chapter 6); it is cut where the tangent turns too far, so that the branch is not left for another one nearby. The middle of each
-//! step is computed, too, and the place where a stiffness or the slope of the parameter seems to be least: what passes zero and comes back within a step is
-//! seen there.
+//! A step goes along the tangent and returns to the branch in the plane normal to it (Keller's
+//! pseudo-arclength; the plane of one value of the parameter under load control). Its length follows the
+//! angle between tangents and the corrections that it took (E. L. Allgower & K. Georg, *Introduction to
+//! Numerical Continuation Methods*, chapter 6); it is cut where the tangent turns too far, so that the branch
+//! is not left for another one nearby. The middle of each step is computed, too, and the place where a
+//! stiffness or the slope of the parameter seems to be least: what passes zero and comes back within a step
+//! is seen there.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -90,8 +92,11 @@ enum Step<M: Constraints> {
 impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     pub(super) fn new(problem: &'t Problem<'t, M>, options: &'t Options, periodic: &'t [bool]) -> Self {
         #[cfg(feature = "progress")]
-        let progress =
-            if options.progress { Progress::of("points", 0.0, options.points as f64) } else { Progress::none() };
+        let progress = if options.progress {
+            Progress::of("points", 0.0, options.points as f64)
+        } else {
+            Progress::none()
+        };
         #[cfg(not(feature = "progress"))]
         let progress = Progress::none();
         let (points, special) = (Vec::new(), Vec::new());
@@ -105,7 +110,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         Ok(Sample { balance, tangent, watch })
     }
 
-    /// The place on the branch in the plane normal to the tangent of a sample, so far along it, no farther from there than `reach`.
+    /// The place on the branch in the plane normal to the tangent of a sample, so far along it, no farther
+    /// from there than `reach`.
     pub(super) fn beside(&self, from: &Sample<M>, s: f64, reach: f64) -> Result<(Sample<M>, usize), Missed> {
         let guess = self.problem.moved(from.place(), &from.tangent.scaled(s));
         let plane = Some((&from.tangent, &guess));
@@ -217,7 +223,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         if last {
             next.balance.place.p[0] = bound;
         }
-        let middle = self.beside(here, 0.5 * self.ahead(here, &next), if leaving { 3.0 * s } else { 0.5 * s })?.0;
+        let middle =
+            self.beside(here, 0.5 * self.ahead(here, &next), if leaving { 3.0 * s } else { 0.5 * s })?.0;
         let cosine = self.problem.dot(&here.tangent, &next.tangent).clamp(-1.0, 1.0);
         let angle = cosine.acos();
         if !leaving && (angle > TURN || self.leaps(here, &middle, &next)) {
@@ -234,7 +241,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         Ok(Step::Taken(Box::new(middle), Box::new(next), after))
     }
 
-    /// Whether the middle of a step lies beside the cubic through its ends (Hermite): it then leads to another branch, or cuts a bend.
+    /// Whether the middle of a step lies beside the cubic through its ends (Hermite): it then leads to
+    /// another branch, or cuts a bend.
     fn leaps(&self, here: &Sample<M>, middle: &Sample<M>, next: &Sample<M>) -> bool {
         let length = self.problem.distance(here.place(), next.place());
         let chord = self.problem.between(here.place(), next.place());
@@ -245,13 +253,20 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             q: &to.q - &chord.q * 0.5 - (&a.q - &b.q) * (0.125 * length),
             p: [to.p[0] - cubic(chord.p[0], a.p[0], b.p[0]), 0.0],
         };
-        // The middle is one along the tangent at the beginning, and so may stand a little before or after that of the cubic.
+        // The middle is one along the tangent at the beginning, and so may stand a little before or after
+        // that of the cubic.
         let along = self.problem.dot(&off, &middle.tangent);
         (self.problem.dot(&off, &off) - along * along).max(0.0).sqrt() > BESIDE * length
     }
 
     /// The place at the end of the range, about so far along the tangent.
-    fn to_bound(&self, here: &Sample<M>, s: f64, bound: f64, reach: f64) -> Result<(Sample<M>, usize), Missed> {
+    fn to_bound(
+        &self,
+        here: &Sample<M>,
+        s: f64,
+        bound: f64,
+        reach: f64,
+    ) -> Result<(Sample<M>, usize), Missed> {
         let mut guess = self.problem.moved(here.place(), &here.tangent.scaled(s));
         guess.p[0] = bound;
         let normal = Direction { q: &here.tangent.q * 0.0, p: [1.0, 0.0] };
@@ -264,8 +279,15 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         self.problem.dot(&from.tangent, &self.problem.between(from.place(), to.place()))
     }
 
-    /// Whether the step passes the first point, in its direction; angles on which the model depends with period 2π count by what is left of turns.
-    fn closes(&self, origin: &Place<M::State>, direction: &Direction, here: &Sample<M>, next: &Sample<M>) -> bool {
+    /// Whether the step passes the first point, in its direction; angles on which the model depends with
+    /// period 2π count by what is left of turns.
+    fn closes(
+        &self,
+        origin: &Place<M::State>,
+        direction: &Direction,
+        here: &Sample<M>,
+        next: &Sample<M>,
+    ) -> bool {
         if self.points.len() < 4 || self.problem.dot(direction, &next.tangent) < 0.5 {
             return false;
         }
@@ -291,7 +313,9 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             return false;
         }
         // What only passes near it is another piece of the branch.
-        let Ok((there, _)) = self.beside(here, part * self.ahead(here, next), 0.5 * length) else { return false };
+        let Ok((there, _)) = self.beside(here, part * self.ahead(here, next), 0.5 * length) else {
+            return false;
+        };
         let back = there.tangent.scaled(-self.problem.dot(&there.tangent, &gone(&there)));
         let left = gone(&there);
         let missed = Direction { q: &left.q + &back.q, p: [left.p[0] + back.p[0], 0.0] };
@@ -306,7 +330,10 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let first = first.clone();
         let there = Place { state: first.state, p: [first.parameter, 0.0] };
         let mut by = self.problem.between(here, &there);
-        by.q.iter_mut().zip(self.periodic).filter(|(_, p)| **p).for_each(|(q, _)| *q -= TAU * (*q / TAU).round());
+        by.q.iter_mut()
+            .zip(self.periodic)
+            .filter(|(_, p)| **p)
+            .for_each(|(q, _)| *q -= TAU * (*q / TAU).round());
         let arclength = last.arclength + self.problem.norm(&by);
         let state = self.problem.moved(here, &by).state;
         self.points.push(BranchPoint { arclength, state, ..first });
@@ -323,7 +350,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     /// The length of the branch up to a place beside its last point.
     pub(super) fn arclength(&self, place: &Place<M::State>) -> f64 {
         self.points.last().map_or(0.0, |last| {
-            last.arclength + self.problem.distance(&Place { state: last.state, p: [last.parameter, place.p[1]] }, place)
+            last.arclength
+                + self.problem.distance(&Place { state: last.state, p: [last.parameter, place.p[1]] }, place)
         })
     }
 
@@ -341,7 +369,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         }
     }
 
-    /// The branch, if nothing on it changes with time: its last point and its special ones are looked at as the start was, and where that shows anything, all are.
+    /// The branch, if nothing on it changes with time: its last point and its special ones are looked at as
+    /// the start was, and where that shows anything, all are.
     fn timeless(self, end: BranchEnd) -> Result<Branch<M::State>, ContinuationError<M::State>> {
         match self.changing() {
             None => Ok(self.finish(end)),
@@ -356,15 +385,21 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             found.err().filter(EquilibriumError::is_of_time)
         };
         let last = self.points.last().and_then(|point| at(point.state, point.parameter));
-        let special = || self.special.iter().find_map(|one| Some((one.arclength, at(one.state, one.parameter)?)));
+        let special =
+            || self.special.iter().find_map(|one| Some((one.arclength, at(one.state, one.parameter)?)));
         let (arclength, reason) = last.map(|reason| (f64::INFINITY, reason)).or_else(special)?;
-        let first = self.points.iter().enumerate().find_map(|(k, one)| Some((k, at(one.state, one.parameter)?)));
+        let first =
+            self.points.iter().enumerate().find_map(|(k, one)| Some((k, at(one.state, one.parameter)?)));
         let before = self.points.iter().filter(|point| point.arclength <= arclength).count();
         Some(first.filter(|(k, _)| *k <= before).unwrap_or((before, reason)))
     }
 
     /// Ends after so many points, as forces change with time beyond.
-    pub(super) fn ends_in_time(mut self, known: usize, reason: EquilibriumError) -> ContinuationError<M::State> {
+    pub(super) fn ends_in_time(
+        mut self,
+        known: usize,
+        reason: EquilibriumError,
+    ) -> ContinuationError<M::State> {
         self.points.truncate(known);
         let Some(last) = self.points.last() else { return ContinuationError::Start(reason) };
         let (parameter, arclength) = (last.parameter, last.arclength);
@@ -387,7 +422,12 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             && let Some((limit, at)) = self.limit(here)
         {
             let (name, branch) = (self.options.name.clone(), self.finish(BranchEnd::Points));
-            return ContinuationError::LimitLoad { parameter: name, limit, at: Box::new(at), branch: Box::new(branch) };
+            return ContinuationError::LimitLoad {
+                parameter: name,
+                limit,
+                at: Box::new(at),
+                branch: Box::new(branch),
+            };
         }
         let beyond = self.problem.moved(here.place(), &here.tangent.scaled(1e-4));
         let missed = self.problem.balance(&beyond, here.coordinates()).err().map_or(missed, Missed::Model);
@@ -401,7 +441,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     /// The fold just ahead.
     fn limit(&self, here: &Sample<M>) -> Option<(f64, M::State)> {
         let singular = Singular::beside(&here.balance, false, None)?;
-        let found = self.problem.solve(here.place(), here.coordinates(), None, Some(&singular), NEAR_LIMIT).ok()?;
+        let found =
+            self.problem.solve(here.place(), here.coordinates(), None, Some(&singular), NEAR_LIMIT).ok()?;
         let place = found.balance.place;
         Some((place.p[0], place.state))
     }

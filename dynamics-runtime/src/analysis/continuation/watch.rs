@@ -1,8 +1,10 @@
 //! What is watched along a branch: which directions resist, and which do not.
 //!
-//! At folds and branch points a stiffness μ of K x = μ M x passes zero. The sign of a determinant tells an odd number of them from an even one, not two from none,
-//! so each μ is followed by its shape x: two that pass zero in one step, to the same side or to opposite ones, are two. Where shapes turn too far in a step for
-//! that, and where numbers alone are not enough, the step is cut until they do. At a fold the parameter turns round, too; at a branch point it need not.
+//! At folds and branch points a stiffness μ of K x = μ M x passes zero. The sign of a determinant tells an
+//! odd number of them from an even one, not two from none, so each μ is followed by its shape x: two that
+//! pass zero in one step, to the same side or to opposite ones, are two. Where shapes turn too far in a step
+//! for that, and where numbers alone are not enough, the step is cut until they do. At a fold the parameter
+//! turns round, too; at a branch point it need not.
 
 use alloc::vec::Vec;
 
@@ -15,7 +17,8 @@ use crate::model::Constraints;
 
 /// Shapes that agree less than this, cos² of their angle, may be others.
 const SAME_SHAPE: f64 = 0.6;
-/// Elements that differ by less than this part of the largest are one: a stiffness of a potential is symmetric.
+/// Elements that differ by less than this part of the largest are one: a stiffness of a potential is
+/// symmetric.
 const SYMMETRIC: f64 = 1e-10;
 /// A dip to less than this part of the values beside it is looked at.
 const LOW: f64 = 0.3;
@@ -56,13 +59,17 @@ impl Watch {
         Ok(Self { slope: tangent.p[0] / problem.widths[0], ..found })
     }
 
-    fn of_statics<R: crate::model::Vector>(statics: &Statics<R>, free: &[usize]) -> Result<Self, EquilibriumError> {
+    fn of_statics<R: crate::model::Vector>(
+        statics: &Statics<R>,
+        free: &[usize],
+    ) -> Result<Self, EquilibriumError> {
         let part = |m: &DMatrix<f64>| m.select_rows(free).select_columns(free);
         let (k, mass) = (part(&statics.stiffness), part(&statics.mass));
         let coordinates = free.iter().map(|k| statics.tangent.coordinates[*k]).collect();
         let lower = mass.clone().cholesky().ok_or(LinearizeError::Inertia)?.unpack();
         let half = lower.solve_lower_triangular(&k).ok_or(LinearizeError::Inertia)?;
-        let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?.transpose();
+        let reduced =
+            lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?.transpose();
         let n = reduced.nrows();
         if (&reduced - reduced.transpose()).amax() > SYMMETRIC * reduced.amax() {
             let all = general(reduced)?;
@@ -102,7 +109,8 @@ impl Watch {
         (self.coordinates == other.coordinates).then(|| (a.tr_mul(&(&other.mass * b))).map(|x| x * x))
     }
 
-    /// The μ of another place that has the shape of the k-th one here; where shapes say nothing, the k-th, or the one next to zero where others have become complex.
+    /// The μ of another place that has the shape of the k-th one here; where shapes say nothing, the k-th, or
+    /// the one next to zero where others have become complex.
     pub(super) fn like(&self, k: usize, other: &Self) -> Option<f64> {
         let of_shape = self.agreement(other).map(|all| all.row(k).transpose().imax());
         let index = match of_shape {
@@ -127,7 +135,11 @@ impl Watch {
             let index = row.imax();
             // Shapes of one sign may turn into each other as they like.
             let of_sign = |sign: bool| -> f64 {
-                row.iter().zip(&other.squares).filter(|(_, x)| negative(x) == sign).map(|(part, _)| *part).sum()
+                row.iter()
+                    .zip(&other.squares)
+                    .filter(|(_, x)| negative(x) == sign)
+                    .map(|(part, _)| *part)
+                    .sum()
             };
             let stays = of_sign(negative(square));
             if stays >= SAME_SHAPE {
@@ -143,18 +155,19 @@ impl Watch {
         Changes { crossing, turns, sure }
     }
 
-    /// Parts of the way from here over the middle to an end at which a μ, or the slope of the parameter, seems to dip to zero, or past it, and come back: those of the
-    /// parabolas through three places.
+    /// Parts of the way from here over the middle to an end at which a μ, or the slope of the parameter,
+    /// seems to dip to zero, or past it, and come back: those of the parabolas through three places.
     pub(super) fn dips(&self, middle: &Self, end: &Self) -> Vec<f64> {
-        let of_squares =
-            (0..self.squares.len()).filter_map(|k| Some([self.squares[k], self.like(k, middle)?, self.like(k, end)?]));
+        let of_squares = (0..self.squares.len())
+            .filter_map(|k| Some([self.squares[k], self.like(k, middle)?, self.like(k, end)?]));
         let all = of_squares.chain([[self.slope, middle.slope, end.slope]]);
         let mut found: Vec<f64> = all.filter_map(dip).collect();
         found.sort_by(f64::total_cmp);
         found
     }
 
-    /// Where shapes say nothing, by their order, or by the number of those that do not resist where others have become complex.
+    /// Where shapes say nothing, by their order, or by the number of those that do not resist where others
+    /// have become complex.
     fn by_number(&self, other: &Self, turns: bool) -> Changes {
         if self.squares.len() == other.squares.len() {
             let pairs = self.squares.iter().zip(&other.squares).enumerate();

@@ -1,7 +1,9 @@
-//! Rest in a corner of the potential: forces drive toward a place from both sides of it, where a choice of the model changes.
+//! Rest in a corner of the potential: forces drive toward a place from both sides of it, where a choice of
+//! the model changes.
 //!
 //! |x| has its least value where it has no slope. No position has its forces in balance, and Newton's method, for which a force that is the same everywhere
-//! does not become smaller, ends where it began. Followed downhill the choice changes, and behind it the force drives back.
+//! does not become smaller, ends where it began. Followed downhill the choice changes, and behind it the
+//! force drives back.
 
 use nalgebra::DVector;
 
@@ -38,7 +40,8 @@ pub(super) fn beside<M: Constraints>(
     let at = |s: f64| {
         let mut beside = *state;
         beside.q_mut().as_mut_slice().iter_mut().zip(way.iter()).for_each(|(q, d)| *q += s * d);
-        let placed = with_workspace::<M, _>(|memory| project_positions(model, constants, &mut beside, memory));
+        let placed =
+            with_workspace::<M, _>(|memory| project_positions(model, constants, &mut beside, memory));
         placed.ok().map(|_| beside)
     };
     let side = |beside: &M::State| {
@@ -77,5 +80,8 @@ pub(super) fn beside<M: Constraints>(
         return Ok(None);
     }
     let i = (&after - &before).iamax();
-    Ok(Some(EquilibriumError::Corner { coordinate: M::COORDINATES[statics.tangent.rates[i]].name, force: after[i] }))
+    Ok(Some(EquilibriumError::Corner {
+        coordinate: M::COORDINATES[statics.tangent.rates[i]].name,
+        force: after[i],
+    }))
 }

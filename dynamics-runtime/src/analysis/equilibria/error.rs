@@ -41,14 +41,16 @@ pub enum EquilibriumError {
         /// The force on it at another time.
         force: f64,
     },
-    /// A choice of the model (`if`, min, max, abs, signum) changes at this very state, and forces balance on one side alone.
+    /// A choice of the model (`if`, min, max, abs, signum) changes at this very state, and forces balance on
+    /// one side alone.
     Corner {
         /// The coordinate.
         coordinate: &'static str,
         /// The force that is left on the other side.
         force: f64,
     },
-    /// Where the search ended, or where stability is asked for, the mass matrix is singular: a pole of polar coordinates, or gimbal lock. Generalized forces vanish there whatever acts.
+    /// Where the search ended, or where stability is asked for, the mass matrix is singular: a pole of polar
+    /// coordinates, or gimbal lock. Generalized forces vanish there whatever acts.
     Pole {
         /// The coordinate that has no inertia there.
         coordinate: &'static str,
@@ -71,7 +73,8 @@ pub enum EquilibriumError {
         /// To what.
         value: f64,
     },
-    /// Forces are below rounding where the search ended and far around it, and are not farther away: they have faded, as e^(−x) does.
+    /// Forces are below rounding where the search ended and far around it, and are not farther away: they
+    /// have faded, as e^(−x) does.
     Faded {
         /// The coordinate along which nothing is left.
         coordinate: &'static str,
@@ -87,14 +90,16 @@ pub enum EquilibriumError {
         /// That force.
         force_left: f64,
     },
-    /// What was to be steady accelerates: velocities that were given do not belong to coordinates on which nothing depends.
+    /// What was to be steady accelerates: velocities that were given do not belong to coordinates on which
+    /// nothing depends.
     NotSteady {
         /// The coordinate, or the row of a constraint.
         name: &'static str,
         /// The force that is left on it a little later on the motion, or what the row is missed by.
         left: f64,
     },
-    /// A family of models is not defined beside a value of its parameter: forces are not numbers there, on either side.
+    /// A family of models is not defined beside a value of its parameter: forces are not numbers there, on
+    /// either side.
     NotDefined {
         /// The value.
         parameter: f64,
@@ -133,7 +138,8 @@ impl fmt::Display for EquilibriumError {
             Self::Derivatives(error) => error.fmt(f),
             Self::Pole { coordinate } => write!(
                 f,
-                "nothing that moves with `{coordinate}` has inertia in this place, or where the search ended: coordinates have a pole there (gimbal lock, r = 0), and no force on it says \
+                "nothing that moves with `{coordinate}` has inertia in this place, or where the search \
+                 ended: coordinates have a pole there (gimbal lock, r = 0), and no force on it says \
                  anything; start elsewhere, or use coordinates that are regular there"
             ),
             Self::InputNotSet { input } => {
@@ -141,64 +147,73 @@ impl fmt::Display for EquilibriumError {
             }
             Self::NotFinite { coordinate } => write!(
                 f,
-                "the force on `{coordinate}` is not finite where the search for balance went; start nearer to the equilibrium"
+                "the force on `{coordinate}` is not finite where the search for balance went; start nearer \
+                 to the equilibrium"
             ),
             Self::Moving { row, rate } => write!(
                 f,
-                "constraint `{row}` moves by {rate:.3e} per second whatever is at rest, so that there is no equilibrium; hold what drives it, or choose \
-                 coordinates that move along"
+                "constraint `{row}` moves by {rate:.3e} per second whatever is at rest, so that there is no \
+                 equilibrium; hold what drives it, or choose coordinates that move along"
             ),
             Self::DependsOnTime { coordinate, force } => write!(
                 f,
-                "forces change with time (at another time {force:.3e} are left on `{coordinate}`); ask for the balance of one instant with \
-                 `.equilibria(..).at(t)`, or take the time out of the model"
+                "forces change with time (at another time {force:.3e} are left on `{coordinate}`); ask for \
+                 the balance of one instant with `.equilibria(..).at(t)`, or take the time out of the model"
             ),
             Self::Corner { coordinate, force } => write!(
                 f,
-                "a choice of the model (`if`, min, max, abs, signum) changes at this very position, and a force of {force:.3e} is left on `{coordinate}` on one \
-                 side of it, so that equilibria are not isolated or there is none; leave dry friction out, or round the corner off"
+                "a choice of the model (`if`, min, max, abs, signum) changes at this very position, and a \
+                 force of {force:.3e} is left on `{coordinate}` on one side of it, so that equilibria are \
+                 not isolated or there is none; leave dry friction out, or round the corner off"
             ),
             Self::NoEquilibrium { coordinate, force_left, soft, .. } => write!(
                 f,
-                "no equilibrium near the start: a force of {force_left:.6e} on `{coordinate}` is left where it is least, and there nothing resists along `{soft}` \
-                 (a fold, beyond the limit load, or a coordinate that nothing holds); load it less, or start elsewhere"
+                "no equilibrium near the start: a force of {force_left:.6e} on `{coordinate}` is left where \
+                 it is least, and there nothing resists along `{soft}` (a fold, beyond the limit load, or a \
+                 coordinate that nothing holds); load it less, or start elsewhere"
             ),
             Self::Diverged { coordinate, value } => write!(
                 f,
-                "the search for balance ran away: `{coordinate}` reached {value:.3e}, and forces still became smaller; start elsewhere, or bound what nothing holds"
+                "the search for balance ran away: `{coordinate}` reached {value:.3e}, and forces still \
+                 became smaller; start elsewhere, or bound what nothing holds"
             ),
             Self::Faded { coordinate, value } => write!(
                 f,
-                "forces along `{coordinate}` fade away below rounding toward {value:.3e}, which is no balance; start nearer to the equilibrium, or bound what nothing holds there"
+                "forces along `{coordinate}` fade away below rounding toward {value:.3e}, which is no \
+                 balance; start nearer to the equilibrium, or bound what nothing holds there"
             ),
             Self::NoConvergence { iterations, coordinate, force_left } => write!(
                 f,
-                "no equilibrium after {iterations} iterations: a force of {force_left:.3e} is left on `{coordinate}`; forces that jump have none between, else start \
-                 elsewhere"
+                "no equilibrium after {iterations} iterations: a force of {force_left:.3e} is left on \
+                 `{coordinate}`; forces that jump have none between, else start elsewhere"
             ),
             Self::NotSteady { name, left } => write!(
                 f,
-                "the motion is not steady: a little later `{name}` is off balance by {left:.3e}; give velocities to coordinates on which nothing \
-                 depends, and choose coordinates that turn along"
+                "the motion is not steady: a little later `{name}` is off balance by {left:.3e}; give \
+                 velocities to coordinates on which nothing depends, and choose coordinates that turn along"
             ),
             Self::NotDefined { parameter } => write!(
                 f,
-                "the family of models has no forces that are numbers beside {parameter} of its parameter; end its range before that"
+                "the family of models has no forces that are numbers beside {parameter} of its parameter; \
+                 end its range before that"
             ),
             Self::NoRange { coordinate } => write!(
                 f,
-                "random starts need a range for `{coordinate}`; give one with `.within(\"{coordinate}\", [from, to])`, or one for all with `.spread(..)`"
+                "random starts need a range for `{coordinate}`; give one with `.within(\"{coordinate}\", \
+                 [from, to])`, or one for all with `.spread(..)`"
             ),
             Self::Range { name, range: [from, to] } => {
                 write!(
                     f,
-                    "the range of `{name}`, from {from} to {to}, is empty or not finite; give finite ends in order"
+                    "the range of `{name}`, from {from} to {to}, is empty or not finite; give finite ends in \
+                     order"
                 )
             }
             Self::UnknownCoordinate { name } => {
                 write!(
                     f,
-                    "`{name}` is not a coordinate; give a name of the model, arrays whole (`theta`) or by element (`theta[0]`)"
+                    "`{name}` is not a coordinate; give a name of the model, arrays whole (`theta`) or by \
+                     element (`theta[0]`)"
                 )
             }
         }

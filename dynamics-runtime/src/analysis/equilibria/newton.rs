@@ -1,14 +1,18 @@
 //! Newton's method for balance, along the constraints.
 //!
-//! Each iteration solves K δz = −F with the exact K, moves δq = D δz, and returns to the constraints; the step is halved until ‖F‖ falls as Armijo asks. ‖F‖ is the least
-//! that any λ makes of the forces weighed by the inertias at the start, and K its derivative (`Statics::covariant`): both are those of the place and not of the coordinates that happen to be
-//! independent there. By height a pendulum's weight is the same force all around, which no Newton step can make smaller. Where less than a 32nd of the step is admitted, K is nearly singular and the direction worth little: a
-//! Levenberg–Marquardt step, whose damping is adapted, takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3 and §11.2). It goes on to
-//! the least ‖F‖ nearby; if that is not 0 there is no equilibrium, and K has lost a direction there: a fold lies between it and the load. Where ‖F‖ does not fall to first order it may be
-//! greatest, as on a pendulum that is level: it is looked at a little beside, first the way that it would fall.
+//! Each iteration solves K δz = −F with the exact K, moves δq = D δz, and returns to the constraints; the
+//! step is halved until ‖F‖ falls as Armijo asks. ‖F‖ is the least that any λ makes of the forces weighed by
+//! the inertias at the start, and K its derivative (`Statics::covariant`): both are those of the place and
+//! not of the coordinates that happen to be independent there. By height a pendulum's weight is the same
+//! force all around, which no Newton step can make smaller. Where less than a 32nd of the step is admitted, K
+//! is nearly singular and the direction worth little: a Levenberg–Marquardt step, whose damping is adapted,
+//! takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3 and §11.2). It goes on to the
+//! least ‖F‖ nearby; if that is not 0 there is no equilibrium, and K has lost a direction there: a fold lies
+//! between it and the load. Where ‖F‖ does not fall to first order it may be greatest, as on a pendulum that
+//! is level: it is looked at a little beside, first the way that it would fall.
 //!
-//! Near the end every full step is taken until the corrections no longer shrink: to rounding, whatever the units. Directions in which K vanishes altogether
-//! (coordinates on which nothing depends) are left alone.
+//! Near the end every full step is taken until the corrections no longer shrink: to rounding, whatever the
+//! units. Directions in which K vanishes altogether (coordinates on which nothing depends) are left alone.
 
 use alloc::vec::Vec;
 
@@ -22,7 +26,8 @@ use crate::constrain::{project_positions, with_workspace};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
 
-/// Most iterations. Beside a fold, and at a pitchfork, each takes a third to a half of the error; of forces that begin with the fifth power a fifth.
+/// Most iterations. Beside a fold, and at a pitchfork, each takes a third to a half of the error; of forces
+/// that begin with the fifth power a fifth.
 const MOST: usize = 500;
 /// Corrections that are still this part of the last no longer shrink: those of a ninth power do.
 const SETTLED: f64 = 0.9;
@@ -38,7 +43,8 @@ const AWAY: f64 = 1e12;
 pub(super) const VANISHED: f64 = 1e-13;
 /// Forces that became so much smaller in all iterations, and still do, run away.
 const FADING: f64 = 1e-12;
-/// How far beside a place where ‖F‖ does not fall to first order it is looked at, in what coordinates are measured by, and by which part of it ‖F‖² has to be smaller there.
+/// How far beside a place where ‖F‖ does not fall to first order it is looked at, in what coordinates are
+/// measured by, and by which part of it ‖F‖² has to be smaller there.
 const BESIDE: [f64; 2] = [1e-3, 1e-2];
 const SMALLER: f64 = 1e-10;
 /// Forces up to this many times their measured rounding count as balance.
@@ -53,7 +59,8 @@ pub(super) struct Settled<M: Constraints> {
     pub(super) uncertainty: Vec<f64>,
 }
 
-/// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with rows and columns balanced, so that what is soft is not lost beside what is stiff.
+/// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with rows and columns balanced, so that what is soft is not lost beside what is
+/// stiff.
 pub(super) struct Factors {
     pub(super) rows: DVector<f64>,
     pub(super) columns: DVector<f64>,
@@ -65,7 +72,8 @@ impl Factors {
         let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
         let rows = DVector::from_iterator(k.nrows(), k.row_iter().map(|row| inverse(row.amax())));
         let mut balanced = DMatrix::from_diagonal(&rows) * k;
-        let columns = DVector::from_iterator(k.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
+        let columns =
+            DVector::from_iterator(k.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
         balanced.column_iter_mut().zip(columns.iter()).for_each(|(mut column, c)| column *= *c);
         let svd = SVD::try_new(balanced, true, true, f64::EPSILON, 300 * (k.nrows() + k.ncols()))?;
         Some(Self { rows, columns, svd })
@@ -73,7 +81,9 @@ impl Factors {
 
     /// δz of least size with K δz = `right`, where directions that vanish stand still.
     fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
-        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else { return DVector::zeros(self.columns.len()) };
+        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
+            return DVector::zeros(self.columns.len());
+        };
         let along = u.tr_mul(&right.component_mul(&self.rows));
         let least = VANISHED * self.svd.singular_values.amax();
         let sigma = &self.svd.singular_values;
@@ -81,7 +91,8 @@ impl Factors {
         v_t.tr_mul(&scaled).component_mul(&self.columns)
     }
 
-    /// What forces make of δz along directions whose singular values are above this part of the largest, but for one.
+    /// What forces make of δz along directions whose singular values are above this part of the largest, but
+    /// for one.
     pub(super) fn without(&self, part: f64, one: usize) -> DMatrix<f64> {
         let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
             return DMatrix::zeros(self.columns.len(), self.rows.len());
@@ -95,7 +106,9 @@ impl Factors {
 
     /// The largest |δz| that forces of these sizes could cause, along directions that do not vanish.
     fn reach(&self, forces: &DVector<f64>) -> DVector<f64> {
-        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else { return DVector::zeros(self.columns.len()) };
+        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
+            return DVector::zeros(self.columns.len());
+        };
         let along = u.abs().tr_mul(&forces.component_mul(&self.rows));
         let least = VANISHED * self.svd.singular_values.amax();
         let scaled = along.zip_map(&self.svd.singular_values, |x, s| if s > least { x / s } else { 0.0 });
@@ -137,7 +150,8 @@ fn uncertainty<M: Constraints>(
     factors: &Factors,
     noise: &DVector<f64>,
 ) -> Result<DVector<f64>, EquilibriumError> {
-    // At folds and pitchforks corrections shrink by a half or a third each: what is left is a few times the last.
+    // At folds and pitchforks corrections shrink by a half or a third each: what is left is a few times the
+    // last.
     let reach = factors.reach(noise) + 3.0 * factors.solve(&statics.force).abs();
     let soft = Soft { model, state, statics, factors, noise }.reach()?;
     Ok(reach.zip_map(&soft, f64::max))
@@ -184,7 +198,8 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
             false => search.step(&state, &statics, (&stiffness, &newton))?,
         };
         last = if is_near { change } else { f64::INFINITY };
-        let Some(next) = next.or_else(|| search.downhill(&state, &statics, (&stiffness, &factors), change)) else {
+        let Some(next) = next.or_else(|| search.downhill(&state, &statics, (&stiffness, &factors), change))
+        else {
             return search.accept(state, statics, &factors, change, iteration);
         };
         state = next;
@@ -196,7 +211,8 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
 
 impl<M: Constraints> Search<'_, M> {
     fn weighed(&self, statics: &Statics<M::Rows>, stiffness: &DMatrix<f64>) -> Option<Weighed> {
-        let [e, d] = [&statics.tangent.velocities, &statics.tangent.positions].map(|basis| lower(&self.metric, basis));
+        let [e, d] =
+            [&statics.tangent.velocities, &statics.tangent.positions].map(|basis| lower(&self.metric, basis));
         let (e, d) = (e?, d?);
         let half = e.solve_lower_triangular(stiffness)?;
         Some(Weighed {
@@ -212,7 +228,8 @@ impl<M: Constraints> Search<'_, M> {
         change.iter().zip(scales).fold(0.0, |most, (d, scale)| most.max(d.abs() / scale))
     }
 
-    /// The position after a change of the independent coordinates; `None` where the constraints cannot be followed that far.
+    /// The position after a change of the independent coordinates; `None` where the constraints cannot be
+    /// followed that far.
     fn moved(&self, state: &M::State, statics: &Statics<M::Rows>, change: &DVector<f64>) -> Option<M::State> {
         self.moved_by(state, &(&statics.tangent.positions * change))
     }
@@ -221,7 +238,9 @@ impl<M: Constraints> Search<'_, M> {
     fn moved_by(&self, state: &M::State, step: &DVector<f64>) -> Option<M::State> {
         let mut next = *state;
         next.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
-        let taken = with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, &mut next, memory));
+        let taken = with_workspace::<M, _>(|memory| {
+            project_positions(self.model, &self.constants, &mut next, memory)
+        });
         let taken = taken.ok()?;
         let size = scales(M::COORDINATES, state.q().as_slice()).into_iter().fold(0.0, f64::max);
         // A way back that is as long as the step leads to another branch.
@@ -261,13 +280,20 @@ impl<M: Constraints> Search<'_, M> {
     /// At most 1 rad of angles, at most ten times what other coordinates are measured by.
     fn bound(&self, state: &M::State, change: &DVector<f64>) -> f64 {
         let scales = scales(M::COORDINATES, state.q().as_slice());
-        let allowed =
-            M::COORDINATES.iter().zip(scales).map(|(q, scale)| if q.unit == "rad" { 1.0 } else { 10.0 * scale });
+        let allowed = M::COORDINATES
+            .iter()
+            .zip(scales)
+            .map(|(q, scale)| if q.unit == "rad" { 1.0 } else { 10.0 * scale });
         change.iter().zip(allowed).fold(1.0, |part: f64, (d, allowed)| part.min(allowed / d.abs()))
     }
 
     /// A Levenberg–Marquardt step; `None` where none makes ‖F‖ smaller by more than rounding.
-    fn damped(&mut self, state: &M::State, statics: &Statics<M::Rows>, weighed: &Weighed) -> Option<M::State> {
+    fn damped(
+        &mut self,
+        state: &M::State,
+        statics: &Statics<M::Rows>,
+        weighed: &Weighed,
+    ) -> Option<M::State> {
         let Weighed { force, stiffness, upper } = weighed;
         let here = force.norm_squared();
         let (square, slope) = (stiffness.tr_mul(stiffness), stiffness.tr_mul(force));
@@ -293,7 +319,8 @@ impl<M: Constraints> Search<'_, M> {
         None
     }
 
-    /// A place a little beside what is not in balance, where ‖F‖ is smaller though it does not fall to first order: the way that it would begin to move, or where K resists least.
+    /// A place a little beside what is not in balance, where ‖F‖ is smaller though it does not fall to first
+    /// order: the way that it would begin to move, or where K resists least.
     fn downhill(
         &self,
         state: &M::State,
@@ -307,8 +334,11 @@ impl<M: Constraints> Search<'_, M> {
         }
         let weighed = self.weighed(statics, stiffness)?;
         let here = weighed.force.norm_squared();
-        let falls =
-            statics.mass.clone().cholesky().map(|mass| &statics.tangent.velocities * mass.solve(&-&statics.force));
+        let falls = statics
+            .mass
+            .clone()
+            .cholesky()
+            .map(|mass| &statics.tangent.velocities * mass.solve(&-&statics.force));
         let square = weighed.stiffness.tr_mul(&weighed.stiffness).symmetric_eigen();
         let mut order: Vec<usize> = (0..square.eigenvalues.len()).collect();
         order.sort_by(|i, j| square.eigenvalues[*i].total_cmp(&square.eigenvalues[*j]));
@@ -323,7 +353,8 @@ impl<M: Constraints> Search<'_, M> {
             }
             for far in BESIDE.into_iter().flat_map(|far| [far, -far]) {
                 let next = self.moved_by(state, &(&way * (far / size)));
-                let is_less = |next: &M::State| self.merit(next).is_some_and(|merit| merit < here * (1.0 - SMALLER));
+                let is_less =
+                    |next: &M::State| self.merit(next).is_some_and(|merit| merit < here * (1.0 - SMALLER));
                 if let Some(next) = next.filter(is_less) {
                     return Some(next);
                 }
@@ -333,11 +364,20 @@ impl<M: Constraints> Search<'_, M> {
     }
 
     /// Whether what is left of forces is rounding.
-    fn is_balanced(&self, statics: &Statics<M::Rows>, factors: &Factors, change: f64, noise: &DVector<f64>) -> bool {
-        let rounded = statics.force.iter().zip(noise.iter()).all(|(force, noise)| force.abs() <= ROUNDED * noise);
-        // Or the last correction was rounding, and took all of the force: nothing of it acts where nothing resists.
+    fn is_balanced(
+        &self,
+        statics: &Statics<M::Rows>,
+        factors: &Factors,
+        change: f64,
+        noise: &DVector<f64>,
+    ) -> bool {
+        let rounded =
+            statics.force.iter().zip(noise.iter()).all(|(force, noise)| force.abs() <= ROUNDED * noise);
+        // Or the last correction was rounding, and took all of the force: nothing of it acts where nothing
+        // resists.
         let left = &statics.force + &statics.stiffness * factors.solve(&-&statics.force);
-        let gone = left.iter().zip(statics.force.iter()).all(|(left, force)| left.abs() <= 1e-6 * force.abs());
+        let gone =
+            left.iter().zip(statics.force.iter()).all(|(left, force)| left.abs() <= 1e-6 * force.abs());
         rounded || (gone && change <= 1e-11)
     }
 
@@ -364,7 +404,10 @@ impl<M: Constraints> Search<'_, M> {
     fn none(&self, state: &M::State, statics: &Statics<M::Rows>) -> EquilibriumError {
         let (i, force_left) = statics.worst();
         if force_left.abs() < f64::MIN_POSITIVE {
-            return EquilibriumError::Faded { coordinate: M::COORDINATES[i].name, value: state.q().as_slice()[i] };
+            return EquilibriumError::Faded {
+                coordinate: M::COORDINATES[i].name,
+                value: state.q().as_slice()[i],
+            };
         }
         // The direction that K resists least.
         let soft = statics.covariant(self.model, state, &self.metric).ok();
@@ -384,7 +427,10 @@ impl<M: Constraints> Search<'_, M> {
     fn unsettled(&self, iterations: usize, statics: &Statics<M::Rows>, state: &M::State) -> EquilibriumError {
         let (i, force_left) = statics.worst();
         if force_left.abs() <= FADING * self.most {
-            return EquilibriumError::Diverged { coordinate: M::COORDINATES[i].name, value: state.q().as_slice()[i] };
+            return EquilibriumError::Diverged {
+                coordinate: M::COORDINATES[i].name,
+                value: state.q().as_slice()[i],
+            };
         }
         EquilibriumError::NoConvergence { iterations, coordinate: M::COORDINATES[i].name, force_left }
     }
@@ -393,7 +439,9 @@ impl<M: Constraints> Search<'_, M> {
         let values = state.q().as_slice().iter().zip(&self.first);
         let away = |(_, (q, first)): &(usize, (&f64, &f64))| q.abs() > AWAY * (1.0 + **first);
         match values.enumerate().find(away) {
-            Some((i, (q, _))) => Err(EquilibriumError::Diverged { coordinate: M::COORDINATES[i].name, value: *q }),
+            Some((i, (q, _))) => {
+                Err(EquilibriumError::Diverged { coordinate: M::COORDINATES[i].name, value: *q })
+            }
             None => Ok(()),
         }
     }

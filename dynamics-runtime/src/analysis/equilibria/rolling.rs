@@ -4,9 +4,11 @@
 //! v̇(z, v) = 0        for z, with v as it is given: the lean of a disk that rolls in a circle, with its turning and its spin
 //! ```
 //!
-//! The velocities that depend follow from the constraints, and so do their rates, which need not vanish: the contact of a disk goes round. The equations are EᵀM E v̇ = 0 of small
-//! motions (`linearize.rs`), whose stiffness is their exact derivative by z at held v. They say nothing of where it rolls, and which way: steps are the shortest ones.
-//! J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark & N. A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
+//! The velocities that depend follow from the constraints, and so do their rates, which need not vanish: the
+//! contact of a disk goes round. The equations are EᵀM E v̇ = 0 of small motions (`linearize.rs`), whose
+//! stiffness is their exact derivative by z at held v. They say nothing of where it rolls, and which way:
+//! steps are the shortest ones. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark & N.
+//! A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
 
 use alloc::vec::Vec;
 
@@ -15,7 +17,9 @@ use nalgebra::{DMatrix, DVector};
 use super::rounding::NOISES;
 use super::statics::excess;
 use super::{Equilibrium, EquilibriumError, conditioning, many_times, vector};
-use crate::analysis::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, assemble, scales};
+use crate::analysis::linearize::{
+    Linearization, LinearizeError, Read, SmallMotions, Tangent, assemble, scales,
+};
 use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
 use crate::constrain::{Mechanism, project_positions, with_workspace};
@@ -50,7 +54,8 @@ struct Here {
     force: DVector<f64>,
 }
 
-/// The steady motion near a state that rolls; the velocities of `held` coordinates stay, or those that are chosen where there are none.
+/// The steady motion near a state that rolls; the velocities of `held` coordinates stay, or those that are
+/// chosen where there are none.
 pub(super) fn find<M: Constraints>(
     model: &M,
     start: &M::State,
@@ -88,7 +93,8 @@ fn choices<M: Constraints>(start: &M::State) -> [Vec<usize>; 3] {
 impl<M: Constraints> Rolling<'_, M> {
     fn at(&self, state: &M::State) -> Result<Here, EquilibriumError> {
         let read = Read::of(self.model, state)?;
-        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
+        let tangent =
+            Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
         let linear = assemble::<M>(&read, &tangent);
         let force = &linear.mass * &linear.accelerations;
         Ok(Here { linear, tangent, force })
@@ -101,7 +107,8 @@ impl<M: Constraints> Rolling<'_, M> {
         next.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
         self.place(&mut next)?;
         let read = Read::of(self.model, &next)?;
-        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
+        let tangent =
+            Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
         let missed = self.model.velocity_residual(&next);
         let held = active_rows::<M>(next.modes(), false).map(|row| missed.as_slice()[row]);
         let change = tangent.particular(&DMatrix::from_iterator(tangent.row_count(), 1, held));
@@ -109,7 +116,8 @@ impl<M: Constraints> Rolling<'_, M> {
         Ok(next)
     }
 
-    /// Back on the holonomic constraints, by coordinates that depend on the others: the shortest way back would move the place and the heading along.
+    /// Back on the holonomic constraints, by coordinates that depend on the others: the shortest way back
+    /// would move the place and the heading along.
     fn place(&self, state: &mut M::State) -> Result<(), EquilibriumError> {
         for _ in 0..CORRECTIONS {
             let read = Read::of(self.model, state)?;
@@ -127,15 +135,19 @@ impl<M: Constraints> Rolling<'_, M> {
             }
         }
         // What is left is rounding, unless that went too far.
-        let taken = with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, state, memory))?;
+        let taken =
+            with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, state, memory))?;
         if taken.change > 1e-6 {
             let (row, distance) = (M::ROWS[0].name, taken.change);
-            return Err(SolveError::OffConstraint { what: "positions", row, residual: distance, distance }.into());
+            return Err(
+                SolveError::OffConstraint { what: "positions", row, residual: distance, distance }.into()
+            );
         }
         Ok(())
     }
 
-    /// Newton's method, with steps halved until forces become smaller, or, where that leads nowhere, only so far that angles move by a fifth of a radian.
+    /// Newton's method, with steps halved until forces become smaller, or, where that leads nowhere, only so
+    /// far that angles move by a fifth of a radian.
     fn search(&self, start: &M::State, falls: bool) -> Result<Equilibrium<M::State>, EquilibriumError> {
         let mut state =
             self.moved(start, &self.at(start)?, &DVector::zeros(self.at(start)?.tangent.coordinates.len()))?;
@@ -230,13 +242,20 @@ impl<M: Constraints> Rolling<'_, M> {
         })
     }
 
-    /// That no force changes with time, at the times at which balance is looked at elsewhere: in this very place, as where it will be by then says nothing.
-    fn check_times(&self, state: &M::State, here: &Here, noise: &DVector<f64>) -> Result<(), EquilibriumError> {
+    /// That no force changes with time, at the times at which balance is looked at elsewhere: in this very
+    /// place, as where it will be by then says nothing.
+    fn check_times(
+        &self,
+        state: &M::State,
+        here: &Here,
+        noise: &DVector<f64>,
+    ) -> Result<(), EquilibriumError> {
         if !M::EXPLICIT_TIME {
             return Ok(());
         }
-        let measures =
-            |indices: &[usize], of: &[f64]| DVector::from_iterator(indices.len(), indices.iter().map(|i| of[*i].abs()));
+        let measures = |indices: &[usize], of: &[f64]| {
+            DVector::from_iterator(indices.len(), indices.iter().map(|i| of[*i].abs()))
+        };
         let places = measures(&here.tangent.coordinates, &scales(M::COORDINATES, state.q().as_slice()));
         let rates = measures(&here.tangent.rates, state.u().as_slice());
         let usual = here.linear.stiffness.abs() * places + here.linear.damping.abs() * rates;

@@ -31,12 +31,14 @@ pub(super) fn clear_rounding<M: Constraints>(
     state: &M::State,
     beside: impl Fn(&M::State) -> Option<DMatrix<f64>>,
 ) {
-    let [of_rows, of_columns] = inertias.map(|of| of.map(|inertia| if inertia > 0.0 { inertia.sqrt() } else { 1.0 }));
+    let [of_rows, of_columns] =
+        inertias.map(|of| of.map(|inertia| if inertia > 0.0 { inertia.sqrt() } else { 1.0 }));
     let size = |i: usize, j: usize| matrix[(i, j)].abs() / (of_rows[i] * of_columns[j]);
     let sizes = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), size);
     let most = if sizes.is_empty() { 0.0 } else { sizes.amax() };
     // How much each suspect changes; NaN marks what is none, and stays.
-    let mut changes = matrix.zip_map(&sizes, |x, size| if x != 0.0 && size <= SUSPECT * most { 0.0 } else { f64::NAN });
+    let mut changes =
+        matrix.zip_map(&sizes, |x, size| if x != 0.0 && size <= SUSPECT * most { 0.0 } else { f64::NAN });
     if changes.iter().all(|change| change.is_nan()) {
         return;
     }

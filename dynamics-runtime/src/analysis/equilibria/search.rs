@@ -41,7 +41,8 @@ impl<'m, M: Constraints> Search<'m, M> {
         self
     }
 
-    /// Of what rolls, the independent velocities that stay as they are in all starts, as for [`super::Equilibria::steady_in`]. In searches for rest nothing moves, and this says nothing.
+    /// Of what rolls, the independent velocities that stay as they are in all starts, as for
+    /// [`super::Equilibria::steady_in`]. In searches for rest nothing moves, and this says nothing.
     pub fn holding(mut self, independent: &[&str]) -> Self {
         self.held = independent.iter().map(|name| (*name).to_owned()).collect();
         self
@@ -53,8 +54,9 @@ impl<'m, M: Constraints> Search<'m, M> {
         self
     }
 
-    /// So many random starts beside the others, the same for the same seed: angles on which the model depends with period 2π anywhere, other
-    /// coordinates in their ranges, all of them then moved onto the constraints. Of steady motions coordinates without a range stay as they are.
+    /// So many random starts beside the others, the same for the same seed: angles on which the model depends
+    /// with period 2π anywhere, other coordinates in their ranges, all of them then moved onto the
+    /// constraints. Of steady motions coordinates without a range stay as they are.
     pub fn random(mut self, count: usize) -> Self {
         self.random = count;
         self
@@ -72,14 +74,16 @@ impl<'m, M: Constraints> Search<'m, M> {
         self
     }
 
-    /// The range of all coordinates that have none of their own: so far to both sides of the state that the search was opened with.
+    /// The range of all coordinates that have none of their own: so far to both sides of the state that the
+    /// search was opened with.
     pub fn spread(mut self, distance: f64) -> Self {
         self.spread = Some(distance);
         self
     }
 
-    /// The balance of this instant: forces and positions of constraints are those of the time t, and do not change. Unless this is said, models in
-    /// which they do are refused. Constraints that move leave nothing at rest, and are refused all the same.
+    /// The balance of this instant: forces and positions of constraints are those of the time t, and do not
+    /// change. Unless this is said, models in which they do are refused. Constraints that move leave nothing
+    /// at rest, and are refused all the same.
     pub fn at(mut self, t: f64) -> Self {
         self.frozen = true;
         self.around = at_time(&self.around, t);
@@ -93,12 +97,18 @@ impl<'m, M: Constraints> Search<'m, M> {
     /// Options that make no sense; where no start leads to an equilibrium, the reason of the first.
     pub fn run(self) -> Result<Found<M::State>, EquilibriumError> {
         let periodic = periodic(self.model, &self.around);
-        let mut starts: Vec<M::State> = self.starts.iter().map(|start| at_time(start, self.around.t())).collect();
+        let mut starts: Vec<M::State> =
+            self.starts.iter().map(|start| at_time(start, self.around.t())).collect();
         if starts.is_empty() {
             starts.push(self.around);
         }
-        let mut found =
-            Found { equilibria: Vec::new(), hits: Vec::new(), failures: Vec::new(), random: self.random, lone: 0 };
+        let mut found = Found {
+            equilibria: Vec::new(),
+            hits: Vec::new(),
+            failures: Vec::new(),
+            random: self.random,
+            lone: 0,
+        };
         let ranges = if self.random > 0 { self.ranges(&periodic)? } else { Vec::new() };
         let asked = Asked { frozen: self.frozen, moving: self.moving };
         let held: Vec<&str> = self.held.iter().map(String::as_str).collect();
@@ -110,7 +120,12 @@ impl<'m, M: Constraints> Search<'m, M> {
         let (given, mut numbers) = (found.hits.len(), Numbers(self.seed));
         for _ in 0..self.random {
             let mut start = self.around;
-            start.q_mut().as_mut_slice().iter_mut().zip(&ranges).for_each(|(q, range)| *q = numbers.within(*range));
+            start
+                .q_mut()
+                .as_mut_slice()
+                .iter_mut()
+                .zip(&ranges)
+                .for_each(|(q, range)| *q = numbers.within(*range));
             let placed = positions_of(self.model, start, &alloc::vec![false; M::Vector::LEN]);
             found.add(placed.map_err(Into::into).and_then(|start| find(&start)), &periodic);
         }
@@ -124,7 +139,10 @@ impl<'m, M: Constraints> Search<'m, M> {
         let mut ranges: Vec<Option<[f64; 2]>> = periodic.iter().map(usual).collect();
         if let Some(distance) = self.spread {
             if !(distance.is_finite() && distance > 0.0) {
-                return Err(EquilibriumError::Range { name: "spread".to_owned(), range: [-distance, distance] });
+                return Err(EquilibriumError::Range {
+                    name: "spread".to_owned(),
+                    range: [-distance, distance],
+                });
             }
             for (range, q) in ranges.iter_mut().zip(self.around.q().as_slice()) {
                 *range = range.or(Some([q - distance, q + distance]));
@@ -158,7 +176,8 @@ impl<'m, M: Constraints> Search<'m, M> {
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found<S: ModelState> {
-    /// Each equilibrium once, by growing coordinates; angles on which the model depends with period 2π within (−π, π].
+    /// Each equilibrium once, by growing coordinates; angles on which the model depends with period 2π within
+    /// (−π, π].
     pub equilibria: Vec<Equilibrium<S>>,
     /// From how many starts each was reached.
     pub hits: Vec<usize>,
@@ -169,8 +188,9 @@ pub struct Found<S: ModelState> {
 }
 
 impl<S: ModelState> Found<S> {
-    /// About which part of random starts would lead to equilibria that were not found: the part of those that led to one alone (I. J. Good, Biometrika 40
-    /// (1953) 237); `None` without random starts. No search of this kind proves that it found all.
+    /// About which part of random starts would lead to equilibria that were not found: the part of those that
+    /// led to one alone (I. J. Good, Biometrika 40 (1953) 237); `None` without random starts. No search of
+    /// this kind proves that it found all.
     #[must_use]
     pub fn unseen(&self) -> Option<f64> {
         (self.random > 0).then(|| self.lone as f64 / self.random as f64)
@@ -181,7 +201,9 @@ impl<S: ModelState> Found<S> {
             Ok(one) => one,
             Err(error) => return self.failures.push(error),
         };
-        for (q, _) in one.state.q_mut().as_mut_slice().iter_mut().zip(periodic).filter(|(_, periodic)| **periodic) {
+        for (q, _) in
+            one.state.q_mut().as_mut_slice().iter_mut().zip(periodic).filter(|(_, periodic)| **periodic)
+        {
             *q = principal(*q);
         }
         match self.equilibria.iter().position(|known| same(known, &one, periodic)) {
@@ -203,12 +225,23 @@ impl<S: ModelState> Found<S> {
             if let Some(error) = self.failures.into_iter().next() {
                 return Err(error);
             }
-            return Ok(Self { equilibria: Vec::new(), hits: Vec::new(), failures: Vec::new(), random: 0, lone: 0 });
+            return Ok(Self {
+                equilibria: Vec::new(),
+                hits: Vec::new(),
+                failures: Vec::new(),
+                random: 0,
+                lone: 0,
+            });
         }
         let mut order: Vec<usize> = (0..self.hits.len()).collect();
-        let key = |i: &usize| self.equilibria[*i].state.q().as_slice().iter().map(|q| (q * 1e9).round() + 0.0);
+        let key =
+            |i: &usize| self.equilibria[*i].state.q().as_slice().iter().map(|q| (q * 1e9).round() + 0.0);
         order.sort_by(|i, j| {
-            key(i).zip(key(j)).map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne()).unwrap_or(core::cmp::Ordering::Equal)
+            key(i)
+                .zip(key(j))
+                .map(|(a, b)| a.total_cmp(&b))
+                .find(|o| o.is_ne())
+                .unwrap_or(core::cmp::Ordering::Equal)
         });
         let mut all: Vec<Option<(Equilibrium<S>, usize)>> =
             self.equilibria.into_iter().zip(self.hits).map(Some).collect();
@@ -259,15 +292,16 @@ fn principal(angle: f64) -> f64 {
     if turned <= -PI + 1e-9 { turned + TAU } else { turned }
 }
 
-/// Coordinates that are angles (rad, or without unit) on which mass, forces and constraints depend with period 2π: at three random states, a turn leaves
-/// all of them as they are, to rounding.
+/// Coordinates that are angles (rad, or without unit) on which mass, forces and constraints depend with
+/// period 2π: at three random states, a turn leaves all of them as they are, to rounding.
 pub(in crate::analysis) fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut found: Vec<bool> = M::COORDINATES.iter().map(|q| q.unit == "rad" || q.unit.is_empty()).collect();
     let read = |state: &M::State| {
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        let mut terms =
+            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
         model.terms(state, &mut terms);
         let (positions, rates) = (model.residual(state), model.velocity_residual(state));
         [mass, force, jacobian, gamma, positions.as_slice().to_vec(), rates.as_slice().to_vec()]

@@ -1,10 +1,14 @@
 //! How far balance reaches along directions that next to nothing resists.
 //!
-//! Where a singular value of K vanishes beside the others, K says nothing of how far the place may be off: at a critical load forces begin with the third power, and what they
-//! are within 10⁻⁵ of it is rounding. The direction is followed, with what is stiff kept in balance (Lyapunov & Schmidt: M. Golubitsky & D. G. Schaeffer, *Singularities and Groups in Bifurcation
-//! Theory* I, chapter VII), until the force left in it is told from rounding. Where it never is, rests lie side by side, and each is one. Where it is to one side
-//! and never to the other, forces have faded away below rounding, as e^(−x) does and 1 − tanh²x: smooth functions do not vanish over a stretch otherwise. Likewise where
-//! nothing depends on the direction nearby, but at other places of it, from small to large, something does: far from its well even the stiffness of −e^(−x²) is below all numbers.
+//! Where a singular value of K vanishes beside the others, K says nothing of how far the place may be off: at
+//! a critical load forces begin with the third power, and what they are within 10⁻⁵ of it is rounding. The
+//! direction is followed, with what is stiff kept in balance (Lyapunov & Schmidt: M. Golubitsky & D. G.
+//! Schaeffer, *Singularities and Groups in Bifurcation Theory* I, chapter VII), until the force left in it is
+//! told from rounding. Where it never is, rests lie side by side, and each is one. Where it is to one side
+//! and never to the other, forces have faded away below rounding, as e^(−x) does and 1 − tanh²x: smooth
+//! functions do not vanish over a stretch otherwise. Likewise where nothing depends on the direction nearby,
+//! but at other places of it, from small to large, something does: far from its well even the stiffness of
+//! −e^(−x²) is below all numbers.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -25,9 +29,11 @@ const FIRST: f64 = 1e-13;
 const LAST: f64 = 2.0;
 /// Distances are doubled, but by no more than this.
 const STRIDE: f64 = 0.05;
-/// Where nothing is left at these distances, nothing is anywhere nearby; the last two may meet zero, of which anything may hold.
+/// Where nothing is left at these distances, nothing is anywhere nearby; the last two may meet zero, of which
+/// anything may hold.
 const FAR: [f64; 6] = [-0.05, 0.05, -0.4, 0.4, -1.0, 1.0];
-/// Places of other size that are looked at where nothing is: powers of ten of a coordinate, and how many in each.
+/// Places of other size that are looked at where nothing is: powers of ten of a coordinate, and how many in
+/// each.
 const DECADES: [i32; 2] = [-9, 9];
 const EACH: i32 = 4;
 /// Corrections of what is stiff at each distance.
@@ -77,7 +83,8 @@ impl<M: Constraints> Soft<'_, M> {
             let all = &self.statics.tangent.positions * &along;
             let size = all.iter().zip(&scales).fold(0.0, |most: f64, (x, scale)| most.max(x.abs() / scale));
             // A K of zeros alone is soft altogether.
-            let is_soft = sigma[k] <= SOFT * sigma.amax() || left.abs().dot(self.noise) / sigma[k] * size > UNSURE;
+            let is_soft =
+                sigma[k] <= SOFT * sigma.amax() || left.abs().dot(self.noise) / sigma[k] * size > UNSURE;
             if !is_soft || size <= 0.0 || !size.is_finite() {
                 continue;
             }
@@ -101,8 +108,9 @@ impl<M: Constraints> Soft<'_, M> {
         EquilibriumError::Faded { coordinate: M::COORDINATES[i].name, value: self.state.q().as_slice()[i] }
     }
 
-    /// Whether no force changes as all coordinates move by parts of `all` nearby, and one does far away, with no choice of the model in between. Straight on, without corrections: rests
-    /// that lie on a curve are left at once.
+    /// Whether no force changes as all coordinates move by parts of `all` nearby, and one does far away, with
+    /// no choice of the model in between. Straight on, without corrections: rests that lie on a curve are
+    /// left at once.
     fn depends_far_away(&self, all: &DVector<f64>) -> Result<bool, EquilibriumError> {
         let moved = |s: f64| {
             let mut beside = *self.state;
@@ -126,13 +134,19 @@ impl<M: Constraints> Soft<'_, M> {
         let i = all.iamax();
         let (from, along) = (self.state.q().as_slice()[i], all[i]);
         let pieces_here = pieces(self.model, self.state);
-        let sizes = (EACH * DECADES[0]..=EACH * DECADES[1]).map(|k| 10.0_f64.powf(f64::from(k) / f64::from(EACH)));
+        let sizes =
+            (EACH * DECADES[0]..=EACH * DECADES[1]).map(|k| 10.0_f64.powf(f64::from(k) / f64::from(EACH)));
         let places = sizes.flat_map(|size| [size, -size]).map(|place| moved((place - from) / along));
         Ok(places.into_iter().any(|beside| changes(&beside) && pieces(self.model, &beside) == pieces_here))
     }
 
     /// To both sides, how far the force along a direction is rounding.
-    fn sides(&self, left: &DVector<f64>, along: &DVector<f64>, own: usize) -> Result<[Side; 2], EquilibriumError> {
+    fn sides(
+        &self,
+        left: &DVector<f64>,
+        along: &DVector<f64>,
+        own: usize,
+    ) -> Result<[Side; 2], EquilibriumError> {
         // What was left counts as rounding, too.
         let least = TOLD * left.abs().dot(self.noise).max(left.dot(&self.statics.force).abs());
         let stiff = self.factors.without(SOFT, own);
@@ -161,7 +175,8 @@ impl<M: Constraints> Soft<'_, M> {
         Ok([side(1.0)?, side(-1.0)?])
     }
 
-    /// The force in a direction at a distance, with what is stiff in balance, and that place; `None` where that is not found.
+    /// The force in a direction at a distance, with what is stiff in balance, and that place; `None` where
+    /// that is not found.
     fn left(
         &self,
         left: &DVector<f64>,
@@ -175,10 +190,12 @@ impl<M: Constraints> Soft<'_, M> {
             let mut beside = *self.state;
             let all = &self.statics.tangent.positions * &step;
             beside.q_mut().as_mut_slice().iter_mut().zip(all.iter()).for_each(|(q, d)| *q += d);
-            let placed =
-                with_workspace::<M, _>(|memory| project_positions(self.model, &constants, &mut beside, memory));
-            let Some(there) =
-                placed.ok().and_then(|_| Statics::of(self.model, &beside, &self.statics.tangent.coordinates).ok())
+            let placed = with_workspace::<M, _>(|memory| {
+                project_positions(self.model, &constants, &mut beside, memory)
+            });
+            let Some(there) = placed
+                .ok()
+                .and_then(|_| Statics::of(self.model, &beside, &self.statics.tangent.coordinates).ok())
             else {
                 return Ok(None);
             };

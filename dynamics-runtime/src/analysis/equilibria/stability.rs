@@ -1,15 +1,21 @@
 //! Whether a system stays in an equilibrium, or in a steady motion.
 //!
-//! Where energy is conserved an equilibrium in which the stiffness K is positive definite is stable, whatever gyroscopic terms there are (Lagrange,
-//! Dirichlet), the work of dead loads included (`conserved.rs`); K is that of the potential that counts, of turning frames and reactions included, on what the constraints leave. Coordinates on which nothing
-//! depends are eliminated with their momenta held (Routh): what is then judged is the motion beside all that only count what happens. Elsewhere the
-//! eigenvalues of small motions decide. Where dampers take energy out, and none puts it in, what rests where K is positive definite stays there all the same, and comes to rest unless a mode
-//! reaches no damper (Kelvin, Tait & Chetaev: damping is pervasive if all eigenvalues are clear of the axis; D. R. Merkin, *Introduction to the Theory of Stability*, §6.4). Where eigenvalues are not clear of the imaginary axis otherwise, linear theory does not decide: I. G. Malkin, *Theory of Stability
-//! of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*, chapters 1 and 7.
+//! Where energy is conserved an equilibrium in which the stiffness K is positive definite is stable, whatever
+//! gyroscopic terms there are (Lagrange, Dirichlet), the work of dead loads included (`conserved.rs`); K is
+//! that of the potential that counts, of turning frames and reactions included, on what the constraints
+//! leave. Coordinates on which nothing depends are eliminated with their momenta held (Routh): what is then
+//! judged is the motion beside all that only count what happens. Elsewhere the eigenvalues of small motions
+//! decide. Where dampers take energy out, and none puts it in, what rests where K is positive definite stays
+//! there all the same, and comes to rest unless a mode reaches no damper (Kelvin, Tait & Chetaev: damping is
+//! pervasive if all eigenvalues are clear of the axis; D. R. Merkin, *Introduction to the Theory of
+//! Stability*, §6.4). Where eigenvalues are not clear of the imaginary axis otherwise, linear theory does not
+//! decide: I. G. Malkin, *Theory of Stability of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter
+//! Stability Theory with Mechanical Applications*, chapters 1 and 7.
 //!
-//! Nothing is called zero, or not zero, that rounding could have made so. Stiffnesses are set beside those of positions around, whose terms do not cancel, and
-//! beside what they change by where the position may be off: in a fold none is known. Eigenvalues are set beside the changes |yᵀ||A||x| ε/|yᵀx| that
-//! rounding of each element could make of them (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal. Appl. 20 (1998) 493).
+//! Nothing is called zero, or not zero, that rounding could have made so. Stiffnesses are set beside those of
+//! positions around, whose terms do not cancel, and beside what they change by where the position may be off:
+//! in a fold none is known. Eigenvalues are set beside the changes |yᵀ||A||x| ε/|yᵀx| that rounding of each
+//! element could make of them (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal. Appl. 20 (1998) 493).
 
 mod conserved;
 mod show;
@@ -42,7 +48,10 @@ struct Linear {
     names: Vec<Quantity>,
 }
 
-pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Result<Stability, EquilibriumError> {
+pub(super) fn judge<M: Constraints + Powers>(
+    model: &M,
+    state: &M::State,
+) -> Result<Stability, EquilibriumError> {
     let mut linear = model.linearize(state)?;
     if let Some(reason) = linear.unsteady {
         return Err(reason.into());
@@ -52,7 +61,9 @@ pub(super) fn judge<M: Constraints + Powers>(model: &M, state: &M::State) -> Res
     refuse_pole(model, state)?;
     let ignorable = ignorable(model, state, &linear);
     let mut found = match routh(model, state, &linear, &ignorable)? {
-        Some(reduced) => of_second_order(&reduced, energy(model, state, &indices::<M>(&linear), &linear.damping))?,
+        Some(reduced) => {
+            of_second_order(&reduced, energy(model, state, &indices::<M>(&linear), &linear.damping))?
+        }
         None => of_first_order(&linear, &ignorable)?,
     };
     found.ignorable = ignorable.iter().map(|j| linear.coordinates[*j]).collect();
@@ -85,8 +96,9 @@ fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization
     (linear.stiffness, linear.damping) = (stiffness, damping);
 }
 
-/// Refuses to judge what turns in a pole of its coordinates, or next to it by rounding, as a spherical pendulum upright: no momentum of a coordinate that has no inertia holds anything, and the same
-/// place at rest may be unstable.
+/// Refuses to judge what turns in a pole of its coordinates, or next to it by rounding, as a spherical
+/// pendulum upright: no momentum of a coordinate that has no inertia holds anything, and the same place at
+/// rest may be unstable.
 fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
     if state.u().as_slice().iter().all(|u| *u == 0.0) {
         return Ok(());
@@ -98,7 +110,8 @@ fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equili
         let mut beside = *state;
         let spread = |i: usize| part * (1.0 + 0.618 * i as f64).sin();
         beside.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += scales[i] * spread(i));
-        let placed = with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+        let placed =
+            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
         // Where there is no position nothing is learnt.
         let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &[]).ok()) else { continue };
         if let Some(along) = here.pole(&there) {
@@ -114,21 +127,28 @@ fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
     linear.coordinates.iter().filter_map(index).collect()
 }
 
-/// Independent coordinates on which nothing depends, here and elsewhere: moved by finite amounts, alone, they leave mass, forces and constraints as they are.
+/// Independent coordinates on which nothing depends, here and elsewhere: moved by finite amounts, alone, they
+/// leave mass, forces and constraints as they are.
 fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization) -> Vec<usize> {
     let order = indices::<M>(linear);
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let read = |state: &M::State| {
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        let mut terms =
+            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
         model.terms(state, &mut terms);
         [mass, force, jacobian, gamma]
     };
     // A state beside this one, in motion, so that no symmetry of it hides a dependence.
     let mut beside = *state;
     let spread = |i: usize| 0.1 + 0.7 * (1.0 + 0.618 * i as f64).sin();
-    beside.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += 0.01 * spread(i) * (1.0 + q.abs()));
+    beside
+        .q_mut()
+        .as_mut_slice()
+        .iter_mut()
+        .enumerate()
+        .for_each(|(i, q)| *q += 0.01 * spread(i) * (1.0 + q.abs()));
     beside.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
     // What cancels here, as forces in balance, does not there.
     let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -139,10 +159,9 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
         [0.37, -1.71, 2.93].into_iter().any(|by| {
             let mut moved = *at;
             moved.q_mut().as_mut_slice()[i] += by;
-            here.iter()
-                .zip(&read(&moved))
-                .zip(&sizes)
-                .any(|((a, b), size)| a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-13 * size || (x - y).is_nan()))
+            here.iter().zip(&read(&moved)).zip(&sizes).any(|((a, b), size)| {
+                a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-13 * size || (x - y).is_nan())
+            })
         })
     };
     let free = |j: &usize| {
@@ -154,8 +173,8 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
     (0..linear.coordinates.len()).filter(free).collect()
 }
 
-/// The equations without the coordinates on which nothing depends, their momenta held; `None` where these are not kept, and where velocities are not the
-/// rates of coordinates.
+/// The equations without the coordinates on which nothing depends, their momenta held; `None` where these are
+/// not kept, and where velocities are not the rates of coordinates.
 fn routh<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -166,7 +185,8 @@ fn routh<M: Constraints>(
         return Ok(None);
     }
     let kept: Vec<usize> = (0..linear.coordinates.len()).filter(|j| !ignorable.contains(j)).collect();
-    let part = |m: &DMatrix<f64>, rows: &[usize], columns: &[usize]| m.select_rows(rows).select_columns(columns);
+    let part =
+        |m: &DMatrix<f64>, rows: &[usize], columns: &[usize]| m.select_rows(rows).select_columns(columns);
     let (m, d, k) = (&linear.mass, &linear.damping, &linear.stiffness);
     let is_lost = part(k, ignorable, &kept).amax() > 0.0 || part(d, ignorable, ignorable).amax() > 0.0;
     if !ignorable.is_empty() && is_lost {
@@ -188,7 +208,8 @@ fn routh<M: Constraints>(
     }))
 }
 
-/// How far elements of K may be off: by rounding of terms that cancel here, seen from positions around where they do not, and for what the position may be off.
+/// How far elements of K may be off: by rounding of terms that cancel here, seen from positions around where
+/// they do not, and for what the position may be off.
 fn unsure<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -212,9 +233,12 @@ fn unsure<M: Constraints>(
             let mut beside = *state;
             let change = here.tangent.positions.column(j) * step;
             beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
-            let placed = with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+            let placed =
+                with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
             // Where there is no position, or no force, nothing is learnt.
-            let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &order).ok()) else { continue };
+            let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &order).ok()) else {
+                continue;
+            };
             if there.tangent.coordinates != order {
                 continue;
             }
@@ -255,11 +279,13 @@ fn of_second_order(linear: &Linear, energy: Energy) -> Result<Stability, Equilib
     let is_even = skew.iter().zip(linear.unsure.iter()).all(|(x, off)| *x <= 4.0 * off);
     let soft = match is_even {
         true => squares.iter().find(|one| one.value.abs() <= one.unsure).map(|one| along(&one.shape)),
-        false => {
-            spectrum.iter().find(|one| one.value.norm() <= one.unsure).map(|one| along(&one.shape.rows(0, n).into()))
-        }
+        false => spectrum
+            .iter()
+            .find(|one| one.value.norm() <= one.unsure)
+            .map(|one| along(&one.shape.rows(0, n).into())),
     };
-    // Two zero eigenvalues of a direction that nothing resists are as near to zero as the iteration leaves them, whatever is known of the elements.
+    // Two zero eigenvalues of a direction that nothing resists are as near to zero as the iteration leaves
+    // them, whatever is known of the elements.
     let zero = if soft.is_some() { 16.0 * n as f64 * f64::EPSILON * a.norm() } else { 0.0 };
     let worst = spectrum.iter().filter(|one| one.value.re > one.unsure.max(zero));
     let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
@@ -361,7 +387,9 @@ fn squares(linear: &Linear) -> Result<Vec<Found<f64>>, EquilibriumError> {
     let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?;
     let reduced = 0.5 * (&reduced + reduced.transpose());
     let sizes = reduced.abs();
-    let eigen = reduced.try_symmetric_eigen(f64::EPSILON, 300 * n).ok_or(LinearizeError::NoConvergence { size: n })?;
+    let eigen = reduced
+        .try_symmetric_eigen(f64::EPSILON, 300 * n)
+        .ok_or(LinearizeError::NoConvergence { size: n })?;
     let mut found = Vec::with_capacity(n);
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
         let v = vector.abs();
@@ -387,7 +415,8 @@ fn undamped(squares: &[Found<f64>]) -> Vec<Eigenvalue> {
     squares.iter().flat_map(pair).collect()
 }
 
-/// What rounding makes of each element of a matrix whose elements are known to rounding, and of the iteration.
+/// What rounding makes of each element of a matrix whose elements are known to rounding, and of the
+/// iteration.
 fn rounding(a: &DMatrix<f64>) -> DMatrix<f64> {
     a.abs() * (8.0 * a.nrows() as f64 * f64::EPSILON)
 }
@@ -402,10 +431,12 @@ fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, Equ
         let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
         let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
         let bound = of(&left).dot(&(off * of(&right))) / product;
-        // Eigenvalues that meet are off by a root of that; beyond it the vectors say nothing (Elsner, Linear Algebra Appl. 71 (1985) 77).
+        // Eigenvalues that meet are off by a root of that; beyond it the vectors say nothing (Elsner, Linear
+        // Algebra Appl. 71 (1985) 77).
         let part = 1.0 / n as f64;
         let unsure = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
-        let largest = right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
+        let largest =
+            right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
         let shape = right.map(|x| (x / largest).norm());
         // Of relative changes of elements, so that it is the same in all units.
         let size = of(&left).dot(&(a.abs() * of(&right)));

@@ -11,10 +11,12 @@ use crate::analysis::linearize::{LinearizeError, Tangent};
 use crate::constrain::held::active_rows;
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Terms, Vector};
 
-/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr of r = −Q − Φ_qᵀλ at q̈ = 0, and K = ∂F/∂z.
+/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr of r = −Q − Φ_qᵀλ at q̈ =
+/// 0, and K = ∂F/∂z.
 ///
-/// λ is chosen so that r vanishes on all dependent coordinates. What the change of E would contribute, (∂E)ᵀr, is then 0, as E is constant on the
-/// independent ones: K is the exact derivative of F along the constraints at every position, not only in equilibrium.
+/// λ is chosen so that r vanishes on all dependent coordinates. What the change of E would contribute,
+/// (∂E)ᵀr, is then 0, as E is constant on the independent ones: K is the exact derivative of F along the
+/// constraints at every position, not only in equilibrium.
 pub(in crate::analysis) struct Statics<R> {
     pub(in crate::analysis) tangent: Tangent,
     /// F, one for each velocity that is independent.
@@ -51,7 +53,8 @@ impl Read {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        let mut terms =
+            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
         model.terms(state, &mut terms);
         finite::<M>(state, &force)?;
         if !mass.iter().chain(&jacobian).all(|x| x.is_finite()) {
@@ -142,8 +145,9 @@ impl<R: Vector> Statics<R> {
         })
     }
 
-    /// The derivative of F in a metric G that is one number for each coordinate: that of r when λ is chosen so that r has the least size rᵀG⁻¹r. With A = EᵀG E the slope of
-    /// that size, FᵀA⁻¹F, along δz is 2 FᵀA⁻¹K δz, whichever coordinates are independent; in equilibrium K is [`Self::stiffness`].
+    /// The derivative of F in a metric G that is one number for each coordinate: that of r when λ is chosen
+    /// so that r has the least size rᵀG⁻¹r. With A = EᵀG E the slope of that size, FᵀA⁻¹F, along δz is 2
+    /// FᵀA⁻¹K δz, whichever coordinates are independent; in equilibrium K is [`Self::stiffness`].
     pub(super) fn covariant<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -177,7 +181,8 @@ impl<R: Vector> Statics<R> {
         let left = -(&read.force + read.jacobian.tr_mul(&held));
         let along = square.cholesky().ok_or(LinearizeError::Inertia)?.solve(&self.force);
         let tangential = metric * (e * along);
-        let by = -self.tangent.particular(&DMatrix::identity(rows.len(), rows.len())).tr_mul(&(left - tangential));
+        let by =
+            -self.tangent.particular(&DMatrix::identity(rows.len(), rows.len())).tr_mul(&(left - tangential));
         let mut multipliers = self.multipliers;
         rows.iter().zip(by.iter()).for_each(|(row, by)| multipliers[*row] += by);
         let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
@@ -191,19 +196,22 @@ impl<R: Vector> Statics<R> {
         Ok(e.tr_mul(&(by_q * d)))
     }
 
-    /// F at another state, in the directions and with the reactions of this one: what small changes make of it.
+    /// F at another state, in the directions and with the reactions of this one: what small changes make of
+    /// it.
     pub(in crate::analysis) fn force_beside<M: Constraints<Rows = R>>(
         &self,
         model: &M,
         state: &M::State,
     ) -> Result<DVector<f64>, EquilibriumError> {
         let read = Read::of(model, state)?;
-        let held = DVector::from_iterator(read.rows.len(), read.rows.iter().map(|row| self.multipliers[*row]));
+        let held =
+            DVector::from_iterator(read.rows.len(), read.rows.iter().map(|row| self.multipliers[*row]));
         Ok(-self.tangent.velocities.tr_mul(&(read.force + read.jacobian.tr_mul(&held))))
     }
 
-    /// How far F can be told: what the rounding of coordinates and of its terms makes of it, measured by moving the coordinates by their last bits
-    /// (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292).
+    /// How far F can be told: what the rounding of coordinates and of its terms makes of it, measured by
+    /// moving the coordinates by their last bits (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33
+    /// (2011) 1292).
     pub(in crate::analysis) fn noise<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -244,7 +252,8 @@ impl<R: Vector> Statics<R> {
         Ok(most)
     }
 
-    /// The force by which a branch that changes at this very state differs most from balance, against what is allowed: the index of a coordinate, and the force.
+    /// The force by which a branch that changes at this very state differs most from balance, against what is
+    /// allowed: the index of a coordinate, and the force.
     pub(super) fn at_corners<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -267,7 +276,8 @@ impl<R: Vector> Statics<R> {
         Ok(None)
     }
 
-    /// The direction along which inertia vanishes here and did not where the search began, by all coordinates: forces do so there too, whatever acts.
+    /// The direction along which inertia vanishes here and did not where the search began, by all
+    /// coordinates: forces do so there too, whatever acts.
     pub(super) fn pole(&self, first: &Self) -> Option<DVector<f64>> {
         let had = |k: &usize| {
             let at = first.tangent.rates.iter().position(|i| *i == self.tangent.rates[*k]);
@@ -280,8 +290,9 @@ impl<R: Vector> Statics<R> {
             return Some(self.tangent.velocities.column(k).into_owned());
         }
         let scale = |k: usize| 1.0 / self.inertia[heavy[k]].sqrt();
-        let scaled =
-            DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| self.mass[(heavy[i], heavy[j])] * scale(i) * scale(j));
+        let scaled = DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| {
+            self.mass[(heavy[i], heavy[j])] * scale(i) * scale(j)
+        });
         if scaled.is_empty() {
             return None;
         }
@@ -309,7 +320,9 @@ fn largest(force: &DVector<f64>) -> (usize, f64) {
 
 /// The force that exceeds by most what is allowed of it: its index, and the force.
 pub(super) fn excess(force: &DVector<f64>, allowed: &DVector<f64>) -> Option<(usize, f64)> {
-    let beyond = force.iter().zip(allowed.iter()).enumerate().filter(|(_, (force, allowed))| force.abs() > **allowed);
-    let most = beyond.max_by(|(_, (x, of_x)), (_, (y, of_y))| (x.abs() / **of_x).total_cmp(&(y.abs() / **of_y)));
+    let beyond =
+        force.iter().zip(allowed.iter()).enumerate().filter(|(_, (force, allowed))| force.abs() > **allowed);
+    let most =
+        beyond.max_by(|(_, (x, of_x)), (_, (y, of_y))| (x.abs() / **of_x).total_cmp(&(y.abs() / **of_y)));
     most.map(|(i, (force, _))| (i, *force))
 }

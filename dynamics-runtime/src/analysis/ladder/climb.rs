@@ -32,8 +32,11 @@ pub(super) fn climb(
     mut outputs: Vec<Compared>,
     interval: (f64, f64),
 ) -> Result<Comparison, LadderError> {
-    let runs: Vec<Box<dyn AnyMotion + '_>> =
-        ladder.rungs.iter().map(|rung| rung.run(interval.1, ladder.tolerance, false)).collect::<Result<_, _>>()?;
+    let runs: Vec<Box<dyn AnyMotion + '_>> = ladder
+        .rungs
+        .iter()
+        .map(|rung| rung.run(interval.1, ladder.tolerance, false))
+        .collect::<Result<_, _>>()?;
     let times = common_times(interval, ladder.intervals, runs.iter().flat_map(|run| run.knots()));
     let names: Vec<&str> = outputs.iter().map(|output| output.name.as_str()).collect();
     let ran: Vec<Ran> = ladder
@@ -51,8 +54,10 @@ pub(super) fn climb(
             return Err(LadderError::NoScale { output: output.name.clone() });
         }
     }
-    let about: Vec<Option<Duration>> = ran.iter().map(|ran| Some(ran.counts.wall_time.unwrap_or_default())).collect();
-    let medians = runs::medians(&about, ladder.effort, |i| ladder.rungs[i].time(interval.1, ladder.tolerance));
+    let about: Vec<Option<Duration>> =
+        ran.iter().map(|ran| Some(ran.counts.wall_time.unwrap_or_default())).collect();
+    let medians =
+        runs::medians(&about, ladder.effort, |i| ladder.rungs[i].time(interval.1, ladder.tolerance));
     let mut rungs = Vec::with_capacity(ran.len());
     for (k, (rung, own)) in ladder.rungs.iter().zip(&ran).enumerate() {
         let is_full = k + 1 == ran.len();
@@ -60,7 +65,14 @@ pub(super) fn climb(
         let time = medians[k].unwrap_or(once);
         rungs.push(report(&**rung, own, full, is_full, &times, &outputs, time)?);
     }
-    Ok(Comparison { scene: ladder.scene.clone(), interval, tolerance: ladder.tolerance, times, outputs, rungs })
+    Ok(Comparison {
+        scene: ladder.scene.clone(),
+        interval,
+        tolerance: ladder.tolerance,
+        times,
+        outputs,
+        rungs,
+    })
 }
 
 /// Equal intervals joined by the steps, in the order of the motion.
@@ -86,8 +98,10 @@ fn ran(
 ) -> Result<Ran, LadderError> {
     let loose = run.sample(times, outputs)?;
     let values = rung.run(end, tighter, true)?.sample(times, outputs)?;
-    let apart = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    let rounding = |values: &Vec<f64>| f64::EPSILON * values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let apart =
+        |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let rounding =
+        |values: &Vec<f64>| f64::EPSILON * values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let errors = loose.iter().zip(&values).map(|pair| apart(pair).max(rounding(pair.1))).collect();
     Ok(Ran { counts: run.counts(), values, errors })
 }
@@ -142,7 +156,8 @@ fn difference(times: &[f64], own: &[f64], full: &[f64], uncertainty: f64) -> Dif
     }
     // Straight lines between the times: the integral of their squares is exact.
     let square = |d: &[f64]| (d[0] * d[0] + d[0] * d[1] + d[1] * d[1]) / 3.0;
-    let integral: f64 = times.windows(2).zip(apart.windows(2)).map(|(t, d)| (t[1] - t[0]).abs() * square(d)).sum();
+    let integral: f64 =
+        times.windows(2).zip(apart.windows(2)).map(|(t, d)| (t[1] - t[0]).abs() * square(d)).sum();
     let span = (times[times.len() - 1] - times[0]).abs();
     Difference { largest, at, rms: libm::sqrt(integral / span), at_start: apart[0].abs(), uncertainty }
 }

@@ -53,7 +53,8 @@ pub struct RungReport {
     pub coordinates: usize,
     /// Number of rows of constraints.
     pub constraints: usize,
-    /// Operations of an evaluation of the accelerations, as the model's report counts them; `None` where no straight-line code was generated.
+    /// Operations of an evaluation of the accelerations, as the model's report counts them; `None` where no
+    /// straight-line code was generated.
     pub operations: Option<usize>,
     /// Evaluations of the accelerations.
     pub evaluations: u64,

@@ -138,21 +138,28 @@ impl fmt::Display for LadderError {
             Self::End { end } => {
                 write!(f, "motions until {end} cannot be compared; give a finite time beside the start's")
             }
-            Self::TooFew { rungs } => write!(f, "a ladder of {rungs} rungs compares nothing; add models with `.rung(..)`"),
-            Self::SameName { name } => write!(f, "two rungs are called `{name}`; give each a name of its own"),
+            Self::TooFew { rungs } => {
+                write!(f, "a ladder of {rungs} rungs compares nothing; add models with `.rung(..)`")
+            }
+            Self::SameName { name } => {
+                write!(f, "two rungs are called `{name}`; give each a name of its own")
+            }
             Self::Starts { first, start, other, other_start } => write!(
                 f,
-                "`{first}` starts at t = {start} and `{other}` at t = {other_start}; let all rungs start at the same time"
+                "`{first}` starts at t = {start} and `{other}` at t = {other_start}; let all rungs start at \
+                 the same time"
             ),
             Self::Tolerance { tolerance } => write!(
                 f,
-                "at tolerance {tolerance:e} errors cannot be told by a run at a hundredth of it; give one from 1e-12 to below 1"
+                "at tolerance {tolerance:e} errors cannot be told by a run at a hundredth of it; give one \
+                 from 1e-12 to below 1"
             ),
             Self::Intervals { intervals } => {
                 write!(f, "{intervals} intervals are no common times; give from 1 to 10,000,000")
             }
             Self::NoOutputs => f.write_str(
-                "no output is common to all rungs; declare it with `#[output]` in every model, or add it with `Rung::output(..)`",
+                "no output is common to all rungs; declare it with `#[output]` in every model, or add it \
+                 with `Rung::output(..)`",
             ),
             Self::UnknownOutput { rung, output, suggestion } => {
                 write!(f, "`{rung}` has no output `{output}`")?;
@@ -163,7 +170,8 @@ impl fmt::Display for LadderError {
             }
             Self::Units { output, units: [one, other], rungs: [first, second] } => write!(
                 f,
-                "`{output}` is in {one} in `{first}` and in {other} in `{second}`; give it one unit, or another name"
+                "`{output}` is in {one} in `{first}` and in {other} in `{second}`; give it one unit, or \
+                 another name"
             ),
             Self::Scale { output, scale } => {
                 write!(f, "{scale} is no scale for `{output}`; give a positive number in its unit")
@@ -173,27 +181,33 @@ impl fmt::Display for LadderError {
             }
             Self::NoScale { output } => write!(
                 f,
-                "`{output}` is 0 on the last rung, so that no difference is a part of it; say `.scale(\"{output}\", ..)`"
+                "`{output}` is 0 on the last rung, so that no difference is a part of it; say \
+                 `.scale(\"{output}\", ..)`"
             ),
             Self::Fails { rung, tolerance, reason } => write!(
                 f,
-                "`{rung}` at tolerance {tolerance:e} fails: {reason}; choose its method with `Rung::with(..)`, or compare a shorter motion"
+                "`{rung}` at tolerance {tolerance:e} fails: {reason}; choose its method with \
+                 `Rung::with(..)`, or compare a shorter motion"
             ),
             Self::NotFinite { rung, output, time, value } => {
                 write!(f, "`{output}` of `{rung}` is {value} at t = {time}; compare it where it has a value")
             }
             Self::NotConverged { rung, output, difference, uncertainty, scale } => write!(
                 f,
-                "`{rung}` differs in `{output}` by {difference:.1e}, and the runs may be wrong by {uncertainty:.1e} where it is {scale:.1e}; \
-                 give a tighter tolerance or compare a shorter motion"
+                "`{rung}` differs in `{output}` by {difference:.1e}, and the runs may be wrong by \
+                 {uncertainty:.1e} where it is {scale:.1e}; give a tighter tolerance or compare a shorter \
+                 motion"
             ),
             Self::Accuracy { accuracy } => {
-                write!(f, "{accuracy} is no accuracy; give a positive part of the outputs, 0.01 for one percent")
+                write!(
+                    f,
+                    "{accuracy} is no accuracy; give a positive part of the outputs, 0.01 for one percent"
+                )
             }
             Self::TooFine { accuracy, rung, uncertainty } => write!(
                 f,
-                "whether a rung suffices for {accuracy:.1e} cannot be told while the run of `{rung}` may be wrong by {uncertainty:.1e}; give \
-                 the ladder a tighter tolerance"
+                "whether a rung suffices for {accuracy:.1e} cannot be told while the run of `{rung}` may be \
+                 wrong by {uncertainty:.1e}; give the ladder a tighter tolerance"
             ),
         }
     }

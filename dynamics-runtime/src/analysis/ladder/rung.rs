@@ -26,19 +26,25 @@ pub struct Rung<'m, M: Simulate> {
 }
 
 impl<'m, M: Simulate> Rung<'m, M> {
-    /// A model with the start that corresponds to those of the others. Its outputs are those that it declares with `#[output]`.
+    /// A model with the start that corresponds to those of the others. Its outputs are those that it declares
+    /// with `#[output]`.
     pub fn new(name: impl Into<String>, model: &'m M, start: M::State) -> Self {
         Self { name: name.into(), model, start, outputs: Vec::new(), options: None }
     }
 
-    /// Adds an output by what it is at a state of the motion, or says what one of this name is: a coordinate (`|_, state| state.x()`), a multiplier
-    /// (`|motion, state| motion.multipliers_of(state)[0]`).
-    pub fn output(mut self, name: impl Into<String>, value: impl Fn(&Motion<'m, M>, &M::State) -> f64 + 'm) -> Self {
+    /// Adds an output by what it is at a state of the motion, or says what one of this name is: a coordinate
+    /// (`|_, state| state.x()`), a multiplier (`|motion, state| motion.multipliers_of(state)[0]`).
+    pub fn output(
+        mut self,
+        name: impl Into<String>,
+        value: impl Fn(&Motion<'m, M>, &M::State) -> f64 + 'm,
+    ) -> Self {
         self.outputs.push((name.into(), Box::new(value)));
         self
     }
 
-    /// Options of its simulations: inputs, a method, a formulation, actions at events. The tolerance is that of the ladder.
+    /// Options of its simulations: inputs, a method, a formulation, actions at events. The tolerance is that
+    /// of the ladder.
     pub fn with(mut self, options: impl Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm) -> Self {
         self.options = Some(Box::new(options));
         self
@@ -77,7 +83,12 @@ pub(super) trait AnyRung {
     /// The unit of one of them, empty where it is not known.
     fn unit(&self, output: &str) -> Result<&'static str, LadderError>;
     /// Runs it.
-    fn run(&self, end: f64, tolerance: f64, short_steps: bool) -> Result<Box<dyn AnyMotion + '_>, LadderError>;
+    fn run(
+        &self,
+        end: f64,
+        tolerance: f64,
+        short_steps: bool,
+    ) -> Result<Box<dyn AnyMotion + '_>, LadderError>;
     /// Runs it, keeps nothing and takes the time.
     fn time(&self, end: f64, tolerance: f64) -> Option<Duration>;
 }
@@ -131,9 +142,15 @@ impl<M: Simulate> AnyRung for Rung<'_, M> {
         })
     }
 
-    fn run(&self, end: f64, tolerance: f64, short_steps: bool) -> Result<Box<dyn AnyMotion + '_>, LadderError> {
+    fn run(
+        &self,
+        end: f64,
+        tolerance: f64,
+        short_steps: bool,
+    ) -> Result<Box<dyn AnyMotion + '_>, LadderError> {
         let failed = |reason: String| LadderError::Fails { rung: self.name.clone(), tolerance, reason };
-        let motion = self.simulation(end, tolerance, short_steps).run().map_err(|error| failed(in_a_line(&error)))?;
+        let motion =
+            self.simulation(end, tolerance, short_steps).run().map_err(|error| failed(in_a_line(&error)))?;
         reaches(&motion.end(), end).map_err(failed)?;
         Ok(Box::new(Moved { rung: self, motion }))
     }

@@ -18,7 +18,8 @@ use crate::output::{Axis, Chart, Color, Mark, Panel, Series};
 
 /// Accuracies that a page has sentences for.
 const ASKED: [f64; 3] = [0.1, 0.01, 0.001];
-/// Differences below this part of their uncertainty stand at it: how far below is not known, and rounding would stretch the axis.
+/// Differences below this part of their uncertainty stand at it: how far below is not known, and rounding
+/// would stretch the axis.
 const LOWEST: f64 = 0.1;
 
 impl Comparison {
@@ -28,16 +29,17 @@ impl Comparison {
         columns(&self.rows())
     }
 
-    /// The plainest rung that suffices for 10 %, 1 % and 0.1 %: one sentence where it is the same for all outputs, else one for each. What the
-    /// runs do not tell is said to be so.
+    /// The plainest rung that suffices for 10 %, 1 % and 0.1 %: one sentence where it is the same for all
+    /// outputs, else one for each. What the runs do not tell is said to be so.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let mut sentences = Vec::new();
         for accuracy in ASKED {
             let verdicts = self.outputs.iter().map(|output| self.sufficient_for(&output.name, accuracy));
             let mut verdicts: Vec<Result<Verdict, LadderError>> = verdicts.collect();
-            let rung =
-                |verdict: &Result<Verdict, LadderError>| verdict.as_ref().ok().map(|verdict| verdict.rung.clone());
+            let rung = |verdict: &Result<Verdict, LadderError>| {
+                verdict.as_ref().ok().map(|verdict| verdict.rung.clone())
+            };
             if verdicts.iter().all(|verdict| verdict.is_ok() && rung(verdict) == rung(&verdicts[0])) {
                 verdicts = alloc::vec![self.sufficient(accuracy)];
             }
@@ -50,9 +52,11 @@ impl Comparison {
         sentences
     }
 
-    /// For an output: its values over time; its differences from the last rung over time; the largest of them over the time that a rung takes.
+    /// For an output: its values over time; its differences from the last rung over time; the largest of them
+    /// over the time that a rung takes.
     ///
-    /// Hollow signs are not believed: they lie below the numerical errors of the runs. The last rung stands at its own.
+    /// Hollow signs are not believed: they lie below the numerical errors of the runs. The last rung stands
+    /// at its own.
     #[must_use]
     pub fn panels(&self, output: &str) -> Option<[Panel; 3]> {
         let o = self.outputs.iter().position(|known| known.name == output)?;
@@ -72,7 +76,8 @@ impl Comparison {
         self.chart().write_svg(path)
     }
 
-    /// Writes charts, table and sentences as one HTML page without network access, making the folders that the path needs.
+    /// Writes charts, table and sentences as one HTML page without network access, making the folders that
+    /// the path needs.
     pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         Page::new(format!("{}: models beside each other", self.scene)).comparison(self).write_html(path)
     }
@@ -81,7 +86,8 @@ impl Comparison {
     pub(in crate::analysis) fn heading(&self) -> String {
         let (start, end) = self.interval;
         format!(
-            "{} from t = {} to {} at tolerance {:e}: differences from `{}`, the fullest of {} models, at {} times; {}",
+            "{} from t = {} to {} at tolerance {:e}: differences from `{}`, the fullest of {} models, at {} \
+             times; {}",
             self.scene,
             readable(start, 6),
             readable(end, 6),
@@ -103,8 +109,13 @@ impl Comparison {
         let mut rows = alloc::vec![header];
         for (k, rung) in self.rungs.iter().enumerate() {
             let operations = rung.operations.map_or_else(|| "–".into(), |count| count.to_string());
-            let mut row = alloc::vec![rung.name.clone(), rung.coordinates.to_string(), rung.constraints.to_string()];
-            row.extend([operations, rung.evaluations.to_string(), readable(rung.time.as_nanos() as f64 * 1e-3, 4)]);
+            let mut row =
+                alloc::vec![rung.name.clone(), rung.coordinates.to_string(), rung.constraints.to_string()];
+            row.extend([
+                operations,
+                rung.evaluations.to_string(),
+                readable(rung.time.as_nanos() as f64 * 1e-3, 4),
+            ]);
             let is_full = k + 1 == self.rungs.len();
             for (output, difference) in self.outputs.iter().zip(&rung.differences) {
                 row.extend(if is_full { own_error(output, difference) } else { cells(output, difference) });
@@ -121,7 +132,8 @@ impl Comparison {
             for (output, difference) in self.outputs.iter().zip(&rung.differences) {
                 if difference.at_start > difference.uncertainty.max(0.5 * difference.largest) {
                     notes.push(format!(
-                        "`{}` differs in {} by {} at the start already: it is the models, or the starts do not correspond",
+                        "`{}` differs in {} by {} at the start already: it is the models, or the starts do \
+                         not correspond",
                         rung.name,
                         output.name,
                         readable(difference.at_start, 2)
@@ -144,7 +156,8 @@ impl Comparison {
 
     fn values(&self, o: usize) -> Panel {
         let output = &self.outputs[o];
-        let panel = Panel::new(Axis::new(self.time_title()), Axis::new(with_unit(&output.name, &output.unit)));
+        let panel =
+            Panel::new(Axis::new(self.time_title()), Axis::new(with_unit(&output.name, &output.unit)));
         let curve = |(k, rung): (usize, &RungReport)| {
             self.series(k, self.times.iter().copied().zip(rung.values[o].iter().copied()))
         };
@@ -185,7 +198,11 @@ fn cells(output: &Compared, difference: &Difference) -> [String; 3] {
     let Difference { largest, rms, uncertainty, .. } = *difference;
     if !difference.is_believed() {
         let bound = difference.bound();
-        return [format!("< {}", readable(bound, 2)), "–".into(), format!("< {}", percent(bound / output.scale))];
+        return [
+            format!("< {}", readable(bound, 2)),
+            "–".into(),
+            format!("< {}", percent(bound / output.scale)),
+        ];
     }
     let rms = if rms > uncertainty { readable(rms, 3) } else { format!("< {}", readable(uncertainty, 2)) };
     [readable(largest, 3), rms, percent(largest / output.scale)]

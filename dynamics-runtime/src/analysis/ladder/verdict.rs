@@ -32,10 +32,12 @@ pub struct Verdict {
 }
 
 impl Comparison {
-    /// The plainest rung whose outputs all differ from those of the last one by at most this part: 0.01 for one percent.
+    /// The plainest rung whose outputs all differ from those of the last one by at most this part: 0.01 for
+    /// one percent.
     ///
     /// # Errors
-    /// [`LadderError::Accuracy`] for what is no positive number, [`LadderError::TooFine`] where the runs themselves may be wrong by more.
+    /// [`LadderError::Accuracy`] for what is no positive number, [`LadderError::TooFine`] where the runs
+    /// themselves may be wrong by more.
     pub fn sufficient(&self, accuracy: f64) -> Result<Verdict, LadderError> {
         self.judge((0..self.outputs.len()).collect(), accuracy)
     }
@@ -101,7 +103,8 @@ pub(super) fn percent(part: f64) -> String {
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [others @ .., last] = &*self.outputs else { return Ok(()) };
-        let outputs = if others.is_empty() { last.clone() } else { format!("{} and {last}", others.join(", ")) };
+        let outputs =
+            if others.is_empty() { last.clone() } else { format!("{} and {last}", others.join(", ")) };
         let (accuracy, too_plain) = (percent(self.accuracy), self.too_plain.as_ref());
         if self.rung == self.full {
             write!(f, "to {accuracy} of {outputs} it takes `{}`", self.full)?;

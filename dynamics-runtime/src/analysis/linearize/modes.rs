@@ -16,8 +16,10 @@ pub struct Mode {
     pub eigenvalue: Complex<f64>,
     /// What each coordinate does, dependent ones included; the largest is 1.
     pub shape: DVector<Complex<f64>>,
-    /// How much more the eigenvalue moves than the elements of the state matrix are changed, both in parts of themselves: 1 at best, without bound toward a defective matrix; infinite for what is free to
-    /// move without damping, whose eigenvalue 0 is double with one shape, x = c and x = c t, and moves by the root of a change.
+    /// How much more the eigenvalue moves than the elements of the state matrix are changed, both in parts of
+    /// themselves: 1 at best, without bound toward a defective matrix; infinite for what is free to move
+    /// without damping, whose eigenvalue 0 is double with one shape, x = c and x = c t, and moves by the root
+    /// of a change.
     pub conditioning: f64,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
@@ -30,7 +32,8 @@ impl Mode {
         self.eigenvalue.norm()
     }
 
-    /// −Re σ/|σ|: 0 without damping, 1 where it only just does not swing, negative where it grows; not a number for σ = 0.
+    /// −Re σ/|σ|: 0 without damping, 1 where it only just does not swing, negative where it grows; not a
+    /// number for σ = 0.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
         -self.eigenvalue.re / self.eigenvalue.norm()
@@ -73,7 +76,9 @@ pub(super) fn modes(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError>
         Some((squares, vectors)) => undamped(linear, &squares, &vectors),
         None => general(linear)?,
     };
-    found.sort_by(|a, b| a.frequency().total_cmp(&b.frequency()).then(a.eigenvalue.re.total_cmp(&b.eigenvalue.re)));
+    found.sort_by(|a, b| {
+        a.frequency().total_cmp(&b.frequency()).then(a.eigenvalue.re.total_cmp(&b.eigenvalue.re))
+    });
     Ok(found)
 }
 
@@ -82,7 +87,8 @@ fn undamped(linear: &Linearization, squares: &DVector<f64>, vectors: &DMatrix<f6
     for (square, vector) in squares.iter().zip(vectors.column_iter()) {
         let shape = scaled(linear, vector.map(|x| Complex::new(x, 0.0)));
         let conditioning = if *square == 0.0 { f64::INFINITY } else { 1.0 };
-        let mode = |eigenvalue| Mode { eigenvalue, shape: shape.clone(), conditioning, coordinates: linear.all };
+        let mode =
+            |eigenvalue| Mode { eigenvalue, shape: shape.clone(), conditioning, coordinates: linear.all };
         let root = square.abs().sqrt();
         if *square < 0.0 {
             modes.extend([-root, root].map(|re| mode(Complex::new(re, 0.0))));
@@ -96,7 +102,8 @@ fn undamped(linear: &Linearization, squares: &DVector<f64>, vectors: &DMatrix<f6
 /// All coordinates from the independent ones, the largest 1.
 fn scaled(linear: &Linearization, independent: DVector<Complex<f64>>) -> DVector<Complex<f64>> {
     let shape = linear.shape.map(|x| Complex::new(x, 0.0)) * independent;
-    let largest = shape.iter().copied().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { x } else { m });
+    let largest =
+        shape.iter().copied().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { x } else { m });
     if largest.norm() > 0.0 { shape.map(|x| x / largest) } else { shape }
 }
 
@@ -118,8 +125,10 @@ fn general(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError> {
     Ok(modes)
 }
 
-/// yᴴA x/yᴴx, whose error is that of the vectors squared, and of its own sums: the QR iteration is off by rounding of what is largest in the matrix, which beside something stiff is more than a soft mode's
-/// damping. Taken where it lies within what that may have done, and the vectors are not nearly orthogonal to each other.
+/// yᴴA x/yᴴx, whose error is that of the vectors squared, and of its own sums: the QR iteration is off by
+/// rounding of what is largest in the matrix, which beside something stiff is more than a soft mode's
+/// damping. Taken where it lies within what that may have done, and the vectors are not nearly orthogonal to
+/// each other.
 fn refined(
     a: &DMatrix<f64>,
     eigenvalue: Complex<f64>,
@@ -134,7 +143,8 @@ fn refined(
     let mut balanced = a.clone();
     balance_parlett_reinsch(&mut balanced);
     let within = 100.0 * a.nrows() as f64 * f64::EPSILON * balanced.norm();
-    // Of its own sums, in parts of the eigenvalue: where they cancel, as of vectors that are nearly orthogonal, it is no better.
+    // Of its own sums, in parts of the eigenvalue: where they cancel, as of vectors that are nearly
+    // orthogonal, it is no better.
     let own = f64::EPSILON * by_elements / along.norm();
     let is_real = eigenvalue.im == 0.0;
     let found = if is_real { Complex::new(found.re, 0.0) } else { found };
@@ -143,25 +153,33 @@ fn refined(
     if alike && (found - eigenvalue).norm() <= within && own <= within { found } else { eigenvalue }
 }
 
-/// By inverse iteration from a start of its own for every eigenvalue, so that equal ones find different vectors where there are.
+/// By inverse iteration from a start of its own for every eigenvalue, so that equal ones find different
+/// vectors where there are.
 pub(in crate::analysis) fn eigenvector(
     a: &DMatrix<f64>,
     at: Complex<f64>,
     which: usize,
 ) -> Result<DVector<Complex<f64>>, LinearizeError> {
-    // Balanced: the shift is measured by the matrix, which beside something stiff is otherwise far larger than any of its eigenvalues.
+    // Balanced: the shift is measured by the matrix, which beside something stiff is otherwise far larger
+    // than any of its eigenvalues.
     let mut balanced = a.clone();
     let scale = balance_parlett_reinsch(&mut balanced);
     // A little beside the eigenvalue the matrix has an inverse; where it is defective, by chance not there.
-    let beside =
-        [4.0, 13.0, 41.0].into_iter().find_map(|by| inverse_iteration(&balanced, at, by * f64::EPSILON, which));
+    let beside = [4.0, 13.0, 41.0]
+        .into_iter()
+        .find_map(|by| inverse_iteration(&balanced, at, by * f64::EPSILON, which));
     let found = beside.ok_or(LinearizeError::NoConvergence { size: a.nrows() })?;
     let found = found.zip_map(&scale, |x, scale| x * scale);
     let size = found.norm();
     Ok(found.unscale(size))
 }
 
-fn inverse_iteration(a: &DMatrix<f64>, at: Complex<f64>, by: f64, which: usize) -> Option<DVector<Complex<f64>>> {
+fn inverse_iteration(
+    a: &DMatrix<f64>,
+    at: Complex<f64>,
+    by: f64,
+    which: usize,
+) -> Option<DVector<Complex<f64>>> {
     let n = a.nrows();
     let mut shifted = a.map(|x| Complex::new(x, 0.0));
     // Of nothing a little, too, has an inverse.

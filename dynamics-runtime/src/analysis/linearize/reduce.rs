@@ -37,7 +37,8 @@ pub(super) fn staying<S: ModelState>(state: &S, accelerations: &nalgebra::DVecto
     (0..accelerations.len()).filter(|i| accelerations[*i].abs() <= 1e-8 * fastest).collect()
 }
 
-/// What each coordinate is measured by: the largest value of its unit, of an angle at least 1 rad; 1 where all are 0.
+/// What each coordinate is measured by: the largest value of its unit, of an angle at least 1 rad; 1 where
+/// all are 0.
 pub(in crate::analysis) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
     let of = |unit: &str| {
         let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
@@ -67,8 +68,8 @@ pub(in crate::analysis) struct Tangent {
 }
 
 impl Tangent {
-    /// Of rows, the first `holonomic` of them conditions on coordinates, too; `preferred` coordinates and velocities become independent where they
-    /// can.
+    /// Of rows, the first `holonomic` of them conditions on coordinates, too; `preferred` coordinates and
+    /// velocities become independent where they can.
     pub(in crate::analysis) fn new(
         rows: &DMatrix<f64>,
         holonomic: usize,
@@ -103,13 +104,15 @@ impl Tangent {
         self.rows
     }
 
-    /// What dependent coordinates do for the rows' right-hand sides −`left`, while the independent ones stand still.
+    /// What dependent coordinates do for the rows' right-hand sides −`left`, while the independent ones stand
+    /// still.
     pub(in crate::analysis) fn particular(&self, left: &DMatrix<f64>) -> DMatrix<f64> {
         -(&self.solver * left)
     }
 }
 
-/// Gauss–Jordan elimination with complete pivoting, rows and columns scaled: [rows | 1] → [.. 1 ..| transform].
+/// Gauss–Jordan elimination with complete pivoting, rows and columns scaled: [rows | 1] → [.. 1 ..|
+/// transform].
 struct Elimination {
     rows: DMatrix<f64>,
     transform: DMatrix<f64>,
@@ -206,7 +209,8 @@ pub(super) fn refuse_singular<M: Constraints>(
     let mut any = tangent.coordinates.is_empty();
     for (way, sign) in (0..tangent.coordinates.len().min(4)).flat_map(|way| [(way, 1.0), (way, -1.0)]) {
         let mut beside = *state;
-        // A step that no symmetry of the model hides: mostly one independent coordinate, a little of the others.
+        // A step that no symmetry of the model hides: mostly one independent coordinate, a little of the
+        // others.
         let size = |k: usize| 1e-3 * scales[tangent.coordinates[k]];
         let step = |k: usize| sign * size(k) * if k == way { 1.0 } else { 0.31 / (1.0 + k as f64) };
         let weights = nalgebra::DVector::from_fn(tangent.coordinates.len(), |k, _| step(k));
@@ -214,8 +218,10 @@ pub(super) fn refuse_singular<M: Constraints>(
         for (q, d) in beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()) {
             *q += d;
         }
-        // Where there is no position nearby on this side, or none but this one, the other side, or the other coordinates, tell.
-        let found = with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+        // Where there is no position nearby on this side, or none but this one, the other side, or the other
+        // coordinates, tell.
+        let found =
+            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
         let moved = |k: usize| {
             let i = tangent.coordinates[k];
             (beside.q().as_slice()[i] - state.q().as_slice()[i]).abs() / size(k)
@@ -237,8 +243,12 @@ fn rank<M: Constraints>(model: &M, state: &M::State) -> usize {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
     let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-    let terms =
-        &mut crate::model::Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+    let terms = &mut crate::model::Terms {
+        mass: &mut mass,
+        force: &mut force,
+        jacobian: &mut jacobian,
+        gamma: &mut gamma,
+    };
     model.terms(state, terms);
     let rows = DMatrix::from_row_slice(r, n, &jacobian)
         .select_rows(&active_rows::<M>(state.modes(), false).collect::<Vec<_>>());

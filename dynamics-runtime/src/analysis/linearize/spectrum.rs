@@ -1,9 +1,11 @@
 //! Eigenvalues of small motions.
 //!
-//! What is undamped and conservative has the real eigenvalues of a symmetric problem, by Cholesky and Jacobi or QR: pairs ±iω are exact pairs. Any other
-//! state matrix is balanced, and cut into the blocks of its block triangular form: a coordinate on which nothing depends, as the place of a vehicle on a
-//! plane, then has the eigenvalue 0, and not the root of rounding that a defective double 0 gives (Duff, Erisman & Reid, *Direct Methods for Sparse Matrices*,
-//! chapter 6). Elements below n ε of the matrix count as zero, which changes it no more than the QR iteration does that follows.
+//! What is undamped and conservative has the real eigenvalues of a symmetric problem, by Cholesky and Jacobi
+//! or QR: pairs ±iω are exact pairs. Any other state matrix is balanced, and cut into the blocks of its block
+//! triangular form: a coordinate on which nothing depends, as the place of a vehicle on a plane, then has the
+//! eigenvalue 0, and not the root of rounding that a defective double 0 gives (Duff, Erisman & Reid, *Direct
+//! Methods for Sparse Matrices*, chapter 6). Elements below n ε of the matrix count as zero, which changes it
+//! no more than the QR iteration does that follows.
 
 use alloc::vec::Vec;
 
@@ -67,7 +69,8 @@ pub(in crate::analysis) fn symmetric(linear: &Linearization) -> Result<Option<Un
     let (values, vectors) = by_blocks(&reduced)?;
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|i, j| values[*i].total_cmp(&values[*j]));
-    // Rounding of what is free to move is no frequency: that of the terms of vᵀKv, which is not that of what is stiff beside it.
+    // Rounding of what is free to move is no frequency: that of the terms of vᵀKv, which is not that of what
+    // is stiff beside it.
     let square = |i: usize| {
         let v = vectors.column(i).abs();
         if values[i].abs() <= rounding * v.dot(&(&sizes * &v)) { 0.0 } else { values[i] }
@@ -78,7 +81,8 @@ pub(in crate::analysis) fn symmetric(linear: &Linearization) -> Result<Option<Un
     Ok(Some((squares, vectors)))
 }
 
-/// Eigenvalues and vectors of a symmetric matrix, its uncoupled parts apart: beside what is 1/ε times as stiff the QR iteration drops what couples soft ones, and mixes their vectors.
+/// Eigenvalues and vectors of a symmetric matrix, its uncoupled parts apart: beside what is 1/ε times as
+/// stiff the QR iteration drops what couples soft ones, and mixes their vectors.
 fn by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
     let n = of.nrows();
     let (mut values, mut vectors) = (DVector::zeros(n), DMatrix::zeros(n, n));
@@ -96,8 +100,9 @@ fn by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
     Ok((values, vectors))
 }
 
-/// The eigenvalues of any matrix. Parts that do not know of each other are taken apart first: what is rounding beside something stiff is not beside what is coupled. All are balanced as one: beside
-/// nothing but rounding, balancing would make that as large as the rest.
+/// The eigenvalues of any matrix. Parts that do not know of each other are taken apart first: what is
+/// rounding beside something stiff is not beside what is coupled. All are balanced as one: beside nothing but
+/// rounding, balancing would make that as large as the rest.
 pub(in crate::analysis) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
     if a.is_empty() {
         return Ok(Vec::new());
@@ -163,7 +168,8 @@ mod tests {
 
     #[test]
     fn defective_matrices_come_to_an_end() {
-        // A Jordan block of four zeros, triangular: exact. A similar one that is full: the fourth root of rounding, and an end.
+        // A Jordan block of four zeros, triangular: exact. A similar one that is full: the fourth root of
+        // rounding, and an end.
         let jordan = DMatrix::from_fn(4, 4, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
         assert!(general(jordan.clone()).expect("blocks of one").iter().all(|x| *x == Complex::new(0.0, 0.0)));
         let q = DMatrix::from_fn(4, 4, |i, j| 1.0 / (1.0 + i as f64 + j as f64)).qr().q();
@@ -179,7 +185,8 @@ mod tests {
         let mut a = DMatrix::zeros(5, 5);
         (a[(0, 1)], a[(1, 0)], a[(2, 3)], a[(3, 2)], a[(3, 0)], a[(4, 2)]) = (1.0, -4.0, 1.0, -9.0, 0.5, 7.0);
         assert_eq!(blocks(&a), [vec![0, 1], vec![2, 3], vec![4]]);
-        let found = sorted(general(a).expect("small blocks").into_iter().map(|x| Complex::new(x.im, x.re)).collect());
+        let found =
+            sorted(general(a).expect("small blocks").into_iter().map(|x| Complex::new(x.im, x.re)).collect());
         for (x, wanted) in found.iter().zip([-3.0, -2.0, 0.0, 2.0, 3.0]) {
             assert!((x - Complex::new(wanted, 0.0)).norm() < 1e-14, "{found:?}");
         }

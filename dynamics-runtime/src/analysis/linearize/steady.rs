@@ -10,8 +10,8 @@ use crate::constrain::held::active_rows;
 use crate::constrain::{project_positions, solve_once, with_workspace};
 use crate::model::{Constraints, ModelState, Vector};
 
-/// Accelerations below this part of what a displacement or velocity by 1, or by its own size, would cause count as rest: about the error of an
-/// equilibrium that was iterated for, or typed in with nine digits.
+/// Accelerations below this part of what a displacement or velocity by 1, or by its own size, would cause
+/// count as rest: about the error of an equilibrium that was iterated for, or typed in with nine digits.
 const REST: f64 = 1e-8;
 /// Change of coefficients over a hundredth of the motion's time scale that counts as one.
 const CONSTANT: f64 = 1e-7;
@@ -71,10 +71,16 @@ fn accelerates<S: ModelState>(
     let c = tangent.coordinates.len();
     let size = |x: f64| x.abs().max(1.0);
     let usual = |i: usize| {
-        let of_z =
-            tangent.coordinates.iter().enumerate().map(|(j, q)| a[(c + i, j)].abs() * size(state.q().as_slice()[*q]));
-        let of_v =
-            tangent.rates.iter().enumerate().map(|(j, q)| a[(c + i, c + j)].abs() * size(state.u().as_slice()[*q]));
+        let of_z = tangent
+            .coordinates
+            .iter()
+            .enumerate()
+            .map(|(j, q)| a[(c + i, j)].abs() * size(state.q().as_slice()[*q]));
+        let of_v = tangent
+            .rates
+            .iter()
+            .enumerate()
+            .map(|(j, q)| a[(c + i, c + j)].abs() * size(state.u().as_slice()[*q]));
         of_z.chain(of_v).fold(0.0, f64::max)
     };
     let excess = |i: &usize| linear.accelerations[*i].abs() > REST * usual(*i) + 1e-14;
@@ -82,10 +88,14 @@ fn accelerates<S: ModelState>(
         let of = |i: usize| linear.accelerations[i].abs() / usual(i).max(f64::MIN_POSITIVE);
         of(*i).total_cmp(&of(*j))
     })?;
-    Some(LinearizeError::Accelerates { name: linear.velocities[worst].name, acceleration: linear.accelerations[worst] })
+    Some(LinearizeError::Accelerates {
+        name: linear.velocities[worst].name,
+        acceleration: linear.accelerations[worst],
+    })
 }
 
-/// The states on which others depend: without those that only count what happens, as the place on a plane or the angle of a round wheel.
+/// The states on which others depend: without those that only count what happens, as the place on a plane or
+/// the angle of a round wheel.
 fn essential(a: &DMatrix<f64>) -> alloc::vec::Vec<usize> {
     let mut left: alloc::vec::Vec<usize> = (0..a.nrows()).collect();
     while let Some(k) = left.iter().position(|j| left.iter().all(|i| a[(*i, *j)] == 0.0)) {
@@ -103,7 +113,8 @@ pub(in crate::analysis) fn later<M: Constraints>(
 ) -> Option<(M::State, Read, Tangent)> {
     let constants = model.constants().ok()?;
     let solved = solve_once(model, &constants, state).ok()?;
-    // Independent velocities stay: what rounding leaves of their rates, times the square of a time in which what is stiff swings often, is no motion.
+    // Independent velocities stay: what rounding leaves of their rates, times the square of a time in which
+    // what is stiff swings often, is no motion.
     let all = DVector::from_column_slice(solved.accelerations.as_slice());
     let dependent = &all - &tangent.velocities * all.select_rows(&tangent.rates);
     let mut later = at_time(state, state.t() + after);

@@ -8,9 +8,11 @@
 //! ⎣ Φ_q    0  ⎦ ⎣ δλ ⎦     ⎣ Φ̈_q ⎦      ⎣ Φ̈_u ⎦      ⎣ Φ̈_p ⎦
 //! ```
 //!
-//! Derivatives by q and u are exact: those of the generated solution where there is one, else those of the equations before any solution, solved here by least squares, so that
-//! rows that repeat others are no obstacle. Derivatives by parameters are exact where the solution was generated; else they are differences of order 4 of r and
-//! Φ̈ at the q̈ and λ of the motion, good to about 12 digits, 9 where a parameter is near zero ([`Sensitivities::exact`](super::Sensitivities::exact) says which).
+//! Derivatives by q and u are exact: those of the generated solution where there is one, else those of the
+//! equations before any solution, solved here by least squares, so that rows that repeat others are no
+//! obstacle. Derivatives by parameters are exact where the solution was generated; else they are differences
+//! of order 4 of r and Φ̈ at the q̈ and λ of the motion, good to about 12 digits, 9 where a parameter is near
+//! zero ([`Sensitivities::exact`](super::Sensitivities::exact) says which).
 
 use alloc::vec::Vec;
 
@@ -23,7 +25,8 @@ use crate::constrain::solve_once;
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Parameters, Terms, Vector};
 
-/// Steps of differences, as a part of the parameter: their error, of order 4, and what rounding leaves are both near 1e-12.
+/// Steps of differences, as a part of the parameter: their error, of order 4, and what rounding leaves are
+/// both near 1e-12.
 const STEP: f64 = 1e-3;
 /// Singular values below this part of the largest are those of repeated rows.
 const RANK: f64 = 1e-10;
@@ -51,13 +54,15 @@ pub(super) fn fourth_order(values: [DVector<f64>; 4], h: f64) -> DVector<f64> {
 const WEAK: f64 = 1e-6;
 /// Differences of order 2 and 4 that are farther apart than this part know nothing of the derivative.
 const COARSE: f64 = 1e-3;
-/// Those that are nearer than this have 10 digits: what is left of order 4 is as the square of what is left of order 2.
+/// Those that are nearer than this have 10 digits: what is left of order 4 is as the square of what is left
+/// of order 2.
 const FINE: f64 = 1e-5;
 /// A derivative that is so many times what rounding adds moves values visibly.
 const SEEN: f64 = 1e3;
 /// How much longer the next step is where values hardly moved, and how often it is tried.
 const LONGER: (f64, usize) = (1e3, 6);
-/// How much shorter where they are coarse: rounding grows with it, so that steps are left no shorter than they have to be.
+/// How much shorter where they are coarse: rounding grows with it, so that steps are left no shorter than
+/// they have to be.
 const SHORTER: (f64, usize) = (1.0 / 32.0, 6);
 
 /// Differences with one step.
@@ -72,9 +77,10 @@ struct Stage {
     rounding: DVector<f64>,
 }
 
-/// f′(0) by differences of order 4 that begin with the step h. A parameter near zero measures by its own size steps that change nothing but rounding: where f moves by less than [`WEAK`] of `sizes`, of
-/// what its values are made of, longer ones are tried. One that is zero has no size: where orders do not agree, shorter ones are. Each value takes those whose orders
-/// are nearer to each other.
+/// f′(0) by differences of order 4 that begin with the step h. A parameter near zero measures by its own size
+/// steps that change nothing but rounding: where f moves by less than [`WEAK`] of `sizes`, of what its values
+/// are made of, longer ones are tried. One that is zero has no size: where orders do not agree, shorter ones
+/// are. Each value takes those whose orders are nearer to each other.
 pub(super) fn differences(
     first: f64,
     sizes: &DVector<f64>,
@@ -111,10 +117,12 @@ pub(super) fn differences(
             h *= factor;
             // So far the model may not go.
             let Some(next) = Some(h).filter(|_| !open.is_empty()).and_then(|h| stage(h).ok()) else { break };
-            // Both orders agree by chance where a function saturates on both sides: a longer step is believed if another does.
+            // Both orders agree by chance where a function saturates on both sides: a longer step is believed
+            // if another does.
             let other = if factor > 1.0 { stage(h / 3.0).ok() } else { None };
-            let agrees =
-                |i: usize, other: &Stage| (other.found[i] - next.found[i]).abs() <= COARSE * next.found[i].abs();
+            let agrees = |i: usize, other: &Stage| {
+                (other.found[i] - next.found[i]).abs() <= COARSE * next.found[i].abs()
+            };
             let believed = |i: usize| factor < 1.0 || other.as_ref().is_some_and(|other| agrees(i, other));
             let taken: Vec<usize> =
                 open.iter().copied().filter(|i| nearer(factor, *i, &next, &best) && believed(*i)).collect();
@@ -140,7 +148,9 @@ pub(super) fn by_parameter<M: Parameters + Clone>(
 ) -> Result<DVector<f64>, SensitivityError> {
     let name = M::PARAMETERS[parameter].name;
     let value = model.parameter(parameter).ok_or(SensitivityError::NotTold { name })?;
-    differences(step(value), sizes, |by| f(&moved(model, parameter, by).ok_or(SensitivityError::NotTold { name })?))
+    differences(step(value), sizes, |by| {
+        f(&moved(model, parameter, by).ok_or(SensitivityError::NotTold { name })?)
+    })
 }
 
 /// The equations at one state.
@@ -166,9 +176,11 @@ impl Equations {
         let (n, r) = (mass.nrows(), rows.len());
         // Free of the units of the coordinates, and of those of the rows.
         let largest = mass.diagonal().amax();
-        let scale = DVector::from_fn(n, |i, _| 1.0 / mass[(i, i)].max(1e-6 * largest).max(f64::MIN_POSITIVE).sqrt());
+        let scale =
+            DVector::from_fn(n, |i, _| 1.0 / mass[(i, i)].max(1e-6 * largest).max(f64::MIN_POSITIVE).sqrt());
         let sizes = DVector::from_fn(r, |i, _| {
-            let size = jacobian.row(i).iter().zip(scale.iter()).map(|(x, s)| (x * s).abs()).fold(0.0, f64::max);
+            let size =
+                jacobian.row(i).iter().zip(scale.iter()).map(|(x, s)| (x * s).abs()).fold(0.0, f64::max);
             if size > 0.0 { 1.0 / size } else { 1.0 }
         });
         let all = DVector::from_iterator(n + r, scale.iter().chain(sizes.iter()).copied());
@@ -189,8 +201,8 @@ impl Equations {
         (&self.inverse * right).rows(0, self.n).into_owned()
     }
 
-    /// That a correction corrects: rows that repeat others may ask for more than any change gives, where a parameter is part of one and not of the other. `sizes`: of what each
-    /// right-hand side was made of.
+    /// That a correction corrects: rows that repeat others may ask for more than any change gives, where a
+    /// parameter is part of one and not of the other. `sizes`: of what each right-hand side was made of.
     fn check<M: Constraints>(
         &self,
         correction: &DMatrix<f64>,
@@ -213,7 +225,8 @@ impl Equations {
         Ok(())
     }
 
-    /// The smallest change with Φ_q δ = `right`, measured by M, as simulations put starts onto their constraints.
+    /// The smallest change with Φ_q δ = `right`, measured by M, as simulations put starts onto their
+    /// constraints.
     fn correction(&self, right: &DMatrix<f64>) -> DMatrix<f64> {
         let mut all = DMatrix::zeros(self.n + self.rows.len(), right.ncols());
         all.rows_mut(self.n, self.rows.len()).copy_from(right);
@@ -221,7 +234,10 @@ impl Equations {
     }
 }
 
-fn terms<M: Constraints>(model: &M, state: &M::State) -> Result<(DMatrix<f64>, DMatrix<f64>), SensitivityError> {
+fn terms<M: Constraints>(
+    model: &M,
+    state: &M::State,
+) -> Result<(DMatrix<f64>, DMatrix<f64>), SensitivityError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
     let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
@@ -266,7 +282,8 @@ pub(super) fn left_over<M: Constraints>(
     }
 }
 
-/// δq̈ = by_q δq + by_u δu + by_p δp at a state, inputs held; a column of `by_p` for each of the given parameters, and whether all of it is exact.
+/// δq̈ = by_q δq + by_u δu + by_p δp at a state, inputs held; a column of `by_p` for each of the given
+/// parameters, and whether all of it is exact.
 pub(super) struct Coefficients {
     pub(super) by_q: DMatrix<f64>,
     pub(super) by_u: DMatrix<f64>,
@@ -284,9 +301,11 @@ pub(super) fn coefficients<M: Constraints + Parameters + Clone>(
     let (n, p) = (M::Vector::LEN, M::PARAMETERS.len());
     let (mut by_q, mut by_u) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n * n]);
     let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
-    let generated = model.acceleration_derivatives(state, &mut by_q, &mut by_u) && finite(&by_q) && finite(&by_u);
+    let generated =
+        model.acceleration_derivatives(state, &mut by_q, &mut by_u) && finite(&by_q) && finite(&by_u);
     let mut values = alloc::vec![0.0; n * p];
-    let exact = parameters.is_empty() || (model.acceleration_by_parameters(state, &mut values) && finite(&values));
+    let exact =
+        parameters.is_empty() || (model.acceleration_by_parameters(state, &mut values) && finite(&values));
     let matrix = |values: &[f64]| DMatrix::from_row_slice(n, n, values);
     let mut found = Coefficients {
         by_q: matrix(&by_q),
@@ -334,8 +353,9 @@ pub(super) fn not_solved<M: Constraints>(state: &M::State, error: SolveError) ->
     SensitivityError::Solve { time: state.t(), error }
 }
 
-/// Puts changes of a state onto the constraints, Φ_q δq + Φ_p δp = 0 and Φ̇_q δq + Φ̇_u δu + Φ̇_p δp = 0, by the smallest correction measured by M. The columns are those
-/// of `parameters`, `None` where the parameters stay.
+/// Puts changes of a state onto the constraints, Φ_q δq + Φ_p δp = 0 and Φ̇_q δq + Φ̇_u δu + Φ̇_p δp = 0, by
+/// the smallest correction measured by M. The columns are those of `parameters`, `None` where the parameters
+/// stay.
 pub(super) fn settle<M: Constraints + Parameters + Clone>(
     model: &M,
     state: &M::State,
@@ -390,7 +410,11 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     equations.check::<M>(&correction, &missed, &sizes, parameters)?;
     let velocities = velocities - correction;
     changes.rows_mut(n, n).copy_from(&velocities);
-    if changes.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(SensitivityError::NotFinite { time: state.t() }) }
+    if changes.iter().all(|x| x.is_finite()) {
+        Ok(())
+    } else {
+        Err(SensitivityError::NotFinite { time: state.t() })
+    }
 }
 
 /// ∂Φ̇/∂q of the given rows: exact where variations are generated.

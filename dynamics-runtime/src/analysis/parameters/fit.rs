@@ -1,10 +1,13 @@
 //! Parameters and starts from measured motion: least squares with exact derivatives.
 //!
-//! The sum of squares χ² = Σ ((yᵢ − f(tᵢ; p))/σᵢ)² is made smallest by the method of Levenberg and Marquardt (`levenberg.rs`), its Jacobian from the variational
-//! equations ([`Sensitivity`](super::Sensitivity)), within bounds. At the minimum the covariance of what was found is s² (JᵀJ)⁻¹, J weighted by 1/σ, with s² = 1 where the σ of the noise are
-//! given and χ²/(data − parameters) where they are not (Y. Bard, *Nonlinear Parameter Estimation*, 1974, §§5-7, 7-5; W. H. Press et al., *Numerical Recipes*, §15.4–15.6).
+//! The sum of squares χ² = Σ ((yᵢ − f(tᵢ; p))/σᵢ)² is made smallest by the method of Levenberg and Marquardt
+//! (`levenberg.rs`), its Jacobian from the variational equations ([`Sensitivity`](super::Sensitivity)),
+//! within bounds. At the minimum the covariance of what was found is s² (JᵀJ)⁻¹, J weighted by 1/σ, with s² =
+//! 1 where the σ of the noise are given and χ²/(data − parameters) where they are not (Y. Bard, *Nonlinear
+//! Parameter Estimation*, 1974, §§5-7, 7-5; W. H. Press et al., *Numerical Recipes*, §15.4–15.6).
 //!
-//! What the data cannot tell apart has no minimum but a valley: columns of J that depend on each other are found by elimination with column pivoting, and the fit is an error that names them.
+//! What the data cannot tell apart has no minimum but a valley: columns of J that depend on each other are
+//! found by elimination with column pivoting, and the fit is an error that names them.
 
 mod data;
 mod error;
@@ -36,7 +39,8 @@ use super::variable::{Variable, VariableError};
 use crate::model::Parameters;
 use crate::motion::{Simulate, Simulation};
 
-/// Columns of J, free of their sizes, whose pivot is below this part of the largest cannot be told apart: the error of derivatives lies near 1e-8.
+/// Columns of J, free of their sizes, whose pivot is below this part of the largest cannot be told apart: the
+/// error of derivatives lies near 1e-8.
 const RANK: f64 = 1e-6;
 /// Tolerance of motions where none is given: noise is never as small.
 const TOLERANCE: f64 = 1e-9;
@@ -98,10 +102,18 @@ pub(super) struct Problem<'a, M: Simulate> {
 
 impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
-        Self { model, before: Vec::new(), told: Told::new(start), tolerance: None, most: 200, loss: Loss::Squares }
+        Self {
+            model,
+            before: Vec::new(),
+            told: Told::new(start),
+            tolerance: None,
+            most: 200,
+            loss: Loss::Squares,
+        }
     }
 
-    /// Parameters, coordinates and velocities of the start that are to be found; they begin with the values of the model and the start that the fit was opened with.
+    /// Parameters, coordinates and velocities of the start that are to be found; they begin with the values
+    /// of the model and the start that the fit was opened with.
     pub fn find<S: AsRef<str>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
         self.told.asked.extend(names.into_iter().map(|name| (name.as_ref().to_owned(), anywhere)));
@@ -114,42 +126,59 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         self
     }
 
-    /// Measured values of an output, a coordinate or a velocity: (t, value), in the unit of the quantity. Times may come in any order and several times.
+    /// Measured values of an output, a coordinate or a velocity: (t, value), in the unit of the quantity.
+    /// Times may come in any order and several times.
     ///
-    /// All data without a σ of their own count as equally noisy, each in its unit: give σ by [`Fitting::data_with`] where quantities differ.
+    /// All data without a σ of their own count as equally noisy, each in its unit: give σ by
+    /// [`Fitting::data_with`] where quantities differ.
     pub fn data(mut self, name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.told.data.push(Given { name: name.to_owned(), points: points.into_iter().collect(), sigma: None });
+        self.told.data.push(Given {
+            name: name.to_owned(),
+            points: points.into_iter().collect(),
+            sigma: None,
+        });
         self
     }
 
     /// As [`Fitting::data`], with the standard deviation of the noise, in the unit of the quantity.
     pub fn data_with(mut self, name: &str, sigma: f64, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.told.data.push(Given { name: name.to_owned(), points: points.into_iter().collect(), sigma: Some(sigma) });
+        self.told.data.push(Given {
+            name: name.to_owned(),
+            points: points.into_iter().collect(),
+            sigma: Some(sigma),
+        });
         self
     }
 
-    /// Tolerance of the motions, absolute and relative alike. Without it 1e-9, absolute of measured coordinates and velocities that are smaller than 1 by their size: errors
-    /// of motions are not in the standard errors. Where only outputs are measured, of a motion much smaller than its units, it is to be set.
+    /// Tolerance of the motions, absolute and relative alike. Without it 1e-9, absolute of measured
+    /// coordinates and velocities that are smaller than 1 by their size: errors of motions are not in the
+    /// standard errors. Where only outputs are measured, of a motion much smaller than its units, it is to be
+    /// set.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = Some(tolerance);
         self
     }
 
-    /// Opens another experiment, from a start of its own: data, options and what is found of starts from here on are its; its names stand with `(experiment 2)` behind them in the result. Parameters
-    /// that are to be found are the same in all.
+    /// Opens another experiment, from a start of its own: data, options and what is found of starts from here
+    /// on are its; its names stand with `(experiment 2)` behind them in the result. Parameters that are to be
+    /// found are the same in all.
     pub fn experiment(mut self, start: M::State) -> Self {
         self.before.push(core::mem::replace(&mut self.told, Told::new(start)));
         self
     }
 
-    /// A parameter that is known to be another in this experiment than in the model: a load that was put on. Where it is to be found elsewhere, it is not here.
+    /// A parameter that is known to be another in this experiment than in the model: a load that was put on.
+    /// Where it is to be found elsewhere, it is not here.
     pub fn known(mut self, name: &str, value: f64) -> Self {
         self.told.known.push((name.to_owned(), value));
         self
     }
 
     /// Options of all simulations of the experiment: a method, its law of inputs.
-    pub fn with(mut self, options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm) -> Self {
+    pub fn with(
+        mut self,
+        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
+    ) -> Self {
         self.told.options = Some(Box::new(options));
         self
     }
@@ -172,14 +201,17 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     /// Finds them.
     ///
     /// # Errors
-    /// Names and data that make no sense; fewer data than unknowns; motions that fail at the start of the search; unknowns that the data cannot tell apart, or that ran away; iterations that do not
-    /// settle. What was found up to there is in the error.
+    /// Names and data that make no sense; fewer data than unknowns; motions that fail at the start of the
+    /// search; unknowns that the data cannot tell apart, or that ran away; iterations that do not settle.
+    /// What was found up to there is in the error.
     pub fn run(&self) -> Result<Fit, FitError> {
         self.problem()?.solve()
     }
 
-    /// Finds them, and how they would scatter if the measurement were repeated: by so many fits of data whose residuals are drawn anew, with replacement, from those that
-    /// the fit left of the same quantity (B. Efron & R. J. Tibshirani, *An Introduction to the Bootstrap*, §9.4). On all cores with the feature `parallel`; the same numbers for the same seed, however many those are.
+    /// Finds them, and how they would scatter if the measurement were repeated: by so many fits of data whose
+    /// residuals are drawn anew, with replacement, from those that the fit left of the same quantity (B.
+    /// Efron & R. J. Tibshirani, *An Introduction to the Bootstrap*, §9.4). On all cores with the feature
+    /// `parallel`; the same numbers for the same seed, however many those are.
     ///
     /// # Errors
     /// As [`Fitting::run`].
@@ -197,7 +229,8 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         let told: Vec<&Told<'m, M>> = self.before.iter().chain([&self.told]).collect();
         let unknowns = self.unknowns(&told)?;
         let own_tolerance = self.tolerance.is_some();
-        let experiments = told.iter().enumerate().map(|(k, told)| Experiment::of(self.model, told, k, own_tolerance));
+        let experiments =
+            told.iter().enumerate().map(|(k, told)| Experiment::of(self.model, told, k, own_tolerance));
         let experiments = experiments.collect::<Result<Vec<_>, _>>()?;
         let absolute = data::all_or_none(told.iter().flat_map(|told| &told.data))?;
         let (count, needed) = (experiments.iter().map(Experiment::count).sum::<usize>(), unknowns.len());
@@ -214,16 +247,21 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
 
     fn unknowns(&self, told: &[&Told<'m, M>]) -> Result<Vec<Unknown>, FitError> {
         let mut unknowns: Vec<Unknown> = Vec::new();
-        let asked = told.iter().enumerate().flat_map(|(k, told)| told.asked.iter().map(move |asked| (k, told, asked)));
+        let asked = told
+            .iter()
+            .enumerate()
+            .flat_map(|(k, told)| told.asked.iter().map(move |asked| (k, told, asked)));
         for (experiment, told, (name, bounds)) in asked {
             let variable = Variable::of::<M>(name)?;
             let shared = matches!(variable, Variable::Parameter(_));
-            let same = |other: &Unknown| other.variable == variable && (shared || other.experiment == experiment);
+            let same =
+                |other: &Unknown| other.variable == variable && (shared || other.experiment == experiment);
             if unknowns.iter().any(same) {
                 return Err(VariableError::Twice { name: name.clone() }.into());
             }
-            let first =
-                variable.value(self.model, &told.start).ok_or_else(|| FitError::NotTold { name: name.clone() })?;
+            let first = variable
+                .value(self.model, &told.start)
+                .ok_or_else(|| FitError::NotTold { name: name.clone() })?;
             if !first.is_finite() {
                 return Err(VariableError::NotFinite { name: name.clone(), value: first }.into());
             }
@@ -273,7 +311,8 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
     }
 
     pub(super) fn solve(&self) -> Result<Fit, FitError> {
-        let first = DVector::from_iterator(self.unknowns.len(), self.unknowns.iter().map(|unknown| unknown.first));
+        let first =
+            DVector::from_iterator(self.unknowns.len(), self.unknowns.iter().map(|unknown| unknown.first));
         self.solve_from(&first)
     }
 
@@ -286,9 +325,9 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
     fn explained(&self, error: FitError, first: &DVector<f64>) -> FitError {
         use SensitivityError::{Motion, NotFinite, OutOfRange, Solve, StepTooSmall};
         let outlier = match &error {
-            FitError::Motion(Motion(_) | NotFinite { .. } | OutOfRange { .. } | Solve { .. } | StepTooSmall { .. })
-                if self.evaluate(first, true).is_err() =>
-            {
+            FitError::Motion(
+                Motion(_) | NotFinite { .. } | OutOfRange { .. } | Solve { .. } | StepTooSmall { .. },
+            ) if self.evaluate(first, true).is_err() => {
                 let values = self.unknowns.iter().zip(first).map(|(unknown, x)| (unknown.name.clone(), *x));
                 let FitError::Motion(cause) = error else { return error };
                 return FitError::FirstValues { values: values.collect(), cause: Box::new(cause) };
@@ -311,7 +350,8 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
             Loss::Squares => values.norm_squared(),
             _ => values.len() as f64 * robust::median_size(&values).powi(2),
         };
-        let search = Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
+        let search =
+            Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
         let evaluate = |values: &DVector<f64>, jacobian: bool| self.evaluate(values, jacobian);
         let (outcome, weighed) = match self.loss {
             Loss::Squares => {

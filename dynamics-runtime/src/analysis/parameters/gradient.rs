@@ -1,26 +1,33 @@
-//! How one number that is made of a motion changes with all parameters and all of the start: adjoint equations.
+//! How one number that is made of a motion changes with all parameters and all of the start: adjoint
+//! equations.
 //!
-//! The objective is a sum of values at instants, squares of differences from data, and integrals along the motion,
+//! The objective is a sum of values at instants, squares of differences from data, and integrals along the
+//! motion,
 //!
 //! ```text
 //! J = Σ gₖ(y(tₖ), p) + ∫ ℓ(y, p, t) dt        y = (q, q̇),  ẏ = f(y, p, t)
 //! ```
 //!
-//! and with f_y = A, f_p = b (those of the variational equations, `sensitivity.rs`) the adjoint variable λ, 2N, runs backward along the motion, whatever there is to differentiate by:
+//! and with f_y = A, f_p = b (those of the variational equations, `sensitivity.rs`) the adjoint variable λ,
+//! 2N, runs backward along the motion, whatever there is to differentiate by:
 //!
 //! ```text
 //! λ̇ = −Aᵀλ − ℓ_yᵀ        λ(T) = 0,  λ jumps by ∂gₖ/∂y at tₖ        dJ/dp = λ(0)ᵀ ∂y(0)/∂p + ∫ (λᵀb + ℓ_p) dt + Σ ∂gₖ/∂p
 //! ```
 //!
-//! (Y. Cao, S. Li, L. Petzold & R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076). Where the variational equations have a column for each variable, this has one in all, and for each
-//! parameter a product at every node. Steps, order and tolerance are those of the variational equations.
+//! (Y. Cao, S. Li, L. Petzold & R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076). Where the variational
+//! equations have a column for each variable, this has one in all, and for each parameter a product at every
+//! node. Steps, order and tolerance are those of the variational equations.
 //!
-//! With constraints variations are put back onto the tangent space at the ends of the motion's steps, x → P x − c, and here λ → Pᵀλ, with λᵀc taken off.
+//! With constraints variations are put back onto the tangent space at the ends of the motion's steps, x → P x
+//! − c, and here λ → Pᵀλ, with λᵀc taken off.
 //!
-//! Where an output that is integrated has a corner, as it saturates, ℓ_y jumps: such places are located, and steps end there (`corners.rs`).
+//! Where an output that is integrated has a corner, as it saturates, ℓ_y jumps: such places are located, and
+//! steps end there (`corners.rs`).
 //!
-//! Where velocities or accelerations jump λ does, too, by what the instant of the jump moves: such motions are refused, as are integrals of outputs that jump, and motions that an event
-//! ends before their time, as their ends move with the parameters.
+//! Where velocities or accelerations jump λ does, too, by what the instant of the jump moves: such motions
+//! are refused, as are integrals of outputs that jump, and motions that an event ends before their time, as
+//! their ends move with the parameters.
 
 mod adjoint;
 mod corners;
@@ -80,20 +87,28 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
         self
     }
 
-    /// Adds `weight` times the integral of an output, a coordinate or a velocity over the time of the motion. Outputs with corners are integrated, those that jump refused.
+    /// Adds `weight` times the integral of an output, a coordinate or a velocity over the time of the motion.
+    /// Outputs with corners are integrated, those that jump refused.
     pub fn integral(mut self, quantity: &str, weight: f64) -> Self {
         self.terms.push(Term::Integral { quantity: quantity.to_owned(), weight });
         self
     }
 
-    /// Adds `weight` Σ (f(t) − value)² over points (t, value) of an output, a coordinate or a velocity: χ² where the weight is 1/σ².
-    pub fn squares(mut self, quantity: &str, weight: f64, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+    /// Adds `weight` Σ (f(t) − value)² over points (t, value) of an output, a coordinate or a velocity: χ²
+    /// where the weight is 1/σ².
+    pub fn squares(
+        mut self,
+        quantity: &str,
+        weight: f64,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
         let points = points.into_iter().collect();
         self.terms.push(Term::Squares { quantity: quantity.to_owned(), weight, points });
         self
     }
 
-    /// Parameters, coordinates and velocities of the start, by which it is differentiated; without this by all of them.
+    /// Parameters, coordinates and velocities of the start, by which it is differentiated; without this by
+    /// all of them.
     pub fn by<S: AsRef<str>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         self.names.extend(names.into_iter().map(|name| name.as_ref().to_owned()));
         self
@@ -105,15 +120,20 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
         self
     }
 
-    /// Permitted local error per step of the motion and of the adjoint equations, of these relative to the largest that there was. Default 1e-9.
-    /// Of the motion it is absolute, too, of one all of which stays below 0.1 by its size; where only a part is that small give `.with(|s| s.tolerances(absolute, relative))`.
+    /// Permitted local error per step of the motion and of the adjoint equations, of these relative to the
+    /// largest that there was. Default 1e-9. Of the motion it is absolute, too, of one all of which stays
+    /// below 0.1 by its size; where only a part is that small give
+    /// `.with(|s| s.tolerances(absolute, relative))`.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
     }
 
     /// Options of the simulation, as for [`Sensitivity::with`](super::Sensitivity::with).
-    pub fn with(mut self, options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm) -> Self {
+    pub fn with(
+        mut self,
+        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
+    ) -> Self {
         self.options = Some(Box::new(options));
         self
     }
@@ -121,8 +141,8 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
     /// Runs the motion, then the adjoint equations back along it.
     ///
     /// # Errors
-    /// Names that are none, weights and points that are no numbers or lie outside the motion; a motion that fails, or that an event ends; forces that depend on reactions; jumps; a model
-    /// without derivatives.
+    /// Names that are none, weights and points that are no numbers or lie outside the motion; a motion that
+    /// fails, or that an event ends; forces that depend on reactions; jumps; a model without derivatives.
     pub fn run(self) -> Result<Gradient<'m, M>, SensitivityError> {
         if M::FRICTION {
             return Err(SensitivityError::Friction);
@@ -130,7 +150,8 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
         let variables = self.variables()?;
         let end = self.end.ok_or(SensitivityError::NoEnd)?;
         let plan = Plan::of::<M>(&self.terms, end)?;
-        let asked = Asked { variables: &variables, end, tolerance: self.tolerance, absolute: None, times: None };
+        let asked =
+            Asked { variables: &variables, end, tolerance: self.tolerance, absolute: None, times: None };
         let options = self.options.as_deref().map(|options| options as &dyn Fn(_) -> _);
         let motion = asked.motion(self.model, self.start, options)?;
         if motion.end_time() != end {
@@ -168,7 +189,8 @@ pub struct Gradient<'m, M: Simulate> {
     pub value: f64,
     variables: Vec<Variable>,
     derivatives: Vec<f64>,
-    /// Whether no differences entered: those of outputs by parameters are, good to about 10 digits, as are those of outputs made of reactions; those of equations and laws as for
+    /// Whether no differences entered: those of outputs by parameters are, good to about 10 digits, as are
+    /// those of outputs made of reactions; those of equations and laws as for
     /// [`Sensitivities::exact`](super::Sensitivities::exact).
     pub exact: bool,
     /// Steps that the adjoint equations took.
@@ -176,7 +198,8 @@ pub struct Gradient<'m, M: Simulate> {
 }
 
 impl<M: Simulate + Parameters + Clone> Gradient<'_, M> {
-    /// What it was differentiated by: parameters, then coordinates and velocities of the start, unless they were asked for.
+    /// What it was differentiated by: parameters, then coordinates and velocities of the start, unless they
+    /// were asked for.
     #[must_use]
     pub fn variables(&self) -> &[Variable] {
         &self.variables
@@ -188,7 +211,8 @@ impl<M: Simulate + Parameters + Clone> Gradient<'_, M> {
         &self.derivatives
     }
 
-    /// dJ/d`name`. With constraints a start moves along with what has to give way, by the smallest correction measured by M.
+    /// dJ/d`name`. With constraints a start moves along with what has to give way, by the smallest correction
+    /// measured by M.
     ///
     /// # Errors
     /// Names that are none, or were not asked for.

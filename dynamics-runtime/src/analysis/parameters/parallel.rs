@@ -1,11 +1,13 @@
-//! Independent runs on all cores, their results in the order of the runs whichever core made them. Without the feature `parallel` one after the other.
+//! Independent runs on all cores, their results in the order of the runs whichever core made them. Without
+//! the feature `parallel` one after the other.
 
 use alloc::string::String;
 #[cfg(feature = "parallel")]
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
-/// `run(0), …, run(count − 1)`. `threads`: how many cores, `None` for all; `progress`: whether a bar is shown.
+/// `run(0), …, run(count − 1)`. `threads`: how many cores, `None` for all; `progress`: whether a bar is
+/// shown.
 pub(super) fn ordered<T: Send>(
     count: usize,
     threads: Option<usize>,
@@ -23,7 +25,10 @@ pub(super) fn ordered<T: Send>(
         use rayon::prelude::*;
         let all = || (0..count).into_par_iter().map(one).collect();
         let Some(threads) = threads else { return Ok(all()) };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| error.to_string())?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|error| error.to_string())?;
         Ok(pool.install(all))
     }
     #[cfg(not(feature = "parallel"))]
@@ -33,7 +38,8 @@ pub(super) fn ordered<T: Send>(
     }
 }
 
-/// How many runs are done, on the error stream, where all take longer than a second; nothing without the feature `progress`.
+/// How many runs are done, on the error stream, where all take longer than a second; nothing without the
+/// feature `progress`.
 struct Bar {
     #[cfg(feature = "progress")]
     shown: Option<shown::Shown>,
@@ -66,7 +72,8 @@ mod shown {
         done: AtomicU64,
         count: u64,
         begun: Instant,
-        /// When it was last drawn, and the bar once there is one. Who finds it locked goes on: another core draws.
+        /// When it was last drawn, and the bar once there is one. Who finds it locked goes on: another core
+        /// draws.
         bar: Mutex<(Instant, Option<indicatif::ProgressBar>)>,
     }
 

@@ -7,15 +7,18 @@
 //!     ⎣ ∂q̈/∂q   ∂q̈/∂q̇ ⎦     ⎣ ∂q̈/∂p ⎦
 //! ```
 //!
-//! are integrated along the motion (E. Hairer, S. P. Nørsett & G. Wanner, *Solving Ordinary Differential Equations I*, §I.14), on its dense output, between its steps' ends, by
-//! Gauss collocation of order 10 with steps of its own, at the tolerance of the motion. The derivatives are exact ([`Sensitivities::exact`] says where differences had to stand in); a
-//! motion's own error enters in first order.
+//! are integrated along the motion (E. Hairer, S. P. Nørsett & G. Wanner, *Solving Ordinary Differential
+//! Equations I*, §I.14), on its dense output, between its steps' ends, by Gauss collocation of order 10 with
+//! steps of its own, at the tolerance of the motion. The derivatives are exact ([`Sensitivities::exact`] says
+//! where differences had to stand in); a motion's own error enters in first order.
 //!
-//! With constraints S lies in their tangent space, Φ_q δq + Φ_p δp = 0: the start is moved along with a parameter as simulations put starts onto their constraints, by the
-//! smallest correction measured by M, and so is a unit change of a start.
+//! With constraints S lies in their tangent space, Φ_q δq + Φ_p δp = 0: the start is moved along with a
+//! parameter as simulations put starts onto their constraints, by the smallest correction measured by M, and
+//! so is a unit change of a start.
 //!
-//! Where velocities or accelerations jump, S jumps, too, by what the instant of the jump moves: such motions (resets, impacts, constraints that engage or let go, forces that jump) are
-//! refused. Forces with corners (|x|, max) are none of them.
+//! Where velocities or accelerations jump, S jumps, too, by what the instant of the jump moves: such motions
+//! (resets, impacts, constraints that engage or let go, forces that jump) are refused. Forces with corners
+//! (|x|, max) are none of them.
 
 pub(super) mod along;
 pub(super) mod collocation;
@@ -82,8 +85,9 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
         self
     }
 
-    /// Permitted local error per step of the motion and of its sensitivities, of these relative to the largest that there was of the column, or to a thousandth of the motion per size of the variable, if that
-    /// is more. Default 1e-9.
+    /// Permitted local error per step of the motion and of its sensitivities, of these relative to the
+    /// largest that there was of the column, or to a thousandth of the motion per size of the variable, if
+    /// that is more. Default 1e-9.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
@@ -95,9 +99,12 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
         self
     }
 
-    /// Options of the simulation: a method, a law of inputs. What a law does with the state is differentiated by differences; what it does with parameters of its own
-    /// is not seen.
-    pub fn with(mut self, options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm) -> Self {
+    /// Options of the simulation: a method, a law of inputs. What a law does with the state is differentiated
+    /// by differences; what it does with parameters of its own is not seen.
+    pub fn with(
+        mut self,
+        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
+    ) -> Self {
         self.options = Some(Box::new(options));
         self
     }
@@ -105,7 +112,8 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
     /// Runs the motion, then its variational equations.
     ///
     /// # Errors
-    /// Names that are none; a motion that fails; forces that depend on reactions; jumps; a model without derivatives.
+    /// Names that are none; a motion that fails; forces that depend on reactions; jumps; a model without
+    /// derivatives.
     pub fn run(self) -> Result<Sensitivities<'m, M>, SensitivityError> {
         let mut variables = Vec::new();
         for name in &self.names {
@@ -149,7 +157,8 @@ impl Asked<'_> {
                 Some(options) => options(simulation),
                 None => simulation,
             };
-            // Not before the options: beside a fixed step among them tolerances say nothing, and those among them count.
+            // Not before the options: beside a fixed step among them tolerances say nothing, and those among
+            // them count.
             let simulation = simulation.or_tolerance(self.tolerance, absolute);
             simulation.run().map_err(|error| SensitivityError::Motion(RunFailure::from(error)))
         };
@@ -179,7 +188,14 @@ impl Asked<'_> {
         let times = self.times(&motion)?;
         let found = along::along(&motion, self.variables, &times, self.tolerance)?;
         let variables = self.variables.to_vec();
-        Ok(Sensitivities { motion, variables, times, changes: found.changes, exact: found.exact, steps: found.steps })
+        Ok(Sensitivities {
+            motion,
+            variables,
+            times,
+            changes: found.changes,
+            exact: found.exact,
+            steps: found.steps,
+        })
     }
 
     /// The times, along the motion.
@@ -209,7 +225,8 @@ pub struct Sensitivities<'m, M: Simulate> {
     variables: Vec<Variable>,
     times: Vec<f64>,
     changes: Vec<DMatrix<f64>>,
-    /// Whether no differences entered: neither of the equations by a parameter nor of a law of inputs. Where they did, the coefficients are good to about 12 digits, those of laws to 9.
+    /// Whether no differences entered: neither of the equations by a parameter nor of a law of inputs. Where
+    /// they did, the coefficients are good to about 12 digits, those of laws to 9.
     pub exact: bool,
     /// Steps that the variational equations took.
     pub steps: usize,
@@ -228,14 +245,16 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
         &self.variables
     }
 
-    /// ∂(q, q̇)/∂(variables) at the time of this index, 2N×K, in the units of each coordinate by those of each variable.
+    /// ∂(q, q̇)/∂(variables) at the time of this index, 2N×K, in the units of each coordinate by those of
+    /// each variable.
     #[must_use]
     pub fn matrix(&self, index: usize) -> Option<&DMatrix<f64>> {
         self.changes.get(index)
     }
 
-    /// (t, ∂`quantity`/∂`by`): of a coordinate (`theta`), a velocity (`theta_rate`) or an output. Outputs are differentiated along the change of the
-    /// state by differences of order 4 of their own code, good to about 10 digits.
+    /// (t, ∂`quantity`/∂`by`): of a coordinate (`theta`), a velocity (`theta_rate`) or an output. Outputs are
+    /// differentiated along the change of the state by differences of order 4 of their own code, good to
+    /// about 10 digits.
     ///
     /// # Errors
     /// Names that are none; outputs that do not exist at a state.
@@ -249,7 +268,11 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
     }
 
     /// The derivatives of these quantities at the time of an index, a row for each.
-    pub(super) fn rows(&self, quantities: &[Measured], index: usize) -> Result<DMatrix<f64>, SensitivityError> {
+    pub(super) fn rows(
+        &self,
+        quantities: &[Measured],
+        index: usize,
+    ) -> Result<DMatrix<f64>, SensitivityError> {
         let (n, changes) = (M::Vector::LEN, &self.changes[index]);
         let mut found = DMatrix::zeros(quantities.len(), self.variables.len());
         let outputs = quantities.iter().any(|q| matches!(q, Measured::Output(_)));
@@ -273,11 +296,14 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
         for (k, variable) in self.variables.iter().enumerate() {
             let column = self.changes[index].column(k).into_owned();
             // No coordinate, nor the parameter, moves by more than a thousandth of its size.
-            let of_state = (0..2 * n).map(|i| column[i].abs() / sizes[i / n][i % n].max(1e-6)).fold(0.0, f64::max);
+            let of_state =
+                (0..2 * n).map(|i| column[i].abs() / sizes[i / n][i % n].max(1e-6)).fold(0.0, f64::max);
             let of_parameter = match variable {
                 Variable::Parameter(p) => {
                     let value = self.motion.model().parameter(*p);
-                    1.0 / equations::size(value.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[*p].name })?)
+                    1.0 / equations::size(
+                        value.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[*p].name })?,
+                    )
                 }
                 _ => 0.0,
             };
@@ -336,7 +362,10 @@ impl Measured {
             Ok(Variable::Velocity(i)) => Ok(Self::Velocity(i)),
             _ => {
                 let known = M::OUTPUTS.iter().chain(M::COORDINATES).map(|q| q.name);
-                Err(SensitivityError::UnknownQuantity { name: name.to_owned(), nearest: suggest(name, known) })
+                Err(SensitivityError::UnknownQuantity {
+                    name: name.to_owned(),
+                    nearest: suggest(name, known),
+                })
             }
         }
     }

@@ -1,15 +1,18 @@
 //! How equilibria and natural frequencies change with a parameter.
 //!
-//! *Equilibria*, by the implicit function theorem: the balance Eᵀ(Q + Φ_qᵀλ) = 0 on the constraints Φ = 0 goes on to hold, so that with δq = D δz + δq_Φ, where δq_Φ are the dependent
-//! coordinates that keep Φ = 0 while z stands still,
+//! *Equilibria*, by the implicit function theorem: the balance Eᵀ(Q + Φ_qᵀλ) = 0 on the constraints Φ = 0
+//! goes on to hold, so that with δq = D δz + δq_Φ, where δq_Φ are the dependent coordinates that keep Φ = 0
+//! while z stands still,
 //!
 //! ```text
 //! K δz = −(Eᵀ r_p + Eᵀ r_q δq_Φ) δp        K = Eᵀ r_q D at the λ that leaves nothing on dependent coordinates
 //! ```
 //!
-//! *Frequencies*: K φ = ω² M φ with φᵀM φ = 1 gives δ(ω²) = φᵀ(δK − ω² δM) φ (R. L. Fox & M. P. Kapoor, AIAA J. 6 (1968) 2426), where δK and δM are total: the equilibrium moves with the
-//! parameter. They are differences of order 4 of the exact matrices. Frequencies that are equal have no derivatives of their own: along the parameter they part as the eigenvalues of
-//! Φᵀ(δK − ω² δM)Φ, Φ all their modes, and these are given.
+//! *Frequencies*: K φ = ω² M φ with φᵀM φ = 1 gives δ(ω²) = φᵀ(δK − ω² δM) φ (R. L. Fox & M. P. Kapoor, AIAA
+//! J. 6 (1968) 2426), where δK and δM are total: the equilibrium moves with the parameter. They are
+//! differences of order 4 of the exact matrices. Frequencies that are equal have no derivatives of their own:
+//! along the parameter they part as the eigenvalues of Φᵀ(δK − ω² δM)Φ, Φ all their modes, and these are
+//! given.
 
 use alloc::vec::Vec;
 
@@ -25,7 +28,8 @@ use crate::error::SolveError;
 use crate::model::{ModelState, Parameters, Quantity, Vector};
 use crate::motion::Simulate;
 
-/// Singular values of the stiffness, free of units, below this part of the largest: half the digits are lost there.
+/// Singular values of the stiffness, free of units, below this part of the largest: half the digits are lost
+/// there.
 const FOLD: f64 = 1e-8;
 /// Parts by which parameters are moved to see what the stiffness is made of.
 const BESIDE: f64 = 1e-6;
@@ -43,8 +47,9 @@ pub struct EquilibriumChange {
     pub by: DVector<f64>,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
-    /// How many times errors of forces grow on their way to the coordinates: the largest over the smallest singular value of the stiffness, its rows and columns measured by what they are made of; large
-    /// near folds.
+    /// How many times errors of forces grow on their way to the coordinates: the largest over the smallest
+    /// singular value of the stiffness, its rows and columns measured by what they are made of; large near
+    /// folds.
     pub conditioning: f64,
 }
 
@@ -59,7 +64,8 @@ pub struct FrequencyChange {
     pub square_by: f64,
     /// ∂ω/∂parameter; NaN where ω is 0 or none.
     pub frequency_by: f64,
-    /// How many frequencies are equal to this, itself included: above 1 this is one of the ways in which they part.
+    /// How many frequencies are equal to this, itself included: above 1 this is one of the ways in which they
+    /// part.
     pub multiplicity: usize,
 }
 
@@ -92,7 +98,8 @@ pub(super) fn equilibrium_by<M: Simulate + Parameters + Clone>(
     Ok(change)
 }
 
-/// That forces do not change with time, with this value of the parameter and with values beside it: there may be an equilibrium at this one alone.
+/// That forces do not change with time, with this value of the parameter and with values beside it: there may
+/// be an equilibrium at this one alone.
 fn check_times<M: Simulate + Parameters + Clone>(
     model: &M,
     state: &M::State,
@@ -137,7 +144,8 @@ fn change_of<M: Simulate + Parameters + Clone>(
         Ok(DVector::from_column_slice(found.as_slice()))
     };
     let rates: Vec<usize> = linear.velocities.iter().filter_map(|v| index::<M>(v.name)).collect();
-    // EᵀM E v̇ = −EᵀM… is what is out of balance once the parameter has moved: v̇ of the independent velocities.
+    // EᵀM E v̇ = −EᵀM… is what is out of balance once the parameter has moved: v̇ of the independent
+    // velocities.
     let made_of = accelerations_made_of::<M>(state, linear, &rates);
     let by = by_parameter(model, parameter, &made_of, accelerations)?;
     let force = &linear.mass * by.select_rows(&rates);
@@ -152,7 +160,11 @@ fn change_of<M: Simulate + Parameters + Clone>(
 }
 
 /// Of what accelerations in balance are made: what the stiffness makes of the coordinates.
-fn accelerations_made_of<M: Simulate>(state: &M::State, linear: &Linearization, rates: &[usize]) -> DVector<f64> {
+fn accelerations_made_of<M: Simulate>(
+    state: &M::State,
+    linear: &Linearization,
+    rates: &[usize],
+) -> DVector<f64> {
     let mut found = DVector::zeros(M::Vector::LEN);
     let places = linear.coordinates.iter().filter_map(|q| index::<M>(q.name)).map(|i| state.q()[i].abs());
     let force = linear.stiffness.abs() * DVector::from_iterator(linear.coordinates.len(), places);
@@ -162,8 +174,13 @@ fn accelerations_made_of<M: Simulate>(state: &M::State, linear: &Linearization, 
     found
 }
 
-/// What the elements of K are made of: themselves, or what is left of them where all parameters are a little different, each in its own way. Terms that cancel each other here do not there.
-fn made_of<M: Simulate + Parameters + Clone>(model: &M, state: &M::State, linear: &Linearization) -> DMatrix<f64> {
+/// What the elements of K are made of: themselves, or what is left of them where all parameters are a little
+/// different, each in its own way. Terms that cancel each other here do not there.
+fn made_of<M: Simulate + Parameters + Clone>(
+    model: &M,
+    state: &M::State,
+    linear: &Linearization,
+) -> DMatrix<f64> {
     let names: Vec<&str> = linear.coordinates.iter().map(|q| q.name).collect();
     let beside = |by: f64| {
         let mut other = model.clone();
@@ -185,7 +202,8 @@ fn made_of<M: Simulate + Parameters + Clone>(model: &M, state: &M::State, linear
     })
 }
 
-/// K⁻¹ `force`, and the conditioning of K; its rows and columns free of units by what they are made of (D. Ruiz, Report RAL-TR-2001-034).
+/// K⁻¹ `force`, and the conditioning of K; its rows and columns free of units by what they are made of (D.
+/// Ruiz, Report RAL-TR-2001-034).
 fn resisted<M: Simulate + Parameters + Clone>(
     model: &M,
     state: &M::State,
@@ -229,9 +247,11 @@ fn on_constraints<M: Simulate>(
     let failed = |error| SensitivityError::Solve { time: state.t(), error };
     let constants = model.constants().map_err(SolveError::from).map_err(failed)?;
     let mut moved = *state;
-    // Projections move all coordinates; what they did to the independent ones is taken back along the constraints.
+    // Projections move all coordinates; what they did to the independent ones is taken back along the
+    // constraints.
     for _ in 0..8 {
-        with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory)).map_err(failed)?;
+        with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory))
+            .map_err(failed)?;
         let mut off = DVector::zeros(linear.coordinates.len());
         for (k, q) in linear.coordinates.iter().enumerate() {
             let i = index::<M>(q.name).filter(|i| held.contains(i));
@@ -243,7 +263,8 @@ fn on_constraints<M: Simulate>(
         let back = &linear.shape * off;
         moved.q_mut().as_mut_slice().iter_mut().zip(back.iter()).for_each(|(q, d)| *q -= d);
     }
-    with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory)).map_err(failed)?;
+    with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory))
+        .map_err(failed)?;
     Ok(moved)
 }
 
@@ -257,16 +278,19 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
     conservative(&linear)?;
     let change = equilibrium_by(model, state, parameter)?;
     let names: Vec<&str> = linear.coordinates.iter().map(|q| q.name).collect();
-    let value = model.parameter(index).ok_or(SensitivityError::NotTold { name: M::PARAMETERS[index].name })?;
+    let value =
+        model.parameter(index).ok_or(SensitivityError::NotTold { name: M::PARAMETERS[index].name })?;
     let h = step(value);
     let (rows, failed) = (linear.mass.nrows(), |error| SensitivityError::Solve { time: state.t(), error });
     let at = |by: f64| {
-        let moved = moved(model, index, by).ok_or(SensitivityError::NotTold { name: M::PARAMETERS[index].name })?;
+        let moved =
+            moved(model, index, by).ok_or(SensitivityError::NotTold { name: M::PARAMETERS[index].name })?;
         let constants = moved.constants().map_err(SolveError::from).map_err(failed)?;
         let mut state = *state;
         let shift = change.by.iter().map(|x| x * by);
         state.q_mut().as_mut_slice().iter_mut().zip(shift).for_each(|(q, d)| *q += d);
-        with_workspace::<M, _>(|memory| project_positions(&moved, &constants, &mut state, memory)).map_err(failed)?;
+        with_workspace::<M, _>(|memory| project_positions(&moved, &constants, &mut state, memory))
+            .map_err(failed)?;
         // In balance to the second order of the step: to all of it by the model's own search.
         let state = crate::analysis::Equilibria::equilibrium(&moved, &state)?.state;
         let beside = moved.linearize_in(&state, &names)?;
@@ -275,7 +299,8 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
     };
     let both = linear.mass.iter().chain(linear.stiffness.iter()).map(|x| x.abs());
     let by = differences(h, &DVector::from_iterator(2 * rows * rows, both), at)?;
-    let matrix = |first: usize| DMatrix::from_column_slice(rows, rows, &by.as_slice()[first..first + rows * rows]);
+    let matrix =
+        |first: usize| DMatrix::from_column_slice(rows, rows, &by.as_slice()[first..first + rows * rows]);
     changes(&linear, &matrix(0), &matrix(rows * rows))
 }
 

@@ -1,7 +1,8 @@
 //! Runs over a grid of parameters and starts.
 //!
-//! Each run has a model and a start of its own and knows nothing of the others, so that results depend neither on how many cores share the work nor on their order:
-//! they stand in the order of the grid, its last axis running fastest. A run that fails is kept as its failure beside the others.
+//! Each run has a model and a start of its own and knows nothing of the others, so that results depend
+//! neither on how many cores share the work nor on their order: they stand in the order of the grid, its last
+//! axis running fastest. A run that fails is kept as its failure beside the others.
 
 mod error;
 mod show;
@@ -71,11 +72,13 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         self
     }
 
-    /// Makes all runs. `run` gets the model and the start of a point of the grid, and returns the numbers that are kept of it under these names.
+    /// Makes all runs. `run` gets the model and the start of a point of the grid, and returns the numbers
+    /// that are kept of it under these names.
     ///
     /// # Errors
-    /// Names that are none or stand twice, values that are not finite, an axis without values, more than 2³² runs, cores that cannot be had. What goes wrong in a run is no error of
-    /// the sweep: it stands in its place.
+    /// Names that are none or stand twice, values that are not finite, an axis without values, more than 2³²
+    /// runs, cores that cannot be had. What goes wrong in a run is no error of the sweep: it stands in its
+    /// place.
     pub fn run<const K: usize>(
         self,
         names: [&str; K],

@@ -61,14 +61,21 @@ impl fmt::Display for VariableError {
                 write!(f, "there is no parameter or start `{name}`; did you mean `{near}`?")
             }
             Self::Unknown { name, nearest: None } => {
-                write!(f, "there is no parameter or start `{name}`; `PARAMETERS` and `COORDINATES` list what there is")
+                write!(
+                    f,
+                    "there is no parameter or start `{name}`; `PARAMETERS` and `COORDINATES` list what \
+                    there is"
+                )
             }
             Self::Ambiguous { name } => {
                 write!(f, "`{name}` is a parameter and a coordinate; rename one of them")
             }
             Self::Twice { name } => write!(f, "`{name}` is named twice; once is enough"),
             Self::Fixed { name } => {
-                write!(f, "the model does not let `{name}` be changed; implement `Parameters::set_parameter` for it")
+                write!(
+                    f,
+                    "the model does not let `{name}` be changed; implement `Parameters::set_parameter` for it"
+                )
             }
             Self::NotFinite { name, value } => write!(f, "`{name}` cannot be {value}; give finite numbers"),
         }
@@ -96,7 +103,8 @@ impl Variable {
             (Some(one), None) => Ok(one),
             (Some(_), Some(_)) => Err(VariableError::Ambiguous { name: name.to_owned() }),
             (None, _) => {
-                let rates: alloc::vec::Vec<String> = M::COORDINATES.iter().map(|q| rate_name(q.name)).collect();
+                let rates: alloc::vec::Vec<String> =
+                    M::COORDINATES.iter().map(|q| rate_name(q.name)).collect();
                 let known = M::PARAMETERS.iter().chain(M::COORDINATES).map(|q| q.name);
                 let nearest = suggest(name, known.chain(rates.iter().map(String::as_str)));
                 Err(VariableError::Unknown { name: name.to_owned(), nearest })

@@ -1,14 +1,16 @@
 //! Where a branch of the model changes on the way of a motion with tangent vectors.
 //!
-//! Steps hold the branches they started on, and end where one changes: k(q, q̇, t) = 0. If the acceleration jumps there from a⁻ to a⁺, neighbours, which arrive
-//! earlier or later, gain or lose by the difference (the saltation matrix: Aizerman & Gantmakher, Q. J. Mech. Appl. Math. 11 (1958) 225; Leine & Nijmeijer,
+//! Steps hold the branches they started on, and end where one changes: k(q, q̇, t) = 0. If the acceleration
+//! jumps there from a⁻ to a⁺, neighbours, which arrive earlier or later, gain or lose by the difference (the
+//! saltation matrix: Aizerman & Gantmakher, Q. J. Mech. Appl. Math. 11 (1958) 225; Leine & Nijmeijer,
 //! *Dynamics and Bifurcations of Non-Smooth Mechanical Systems*, §7):
 //!
 //! ```text
 //! δq̇⁺ = δq̇⁻ + (a⁺ − a⁻) (∇k·δx)/k̇⁻        volumes are multiplied by k̇⁺/k̇⁻
 //! ```
 //!
-//! Where k̇ changes its sign, or vanishes, the motion stays there, or touches: there are no linear equations then.
+//! Where k̇ changes its sign, or vanishes, the motion stays there, or touches: there are no linear equations
+//! then.
 
 use alloc::vec::Vec;
 
@@ -47,7 +49,12 @@ impl Corners {
         let mut held = Branches::FREE;
         let deciding = kinks.iter().enumerate().take(M::KINKS).filter(|(_, kink)| kink.decides);
         deciding.for_each(|(index, kink)| held.hold(index, kink.value < 0.0));
-        Self { count: M::KINKS, held, below: kinks.map(|kink| kink.value < 0.0), smooth: kinks.map(|kink| kink.smooth) }
+        Self {
+            count: M::KINKS,
+            held,
+            below: kinks.map(|kink| kink.value < 0.0),
+            smooth: kinks.map(|kink| kink.smooth),
+        }
     }
 
     /// The state on these branches.
@@ -76,7 +83,8 @@ impl Corners {
         kinks.iter().enumerate().take(self.count).find_map(beyond)
     }
 
-    /// Whether a state lies where a force jumps, to what a motion passes in `within`: whether the jump comes before it, or after it, is for rounding to say.
+    /// Whether a state lies where a force jumps, to what a motion passes in `within`: whether the jump comes
+    /// before it, or after it, is for rounding to say.
     pub(super) fn starts_on<M: Constraints>(
         flow: &mut Flow<'_, M>,
         state: &M::State,
@@ -103,7 +111,8 @@ impl Corners {
             let mut other = Self::at(flow.model, state);
             other.flip(index, kink, kink.smooth);
             let beyond = flow.accelerations(&other.hold(state))?;
-            let size = a.as_slice().iter().chain(beyond.as_slice()).fold(0.0, |most: f64, a| most.max(a.abs()));
+            let size =
+                a.as_slice().iter().chain(beyond.as_slice()).fold(0.0, |most: f64, a| most.max(a.abs()));
             if a.as_slice().iter().zip(beyond.as_slice()).any(|(a, b)| (a - b).abs() > 1e-12 * size) {
                 return Ok(true);
             }
@@ -143,7 +152,8 @@ impl Corners {
             time: before.t(),
             reason: alloc::boxed::Box::new(PeriodicError::Solve(error)),
         };
-        // Pieces of functions cannot be held: of these the one before is that of the last state before its end.
+        // Pieces of functions cannot be held: of these the one before is that of the last state before its
+        // end.
         let last = if kink.decides { before } else { self.hold(&unpack(from, time + low, &short)) };
         let old = flow.accelerations(&last).map_err(fall)?;
         self.flip(index, &kink, read(flow.model, &state)[index].smooth);
@@ -199,7 +209,8 @@ fn turn<M: Constraints>(
     });
     // Slower than what it is made of by so much, it touches.
     let size = terms.sum::<f64>();
-    if before.abs() <= 1e-6 * size || before == 0.0 || after / before <= 1e-6 || !(after / before).is_finite() {
+    if before.abs() <= 1e-6 * size || before == 0.0 || after / before <= 1e-6 || !(after / before).is_finite()
+    {
         return Err(PeriodicError::Grazes { time: at.t() });
     }
     let last = y.len() - 1;

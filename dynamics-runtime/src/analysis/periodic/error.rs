@@ -71,12 +71,14 @@ pub enum PeriodicError {
         /// When.
         time: f64,
     },
-    /// The motion touches, or stays in, a place where a branch of the model changes, where there is no derivative of what comes after.
+    /// The motion touches, or stays in, a place where a branch of the model changes, where there is no
+    /// derivative of what comes after.
     Grazes {
         /// When.
         time: f64,
     },
-    /// The motion is cut where a force jumps: rounding would say whether it jumps at the start, at the end, or at both.
+    /// The motion is cut where a force jumps: rounding would say whether it jumps at the start, at the end,
+    /// or at both.
     StartsOnCorner {
         /// When.
         time: f64,
@@ -88,7 +90,8 @@ pub enum PeriodicError {
         /// By how much, relative to the largest.
         change: f64,
     },
-    /// With coordinates further by what they are to advance by, and a period later, the equations of motion are others.
+    /// With coordinates further by what they are to advance by, and a period later, the equations of motion
+    /// are others.
     NotAlike {
         /// A coordinate that is to advance.
         turned: &'static str,
@@ -180,7 +183,8 @@ impl fmt::Display for PeriodicError {
             Self::Derivatives(error) | Self::Eigenvalues(error) => error.fmt(f),
             Self::Option { what, value, needed } => write!(f, "{what} is {value}; it has to be {needed}"),
             Self::NoFreedom => f.write_str(
-                "the constraints leave nothing free, so that nothing can be disturbed; release one, or look at the motion by `kinematics`",
+                "the constraints leave nothing free, so that nothing can be disturbed; release one, or look \
+                 at the motion by `kinematics`",
             ),
             Self::UnknownCoordinate { name, nearest: None } => {
                 write!(f, "no coordinate is called `{name}`; array elements are written `theta[0]`")
@@ -191,81 +195,109 @@ impl fmt::Display for PeriodicError {
             Self::Ends { time, reason } => write!(f, "the motion ends at t = {time:.6}: {reason}"),
             Self::NotFinite { time, coordinate } => write!(
                 f,
-                "the acceleration of `{coordinate}`, or a derivative of it, is not a number at t = {time:.6}; set every input, and keep the motion off poles of the model"
+                "the acceleration of `{coordinate}`, or a derivative of it, is not a number at t = \
+                 {time:.6}; set every input, and keep the motion off poles of the model"
             ),
             Self::RunsAway { time, coordinate, value } => write!(
                 f,
-                "the motion runs away: `{coordinate}` or its velocity is {value:.2e} at t = {time:.6}; start nearer, or give states along the \
-                 closed motion by `.through(..)`"
+                "the motion runs away: `{coordinate}` or its velocity is {value:.2e} at t = {time:.6}; start \
+                 nearer, or give states along the closed motion by `.through(..)`"
             ),
             Self::Steps { time, steps } => write!(
                 f,
-                "{steps} steps were made up to t = {time:.6}; loosen the tolerance or allow more by `.max_steps(..)`; the method is explicit, for its tangent vectors' sake: what is stiff in the model makes its steps short, so hold it by a constraint instead, or leave it out, \
-                 where its swinging is not asked for"
+                "{steps} steps were made up to t = {time:.6}; loosen the tolerance or allow more by \
+                 `.max_steps(..)`; the method is explicit, for its tangent vectors' sake: what is stiff in \
+                 the model makes its steps short, so hold it by a constraint instead, or leave it out, where \
+                 its swinging is not asked for"
             ),
             Self::Stalls { time } => {
-                write!(f, "steps become shorter without end at t = {time:.6}; the equations are singular there, or the tolerance asks for more than rounding leaves")
+                write!(
+                    f,
+                    "steps become shorter without end at t = {time:.6}; the equations are singular \
+                    there, or the tolerance asks for more than rounding leaves"
+                )
             }
             Self::Grazes { time } => write!(
                 f,
-                "the motion touches a place where a branch of the model changes, or stays in it, at t = {time:.6}: small disturbances have no linear equations there; move the start or a \
+                "the motion touches a place where a branch of the model changes, or stays in it, at t = \
+                 {time:.6}: small disturbances have no linear equations there; move the start or a \
                  parameter, or round the corner off"
             ),
             Self::StartsOnCorner { time } => write!(
                 f,
-                "the motion starts, or one of its segments does, where a force jumps, at t = {time:.6}: whether it jumps at the start or at the end is for rounding to say; start \
-                 elsewhere on the motion"
+                "the motion starts, or one of its segments does, where a force jumps, at t = {time:.6}: \
+                 whether it jumps at the start or at the end is for rounding to say; start elsewhere on the \
+                 motion"
             ),
             Self::NotPeriodic { coordinate, change } => write!(
                 f,
-                "the equations of motion do not repeat after the period: the acceleration of `{coordinate}` differs by {change:.1e} of the largest; give a period of what drives the model"
+                "the equations of motion do not repeat after the period: the acceleration of `{coordinate}` \
+                 differs by {change:.1e} of the largest; give a period of what drives the model"
             ),
             Self::NotAlike { turned, by, coordinate, change } => write!(
                 f,
-                "the equations of motion are others where `{turned}` is further by {by}: the acceleration of `{coordinate}` differs by {change:.1e} of the largest; give whole turns, or what the model repeats after"
+                "the equations of motion are others where `{turned}` is further by {by}: the acceleration of \
+                 `{coordinate}` differs by {change:.1e} of the largest; give whole turns, or what the model \
+                 repeats after"
             ),
             Self::NotClosed { coordinate, miss } => write!(
                 f,
-                "the motion does not close: `{coordinate}` or its velocity misses its start by {miss:.2e} of what it moves within; find the closed one by `periodic(..)`, where an angle goes on turning with `.advance(..)`"
+                "the motion does not close: `{coordinate}` or its velocity misses its start by {miss:.2e} of \
+                 what it moves within; find the closed one by `periodic(..)`, where an angle goes on turning \
+                 with `.advance(..)`"
             ),
             Self::Rests { at } => {
-                write!(f, "the search ended at rest, at {at:.4?}, which has every period; start from a larger motion")
+                write!(
+                    f,
+                    "the search ended at rest, at {at:.4?}, which has every period; start from a \
+                    larger motion"
+                )
             }
             Self::NotIsolated { coordinate, ratio, conserved, remedies, period, .. } => {
                 write!(
                     f,
-                    "closed motions lie side by side (along `{coordinate}`, singular values {ratio:.0e}; one has the period {period:.9})"
+                    "closed motions lie side by side (along `{coordinate}`, singular values {ratio:.0e}; one \
+                     has the period {period:.9})"
                 )?;
                 if !conserved.is_empty() {
                     write!(f, ", as {} is conserved", conserved.join(", "))?;
                 }
                 match remedies.split_last() {
                     Some((last, [])) => write!(f, "; choose one by `{last}`"),
-                    Some((last, others)) => write!(f, "; choose one by `{}` or `{last}`", others.join("`, `")),
+                    Some((last, others)) => {
+                        write!(f, "; choose one by `{}` or `{last}`", others.join("`, `"))
+                    }
                     None => write!(
                         f,
-                        "; what is held does not choose one: hold another coordinate, or hold `{coordinate}` by a constraint"
+                        "; what is held does not choose one: hold another coordinate, or hold `{coordinate}` \
+                         by a constraint"
                     ),
                 }
             }
             Self::NoConvergence { iterations, coordinate, miss, period, because, .. } => {
                 write!(
                     f,
-                    "no closed motion was found in {iterations} iterations: at best `{coordinate}` or its velocity misses by {miss:.2e} of what it moves within, with the period {period:.6}; \
-                     start nearer, as from a section's closest return, or divide the period by `.segments(..)` or `.through(..)`"
+                    "no closed motion was found in {iterations} iterations: at best `{coordinate}` or its \
+                     velocity misses by {miss:.2e} of what it moves within, with the period {period:.6}; \
+                     start nearer, as from a section's closest return, or divide the period by \
+                     `.segments(..)` or `.through(..)`"
                 )?;
                 because.as_ref().map_or(Ok(()), |reason| write!(f, " (shots beside it: {reason})"))
             }
             Self::TooFast { time, parts } => write!(
                 f,
-                "neighbours part or come together so fast at t = {time:.6} that numbers do not hold it in a part of 1/{} of the run; take the means over a shorter time by `.during(..)`",
+                "neighbours part or come together so fast at t = {time:.6} that numbers do not hold it in a \
+                 part of 1/{} of the run; take the means over a shorter time by `.during(..)`",
                 100 * parts
             ),
             Self::NeverCrossed { points, until, range: [low, high], .. } => write!(
                 f,
-                "the section was crossed {points} times up to t = {until}, its function stayed between {low:.4e} and {high:.4e}; look for longer, or move the section"
+                "the section was crossed {points} times up to t = {until}, its function stayed between \
+                 {low:.4e} and {high:.4e}; look for longer, or move the section"
             ),
-            Self::BrokenOff { points, reason, .. } => write!(f, "the run broke off after {points} points: {reason}"),
+            Self::BrokenOff { points, reason, .. } => {
+                write!(f, "the run broke off after {points} points: {reason}")
+            }
         }
     }
 }

@@ -1,13 +1,18 @@
 //! Floquet multipliers: what a period makes of small disturbances of a motion that closes.
 //!
-//! Disturbances beside a motion of period T obey linear equations of that period, and a period later they are δx(T) = M δx(0), M the monodromy matrix. They
-//! die out where all its eigenvalues, the multipliers μ, lie within the unit circle, and grow where one lies outside (G. Floquet, Ann. Sci. Éc. Norm. Sup.
-//! 12 (1883) 47; Nayfeh & Balachandran, *Applied Nonlinear Dynamics*, §3.2; Yakubovich & Starzhinskii, *Linear Differential Equations with Periodic Coefficients*). μ leaves the circle by +1 in a fold
-//! (or a pitchfork), by −1 where the period doubles, elsewhere where a torus is born (Neimark–Sacker). M is integrated with the motion (`flow.rs`), on
-//! independent coordinates under constraints. Multipliers that are 1 for a reason are taken out before (`symmetry.rs`).
+//! Disturbances beside a motion of period T obey linear equations of that period, and a period later they are
+//! δx(T) = M δx(0), M the monodromy matrix. They die out where all its eigenvalues, the multipliers μ, lie
+//! within the unit circle, and grow where one lies outside (G. Floquet, Ann. Sci. Éc. Norm. Sup. 12 (1883)
+//! 47; Nayfeh & Balachandran, *Applied Nonlinear Dynamics*, §3.2; Yakubovich & Starzhinskii, *Linear
+//! Differential Equations with Periodic Coefficients*). μ leaves the circle by +1 in a fold (or a pitchfork),
+//! by −1 where the period doubles, elsewhere where a torus is born (Neimark–Sacker). M is integrated with the
+//! motion (`flow.rs`), on independent coordinates under constraints. Multipliers that are 1 for a reason are
+//! taken out before (`symmetry.rs`).
 //!
-//! How far M may be off is measured: it is integrated a second time with a looser tolerance, and what the steps' tolerances add up to counts, too. Multipliers are off by |yᵀ||δM||x|/|yᵀx| (x, y the eigenvectors), those
-//! that meet by a root of that (Elsner). Nothing is called inside or outside that this could have made so.
+//! How far M may be off is measured: it is integrated a second time with a looser tolerance, and what the
+//! steps' tolerances add up to counts, too. Multipliers are off by |yᵀ||δM||x|/|yᵀx| (x, y the eigenvectors),
+//! those that meet by a root of that (Elsner). Nothing is called inside or outside that this could have made
+//! so.
 
 mod show;
 mod spectrum;
@@ -79,10 +84,12 @@ pub enum Threshold {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FloquetVerdict {
-    /// They die out: all multipliers lie within the unit circle, but for the 1 of a motion that may be left late or early.
+    /// They die out: all multipliers lie within the unit circle, but for the 1 of a motion that may be left
+    /// late or early.
     AsymptoticallyStable,
-    /// To first order they do not grow: multipliers on the unit circle stand apart from each other and from ±1, and cannot leave it as nothing dissipates, or are 1 as something is
-    /// conserved or a coordinate does not matter. Neighbours of another energy may have another period, so that they are early or late.
+    /// To first order they do not grow: multipliers on the unit circle stand apart from each other and from
+    /// ±1, and cannot leave it as nothing dissipates, or are 1 as something is conserved or a coordinate does
+    /// not matter. Neighbours of another energy may have another period, so that they are early or late.
     StableToFirstOrder,
     /// They grow.
     Unstable {
@@ -93,7 +100,8 @@ pub enum FloquetVerdict {
         /// The coordinate that takes most part, or the one whose velocity does.
         coordinate: &'static str,
     },
-    /// A multiplier lies on the unit circle to what is known of it: linear theory does not decide, or more digits are needed.
+    /// A multiplier lies on the unit circle to what is known of it: linear theory does not decide, or more
+    /// digits are needed.
     Undecided {
         /// Where it would leave.
         threshold: Threshold,
@@ -109,7 +117,8 @@ pub enum FloquetVerdict {
 pub struct Floquet {
     /// What becomes of small disturbances.
     pub verdict: FloquetVerdict,
-    /// All of them, as many as independent coordinates and velocities: by falling modulus, those that are 1 for a reason last.
+    /// All of them, as many as independent coordinates and velocities: by falling modulus, those that are 1
+    /// for a reason last.
     pub multipliers: Vec<Multiplier>,
     /// M: independent coordinates, then velocities, at the end by those at the start.
     pub monodromy: DMatrix<f64>,
@@ -121,7 +130,8 @@ pub struct Floquet {
     pub velocities: Vec<Quantity>,
     /// T.
     pub period: f64,
-    /// ∫ div over the period, which is ln det M (Liouville): the volume that neighbouring states take up is multiplied by its exponential.
+    /// ∫ div over the period, which is ln det M (Liouville): the volume that neighbouring states take up is
+    /// multiplied by its exponential.
     pub divergence: f64,
     /// By how much M fails to preserve δq ∧ δp, in parts of that form: 0 where nothing dissipates.
     pub symplectic_defect: f64,
@@ -182,10 +192,12 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     let miss = closes::<M>(nodes, &fine.ends, advance, &scales)?;
     let autonomous = is_autonomous(&mut flow, &fine.passed, period, advance)?;
     let conserved = Conserved::along(model, &fine.passed, autonomous);
-    // Two runs may agree by chance: every step may add the tolerance, and M is that of a motion that closes only so well.
+    // Two runs may agree by chance: every step may add the tolerance, and M is that of a motion that closes
+    // only so well.
     let rounding = frame.len() as f64 * 16.0 * f64::EPSILON + fine.steps as f64 * tolerance + 10.0 * miss;
     let unsure = (&fine.matrix - &coarse.matrix).abs() + fine.product.map(|x| x * rounding);
-    let known = known(&mut flow, &nodes[0], frame, (&fine.matrix, &unsure), (autonomous, &conserved), &scales)?;
+    let known =
+        known(&mut flow, &nodes[0], frame, (&fine.matrix, &unsure), (autonomous, &conserved), &scales)?;
     let weights = DVector::from_iterator(frame.len(), frame.rows().into_iter().map(|i| scales[i]));
     let scaled = Scaled::new(&fine.matrix, &unsure, weights);
     let w = form(model, &nodes[0], frame, &scales);
@@ -214,7 +226,8 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     })
 }
 
-/// By how much a motion misses, in parts of what it moves within: every node by the end of the shot before it.
+/// By how much a motion misses, in parts of what it moves within: every node by the end of the shot before
+/// it.
 fn closes<M: Constraints>(
     nodes: &[M::State],
     ends: &[M::State],
@@ -226,7 +239,8 @@ fn closes<M: Constraints>(
         let off = (stacked(end) - wanted).component_div(scales);
         (off.amax(), off.iamax())
     };
-    let (miss, at) = ends.iter().enumerate().map(miss_of).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
+    let (miss, at) =
+        ends.iter().enumerate().map(miss_of).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
     match miss <= CLOSED {
         true => Ok(miss),
         false => Err(PeriodicError::NotClosed { coordinate: M::COORDINATES[at % M::Vector::LEN].name, miss }),

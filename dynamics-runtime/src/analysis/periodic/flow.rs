@@ -4,10 +4,12 @@
 //! q̈ = a(q, q̇, t)        δq̈ = a_q δq + a_u δq̇ for every tangent vector        ∫ tr a_u dt, the logarithm of what volumes are multiplied by
 //! ```
 //!
-//! Constraints included: a is what they leave, tangent vectors start on their tangent space and stay there to the tolerance; after every step the
-//! motion, which drifts, is put back. Volumes: q̈ = a(q, q̇, t) has the divergence tr a_u (Liouville); what constraints forbid moves by Φ̈ = 0, which has
-//! none. By Verner's pair of order 9(8) (`integrate/verner9.rs`), with the tangent vectors under error control, so that what they tell is as accurate
-//! as the motion. Where a branch of the model changes a step ends, and acceleration that jumps there turns the tangent vectors (`corners.rs`).
+//! Constraints included: a is what they leave, tangent vectors start on their tangent space and stay there to
+//! the tolerance; after every step the motion, which drifts, is put back. Volumes: q̈ = a(q, q̇, t) has the
+//! divergence tr a_u (Liouville); what constraints forbid moves by Φ̈ = 0, which has none. By Verner's pair
+//! of order 9(8) (`integrate/verner9.rs`), with the tangent vectors under error control, so that what they
+//! tell is as accurate as the motion. Where a branch of the model changes a step ends, and acceleration that
+//! jumps there turns the tangent vectors (`corners.rs`).
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -48,7 +50,8 @@ const CONTROL: ControllerSettings = ControllerSettings { safety: 0.9, beta: 0.0,
 /// Beyond this multiple of where it started, and of 1, a motion counts as run away.
 const FAR: f64 = 1e8;
 
-/// Tangent vectors that are shorter have died away: on the way to zero they leave the range of numbers, where nothing is to be measured by them.
+/// Tangent vectors that are shorter have died away: on the way to zero they leave the range of numbers, where
+/// nothing is to be measured by them.
 const GONE: f64 = 1e-200;
 
 /// Integrates a model with its variations; modes, and inputs, are those of the start.
@@ -122,7 +125,8 @@ impl<'m, M: Constraints> Flow<'m, M> {
         Ok(())
     }
 
-    /// Follows a motion, with tangent vectors if there are any, up to a time; every accepted state is shown, the start not.
+    /// Follows a motion, with tangent vectors if there are any, up to a time; every accepted state is shown,
+    /// the start not.
     pub(super) fn fly(
         &mut self,
         start: &M::State,
@@ -148,7 +152,8 @@ impl<'m, M: Constraints> Flow<'m, M> {
             }
             steps += 1;
             let (of_q, of_u) = (largest(&ride.y[..half]), largest(&ride.y[half..n]));
-            let ((i, worst), far) = if of_q.1 > FAR * reach { (of_q, FAR * reach) } else { (of_u, FAR * fast) };
+            let ((i, worst), far) =
+                if of_q.1 > FAR * reach { (of_q, FAR * reach) } else { (of_u, FAR * fast) };
             if worst > far {
                 let coordinate = M::COORDINATES[i].name;
                 return Err(PeriodicError::RunsAway { time: ride.state.t(), coordinate, value: worst });
@@ -175,7 +180,15 @@ impl<'m, M: Constraints> Flow<'m, M> {
             return Err(not_finite::<M>(start, &slope));
         }
         let span = until - start.t();
-        Ok(Ride { state: *start, y, slope, corners, control: Controller::new(CONTROL, 8), h: 1e-3 * span, span })
+        Ok(Ride {
+            state: *start,
+            y,
+            slope,
+            corners,
+            control: Controller::new(CONTROL, 8),
+            h: 1e-3 * span,
+            span,
+        })
     }
 
     /// Tries a step; whether it was made.
@@ -183,7 +196,8 @@ impl<'m, M: Constraints> Flow<'m, M> {
         let time = ride.state.t();
         let left = until - time;
         // The last two steps share what is left.
-        let (step, last) = if ride.h >= 0.9999 * left { (left, true) } else { (ride.h.min(0.5001 * left), false) };
+        let (step, last) =
+            if ride.h >= 0.9999 * left { (left, true) } else { (ride.h.min(0.5001 * left), false) };
         if step <= 16.0 * f64::EPSILON * time.abs().max(until.abs()) && !last {
             return Err(PeriodicError::Stalls { time });
         }
@@ -286,8 +300,9 @@ impl<'m, M: Constraints> Flow<'m, M> {
             let out = &mut rate[first..first + 2 * n];
             out[..n].copy_from_slice(&tangent[n..]);
             for i in 0..n {
-                let row =
-                    |m: &[f64], x: &[f64]| -> f64 { m[n * i..n * (i + 1)].iter().zip(x).map(|(a, b)| a * b).sum() };
+                let row = |m: &[f64], x: &[f64]| -> f64 {
+                    m[n * i..n * (i + 1)].iter().zip(x).map(|(a, b)| a * b).sum()
+                };
                 out[n + i] = row(by_q, &tangent[..n]) + row(by_u, &tangent[n..]);
             }
         }
@@ -295,7 +310,8 @@ impl<'m, M: Constraints> Flow<'m, M> {
         Ok(rate)
     }
 
-    /// The largest of errors over what is permitted, of the state, as root mean square, and of every tangent vector.
+    /// The largest of errors over what is permitted, of the state, as root mean square, and of every tangent
+    /// vector.
     fn norm(&self, error: &[f64], from: &[f64], to: &[f64], h: f64) -> f64 {
         let n = M::Vector::LEN;
         let of_state = (0..2 * n).map(|i| {
@@ -307,7 +323,8 @@ impl<'m, M: Constraints> Flow<'m, M> {
         for first in (2 * n..from.len() - 1).step_by(2 * n) {
             let blocks = [first..first + n, first + n..first + 2 * n];
             let [q, u] = blocks.clone().map(|block| most(&from[block.clone()]).max(most(&to[block])));
-            // Displacements and velocities are measured by their largest, and by what the other makes of them within the step.
+            // Displacements and velocities are measured by their largest, and by what the other makes of them
+            // within the step.
             for (block, size) in blocks.into_iter().zip([q.max(0.01 * h * u), u.max(0.01 * q / h)]) {
                 let off = most(&error[block]);
                 if size > 0.0 || off.is_nan() {

@@ -1,4 +1,5 @@
-//! Independent coordinates beside a state: what a closed motion has to close in, and what its start can be moved by.
+//! Independent coordinates beside a state: what a closed motion has to close in, and what its start can be
+//! moved by.
 
 use alloc::vec::Vec;
 
@@ -15,13 +16,18 @@ pub(super) struct Frame {
     /// Independent coordinates and velocities among all.
     pub(super) coordinates: Vec<usize>,
     pub(super) rates: Vec<usize>,
-    /// 2N×(C + F): what all coordinates, and below all velocities, do where an independent coordinate or velocity moves by 1.
+    /// 2N×(C + F): what all coordinates, and below all velocities, do where an independent coordinate or
+    /// velocity moves by 1.
     pub(super) basis: DMatrix<f64>,
 }
 
 impl Frame {
     /// At a state; in the independent coordinates of another where that is asked for.
-    pub(super) fn at<M: Constraints>(model: &M, state: &M::State, like: Option<&Self>) -> Result<Self, PeriodicError> {
+    pub(super) fn at<M: Constraints>(
+        model: &M,
+        state: &M::State,
+        like: Option<&Self>,
+    ) -> Result<Self, PeriodicError> {
         let n = M::Vector::LEN;
         if M::ROWS.is_empty() {
             let all: Vec<usize> = (0..n).collect();
@@ -36,7 +42,9 @@ impl Frame {
         }
         let mut basis = DMatrix::zeros(2 * n, c + f);
         basis.view_mut((0, 0), (n, c)).copy_from(&tangent.positions);
-        basis.view_mut((n, 0), (n, c)).copy_from(&tangent.particular(&(&read.velocity_by * &tangent.positions)));
+        basis
+            .view_mut((n, 0), (n, c))
+            .copy_from(&tangent.particular(&(&read.velocity_by * &tangent.positions)));
         basis.view_mut((n, c), (n, f)).copy_from(&tangent.velocities);
         Ok(Self { coordinates: tangent.coordinates, rates: tangent.rates, basis })
     }
@@ -120,7 +128,8 @@ pub(super) fn sizes<M: Constraints>(passed: &[M::State], period: f64) -> DVector
     let by_speed: Vec<f64> = speed.iter().map(|speed| speed / rate).collect();
     let of_motion: Vec<f64> = reach.iter().zip(&by_speed).map(|(a, b)| a.max(*b)).collect();
     let largest = of_motion.iter().fold(0.0, |most: f64, x| most.max(*x));
-    // What hardly moves is measured as others of its unit, and at rest by what coordinates are measured by anyway.
+    // What hardly moves is measured as others of its unit, and at rest by what coordinates are measured by
+    // anyway.
     let usual = scales(M::COORDINATES, &of_motion);
     let size = |i: usize| if largest > 1e-9 { of_motion[i].max(1e-3 * usual[i]) } else { usual[i] };
     DVector::from_fn(2 * n, |k, _| if k < n { size(k) } else { size(k - n) * rate })

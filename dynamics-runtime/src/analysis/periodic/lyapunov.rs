@@ -1,13 +1,16 @@
 //! Lyapunov exponents: how fast neighbouring motions part.
 //!
-//! Tangent vectors are carried along the motion by the variational equations, and made orthonormal again and again, δx = Q R: the exponents are the means of ln Rᵢᵢ per
-//! time (Benettin, Galgani, Giorgilli & Strelcyn, Meccanica 15 (1980) 9; Shimada & Nagashima, Prog. Theor. Phys. 61 (1979) 1605). Their sum is the mean
-//! divergence; of Hamiltonian systems they come in pairs ±λ; one is 0 where time leaves the system alone and the motion does not come to rest, and two for every conserved
-//! quantity beyond.
+//! Tangent vectors are carried along the motion by the variational equations, and made orthonormal again and
+//! again, δx = Q R: the exponents are the means of ln Rᵢᵢ per time (Benettin, Galgani, Giorgilli & Strelcyn,
+//! Meccanica 15 (1980) 9; Shimada & Nagashima, Prog. Theor. Phys. 61 (1979) 1605). Their sum is the mean
+//! divergence; of Hamiltonian systems they come in pairs ±λ; one is 0 where time leaves the system alone and
+//! the motion does not come to rest, and two for every conserved quantity beyond.
 //!
-//! A mean over a finite time is an estimate. It is given with the larger of twice the standard error of twenty parts of the run, and the difference of
-//! its halves, which shows what has not settled. Neighbours that part in proportion to time, as those of regular motions do, have ln(ωt)/t, which falls for ever:
-//! what is not larger than that, or than its uncertainty, has no sign that is known, and no exponent has where more would not be 0 than can.
+//! A mean over a finite time is an estimate. It is given with the larger of twice the standard error of
+//! twenty parts of the run, and the difference of its halves, which shows what has not settled. Neighbours
+//! that part in proportion to time, as those of regular motions do, have ln(ωt)/t, which falls for ever: what
+//! is not larger than that, or than its uncertainty, has no sign that is known, and no exponent has where
+//! more would not be 0 than can.
 
 mod show;
 
@@ -27,9 +30,11 @@ use crate::motion::Simulate;
 const BLOCKS: usize = 100;
 /// How many of them make one of the parts that the standard error is of.
 const GROUP: usize = 5;
-/// Vectors whose lengths part further than this between two orthonormalisations are made orthonormal more often.
+/// Vectors whose lengths part further than this between two orthonormalisations are made orthonormal more
+/// often.
 const SPREAD: f64 = 1e4;
-/// Vectors that become longer than this, or shorter than its inverse, have nearly left the range of numbers, and are brought back more often.
+/// Vectors that become longer than this, or shorter than its inverse, have nearly left the range of numbers,
+/// and are brought back more often.
 const FAR: f64 = 1e100;
 /// Most orthonormalisations in a block.
 const MOST_PARTS: usize = 4096;
@@ -55,7 +60,8 @@ pub enum ExponentSign {
     Zero,
     /// Neighbours come together.
     Negative,
-    /// The estimate is smaller than its uncertainty, or the run contradicts what is known: more exponents would differ from 0 than can.
+    /// The estimate is smaller than its uncertainty, or the run contradicts what is known: more exponents
+    /// would differ from 0 than can.
     Undecided,
 }
 
@@ -85,7 +91,8 @@ pub struct LyapunovExponents<S: ModelState> {
     pub time: f64,
     /// How many exponents are 0 for a reason.
     pub known_zeros: usize,
-    /// What is smaller is not told from 0: ln(1 + ωt)/t, the estimate where neighbours part in proportion to time, ω the frequency of what moves fastest.
+    /// What is smaller is not told from 0: ln(1 + ωt)/t, the estimate where neighbours part in proportion to
+    /// time, ω the frequency of what moves fastest.
     pub resolution: f64,
     /// Orthonormalisations.
     pub orthonormalisations: usize,
@@ -112,7 +119,8 @@ impl<S: ModelState> LyapunovExponents<S> {
         }
     }
 
-    /// The sum of the exponents less the mean divergence, which it is; `None` where not all exponents were computed.
+    /// The sum of the exponents less the mean divergence, which it is; `None` where not all exponents were
+    /// computed.
     #[must_use]
     pub fn sum_defect(&self) -> Option<f64> {
         let sum = self.exponents.iter().map(|one| one.value).sum::<f64>();
@@ -127,8 +135,10 @@ impl<S: ModelState> LyapunovExponents<S> {
         (self.exponents.len() == self.dimension).then_some(worst)
     }
 
-    /// The Kaplan–Yorke dimension of the attractor, at one instant of each period where time stands in the equations: j + Σ₁ʲ λᵢ/|λⱼ₊₁|, where the sum over j
-    /// is the last that is not negative. Exponents that are 0 for a reason count as 0. `None` where too few exponents were computed, or whether the largest is negative is not known.
+    /// The Kaplan–Yorke dimension of the attractor, at one instant of each period where time stands in the
+    /// equations: j + Σ₁ʲ λᵢ/|λⱼ₊₁|, where the sum over j is the last that is not negative. Exponents that
+    /// are 0 for a reason count as 0. `None` where too few exponents were computed, or whether the largest is
+    /// negative is not known.
     #[must_use]
     pub fn kaplan_yorke(&self) -> Option<f64> {
         if self.largest().sign == ExponentSign::Undecided {
@@ -151,7 +161,8 @@ impl<'m, M: Simulate> Lyapunov<'m, M> {
         Self { model, start, settle: 0.0, during: None, count: None, tolerance: 1e-9, most_steps: 20_000_000 }
     }
 
-    /// Time that passes before the means begin: for the motion to come near its attractor, and the tangent vectors to turn to their directions. Default 0.
+    /// Time that passes before the means begin: for the motion to come near its attractor, and the tangent
+    /// vectors to turn to their directions. Default 0.
     pub fn settle(mut self, time: f64) -> Self {
         self.settle = time;
         self
@@ -190,7 +201,11 @@ impl<'m, M: Simulate> Lyapunov<'m, M> {
         positive("the time over which the exponents are means, `.during(..)`,", during)?;
         positive("the tolerance", self.tolerance)?;
         if !(self.settle >= 0.0 && self.settle.is_finite()) {
-            return Err(PeriodicError::Option { what: "the time to settle", value: self.settle, needed: "0 or more" });
+            return Err(PeriodicError::Option {
+                what: "the time to settle",
+                value: self.settle,
+                needed: "0 or more",
+            });
         }
         check(self.model, &self.start)?;
         let mut carried = Carried::new(&self)?;
@@ -231,7 +246,11 @@ impl<'m, M: Simulate> Carried<'m, M> {
         let count = asked.count.unwrap_or(dimension);
         if count == 0 || count > dimension {
             let needed = "between 1 and the number of independent coordinates and velocities";
-            return Err(PeriodicError::Option { what: "the number of exponents", value: count as f64, needed });
+            return Err(PeriodicError::Option {
+                what: "the number of exponents",
+                value: count as f64,
+                needed,
+            });
         }
         let weights = sizes::<M>(&[asked.start], core::f64::consts::TAU);
         // Vectors of no particular direction.
@@ -270,9 +289,11 @@ impl<'m, M: Simulate> Carried<'m, M> {
             let flown = match self.flow.fly(&self.state, &self.tangents, end, &mut |_| ()) {
                 Ok(flown) => flown,
                 // Vectors may have left the range of numbers.
-                Err(PeriodicError::NotFinite { .. } | PeriodicError::Derivatives(_) | PeriodicError::Ends { .. })
-                    if self.parts < MOST_PARTS && self.is_motion_alone(end) =>
-                {
+                Err(
+                    PeriodicError::NotFinite { .. }
+                    | PeriodicError::Derivatives(_)
+                    | PeriodicError::Ends { .. },
+                ) if self.parts < MOST_PARTS && self.is_motion_alone(end) => {
                     (self.parts, done) = (2 * self.parts, 2 * done);
                     continue;
                 }
@@ -306,7 +327,8 @@ impl<'m, M: Simulate> Carried<'m, M> {
         self.flow.fly(&self.state, &none, until, &mut |_| ()).is_ok()
     }
 
-    /// Puts the vectors back on the constraints and makes them orthonormal; the lengths that each adds to those before it.
+    /// Puts the vectors back on the constraints and makes them orthonormal; the lengths that each adds to
+    /// those before it.
     fn orthonormalise(&mut self) -> Result<DVector<f64>, PeriodicError> {
         if !M::ROWS.is_empty() {
             let frame = Frame::at(self.flow.model, &self.state, None)?;
@@ -331,8 +353,9 @@ impl<'m, M: Simulate> Carried<'m, M> {
         let count = self.tangents.ncols();
         let part = during / blocks.len() as f64;
         let resolution = (self.pace()? * during).ln_1p() / during;
-        let mean =
-            |blocks: &[DVector<f64>], i: usize| blocks.iter().map(|b| b[i]).sum::<f64>() / (part * blocks.len() as f64);
+        let mean = |blocks: &[DVector<f64>], i: usize| {
+            blocks.iter().map(|b| b[i]).sum::<f64>() / (part * blocks.len() as f64)
+        };
         let mut exponents: Vec<Exponent> = (0..count)
             .map(|i| {
                 let value = mean(blocks, i);
@@ -351,8 +374,9 @@ impl<'m, M: Simulate> Carried<'m, M> {
             .collect();
         exponents.sort_by(|a, b| b.value.total_cmp(&a.value));
         let known_zeros = self.known_zeros(part)?;
-        // More that are not 0 than there can be: the run has seen too little of the motion, as of one that lingers at a saddle, to say anything. Where all were
-        // computed the zeros are the undecided ones, unless there are more of those: then nobody knows which.
+        // More that are not 0 than there can be: the run has seen too little of the motion, as of one that
+        // lingers at a saddle, to say anything. Where all were computed the zeros are the undecided ones,
+        // unless there are more of those: then nobody knows which.
         let told = exponents.iter().filter(|one| one.sign != ExponentSign::Undecided).count();
         if told + known_zeros > self.dimension {
             exponents.iter_mut().for_each(|one| one.sign = ExponentSign::Undecided);
@@ -395,7 +419,8 @@ impl<'m, M: Simulate> Carried<'m, M> {
             }
         }
         let ratio = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
-        let of = |i: usize| ratio(speed[i], 0.5 * (extent[i][1] - extent[i][0])).max(ratio(push[i], speed[i]));
+        let of =
+            |i: usize| ratio(speed[i], 0.5 * (extent[i][1] - extent[i][0])).max(ratio(push[i], speed[i]));
         Ok((0..n).map(of).fold(0.0, f64::max))
     }
 

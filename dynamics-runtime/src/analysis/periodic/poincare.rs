@@ -1,7 +1,8 @@
 //! Poincaré sections: a motion where it passes through a surface, or at equal intervals of time.
 //!
-//! The motion is that of [`Simulate::simulate`], whose steps end where the section function is zero: points lie on the section as exactly as events do.
-//! Points that come back nearly to themselves are guesses for closed motions: [`Section::closest_return`].
+//! The motion is that of [`Simulate::simulate`], whose steps end where the section function is zero: points
+//! lie on the section as exactly as events do. Points that come back nearly to themselves are guesses for
+//! closed motions: [`Section::closest_return`].
 
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
@@ -61,7 +62,8 @@ pub struct Poincare<'m, M: Simulate> {
 /// Points of a motion on a section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section<S: ModelState> {
-    /// The states, in the order of time; coordinates that were folded lie within half of what they are folded by on either side of 0.
+    /// The states, in the order of time; coordinates that were folded lie within half of what they are folded
+    /// by on either side of 0.
     pub points: Vec<S>,
     /// Coordinates that were folded, by index, and by what.
     folded: Vec<(usize, f64)>,
@@ -100,7 +102,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         }
     }
 
-    /// The surface on which this function of the state is zero, passed in this direction. The start should not lie on it.
+    /// The surface on which this function of the state is zero, passed in this direction. The start should
+    /// not lie on it.
     pub fn section(self, function: impl Fn(&M::State) -> f64 + 'm, direction: Direction) -> Self {
         self.of_kind(Kind::Function(Box::new(function), direction))
     }
@@ -126,7 +129,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
-    /// How many points; fewer are an error that has them. Without it 1000 of equal intervals, and of a surface all up to the end.
+    /// How many points; fewer are an error that has them. Without it 1000 of equal intervals, and of a
+    /// surface all up to the end.
     pub fn points(mut self, points: usize) -> Self {
         self.points = Some(points);
         self
@@ -144,14 +148,19 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
-    /// Folds a coordinate on which the model depends with this period, as an angle with 2π, into half of it on either side of 0. Refused where the equations are others a period further.
+    /// Folds a coordinate on which the model depends with this period, as an angle with 2π, into half of it
+    /// on either side of 0. Refused where the equations are others a period further.
     pub fn fold(mut self, coordinate: &str, period: f64) -> Self {
         self.turns.push((coordinate.into(), period));
         self
     }
 
-    /// Gives the simulation further options: an inputs law, a method, contacts. Its end, tolerance and output are set here.
-    pub fn simulated(mut self, options: impl for<'s> Fn(Simulation<'s, M>) -> Simulation<'s, M> + 'm) -> Self {
+    /// Gives the simulation further options: an inputs law, a method, contacts. Its end, tolerance and output
+    /// are set here.
+    pub fn simulated(
+        mut self,
+        options: impl for<'s> Fn(Simulation<'s, M>) -> Simulation<'s, M> + 'm,
+    ) -> Self {
         self.options = Some(Box::new(options));
         self
     }
@@ -159,12 +168,17 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     /// Follows the motion.
     ///
     /// # Errors
-    /// A section that is crossed less often than asked for; a simulation that breaks off; options that make no sense.
+    /// A section that is crossed less often than asked for; a simulation that breaks off; options that make
+    /// no sense.
     pub fn run(self) -> Result<Section<M::State>, PeriodicError> {
         positive("the tolerance", self.tolerance)?;
         check(self.model, &self.start)?;
         if self.points == Some(0) {
-            return Err(PeriodicError::Option { what: "the number of points", value: 0.0, needed: "at least 1" });
+            return Err(PeriodicError::Option {
+                what: "the number of points",
+                value: 0.0,
+                needed: "at least 1",
+            });
         }
         let mut folded = Vec::new();
         for (name, period) in &self.turns {
@@ -173,7 +187,11 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         }
         if self.given > 1 {
             let needed = "1: one of `.section(..)`, `.event(..)` and `.every(..)`, once";
-            return Err(PeriodicError::Option { what: "the number of sections", value: self.given as f64, needed });
+            return Err(PeriodicError::Option {
+                what: "the number of sections",
+                value: self.given as f64,
+                needed,
+            });
         }
         let points = match &self.kind {
             Kind::None => {
@@ -197,7 +215,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         let last = points.last().map_or(self.start.t(), ModelState::t);
         let apart = (last - self.start.t()) / points.len().max(1) as f64;
         for point in points.iter().step_by(points.len().div_ceil(12).max(1)).chain([&self.start]) {
-            // Beside the section, on which what depends on the coordinate may vanish, also by another that is zero there, and goes through it; constraints hold it there.
+            // Beside the section, on which what depends on the coordinate may vanish, also by another that is
+            // zero there, and goes through it; constraints hold it there.
             let mut beside = *point;
             if M::ROWS.is_empty() {
                 let moved = point.u().as_slice().iter().map(|u| BESIDE * apart * u);
@@ -206,7 +225,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             }
             let mut further = beside;
             further.q_mut()[coordinate] += by;
-            let [Ok(here), Ok(there)] = [&beside, &further].map(|state| self.model.accelerations(state)) else {
+            let [Ok(here), Ok(there)] = [&beside, &further].map(|state| self.model.accelerations(state))
+            else {
                 continue;
             };
             for (i, (a, b)) in here.as_slice().iter().zip(there.as_slice()).enumerate() {
@@ -215,7 +235,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             }
         }
         let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
-        let part = |i: usize| if changes[i] > 0.0 { changes[i] / largest[i].max(ROUNDING * most) } else { 0.0 };
+        let part =
+            |i: usize| if changes[i] > 0.0 { changes[i] / largest[i].max(ROUNDING * most) } else { 0.0 };
         match (0..n).max_by(|i, j| part(*i).total_cmp(&part(*j))) {
             Some(worst) if part(worst) > SAME => Err(PeriodicError::NotAlike {
                 turned: M::COORDINATES[coordinate].name,
@@ -229,7 +250,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
 
     fn simulation(&self, end: f64) -> Simulation<'_, M> {
         let run = self.model.simulate(self.start);
-        let run = self.options.as_ref().map_or_else(|| self.model.simulate(self.start), |options| options(run));
+        let run =
+            self.options.as_ref().map_or_else(|| self.model.simulate(self.start), |options| options(run));
         run.until(end).tolerance(self.tolerance).max_steps(u64::MAX)
     }
 
@@ -262,9 +284,11 @@ impl<'m, M: Simulate> Poincare<'m, M> {
                 Err(PeriodicError::BrokenOff { points: points.len(), reason, found: kept(&points) })
             }
             Ok(_) => Ok(points),
-            Err(error) => {
-                Err(PeriodicError::BrokenOff { points: points.len(), reason: error.to_string(), found: kept(&points) })
-            }
+            Err(error) => Err(PeriodicError::BrokenOff {
+                points: points.len(),
+                reason: error.to_string(),
+                found: kept(&points),
+            }),
         }
     }
 
@@ -308,9 +332,11 @@ impl<'m, M: Simulate> Poincare<'m, M> {
                     ("the section function at the start", "other than 0; start a little before, or beside");
                 Err(PeriodicError::Option { what, value: 0.0, needed })
             }
-            Err(error) => {
-                Err(PeriodicError::BrokenOff { points: points.len(), reason: error.to_string(), found: kept(&points) })
-            }
+            Err(error) => Err(PeriodicError::BrokenOff {
+                points: points.len(),
+                reason: error.to_string(),
+                found: kept(&points),
+            }),
             Ok(_) if points.len() < self.points.unwrap_or(1) => {
                 Err(PeriodicError::NeverCrossed { points: seen, until, range, found: kept(&points) })
             }
@@ -321,10 +347,17 @@ impl<'m, M: Simulate> Poincare<'m, M> {
 
 /// Points as errors carry them.
 fn kept<S: ModelState>(points: &[S]) -> Vec<Vec<f64>> {
-    points.iter().map(|point| [&[point.t()][..], point.q().as_slice(), point.u().as_slice()].concat()).collect()
+    points
+        .iter()
+        .map(|point| [&[point.t()][..], point.q().as_slice(), point.u().as_slice()].concat())
+        .collect()
 }
 
-fn fold<S: ModelState>(mut points: Vec<S>, folded: Vec<(usize, f64)>, coordinates: &'static [Quantity]) -> Section<S> {
+fn fold<S: ModelState>(
+    mut points: Vec<S>,
+    folded: Vec<(usize, f64)>,
+    coordinates: &'static [Quantity],
+) -> Section<S> {
     let mut taken = Vec::with_capacity(points.len());
     for point in &mut points {
         let turns = folded.iter().map(|(i, period)| {
@@ -338,7 +371,8 @@ fn fold<S: ModelState>(mut points: Vec<S>, folded: Vec<(usize, f64)>, coordinate
 }
 
 impl<S: ModelState> Section<S> {
-    /// The point that comes nearest to itself after so many crossings; `None` where there are not as many points.
+    /// The point that comes nearest to itself after so many crossings; `None` where there are not as many
+    /// points.
     #[must_use]
     pub fn closest_return(&self, crossings: usize) -> Option<Return<S>> {
         let vectors: Vec<_> = self.points.iter().map(stacked).collect();
@@ -376,7 +410,8 @@ impl<S: ModelState> Section<S> {
         })
     }
 
-    /// Axes with a coordinate across and its velocity upward, and the points on them; `None` where there is no such coordinate.
+    /// Axes with a coordinate across and its velocity upward, and the points on them; `None` where there is
+    /// no such coordinate.
     #[must_use]
     pub fn panel(&self, coordinate: &str) -> Option<Panel> {
         let i = self.coordinates.iter().position(|q| q.name == coordinate)?;

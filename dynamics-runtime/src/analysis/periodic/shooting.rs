@@ -1,17 +1,21 @@
 //! Closed motions by shooting.
 //!
-//! The period is cut into K segments of equal length, one unless more are asked for; the states xₖ at their starts, and the period T where nothing prescribes
-//! it, are such that every segment ends where the next begins, and the last, but for whole turns, where the first does:
+//! The period is cut into K segments of equal length, one unless more are asked for; the states xₖ at their
+//! starts, and the period T where nothing prescribes it, are such that every segment ends where the next
+//! begins, and the last, but for whole turns, where the first does:
 //!
 //! ```text
 //! φ(xₖ, T/K) − xₖ₊₁ = 0        φ(x_{K−1}, T/K) − x₀ − turns = 0
 //! ```
 //!
-//! Newton's method with the exact derivatives ∂φ/∂x of the variational equations and ∂φ/∂T = (q̇, q̈)/K; steps are halved until the misses become smaller. Where time leaves
-//! the system alone, any state of the motion is a start: steps do not go along it (phase condition). Where energy is conserved closed motions come in
-//! families: one is chosen by its energy, its period or a coordinate of its start. The equations are then one more than the unknowns, and agree; they are solved by
-//! least squares, whose singular values say whether the motion stands alone. Several segments hold what runs away within a period (multiple
-//! shooting: Stoer & Bulirsch, *Introduction to Numerical Analysis*, §7.3.5; Seydel, *Practical Bifurcation and Stability Analysis*, §7.4).
+//! Newton's method with the exact derivatives ∂φ/∂x of the variational equations and ∂φ/∂T = (q̇, q̈)/K;
+//! steps are halved until the misses become smaller. Where time leaves the system alone, any state of the
+//! motion is a start: steps do not go along it (phase condition). Where energy is conserved closed motions
+//! come in families: one is chosen by its energy, its period or a coordinate of its start. The equations are
+//! then one more than the unknowns, and agree; they are solved by least squares, whose singular values say
+//! whether the motion stands alone. Several segments hold what runs away within a period (multiple shooting:
+//! Stoer & Bulirsch, *Introduction to Numerical Analysis*, §7.3.5; Seydel, *Practical Bifurcation and
+//! Stability Analysis*, §7.4).
 
 mod newton;
 
@@ -61,14 +65,16 @@ pub struct PeriodicOrbit<S: ModelState> {
     pub nodes: Vec<S>,
     /// Multipliers and verdict.
     pub floquet: Floquet,
-    /// How often the motion itself repeats within the period, as far as up to six times was looked for: more than once where a multiple of its period was given. 1 where
-    /// time stands in the equations.
+    /// How often the motion itself repeats within the period, as far as up to six times was looked for: more
+    /// than once where a multiple of its period was given. 1 where time stands in the equations.
     pub repeats: usize,
     /// Newton iterations made.
     pub iterations: usize,
-    /// The last correction, in parts of what each coordinate moves within: how far the start may be off, but for the error of integration.
+    /// The last correction, in parts of what each coordinate moves within: how far the start may be off, but
+    /// for the error of integration.
     pub correction: f64,
-    /// Largest over smallest singular value of the conditions: how many times more the start moves than the misses.
+    /// Largest over smallest singular value of the conditions: how many times more the start moves than the
+    /// misses.
     pub conditioning: f64,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
@@ -79,7 +85,11 @@ impl<S: ModelState> fmt::Display for PeriodicOrbit<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, coordinate) in self.coordinates.iter().enumerate() {
             let (q, u) = (self.start.q().as_slice()[i], self.start.u().as_slice()[i]);
-            writeln!(f, "{:<16}{q:>20.12e} {}, moves by {u:.12e} per second", coordinate.name, coordinate.unit)?;
+            writeln!(
+                f,
+                "{:<16}{q:>20.12e} {}, moves by {u:.12e} per second",
+                coordinate.name, coordinate.unit
+            )?;
         }
         writeln!(f, "{}", self.floquet)?;
         if self.repeats > 1 {
@@ -116,8 +126,8 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         self
     }
 
-    /// States near the motion at equal parts of the period, from the start on, each the guess of a segment: for motions of which no single shot stays near. Their
-    /// times are set.
+    /// States near the motion at equal parts of the period, from the start on, each the guess of a segment:
+    /// for motions of which no single shot stays near. Their times are set.
     pub fn through(mut self, states: impl IntoIterator<Item = M::State>) -> Self {
         let time = self.guesses[0].t();
         let states: Vec<M::State> = states.into_iter().collect();
@@ -141,8 +151,8 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         self
     }
 
-    /// Of a family of closed motions the one that starts with this value of a coordinate: its amplitude where it starts at rest. Where nothing is conserved it says where
-    /// on the motion it starts.
+    /// Of a family of closed motions the one that starts with this value of a coordinate: its amplitude where
+    /// it starts at rest. Where nothing is conserved it says where on the motion it starts.
     pub fn hold(mut self, coordinate: &str, value: f64) -> Self {
         self.coordinate = Some((coordinate.into(), value));
         self
@@ -175,13 +185,18 @@ impl<'m, M: Simulate> Shooting<'m, M> {
     /// Searches, and judges what is found.
     ///
     /// # Errors
-    /// Where Newton's method does not come nearer, with the nearest that was met; where closed motions lie side by side and none was chosen; where the search ends at rest; as
+    /// Where Newton's method does not come nearer, with the nearest that was met; where closed motions lie
+    /// side by side and none was chosen; where the search ends at rest; as
     /// [`super::PeriodicMotions::floquet`].
     pub fn run(self) -> Result<PeriodicOrbit<M::State>, PeriodicError> {
         check_period(self.period)?;
         positive("the tolerance", self.tolerance)?;
         if self.segments == 0 {
-            return Err(PeriodicError::Option { what: "the number of segments", value: 0.0, needed: "at least 1" });
+            return Err(PeriodicError::Option {
+                what: "the number of segments",
+                value: 0.0,
+                needed: "at least 1",
+            });
         }
         self.guesses.iter().try_for_each(|guess| check(self.model, guess))?;
         let advance = self.advances()?;
@@ -206,7 +221,8 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         let found = newton::search(self.model, &self.guesses, self.period, &asked)?;
         let limits = (self.tolerance, self.most_steps);
         let floquet = floquet::of_motion(self.model, &found.nodes, found.period, &advance, limits)?;
-        let repeats = if floquet.autonomous { newton::repeats(self.model, &found, &advance, limits)? } else { 1 };
+        let repeats =
+            if floquet.autonomous { newton::repeats(self.model, &found, &advance, limits)? } else { 1 };
         Ok(PeriodicOrbit {
             start: found.nodes[0],
             period: found.period,
@@ -220,7 +236,8 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         })
     }
 
-    /// The multipliers of the motion through the guess as it is, without a search: as [`super::PeriodicMotions::floquet`], of a motion that is known and goes on turning, with
+    /// The multipliers of the motion through the guess as it is, without a search: as
+    /// [`super::PeriodicMotions::floquet`], of a motion that is known and goes on turning, with
     /// [`Shooting::advance`].
     ///
     /// # Errors

@@ -1,12 +1,15 @@
-//! What is known of the multipliers of a closed motion before they are computed: those that are 1 for a reason.
+//! What is known of the multipliers of a closed motion before they are computed: those that are 1 for a
+//! reason.
 //!
-//! A motion of a system that time leaves alone closes again if it starts a little later: M f = f along the motion, f = (q̇, q̈). A coordinate on which nothing
-//! depends gives another one beside it. A conserved quantity I is that of the start after a period: ∇Iᵀ M = ∇Iᵀ. Together they make blocks [1 *; 0 1], whose
-//! eigenvalues rounding moves by its root. They are therefore not computed but taken out: with F all such f and G all such ∇I, M acts on G^⊥/F, and what
-//! it does there are the other multipliers (Meyer, Hall & Offin, *Introduction to Hamiltonian Dynamical
-//! Systems and the N-Body Problem*, §8).
+//! A motion of a system that time leaves alone closes again if it starts a little later: M f = f along the
+//! motion, f = (q̇, q̈). A coordinate on which nothing depends gives another one beside it. A conserved
+//! quantity I is that of the start after a period: ∇Iᵀ M = ∇Iᵀ. Together they make blocks [1 *; 0 1], whose
+//! eigenvalues rounding moves by its root. They are therefore not computed but taken out: with F all such f
+//! and G all such ∇I, M acts on G^⊥/F, and what it does there are the other multipliers (Meyer, Hall & Offin,
+//! *Introduction to Hamiltonian Dynamical Systems and the N-Body Problem*, §8).
 //!
-//! Where nothing dissipates, M leaves the form δq ∧ δp as it is, MᵀWM = W, and multipliers come in pairs μ, 1/μ.
+//! Where nothing dissipates, M leaves the form δq ∧ δp as it is, MᵀWM = W, and multipliers come in pairs μ,
+//! 1/μ.
 
 use alloc::vec::Vec;
 
@@ -27,11 +30,12 @@ const LATER: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
 const ASIDE: f64 = 1e-6;
 /// Accelerations that differ by less, in parts of the largest of their coordinate, are the same.
 pub(super) const SAME: f64 = 1e-9;
-/// Accelerations that are smaller, in parts of the largest of all, may be what rounding leaves of these: below 1e-15 of them nothing is compared.
+/// Accelerations that are smaller, in parts of the largest of all, may be what rounding leaves of these:
+/// below 1e-15 of them nothing is compared.
 pub(super) const ROUNDING: f64 = 1e-6;
 
-/// Whether time leaves the equations alone; otherwise that they repeat after the period. Where coordinates are further by then, that the equations are the same there: else what closes
-/// so does not go on so.
+/// Whether time leaves the equations alone; otherwise that they repeat after the period. Where coordinates
+/// are further by then, that the equations are the same there: else what closes so does not go on so.
 pub(super) fn is_autonomous<M: Constraints>(
     flow: &mut Flow<'_, M>,
     passed: &[M::State],
@@ -57,7 +61,9 @@ pub(super) fn is_autonomous<M: Constraints>(
             let state = at_time(beside, t);
             let accelerations = flow.accelerations(&state).ok()?;
             let rates = flow.model.velocity_residual(&state);
-            Some([accelerations.as_slice(), rates.as_slice(), flow.model.residual(&state).as_slice()].concat())
+            Some(
+                [accelerations.as_slice(), rates.as_slice(), flow.model.residual(&state).as_slice()].concat(),
+            )
         };
         // Where nothing moves beside the motion, on it.
         let now = match at(flow, &beside, state.t()) {
@@ -68,14 +74,17 @@ pub(super) fn is_autonomous<M: Constraints>(
                 now
             }
         };
-        autonomous &= LATER.iter().all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
+        autonomous &=
+            LATER.iter().all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
         let mut further = beside;
         further.q_mut().as_mut_slice().iter_mut().zip(advance.iter()).for_each(|(q, by)| *q += by);
         let Some(then) = at(flow, &further, state.t() + period) else { continue };
         let mut differs: Vec<f64> = now.iter().zip(&then).map(|(a, b)| (a - b).abs()).collect();
-        // Where something jumps at this very time rounding decides on which side each of both is: what differs does so a little before and after, too.
+        // Where something jumps at this very time rounding decides on which side each of both is: what
+        // differs does so a little before and after, too.
         for aside in [-ASIDE * period, ASIDE * period] {
-            let sides = (at(flow, &beside, state.t() + aside), at(flow, &further, state.t() + period + aside));
+            let sides =
+                (at(flow, &beside, state.t() + aside), at(flow, &further, state.t() + period + aside));
             let (Some(a), Some(b)) = sides else { continue };
             differs.iter_mut().zip(a.iter().zip(&b)).for_each(|(by, (a, b))| *by = by.min((a - b).abs()));
         }
@@ -86,7 +95,8 @@ pub(super) fn is_autonomous<M: Constraints>(
             largest[i] = largest[i].max(a.abs()).max(b.abs());
         }
     }
-    // The time itself is known to rounding, and what is small to the rounding of what is large. What constraints miss has no size of its own.
+    // The time itself is known to rounding, and what is small to the rounding of what is large. What
+    // constraints miss has no size of its own.
     let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
     let free = M::Vector::LEN;
     let size = |i: usize| if i < free { largest[i].max(ROUNDING * most) } else { most };
@@ -96,7 +106,9 @@ pub(super) fn is_autonomous<M: Constraints>(
             let coordinate = M::COORDINATES.get(worst).map_or("a constraint", |q| q.name);
             let change = part(worst);
             match M::COORDINATES.iter().zip(advance.iter()).find(|(_, by)| **by != 0.0) {
-                Some((turned, by)) => Err(PeriodicError::NotAlike { turned: turned.name, by: *by, coordinate, change }),
+                Some((turned, by)) => {
+                    Err(PeriodicError::NotAlike { turned: turned.name, by: *by, coordinate, change })
+                }
                 None => Err(PeriodicError::NotPeriodic { coordinate, change }),
             }
         }
@@ -110,8 +122,8 @@ pub(super) struct Known {
     pub(super) left: Vec<(DVector<f64>, Trivial)>,
 }
 
-/// What is conserved along a motion: the indices of [`crate::model::Dynamics::CONSERVED`] that hold where the accelerations stand still, and the energy function where
-/// all powers vanish.
+/// What is conserved along a motion: the indices of [`crate::model::Dynamics::CONSERVED`] that hold where the
+/// accelerations stand still, and the energy function where all powers vanish.
 pub(super) struct Conserved {
     /// Names.
     pub(super) names: Vec<&'static str>,
@@ -208,10 +220,13 @@ pub(super) fn known<M: Constraints + Powers>(
     };
     let along = direction(flow, state)?;
     // Here, or a little later where it turns round.
-    let speed = |k: usize| (along[k] / sizes[n + k]).abs().max((along[n + k] * sizes[k] / sizes[n + k].powi(2)).abs());
+    let speed = |k: usize| {
+        (along[k] / sizes[n + k]).abs().max((along[n + k] * sizes[k] / sizes[n + k].powi(2)).abs())
+    };
     let moves = (0..n).any(|k| speed(k) > 1e-9);
     if autonomous && moves {
-        let along = frame.read(&DMatrix::from_column_slice(2 * n, 1, along.as_slice())).column(0).into_owned();
+        let along =
+            frame.read(&DMatrix::from_column_slice(2 * n, 1, along.as_slice())).column(0).into_owned();
         if missed(&along, false) {
             found.right.push((along, Trivial::Time));
         }
@@ -235,7 +250,12 @@ pub(super) fn known<M: Constraints + Powers>(
 }
 
 /// The form δq ∧ δp on independent directions.
-pub(super) fn form<M: Constraints>(model: &M, state: &M::State, frame: &Frame, sizes: &DVector<f64>) -> DMatrix<f64> {
+pub(super) fn form<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    frame: &Frame,
+    sizes: &DVector<f64>,
+) -> DMatrix<f64> {
     let n = M::Vector::LEN;
     let momenta: Vec<Vec<f64>> = (0..frame.len())
         .map(|k| {

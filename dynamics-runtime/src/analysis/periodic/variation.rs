@@ -1,7 +1,8 @@
 //! Derivatives of the constrained accelerations along a motion.
 //!
-//! Where the engine generated ∂q̈/∂q and ∂q̈/∂q̇ they are taken as they are. Elsewhere, as where rows repeat each other, the equations before their
-//! solution are differentiated: with r = M q̈ − Q − Φ_qᵀλ and Φ̈ = Φ_q q̈ − γ
+//! Where the engine generated ∂q̈/∂q and ∂q̈/∂q̇ they are taken as they are. Elsewhere, as where rows repeat
+//! each other, the equations before their solution are differentiated: with r = M q̈ − Q − Φ_qᵀλ and Φ̈ = Φ_q
+//! q̈ − γ
 //!
 //! ```text
 //! M δq̈ + r_q δq + r_u δq̇ = Φ_qᵀ δλ        Φ_q δq̈ + Φ̈_q δq + Φ̈_u δq̇ = 0
@@ -32,7 +33,11 @@ pub(super) fn derivatives<M: Constraints>(
 }
 
 /// By the equations before their solution.
-pub(super) fn solve<M: Constraints>(model: &M, state: &M::State, by: &mut [Vec<f64>; 2]) -> Result<(), LinearizeError> {
+pub(super) fn solve<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    by: &mut [Vec<f64>; 2],
+) -> Result<(), LinearizeError> {
     let n = M::Vector::LEN;
     let read = Read::of(model, state)?;
     let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[]; 2]);

@@ -1,7 +1,8 @@
 //! Symmetric matrices whose elements stand near the diagonal, and their factors L D Lᵀ.
 //!
-//! n (w + 1) numbers for half-bandwidth w; factoring takes n w² operations, solving 4 n w (G. H. Golub & C. F. Van Loan, *Matrix Computations*, §4.3). There are no pivots: of an
-//! indefinite matrix the factors may be poor, which whoever asks for them checks; the signs of D still count eigenvalues (Sylvester's law).
+//! n (w + 1) numbers for half-bandwidth w; factoring takes n w² operations, solving 4 n w (G. H. Golub & C.
+//! F. Van Loan, *Matrix Computations*, §4.3). There are no pivots: of an indefinite matrix the factors may be
+//! poor, which whoever asks for them checks; the signs of D still count eigenvalues (Sylvester's law).
 
 use alloc::vec::Vec;
 
@@ -113,7 +114,8 @@ impl Banded {
             for j in i.saturating_sub(w)..=i {
                 let mut value = self.values[self.at(i, j)];
                 for k in i.saturating_sub(w).max(j.saturating_sub(w))..j {
-                    value -= self.values[self.at(i, k)] * self.values[self.at(j, k)] * self.values[self.at(k, k)];
+                    value -=
+                        self.values[self.at(i, k)] * self.values[self.at(j, k)] * self.values[self.at(k, k)];
                 }
                 let at = self.at(i, j);
                 self.values[at] = if i == j { value } else { value / self.values[self.at(j, j)] };

@@ -1,8 +1,12 @@
-//! Mass and stiffness as banded matrices, from a linearised model or from single elements, in an order of their rows that makes the band narrow.
+//! Mass and stiffness as banded matrices, from a linearised model or from single elements, in an order of
+//! their rows that makes the band narrow.
 //!
-//! Rows are numbered by the reverse Cuthill–McKee order (A. George & J. W. Liu, *Computer Solution of Large Sparse Positive Definite Systems*, §4.3–4.4): from a row at the rim, each after its
-//! neighbours of the level before, those with few neighbours first, and then backward; the rim is found by going from end to end while that becomes farther (N. E. Gibbs, W. G. Poole & P. K. Stockmeyer, SIAM J.
-//! Numer. Anal. 13 (1976) 236). The order as given is kept where its band is no wider. A chain has half-bandwidth 1, a closed ring 2, a grid of a×b its shorter side, however they are numbered.
+//! Rows are numbered by the reverse Cuthill–McKee order (A. George & J. W. Liu, *Computer Solution of Large
+//! Sparse Positive Definite Systems*, §4.3–4.4): from a row at the rim, each after its neighbours of the
+//! level before, those with few neighbours first, and then backward; the rim is found by going from end to
+//! end while that becomes farther (N. E. Gibbs, W. G. Poole & P. K. Stockmeyer, SIAM J. Numer. Anal. 13
+//! (1976) 236). The order as given is kept where its band is no wider. A chain has half-bandwidth 1, a closed
+//! ring 2, a grid of a×b its shorter side, however they are numbered.
 
 use alloc::vec::Vec;
 
@@ -25,8 +29,9 @@ pub struct BandedModel {
 }
 
 impl BandedModel {
-    /// From single elements (i, j, value) of `n` coordinates, each pair of places as [`Banded::add`] takes it: once for (i, j) and (j, i) together. Those that come again are added up, as springs and
-    /// finite elements contribute.
+    /// From single elements (i, j, value) of `n` coordinates, each pair of places as [`Banded::add`] takes
+    /// it: once for (i, j) and (j, i) together. Those that come again are added up, as springs and finite
+    /// elements contribute.
     ///
     /// # Errors
     /// Places beyond `n`, and values that are not finite.
@@ -66,13 +71,16 @@ impl BandedModel {
         Ok(Self { mass: banded(&mass)?, stiffness: banded(&stiffness)?, order })
     }
 
-    /// The `count` lowest modes, as of [`lowest_modes`]; rows of the shapes are coordinates in the order in which they were given.
+    /// The `count` lowest modes, as of [`lowest_modes`]; rows of the shapes are coordinates in the order in
+    /// which they were given.
     ///
     /// # Errors
     /// As [`lowest_modes`]; rows of matrices that are not definite are named by their coordinate.
     pub fn lowest_modes(&self, count: usize) -> Result<LowestModes, VibrationError> {
         let named = |error| match error {
-            VibrationError::NotDefinite { matrix, row } => VibrationError::NotDefinite { matrix, row: self.order[row] },
+            VibrationError::NotDefinite { matrix, row } => {
+                VibrationError::NotDefinite { matrix, row: self.order[row] }
+            }
             other => other,
         };
         let mut found = lowest_modes(&self.mass, &self.stiffness, count).map_err(named)?;
@@ -85,11 +93,13 @@ impl BandedModel {
 }
 
 impl Linearization {
-    /// Mass and stiffness of the independent coordinates as banded matrices, for the lowest modes of what has many: elements that are zero, or rounding, are left out, and the coordinates put into an order with a
+    /// Mass and stiffness of the independent coordinates as banded matrices, for the lowest modes of what has
+    /// many: elements that are zero, or rounding, are left out, and the coordinates put into an order with a
     /// narrow band. Damping is left out, too: these are the normal modes.
     ///
     /// # Errors
-    /// Where there are no normal modes, as for [`Linearization::normal_modes`]: gyroscopic or circulatory terms, rolling, a position that is no equilibrium.
+    /// Where there are no normal modes, as for [`Linearization::normal_modes`]: gyroscopic or circulatory
+    /// terms, rolling, a position that is no equilibrium.
     pub fn banded(&self) -> Result<BandedModel, VibrationError> {
         let stiffness = self.stiffness_of_normal_modes()?;
         let n = self.mass.nrows();
@@ -130,7 +140,9 @@ fn rim(neighbours: &[Vec<usize>], mut first: usize) -> usize {
     let (mut all, mut far) = levels(neighbours, first);
     loop {
         let last = all.len() - far.1;
-        let Some(next) = all[last..].iter().copied().min_by_key(|i| neighbours[*i].len()) else { return first };
+        let Some(next) = all[last..].iter().copied().min_by_key(|i| neighbours[*i].len()) else {
+            return first;
+        };
         let (then, farther) = levels(neighbours, next);
         if farther.0 <= far.0 {
             return next;
@@ -139,7 +151,8 @@ fn rim(neighbours: &[Vec<usize>], mut first: usize) -> usize {
     }
 }
 
-/// All that a row leads to, level by level, neighbours with few of their own first; how many levels, and how many rows the last has.
+/// All that a row leads to, level by level, neighbours with few of their own first; how many levels, and how
+/// many rows the last has.
 fn levels(neighbours: &[Vec<usize>], first: usize) -> (Vec<usize>, (usize, usize)) {
     let mut level = alloc::vec![usize::MAX; neighbours.len()];
     let mut found = alloc::vec![first];

@@ -1,10 +1,13 @@
 //! Eigenvalues of a rotor over its speed: the Campbell diagram.
 //!
-//! Whirl goes forward where the orbit of a mode in the plane (x, y), x = Re(X e^{iωt}), y = Re(Y e^{iωt}), turns as the rotor does: −2 Im(X̄ Y)/(|X|² + |Y|²) is 1 for a circle forward, −1 for one
-//! backward, 0 where nothing turns (G. Genta, *Dynamics of Rotating Systems*, §2.4, §4.3). Critical speeds Ω of order k, Im σ = k Ω, are where the number of modes above the line k Ω changes, and
-//! onsets of instability where the number of growing modes changes. Both are counted, so that no mode need be followed through crossings, and bisected to the last digit. What crosses a line and comes back between
-//! two neighbouring speeds is not seen, nor are two modes that cross it there in opposite directions. A mode counts as growing where it does so by more than rounding of what it is made of may cause
-//! ([`Mode::conditioning`]).
+//! Whirl goes forward where the orbit of a mode in the plane (x, y), x = Re(X e^{iωt}), y = Re(Y e^{iωt}),
+//! turns as the rotor does: −2 Im(X̄ Y)/(|X|² + |Y|²) is 1 for a circle forward, −1 for one backward, 0 where
+//! nothing turns (G. Genta, *Dynamics of Rotating Systems*, §2.4, §4.3). Critical speeds Ω of order k, Im σ =
+//! k Ω, are where the number of modes above the line k Ω changes, and onsets of instability where the number
+//! of growing modes changes. Both are counted, so that no mode need be followed through crossings, and
+//! bisected to the last digit. What crosses a line and comes back between two neighbouring speeds is not
+//! seen, nor are two modes that cross it there in opposite directions. A mode counts as growing where it does
+//! so by more than rounding of what it is made of may cause ([`Mode::conditioning`]).
 
 use alloc::format;
 use alloc::string::String;
@@ -17,7 +20,8 @@ use super::VibrationError;
 use crate::analysis::linearize::{Linearization, LinearizeError, Mode};
 use crate::output::{Axis, Chart, Mark, Panel, Series};
 
-/// Eigenvalues nearer than this to each other, in parts of their size, belong to one plane of motions, whose whirl is not told apart.
+/// Eigenvalues nearer than this to each other, in parts of their size, belong to one plane of motions, whose
+/// whirl is not told apart.
 const EQUAL: f64 = 1e-8;
 /// Speeds nearer than this to each other, in parts of their size, are one.
 const SAME: f64 = 1e-10;
@@ -27,7 +31,8 @@ const SAME: f64 = 1e-10;
 pub struct RotorMode {
     /// σ, in 1/s; of a pair the one with positive imaginary part.
     pub eigenvalue: Complex<f64>,
-    /// From −1, a circle backward, to 1, a circle forward; `None` where nothing moves in the planes, or two modes of one eigenvalue leave it open.
+    /// From −1, a circle backward, to 1, a circle forward; `None` where nothing moves in the planes, or two
+    /// modes of one eigenvalue leave it open.
     pub whirl: Option<f64>,
     /// Largest part of the real part that rounding may have caused, in 1/s.
     rounding: f64,
@@ -49,7 +54,8 @@ impl RotorMode {
     }
 }
 
-/// A speed at which an unbalance, or what else turns with the rotor, meets the frequency of a mode; of two modes with one frequency each has its own.
+/// A speed at which an unbalance, or what else turns with the rotor, meets the frequency of a mode; of two
+/// modes with one frequency each has its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CriticalSpeed {
     /// Ω, in rad/s.
@@ -93,11 +99,14 @@ struct Study<'a, F> {
 }
 
 impl Campbell {
-    /// Over speeds in rad/s (ascending, none negative; they are compared with frequencies, so that revolutions per minute have to be turned into them), for orders k (1 is unbalance), from the linear equations at each speed; `planes` are pairs of coordinates (x, y) in which
-    /// whirl is looked at, the rotor turning from x to y at positive speeds.
+    /// Over speeds in rad/s (ascending, none negative; they are compared with frequencies, so that
+    /// revolutions per minute have to be turned into them), for orders k (1 is unbalance), from the linear
+    /// equations at each speed; `planes` are pairs of coordinates (x, y) in which whirl is looked at, the
+    /// rotor turning from x to y at positive speeds.
     ///
     /// # Errors
-    /// Whatever the closure returns; names that are not coordinates; speeds and orders that are not positive and ascending numbers.
+    /// Whatever the closure returns; names that are not coordinates; speeds and orders that are not positive
+    /// and ascending numbers.
     pub fn new<E: Into<VibrationError>>(
         speeds: &[f64],
         orders: &[f64],
@@ -114,12 +123,21 @@ impl Campbell {
             }
         }
         if let Some(value) = orders.iter().find(|k| !(k.is_finite() && **k > 0.0)) {
-            return Err(VibrationError::Value { what: "an order", value: *value, must_be: "a positive number" });
+            return Err(VibrationError::Value {
+                what: "an order",
+                value: *value,
+                must_be: "a positive number",
+            });
         }
         let mut study = Study { planes, at: |speed: f64| at(speed).map_err(Into::into) };
         let modes = speeds.iter().map(|speed| study.modes(*speed)).collect::<Result<Vec<_>, _>>()?;
-        let mut found =
-            Self { speeds: speeds.into(), modes, orders: orders.into(), critical: Vec::new(), onsets: Vec::new() };
+        let mut found = Self {
+            speeds: speeds.into(),
+            modes,
+            orders: orders.into(),
+            critical: Vec::new(),
+            onsets: Vec::new(),
+        };
         for order in orders {
             found.find_critical(&mut study, *order)?;
         }
@@ -131,8 +149,9 @@ impl Campbell {
     where
         F: FnMut(f64) -> Result<Linearization, VibrationError>,
     {
-        let above =
-            |speed: f64, modes: &[RotorMode]| modes.iter().filter(|mode| mode.eigenvalue.im > order * speed).count();
+        let above = |speed: f64, modes: &[RotorMode]| {
+            modes.iter().filter(|mode| mode.eigenvalue.im > order * speed).count()
+        };
         let mut last = f64::NEG_INFINITY;
         for (speed, modes) in self.changes(study, &above)? {
             // Modes of one frequency cross together; rounding makes several places of it.
@@ -158,8 +177,10 @@ impl Campbell {
             let unstable_above = growing(speed, &next) > growing(speed, &before);
             // The one that has just begun to grow, not one that only stands on the limit all the time.
             let side = if unstable_above { &next } else { &before };
-            let slowest =
-                side.iter().filter(|mode| mode.grows()).min_by(|x, y| x.eigenvalue.re.total_cmp(&y.eigenvalue.re));
+            let slowest = side
+                .iter()
+                .filter(|mode| mode.grows())
+                .min_by(|x, y| x.eigenvalue.re.total_cmp(&y.eigenvalue.re));
             let Some(grown) = slowest.map(|mode| mode.eigenvalue) else { continue };
             let off = |mode: &RotorMode| (mode.eigenvalue - grown).norm();
             let Some(mode) = modes.into_iter().min_by(|x, y| off(x).total_cmp(&off(y))) else { continue };
@@ -207,29 +228,34 @@ impl Campbell {
         let of = |direction: &'static str, value: fn(&RotorMode) -> f64| -> Vec<(f64, f64)> {
             let at = self.speeds.iter().zip(&self.modes);
             at.flat_map(|(speed, modes)| {
-                let these = modes.iter().filter(move |mode| mode.direction() == direction && mode.eigenvalue.im > 0.0);
+                let these = modes
+                    .iter()
+                    .filter(move |mode| mode.direction() == direction && mode.eigenvalue.im > 0.0);
                 these.map(|mode| (*speed, value(mode)))
             })
             .collect()
         };
         let panel = |title: &str, value: fn(&RotorMode) -> f64| {
             let empty = Panel::new(Axis::new("speed in rad/s"), Axis::new(title));
-            ["forward", "backward", "neither way"].into_iter().enumerate().fold(empty, |panel, (k, direction)| {
-                let points = of(direction, value);
-                if points.is_empty() {
-                    panel
-                } else {
-                    panel.series(Series::new(direction, points).mark(Mark::Points).sign(k))
-                }
-            })
+            ["forward", "backward", "neither way"].into_iter().enumerate().fold(
+                empty,
+                |panel, (k, direction)| {
+                    let points = of(direction, value);
+                    if points.is_empty() {
+                        panel
+                    } else {
+                        panel.series(Series::new(direction, points).mark(Mark::Points).sign(k))
+                    }
+                },
+            )
         };
         let top = self.modes.iter().flatten().map(|mode| mode.eigenvalue.im).fold(0.0, f64::max);
         let last = self.speeds.last().copied().unwrap_or(0.0);
         let mut frequencies = panel("frequency in rad/s", |mode| mode.eigenvalue.im);
         for order in &self.orders {
             let end = last.min(1.1 * top / order);
-            frequencies =
-                frequencies.series(Series::new(format!("{order}×"), [(0.0, 0.0), (end, order * end)]).solid());
+            frequencies = frequencies
+                .series(Series::new(format!("{order}×"), [(0.0, 0.0), (end, order * end)]).solid());
         }
         let onsets = self.onsets.iter().map(|onset| onset.speed);
         let growth = panel("growth in 1/s", |mode| mode.eigenvalue.re);
@@ -246,7 +272,8 @@ impl<F: FnMut(f64) -> Result<Linearization, VibrationError>> Study<'_, F> {
         let modes = linear.modes()?;
         let mut found = Vec::new();
         for mode in &modes {
-            let near = |other: &&Mode| (other.eigenvalue - mode.eigenvalue).norm() <= EQUAL * mode.frequency();
+            let near =
+                |other: &&Mode| (other.eigenvalue - mode.eigenvalue).norm() <= EQUAL * mode.frequency();
             let alone = modes.iter().filter(near).count() == 1;
             let whirl = whirl(mode, self.planes)?.filter(|_| alone);
             let conditioning = if mode.conditioning.is_finite() { mode.conditioning } else { 1e8 };

@@ -27,16 +27,21 @@ impl FrequencyResponse {
         let degrees = phases(&values).into_iter().map(f64::to_degrees).collect();
         let axis = || Axis::log("ω in rad/s");
         Chart::new(self.title())
-            .panel(Panel::new(axis(), Axis::log(format!("magnitude{}", typeset(&unit)))).line("", with(magnitude)))
+            .panel(
+                Panel::new(axis(), Axis::log(format!("magnitude{}", typeset(&unit))))
+                    .line("", with(magnitude)),
+            )
             .panel(Panel::new(axis(), Axis::new("phase in °")).line("", with(degrees)))
     }
 
-    /// The imaginary part over the real part: the Nyquist diagram, in which each lightly damped mode is nearly a circle.
+    /// The imaginary part over the real part: the Nyquist diagram, in which each lightly damped mode is
+    /// nearly a circle.
     #[must_use]
     pub fn nyquist(&self) -> Chart {
         let (_, values) = self.drawn();
         let points = values.iter().map(|value| (value.re, value.im));
-        let panel = Panel::new(Axis::new("real part"), Axis::new("imaginary part")).line("", points).equal_axes();
+        let panel =
+            Panel::new(Axis::new("real part"), Axis::new("imaginary part")).line("", points).equal_axes();
         Chart::new(self.title()).panel(panel)
     }
 

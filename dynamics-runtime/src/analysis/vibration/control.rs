@@ -1,13 +1,15 @@
 //! What controls reach, what outputs see, and the linear–quadratic regulator.
 //!
-//! A mode with eigenvalue σ is reached by the inputs if [σ − A, B] has full rank, and seen in the outputs if [σ − A; C] has (Popov, Belevitch & Hautus);
-//! how far from losing it, the least singular value says. The regulator w = −K x makes
+//! A mode with eigenvalue σ is reached by the inputs if [σ − A, B] has full rank, and seen in the outputs if
+//! [σ − A; C] has (Popov, Belevitch & Hautus); how far from losing it, the least singular value says. The
+//! regulator w = −K x makes
 //!
 //! ```text
 //! ∫ (Σ weight·output² + Σ weight·control²) dt        K = R⁻¹BᵀX        AᵀX + X A − X B R⁻¹ Bᵀ X + Q = 0
 //! ```
 //!
-//! least (B. D. O. Anderson & J. B. Moore, *Optimal Control: Linear Quadratic Methods*, chapter 3); `riccati.rs` solves for X.
+//! least (B. D. O. Anderson & J. B. Moore, *Optimal Control: Linear Quadratic Methods*, chapter 3);
+//! `riccati.rs` solves for X.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -22,7 +24,8 @@ use super::{StateSpace, VibrationError};
 use crate::analysis::linearize::{drop_rounding, eigenvector, general};
 use crate::model::{ModelState, Vector};
 
-/// Least singular value, in parts of the largest and after scaling, below which a mode counts as not reached: what rounding leaves of nothing.
+/// Least singular value, in parts of the largest and after scaling, below which a mode counts as not reached:
+/// what rounding leaves of nothing.
 const NOT_REACHED: f64 = 1e-10;
 /// Residual of the Riccati equation that is accepted.
 const SOLVED: f64 = 1e-9;
@@ -32,7 +35,8 @@ const SOLVED: f64 = 1e-9;
 pub struct Reach {
     /// σ, in 1/s; of a pair the one with positive imaginary part.
     pub eigenvalue: Complex<f64>,
-    /// The least singular value of [σ − A, B], or of [σ − A; C], in parts of the largest, states and signals scaled: 0 where it is not reached, small where hardly.
+    /// The least singular value of [σ − A, B], or of [σ − A; C], in parts of the largest, states and signals
+    /// scaled: 0 where it is not reached, small where hardly.
     pub distance: f64,
     /// The states that move most in the mode.
     pub states: Vec<String>,
@@ -51,7 +55,12 @@ impl fmt::Display for Reach {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Complex { re, im } = self.eigenvalue;
         let verdict = if self.is_reached() { "reached" } else { "not reached" };
-        write!(f, "{re:>13.6e} {im:>+13.6e}i/s: {verdict}, distance {:.1e} ({})", self.distance, self.states.join(", "))
+        write!(
+            f,
+            "{re:>13.6e} {im:>+13.6e}i/s: {verdict}, distance {:.1e} ({})",
+            self.distance,
+            self.states.join(", ")
+        )
     }
 }
 
@@ -111,11 +120,14 @@ fn reach(
             states: largest(&sizes, states),
         });
     }
-    found.sort_by(|x, y| x.eigenvalue.re.total_cmp(&y.eigenvalue.re).then(x.eigenvalue.im.total_cmp(&y.eigenvalue.im)));
+    found.sort_by(|x, y| {
+        x.eigenvalue.re.total_cmp(&y.eigenvalue.re).then(x.eigenvalue.im.total_cmp(&y.eigenvalue.im))
+    });
     Ok(found)
 }
 
-/// The least singular value of [σ − A, B] in parts of the largest, each row as long as every other: what is stiff hides nothing.
+/// The least singular value of [σ − A, B] in parts of the largest, each row as long as every other: what is
+/// stiff hides nothing.
 fn distance(a: &DMatrix<f64>, b: &DMatrix<f64>, eigenvalue: Complex<f64>) -> f64 {
     let n = a.nrows();
     let mut joined = DMatrix::from_fn(n, n + b.ncols(), |i, j| {
@@ -149,8 +161,9 @@ pub struct LqrDesign<'a> {
 }
 
 impl LqrDesign<'_> {
-    /// The weight of the square of a control (an input of the model), an output, a coordinate or a rate, each by its name. Inputs without a weight are held; what has none
-    /// else costs nothing. Weights in 1/unit² of acceptable deviations are a good first choice (Bryson's rule).
+    /// The weight of the square of a control (an input of the model), an output, a coordinate or a rate, each
+    /// by its name. Inputs without a weight are held; what has none else costs nothing. Weights in 1/unit² of
+    /// acceptable deviations are a good first choice (Bryson's rule).
     #[must_use]
     pub fn weight(mut self, name: impl Into<String>, weight: f64) -> Self {
         self.weights.push((name.into(), weight));
@@ -160,12 +173,16 @@ impl LqrDesign<'_> {
     /// The regulator.
     ///
     /// # Errors
-    /// Names and weights that cannot be, controls that do not reach a mode which does not die away, modes on the limit of stability that have no weight, and a Riccati
-    /// equation that is not solved to 1e-9.
+    /// Names and weights that cannot be, controls that do not reach a mode which does not die away, modes on
+    /// the limit of stability that have no weight, and a Riccati equation that is not solved to 1e-9.
     pub fn solve(self) -> Result<Lqr, VibrationError> {
         let space = self.space;
         // Of a model every state must have constant coefficients.
-        space.places.iter().zip(&space.states).try_for_each(|(_, state)| space.output(&state.name).map(|_| ()))?;
+        space
+            .places
+            .iter()
+            .zip(&space.states)
+            .try_for_each(|(_, state)| space.output(&state.name).map(|_| ()))?;
         let (controls, r, outputs) = self.sorted()?;
         let b = space.b.select_columns(&controls);
         let q = outputs.iter().fold(DMatrix::zeros(space.a.nrows(), space.a.nrows()), |q, (row, weight)| {
@@ -225,7 +242,8 @@ impl LqrDesign<'_> {
                 }
                 None => {
                     let what = "control, output, coordinate or rate";
-                    let both: Vec<Signal> = space.inputs[..own].iter().chain(&space.outputs).cloned().collect();
+                    let both: Vec<Signal> =
+                        space.inputs[..own].iter().chain(&space.outputs).cloned().collect();
                     find(&both, name, what)?;
                     if !(weight.is_finite() && *weight >= 0.0) {
                         return Err(value("0 or a positive number"));
@@ -254,14 +272,19 @@ impl LqrDesign<'_> {
     }
 }
 
-/// The states that count. What no state depends on and nothing weighs, as the angle of a wheel whose speed alone is held, goes where it goes; a rate that is no longer
-/// missed then still counts, or a cart would be sent off for ever to hold its pole.
+/// The states that count. What no state depends on and nothing weighs, as the angle of a wheel whose speed
+/// alone is held, goes where it goes; a rate that is no longer missed then still counts, or a cart would be
+/// sent off for ever to hold its pole.
 fn counting(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Vec<usize> {
     (0..a.nrows()).filter(|j| a.column(*j).amax() > 0.0 || q.column(*j).amax() > 0.0).collect()
 }
 
 /// Refuses what has no stabilising solution.
-fn check((a, states): (&DMatrix<f64>, &[Signal]), b: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<(), VibrationError> {
+fn check(
+    (a, states): (&DMatrix<f64>, &[Signal]),
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+) -> Result<(), VibrationError> {
     for Reach { eigenvalue, distance, states } in reach((a, states), a, b)? {
         if distance <= NOT_REACHED && eigenvalue.re >= -rounding(a, eigenvalue)? {
             return Err(VibrationError::Unstabilisable { eigenvalue, states, distance });
@@ -275,8 +298,9 @@ fn check((a, states): (&DMatrix<f64>, &[Signal]), b: &DMatrix<f64>, q: &DMatrix<
     Ok(())
 }
 
-/// How far rounding may have moved an eigenvalue: ε |y|ᵀ|A||x|/|yᴴx|, x and y its vectors to the right and to the left, at most the root of ε, as of a defective pair. Its own
-/// measure, not that of the stiffest: what dies away slowly beside it does die away.
+/// How far rounding may have moved an eigenvalue: ε |y|ᵀ|A||x|/|yᴴx|, x and y its vectors to the right and to
+/// the left, at most the root of ε, as of a defective pair. Its own measure, not that of the stiffest: what
+/// dies away slowly beside it does die away.
 fn rounding(a: &DMatrix<f64>, eigenvalue: Complex<f64>) -> Result<f64, VibrationError> {
     let mut a = a.clone();
     balance_parlett_reinsch(&mut a);
@@ -295,7 +319,8 @@ pub struct Lqr {
     pub gain: DMatrix<f64>,
     /// X, states × states: xᵀX x is the cost of a deviation x.
     pub riccati: DMatrix<f64>,
-    /// States on which nothing else depends and which nothing weighs, as the angle of a wheel whose speed is held: their gain is 0, and they go where they go.
+    /// States on which nothing else depends and which nothing weighs, as the angle of a wheel whose speed is
+    /// held: their gain is 0, and they go where they go.
     pub left_out: Vec<Signal>,
     /// The eigenvalues of A − B K of the other states, in 1/s, by growing real part.
     pub closed_loop: Vec<Complex<f64>>,
@@ -321,8 +346,9 @@ impl Lqr {
         Some(self.gain[(row, column)])
     }
 
-    /// All inputs of the model at a state: the controls by the regulator, the others as in the reference, which goes on where it is a steady motion. Of matrices of one's own, or another model's state, not numbers.
-    /// Angles count as they are: one that has turned over is far away.
+    /// All inputs of the model at a state: the controls by the regulator, the others as in the reference,
+    /// which goes on where it is a steady motion. Of matrices of one's own, or another model's state, not
+    /// numbers. Angles count as they are: one that has turned over is far away.
     #[must_use]
     pub fn inputs_at<S: ModelState>(&self, state: &S) -> S::Inputs {
         let mut inputs = S::Inputs::zeros();
@@ -341,7 +367,8 @@ impl Lqr {
         inputs
     }
 
-    /// xᵀX x: what it costs to come back from these deviations, in the order of the states; `None` for another number of them.
+    /// xᵀX x: what it costs to come back from these deviations, in the order of the states; `None` for
+    /// another number of them.
     #[must_use]
     pub fn cost(&self, deviations: &[f64]) -> Option<f64> {
         let x = nalgebra::DVector::from_column_slice(deviations);

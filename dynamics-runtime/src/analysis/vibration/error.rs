@@ -47,7 +47,8 @@ pub enum VibrationError {
         /// What it must be.
         must_be: &'static str,
     },
-    /// The response to a steady sine is infinite, or not distinguishable from it: the frequency is that of an undamped mode that is reached and seen.
+    /// The response to a steady sine is infinite, or not distinguishable from it: the frequency is that of an
+    /// undamped mode that is reached and seen.
     Resonance {
         /// What was asked for, in rad/s.
         frequency: f64,
@@ -56,7 +57,8 @@ pub enum VibrationError {
         /// The condition number of iω − A there.
         conditioning: f64,
     },
-    /// The response to what stays as it is has no bound, or is not distinguishable from it: nothing holds what is pushed.
+    /// The response to what stays as it is has no bound, or is not distinguishable from it: nothing holds
+    /// what is pushed.
     Free {
         /// The condition number of A.
         conditioning: f64,
@@ -84,7 +86,8 @@ pub enum VibrationError {
         /// The least singular value of [σ − A; C], in parts of the largest.
         distance: f64,
     },
-    /// An output that is to be weighted, or asked for its response to an impulse, contains the input directly.
+    /// An output that is to be weighted, or asked for its response to an impulse, contains the input
+    /// directly.
     Feedthrough {
         /// The output.
         output: String,
@@ -144,7 +147,11 @@ impl fmt::Display for VibrationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Linearize(error) => error.fmt(f),
-            Self::Shapes { shapes } => write!(f, "the shapes {shapes:?} of the matrices do not fit each other; A is n x n, B n x W, C Y x n, D Y x W"),
+            Self::Shapes { shapes } => write!(
+                f,
+                "the shapes {shapes:?} of the matrices do not fit each \
+                other; A is n x n, B n x W, C Y x n, D Y x W"
+            ),
             Self::UnknownName { what, name, nearest: None } => {
                 write!(f, "no {what} is called `{name}`; array elements are written `theta[0]`")
             }
@@ -153,72 +160,88 @@ impl fmt::Display for VibrationError {
             }
             Self::NoRow { name, why: Withheld::NotUnique } => write!(
                 f,
-                "`{name}` depends on reactions that are not unique, as constraints repeat each other; leave rows out that only repeat others"
+                "`{name}` depends on reactions that are not unique, as constraints repeat each other; leave \
+                 rows out that only repeat others"
             ),
             Self::NoRow { name, why: Withheld::Corner } => write!(
                 f,
-                "`{name}` has a corner at this very state, so that each side has a derivative of its own; ask for what it is made of, or move the state to one side"
+                "`{name}` has a corner at this very state, so that each side has a derivative of its own; \
+                 ask for what it is made of, or move the state to one side"
             ),
             Self::NoRow { name, why: Withheld::NotFinite } => {
-                write!(f, "the derivative of `{name}` is not finite at this state; ask for what it is made of")
+                write!(
+                    f,
+                    "the derivative of `{name}` is not finite at this state; ask for what it is made of"
+                )
             }
             Self::NoRow { name, why: Withheld::Varies } => write!(
                 f,
-                "the coefficients of `{name}` change along the steady motion, as of what is seen, or pushed, in a direction that turns, so that it has no constant linear equation; \
-                 ask for what turns with the motion"
+                "the coefficients of `{name}` change along the steady motion, as of what is seen, or pushed, \
+                 in a direction that turns, so that it has no constant linear equation; ask for what turns \
+                 with the motion"
             ),
             Self::NoOutputDerivatives => f.write_str(
-                "the outputs have no exact derivatives: the model is written by hand, they are too large to be generated, or they take fourth derivatives of a curve; \
-                 declare fewer outputs",
+                "the outputs have no exact derivatives: the model is written by hand, they are too large to \
+                 be generated, or they take fourth derivatives of a curve; declare fewer outputs",
             ),
             Self::Value { what, value, must_be } => write!(f, "{what} is {value:e}; it must be {must_be}"),
             Self::Resonance { frequency, eigenvalue, conditioning } => write!(
                 f,
-                "at {frequency:.9e} rad/s the response is infinite, or not to be told: it is the frequency of a mode without damping that is reached and seen \
-                 ({}, condition number {conditioning:.1e}); ask beside it, or give the mode damping",
+                "at {frequency:.9e} rad/s the response is infinite, or not to be told: it is the frequency \
+                 of a mode without damping that is reached and seen ({}, condition number \
+                 {conditioning:.1e}); ask beside it, or give the mode damping",
                 Value(*eigenvalue)
             ),
             Self::Free { conditioning } => write!(
                 f,
-                "at 0 rad/s the response is infinite, or not to be told: something is free to move, or held too weakly (condition number {conditioning:.1e}); \
-                 ask above 0 rad/s, or hold it"
+                "at 0 rad/s the response is infinite, or not to be told: something is free to move, or held \
+                 too weakly (condition number {conditioning:.1e}); ask above 0 rad/s, or hold it"
             ),
             Self::Unstable { eigenvalue } => write!(
                 f,
-                "there is no steady response: a mode with the eigenvalue {} does not die away; give it damping, or control it first",
+                "there is no steady response: a mode with the eigenvalue {} does not die away; give it \
+                 damping, or control it first",
                 Value(*eigenvalue)
             ),
             Self::Unstabilisable { eigenvalue, states, distance } => write!(
                 f,
-                "no control reaches the mode with the eigenvalue {}, which does not die away ({}; distance {distance:.1e}); add an input that does work along it",
+                "no control reaches the mode with the eigenvalue {}, which does not die away ({}; distance \
+                 {distance:.1e}); add an input that does work along it",
                 Value(*eigenvalue),
                 List(states)
             ),
             Self::Undetectable { eigenvalue, states, distance } => write!(
                 f,
-                "the mode with the eigenvalue {}, which does not die away, has no weight ({}; distance {distance:.1e}); give one to what moves in it",
+                "the mode with the eigenvalue {}, which does not die away, has no weight ({}; distance \
+                 {distance:.1e}); give one to what moves in it",
                 Value(*eigenvalue),
                 List(states)
             ),
             Self::Feedthrough { output, input } => write!(
                 f,
-                "`{output}` contains `{input}` directly, so that a weight would couple both, and an impulse stand in it; choose coordinates or rates"
+                "`{output}` contains `{input}` directly, so that a weight would couple both, and an impulse \
+                 stand in it; choose coordinates or rates"
             ),
-            Self::NoWeight { of } => write!(f, "no weight was given to any of the {of}; name one by `.weight(name, value)`"),
+            Self::NoWeight { of } => {
+                write!(f, "no weight was given to any of the {of}; name one by `.weight(name, value)`")
+            }
             Self::NoConvergence { what, iterations, residual } => write!(
                 f,
-                "{what} did not settle in {iterations} iterations, {residual:.1e} is left; scale the parameters to similar sizes"
+                "{what} did not settle in {iterations} iterations, {residual:.1e} is left; scale the \
+                 parameters to similar sizes"
             ),
             Self::NoNormalModes { why } => {
                 write!(f, "there are no normal modes: {why}; `modes()` are those of the whole linear model")
             }
             Self::NotDefinite { matrix: "stiffness", row } => write!(
                 f,
-                "the stiffness matrix has a negative eigenvalue, as row {row} shows; the position is unstable, and falls along a mode rather than swings"
+                "the stiffness matrix has a negative eigenvalue, as row {row} shows; the position is \
+                 unstable, and falls along a mode rather than swings"
             ),
             Self::NotDefinite { matrix, row } => write!(
                 f,
-                "the {matrix} matrix is not positive definite, as row {row} shows; every coordinate needs inertia"
+                "the {matrix} matrix is not positive definite, as row {row} shows; every coordinate needs \
+                 inertia"
             ),
             Self::TooFew { what, count, needed } => {
                 let are = if *needed == 1 { "is" } else { "are" };
@@ -226,11 +249,13 @@ impl fmt::Display for VibrationError {
             }
             Self::BeyondNyquist { frequency, nyquist } => write!(
                 f,
-                "{frequency:.6e} rad/s is beyond half the sampling rate, {nyquist:.6e} rad/s, where samples cannot tell it from a lower one; sample more often"
+                "{frequency:.6e} rad/s is beyond half the sampling rate, {nyquist:.6e} rad/s, where samples \
+                 cannot tell it from a lower one; sample more often"
             ),
             Self::NoOscillation { eigenvalue } => write!(
                 f,
-                "the mode with the eigenvalue {} does not swing, so that it has no period to be shown; simulate it",
+                "the mode with the eigenvalue {} does not swing, so that it has no period to be shown; \
+                 simulate it",
                 Value(*eigenvalue)
             ),
         }

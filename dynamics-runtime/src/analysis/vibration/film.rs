@@ -14,7 +14,8 @@ use crate::model::{Constraints, Draw, ModelState, Outputs, Vector};
 use crate::output::names;
 use crate::output::{Drawing, Film};
 
-/// A mode as a film: two periods of q + Re(amplitude · shape e^{iωt}), without its damping, so that it can be seen. Positions are put back on the constraints, which small motions leave to the second order.
+/// A mode as a film: two periods of q + Re(amplitude · shape e^{iωt}), without its damping, so that it can be
+/// seen. Positions are put back on the constraints, which small motions leave to the second order.
 #[derive(Debug)]
 pub struct ModeFilm<'m, M: Constraints> {
     model: &'m M,
@@ -26,7 +27,12 @@ pub struct ModeFilm<'m, M: Constraints> {
 }
 
 impl<'m, M: Constraints + Outputs + Draw> ModeFilm<'m, M> {
-    pub(super) fn new(model: &'m M, rest: M::State, mode: &Mode, amplitude: f64) -> Result<Self, VibrationError> {
+    pub(super) fn new(
+        model: &'m M,
+        rest: M::State,
+        mode: &Mode,
+        amplitude: f64,
+    ) -> Result<Self, VibrationError> {
         let frequency = mode.eigenvalue.im;
         if frequency <= 0.0 {
             return Err(VibrationError::NoOscillation { eigenvalue: mode.eigenvalue });

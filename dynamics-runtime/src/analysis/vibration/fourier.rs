@@ -1,9 +1,13 @@
 //! What frequencies samples contain.
 //!
-//! The discrete Fourier transform X_k = Σ xⱼ wⱼ e^{−2πi jk/n} of n samples under a window w, by powers of two (Cooley & Tukey, Math. Comp. 19 (1965) 297), of other lengths as a convolution of such
-//! (L. I. Bluestein, IEEE Trans. Audio 18 (1970) 451). Amplitudes are 2|X_k|/Σw (half of that at 0 and at the highest frequency of an even number), so that a sine of amplitude a in the middle of a bin shows a; beside it
-//! the window's scalloping takes up to 36 % (rectangular), 15 % (Hann), 0.1 % (flat top). A window widens noise by its equivalent noise bandwidth, n Σw²/(Σw)² bins: 1, 1.5, 3.77 (G. Heinzel, A. Rüdiger & R. Schilling, *Spectrum and spectral
-//! density estimation by the DFT*, Albert-Einstein-Institut 2002). No crate does it: a hundred lines with their tests are less to keep up than one.
+//! The discrete Fourier transform X_k = Σ xⱼ wⱼ e^{−2πi jk/n} of n samples under a window w, by powers of two
+//! (Cooley & Tukey, Math. Comp. 19 (1965) 297), of other lengths as a convolution of such (L. I. Bluestein,
+//! IEEE Trans. Audio 18 (1970) 451). Amplitudes are 2|X_k|/Σw (half of that at 0 and at the highest frequency
+//! of an even number), so that a sine of amplitude a in the middle of a bin shows a; beside it the window's
+//! scalloping takes up to 36 % (rectangular), 15 % (Hann), 0.1 % (flat top). A window widens noise by its
+//! equivalent noise bandwidth, n Σw²/(Σw)² bins: 1, 1.5, 3.77 (G. Heinzel, A. Rüdiger & R. Schilling,
+//! *Spectrum and spectral density estimation by the DFT*, Albert-Einstein-Institut 2002). No crate does it: a
+//! hundred lines with their tests are less to keep up than one.
 
 use alloc::vec::Vec;
 use core::f64::consts::{PI, TAU};
@@ -35,7 +39,8 @@ impl Window {
         }
     }
 
-    /// Bins from 0 on in which a mean shows: the main lobe. In those beyond it a sum of cosines has none of it, exactly.
+    /// Bins from 0 on in which a mean shows: the main lobe. In those beyond it a sum of cosines has none of
+    /// it, exactly.
     fn lobe(self) -> usize {
         self.cosines().len()
     }
@@ -43,13 +48,16 @@ impl Window {
     /// n values, one period of the window.
     #[must_use]
     pub fn values(self, n: usize) -> Vec<f64> {
-        let at = |j: usize| {
-            let angle = TAU * j as f64 / n as f64;
-            let terms = self.cosines().iter().enumerate();
-            terms
-                .map(|(k, a)| if k % 2 == 0 { a * (k as f64 * angle).cos() } else { -a * (k as f64 * angle).cos() })
-                .sum()
-        };
+        let at =
+            |j: usize| {
+                let angle = TAU * j as f64 / n as f64;
+                let terms = self.cosines().iter().enumerate();
+                terms
+                    .map(|(k, a)| {
+                        if k % 2 == 0 { a * (k as f64 * angle).cos() } else { -a * (k as f64 * angle).cos() }
+                    })
+                    .sum()
+            };
         (0..n).map(at).collect()
     }
 }
@@ -59,7 +67,8 @@ impl Window {
 pub struct Spectrum {
     /// ω of each bin, from 0 to half the sampling rate, in rad/s.
     pub frequencies: Vec<f64>,
-    /// The amplitude of a sine there: 2|X|/Σw. The first bins show the mean as well, 1 of a rectangular window, 2 of Hann's, 5 of the flat top.
+    /// The amplitude of a sine there: 2|X|/Σw. The first bins show the mean as well, 1 of a rectangular
+    /// window, 2 of Hann's, 5 of the flat top.
     pub amplitudes: Vec<f64>,
     /// Its phase at the first sample in rad, of a cosine.
     pub phases: Vec<f64>,
@@ -85,10 +94,18 @@ impl Spectrum {
         }
         if !(interval.is_finite() && interval > 0.0) {
             let must_be = "a positive number of seconds";
-            return Err(VibrationError::Value { what: "the interval between samples", value: interval, must_be });
+            return Err(VibrationError::Value {
+                what: "the interval between samples",
+                value: interval,
+                must_be,
+            });
         }
         if let Some(value) = samples.iter().find(|x| !x.is_finite()) {
-            return Err(VibrationError::Value { what: "a sample", value: *value, must_be: "a finite number" });
+            return Err(VibrationError::Value {
+                what: "a sample",
+                value: *value,
+                must_be: "a finite number",
+            });
         }
         let weights = window.values(n);
         let sum: f64 = weights.iter().sum();
@@ -110,7 +127,8 @@ impl Spectrum {
         })
     }
 
-    /// The amplitude in the bin nearest to a frequency in rad/s; in the first bins the mean is part of it, see [`Self::amplitudes`].
+    /// The amplitude in the bin nearest to a frequency in rad/s; in the first bins the mean is part of it,
+    /// see [`Self::amplitudes`].
     ///
     /// # Errors
     /// A frequency beyond half the sampling rate, and one that is not 0 or positive.
@@ -129,8 +147,10 @@ impl Spectrum {
         }
     }
 
-    /// Frequencies and amplitudes of the `count` highest peaks, highest first; each is the bin at which it stands. The mean is none of them: peaks are sought beyond the bins in which it shows,
-    /// the first 1 of a rectangular window, 2 of Hann's, 5 of the flat top. What is slower than these is not told apart from it; sample for longer.
+    /// Frequencies and amplitudes of the `count` highest peaks, highest first; each is the bin at which it
+    /// stands. The mean is none of them: peaks are sought beyond the bins in which it shows, the first 1 of a
+    /// rectangular window, 2 of Hann's, 5 of the flat top. What is slower than these is not told apart from
+    /// it; sample for longer.
     #[must_use]
     pub fn highest(&self, count: usize) -> Vec<(f64, f64)> {
         let a = &self.amplitudes;
@@ -142,8 +162,9 @@ impl Spectrum {
         peaks.into_iter().take(count).map(|k| (self.frequencies[k], a[k])).collect()
     }
 
-    /// What a bin of the lobe shows without the mean. What is slow has a share in the arithmetic mean unless whole periods of it were sampled, and what is within the lobe in the windowed one:
-    /// the larger of what these leave, so that the flank of something slow is not taken for a peak.
+    /// What a bin of the lobe shows without the mean. What is slow has a share in the arithmetic mean unless
+    /// whole periods of it were sampled, and what is within the lobe in the windowed one: the larger of what
+    /// these leave, so that the flank of something slow is not taken for a peak.
     fn without_mean(&self, bin: usize) -> f64 {
         let cosines = self.window.cosines();
         let sign = if bin.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -152,12 +173,14 @@ impl Spectrum {
         [self.mean, of(0).re].iter().map(|mean| (of(bin) - share * mean).norm()).fold(0.0, f64::max)
     }
 
-    /// Amplitudes over frequency, both by their logarithms, from the first bin on in which no mean shows (see [`Self::highest`]), beside a curve that is known otherwise (an empty one is left out).
+    /// Amplitudes over frequency, both by their logarithms, from the first bin on in which no mean shows (see
+    /// [`Self::highest`]), beside a curve that is known otherwise (an empty one is left out).
     #[must_use]
     pub fn chart(&self, title: &str, known: impl IntoIterator<Item = (f64, f64)>) -> Chart {
         let points = self.frequencies.iter().copied().zip(self.amplitudes.iter().copied());
         let points = points.skip(self.window.lobe());
-        let panel = Panel::new(Axis::log("ω in rad/s"), Axis::log("amplitude")).series(Series::new("samples", points));
+        let panel = Panel::new(Axis::log("ω in rad/s"), Axis::log("amplitude"))
+            .series(Series::new("samples", points));
         let known: Vec<(f64, f64)> = known.into_iter().collect();
         let panel = if known.is_empty() { panel } else { panel.series(Series::new("analytic", known)) };
         Chart::new(title).panel(panel)
@@ -171,7 +194,8 @@ fn transform(x: &mut [Complex<f64>]) {
         by_powers_of_two(x);
         return;
     }
-    // jk = ½ j² + ½ k² − ½ (k − j)²: a convolution with e^{iπ j²/n}; j² modulo 2n, so that no angle grows large.
+    // jk = ½ j² + ½ k² − ½ (k − j)²: a convolution with e^{iπ j²/n}; j² modulo 2n, so that no angle grows
+    // large.
     let chirp = |j: usize| {
         let square = (j as u128 * j as u128 % (2 * n as u128)) as f64;
         Complex::from_polar(1.0, -PI * square / n as f64)
@@ -204,7 +228,8 @@ fn by_powers_of_two(x: &mut [Complex<f64>]) {
         }
     }
     // Each factor by its own sine: products of factors would gather errors.
-    let factors: Vec<Complex<f64>> = (0..n / 2).map(|k| Complex::from_polar(1.0, -TAU * k as f64 / n as f64)).collect();
+    let factors: Vec<Complex<f64>> =
+        (0..n / 2).map(|k| Complex::from_polar(1.0, -TAU * k as f64 / n as f64)).collect();
     let mut half = 1;
     while half < n {
         for start in (0..n).step_by(2 * half) {
@@ -225,8 +250,9 @@ mod tests {
     #[test]
     fn transforms_of_every_length_are_the_sums_that_define_them() {
         for n in [1, 2, 3, 4, 5, 7, 8, 12, 30, 64, 97, 100, 128, 255] {
-            let samples: Vec<Complex<f64>> =
-                (0..n).map(|j| Complex::new((1.3 * j as f64).sin() + 0.2, (0.7 * (j * j) as f64).cos())).collect();
+            let samples: Vec<Complex<f64>> = (0..n)
+                .map(|j| Complex::new((1.3 * j as f64).sin() + 0.2, (0.7 * (j * j) as f64).cos()))
+                .collect();
             let mut found = samples.clone();
             transform(&mut found);
             for (k, found) in found.iter().enumerate() {
@@ -244,7 +270,10 @@ mod tests {
         for (window, wanted) in [
             (Window::Rectangular, 1.0),
             (Window::Hann, 1.5),
-            (Window::FlatTop, 1.0 + 0.5 * (1.933f64.powi(2) + 1.286f64.powi(2) + 0.388f64.powi(2) + 0.0322f64.powi(2))),
+            (
+                Window::FlatTop,
+                1.0 + 0.5 * (1.933f64.powi(2) + 1.286f64.powi(2) + 0.388f64.powi(2) + 0.0322f64.powi(2)),
+            ),
         ] {
             let spectrum = Spectrum::of(&[1.0; 64], 0.1, window).expect("samples");
             assert!((spectrum.noise_bandwidth / spectrum.resolution - wanted).abs() < 1e-13, "{spectrum:?}");

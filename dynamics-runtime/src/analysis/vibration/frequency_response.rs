@@ -4,10 +4,12 @@
 //! H(s) = C (s − A)⁻¹ B + D at s = iω,        y = Re(H ŵ e^{iωt}) for w = Re(ŵ e^{iωt})
 //! ```
 //!
-//! What moves a base is one cause with several inputs, its place, its rate and its acceleration: B and D are then polynomials in s. A is balanced first
-//! (Parlett & Reinsch, Numer. Math. 13 (1969) 293), so that units do not decide about conditioning. Each value comes with a bound of its rounding,
-//! n ε |C R| |s − A| |R B| with R = (s − A)⁻¹ (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, §7.2). Where R has no digits, on the frequency of a mode without
-//! damping, the modes there are taken out if the cause does not reach them or the answer does not see them (`unreached.rs`); what is reached and seen is refused.
+//! What moves a base is one cause with several inputs, its place, its rate and its acceleration: B and D are
+//! then polynomials in s. A is balanced first (Parlett & Reinsch, Numer. Math. 13 (1969) 293), so that units
+//! do not decide about conditioning. Each value comes with a bound of its rounding, n ε |C R| |s − A| |R B|
+//! with R = (s − A)⁻¹ (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, §7.2). Where R has no
+//! digits, on the frequency of a mode without damping, the modes there are taken out if the cause does not
+//! reach them or the answer does not see them (`unreached.rs`); what is reached and seen is refused.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -23,7 +25,8 @@ use crate::analysis::linearize::general;
 /// Condition number of s − A beyond which its inverse has no three digits left.
 const WORST: f64 = 1e13;
 
-/// What shakes: an input or a force along a coordinate by its name (a `&str` is one), or the motion of a base that enters by several inputs.
+/// What shakes: an input or a force along a coordinate by its name (a `&str` is one), or the motion of a base
+/// that enters by several inputs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excitation {
     /// Names of the inputs that are the cause itself, its rate, and its acceleration.
@@ -31,7 +34,8 @@ pub struct Excitation {
 }
 
 impl Excitation {
-    /// A base whose place is one input of the model and whose rate is another, as where a spring and a damper stand on it.
+    /// A base whose place is one input of the model and whose rate is another, as where a spring and a damper
+    /// stand on it.
     #[must_use]
     pub fn moved(place: impl Into<String>, rate: impl Into<String>) -> Self {
         Self { terms: [Some(place.into()), Some(rate.into()), None] }
@@ -51,10 +55,12 @@ impl From<&str> for Excitation {
     }
 }
 
-/// `count` frequencies from `from` to `to`, in rad/s and both positive, each greater than the one before by the same factor.
+/// `count` frequencies from `from` to `to`, in rad/s and both positive, each greater than the one before by
+/// the same factor.
 pub fn frequencies(from: f64, to: f64, count: usize) -> Vec<f64> {
     let last = count.saturating_sub(1).max(1) as f64;
-    let at = |k: usize| if k + 1 == count && count > 1 { to } else { from * (to / from).powf(k as f64 / last) };
+    let at =
+        |k: usize| if k + 1 == count && count > 1 { to } else { from * (to / from).powf(k as f64 / last) };
     (0..count).map(at).collect()
 }
 
@@ -110,7 +116,8 @@ impl FrequencyResponse {
         self.values.iter().map(|value| value.norm()).collect()
     }
 
-    /// The phase of the answer in rad, negative where it lags; from frequency to frequency on the shorter way, so that it passes −π without a jump.
+    /// The phase of the answer in rad, negative where it lags; from frequency to frequency on the shorter
+    /// way, so that it passes −π without a jump.
     #[must_use]
     pub fn phase(&self) -> Vec<f64> {
         phases(&self.values)
@@ -187,7 +194,8 @@ impl Channel {
         let mut shifted = self.a.map(|x| Complex::new(-x, 0.0));
         (0..n).for_each(|i| shifted[(i, i)] += s);
         let sizes = shifted.map(|x| x.norm());
-        // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is singular twice.
+        // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is
+        // singular twice.
         let inverse = shifted.lu().try_inverse().ok_or(f64::INFINITY)?;
         // ‖ |A⁻¹| |A| ‖ by rows: the sums of the rows of |A| first, so that no matrices are multiplied.
         let row_sums = DVector::from_iterator(n, sizes.row_iter().map(|row| row.sum()));
@@ -213,12 +221,15 @@ impl Channel {
 }
 
 impl StateSpace {
-    /// The response of an output (declared, coordinate, `x_rate` or `x_acceleration`) to a sine of an input, or of a force along a coordinate, at these
-    /// frequencies in rad/s: receptance, mobility and accelerance are those of coordinates, rates and accelerations to forces.
+    /// The response of an output (declared, coordinate, `x_rate` or `x_acceleration`) to a sine of an input,
+    /// or of a force along a coordinate, at these frequencies in rad/s: receptance, mobility and accelerance
+    /// are those of coordinates, rates and accelerations to forces.
     ///
     /// # Errors
-    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] on the frequency of a mode without damping that the
-    /// cause reaches and the answer sees, [`VibrationError::Free`] at 0 where something is free to move, and does. A mode that is not reached, or not seen, leaves the response finite.
+    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] on
+    /// the frequency of a mode without damping that the cause reaches and the answer sees,
+    /// [`VibrationError::Free`] at 0 where something is free to move, and does. A mode that is not reached,
+    /// or not seen, leaves the response finite.
     pub fn frequency_response(
         &self,
         input: impl Into<Excitation>,
@@ -244,7 +255,11 @@ impl StateSpace {
     }
 
     /// Values at and beside the resonances that these frequencies miss.
-    fn peaks(&self, channel: &Channel, frequencies: &[f64]) -> Result<Vec<(f64, Complex<f64>)>, VibrationError> {
+    fn peaks(
+        &self,
+        channel: &Channel,
+        frequencies: &[f64],
+    ) -> Result<Vec<(f64, Complex<f64>)>, VibrationError> {
         // Between fewer there is no curve, and where they go to and fro no place for further ones.
         if frequencies.len() < 2 || !frequencies.is_sorted() {
             return Ok(Vec::new());
@@ -276,7 +291,8 @@ impl StateSpace {
         at.sort_by(f64::total_cmp);
         at.dedup();
         // What has no digits there has no place in the chart; whoever asks for that frequency is told.
-        let value = |frequency: f64| self.response_at(channel, frequency).ok().map(|found| (frequency, found.value));
+        let value =
+            |frequency: f64| self.response_at(channel, frequency).ok().map(|found| (frequency, found.value));
         Ok(at.into_iter().filter_map(value).collect())
     }
 
@@ -294,7 +310,8 @@ impl StateSpace {
         }
         let at = Complex::new(0.0, frequency);
         let found = channel.at(frequency);
-        match found.or_else(|worst| channel.without(at).and_then(|rest| rest.at(frequency).ok()).ok_or(worst)) {
+        match found.or_else(|worst| channel.without(at).and_then(|rest| rest.at(frequency).ok()).ok_or(worst))
+        {
             Ok(found) => Ok(found),
             // What is free has the eigenvalue 0, or what rounding leaves of it, which is no mode to be named.
             Err(conditioning) if frequency == 0.0 => Err(VibrationError::Free { conditioning }),

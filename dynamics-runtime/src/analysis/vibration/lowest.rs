@@ -1,9 +1,11 @@
 //! The lowest modes of large banded K x = ω² M x.
 //!
-//! Subspace iteration (K.-J. Bathe, *Finite Element Procedures*, §11.6): K Y = M X is solved for a few more vectors than are asked for, and the small problem in their span has the next X. Eigenvalue k
-//! converges by (ω_k/ω_{q+1})⁴ a step. Ritz values come from Yᵀ(M X) and Yᵀ M Y, never from K Y again, so that those far below ‖K‖ keep their digits. Where K is singular, as of what is free to move, the
-//! iteration works with K + s M. A count of the negative pivots of K − μ M with μ just above the last mode proves that none was missed (Sylvester's law of inertia, §11.4 there); where one was, more
-//! vectors are taken.
+//! Subspace iteration (K.-J. Bathe, *Finite Element Procedures*, §11.6): K Y = M X is solved for a few more
+//! vectors than are asked for, and the small problem in their span has the next X. Eigenvalue k converges by
+//! (ω_k/ω_{q+1})⁴ a step. Ritz values come from Yᵀ(M X) and Yᵀ M Y, never from K Y again, so that those far
+//! below ‖K‖ keep their digits. Where K is singular, as of what is free to move, the iteration works with K +
+//! s M. A count of the negative pivots of K − μ M with μ just above the last mode proves that none was missed
+//! (Sylvester's law of inertia, §11.4 there); where one was, more vectors are taken.
 
 use alloc::vec::Vec;
 
@@ -22,13 +24,15 @@ const NEGATIVE: f64 = 1e-7;
 /// The lowest modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LowestModes {
-    /// ω, ascending, in rad/s where M and K are in coherent units; what is free to move has the root of rounding.
+    /// ω, ascending, in rad/s where M and K are in coherent units; what is free to move has the root of
+    /// rounding.
     pub frequencies: Vec<f64>,
     /// Shapes, a column for each, normalised so that φᵀM φ = 1.
     pub shapes: DMatrix<f64>,
     /// ‖K φ − ω² M φ‖ in parts of ‖|K| |φ|‖ + ω² ‖M φ‖, for each: rounding is 1e-16.
     pub residuals: Vec<f64>,
-    /// How many eigenvalues lie below a little more than the last of these: their number, proved by a count of pivots.
+    /// How many eigenvalues lie below a little more than the last of these: their number, proved by a count
+    /// of pivots.
     pub counted: usize,
     /// Iterations made.
     pub iterations: usize,
@@ -37,7 +41,8 @@ pub struct LowestModes {
 /// The `count` lowest modes of K x = ω² M x; M positive definite, K positive semidefinite.
 ///
 /// # Errors
-/// Shapes that differ, fewer rows than modes, matrices that are not definite, and modes that did not settle or that a count misses.
+/// Shapes that differ, fewer rows than modes, matrices that are not definite, and modes that did not settle
+/// or that a count misses.
 pub fn lowest_modes(mass: &Banded, stiffness: &Banded, count: usize) -> Result<LowestModes, VibrationError> {
     let n = mass.len();
     if n != stiffness.len() {
@@ -90,7 +95,8 @@ fn shifted(mass: &Banded, stiffness: &Banded) -> Result<(Factors, f64), Vibratio
     }
     let shift = if stiffness.is_zero() { 1.0 } else { 1e-6 * stiffest };
     let indefinite = |row| VibrationError::NotDefinite { matrix: "stiffness", row };
-    // The shift would make what falls look as if it were free to move: less than zero by more than rounding is refused.
+    // The shift would make what falls look as if it were free to move: less than zero by more than rounding
+    // is refused.
     let definite = |by: f64| {
         let factors = stiffness.minus(-by, mass).factor().map_err(indefinite)?;
         pivots(&factors).map_or(Ok(factors), |row| Err(indefinite(row)))

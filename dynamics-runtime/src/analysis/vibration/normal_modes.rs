@@ -5,9 +5,11 @@
 //! Γ_k = φ_kᵀM r       effective mass Γ_k²,        Σ Γ_k² = rᵀM r
 //! ```
 //!
-//! Γ says how much a mode takes part where the base accelerates along r (R. W. Clough & J. Penzien, *Dynamics of Structures*, §12, §26). With damping they are modes of the damped system, too, where ΦᵀC Φ is
-//! diagonal (proportional damping, T. K. Caughey, J. Appl. Mech. 27 (1960) 269); elsewhere `Linearization::modes` has the complex ones. Vectors of one frequency are
-//! turned within their space so that damping couples them least.
+//! Γ says how much a mode takes part where the base accelerates along r (R. W. Clough & J. Penzien, *Dynamics
+//! of Structures*, §12, §26). With damping they are modes of the damped system, too, where ΦᵀC Φ is diagonal
+//! (proportional damping, T. K. Caughey, J. Appl. Mech. 27 (1960) 269); elsewhere `Linearization::modes` has
+//! the complex ones. Vectors of one frequency are turned within their space so that damping couples them
+//! least.
 
 use alloc::vec::Vec;
 
@@ -24,14 +26,16 @@ const EQUAL: f64 = 1e-10;
 /// Coupling by damping, in parts of the modes' own, below which there is none.
 const UNCOUPLED: f64 = 1e-9;
 
-const WITHOUT_SYMMETRY: &str = "rolling, or forces that have no potential, leave the stiffness without symmetry";
+const WITHOUT_SYMMETRY: &str = "rolling, or forces that have no potential, leave the stiffness without \
+    symmetry";
 
 /// The modes of mass and stiffness, C of them, by growing frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalModes {
     /// ω, in rad/s; exactly 0 for what is free to move.
     pub frequencies: Vec<f64>,
-    /// Φ: what the independent coordinates do, C×C, a column for each mode, normalised so that ΦᵀM Φ = 1; the largest element of a column is positive.
+    /// Φ: what the independent coordinates do, C×C, a column for each mode, normalised so that ΦᵀM Φ = 1; the
+    /// largest element of a column is positive.
     pub shapes: DMatrix<f64>,
     /// What all coordinates do, N×C, dependent ones included.
     pub all: DMatrix<f64>,
@@ -60,13 +64,15 @@ impl Linearization {
     /// The modes of mass and stiffness alone, normalised by mass.
     ///
     /// # Errors
-    /// Where there are none: gyroscopic or circulatory terms, rolling, a position that is no equilibrium, or that is unstable.
+    /// Where there are none: gyroscopic or circulatory terms, rolling, a position that is no equilibrium, or
+    /// that is unstable.
     pub fn normal_modes(&self) -> Result<NormalModes, VibrationError> {
         self.stiffness_of_normal_modes()?;
         let dissipative = self.dissipative();
         let mut bare = self.clone();
         bare.damping.fill(0.0);
-        let (squares, mut shapes) = undamped(&bare)?.ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })?;
+        let (squares, mut shapes) =
+            undamped(&bare)?.ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })?;
         if squares.iter().any(|square| *square < 0.0) {
             let why = "the position is unstable, and falls along a mode rather than swings";
             return Err(VibrationError::NoNormalModes { why });
@@ -93,7 +99,9 @@ impl Linearization {
 fn modal(damping: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
     let sizes = shapes.abs().tr_mul(&(damping.abs() * shapes.abs()));
     let least = 4.0 * shapes.nrows() as f64 * f64::EPSILON;
-    shapes.tr_mul(&(damping * shapes)).zip_map(&sizes, |x, size| if x.abs() <= least * size { 0.0 } else { x })
+    shapes
+        .tr_mul(&(damping * shapes))
+        .zip_map(&sizes, |x, size| if x.abs() <= least * size { 0.0 } else { x })
 }
 
 /// Turns the vectors of each frequency so that damping does not couple them.
@@ -115,7 +123,9 @@ fn turn_equal(squares: &DVector<f64>, shapes: &mut DMatrix<f64>, damping: &DMatr
             let mut order: Vec<usize> = (0..count).collect();
             order.sort_by(|i, j| turned.eigenvalues[*i].total_cmp(&turned.eigenvalues[*j]));
             if within.amax() > 0.0 {
-                shapes.columns_mut(first, count).copy_from(&(block * turned.eigenvectors.select_columns(&order)));
+                shapes
+                    .columns_mut(first, count)
+                    .copy_from(&(block * turned.eigenvectors.select_columns(&order)));
             }
         }
         first += count;
@@ -129,13 +139,15 @@ impl NormalModes {
         self.frequencies.iter().filter(|frequency| **frequency == 0.0).count()
     }
 
-    /// The mass of each mode where its largest coordinate moves by 1: 1/φ²; kg, or kg m² where that is an angle.
+    /// The mass of each mode where its largest coordinate moves by 1: 1/φ²; kg, or kg m² where that is an
+    /// angle.
     #[must_use]
     pub fn modal_masses(&self) -> Vec<f64> {
         self.all.column_iter().map(|shape| shape.amax().powi(-2)).collect()
     }
 
-    /// How much damping couples modes: the largest |c_ij| in parts of √(c_ii c_jj); 0 for proportional damping.
+    /// How much damping couples modes: the largest |c_ij| in parts of √(c_ii c_jj); 0 for proportional
+    /// damping.
     #[must_use]
     pub fn coupling(&self) -> f64 {
         let (c, n) = (&self.damping, self.frequencies.len());
@@ -186,8 +198,9 @@ impl NormalModes {
         Ok(r)
     }
 
-    /// Γ: how much each mode takes part where the base accelerates along a direction, given as what the independent coordinates do where the whole system moves with its base by 1; those
-    /// that are not named do nothing.
+    /// Γ: how much each mode takes part where the base accelerates along a direction, given as what the
+    /// independent coordinates do where the whole system moves with its base by 1; those that are not named
+    /// do nothing.
     ///
     /// # Errors
     /// Names that are not independent coordinates, or come twice, and values that are not finite.
@@ -195,7 +208,8 @@ impl NormalModes {
         Ok(self.shapes.tr_mul(&(&self.mass * self.direction(direction)?)).as_slice().to_vec())
     }
 
-    /// Γ²: the mass that each mode moves; their sum is that of the whole system along the direction, so that it says how many modes suffice.
+    /// Γ²: the mass that each mode moves; their sum is that of the whole system along the direction, so that
+    /// it says how many modes suffice.
     ///
     /// # Errors
     /// Names that are not independent coordinates, or come twice, and values that are not finite.
@@ -203,14 +217,19 @@ impl NormalModes {
         Ok(self.participation(direction)?.into_iter().map(|x| x * x).collect())
     }
 
-    /// The linear model in the lowest `count` modes: states are the modal coordinates `mode[0]` .. and their rates, inputs are generalized forces along all coordinates, outputs all
-    /// coordinates and their rates, each by its name. Damping that couples modes is kept.
+    /// The linear model in the lowest `count` modes: states are the modal coordinates `mode[0]` .. and their
+    /// rates, inputs are generalized forces along all coordinates, outputs all coordinates and their rates,
+    /// each by its name. Damping that couples modes is kept.
     ///
     /// # Errors
     /// No mode, or more than there are.
     pub fn superposition(&self, count: usize) -> Result<StateSpace, VibrationError> {
         if count == 0 || count > self.frequencies.len() {
-            return Err(VibrationError::TooFew { what: "modes", count: self.frequencies.len(), needed: count.max(1) });
+            return Err(VibrationError::TooFew {
+                what: "modes",
+                count: self.frequencies.len(),
+                needed: count.max(1),
+            });
         }
         let n = self.all.nrows();
         let mut a = DMatrix::zeros(2 * count, 2 * count);
@@ -237,7 +256,8 @@ impl NormalModes {
         };
         space.inputs = named("");
         space.outputs = [named(""), named("_rate")].concat();
-        let states = |name: &'static str| (0..count).map(move |k| Signal::new(alloc::format!("{name}[{k}]"), ""));
+        let states =
+            |name: &'static str| (0..count).map(move |k| Signal::new(alloc::format!("{name}[{k}]"), ""));
         space.states = states("mode").chain(states("mode_rate")).collect();
         Ok(space)
     }

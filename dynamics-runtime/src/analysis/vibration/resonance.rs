@@ -1,9 +1,10 @@
 //! Where a response is largest, and how sharp.
 //!
-//! Peaks of |H(iω)| are zeros of d|H|²/dω, which is exact; they are sought between frequencies that are dense about every eigenvalue, and bisected. The
-//! largest of all frequencies is certain by the theorem of Boyd, Balakrishnan & Kabamba (Math. Control Signals Systems 2 (1989) 207): |H| stays below γ
-//! where the Hamiltonian matrix of γ has no eigenvalue on the imaginary axis; where it has, their frequencies lead on (Bruinsma & Steinbuch, Systems &
-//! Control Letters 14 (1990) 287).
+//! Peaks of |H(iω)| are zeros of d|H|²/dω, which is exact; they are sought between frequencies that are dense
+//! about every eigenvalue, and bisected. The largest of all frequencies is certain by the theorem of Boyd,
+//! Balakrishnan & Kabamba (Math. Control Signals Systems 2 (1989) 207): |H| stays below γ where the
+//! Hamiltonian matrix of γ has no eigenvalue on the imaginary axis; where it has, their frequencies lead on
+//! (Bruinsma & Steinbuch, Systems & Control Letters 14 (1990) 287).
 
 use alloc::vec::Vec;
 
@@ -13,7 +14,8 @@ use super::frequency_response::{Channel, Excitation};
 use super::{StateSpace, VibrationError};
 use crate::analysis::linearize::general;
 
-/// Real part of an eigenvalue, in parts of the largest, above which it is growth and not the root of rounding.
+/// Real part of an eigenvalue, in parts of the largest, above which it is growth and not the root of
+/// rounding.
 const GROWS: f64 = 1e-7;
 /// Slope of |H|², in parts of |H| |H'|, that is rounding.
 const FLAT: f64 = 1e-11;
@@ -27,7 +29,8 @@ pub struct Peak {
     pub frequency: f64,
     /// |H| there.
     pub magnitude: f64,
-    /// The frequencies beside it at which |H|² is half as large; `None` where it does not fall so far before the next trough.
+    /// The frequencies beside it at which |H|² is half as large; `None` where it does not fall so far before
+    /// the next trough.
     pub half_power: Option<[f64; 2]>,
 }
 
@@ -54,8 +57,13 @@ impl StateSpace {
     /// All peaks of a response, by growing frequency; a largest value at frequency 0 is none.
     ///
     /// # Errors
-    /// As [`StateSpace::frequency_response`], and where something that is reached and seen does not die away: the peak of an undamped mode is infinite.
-    pub fn resonances(&self, input: impl Into<Excitation>, output: &str) -> Result<Vec<Peak>, VibrationError> {
+    /// As [`StateSpace::frequency_response`], and where something that is reached and seen does not die away:
+    /// the peak of an undamped mode is infinite.
+    pub fn resonances(
+        &self,
+        input: impl Into<Excitation>,
+        output: &str,
+    ) -> Result<Vec<Peak>, VibrationError> {
         let _watch = crate::slow::Watch::start();
         let (channel, eigenvalues) = self.dying(&input.into(), output)?;
         let rise = |frequency: f64| self.response_at(&channel, frequency).map(|found| found.rise());
@@ -120,15 +128,24 @@ impl StateSpace {
             }
             if iterations > 100 {
                 let residual = found.1 / best.1 - 1.0;
-                return Err(VibrationError::NoConvergence { what: "the largest response", iterations, residual });
+                return Err(VibrationError::NoConvergence {
+                    what: "the largest response",
+                    iterations,
+                    residual,
+                });
             }
             best = found;
         }
         Ok(Gain { frequency: best.0, magnitude: best.1, bound: best.1 * (1.0 + CERTAIN) })
     }
 
-    /// The way from a cause to an answer and its eigenvalues, all of which die away; what does not, and is not reached or not seen, is taken out.
-    fn dying(&self, input: &Excitation, output: &str) -> Result<(Channel, Vec<Complex<f64>>), VibrationError> {
+    /// The way from a cause to an answer and its eigenvalues, all of which die away; what does not, and is
+    /// not reached or not seen, is taken out.
+    fn dying(
+        &self,
+        input: &Excitation,
+        output: &str,
+    ) -> Result<(Channel, Vec<Complex<f64>>), VibrationError> {
         let mut channel = Channel::new(self, input, self.output(output)?)?;
         let size = |of: &[Complex<f64>]| of.iter().map(|x| x.norm()).fold(0.0, f64::max);
         // What grows is told, whether it is seen here or not.
@@ -163,7 +180,8 @@ impl StateSpace {
     }
 }
 
-/// Frequencies at which |H| = `level`, level above |D|: those of imaginary eigenvalues of the Hamiltonian matrix.
+/// Frequencies at which |H| = `level`, level above |D|: those of imaginary eigenvalues of the Hamiltonian
+/// matrix.
 fn reaching(channel: &Channel, level: f64) -> Result<Vec<f64>, VibrationError> {
     let n = channel.a.nrows();
     // Scaled so that |H|/level is compared with 1.
@@ -203,7 +221,11 @@ fn grid_about(eigenvalues: &[Complex<f64>]) -> Vec<f64> {
 }
 
 /// The zero of a function between two places at which its signs differ, to the last digit.
-pub(super) fn bisect<E>(mut low: f64, mut high: f64, mut of: impl FnMut(f64) -> Result<f64, E>) -> Result<f64, E> {
+pub(super) fn bisect<E>(
+    mut low: f64,
+    mut high: f64,
+    mut of: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<f64, E> {
     let sign = of(low)?.signum();
     loop {
         let middle = 0.5 * (low + high);

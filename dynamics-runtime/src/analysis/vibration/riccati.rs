@@ -1,10 +1,13 @@
-//! The stabilising solution of the continuous algebraic Riccati equation AᵀX + X A − X G X + Q = 0, G and Q symmetric, n×n.
+//! The stabilising solution of the continuous algebraic Riccati equation AᵀX + X A − X G X + Q = 0, G and Q
+//! symmetric, n×n.
 //!
-//! The stable subspace of the Hamiltonian matrix H = [A −G; −Q −Aᵀ] is that of [1; X]. Newton's iteration Z ← ½(c Z + (c Z)⁻¹) with c = |det Z|^{−1/2n} takes H to its
-//! sign S quadratically (J. D. Roberts, Int. J. Control 32 (1980) 677; R. Byers, Linear Algebra Appl. 85 (1987) 267), and (S + 1)[1; X] = 0. What rounding left is taken
-//! away by Newton's method on the equation itself (D. L. Kleinman, IEEE Trans. Autom. Control 13 (1968) 114): one Lyapunov equation
-//! (A − G X)ᵀδ + δ(A − G X) = −residual each, by the Schur form (Bartels & Stewart, Comm. ACM 15 (1972) 820). O(n³) each. Fails where H has eigenvalues on the
-//! imaginary axis, which its callers exclude.
+//! The stable subspace of the Hamiltonian matrix H = [A −G; −Q −Aᵀ] is that of [1; X]. Newton's iteration Z ←
+//! ½(c Z + (c Z)⁻¹) with c = |det Z|^{−1/2n} takes H to its sign S quadratically (J. D. Roberts, Int. J.
+//! Control 32 (1980) 677; R. Byers, Linear Algebra Appl. 85 (1987) 267), and (S + 1)[1; X] = 0. What rounding
+//! left is taken away by Newton's method on the equation itself (D. L. Kleinman, IEEE Trans. Autom. Control
+//! 13 (1968) 114): one Lyapunov equation (A − G X)ᵀδ + δ(A − G X) = −residual each, by the Schur form
+//! (Bartels & Stewart, Comm. ACM 15 (1972) 820). O(n³) each. Fails where H has eigenvalues on the imaginary
+//! axis, which its callers exclude.
 
 use nalgebra::linalg::Schur;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
@@ -107,7 +110,8 @@ fn by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatr
     Ok(0.5 * (&x + x.transpose()))
 }
 
-/// δ with Aᵀδ + δA = −`right`; `None` where two eigenvalues of A sum to zero, or the Schur form does not settle.
+/// δ with Aᵀδ + δA = −`right`; `None` where two eigenvalues of A sum to zero, or the Schur form does not
+/// settle.
 fn lyapunov(a: &DMatrix<f64>, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let complex = |m: &DMatrix<f64>| m.map(|x| Complex::new(x, 0.0));

@@ -1,14 +1,16 @@
 //! The linear model in state space: ẋ = A x + B w, y = C x + D w.
 //!
-//! x are the deviations of independent coordinates z and velocities v, as [`Linearization`] has them. w are the model's inputs and, beside them, a
-//! generalized force along every coordinate; y the model's outputs and every coordinate, its rate and its acceleration. With δq = D z,
-//! δq̇ = E v + F z, δq̈ = E v̇ + G v + H z the reactions follow from the equations before they were projected:
+//! x are the deviations of independent coordinates z and velocities v, as [`Linearization`] has them. w are
+//! the model's inputs and, beside them, a generalized force along every coordinate; y the model's outputs and
+//! every coordinate, its rate and its acceleration. With δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G v + H z
+//! the reactions follow from the equations before they were projected:
 //!
 //! ```text
 //! Φ_qᵀ δλ = M δq̈ + r_u δq̇ + r_q δq − Q_w δw        δy = y_q δq + y_u δq̇ + y_a δq̈ + y_λ δλ + y_w δw
 //! ```
 //!
-//! all derivatives from the graph. Where rows repeat each other δλ is not unique; an output is there if it depends on the unique part alone.
+//! all derivatives from the graph. Where rows repeat each other δλ is not unique; an output is there if it
+//! depends on the unique part alone.
 
 use alloc::format;
 use alloc::string::String;
@@ -18,7 +20,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::VibrationError;
 use super::varying::{Equations, varying};
-use crate::analysis::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, general, scales};
+use crate::analysis::linearize::{
+    Linearization, LinearizeError, Read, SmallMotions, Tangent, general, scales,
+};
 use crate::constrain::held::active_rows;
 use crate::model::{Constraints, ModelState, Outputs, Quantity, Vector};
 use crate::motion::suggest;
@@ -27,7 +31,8 @@ use crate::output::names::{self, Column};
 /// A named input, state or output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signal {
-    /// As elsewhere: `theta`, `theta_rate`, `theta_acceleration`; a generalized force is called by its coordinate.
+    /// As elsewhere: `theta`, `theta_rate`, `theta_acceleration`; a generalized force is called by its
+    /// coordinate.
     pub name: String,
     /// Its unit, empty where it is not known or 1.
     pub unit: String,
@@ -48,7 +53,8 @@ pub enum Withheld {
     Corner,
     /// Its derivative is not finite there.
     NotFinite,
-    /// Its coefficients change along the steady motion of reference, as those of what is seen from the side on something that turns.
+    /// Its coefficients change along the steady motion of reference, as those of what is seen from the side
+    /// on something that turns.
     Varies,
 }
 
@@ -59,7 +65,8 @@ pub(super) enum Place {
     Rate(usize),
 }
 
-/// The value of a state on the motion of reference: value + rate · (t − `since`), as what turns steadily goes on.
+/// The value of a state on the motion of reference: value + rate · (t − `since`), as what turns steadily goes
+/// on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held {
     pub(super) place: Place,
@@ -118,13 +125,16 @@ impl StateSpace {
     ) -> Result<Self, VibrationError> {
         let (n, w, y) = (a.nrows(), b.ncols(), c.nrows());
         if n == 0 || a.ncols() != n || b.nrows() != n || c.ncols() != n || d.shape() != (y, w) {
-            return Err(VibrationError::Shapes { shapes: [a.shape(), b.shape(), c.shape(), d.shape()].into() });
+            return Err(VibrationError::Shapes {
+                shapes: [a.shape(), b.shape(), c.shape(), d.shape()].into(),
+            });
         }
         if !a.iter().chain(b.iter()).chain(c.iter()).chain(d.iter()).all(|x| x.is_finite()) {
             return Err(LinearizeError::NotFinite.into());
         }
-        let named =
-            |letter: &str, count: usize| (0..count).map(|k| Signal::new(format!("{letter}[{k}]"), "")).collect();
+        let named = |letter: &str, count: usize| {
+            (0..count).map(|k| Signal::new(format!("{letter}[{k}]"), "")).collect()
+        };
         Ok(Self {
             states: named("x", n),
             inputs: named("w", w),
@@ -185,7 +195,10 @@ struct By {
     w: DMatrix<f64>,
 }
 
-pub(super) fn of_model<M: Constraints + Outputs>(model: &M, state: &M::State) -> Result<StateSpace, VibrationError> {
+pub(super) fn of_model<M: Constraints + Outputs>(
+    model: &M,
+    state: &M::State,
+) -> Result<StateSpace, VibrationError> {
     let linear = model.linearize(state)?;
     if let Some(reason) = &linear.unsteady {
         return Err(reason.clone().into());
@@ -214,7 +227,8 @@ pub(super) fn of_model<M: Constraints + Outputs>(model: &M, state: &M::State) ->
         now.d.row_mut(*i).fill(f64::NAN);
     }
     let (places, states) = places::<M>(state, &independent);
-    let of_coordinates = names::coordinates::<M>().chain(names::velocities::<M>()).chain(names::accelerations::<M>());
+    let of_coordinates =
+        names::coordinates::<M>().chain(names::velocities::<M>()).chain(names::accelerations::<M>());
     Ok(StateSpace {
         a: now.a,
         b: now.b,
@@ -262,7 +276,11 @@ pub(super) fn equations<M: Constraints + Outputs>(
 }
 
 /// B for generalized forces on all coordinates: mass⁻¹Eᵀ of them.
-fn by_forces(linear: &Linearization, tangent: &Tangent, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, VibrationError> {
+fn by_forces(
+    linear: &Linearization,
+    tangent: &Tangent,
+    forces: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, VibrationError> {
     let (c, f) = (linear.coordinates.len(), linear.velocities.len());
     let mut b = DMatrix::zeros(c + f, forces.ncols());
     b.view_mut((c, 0), (f, forces.ncols())).copy_from(&linear.solve(&tangent.velocities.tr_mul(forces))?);
@@ -270,12 +288,19 @@ fn by_forces(linear: &Linearization, tangent: &Tangent, forces: &DMatrix<f64>) -
 }
 
 /// δq, δq̇ and δq̈ of all coordinates.
-fn motions(read: &Read, tangent: &Tangent, linear: &Linearization, a: &DMatrix<f64>, b: &DMatrix<f64>) -> [By; 3] {
+fn motions(
+    read: &Read,
+    tangent: &Tangent,
+    linear: &Linearization,
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+) -> [By; 3] {
     let (d, e) = (&tangent.positions, &tangent.velocities);
     let (n, c, f) = (d.nrows(), linear.coordinates.len(), linear.velocities.len());
     let particular = tangent.particular(&(&read.velocity_by * d));
     let [gamma_q, gamma_u] = &read.gamma_by;
-    let (g, h) = (tangent.particular(&(gamma_u * e)), tangent.particular(&(gamma_q * d + gamma_u * &particular)));
+    let (g, h) =
+        (tangent.particular(&(gamma_u * e)), tangent.particular(&(gamma_q * d + gamma_u * &particular)));
     let none = DMatrix::zeros(n, b.ncols());
     [
         By { x: join(d, &DMatrix::zeros(n, f)), w: none.clone() },
@@ -284,7 +309,8 @@ fn motions(read: &Read, tangent: &Tangent, linear: &Linearization, a: &DMatrix<f
     ]
 }
 
-/// δλ of the rows that hold, where they are unique; and what λ is measured by, with the part of it that is not unique.
+/// δλ of the rows that hold, where they are unique; and what λ is measured by, with the part of it that is
+/// not unique.
 fn reactions(read: &Read, [q, u, accelerations]: [&By; 3], forces: &DMatrix<f64>) -> (By, [DMatrix<f64>; 2]) {
     let rows = read.jacobian.nrows();
     if rows == 0 {
@@ -369,7 +395,8 @@ impl<M: Constraints + Outputs> Arguments<M> {
     fn derivatives(&self, model: &M) -> Option<[DMatrix<f64>; 5]> {
         let (y, n, r, w) = (M::OUTPUTS.len(), M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
         let mut values = alloc::vec![0.0; y * (3 * n + r + w)];
-        if y > 0 && !model.output_variations(&self.state, &self.accelerations, &self.multipliers, &mut values) {
+        if y > 0 && !model.output_variations(&self.state, &self.accelerations, &self.multipliers, &mut values)
+        {
             return None;
         }
         let mut rest = values.as_slice();
@@ -380,19 +407,23 @@ impl<M: Constraints + Outputs> Arguments<M> {
         }))
     }
 
-    /// Of each output, whether its derivatives jump here: those on both sides differ as much for a step as for a sixteenth of it. A step changes everything that an output is a function
-    /// of, by different parts, so that it crosses whatever corner there is.
+    /// Of each output, whether its derivatives jump here: those on both sides differ as much for a step as
+    /// for a sixteenth of it. A step changes everything that an output is a function of, by different parts,
+    /// so that it crosses whatever corner there is.
     fn corners(&self, model: &M) -> Vec<bool> {
         let difference = |step: f64| {
             let sides = [step, -step].map(|step| self.beside(step).derivatives(model));
             let [Some(above), Some(below)] = sides else { return Vec::new() };
-            let change = |i: usize| (0..5).map(|k| (above[k].row(i) - below[k].row(i)).abs().sum()).sum::<f64>();
-            let size =
-                |i: usize| (0..5).map(|k| above[k].row(i).abs().sum() + below[k].row(i).abs().sum()).sum::<f64>();
+            let change =
+                |i: usize| (0..5).map(|k| (above[k].row(i) - below[k].row(i)).abs().sum()).sum::<f64>();
+            let size = |i: usize| {
+                (0..5).map(|k| above[k].row(i).abs().sum() + below[k].row(i).abs().sum()).sum::<f64>()
+            };
             (0..M::OUTPUTS.len()).map(|i| (change(i), size(i))).collect::<Vec<_>>()
         };
         let (far, near) = (difference(1e-9), difference(1e-9 / 16.0));
-        let jumps = |((far, _), (near, size)): (&(f64, f64), &(f64, f64))| *near > 1e-7 * size && *near > 0.5 * far;
+        let jumps =
+            |((far, _), (near, size)): (&(f64, f64), &(f64, f64))| *near > 1e-7 * size && *near > 0.5 * far;
         far.iter().zip(&near).map(jumps).collect()
     }
 
@@ -423,9 +454,17 @@ fn join(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     joined
 }
 
-fn places<M: Constraints + Outputs>(state: &M::State, independent: &[Vec<usize>; 2]) -> (Vec<Held>, Vec<Signal>) {
+fn places<M: Constraints + Outputs>(
+    state: &M::State,
+    independent: &[Vec<usize>; 2],
+) -> (Vec<Held>, Vec<Signal>) {
     let (q, u, since) = (state.q().as_slice(), state.u().as_slice(), state.t());
-    let of_q = independent[0].iter().map(|i| Held { place: Place::Coordinate(*i), value: q[*i], rate: u[*i], since });
+    let of_q = independent[0].iter().map(|i| Held {
+        place: Place::Coordinate(*i),
+        value: q[*i],
+        rate: u[*i],
+        since,
+    });
     let of_u = independent[1].iter().map(|i| Held { place: Place::Rate(*i), value: u[*i], rate: 0.0, since });
     let places: Vec<_> = of_q.chain(of_u).collect();
     let named: [Vec<Signal>; 2] = [signals(names::coordinates::<M>()), signals(names::velocities::<M>())];

@@ -4,8 +4,9 @@
 //! x(t) = e^{At} x₀ + ∫ e^{A(t−τ)} B w(τ) dτ        (Duhamel)
 //! ```
 //!
-//! Where w is straight, (x, w, ẇ) fulfils linear equations with constant coefficients, and one matrix exponential leads from point to point without an error of the
-//! method (C. F. Van Loan, IEEE Trans. Autom. Control 23 (1978) 395).
+//! Where w is straight, (x, w, ẇ) fulfils linear equations with constant coefficients, and one matrix
+//! exponential leads from point to point without an error of the method (C. F. Van Loan, IEEE Trans. Autom.
+//! Control 23 (1978) 395).
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -16,14 +17,17 @@ use nalgebra::{DMatrix, DVector};
 use super::state_space::Signal;
 use super::{StateSpace, VibrationError};
 
-/// By how much elements are off, and how many times what that makes is said: elements have rounding from sums, and other signs may make more of it.
+/// By how much elements are off, and how many times what that makes is said: elements have rounding from
+/// sums, and other signs may make more of it.
 const OFF: (f64, f64) = (2.0 * f64::EPSILON, 4.0);
 /// Terms of the series of an exponential: ½¹⁸/18! is 6e-22.
 const TERMS: u32 = 18;
-/// Terms of the square of an exponential that are smaller than those of the square of it less 1 by this: of what goes on swinging both are alike, and it is the slow that is to be kept.
+/// Terms of the square of an exponential that are smaller than those of the square of it less 1 by this: of
+/// what goes on swinging both are alike, and it is the slow that is to be kept.
 const LESS: f64 = 0.125;
 
-/// A load over time: straight between its points, zero before the first and after the last. Two points at one time are a jump.
+/// A load over time: straight between its points, zero before the first and after the last. Two points at one
+/// time are a jump.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     input: String,
@@ -58,8 +62,9 @@ pub struct TimeResponse {
     pub outputs: Vec<Signal>,
     /// A row for each time, a column for each output; just after where a load jumps.
     pub values: DMatrix<f64>,
-    /// How far rounding of the matrices' elements may have moved each value, as measured: by what the response is with elements that are off by that. What is soft beside something stiff has no digits where
-    /// both stand in one element.
+    /// How far rounding of the matrices' elements may have moved each value, as measured: by what the
+    /// response is with elements that are off by that. What is soft beside something stiff has no digits
+    /// where both stand in one element.
     pub uncertainty: DMatrix<f64>,
 }
 
@@ -75,8 +80,14 @@ impl StateSpace {
     /// The response of an output to an impulse of size 1 on an input at time 0, which was at rest.
     ///
     /// # Errors
-    /// Names that are not known, times that fall or are negative, and outputs that contain the input, and so the impulse itself.
-    pub fn impulse_response(&self, input: &str, output: &str, times: &[f64]) -> Result<TimeResponse, VibrationError> {
+    /// Names that are not known, times that fall or are negative, and outputs that contain the input, and so
+    /// the impulse itself.
+    pub fn impulse_response(
+        &self,
+        input: &str,
+        output: &str,
+        times: &[f64],
+    ) -> Result<TimeResponse, VibrationError> {
         let (row, column) = (self.output(output)?, self.input(input)?);
         if self.d[(row, column)] != 0.0 {
             return Err(VibrationError::Feedthrough { output: output.into(), input: input.into() });
@@ -88,7 +99,12 @@ impl StateSpace {
     ///
     /// # Errors
     /// Names that are not known, and times that fall or are negative.
-    pub fn step_response(&self, input: &str, output: &str, times: &[f64]) -> Result<TimeResponse, VibrationError> {
+    pub fn step_response(
+        &self,
+        input: &str,
+        output: &str,
+        times: &[f64],
+    ) -> Result<TimeResponse, VibrationError> {
         let end = times.last().copied().unwrap_or(0.0);
         let load = Load::new(input, [(0.0, 1.0), (2.0 * end + 1.0, 1.0)]);
         self.response(&[load], &[output], &[], times)
@@ -97,7 +113,8 @@ impl StateSpace {
     /// The response of outputs to loads, from deviations of the states at time 0, by name (none: from rest).
     ///
     /// # Errors
-    /// Names that are not known, or come twice among the start, loads of fewer than two points, values that are not finite, and times that fall or are negative.
+    /// Names that are not known, or come twice among the start, loads of fewer than two points, values that
+    /// are not finite, and times that fall or are negative.
     pub fn response(
         &self,
         loads: &[Load],
@@ -135,7 +152,8 @@ impl StateSpace {
             load.points.iter().try_for_each(|(_, value)| finite("a load", *value))?;
         }
         ascending(times.iter().copied(), 0.0)?;
-        let mut stops: Vec<f64> = loads.iter().flat_map(|load| load.points.iter().map(|point| point.0)).collect();
+        let mut stops: Vec<f64> =
+            loads.iter().flat_map(|load| load.points.iter().map(|point| point.0)).collect();
         let end = times.last().copied().unwrap_or(0.0);
         stops.retain(|t| *t > 0.0 && *t < end);
         stops.extend_from_slice(times);
@@ -204,13 +222,16 @@ impl Steps<'_> {
 
 /// The matrix with elements that are off by a little, up and down.
 fn off(m: &DMatrix<f64>) -> DMatrix<f64> {
-    let sign = |i: usize, j: usize| if (2.4 * i as f64 + 1.3 * j as f64).sin() < 0.0 { -OFF.0 } else { OFF.0 };
+    let sign =
+        |i: usize, j: usize| if (2.4 * i as f64 + 1.3 * j as f64).sin() < 0.0 { -OFF.0 } else { OFF.0 };
     DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (1.0 + sign(i, j)))
 }
 
-/// e^m by scaling and squaring (N. J. Higham, *Functions of Matrices*, §10.3), kept as itself, E, and as F = E − 1. What is slow beside something stiff changes by very little within m/2^s, ‖m‖/2^s ≤ ½, which
-/// beside the 1 of E would lose its digits: 2F + F² keeps them. What dies away has F near −1, which would lose those of what is left: E² keeps them. Of each element that is taken of which the
-/// terms are clearly smaller. The series ends where terms no longer count.
+/// e^m by scaling and squaring (N. J. Higham, *Functions of Matrices*, §10.3), kept as itself, E, and as F =
+/// E − 1. What is slow beside something stiff changes by very little within m/2^s, ‖m‖/2^s ≤ ½, which beside
+/// the 1 of E would lose its digits: 2F + F² keeps them. What dies away has F near −1, which would lose those
+/// of what is left: E² keeps them. Of each element that is taken of which the terms are clearly smaller. The
+/// series ends where terms no longer count.
 fn exponential(mut m: DMatrix<f64>) -> DMatrix<f64> {
     let n = m.nrows();
     // By powers of two, which rounds nothing.
@@ -250,14 +271,19 @@ fn squared(less_one: &DMatrix<f64>, whole: &DMatrix<f64>) -> (DMatrix<f64>, DMat
 }
 
 fn finite(what: &'static str, value: f64) -> Result<(), VibrationError> {
-    if value.is_finite() { Ok(()) } else { Err(VibrationError::Value { what, value, must_be: "a finite number" }) }
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(VibrationError::Value { what, value, must_be: "a finite number" })
+    }
 }
 
 fn ascending(times: impl Iterator<Item = f64>, from: f64) -> Result<(), VibrationError> {
     let mut before = from;
     for value in times {
         if !(value.is_finite() && value >= before) {
-            let must_be = "a finite number, not before the one before, and not before 0 where results are asked for";
+            let must_be = "a finite number, not before the one before, and not before 0 where results are \
+                asked for";
             return Err(VibrationError::Value { what: "a time", value, must_be });
         }
         before = value;

@@ -1,14 +1,19 @@
-//! Modes that a cause does not reach, or an answer does not see: they have no part in a response, and are taken out where they would cost its digits.
+//! Modes that a cause does not reach, or an answer does not see: they have no part in a response, and are
+//! taken out where they would cost its digits.
 //!
-//! States that do not lie between cause and answer are known by the zeros of A, exactly. Of what is coupled, as a symmetric mode and a push in its node, the modes with eigenvalues about σ span an invariant
-//! subspace X₁ of A, by inverse iteration with as many vectors, and W₁ one of Aᵀ. With bases X₂ of what is orthogonal to W₁, Y₂ to X₁, the response falls into two,
+//! States that do not lie between cause and answer are known by the zeros of A, exactly. Of what is coupled,
+//! as a symmetric mode and a push in its node, the modes with eigenvalues about σ span an invariant subspace
+//! X₁ of A, by inverse iteration with as many vectors, and W₁ one of Aᵀ. With bases X₂ of what is orthogonal
+//! to W₁, Y₂ to X₁, the response falls into two,
 //!
 //! ```text
 //! H = C₁ (s − A₁)⁻¹ B₁ + C₂ (s − A₂)⁻¹ B₂ + D        A₁ = (W₁ᵀX₁)⁻¹ W₁ᵀA X₁,  B₁ = (W₁ᵀX₁)⁻¹ W₁ᵀB,  C₁ = C X₁,  likewise A₂, B₂, C₂
 //! ```
 //!
-//! and the first is zero at all frequencies if C₁ A₁ʲ B₁ is for every j below the size of A₁ (T. Kailath, *Linear Systems*, §2.4, §6.2): if these modes are not reached, not seen, or what is reached of a
-//! repeated one is not what is seen. Zero is what is no more than rounding of the subspaces; where that could hide something, nothing is taken out.
+//! and the first is zero at all frequencies if C₁ A₁ʲ B₁ is for every j below the size of A₁ (T. Kailath,
+//! *Linear Systems*, §2.4, §6.2): if these modes are not reached, not seen, or what is reached of a repeated
+//! one is not what is seen. Zero is what is no more than rounding of the subspaces; where that could hide
+//! something, nothing is taken out.
 
 use alloc::vec::Vec;
 
@@ -19,13 +24,15 @@ use crate::analysis::linearize::general;
 
 /// Distance of eigenvalues, in parts of A, within which they may belong to one defective one.
 const NEAR: f64 = 1e-5;
-/// Least angle between the subspaces of A and Aᵀ: below it, as of a part of a defective block, they are not apart from the others.
+/// Least angle between the subspaces of A and Aᵀ: below it, as of a part of a defective block, they are not
+/// apart from the others.
 const APART: f64 = 1e-3;
 /// Rounding of the subspaces beyond which nothing is told by them.
 const TELLS: f64 = 1e-10;
 /// Elements of A₁ below this part of A's rounding are none; up to the other they may be.
 const NILPOTENT: [f64; 2] = [10.0, 1e6];
-/// Shift of an inverse iteration beside its eigenvalues, in parts of the distance to the others, and its steps: nearer than that the vectors of a defective one become too alike.
+/// Shift of an inverse iteration beside its eigenvalues, in parts of the distance to the others, and its
+/// steps: nearer than that the vectors of a defective one become too alike.
 const BESIDE: f64 = 1e-2;
 const STEPS: usize = 12;
 /// What a subspace may miss of being invariant, in parts of A's rounding.
@@ -53,11 +60,13 @@ pub(super) fn between(a: &DMatrix<f64>, b: &[DVector<f64>; 3], c: &DVector<f64>)
 }
 
 impl Channel {
-    /// The same response without the modes at `at` and its conjugate; `None` where they have a part in it, or may have.
+    /// The same response without the modes at `at` and its conjugate; `None` where they have a part in it, or
+    /// may have.
     pub(super) fn without(&self, at: Complex<f64>) -> Option<Self> {
         // A double 0 that is free to move is two values about it, the root of rounding away.
         let zero = Complex::new(0.0, 0.0);
-        let or_zero = || (at != zero && at.norm() <= NEAR * self.a.norm()).then(|| self.taken_out(zero)).flatten();
+        let or_zero =
+            || (at != zero && at.norm() <= NEAR * self.a.norm()).then(|| self.taken_out(zero)).flatten();
         self.taken_out(at).or_else(or_zero)
     }
 
@@ -70,7 +79,8 @@ impl Channel {
         found.and_then(|parts| parts.rest(self))
     }
 
-    /// The `count` modes nearest to `at`, with their conjugates, and the others; `None` where these are not apart from each other.
+    /// The `count` modes nearest to `at`, with their conjugates, and the others; `None` where these are not
+    /// apart from each other.
     fn split(&self, at: Complex<f64>, count: usize, beside: f64) -> Option<Split> {
         let (n, a) = (self.a.nrows(), &self.a);
         let m = if at.im == 0.0 { count } else { 2 * count };
@@ -117,7 +127,9 @@ impl Part {
         let angle = product.singular_values().min();
         let factors = product.lu();
         let a = factors.solve(&w.tr_mul(&(&of.a * x)))?;
-        let [Some(b0), Some(b1), Some(b2)] = of.b.each_ref().map(|b| factors.solve(&w.tr_mul(b))) else { return None };
+        let [Some(b0), Some(b1), Some(b2)] = of.b.each_ref().map(|b| factors.solve(&w.tr_mul(b))) else {
+            return None;
+        };
         (angle >= APART).then(|| Self { a, b: [b0, b1, b2], c: x.tr_mul(&of.c), angle })
     }
 }
@@ -165,7 +177,8 @@ impl Split {
     }
 }
 
-/// An orthonormal basis, of `m` columns, of the `count` modes nearest to `at` and their conjugates, and what it misses of being invariant.
+/// An orthonormal basis, of `m` columns, of the `count` modes nearest to `at` and their conjugates, and what
+/// it misses of being invariant.
 fn subspace(
     a: &DMatrix<f64>,
     (at, beside): (Complex<f64>, f64),
@@ -182,7 +195,8 @@ fn subspace(
     for _ in 0..STEPS {
         x = factors.solve(&x).filter(|x| x.iter().all(|x| x.re.is_finite() && x.im.is_finite()))?.qr().q();
     }
-    let both = DMatrix::from_fn(n, 2 * count, |i, j| if j < count { x[(i, j)].re } else { x[(i, j - count)].im });
+    let both =
+        DMatrix::from_fn(n, 2 * count, |i, j| if j < count { x[(i, j)].re } else { x[(i, j - count)].im });
     let u = both.svd(true, false).u?.columns(0, m).into_owned();
     let of_u = a * &u;
     let missed = (&of_u - &u * u.tr_mul(&of_u)).norm();

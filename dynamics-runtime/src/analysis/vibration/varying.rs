@@ -1,8 +1,10 @@
 //! Whether the rows of outputs, and the columns of inputs, stay what they are along the motion of reference.
 //!
-//! Eigenvalues do not ask for coordinates on which nothing depends, as the angle of what turns steadily; but an output may contain its sine, and an input push
-//! in a direction that turns with it. y = C x + D w then has coefficients that change with time, and no frequency response. The equations are assembled anew a little later on
-//! the motion, as for the eigenvalues. An output stays if its row does, and the rows of A of all states on which it depends.
+//! Eigenvalues do not ask for coordinates on which nothing depends, as the angle of what turns steadily; but
+//! an output may contain its sine, and an input push in a direction that turns with it. y = C x + D w then
+//! has coefficients that change with time, and no frequency response. The equations are assembled anew a
+//! little later on the motion, as for the eigenvalues. An output stays if its row does, and the rows of A of
+//! all states on which it depends.
 
 use alloc::vec::Vec;
 
@@ -37,7 +39,8 @@ pub(super) fn varying<M: Constraints + Outputs>(
     let [mut outputs, mut inputs] = [Vec::new(), Vec::new()];
     // No period divides both.
     for part in [1e-2, 2.645_751_311_064_590_7e-2] {
-        let (state, read, tangent) = later(model, state, tangent, part / fastest).ok_or(LinearizeError::Ends)?;
+        let (state, read, tangent) =
+            later(model, state, tangent, part / fastest).ok_or(LinearizeError::Ends)?;
         let (then, _) = equations(model, &state, &read, &tangent, &assemble::<M>(&read, &tangent))?;
         let [of_a, of_c] = [changed(&now.a, &then.a), changed(&now.c, &then.c)];
         let mut a = now.a.clone();
@@ -59,7 +62,8 @@ pub(super) fn varying<M: Constraints + Outputs>(
 
 /// Of each row, whether it changed; one that is no number has no say.
 fn changed(now: &DMatrix<f64>, then: &DMatrix<f64>) -> Vec<bool> {
-    let least = ROUNDING * now.iter().filter(|x| x.is_finite()).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+    let least =
+        ROUNDING * now.iter().filter(|x| x.is_finite()).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
     let size = |i: usize| now.row(i).amax().max(then.row(i).amax()).max(least);
     (0..now.nrows()).map(|i| (now.row(i) - then.row(i)).amax() > CONSTANT * size(i)).collect()
 }

@@ -14,9 +14,10 @@ const ASKED: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 const ALIKE: f64 = 1.1;
 
 impl<M: Simulate> Study<'_, M> {
-    /// What is fastest here to errors of 1e-3, 1e-6, 1e-9 and 1e-12 in positions and velocities, and what takes the fewest evaluations, which
-    /// depend on no machine: a sentence for each error that was reached. Methods within a tenth of the fastest are named beside it. Taylor series
-    /// are not judged by evaluations, of which they need none.
+    /// What is fastest here to errors of 1e-3, 1e-6, 1e-9 and 1e-12 in positions and velocities, and what
+    /// takes the fewest evaluations, which depend on no machine: a sentence for each error that was reached.
+    /// Methods within a tenth of the fastest are named beside it. Taylor series are not judged by
+    /// evaluations, of which they need none.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         ASKED.into_iter().filter_map(|error| self.sentence(error)).collect()
@@ -41,8 +42,11 @@ impl<M: Simulate> Study<'_, M> {
             text += &format!(" (alike: {})", alike.join(", "));
         }
         if let Some((curve, count)) = self.cheapest(error, Cost::Evaluations).first() {
-            text +=
-                &format!("; fewest evaluations, on any machine: {} with {}", named(curve), readable(count.round(), 3));
+            text += &format!(
+                "; fewest evaluations, on any machine: {} with {}",
+                named(curve),
+                readable(count.round(), 3)
+            );
         }
         Some(text)
     }

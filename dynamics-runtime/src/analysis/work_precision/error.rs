@@ -23,7 +23,8 @@ pub enum WorkPrecisionError {
         /// The method.
         method: String,
     },
-    /// A list was given that no method uses: tolerances where all choose no step, steps where none is fixed, either where all have settings of their own.
+    /// A list was given that no method uses: tolerances where all choose no step, steps where none is fixed,
+    /// either where all have settings of their own.
     NoMethod {
         /// `tolerances` or `steps`.
         what: &'static str,
@@ -114,22 +115,30 @@ impl fmt::Display for WorkPrecisionError {
                 write!(f, "a motion until {end} cannot be studied; give a finite time beside the start's")
             }
             Self::NoMethods => f.write_str(
-                "a list of methods is empty; name some in `.methods([..])`, or leave it out for those that simulations choose by themselves",
+                "a list of methods is empty; name some in `.methods([..])`, or leave it out for those that \
+                 simulations choose by themselves",
             ),
             Self::NoSettings { what, method } => {
-                write!(f, "{method} has no {what} to run with; say `.{what}([..])`, or name some in `.methods_at(..)`")
+                write!(
+                    f,
+                    "{method} has no {what} to run with; say `.{what}([..])`, or name some in \
+                    `.methods_at(..)`"
+                )
             }
             Self::NoMethod { what } => {
                 let methods = if *what == "steps" { "a fixed step" } else { "step control" };
                 write!(
                     f,
-                    "no method runs with the {what} of `.{what}([..])`; add one with {methods}, or leave them out"
+                    "no method runs with the {what} of `.{what}([..])`; add one with {methods}, or leave \
+                     them out"
                 )
             }
             Self::Setting { what, value } => {
                 write!(f, "{value} is not possible among the {what}; give numbers above 0")
             }
-            Self::SameName { name } => write!(f, "two curves are called {name}; name one of them with `.variant(..)`"),
+            Self::SameName { name } => {
+                write!(f, "two curves are called {name}; name one of them with `.variant(..)`")
+            }
             Self::Uncertainty { value } => {
                 write!(f, "a reference cannot be uncertain by {value}; give 0 or a positive number")
             }
@@ -139,31 +148,33 @@ impl fmt::Display for WorkPrecisionError {
             ),
             Self::ReferenceFails { method, tolerance, reason } => write!(
                 f,
-                "the reference by {method} at tolerance {tolerance:e} fails: {reason}; choose its methods and tolerance with \
-                 `Reference::runs(..)`, or give a known end with `Reference::known(..)`"
+                "the reference by {method} at tolerance {tolerance:e} fails: {reason}; choose its methods \
+                 and tolerance with `Reference::runs(..)`, or give a known end with `Reference::known(..)`"
             ),
             Self::NotConverged { what, uncertainty, scale } => write!(
                 f,
-                "the reference is not converged: its {what} of {scale:.1e} are uncertain by {uncertainty:.1e}; study a shorter \
-                 motion, or give a known end with `Reference::known(..)`"
+                "the reference is not converged: its {what} of {scale:.1e} are uncertain by \
+                 {uncertainty:.1e}; study a shorter motion, or give a known end with `Reference::known(..)`"
             ),
             Self::NoRunSucceeded { method, reason } => {
                 write!(f, "no run reached the end; {method} stopped because {reason}")
             }
             Self::Contradicted { methods: [first, second], what, distance, apart } => write!(
                 f,
-                "{first} and {second} end {distance:.1e} from the known end and {apart:.1e} from each other, in {what}: it is the end of another motion, or both \
-                 pass over something; compare parameters, start and time with its source, or let the reference be found"
+                "{first} and {second} end {distance:.1e} from the known end and {apart:.1e} from each other, \
+                 in {what}: it is the end of another motion, or both pass over something; compare \
+                 parameters, start and time with its source, or let the reference be found"
             ),
             Self::OtherEnd { how, what, distance, uncertainty } => write!(
                 f,
-                "the known end is {distance:.1e} from that of {how}, which is uncertain by {uncertainty:.1e}, in {what}: it is the end of another motion, or not as \
-                 certain as was said; compare parameters, start and time with its source, or let the reference be found"
+                "the known end is {distance:.1e} from that of {how}, which is uncertain by \
+                 {uncertainty:.1e}, in {what}: it is the end of another motion, or not as certain as was \
+                 said; compare parameters, start and time with its source, or let the reference be found"
             ),
             Self::NothingToBelieve { uncertainty } => write!(
                 f,
-                "all errors are below the uncertainty of the reference, {uncertainty:.1e} in positions; give coarser tolerances or a \
-                 better reference"
+                "all errors are below the uncertainty of the reference, {uncertainty:.1e} in positions; give \
+                 coarser tolerances or a better reference"
             ),
         }
     }

@@ -128,9 +128,12 @@ impl Reader<'_> {
                     'r' => text.push('\r'),
                     'b' | 'f' => text.push(' '),
                     'u' => {
-                        let code = chars.as_str().get(..4).and_then(|digits| u32::from_str_radix(digits, 16).ok());
+                        let code =
+                            chars.as_str().get(..4).and_then(|digits| u32::from_str_radix(digits, 16).ok());
                         // Halves of surrogate pairs become the sign of a character that is not known.
-                        text.push(char::from_u32(code.ok_or("`\\u` without four digits")?).unwrap_or('\u{fffd}'));
+                        text.push(
+                            char::from_u32(code.ok_or("`\\u` without four digits")?).unwrap_or('\u{fffd}'),
+                        );
                         chars = chars.as_str()[4..].chars();
                     }
                     c => return Err(format!("`\\{c}` in a text")),
@@ -156,7 +159,8 @@ mod tests {
     #[test]
     fn flat_objects_are_read() {
         let fields =
-            object(r#" {"a": 1e-3, "b":"x\"\u00e9\n", "c":[1, -2.5,3E2 ], "d":null,"e":true,"f":[]} "#).unwrap();
+            object(r#" {"a": 1e-3, "b":"x\"\u00e9\n", "c":[1, -2.5,3E2 ], "d":null,"e":true,"f":[]} "#)
+                .unwrap();
         let values: Vec<Value> = fields.into_iter().map(|(_, value)| value).collect();
         assert_eq!(
             values,

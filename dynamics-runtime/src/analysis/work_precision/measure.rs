@@ -19,7 +19,10 @@ pub(super) fn curves<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, refere
         .candidates
         .iter()
         .map(|candidate| {
-            let point = |setting: f64| Point { setting, outcome: first_run(study, candidate, setting, end, reference) };
+            let point = |setting: f64| Point {
+                setting,
+                outcome: first_run(study, candidate, setting, end, reference),
+            };
             Curve {
                 name: candidate.name.clone(),
                 outside: false,
@@ -72,8 +75,8 @@ fn first_run<'m, M: Simulate>(
     })
 }
 
-/// Sets the time of every run that succeeded to the median of its repeats. What ends elsewhere when it is repeated, by more than the reference can be wrong,
-/// has no error that could be told: it failed.
+/// Sets the time of every run that succeeded to the median of its repeats. What ends elsewhere when it is
+/// repeated, by more than the reference can be wrong, has no error that could be told: it failed.
 fn time<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, curves: &mut [Curve], reference: &Found) {
     let runs: Vec<(&Candidate<'_, M>, f64)> = curves
         .iter()
@@ -101,7 +104,9 @@ fn time<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, curves: &mut [Curve
         }
         again.map(|(time, _)| time)
     });
-    for ((point, median), strayed) in curves.iter_mut().flat_map(|curve| &mut curve.points).zip(medians).zip(strayed) {
+    for ((point, median), strayed) in
+        curves.iter_mut().flat_map(|curve| &mut curve.points).zip(medians).zip(strayed)
+    {
         if let (Ok(measured), Some(median)) = (&mut point.outcome, median) {
             (measured.time, measured.repeats) = (median.time, Some(median.repeats));
         }

@@ -31,10 +31,12 @@ impl<M: Simulate> Study<'_, M> {
     /// {"problem":"Pendulum","solver":"CVODE BDF","tolerance":1e-9,"failure":"error test failures"}
     /// ```
     ///
-    /// `end` are the coordinates and then the velocities at the end, in the order of the model: errors are measured against the reference of this
-    /// study. Without it, errors are given: `positions`, `velocities`, `multipliers`, `energy`, each as far as it is known. `evaluations` and `repeats`, of
-    /// which the time is the median, may be left out; names that are not known here are passed over. Lines with the name of another problem are, too. Where a solver has several
-    /// lines at one tolerance, the median of their times counts. Returns how many lines were taken.
+    /// `end` are the coordinates and then the velocities at the end, in the order of the model: errors are
+    /// measured against the reference of this study. Without it, errors are given: `positions`, `velocities`,
+    /// `multipliers`, `energy`, each as far as it is known. `evaluations` and `repeats`, of which the time is
+    /// the median, may be left out; names that are not known here are passed over. Lines with the name of
+    /// another problem are, too. Where a solver has several lines at one tolerance, the median of their times
+    /// counts. Returns how many lines were taken.
     pub fn add_outside(&mut self, lines: &str) -> Result<usize, OutsideError> {
         let mut found: Vec<(String, Vec<Line>)> = Vec::new();
         for (i, text) in lines.lines().enumerate().filter(|(_, text)| !text.trim().is_empty()) {
@@ -56,8 +58,8 @@ impl<M: Simulate> Study<'_, M> {
     /// Adds curves from a file: see [`Study::add_outside`].
     pub fn read_outside(&mut self, path: impl AsRef<Path>) -> Result<usize, OutsideError> {
         let path = path.as_ref();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| OutsideError::File { path: path.to_path_buf(), source })?;
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| OutsideError::File { path: path.to_path_buf(), source })?;
         self.add_outside(&text)
     }
 
@@ -149,9 +151,13 @@ impl<M: Simulate> Study<'_, M> {
     fn end_of(&self, values: &[f64]) -> Result<End, String> {
         let n = M::Vector::LEN;
         if values.len() != 2 * n {
-            return Err(format!("`end` has {} numbers; {n} coordinates and {n} velocities are needed", values.len()));
+            return Err(format!(
+                "`end` has {} numbers; {n} coordinates and {n} velocities are needed",
+                values.len()
+            ));
         }
-        let mut state = M::State::new(self.interval.1, M::Vector::zeros(), M::Vector::zeros(), *self.start.inputs());
+        let mut state =
+            M::State::new(self.interval.1, M::Vector::zeros(), M::Vector::zeros(), *self.start.inputs());
         state.q_mut().as_mut_slice().copy_from_slice(&values[..n]);
         state.u_mut().as_mut_slice().copy_from_slice(&values[n..]);
         // The motion is the same: at its end its inputs are, and what holds.
@@ -166,7 +172,8 @@ fn write_run(out: &mut String, run: &Measured) {
     if let Some(repeats) = run.repeats {
         let _ = write!(out, ",\"repeats\":{repeats}");
     }
-    for (name, count) in [("evaluations", run.evaluations), ("steps", run.steps), ("rejected", run.rejected)] {
+    for (name, count) in [("evaluations", run.evaluations), ("steps", run.steps), ("rejected", run.rejected)]
+    {
         if let Some(count) = count {
             let _ = write!(out, ",\"{name}\":{count}");
         }

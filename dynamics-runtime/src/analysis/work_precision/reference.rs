@@ -13,10 +13,11 @@ use crate::methods::{Any, Dop853, DormandPrince5, Verner9};
 use crate::model::{ModelState, Modes, Vector};
 use crate::motion::Simulate;
 
-/// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so near that a method rejects its steps
-/// for rounding's sake.
+/// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so
+/// near that a method rejects its steps for rounding's sake.
 const TIGHT: f64 = 1e-14;
-/// Where it takes it from by and by where runs at that fail: where constraints nearly lose rank, rounding counts for more than such tolerances permit.
+/// Where it takes it from by and by where runs at that fail: where constraints nearly lose rank, rounding
+/// counts for more than such tolerances permit.
 const LOOSER: [f64; 4] = [1e-13, 1e-12, 1e-11, 1e-10];
 /// Most steps of a run of the reference: minutes for a small model, and it keeps none of them.
 const MOST_STEPS: u64 = 50_000_000;
@@ -35,23 +36,27 @@ enum Kind<M: Simulate> {
 }
 
 impl<M: Simulate> Default for Reference<M> {
-    /// DOP853 and Dormand–Prince 5(4) at tolerance 1e-14; where a run of theirs fails, as beside change points, where rounding counts, Verner 9(8) and DOP853 at the
-    /// tightest of 1e-13, 1e-12, 1e-11 and 1e-10 at which they do not. No step of a reference is longer than a five-hundredth of the motion, unless options say another `.max_step(..)`.
+    /// DOP853 and Dormand–Prince 5(4) at tolerance 1e-14; where a run of theirs fails, as beside change
+    /// points, where rounding counts, Verner 9(8) and DOP853 at the tightest of 1e-13, 1e-12, 1e-11 and 1e-10
+    /// at which they do not. No step of a reference is longer than a five-hundredth of the motion, unless
+    /// options say another `.max_step(..)`.
     fn default() -> Self {
         Self(Kind::Chosen)
     }
 }
 
 impl<M: Simulate> Reference<M> {
-    /// The end by the first method at this tolerance; uncertain by twice the largest difference between it, the second method's, and that of
-    /// the first at ten times the tolerance. The methods should have nothing in common but the model.
+    /// The end by the first method at this tolerance; uncertain by twice the largest difference between it,
+    /// the second method's, and that of the first at ten times the tolerance. The methods should have nothing
+    /// in common but the model.
     #[must_use]
     pub fn runs(first: impl Into<Any<M>>, second: impl Into<Any<M>>, tolerance: f64) -> Self {
         Self(Kind::Runs { methods: [first.into(), second.into()], tolerance })
     }
 
-    /// A state at the end that is known, and by how much its positions and velocities may be wrong. What that makes of multipliers and energy is
-    /// found by moving each of them so far. Where runs of the study are nearer to each other than to it, it is compared with the reference that would be chosen without it.
+    /// A state at the end that is known, and by how much its positions and velocities may be wrong. What that
+    /// makes of multipliers and energy is found by moving each of them so far. Where runs of the study are
+    /// nearer to each other than to it, it is compared with the reference that would be chosen without it.
     #[must_use]
     pub fn known(end: M::State, uncertainty: f64) -> Self {
         Self(Kind::Known { end, uncertainty })
@@ -106,7 +111,8 @@ impl End {
         Errors {
             positions: largest(&self.q, &other.q),
             velocities: largest(&self.u, &other.u),
-            multipliers: (!self.multipliers.is_empty()).then(|| largest(&self.multipliers, &other.multipliers)),
+            multipliers: (!self.multipliers.is_empty())
+                .then(|| largest(&self.multipliers, &other.multipliers)),
             energy: (self.energy - other.energy).abs(),
         }
     }
@@ -120,7 +126,10 @@ impl End {
 
 /// Largest |difference|; NaN where there is one.
 pub(super) fn largest(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
 
 /// The reference of a study.
@@ -136,8 +145,8 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Rejects a reference of fewer than three digits. No uncertainty is below what is rounded in so many steps: half a last place in each, all to
-    /// one side, as equal steps of an even motion do.
+    /// Rejects a reference of fewer than three digits. No uncertainty is below what is rounded in so many
+    /// steps: half a last place in each, all to one side, as equal steps of an even motion do.
     fn checked(mut self, start: &End, span: f64, steps: u64) -> Result<Self, WorkPrecisionError> {
         let scale = self.end.size().zip(start.size(), f64::max);
         // What starts and ends at rest moved nevertheless.
@@ -157,11 +166,16 @@ impl Found {
 }
 
 /// The first of some references whose runs do not fail.
-pub(super) fn chosen<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64) -> Result<Found, WorkPrecisionError> {
+pub(super) fn chosen<M: Simulate>(
+    study: &WorkPrecision<'_, M>,
+    end: f64,
+) -> Result<Found, WorkPrecisionError> {
     // Beside a change point steps may shrink to nothing.
     let most_steps = if M::ROWS.is_empty() { MOST_STEPS } else { CONSTRAINED };
     let found = by_runs(study, end, &[Dop853.into(), DormandPrince5.into()], TIGHT, most_steps);
-    let Err(WorkPrecisionError::ReferenceFails { method, tolerance: tight, .. }) = &found else { return found };
+    let Err(WorkPrecisionError::ReferenceFails { method, tolerance: tight, .. }) = &found else {
+        return found;
+    };
     for tolerance in LOOSER {
         match by_runs(study, end, &[Verner9.into(), Dop853.into()], tolerance, MOST_STEPS) {
             Err(WorkPrecisionError::ReferenceFails { .. }) => {}
@@ -186,8 +200,11 @@ fn by_runs<M: Simulate>(
         return Err(WorkPrecisionError::Setting { what: "tolerances", value: tolerance });
     }
     let run = |method: &Any<M>, tolerance: f64| -> Result<(End, u64), WorkPrecisionError> {
-        let failed =
-            |reason: String| WorkPrecisionError::ReferenceFails { method: method.to_string(), tolerance, reason };
+        let failed = |reason: String| WorkPrecisionError::ReferenceFails {
+            method: method.to_string(),
+            tolerance,
+            reason,
+        };
         let simulation = study.simulation(end, method, Some(most_steps)).tolerance(tolerance);
         let mut steps = 0;
         let state = simulation.run_with(|_| steps += 1).map_err(|error| failed(in_a_line(&error)))?;

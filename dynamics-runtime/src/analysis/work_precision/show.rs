@@ -15,12 +15,14 @@ use crate::output::file::{self, FileError};
 use crate::output::text::readable;
 use crate::output::{Axis, Chart, Color, Mark, Panel, Series};
 
-/// Errors below this part of the uncertainty stand at it: how far below is not known, and rounding would stretch the axis.
+/// Errors below this part of the uncertainty stand at it: how far below is not known, and rounding would
+/// stretch the axis.
 const LOWEST: f64 = 0.1;
 
 impl ErrorOf {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::State, Self::Positions, Self::Velocities, Self::Multipliers, Self::Energy];
+    pub const ALL: [Self; 5] =
+        [Self::State, Self::Positions, Self::Velocities, Self::Multipliers, Self::Energy];
 
     fn name(self) -> &'static str {
         match self {
@@ -40,8 +42,9 @@ impl fmt::Display for ErrorOf {
 }
 
 impl<M: Simulate> Study<'_, M> {
-    /// Error against cost as one panel; costs in µs or in evaluations. Hollow signs are not believed. Dashed curves were measured elsewhere. Runs
-    /// that failed are counted beside the names, which stand there also where no run is left to be drawn. A sign that is pointed at says its run.
+    /// Error against cost as one panel; costs in µs or in evaluations. Hollow signs are not believed. Dashed
+    /// curves were measured elsewhere. Runs that failed are counted beside the names, which stand there also
+    /// where no run is left to be drawn. A sign that is pointed at says its run.
     #[must_use]
     pub fn panel(&self, part: ErrorOf, cost: Cost) -> Panel {
         let (title, unit) = match cost {
@@ -54,12 +57,14 @@ impl<M: Simulate> Study<'_, M> {
         let mut series = Vec::new();
         for (k, curve) in self.curves.iter().enumerate() {
             let (points, labels): (Vec<_>, Vec<_>) = self.points(curve, part, cost, unit).into_iter().unzip();
-            // What is not measured has no place here; what failed has one in the legend, or it would seem not to have been tried.
+            // What is not measured has no place here; what failed has one in the legend, or it would seem not
+            // to have been tried.
             if points.is_empty() && curve.points.iter().any(|point| point.outcome.is_ok()) {
                 continue;
             }
             ends = points.iter().fold(ends, |(lo, hi), (x, _)| (lo.min(*x), hi.max(*x)));
-            let line = Series::new(name_with_failures(curve), points).mark(Mark::LineAndPoints).hollow_below(floor);
+            let line =
+                Series::new(name_with_failures(curve), points).mark(Mark::LineAndPoints).hollow_below(floor);
             // Each curve has its colour in all panels, and after a round of colours another sign.
             let line = line.color(Color::cycle(k)).sign(k + k / 8).labels(labels);
             series.push(if curve.outside { line.dashed() } else { line.solid() });
@@ -84,9 +89,11 @@ impl<M: Simulate> Study<'_, M> {
     /// Each part of the error against time, and beside it against evaluations.
     pub(in crate::analysis) fn panels(&self) -> Vec<Panel> {
         let both = |part| [Cost::Time, Cost::Evaluations].map(|cost| self.panel(part, cost));
-        // What is exact everywhere, as the multipliers of constraints that are released, has no place on a logarithmic axis.
-        let runs =
-            || self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
+        // What is exact everywhere, as the multipliers of constraints that are released, has no place on a
+        // logarithmic axis.
+        let runs = || {
+            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
+        };
         let shown = |part: &ErrorOf| runs().any(|run| run.errors.of(*part).is_some_and(|error| error > 0.0));
         self.parts().into_iter().filter(shown).flat_map(both).collect()
     }
@@ -96,7 +103,8 @@ impl<M: Simulate> Study<'_, M> {
         self.chart().write_svg(path)
     }
 
-    /// Writes charts and tables as one HTML page without network access, making the folders that the path needs.
+    /// Writes charts and tables as one HTML page without network access, making the folders that the path
+    /// needs.
     pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         Page::new(format!("{}: error against cost", self.problem)).study(self).write_html(path)
     }
@@ -106,8 +114,8 @@ impl<M: Simulate> Study<'_, M> {
         file::write(path.as_ref(), file::Content::JsonLines, self.json_lines().as_bytes())
     }
 
-    /// What every curve costs down to each of the errors, and, where there are curves from elsewhere, the best own cost over the best of those:
-    /// below 1 this library is the cheaper. Times are in µs.
+    /// What every curve costs down to each of the errors, and, where there are curves from elsewhere, the
+    /// best own cost over the best of those: below 1 this library is the cheaper. Times are in µs.
     #[must_use]
     pub fn comparison(&self, part: ErrorOf, cost: Cost, errors: &[f64]) -> String {
         let (caption, mut rows) = self.compared(part, cost, errors);
@@ -132,7 +140,9 @@ impl<M: Simulate> Study<'_, M> {
         let row = |name: &str, cells: &dyn Fn(f64) -> String| -> Vec<String> {
             [name.to_string()].into_iter().chain(errors.iter().map(|error| cells(*error))).collect()
         };
-        let cell = |value: Option<f64>, digits| value.map_or_else(|| "–".to_string(), |value| readable(value, digits));
+        let cell = |value: Option<f64>, digits| {
+            value.map_or_else(|| "–".to_string(), |value| readable(value, digits))
+        };
         let cost = |curve: &Curve, error: f64| {
             let found = unit * self.cost_of(curve, part, error, cost)?;
             // Between two runs counts are no whole numbers.
@@ -157,7 +167,12 @@ impl<M: Simulate> Study<'_, M> {
         let names = parts.iter().map(|part| part.to_string());
         let tail = ["time in µs", "evaluations", "steps", "rejected"].map(String::from);
         let mut rows = alloc::vec![
-            ["method", "tolerance"].map(String::from).into_iter().chain(names).chain(tail).collect::<Vec<_>>()
+            ["method", "tolerance"]
+                .map(String::from)
+                .into_iter()
+                .chain(names)
+                .chain(tail)
+                .collect::<Vec<_>>()
         ];
         for curve in &self.curves {
             for point in &curve.points {
@@ -169,7 +184,9 @@ impl<M: Simulate> Study<'_, M> {
                         row.extend(parts.iter().map(|part| self.error_text(*part, run.errors.of(*part))));
                         row.push(readable(run.time.as_nanos() as f64 * 1e-3, 4));
                         let counts = [run.evaluations, run.steps, run.rejected];
-                        row.extend(counts.map(|count| count.map_or_else(|| "–".into(), |count| count.to_string())));
+                        row.extend(
+                            counts.map(|count| count.map_or_else(|| "–".into(), |count| count.to_string())),
+                        );
                         if let Some(t) = run.stiff_at {
                             row.push(format!("stiff from t = {}", readable(t, 3)));
                         }
@@ -196,8 +213,9 @@ impl<M: Simulate> Study<'_, M> {
             let value = self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
             let _ = write!(text, "{} {} in {part}", if i == 0 { "" } else { "," }, readable(value, 2));
         }
-        let repeats =
-            || self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
+        let repeats = || {
+            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
+        };
         let _ = write!(text, "; {}", repeated(repeats().filter_map(|run| run.repeats)));
         text
     }
@@ -216,7 +234,8 @@ impl<M: Simulate> Study<'_, M> {
 
     /// A run in a line.
     fn label(&self, curve: &Curve, setting: f64, run: &Measured, part: ErrorOf) -> String {
-        let setting = if curve.adaptive { format!("tolerance {setting:e}") } else { format!("h = {setting:e}") };
+        let setting =
+            if curve.adaptive { format!("tolerance {setting:e}") } else { format!("h = {setting:e}") };
         let (error, time) =
             (self.error_text(part, run.errors.of(part)), readable(run.time.as_nanos() as f64 * 1e-3, 3));
         let mut label = format!("{}, {setting}: error {error}, {time} µs", curve.name);

@@ -82,7 +82,8 @@ pub struct Measured {
     pub time: Duration,
     /// How many there were, where known.
     pub repeats: Option<usize>,
-    /// Evaluations of the accelerations, where known, and where they are what a step costs: not of Taylor series.
+    /// Evaluations of the accelerations, where known, and where they are what a step costs: not of Taylor
+    /// series.
     pub evaluations: Option<u64>,
     /// Accepted steps, where known.
     pub steps: Option<u64>,
@@ -166,8 +167,8 @@ impl<M: Simulate> Study<'_, M> {
         self.curves.iter().find(|curve| curve.name == name)
     }
 
-    /// The least cost at which a curve gets an error down to `error`: between its runs on logarithmic scales, or at a run that is better. `None`
-    /// where no run is so accurate, or where the reference is not.
+    /// The least cost at which a curve gets an error down to `error`: between its runs on logarithmic scales,
+    /// or at a run that is better. `None` where no run is so accurate, or where the reference is not.
     #[must_use]
     pub fn cost(&self, curve: &str, part: ErrorOf, error: f64, cost: Cost) -> Option<f64> {
         self.cost_of(self.curve(curve)?, part, error, cost)
@@ -186,11 +187,12 @@ impl<M: Simulate> Study<'_, M> {
             .filter(|(error, _)| error.is_finite())
             .collect();
         let reached = measured.iter().filter(|(reached, _)| *reached <= error).map(|(_, cost)| *cost);
-        let between = measured.windows(2).filter(|pair| pair[0].0 > error && pair[1].0 <= error).map(|pair| {
-            let [(coarse, cheap), (fine, dear)] = [pair[0], pair[1]];
-            let part = libm::log(coarse / error) / libm::log(coarse / fine);
-            cheap * libm::pow(dear / cheap, part)
-        });
+        let between =
+            measured.windows(2).filter(|pair| pair[0].0 > error && pair[1].0 <= error).map(|pair| {
+                let [(coarse, cheap), (fine, dear)] = [pair[0], pair[1]];
+                let part = libm::log(coarse / error) / libm::log(coarse / fine);
+                cheap * libm::pow(dear / cheap, part)
+            });
         reached.chain(between).min_by(f64::total_cmp)
     }
 }

@@ -1,4 +1,5 @@
-//! What no study is made of: runs that all failed, errors that say nothing, and a known end that the runs contradict.
+//! What no study is made of: runs that all failed, errors that say nothing, and a known end that the runs
+//! contradict.
 
 use alloc::vec::Vec;
 
@@ -9,10 +10,12 @@ use super::{Candidate, WorkPrecision};
 use crate::integrate::Method;
 use crate::motion::Simulate;
 
-/// Two methods whose ends agree to this part of their distance from the end that was given have found another one: errors of methods that have nothing in
-/// common are so much alike by chance in one of some hundred thousand pairs.
+/// Two methods whose ends agree to this part of their distance from the end that was given have found another
+/// one: errors of methods that have nothing in common are so much alike by chance in one of some hundred
+/// thousand pairs.
 const AGREED: f64 = 1e-5;
-/// Two runs that are so much nearer to each other than to the end that was given may have found another one, or err alike: runs near rounding decide.
+/// Two runs that are so much nearer to each other than to the end that was given may have found another one,
+/// or err alike: runs near rounding decide.
 const ALIKE: f64 = 0.3;
 /// Distances below so many uncertainties contradict nothing: those are estimates.
 const FAR: f64 = 10.0;
@@ -20,8 +23,9 @@ const FAR: f64 = 10.0;
 impl<M: Simulate> Study<'_, M> {
     /// Refuses what cannot be trusted.
     pub(super) fn check(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
-        let runs =
-            || self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
+        let runs = || {
+            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
+        };
         if runs().next().is_none() {
             let first = self.curves.iter().find_map(|curve| Some((curve, curve.points.first()?)));
             let (method, reason) = first.map_or_else(Default::default, |(curve, point)| {
@@ -43,12 +47,17 @@ impl<M: Simulate> Study<'_, M> {
 
     /// Whether two runs are much nearer to each other than to the end that was given.
     fn is_suspicious(&self) -> bool {
-        let runs = self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok());
+        let runs = self
+            .curves
+            .iter()
+            .flat_map(|curve| &curve.points)
+            .filter_map(|point| point.outcome.as_ref().ok());
         let runs: Vec<&Measured> = runs.collect();
         (1..runs.len()).any(|k| runs[..k].iter().any(|other| self.agree(runs[k], other, ALIKE).is_some()))
     }
 
-    /// Whether runs near rounding end elsewhere than where was said, by more than they may be wrong. Where they fail or do not agree themselves, nobody knows better.
+    /// Whether runs near rounding end elsewhere than where was said, by more than they may be wrong. Where
+    /// they fail or do not agree themselves, nobody knows better.
     fn found_elsewhere(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
         let Ok(found) = chosen(asked, self.interval.1) else { return Ok(()) };
         let distance = found.end.errors(&self.reference.end);
@@ -82,17 +91,23 @@ impl<M: Simulate> Study<'_, M> {
         Ok(())
     }
 
-    /// In what two runs are nearer to each other, by this part, than to the reference: how far they are from it and from each other.
+    /// In what two runs are nearer to each other, by this part, than to the reference: how far they are from
+    /// it and from each other.
     fn agree(&self, a: &Measured, b: &Measured, part: f64) -> Option<(&'static str, f64, f64)> {
         let apart = a.end.as_ref()?.errors(b.end.as_ref()?);
         let uncertainty = self.reference.uncertainty;
         let parts = [
             ("positions", apart.positions, a.errors.positions.min(b.errors.positions), uncertainty.positions),
-            ("velocities", apart.velocities, a.errors.velocities.min(b.errors.velocities), uncertainty.velocities),
+            (
+                "velocities",
+                apart.velocities,
+                a.errors.velocities.min(b.errors.velocities),
+                uncertainty.velocities,
+            ),
         ];
-        let told = parts
-            .into_iter()
-            .find(|(_, apart, distance, uncertainty)| *distance > FAR * uncertainty && *apart < part * distance);
+        let told = parts.into_iter().find(|(_, apart, distance, uncertainty)| {
+            *distance > FAR * uncertainty && *apart < part * distance
+        });
         told.map(|(what, apart, distance, _)| (what, distance, apart))
     }
 }

@@ -1,4 +1,5 @@
-//! Positions that fulfil the holonomic constraints: damped Gauss–Newton, then the closest approach, then what is wrong.
+//! Positions that fulfil the holonomic constraints: damped Gauss–Newton, then the closest approach, then what
+//! is wrong.
 
 use super::room::{self, Room, moved};
 use super::{ASSEMBLED, Violation, own_size, size, worst};
@@ -11,14 +12,15 @@ use crate::model::{Constraints, ModelState, Vector};
 
 /// Singular values below this part of the largest count as zero in a Newton step.
 const RANK: f64 = 1e-11;
-/// Below this part of the largest at a place where no progress is made, a direction is one in which branches may part.
+/// Below this part of the largest at a place where no progress is made, a direction is one in which branches
+/// may part.
 const BRANCH: f64 = 1e-5;
 /// Newton steps; from a guess that is any good there are fewer than ten.
 const MOST_STEPS: usize = 100;
 /// The shortest part of a Newton step that is tried: below it, a singular configuration lies in the way.
 const LEAST_DAMPING: f64 = 1e-4;
-/// The longest step, against ‖w (1 + |q|)‖ of the guess: near a singular configuration Newton steps have any length, and an angle that turns
-/// several times on its way has lost its branch.
+/// The longest step, against ‖w (1 + |q|)‖ of the guess: near a singular configuration Newton steps have any
+/// length, and an angle that turns several times on its way has lost its branch.
 const LONGEST_STEP: f64 = 0.25;
 /// Places from which a closer approach is looked for where the guess leads to none that closes, and steps
 /// from each.
@@ -75,7 +77,9 @@ impl<M: Constraints> Search<'_, '_, M> {
         let values = self.model.residual(state);
         let tolerance = ASSEMBLED * size(state.q().as_slice());
         self.room.evaluate(self.model, state);
-        worst::<M>(state.modes(), true, values.as_slice(), (self.room.jacobian, self.room.usual), |_| tolerance)
+        worst::<M>(state.modes(), true, values.as_slice(), (self.room.jacobian, self.room.usual), |_| {
+            tolerance
+        })
     }
 
     fn linearise(&mut self, state: &M::State) -> Result<(), StateError> {
@@ -109,8 +113,8 @@ impl<M: Constraints> Search<'_, '_, M> {
         math::sqrt(terms.map(|(w, q)| math::powi(w * (1.0 + q.abs()), 2)).sum())
     }
 
-    /// NLEQ-ERR: Newton steps δ, simplified Newton corrections δ̄ at their ends, and the damping that the two of them predict. Ends at a
-    /// solution, or where no progress is made.
+    /// NLEQ-ERR: Newton steps δ, simplified Newton corrections δ̄ at their ends, and the damping that the two
+    /// of them predict. Ends at a solution, or where no progress is made.
     fn newton(&mut self, state: &mut M::State) -> Result<(), StateError> {
         const STEP: usize = 0;
         const NEXT: usize = 1;
@@ -133,7 +137,8 @@ impl<M: Constraints> Search<'_, '_, M> {
                 lambda * last * self.room.length(NEXT) / (difference * length)
             });
             let farthest = f64::min(1.0, LONGEST_STEP * scale / length);
-            let mut lambda = if predicted.is_nan() { 1.0 } else { predicted.max(LEAST_DAMPING) }.min(farthest);
+            let mut lambda =
+                if predicted.is_nan() { 1.0 } else { predicted.max(LEAST_DAMPING) }.min(farthest);
             loop {
                 let trial = self.trial(state, lambda, STEP);
                 // Beyond the domain of the constraints: too far.
@@ -161,8 +166,9 @@ impl<M: Constraints> Search<'_, '_, M> {
         Ok(())
     }
 
-    /// Levenberg–Marquardt on ‖Φ/s‖, s that of the last linearisation: to a solution or to the closest approach. With scales that change on the
-    /// way it would descend on no function, and could end where none has a stationary point.
+    /// Levenberg–Marquardt on ‖Φ/s‖, s that of the last linearisation: to a solution or to the closest
+    /// approach. With scales that change on the way it would descend on no function, and could end where none
+    /// has a stationary point.
     fn descend(&mut self, state: &mut M::State, most: usize) -> Result<(), StateError> {
         let longest = LONGEST_STEP * self.scale(state);
         let mut mu = 1e-2;
@@ -192,7 +198,12 @@ impl<M: Constraints> Search<'_, '_, M> {
     }
 
     /// Says what keeps the constraints from closing at the closest approach.
-    fn diagnose(&mut self, guess: &M::State, state: &M::State, missed: &Violation) -> Result<StateError, StateError> {
+    fn diagnose(
+        &mut self,
+        guess: &M::State,
+        state: &M::State,
+        missed: &Violation,
+    ) -> Result<StateError, StateError> {
         // In the scales in which this is the closest approach.
         self.linearise(guess)?;
         self.relinearise(state);
@@ -258,7 +269,8 @@ impl<M: Constraints> Search<'_, '_, M> {
         for j in room::free(self.given) {
             let q = guess.q().as_slice()[j];
             let unit = M::COORDINATES[j].unit;
-            let by = if unit == "rad" { core::f64::consts::PI } else { q.abs().max(own_size(self.model, unit)) };
+            let by =
+                if unit == "rad" { core::f64::consts::PI } else { q.abs().max(own_size(self.model, unit)) };
             // A scatter between −1 and 1, another for each coordinate and place.
             let (part, _) = math::sin_cos(1.3 + 2.399_963 * (1 + place + PLACES * j) as f64);
             there.q_mut()[j] = q + by * part;
@@ -266,8 +278,8 @@ impl<M: Constraints> Search<'_, '_, M> {
         there
     }
 
-    /// Whether a little off this place along a direction that the constraints leave open there is a way to come closer: a saddle, on
-    /// both sides of which branches lie. Returns the coordinates of that direction.
+    /// Whether a little off this place along a direction that the constraints leave open there is a way to
+    /// come closer: a saddle, on both sides of which branches lie. Returns the coordinates of that direction.
     fn branches(&mut self, state: &M::State, length: f64) -> Result<Option<Involved>, StateError> {
         let (_, free) = self.room.shape;
         let scale = 0.05 * self.scale(state);
@@ -293,8 +305,8 @@ impl<M: Constraints> Search<'_, '_, M> {
         Ok(None)
     }
 
-    /// The given coordinates that would have to move: −∂‖Φ/s‖²/∂q of what is left; all that enter the constraints where that says nothing (at
-    /// the farthest place from closing).
+    /// The given coordinates that would have to move: −∂‖Φ/s‖²/∂q of what is left; all that enter the
+    /// constraints where that says nothing (at the farthest place from closing).
     fn culprits(&self, state: &M::State) -> Involved {
         let n = self.room.weights.len();
         let entry = |k: usize, row: usize, j: usize| {
@@ -310,7 +322,11 @@ impl<M: Constraints> Search<'_, '_, M> {
         let enters = |j: usize| rows().map(|(k, row)| entry(k, row, j).abs()).fold(0.0, f64::max);
         let given = || (0..n).filter(|j| self.given[*j]);
         let pulled = Involved::ranked(M::COORDINATES, given().map(|j| (j, pull(j))));
-        if pulled.is_empty() { Involved::ranked(M::COORDINATES, given().map(|j| (j, enters(j)))) } else { pulled }
+        if pulled.is_empty() {
+            Involved::ranked(M::COORDINATES, given().map(|j| (j, enters(j))))
+        } else {
+            pulled
+        }
     }
 }
 

@@ -8,7 +8,8 @@ use crate::error::StateError;
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Terms, Vector};
 
-/// Weights are kept above this part of the largest one, so that a heavy flywheel leaves the rank of the rest to be seen.
+/// Weights are kept above this part of the largest one, so that a heavy flywheel leaves the rank of the rest
+/// to be seen.
 const LEAST_WEIGHT: f64 = 1e-4;
 
 /// Slices of one workspace. Scaled coordinates are y = w q with w = √Mᵢᵢ; rows are divided by
@@ -73,7 +74,8 @@ impl<'w> Room<'w> {
     pub(super) fn evaluate<M: Constraints>(&mut self, model: &M, state: &M::State) {
         self.mass.fill(0.0);
         self.jacobian.fill(0.0);
-        let (mass, force, jacobian, gamma) = (&mut *self.mass, &mut *self.force, &mut *self.jacobian, &mut *self.gamma);
+        let (mass, force, jacobian, gamma) =
+            (&mut *self.mass, &mut *self.force, &mut *self.jacobian, &mut *self.gamma);
         gradients::terms(model, state, &mut Terms { mass, force, jacobian, gamma }, self.usual);
     }
 
@@ -84,7 +86,8 @@ impl<'w> Room<'w> {
         weigh(self.weights);
     }
 
-    /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`Room::evaluate`] comes before.
+    /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`Room::evaluate`]
+    /// comes before.
     pub(super) fn decompose<M: Constraints>(
         &mut self,
         modes: Modes,
@@ -96,12 +99,14 @@ impl<'w> Room<'w> {
         Ok(())
     }
 
-    /// One scale per constraint, the largest norm of its rows: components of a vector count alike, whatever their gradients at the guess. Were
-    /// each row scaled by itself, a closest approach could be a place where a vector is longer than elsewhere.
+    /// One scale per constraint, the largest norm of its rows: components of a vector count alike, whatever
+    /// their gradients at the guess. Were each row scaled by itself, a closest approach could be a place
+    /// where a vector is longer than elsewhere.
     fn rescale<M: Constraints>(&mut self, modes: Modes, holonomic: bool) -> Result<(), StateError> {
         let n = self.weights.len();
-        let square =
-            |row: usize| -> f64 { (0..n).map(|j| math::powi(self.jacobian[row * n + j] / self.weights[j], 2)).sum() };
+        let square = |row: usize| -> f64 {
+            (0..n).map(|j| math::powi(self.jacobian[row * n + j] / self.weights[j], 2)).sum()
+        };
         let mut k = 0;
         for constraint in active::<M>(modes, holonomic) {
             let rows = constraint.first..constraint.first + constraint.rows;
@@ -145,8 +150,8 @@ impl<'w> Room<'w> {
         svd.solve(&self.right[..m], cut, mu, &mut self.steps[to][..f]);
     }
 
-    /// Writes −values/s of the active rows to the right-hand side and returns its length ‖values/s‖; an error names a row that is not
-    /// finite.
+    /// Writes −values/s of the active rows to the right-hand side and returns its length ‖values/s‖; an error
+    /// names a row that is not finite.
     pub(super) fn load<M: Constraints>(
         &mut self,
         modes: Modes,
@@ -175,7 +180,8 @@ impl<'w> Room<'w> {
     }
 }
 
-/// Replaces inertias Mᵢᵢ by the weights of the coordinates, √Mᵢᵢ; those of coordinates without inertia are the smallest of the others.
+/// Replaces inertias Mᵢᵢ by the weights of the coordinates, √Mᵢᵢ; those of coordinates without inertia are
+/// the smallest of the others.
 pub(crate) fn weigh(inertias: &mut [f64]) {
     let (mut least, mut largest) = (f64::INFINITY, 0.0);
     for m in inertias.iter_mut() {
@@ -202,7 +208,13 @@ pub(super) fn shift(values: &mut [f64], given: &[bool], weights: &[f64], factor:
 }
 
 /// A copy of the state with its coordinates moved.
-pub(super) fn moved<S: ModelState>(state: &S, given: &[bool], weights: &[f64], factor: f64, step: &[f64]) -> S {
+pub(super) fn moved<S: ModelState>(
+    state: &S,
+    given: &[bool],
+    weights: &[f64],
+    factor: f64,
+    step: &[f64],
+) -> S {
     let mut out = *state;
     shift(out.q_mut().as_mut_slice(), given, weights, factor, step);
     out

@@ -10,12 +10,12 @@ use crate::error::StateError;
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 
-/// Singular values below this part of the largest count as zero: at a singular position, which is itself known to √ε = 1.5·10⁻⁸ only, they
-/// come out about as large as that.
+/// Singular values below this part of the largest count as zero: at a singular position, which is itself
+/// known to √ε = 1.5·10⁻⁸ only, they come out about as large as that.
 const RANK: f64 = 1e-7;
 
-/// Solves the velocities that are not given, which are 0 in the state. Says whether the constraints had fewer than their rows of rank, so that
-/// the position may be singular.
+/// Solves the velocities that are not given, which are 0 in the state. Says whether the constraints had fewer
+/// than their rows of rank, so that the position may be singular.
 pub(super) fn solve<M: Constraints>(
     model: &M,
     state: &mut M::State,
@@ -35,7 +35,8 @@ pub(super) fn solve<M: Constraints>(
     }
     let values = model.velocity_residual(state);
     let tolerance = ASSEMBLED * size(state.u().as_slice());
-    let Some(missed) = worst::<M>(state.modes(), false, values.as_slice(), (room.jacobian, room.usual), |_| tolerance)?
+    let Some(missed) =
+        worst::<M>(state.modes(), false, values.as_slice(), (room.jacobian, room.usual), |_| tolerance)?
     else {
         let (rows, free) = room.shape;
         return Ok(open(room) > free.saturating_sub(rows));
@@ -54,8 +55,8 @@ fn open(room: &Room<'_>) -> usize {
     svd.sigma.iter().filter(|sigma| **sigma <= RANK * svd.largest()).count()
 }
 
-/// Refuses velocities that the constraints leave open at this position alone: those of least energy are then on none of the branches that meet
-/// here. What is at rest is on all of them.
+/// Refuses velocities that the constraints leave open at this position alone: those of least energy are then
+/// on none of the branches that meet here. What is at rest is on all of them.
 pub(super) fn check_branch<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -82,7 +83,8 @@ pub(super) fn check_branch<M: Constraints>(
     keep_open(room, 2);
     // What is open beside it, too, differs by how far away that is.
     let lost = |k: usize| room.steps[2][k] - room.steps[1][k];
-    let shares = free(given).enumerate().map(|(k, j)| (j, if lost(k) > 10.0 * NEARBY { lost(k) } else { 0.0 }));
+    let shares =
+        free(given).enumerate().map(|(k, j)| (j, if lost(k) > 10.0 * NEARBY { lost(k) } else { 0.0 }));
     let coordinates = Involved::ranked(M::COORDINATES, shares);
     let rest = ASSEMBLED * size(state.u().as_slice());
     if !free(given).any(|j| state.u()[j].abs() > rest && coordinates.contains(M::COORDINATES[j].name)) {
@@ -93,12 +95,14 @@ pub(super) fn check_branch<M: Constraints>(
     let (cut, all) = (RANK * svd.largest(), 0..svd.sigma.len());
     // What the others do not reach: 1 − Σ (A v/σ)².
     let reached = |k: usize, c: usize| math::powi(svd.column(c)[k] / svd.sigma[c], 2);
-    let beyond = |k: usize| 1.0 - all.clone().filter(|c| svd.sigma[*c] > cut).map(|c| reached(k, c)).sum::<f64>();
+    let beyond =
+        |k: usize| 1.0 - all.clone().filter(|c| svd.sigma[*c] > cut).map(|c| reached(k, c)).sum::<f64>();
     let rows = active_rows::<M>(state.modes(), false).enumerate().map(|(k, row)| (row, beyond(k)));
     Err(StateError::VelocityUndetermined { rows: Involved::ranked(M::ROWS, rows), coordinates })
 }
 
-/// Writes to `steps\[to\]` what part of each free coordinate is open: Σ v² over the directions that nothing holds.
+/// Writes to `steps\[to\]` what part of each free coordinate is open: Σ v² over the directions that nothing
+/// holds.
 fn keep_open(room: &mut Room<'_>, to: usize) {
     let (_, f) = room.shape;
     let Room { v, sigma, steps, .. } = room;
@@ -108,13 +112,21 @@ fn keep_open(room: &mut Room<'_>, to: usize) {
     }
 }
 
-/// Moves the velocities within the null space of the constraints to the least kinetic energy ½ q̇ᵀ M q̇: with q̇ + Z w,
-/// (Zᵀ M Z) w = −Zᵀ M q̇. Where M leaves a direction without inertia its part of w is the shortest one.
+/// Moves the velocities within the null space of the constraints to the least kinetic energy ½ q̇ᵀ M q̇: with
+/// q̇ + Z w, (Zᵀ M Z) w = −Zᵀ M q̇. Where M leaves a direction without inertia its part of w is the shortest
+/// one.
 fn least_energy<S: ModelState>(state: &mut S, given: &[bool], room: &mut Room<'_>) {
     let n = given.len();
     let (_, f) = room.shape;
-    let Room { mass, weights, v: right, sigma: singular, steps: [step, shares, image], spare: [a, v, sigma], .. } =
-        room;
+    let Room {
+        mass,
+        weights,
+        v: right,
+        sigma: singular,
+        steps: [step, shares, image],
+        spare: [a, v, sigma],
+        ..
+    } = room;
     let cut = RANK * singular[..f].iter().copied().fold(0.0, f64::max);
     let null = || (0..f).filter(|c| singular[*c] <= cut).map(|c| &right[c * f..][..f]);
     let k = null().count();

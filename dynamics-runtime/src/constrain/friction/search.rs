@@ -64,7 +64,12 @@ impl<M: Constraints> Problem<'_, '_, M> {
 
     /// What else is tried where Newton's method found no solution, or none that counts.
     #[cold]
-    pub(super) fn search(&mut self, frictionless: &M::Rows, found: &mut Solutions<M::Rows>, work: &mut [f64]) {
+    pub(super) fn search(
+        &mut self,
+        frictionless: &M::Rows,
+        found: &mut Solutions<M::Rows>,
+        work: &mut [f64],
+    ) {
         let ways = 1 + patterns(self.k) + RELAXATION.len() as u64 + 1;
         for way in 0..ways {
             let end = match way {
@@ -88,7 +93,12 @@ impl<M: Constraints> Problem<'_, '_, M> {
 
     /// Damped Newton steps to G_s = 0, where a strength s is given with the frictionless reactions; near to
     /// it.
-    fn damped(&mut self, mut lambda: M::Rows, strength: Option<(f64, &M::Rows)>, work: &mut [f64]) -> Option<M::Rows> {
+    fn damped(
+        &mut self,
+        mut lambda: M::Rows,
+        strength: Option<(f64, &M::Rows)>,
+        work: &mut [f64],
+    ) -> Option<M::Rows> {
         let k = self.k;
         let mut left = self.evaluate(&lambda, strength)?;
         for _ in 0..MOST_DAMPED {

@@ -1,7 +1,7 @@
 //! The coefficients of ESDIRK4(3)6L[2]SA: Kennedy & Carpenter, NASA/TM–2016–219173, table 16.
 //!
-//! γ = ¼ and the nodes given, each row but the fifth follows from its two conditions of stage order 2, the last one, which is the step itself, from
-//! the order, and the fifth from what order 4 asks for beyond that.
+//! γ = ¼ and the nodes given, each row but the fifth follows from its two conditions of stage order 2, the
+//! last one, which is the step itself, from the order, and the fifth from what order 4 asks for beyond that.
 
 const ROOT_2: f64 = core::f64::consts::SQRT_2;
 
@@ -61,10 +61,12 @@ pub(super) const E: [f64; STAGES] = {
     e
 };
 
-/// Stages before stage i whose polynomial, with the start, says where its iterations begin; of stage 1, counted from 0, those of the step before.
+/// Stages before stage i whose polynomial, with the start, says where its iterations begin; of stage 1,
+/// counted from 0, those of the step before.
 const BEHIND: [&[usize]; STAGES] = [&[], &[1, 3, 5], &[1], &[1, 2], &[1, 2, 3], &[1, 3, 4]];
 
-/// Weights with which the changes from the start to the stages are continued to θ, for the start of iterations at stage i.
+/// Weights with which the changes from the start to the stages are continued to θ, for the start of
+/// iterations at stage i.
 pub(super) fn continued(i: usize, theta: f64) -> [f64; STAGES] {
     let mut weights = [0.0; STAGES];
     for &j in BEHIND[i] {

@@ -5,8 +5,10 @@ use super::super::{Dense, Hermite, Phase, Tolerances};
 use super::table::C;
 use crate::model::Vector;
 
-/// States within a step: by the quintic through q, q̇, q̈ at both ends where that is the collocation polynomial's to within what the latter may be off, else by the
-/// collocation polynomial. The former is of order 4 in u, the latter of order 3, but the former trusts accelerations, which small errors of what is stiff make large.
+/// States within a step: by the quintic through q, q̇, q̈ at both ends where that is the collocation
+/// polynomial's to within what the latter may be off, else by the collocation polynomial. The former is of
+/// order 4 in u, the latter of order 3, but the former trusts accelerations, which small errors of what is
+/// stiff make large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Between<V> {
     /// The quintic.
@@ -16,8 +18,14 @@ pub enum Between<V> {
 }
 
 impl<V: Vector> Between<V> {
-    /// `permitted`: what the error estimate of the step is held against, which is of the collocation polynomial's order.
-    pub(super) fn choose(quintic: Hermite<V>, stages: Collocation<V>, end: &Phase<V>, permitted: &Tolerances) -> Self {
+    /// `permitted`: what the error estimate of the step is held against, which is of the collocation
+    /// polynomial's order.
+    pub(super) fn choose(
+        quintic: Hermite<V>,
+        stages: Collocation<V>,
+        end: &Phase<V>,
+        permitted: &Tolerances,
+    ) -> Self {
         let near = |theta: f64| {
             let apart = zip(&quintic.at(theta), &stages.at(theta), |a, b| a - b);
             permitted.norm(&apart, &stages.start, end) <= 1.0
@@ -35,7 +43,8 @@ impl<V: Vector> Dense<V> for Between<V> {
     }
 }
 
-/// The cubic that is 0 at the start of a step and has given values at the nodes: coefficients of θ, θ(θ − c₁), θ(θ − c₁)(θ − c₂).
+/// The cubic that is 0 at the start of a step and has given values at the nodes: coefficients of θ, θ(θ −
+/// c₁), θ(θ − c₁)(θ − c₂).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cubic<V>([V; 3]);
 
@@ -112,7 +121,8 @@ mod tests {
 
     type V = SVector<f64, 1>;
 
-    /// A step of h = 0.1 of q̈ = −q from (1, 0), its end off by `off` in u, made again: evaluations, and whether its ends tell the interpolant.
+    /// A step of h = 0.1 of q̈ = −q from (1, 0), its end off by `off` in u, made again: evaluations, and
+    /// whether its ends tell the interpolant.
     fn made_again(off: f64) -> (u32, bool) {
         let mut evaluations = 0;
         let mut oscillator = |_: f64, q: &V, _: &V| {

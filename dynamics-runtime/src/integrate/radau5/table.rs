@@ -70,7 +70,8 @@ mod tests {
         assert!((matrix(&T) * matrix(&T_INVERSE) - Matrix3::identity()).abs().max() < 1e-14);
     }
 
-    /// γ₀ y₀ + Σ eᵢ(yᵢ − y₀) has to be exact of order 3 as −f₀: Σ eᵢ cᵢᵏ = −1, 0, 0 for k = 1, 2, 3 up to the filter.
+    /// γ₀ y₀ + Σ eᵢ(yᵢ − y₀) has to be exact of order 3 as −f₀: Σ eᵢ cᵢᵏ = −1, 0, 0 for k = 1, 2, 3 up to the
+    /// filter.
     #[test]
     fn the_error_estimate_vanishes_up_to_order_three() {
         let moment = |k: i32| -> f64 { E.iter().zip(C).map(|(e, c)| e * c.powi(k)).sum() };

@@ -68,7 +68,10 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let (mut least, mut best) = (whole, None);
         let mut count = 2;
         // Errors of smooth motions fall by this power of the number.
-        while count < MOST && crate::math::powi(count as f64, S::ERROR_ORDER as i32) < whole && whole.is_finite() {
+        while count < MOST
+            && crate::math::powi(count as f64, S::ERROR_ORDER as i32) < whole
+            && whole.is_finite()
+        {
             count *= 2;
         }
         while count <= MOST {
@@ -97,7 +100,9 @@ fn off<V: Vector, S: Scheme<V>, Y: System<V>>(
     let mut most = 0.0f64;
     for theta in S::PROBES {
         let Some(slope) = dense.slope(*theta) else { continue };
-        let Ok(rate) = system.derivative(start.t + theta * h, &dense.at(*theta)) else { return f64::INFINITY };
+        let Ok(rate) = system.derivative(start.t + theta * h, &dense.at(*theta)) else {
+            return f64::INFINITY;
+        };
         let defect = zip(&slope, &rate, |slope, rate| slope - h * rate);
         let size = OVER_DEFECT * tolerances.norm(&defect, &start.y, end);
         // What is not a number is not small.

@@ -1,4 +1,5 @@
-//! What becomes of steps that were made: they end at events, are taken back, left by another state, or made once more.
+//! What becomes of steps that were made: they end at events, are taken back, left by another state, or made
+//! once more.
 
 use super::super::tableau::zip;
 use super::super::{Controller, Knot, Phase, Scheme, System, Tolerances};
@@ -9,7 +10,8 @@ use crate::model::Vector;
 const SAME: f64 = 1.0;
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
-    /// The step just made, again with another size (not longer): ends it exactly at an event. The stepper stands there then.
+    /// The step just made, again with another size (not longer): ends it exactly at an event. The stepper
+    /// stands there then.
     pub fn shorten<Y: System<V>>(
         &mut self,
         system: &mut Y,
@@ -55,7 +57,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.rejected += 1;
     }
 
-    /// Has the next step, of fixed size, end where a branch of the accelerations changes: instead of the one just made, if there is one.
+    /// Has the next step, of fixed size, end where a branch of the accelerations changes: instead of the one
+    /// just made, if there is one.
     pub fn end_at_branch(&mut self, made: Option<&Step<V>>) {
         if let Some(step) = made {
             self.undo(step);
@@ -63,8 +66,9 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.landing.ask();
     }
 
-    /// Goes on from another state, after a discontinuity. The step size is kept, the controller's memory is not. What is A-stable would step over what dies out fast after it, and
-    /// know nothing of what happens there: its step is chosen as at a start, in direction of `limit`, where that is shorter.
+    /// Goes on from another state, after a discontinuity. The step size is kept, the controller's memory is
+    /// not. What is A-stable would step over what dies out fast after it, and know nothing of what happens
+    /// there: its step is chosen as at a start, in direction of `limit`, where that is shorter.
     pub fn restart<Y: System<V>>(
         &mut self,
         system: &mut Y,
@@ -91,8 +95,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.scheme.dense(system, &start, &step.end, step.h)
     }
 
-    /// Makes a recorded step once more, for its interpolant; `None` where it would end elsewhere now: iterations may end at another solution of their
-    /// equations, or at none.
+    /// Makes a recorded step once more, for its interpolant; `None` where it would end elsewhere now:
+    /// iterations may end at another solution of their equations, or at none.
     pub fn again<Y: System<V>>(
         scheme: &mut S,
         system: &mut Y,
@@ -122,7 +126,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Ok(Some(dense))
     }
 
-    /// What a step of this size leads to, without upkeep. Attempts are inlined where steps are made; everywhere else this one copy serves, for they are most of what a method is to a compiler.
+    /// What a step of this size leads to, without upkeep. Attempts are inlined where steps are made;
+    /// everywhere else this one copy serves, for they are most of what a method is to a compiler.
     #[inline(never)]
     pub(crate) fn attempt_again<Y: System<V>>(
         scheme: &mut S,
@@ -148,7 +153,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Ok(apart(&end) <= SAME)
     }
 
-    /// The end of a step with this start, size and upkeep, settled, and its error, 1 where it is just permitted; `None` where its equations are not solved.
+    /// The end of a step with this start, size and upkeep, settled, and its error, 1 where it is just
+    /// permitted; `None` where its equations are not solved.
     pub fn end_of<Y: System<V>>(
         scheme: &mut S,
         system: &mut Y,
@@ -160,7 +166,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Self::end_on_branches(scheme, system, &Step { start, ..*step }, tolerances)
     }
 
-    /// As [`Stepper::end_of`], on whatever branches the system holds: those of another motion, beside which this one is followed.
+    /// As [`Stepper::end_of`], on whatever branches the system holds: those of another motion, beside which
+    /// this one is followed.
     pub(crate) fn end_on_branches<Y: System<V>>(
         scheme: &mut S,
         system: &mut Y,

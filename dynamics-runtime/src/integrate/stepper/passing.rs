@@ -1,15 +1,20 @@
 //! How steps go over positions at which what holds them nearly loses a direction.
 //!
-//! No tolerance judges a fixed step. Where one of its stages happens to lie beside a change point of a mechanism it has the accelerations of no motion: what a stage
-//! is off by, which is no matter elsewhere, is amplified by the square of the distance, and the end of the step is thrown along the constraints, by up to percents of its velocity. Φ and
-//! Φ̇ show nothing of it, and neither does the next step. The stages themselves do: they disagree by many times what is usual. Such a step is made in
-//! parts, so that stages lie elsewhere, and goes on to where it would have ended.
+//! No tolerance judges a fixed step. Where one of its stages happens to lie beside a change point of a
+//! mechanism it has the accelerations of no motion: what a stage is off by, which is no matter elsewhere, is
+//! amplified by the square of the distance, and the end of the step is thrown along the constraints, by up to
+//! percents of its velocity. Φ and Φ̇ show nothing of it, and neither does the next step. The stages
+//! themselves do: they disagree by many times what is usual. Such a step is made in parts, so that stages lie
+//! elsewhere, and goes on to where it would have ended.
 //!
-//! Under step control, steps at a distance x of such a position have to get over it while rounding counts for less than the tolerance: in them it is ε/x³ of
-//! the accelerations of a stage and ε/x² of the velocities where they end. But all of it lies along M⁻¹Φ_qᵀ, in the direction that constraints nearly lose,
-//! and settling the end takes it back: what is left is only what turns out of that direction on the way from the stage to the end. That is
-//! measured, and judged, instead of all that was taken back ([`Stepper::decided`]), and of ends that are uncertain the longest is taken that is not much more so than others
-//! ([`Passing::better`]). Rounding then lets motions pass at tolerances of 1e-13 (tested), and of 1e-14 as far as was tried.
+//! Under step control, steps at a distance x of such a position have to get over it while rounding counts for
+//! less than the tolerance: in them it is ε/x³ of the accelerations of a stage and ε/x² of the velocities
+//! where they end. But all of it lies along M⁻¹Φ_qᵀ, in the direction that constraints nearly lose, and
+//! settling the end takes it back: what is left is only what turns out of that direction on the way from the
+//! stage to the end. That is measured, and judged, instead of all that was taken back ([`Stepper::decided`]),
+//! and of ends that are uncertain the longest is taken that is not much more so than others
+//! ([`Passing::better`]). Rounding then lets motions pass at tolerances of 1e-13 (tested), and of 1e-14 as
+//! far as was tried.
 
 use super::super::tableau::zip;
 use super::super::{Knot, Method, Phase, Scheme, Settled, System};
@@ -17,15 +22,17 @@ use super::{Failure, SURPRISE, Stepper, Trial};
 use crate::math;
 use crate::model::Vector;
 
-/// A step whose end is settled by more than so many permitted errors is rejected, unless they are known to be none: what holds it in place would then
-/// decide the motion, and not the method.
+/// A step whose end is settled by more than so many permitted errors is rejected, unless they are known to be
+/// none: what holds it in place would then decide the motion, and not the method.
 const MOST_MOVE: f64 = 10.0;
-/// Attempts to make a step whose end and stages avoid a singular position of what holds it, each shorter than the one before by
+/// Attempts to make a step whose end and stages avoid a singular position of what holds it, each shorter than
+/// the one before by
 /// [`DETOUR`]: the position is then passed between stages. At the position itself rounding errors decide, and shorter steps come nearer to it.
 const MOST_DETOURS: u32 = 5;
 /// See [`MOST_DETOURS`].
 const DETOUR: f64 = 0.8;
-/// Where the attempts end after the first: at a part of what is left to the end of the step, or behind that by a part of a step, as the end itself may be the place.
+/// Where the attempts end after the first: at a part of what is left to the end of the step, or behind that
+/// by a part of a step, as the end itself may be the place.
 const ENDS: [(f64, f64); 5] = [(1.0, 0.3), (0.8, 0.0), (1.0, 0.15), (0.6, 0.0), (0.4, 0.0)];
 /// How many times as much as usual stages disagree where a step is looked at.
 const UNUSUAL: f64 = 30.0;
@@ -34,17 +41,19 @@ const FOLLOWS: f64 = 2.0;
 /// Stages that disagree by less, in permitted errors, do so by rounding.
 const ROUNDING: f64 = 0.1;
 
-/// The part of the way of a fixed step, in positions or in velocities, by which settling may move its end. No tolerance judges it, and a stage that lies
-/// beside a singular position throws it anywhere.
+/// The part of the way of a fixed step, in positions or in velocities, by which settling may move its end. No
+/// tolerance judges it, and a stage that lies beside a singular position throws it anywhere.
 const MOST_PART: f64 = 0.02;
 /// How many times less uncertain the end of a shorter step has to be.
 const PREFERRED: f64 = 4.0;
-/// The square of a move, in permitted errors, from which on it is too large for that: directions turn along it.
+/// The square of a move, in permitted errors, from which on it is too large for that: directions turn along
+/// it.
 const BENT: f64 = 0.1;
 /// Part of a fixed step that it may miss its end by.
 const SLACK: f64 = 1e-6;
 
-/// What rounding makes uncertain at the end of a step is no matter below this, in permitted errors: the nearer such a position is the larger it is, on either side.
+/// What rounding makes uncertain at the end of a step is no matter below this, in permitted errors: the
+/// nearer such a position is the larger it is, on either side.
 pub(super) const UNCERTAIN: f64 = 100.0;
 
 /// What is remembered from one fixed step to the next, and from one attempt to the next.
@@ -83,7 +92,8 @@ impl Passing {
         (self.best, self.last, self.aside) = (None, false, None);
     }
 
-    /// Whether a step under step control is to be made shorter, to end and have its stages elsewhere: see [`MOST_DETOURS`]; `settles`: whether something holds the ends of steps.
+    /// Whether a step under step control is to be made shorter, to end and have its stages elsewhere: see
+    /// [`MOST_DETOURS`]; `settles`: whether something holds the ends of steps.
     pub(super) fn goes_on<V>(&mut self, detours: &mut u32, trial: &Trial<V>, settles: bool) -> bool {
         let awkward = trial.noise > 1.0 || settles && trial.error > SURPRISE;
         if !awkward || self.last {
@@ -101,7 +111,8 @@ impl Passing {
     /// Where a step ended that was better than the last one.
     pub(super) fn better<V>(&mut self, trial: &Trial<V>, detours: u32) -> Option<f64> {
         let (end, least) = self.aside.take()?;
-        // An end that rounding leaves certain is better than any other; a step that is only too long becomes shorter.
+        // An end that rounding leaves certain is better than any other; a step that is only too long becomes
+        // shorter.
         let uncertain = trial.noise > 1.0 && least <= PREFERRED * trial.noise;
         let given_up = trial.error > 1.0 && detours == MOST_DETOURS;
         let is_better = end != trial.end.t && (uncertain || given_up);
@@ -109,7 +120,8 @@ impl Passing {
         is_better.then_some(end)
     }
 
-    /// Judges an attempt by how much its stages disagree, infinite where it failed; `near` says whether it is near a position of that kind.
+    /// Judges an attempt by how much its stages disagree, infinite where it failed; `near` says whether it is
+    /// near a position of that kind.
     pub(super) fn judge(&mut self, attempt: u32, found: f64, near: impl FnOnce() -> bool) -> Verdict {
         self.found = found;
         let usual = self.usual > 0.0 && found <= UNUSUAL * self.usual;
@@ -157,7 +169,8 @@ impl Passing {
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
-    /// By how much a move onto what holds the end of a step has decided the motion, 1: by as much as is permitted. See the header.
+    /// By how much a move onto what holds the end of a step has decided the motion, 1: by as much as is
+    /// permitted. See the header.
     #[inline(always)]
     pub(super) fn decided<Y: System<V>>(
         &self,
@@ -174,7 +187,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
     }
 
-    /// The same where it moved far: what was taken back where the step ends, along the direction in which that would be done where it starts, was no error.
+    /// The same where it moved far: what was taken back where the step ends, along the direction in which
+    /// that would be done where it starts, was no error.
     #[cold]
     fn turned<Y: System<V>>(
         &self,
@@ -238,7 +252,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if Y::IS_FREE { None } else { self.passing.better(trial, detours) }
     }
 
-    /// The best that can be made of a step near a position where what holds it nearly loses a direction: refused where its stages disagree by a part of its way.
+    /// The best that can be made of a step near a position where what holds it nearly loses a direction:
+    /// refused where its stages disagree by a part of its way.
     #[cold]
     pub(super) fn left_where_it_is<E>(
         &self,
@@ -246,8 +261,11 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         h: f64,
     ) -> Result<Trial<V>, Failure<E>> {
         let trial = trial?;
-        match self.displaced(&zip(&trial.end.y, &self.scheme.disagreement(), |end, apart| end - apart), &trial.end.y, h)
-        {
+        match self.displaced(
+            &zip(&trial.end.y, &self.scheme.disagreement(), |end, apart| end - apart),
+            &trial.end.y,
+            h,
+        ) {
             Some(coordinate) => Err(Failure::Displaced(coordinate)),
             None => Ok(trial),
         }
@@ -298,13 +316,18 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     /// Whether its stages are states near the solution, each made of those before.
     pub(super) const fn is_explicit() -> bool {
-        matches!(S::METHOD, Method::Rk4 | Method::DormandPrince5 | Method::Tsit5 | Method::Dop853 | Method::Verner9)
+        matches!(
+            S::METHOD,
+            Method::Rk4 | Method::DormandPrince5 | Method::Tsit5 | Method::Dop853 | Method::Verner9
+        )
     }
 }
 
-/// See [`Stepper::displaced`]: from and to of positions and of velocities, and the velocities where the step starts.
+/// See [`Stepper::displaced`]: from and to of positions and of velocities, and the velocities where the step
+/// starts.
 fn displaced([q, to_q, u, to_u, at_start]: [&[f64]; 5], h: f64) -> Option<usize> {
-    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |most, x| math::max(most, x.abs()));
+    let most =
+        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |most, x| math::max(most, x.abs()));
     let far = |from: &[f64], to: &[f64], way: f64| {
         most(&mut to.iter().zip(from).map(|(to, from)| to - from)) > MOST_PART * way
     };
@@ -385,7 +408,14 @@ mod tests {
         };
         assert_eq!(taken(&[(1.0, 0.5, 9.0), (0.8, 0.5, 5.0), (0.6, 0.5, 0.9)]), 0.6);
         let uncertain = |last: f64| {
-            [(1.0, 90.0, 0.0), (0.9, 0.5, 20.0), (0.8, 0.5, 9.0), (0.7, 40.0, 2.0), (0.6, 0.5, 50.0), (0.5, 0.5, last)]
+            [
+                (1.0, 90.0, 0.0),
+                (0.9, 0.5, 20.0),
+                (0.8, 0.5, 9.0),
+                (0.7, 40.0, 2.0),
+                (0.6, 0.5, 50.0),
+                (0.5, 0.5, last),
+            ]
         };
         assert_eq!((taken(&uncertain(6.0)), taken(&uncertain(4.0))), (0.9, 0.5));
         // One that is refused is none.

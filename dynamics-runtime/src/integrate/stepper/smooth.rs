@@ -7,7 +7,8 @@ use super::{Stepper, Trial};
 use crate::model::Vector;
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
-    /// End and signed size of the step, if it is to be made again to end where the accelerations stop being smooth.
+    /// End and signed size of the step, if it is to be made again to end where the accelerations stop being
+    /// smooth.
     #[inline(always)]
     pub(super) fn landing<Y: System<V>>(
         &mut self,
@@ -35,7 +36,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Ok((end_t != start.t && end_t != end.t).then_some((end_t, end_t - start.t)))
     }
 
-    /// Before the first attempt of a step: holds branches, and lets the method, or what changed with them, say how long the step is.
+    /// Before the first attempt of a step: holds branches, and lets the method, or what changed with them,
+    /// say how long the step is.
     #[inline(always)]
     pub(super) fn begin<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<(), Y::Error> {
         let direction = if limit < self.now.t { -1.0 } else { 1.0 };
@@ -46,7 +48,14 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 Hold::Changed if free => {
                     // What lies behind tells nothing of how fast it goes on from here.
                     let (most, tolerances) = (self.h.min(self.options.most), self.options.tolerances);
-                    self.h = first_step(system, &self.now, (S::ORDER, S::LONG_STEPS), direction, most, &tolerances);
+                    self.h = first_step(
+                        system,
+                        &self.now,
+                        (S::ORDER, S::LONG_STEPS),
+                        direction,
+                        most,
+                        &tolerances,
+                    );
                     self.control.iter_mut().for_each(Controller::restart);
                 }
                 Hold::On if free => self.h = self.landing.unchanged(self.h),

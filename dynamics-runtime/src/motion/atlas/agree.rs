@@ -13,12 +13,14 @@ use crate::model::{ModelState, Vector};
 
 /// Roundings that may add up, in units of what one amounts to.
 const ROUNDINGS: f64 = 1e4;
-/// Conditioning of the mass matrix at most that differences are put down to: beyond it they are none of rounding.
+/// Conditioning of the mass matrix at most that differences are put down to: beyond it they are none of
+/// rounding.
 const MOST_CONDITIONING: f64 = 1e8;
 const MOST_OF_ENERGY: f64 = 1e3;
 /// What is given by closures agrees up to this part of it.
 pub(super) const GIVEN: f64 = 1e-6;
-/// How far from where a motion happens to be the charts are compared, in rad: in equilibrium or at rest much is zero, and zeros prove nothing.
+/// How far from where a motion happens to be the charts are compared, in rad: in equilibrium or at rest much
+/// is zero, and zeros prove nothing.
 const ASIDE: f64 = 0.3;
 
 /// A quantity in two charts.
@@ -43,8 +45,14 @@ impl Pair {
 }
 
 impl<M: Simulate + Clone> Atlas<M> {
-    /// Compares two charts near a state of the first one. Returns where, in both; `None` of a state that is not a number.
-    pub(super) fn agree(&self, from: usize, to: usize, state: &M::State) -> Result<Option<[M::State; 2]>, ChartError> {
+    /// Compares two charts near a state of the first one. Returns where, in both; `None` of a state that is
+    /// not a number.
+    pub(super) fn agree(
+        &self,
+        from: usize,
+        to: usize,
+        state: &M::State,
+    ) -> Result<Option<[M::State; 2]>, ChartError> {
         // None of a state that is not a number, which the run refuses.
         let Some(states) = self.beside([from, to], state) else { return Ok(None) };
         if let Some(Pair { what, name, values, .. }) =
@@ -55,11 +63,13 @@ impl<M: Simulate + Clone> Atlas<M> {
         Ok(Some(states))
     }
 
-    /// The place beside a state where both charts are farthest from locking, in both; `None` of a state that is not a number.
+    /// The place beside a state where both charts are farthest from locking, in both; `None` of a state that
+    /// is not a number.
     pub(super) fn beside(&self, [from, to]: [usize; 2], state: &M::State) -> Option<[M::State; 2]> {
         let aside = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0].map(|times| self.aside(from, to, state, times * ASIDE));
         let regular = |states: &[M::State; 2]| {
-            let distances = states.iter().flat_map(|state| self.references.iter().map(|at| at.distance(state)));
+            let distances =
+                states.iter().flat_map(|state| self.references.iter().map(|at| at.distance(state)));
             distances.fold(f64::INFINITY, f64::min)
         };
         aside.into_iter().flatten().max_by(|a, b| regular(a).total_cmp(&regular(b)))
@@ -99,7 +109,8 @@ impl<M: Simulate + Clone> Atlas<M> {
         let conditioning = conditioning[0].max(conditioning[1]);
         let mut pairs = Vec::new();
         let mut add = |what, name, values: [f64; 2], scale: f64| {
-            // A mass matrix that only the constraints make regular, as that of a body in Euler parameters beside, says nothing of rounding. Energies do not divide by it.
+            // A mass matrix that only the constraints make regular, as that of a body in Euler parameters
+            // beside, says nothing of rounding. Energies do not divide by it.
             let worst = if what == Compared::Energy { MOST_OF_ENERGY } else { MOST_CONDITIONING };
             let rounding = ROUNDINGS * f64::EPSILON * (1.0 + conditioning.min(worst));
             let size = scale.max(values[0].abs()).max(values[1].abs());
@@ -109,10 +120,13 @@ impl<M: Simulate + Clone> Atlas<M> {
         if let [Ok(a), Ok(b)] = both.map(|(model, state)| model.accelerations(state)) {
             let accelerations = [a, b];
             for (k, reference) in self.references.iter().enumerate() {
-                let spins =
-                    [0, 1].map(|c| reference.spin(&states[c], accelerations[c].as_slice(), charts[c] >> k & 1 == 1));
-                let size =
-                    spins.iter().map(|[omega, alpha]| omega.norm_squared().max(alpha.norm())).fold(0.0, f64::max);
+                let spins = [0, 1].map(|c| {
+                    reference.spin(&states[c], accelerations[c].as_slice(), charts[c] >> k & 1 == 1)
+                });
+                let size = spins
+                    .iter()
+                    .map(|[omega, alpha]| omega.norm_squared().max(alpha.norm()))
+                    .fold(0.0, f64::max);
                 for i in 0..3 {
                     add(
                         Compared::AngularAcceleration,
@@ -129,7 +143,13 @@ impl<M: Simulate + Clone> Atlas<M> {
         }
         let energies = both.map(|(model, state)| model.energy_function(state));
         let doubled = both.map(|(model, state)| {
-            state.u().as_slice().iter().zip(model.momenta(state).as_slice()).map(|(u, p)| (u * p).abs()).sum::<f64>()
+            state
+                .u()
+                .as_slice()
+                .iter()
+                .zip(model.momenta(state).as_slice())
+                .map(|(u, p)| (u * p).abs())
+                .sum::<f64>()
         });
         add(Compared::Energy, "energy", energies, doubled[0].max(doubled[1]));
         let outputs = both.map(|(model, state)| {
@@ -147,7 +167,8 @@ impl<M: Simulate + Clone> Atlas<M> {
             for (i, quantity) in quantities.iter().enumerate() {
                 // Components that vanish are rounding of those beside them.
                 let alike = quantities.iter().zip(&a).filter(|(other, _)| other.unit == quantity.unit);
-                let size = alike.fold(1e-3, |most: f64, (_, x)| if x.is_finite() { most.max(x.abs()) } else { most });
+                let size = alike
+                    .fold(1e-3, |most: f64, (_, x)| if x.is_finite() { most.max(x.abs()) } else { most });
                 add(what, quantity.name, [a[i], b[i]], size);
             }
         }
@@ -155,8 +176,12 @@ impl<M: Simulate + Clone> Atlas<M> {
     }
 }
 
-/// Whether the inputs go on as they were: a law that reads the angles themselves makes them jump. Each is measured by what it was itself in both parts.
-pub(super) fn same_inputs<M: Simulate>(before: &Motion<'_, M>, after: &Motion<'_, M>) -> Result<(), ChartError> {
+/// Whether the inputs go on as they were: a law that reads the angles themselves makes them jump. Each is
+/// measured by what it was itself in both parts.
+pub(super) fn same_inputs<M: Simulate>(
+    before: &Motion<'_, M>,
+    after: &Motion<'_, M>,
+) -> Result<(), ChartError> {
     let (from, to) = (before.end(), after.start());
     for (k, quantity) in M::INPUTS.iter().enumerate() {
         let of = |state: &M::State| state.inputs().as_slice()[k];

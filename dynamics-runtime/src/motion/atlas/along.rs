@@ -1,4 +1,5 @@
-//! Whether charts describe one model all along a part of a motion, not only where it begins: what acts in a band of angles, or for a time, is seen only there.
+//! Whether charts describe one model all along a part of a motion, not only where it begins: what acts in a
+//! band of angles, or for a time, is seen only there.
 
 use alloc::vec::Vec;
 
@@ -11,7 +12,8 @@ use crate::model::{ModelState, Vector};
 
 /// Nearer to locking than this, in rad, the other chart is not asked: rounding is most of what it says.
 const LEAST: f64 = 0.02;
-/// How far beside a step's end a disagreement has to be one as well, as a part of the step. Steps end where functions jump, and there rounding chooses the side.
+/// How far beside a step's end a disagreement has to be one as well, as a part of the step. Steps end where
+/// functions jump, and there rounding chooses the side.
 const BESIDE: f64 = 1e-3;
 
 /// The largest size met of each quantity: what vanishes for a while is rounding of what it is otherwise.
@@ -76,14 +78,17 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
         let records = &self.motion.trajectory.records;
         let here = &records[k].state;
         let neighbours = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|i| records.get(i));
-        let mut moved = neighbours.map(|next| next.state.t() - here.t()).filter(|step| *step != 0.0).peekable();
+        let mut moved =
+            neighbours.map(|next| next.state.t() - here.t()).filter(|step| *step != 0.0).peekable();
         // A motion of one instant has nothing beside it.
         moved.peek().is_none()
             || moved.any(|step| {
                 let mut state = self.motion.at(here.t() + BESIDE * step);
                 *state.inputs_mut() = *here.inputs();
                 let pairs = self.both(state).map(|states| self.pairs(states)).unwrap_or_default();
-                pairs.iter().any(|pair| (pair.what, pair.name) == (found.what, found.name) && sizes.apart(pair))
+                pairs
+                    .iter()
+                    .any(|pair| (pair.what, pair.name) == (found.what, found.name) && sizes.apart(pair))
             })
     }
 

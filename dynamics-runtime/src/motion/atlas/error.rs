@@ -131,7 +131,8 @@ impl fmt::Display for ChartError {
         match self {
             Self::UnknownSet { name, known, model } if known.is_empty() => write!(
                 f,
-                "`{name}` is not the second angle of a set: no three coordinates of `{model}` turn something one after the other; write them as `Mat3::euler(..)`"
+                "`{name}` is not the second angle of a set: no three coordinates of `{model}` turn something \
+                 one after the other; write them as `Mat3::euler(..)`"
             ),
             Self::UnknownSet { name, known, .. } => {
                 write!(f, "`{name}` is not the second angle of a set; those of this model are ")?;
@@ -143,50 +144,65 @@ impl fmt::Display for ChartError {
             }
             Self::NotAtZero { parameter, value } => write!(
                 f,
-                "parameter `{parameter}` is {value} in the model, and not 0; give the model with its references not turned, and the start in that chart"
+                "parameter `{parameter}` is {value} in the model, and not 0; give the model with its \
+                 references not turned, and the start in that chart"
             ),
             Self::Unturned { name } => write!(
                 f,
-                "turning the reference of `{name}` changes no parameter; set the angle of a turn that stands before the set, as in \
-                 `Mat3::rotation_x(self.reference) * Mat3::euler(EulerSequence::Zxz, q.angles)`"
+                "turning the reference of `{name}` changes no parameter; set the angle of a turn that stands \
+                 before the set, as in `Mat3::rotation_x(self.reference) * Mat3::euler(EulerSequence::Zxz, \
+                 q.angles)`"
             ),
             Self::NotTheTurn { parameter, value, turn } => write!(
                 f,
-                "parameter `{parameter}` is set to {value} where the turn of the reference is {turn}; set it to the turn as it is given, in rad, and have the model turn by it about \
-                 the axis of the second angle"
+                "parameter `{parameter}` is set to {value} where the turn of the reference is {turn}; set it \
+                 to the turn as it is given, in rad, and have the model turn by it about the axis of the \
+                 second angle"
             ),
             Self::NoSuchChart { chart, charts } => {
                 write!(
                     f,
-                    "there is no chart {chart} among the {charts} of this atlas; resume a motion with the atlas that made it"
+                    "there is no chart {chart} among the {charts} of this atlas; resume a motion with the \
+                     atlas that made it"
                 )
             }
             Self::EventDisagrees { event, values: [a, b], time } => write!(
                 f,
-                "event `{event}` is {a:.6e} in one chart and {b:.6e} in another at t = {time}: its function reads the angles; have it ask the model that `with` gives where the body is"
+                "event `{event}` is {a:.6e} in one chart and {b:.6e} in another at t = {time}: its function \
+                 reads the angles; have it ask the model that `with` gives where the body is"
             ),
             Self::NoRotation { name, error } => {
                 write!(f, "the set of `{name}` cannot be measured from another reference: {error}")
             }
-            Self::Disagree { what, name, values: [a, b], time } => disagreement(f, *what, name, [*a, *b], *time),
+            Self::Disagree { what, name, values: [a, b], time } => {
+                disagreement(f, *what, name, [*a, *b], *time)
+            }
             Self::NotByParts { option } => {
                 write!(
                     f,
-                    "`{option}` asks for the whole motion, which comes in parts; ask the motion itself with `sample(..)`, or a second run of other tolerance"
+                    "`{option}` asks for the whole motion, which comes in parts; ask the motion itself with \
+                     `sample(..)`, or a second run of other tolerance"
                 )
             }
             Self::Coincident { event, time } => write!(
                 f,
-                "`{event}` happens at t = {time}, at the very instant of a change of chart, and would be met twice; start a little later, or end it there"
+                "`{event}` happens at t = {time}, at the very instant of a change of chart, and would be met \
+                 twice; start a little later, or end it there"
             ),
             Self::NoEnd => f.write_str("the simulation has no end; add `.until(t)`"),
         }
     }
 }
 
-fn disagreement(f: &mut fmt::Formatter<'_>, what: Compared, name: &str, [a, b]: [f64; 2], time: f64) -> fmt::Result {
-    let remedy = "say it by the frame of the body, not by the angles, and put the reference right before the three turns about coordinate axes, as a turn about the axis of the \
-                  second";
+fn disagreement(
+    f: &mut fmt::Formatter<'_>,
+    what: Compared,
+    name: &str,
+    [a, b]: [f64; 2],
+    time: f64,
+) -> fmt::Result {
+    let remedy = "say it by the frame of the body, not by the angles, and put the reference right before the \
+        three turns about coordinate axes, as a turn about the axis of the second";
     match what {
         Compared::AngularAcceleration => write!(f, "the angular acceleration of what `{name}` turns")?,
         Compared::Acceleration => write!(f, "the acceleration of `{name}`")?,
@@ -195,9 +211,16 @@ fn disagreement(f: &mut fmt::Formatter<'_>, what: Compared, name: &str, [a, b]: 
         Compared::Event => write!(f, "event `{name}`")?,
         Compared::Input => write!(f, "input `{name}`")?,
     }
-    let remedy =
-        if what == Compared::Input { "have the law ask the model that `with` gives where the body is" } else { remedy };
-    write!(f, " is {a:.6e} in one chart and {b:.6e} in another at t = {time}: they do not describe the same; {remedy}")
+    let remedy = if what == Compared::Input {
+        "have the law ask the model that `with` gives where the body is"
+    } else {
+        remedy
+    };
+    write!(
+        f,
+        " is {a:.6e} in one chart and {b:.6e} in another at t = {time}: they do not describe the same; \
+        {remedy}"
+    )
 }
 
 impl core::error::Error for ChartError {}
@@ -222,19 +245,25 @@ impl<M: Model> From<ChartError> for AtlasErrorKind<M> {
     }
 }
 
-/// A motion in several charts that stopped before its end. What was computed up to there is still in hand: [`AtlasError::motion`].
+/// A motion in several charts that stopped before its end. What was computed up to there is still in hand:
+/// [`AtlasError::motion`].
 pub struct AtlasError<M: Model> {
     /// What happened.
     pub kind: AtlasErrorKind<M>,
-    /// Time of the last good state; the start's where nothing has moved. Where charts disagree it is when they are first seen to: what the motion says after that is said
-    /// in one chart only.
+    /// Time of the last good state; the start's where nothing has moved. Where charts disagree it is when
+    /// they are first seen to: what the motion says after that is said in one chart only.
     pub time: f64,
     first: usize,
     legs: Vec<(usize, Trajectory<M>)>,
 }
 
 impl<M: Simulate> AtlasError<M> {
-    pub(super) fn new(kind: AtlasErrorKind<M>, first: usize, start: &M::State, legs: Vec<Leg<'_, M>>) -> Self {
+    pub(super) fn new(
+        kind: AtlasErrorKind<M>,
+        first: usize,
+        start: &M::State,
+        legs: Vec<Leg<'_, M>>,
+    ) -> Self {
         let mut legs: Vec<_> = legs.into_iter().map(|leg| (leg.chart, leg.motion.trajectory)).collect();
         if let AtlasErrorKind::Run { chart, error } = &kind
             && let Some(trajectory) = &error.trajectory
@@ -250,8 +279,8 @@ impl<M: Simulate> AtlasError<M> {
         Self { kind, time, first, legs }
     }
 
-    /// What was computed, in the charts of the atlas that it was computed with. Inputs closures are gone with the simulation, as of
-    /// [`SimulationError::motion`]. `None` where nothing was computed.
+    /// What was computed, in the charts of the atlas that it was computed with. Inputs closures are gone with
+    /// the simulation, as of [`SimulationError::motion`]. `None` where nothing was computed.
     #[must_use]
     pub fn motion<'a>(&self, atlas: &'a Atlas<M>) -> Option<AtlasMotion<'a, M>> {
         let mut legs = Vec::new();

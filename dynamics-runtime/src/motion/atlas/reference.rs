@@ -31,7 +31,8 @@ impl Reference {
         };
         let set = *M::ANGLE_SETS.iter().find(|set| name(set) == middle).ok_or_else(unknown)?;
         let axes = set.axes.map(|axis| usize::from(axis) - 1);
-        let sequence = EulerSequence::ALL.into_iter().find(|known| known.axes() == axes).ok_or_else(unknown)?;
+        let sequence =
+            EulerSequence::ALL.into_iter().find(|known| known.axes() == axes).ok_or_else(unknown)?;
         Ok(Self { set, sequence, names: set.angles.map(|k| M::COORDINATES[k].name) })
     }
 
@@ -53,13 +54,23 @@ impl Reference {
     }
 
     /// ω and ω̇ against the frame that carries the reference, in that frame's components.
-    pub(super) fn spin<S: ModelState>(&self, state: &S, accelerations: &[f64], turned: bool) -> [Vec3<f64>; 2] {
+    pub(super) fn spin<S: ModelState>(
+        &self,
+        state: &S,
+        accelerations: &[f64],
+        turned: bool,
+    ) -> [Vec3<f64>; 2] {
         let omega = self.turns(state, self.set.angles.map(|k| accelerations[k])).angular_velocity();
         [omega.value(), omega.rate()].map(|v| self.frame(turned) * v)
     }
 
     /// Measures the angles from the other reference: the same rotation, the same angular velocity.
-    pub(super) fn express<S: ModelState>(&self, state: &mut S, from: bool, to: bool) -> Result<(), ChartError> {
+    pub(super) fn express<S: ModelState>(
+        &self,
+        state: &mut S,
+        from: bool,
+        to: bool,
+    ) -> Result<(), ChartError> {
         let turns = self.turns(state, [0.0; 3]);
         let back = self.frame(to).transpose() * self.frame(from);
         let omega = back * turns.angular_velocity().value();
@@ -68,8 +79,11 @@ impl Reference {
         // ω = Σ θ̇ₖ aₖ with the axes as the turns before left them.
         let [i, j, k] = self.sequence.axes();
         let first = Mat3::about(i, angles[0]);
-        let axes =
-            [Mat3::<f64>::about(i, 0.0).column(i), first.column(j), (first * Mat3::about(j, angles[1])).column(k)];
+        let axes = [
+            Mat3::<f64>::about(i, 0.0).column(i),
+            first.column(j),
+            (first * Mat3::about(j, angles[1])).column(k),
+        ];
         let normals = [axes[1].cross(axes[2]), axes[2].cross(axes[0]), axes[0].cross(axes[1])];
         let volume = axes[0].dot(normals[0]);
         for (which, (angle, normal)) in angles.into_iter().zip(normals).enumerate() {

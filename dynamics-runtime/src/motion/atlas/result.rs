@@ -23,8 +23,9 @@ pub struct Leg<'a, M: Simulate> {
     pub motion: Motion<'a, M>,
 }
 
-/// A motion that changed its charts on the way. Angles and their rates belong to the chart of their time; what the model says by the frames of its bodies, outputs, drawings and
-/// energies, goes on as if there were none.
+/// A motion that changed its charts on the way. Angles and their rates belong to the chart of their time;
+/// what the model says by the frames of its bodies, outputs, drawings and energies, goes on as if there were
+/// none.
 #[derive(Debug)]
 pub struct AtlasMotion<'a, M: Simulate> {
     pub(super) atlas: &'a Atlas<M>,
@@ -73,7 +74,8 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
         self.legs[self.legs.len() - 1].motion.end_time()
     }
 
-    /// The part that a time belongs to; after a change where it is the time of one. The last one for times outside.
+    /// The part that a time belongs to; after a change where it is the time of one. The last one for times
+    /// outside.
     pub(crate) fn leg_at(&self, t: f64) -> &Leg<'a, M> {
         let forward = self.end_time() >= self.start_time();
         let begun = |leg: &&Leg<'a, M>| {
@@ -83,7 +85,8 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
         self.legs.iter().rev().find(begun).unwrap_or(&self.legs[0])
     }
 
-    /// The state at time t with the model in its chart, after a change where t is the time of one; NaN outside the motion, as of [`Motion::at`].
+    /// The state at time t with the model in its chart, after a change where t is the time of one; NaN
+    /// outside the motion, as of [`Motion::at`].
     #[must_use]
     pub fn at(&self, t: f64) -> Placed<'a, M> {
         let Leg { chart, motion } = self.leg_at(t);
@@ -143,7 +146,8 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
         let mut before = self.first;
         let mut changes = Vec::new();
         for Leg { chart, motion } in &self.legs {
-            let changed = self.atlas.references.iter().enumerate().filter(|(k, _)| (chart ^ before) >> k & 1 == 1);
+            let changed =
+                self.atlas.references.iter().enumerate().filter(|(k, _)| (chart ^ before) >> k & 1 == 1);
             let sets: Vec<_> = changed.map(|(_, at)| (at.set, at.names[1])).collect();
             if !sets.is_empty() {
                 changes.push(ChartChange { time: motion.start_time(), sets });
@@ -161,8 +165,10 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
         let mut drift: f64 = legs.iter().map(|leg| leg.energy_drift * leg.energy_scale).sum();
         for pair in self.legs.windows(2) {
             let [before, after] = [pair[0].motion.end(), pair[1].motion.start()];
-            let [before, after] =
-                [pair[0].motion.model().energy_function(&before), pair[1].motion.model().energy_function(&after)];
+            let [before, after] = [
+                pair[0].motion.model().energy_function(&before),
+                pair[1].motion.model().energy_function(&after),
+            ];
             drift += (after - before).abs();
         }
         let sum = |of: fn(&Summary) -> u64| legs.iter().map(of).sum();
@@ -202,7 +208,8 @@ pub struct AtlasSummary {
     pub evaluations: u64,
     /// Time the run took; `None` without the standard library.
     pub wall_time: Option<Duration>,
-    /// Bound of the drift of the energy over all parts, relative to the largest energy met: the largest drift of each, and what the changes added.
+    /// Bound of the drift of the energy over all parts, relative to the largest energy met: the largest drift
+    /// of each, and what the changes added.
     pub energy_drift: f64,
     /// The summary of each part.
     pub legs: Vec<Summary>,
@@ -235,19 +242,27 @@ impl fmt::Display for AtlasSummary {
         let [steps, rejected, evaluations] = [self.steps, self.rejected, self.evaluations].map(Grouped);
         write!(
             f,
-            "\n  steps        {steps} accepted, {rejected} rejected, {evaluations} evaluations of the accelerations"
+            "\n  steps        {steps} accepted, {rejected} rejected, {evaluations} evaluations of the \
+             accelerations"
         )?;
         if let Some(time) = self.wall_time {
             write!(f, "\n  wall time    {time:.3?}")?;
         }
         if self.energy_drift.is_nan() {
-            write!(f, "\n  drift        energy cannot be accounted for: inputs or their rates are not known")?;
+            write!(
+                f,
+                "\n  drift        energy cannot be accounted for: inputs or their rates are not known"
+            )?;
         } else {
             write!(f, "\n  drift        energy at most {:.1e}, all parts together", self.energy_drift)?;
         }
         for leg in &self.legs {
             for warning in leg.warnings() {
-                write!(f, "\n  warning      {warning} (in the part from t = {} on)", Rounded(leg.interval.0))?;
+                write!(
+                    f,
+                    "\n  warning      {warning} (in the part from t = {} on)",
+                    Rounded(leg.interval.0)
+                )?;
             }
         }
         Ok(())

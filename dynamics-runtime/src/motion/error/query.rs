@@ -54,7 +54,10 @@ impl fmt::Display for MotionError {
                 write!(f, "there is no constraint `{name}`; did you mean `{near}`?")
             }
             Self::UnknownConstraint { name, suggestion: None } => {
-                write!(f, "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`")
+                write!(
+                    f,
+                    "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`"
+                )
             }
             Self::Solve(error) => error.fmt(f),
         }

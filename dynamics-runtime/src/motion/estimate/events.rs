@@ -41,8 +41,8 @@ impl Matched {
         matched
     }
 
-    /// Pairs the events of one name in their order. Where one run has more of them, two belong together that are nearer to each other than to half of
-    /// the way to the next.
+    /// Pairs the events of one name in their order. Where one run has more of them, two belong together that
+    /// are nearer to each other than to half of the way to the next.
     fn pair<'e, S: ModelState>(
         &mut self,
         name: &str,

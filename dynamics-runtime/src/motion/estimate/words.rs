@@ -7,7 +7,8 @@ use crate::motion::numbers::{Grouped, Rounded, Times};
 use crate::motion::second::SecondRun;
 
 impl GlobalError {
-    /// Whether the error is too large to pass unnoticed: more than a thousand permitted ones, no digit left, or an event in one run alone.
+    /// Whether the error is too large to pass unnoticed: more than a thousand permitted ones, no digit left,
+    /// or an event in one run alone.
     #[must_use]
     pub fn is_large(&self) -> bool {
         let much = |ratio: Option<f64>| ratio.is_some_and(|ratio| ratio.is_nan() || ratio > MUCH);
@@ -46,13 +47,19 @@ impl fmt::Display for GlobalError {
                 let second = absolute.max(relative);
                 write!(
                     f,
-                    "\n               at most, by a second run at tolerance {second:.1e}: rounding permits none below"
+                    "\n               at most, by a second run at tolerance {second:.1e}: rounding permits \
+                     none below"
                 )?;
             }
         }
         write!(f, ", {evaluations} evaluations")?;
         if let Some(Shift { name, time, by }) = self.shift.as_ref().filter(|shift| shift.by != 0.0) {
-            write!(f, "\n               events shift by {:.1e} at most ({name} at t = {})", by.abs(), Rounded(*time))?;
+            write!(
+                f,
+                "\n               events shift by {:.1e} at most ({name} at t = {})",
+                by.abs(),
+                Rounded(*time)
+            )?;
         }
         self.write_warnings(f)
     }
@@ -69,12 +76,17 @@ impl GlobalError {
     fn write_warnings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const WARNING: &str = "\n  warning      ";
         if let Some((t, why)) = &self.broken_off {
-            write!(f, "{WARNING}the second run broke off at t = {}: {why}; later errors are not known", Rounded(*t))?;
+            write!(
+                f,
+                "{WARNING}the second run broke off at t = {}: {why}; later errors are not known",
+                Rounded(*t)
+            )?;
         }
         if let Some(Shift { name, time, .. }) = &self.unmatched {
             write!(
                 f,
-                "{WARNING}event {name} at t = {} happens in one of the two runs alone; shorten the steps by `.max_step(..)` or a smaller tolerance",
+                "{WARNING}event {name} at t = {} happens in one of the two runs alone; shorten the steps by \
+                 `.max_step(..)` or a smaller tolerance",
                 Rounded(*time)
             )?;
         }
@@ -86,12 +98,14 @@ impl GlobalError {
             )?,
             (None, _) if self.more_between().is_some_and(|between| between > MUCH) => write!(
                 f,
-                "{WARNING}states between steps are off far beyond the tolerance; shorten the steps by `.max_step(..)`"
+                "{WARNING}states between steps are off far beyond the tolerance; shorten the steps by \
+                 `.max_step(..)`"
             )?,
             (None, Some(ratio)) if ratio.is_nan() || ratio > MUCH => {
                 write!(
                     f,
-                    "{WARNING}the motion amplifies errors far beyond the tolerance; give a smaller one for more digits"
+                    "{WARNING}the motion amplifies errors far beyond the tolerance; give a smaller one for \
+                     more digits"
                 )?;
             }
             _ => {}
@@ -100,7 +114,8 @@ impl GlobalError {
             let (time, digit) = (Rounded(time), Rounded(time / core::f64::consts::LOG10_2));
             write!(
                 f,
-                "\n               errors double every {time:.3}: a digit more of tolerance lasts {digit:.3} longer"
+                "\n               errors double every {time:.3}: a digit more of tolerance lasts {digit:.3} \
+                 longer"
             )?;
         }
         Ok(())

@@ -28,7 +28,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         self.conclude(sink, (before, after), events, (acting, None, h))
     }
 
-    /// Goes on from a state that actions left, of another one, with the events so far. `place`: where they happened, if they left a state beyond it.
+    /// Goes on from a state that actions left, of another one, with the events so far. `place`: where they
+    /// happened, if they left a state beyond it.
     pub(super) fn conclude(
         &mut self,
         sink: &mut dyn Sink<M>,
@@ -67,14 +68,16 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let change = Change::new(plant.model, plant.constants, *before, after, &mut plant.upkeep);
         let mut change = change.after(options);
         let stopped = watch.act(crossing, &mut change);
-        let impacts = change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
+        let impacts =
+            change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
         check_reset::<M>(&name, before, after)?;
         self.put(&name, &from, after)?;
         let Crossing { index, direction, .. } = *crossing;
         Ok(EventRecord { name, index, direction, before: from, after: *after, impacts, stopped })
     }
 
-    /// What slipped before a change slips to the side of its velocity after it; and the state that it left is put onto the constraints.
+    /// What slipped before a change slips to the side of its velocity after it; and the state that it left is
+    /// put onto the constraints.
     pub(super) fn put(&mut self, event: &str, from: &M::State, after: &mut M::State) -> Result<(), Kind> {
         let Plan { plant, watch, .. } = &mut *self.plan;
         for (_, guard) in watch.guards() {
@@ -96,7 +99,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         Ok(())
     }
 
-    /// Guards that cannot stay as the actions left them act at once: a contact that would pull lifts off, what sticks and would break away slips.
+    /// Guards that cannot stay as the actions left them act at once: a contact that would pull lifts off,
+    /// what sticks and would break away slips.
     pub(super) fn switch_back(
         &mut self,
         after: &mut M::State,
@@ -138,7 +142,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     }
 }
 
-/// Holds the inputs that a reset changed; an inputs law, whose values the others may be, sees them in its state.
+/// Holds the inputs that a reset changed; an inputs law, whose values the others may be, sees them in its
+/// state.
 fn hold<V: Vector>(held: &mut V, before: &V, after: &V) {
     for i in 0..V::LEN {
         if after[i] != before[i] {

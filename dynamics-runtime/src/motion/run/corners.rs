@@ -1,9 +1,12 @@
-//! Corners of what holds by a rule: a contact whose floor starts to move, what sticks to a belt whose speed jumps.
+//! Corners of what holds by a rule: a contact whose floor starts to move, what sticks to a belt whose speed
+//! jumps.
 //!
-//! A constraint that asks for a jump of velocities takes an impact, and does not say which. Where it is a contact, its law does: Newton's, of the velocity at which the
-//! other side of the corner meets the body; and where the corner falls away, it opens. What sticks has friction for its force, which gives no impulse: it slips, to the side of the
-//! velocity that it has there. A step ends just before the corner, on the branches that it began with, and the motion goes on from just behind it; a fixed step that
-//! meets one is made again, to end there.
+//! A constraint that asks for a jump of velocities takes an impact, and does not say which. Where it is a
+//! contact, its law does: Newton's, of the velocity at which the other side of the corner meets the body; and
+//! where the corner falls away, it opens. What sticks has friction for its force, which gives no impulse: it
+//! slips, to the side of the velocity that it has there. A step ends just before the corner, on the branches
+//! that it began with, and the motion goes on from just behind it; a fixed step that meets one is made again,
+//! to end there.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -107,7 +110,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         self.plan.watch.guards().any(|(_, guard)| !guard.is_contact() || guard.holds_in(modes))
     }
 
-    /// Whether a constraint that holds by a rule asks for something else on the branches on which a step ends than on those on which it began.
+    /// Whether a constraint that holds by a rule asks for something else on the branches on which a step ends
+    /// than on those on which it began.
     #[cold]
     fn meets_corner(&mut self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> bool {
         let (plant, h) = (&self.plan.plant, end.t - start.t);
@@ -130,7 +134,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         self.turns(&held, &beyond).is_none_or(|turns| !turns.is_empty())
     }
 
-    /// Ends a step that has come just behind a corner just before it, as a rule knows how to go on there: the branches behind it.
+    /// Ends a step that has come just behind a corner just before it, as a rule knows how to go on there: the
+    /// branches behind it.
     #[inline]
     pub(super) fn end_before_corner(&mut self, step: &mut Step<M::Vector>) -> Result<Option<Branches>, Halt> {
         if M::IS_UNSWITCHED
@@ -142,7 +147,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             return Ok(None);
         }
         let plant = &self.plan.plant;
-        let (before, after) = (plant.branches, plant.branches_after(&step.end, self.stepper.tally().proposed));
+        let (before, after) =
+            (plant.branches, plant.branches_after(&step.end, self.stepper.tally().proposed));
         if before.agrees(after) { Ok(None) } else { self.end_before(step, before, after) }
     }
 
@@ -179,19 +185,27 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
 
     /// Goes on behind a corner just before which the motion stands.
     #[cold]
-    pub(super) fn turn_corner(&mut self, sink: &mut dyn Sink<M>, after: Branches, h: f64) -> Result<Flow, Halt> {
+    pub(super) fn turn_corner(
+        &mut self,
+        sink: &mut dyn Sink<M>,
+        after: Branches,
+        h: f64,
+    ) -> Result<Flow, Halt> {
         if M::IS_UNSWITCHED {
             return Ok(Flow::Continue);
         }
         let at = |kind| Halt { kind, h };
         let now = self.now();
-        let Some((behind, _)) = self.plan.plant.shifted_onto(&now, after, 1.0) else { return Ok(Flow::Continue) };
+        let Some((behind, _)) = self.plan.plant.shifted_onto(&now, after, 1.0) else {
+            return Ok(Flow::Continue);
+        };
         let before = self.plan.plant.branches;
         if self.plan.plant.is_cut_between(&now, before, after) {
             // Where an angle jumps by a turn nothing that moves does: the next step says what it meets.
             return Ok(Flow::Continue);
         }
-        // One state on both branches: what bends is no corner, however far apart the two states are at late times.
+        // One state on both branches: what bends is no corner, however far apart the two states are at late
+        // times.
         let (mut held, mut beyond) = (now, now);
         held.hold(before);
         beyond.hold(after);
@@ -204,13 +218,15 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         }
         let mut left = behind;
         let events = self.turned(&turns, &now, &behind, &mut left).map_err(at)?;
-        let crossing = |turn: &Turn| Crossing { index: turn.index, theta: 1.0, direction: Direction::Falling };
+        let crossing =
+            |turn: &Turn| Crossing { index: turn.index, theta: 1.0, direction: Direction::Falling };
         self.plan.watch.found = turns.iter().map(crossing).collect();
         let place = self.plan.plant.state(now.t(), now.q(), left.u());
         self.conclude(sink, (behind, left), events, (0, Some(&place), h))
     }
 
-    /// What is to be done at a corner between two states; `None` where it is one of a constraint without a rule, so that the next step says what it meets.
+    /// What is to be done at a corner between two states; `None` where it is one of a constraint without a
+    /// rule, so that the next step says what it meets.
     fn turns(&mut self, now: &M::State, behind: &M::State) -> Option<Vec<Turn>> {
         let Plan { plant, watch, .. } = &mut *self.plan;
         let mut turns = Vec::new();
@@ -224,7 +240,9 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             let way = match (guard.is_contact(), guard.holds(now)) {
                 (false, true) => Way::Slips(velocity.signum()),
                 // What slips to the other side from there.
-                (false, false) if velocity != 0.0 && after * guard.side_of(now) < 0.0 => Way::Slips(after.signum()),
+                (false, false) if velocity != 0.0 && after * guard.side_of(now) < 0.0 => {
+                    Way::Slips(after.signum())
+                }
                 (_, false) => continue,
                 (true, true) if position < 0.0 => Way::Met(position),
                 (true, true) if position > 0.0 || velocity > 0.0 => Way::Opens,
@@ -274,8 +292,10 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let thrown = plant.state(now.t(), now.q(), left.u());
         let rates = plant.model.velocity_residual(&thrown);
         for Turn { constraint, way, .. } in turns {
-            // The face along which it came is in the way, too: what each of the two gives the corner does not say.
-            if *way == Way::Struck && rates[constraint.first] <= JUMPS * (1.0 + max_abs(left.u().as_slice())) {
+            // The face along which it came is in the way, too: what each of the two gives the corner does not
+            // say.
+            if *way == Way::Struck && rates[constraint.first] <= JUMPS * (1.0 + max_abs(left.u().as_slice()))
+            {
                 let (row, jump) = (M::ROWS[constraint.first].name, rates[constraint.first]);
                 let (what, cause) = (Jumping::Velocities, Box::new(Kind::EventRepeats { event }));
                 return Err(Kind::ConstraintJumps { row, what, jump, cause });
@@ -299,7 +319,8 @@ fn zip_vectors<V: Vector>(x: &V, y: &V, factor: f64) -> V {
     sum
 }
 
-/// The rows that ask for something else at the second of two states that are the same but for rounding, and for the branches by which they are judged.
+/// The rows that ask for something else at the second of two states that are the same but for rounding, and
+/// for the branches by which they are judged.
 fn jumps<M: Simulate>(plant: &mut Plant<'_, '_, M>, one: &M::State, other: &M::State) -> Vec<Jump> {
     let model = plant.model;
     let [(p, v), (r, w)] = [one, other].map(|state| (model.residual(state), model.velocity_residual(state)));

@@ -1,5 +1,6 @@
-//! A stepper as a run drives it: one table of functions for every method, so that what a run does beside its steps is compiled once per model, and not once more
-//! for every method that the program names. A step takes hundreds of nanoseconds, a call by such a table about one.
+//! A stepper as a run drives it: one table of functions for every method, so that what a run does beside its
+//! steps is compiled once per model, and not once more for every method that the program names. A step takes
+//! hundreds of nanoseconds, a call by such a table about one.
 
 use alloc::boxed::Box;
 
@@ -32,7 +33,12 @@ pub(crate) trait Steps<M: Simulate> {
     fn scan(&self) -> usize;
     fn leave_with(&mut self, a: M::Vector, h: f64);
     fn step(&mut self, plant: &mut Plant<'_, '_, M>, limit: f64) -> Made<Step<M::Vector>>;
-    fn shorten(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, end_t: f64) -> Made<Step<M::Vector>>;
+    fn shorten(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        end_t: f64,
+    ) -> Made<Step<M::Vector>>;
     fn restart(&mut self, plant: &mut Plant<'_, '_, M>, t: f64, y: Phase<M::Vector>, limit: f64) -> Made<()>;
     /// The interpolant of a step. `judged`: as good as its ends, if need be in parts.
     fn dense(
@@ -45,7 +51,8 @@ pub(crate) trait Steps<M: Simulate> {
     fn reject(&mut self, step: &Step<M::Vector>);
     fn go_back(&mut self, to: &Knot<M::Vector>);
     fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>);
-    /// Another one that stands where this one does, if its steps may be so stiff that interpolants know less than their ends.
+    /// Another one that stands where this one does, if its steps may be so stiff that interpolants know less
+    /// than their ends.
     fn twin(&self) -> Option<Box<dyn Steps<M> + '_>>;
 }
 
@@ -82,7 +89,12 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
         self.step(plant, limit)
     }
 
-    fn shorten(&mut self, plant: &mut Plant<'_, '_, M>, step: &Step<M::Vector>, end_t: f64) -> Made<Step<M::Vector>> {
+    fn shorten(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        end_t: f64,
+    ) -> Made<Step<M::Vector>> {
         self.shorten(plant, step, end_t)
     }
 
@@ -102,7 +114,8 @@ impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
             return Ok(Box::new(dense));
         }
         // Nothing of what is looked at beside the step is left.
-        let (branches, noted, listener) = ((plant.branches, plant.known), plant.upkeep.noted(), plant.listener.take());
+        let (branches, noted, listener) =
+            ((plant.branches, plant.known), plant.upkeep.noted(), plant.listener.take());
         let (mut scheme, tolerances) = (self.scheme().clone(), self.tolerances());
         let parts = Self::in_parts(&mut scheme, plant, step, &dense, &tolerances);
         (plant.branches, plant.known) = branches;

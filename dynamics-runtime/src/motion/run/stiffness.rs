@@ -1,8 +1,10 @@
 //! Stiffness that the steps themselves do not show.
 //!
-//! Hairer's test finds steps at the border of stability. Methods of high order do not get there at small tolerances: their error estimates, which grow as a high power of h λ, hold the steps at a
-//! fraction of it, the same for ever. So every so often an implicit step is tried that is many times as long. Where its error is permitted, nothing in the
-//! motion needs the short ones: that is what stiff means (Hairer & Wanner, Solving ODE II, IV.1, "explicit methods don't work").
+//! Hairer's test finds steps at the border of stability. Methods of high order do not get there at small
+//! tolerances: their error estimates, which grow as a high power of h λ, hold the steps at a fraction of it,
+//! the same for ever. So every so often an implicit step is tried that is many times as long. Where its error
+//! is permitted, nothing in the motion needs the short ones: that is what stiff means (Hairer & Wanner,
+//! Solving ODE II, IV.1, "explicit methods don't work").
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -21,8 +23,10 @@ use crate::motion::upkeep::Upkeep;
 /// Steps between two trials: one costs as much as some dozens of them, and of many coordinates as much as so
 /// many for the square of their number (1,500 of a chain of 45 masses).
 const EVERY: (u64, u64) = (500, 4);
-/// Steps of Radau IIA that are so many times as long take less time, with matrices of few rows; what factors add to that for each square of their number.
-/// Measured on a stiff spring pendulum (k = 1e8 N/m, c = 2e4 N s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and cost as much as two of these.
+/// Steps of Radau IIA that are so many times as long take less time, with matrices of few rows; what factors
+/// add to that for each square of their number. Measured on a stiff spring pendulum (k = 1e8 N/m, c = 2e4 N
+/// s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and cost as much as two of
+/// these.
 const LONGER: (f64, f64) = (20.0, 0.02);
 /// Of runs that are not to go on by an implicit method, whose stiffness is only to be told where they take
 /// too many steps.
@@ -67,7 +71,15 @@ pub(super) struct Stiffness<M> {
 
 impl<M> Stiffness<M> {
     pub(super) fn from(t: f64, method: Method) -> Self {
-        Self { accepted: 0, t, passed: 0, more: 0, explicit: !method.is_for_stiff(), found: None, trials: None }
+        Self {
+            accepted: 0,
+            t,
+            passed: 0,
+            more: 0,
+            explicit: !method.is_for_stiff(),
+            found: None,
+            trials: None,
+        }
     }
 
     fn is_due(&self, tally: &Tally, every: u64) -> bool {
@@ -90,7 +102,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             return false;
         }
         tally.stiff_at.is_some() && tolerance >= TIGHT
-            || self.stiffness.is_due(&tally, every::<M>(EVERY.0)) && self.steps_over(&tally, tolerance < TIGHT)
+            || self.stiffness.is_due(&tally, every::<M>(EVERY.0))
+                && self.steps_over(&tally, tolerance < TIGHT)
     }
 
     /// Remembers, for what is said where steps become too many, whether the motion is stiff for a method that
@@ -98,7 +111,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     #[inline]
     fn note_stiffness(&mut self, tally: &Tally) {
         let Stiffness { explicit, found, .. } = &self.stiffness;
-        let asks = *explicit && self.plan.options.fixed.is_none() && tally.stiff_at.is_none() && found.is_none();
+        let asks =
+            *explicit && self.plan.options.fixed.is_none() && tally.stiff_at.is_none() && found.is_none();
         if asks && self.stiffness.is_due(tally, every::<M>(EVERY_TOLD)) && self.steps_over(tally, true) {
             self.stiffness.found = Some(tally.t);
         }
@@ -125,7 +139,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         self.stiffness.passed >= IN_A_ROW
     }
 
-    /// Whether an implicit step of this length from here has an error that is permitted. Nothing of the run is touched by it but the count of evaluations.
+    /// Whether an implicit step of this length from here has an error that is permitted. Nothing of the run
+    /// is touched by it but the count of evaluations.
     fn would_pass(&mut self, h: f64) -> bool {
         let now = *self.stepper.now();
         let Plant { model, constants, law, held, modes, ref upkeep, .. } = self.plan.plant;

@@ -1,10 +1,14 @@
 //! Steps with events: which happen in a step, and where it ends at one that acts.
 //!
-//! A crossing is found by the interpolant, but a step ends where the method itself has it: it is made again to end there. What the interpolant is off, within what is permitted,
-//! functions that read stiff forces amplify: the reaction to a spring of 10⁶ N/m is off by 1 N for a micrometre, and with it an instant by hundreds of tolerances. Ends of steps
-//! know better, as what is stiff has died out there. So the place is corrected by the slope of the interpolant, and where that leads far from where it had the crossing, by secants
-//! of what the steps made again give, in a bracket. The crossings of such a step are looked for once more, up to its new end. Crossings at which nothing acts are put there likewise where methods are
-//! implicit, by steps of a second stepper, so that the motion is what it is without them: two or three steps for each.
+//! A crossing is found by the interpolant, but a step ends where the method itself has it: it is made again
+//! to end there. What the interpolant is off, within what is permitted, functions that read stiff forces
+//! amplify: the reaction to a spring of 10⁶ N/m is off by 1 N for a micrometre, and with it an instant by
+//! hundreds of tolerances. Ends of steps know better, as what is stiff has died out there. So the place is
+//! corrected by the slope of the interpolant, and where that leads far from where it had the crossing, by
+//! secants of what the steps made again give, in a bracket. The crossings of such a step are looked for once
+//! more, up to its new end. Crossings at which nothing acts are put there likewise where methods are
+//! implicit, by steps of a second stepper, so that the motion is what it is without them: two or three steps
+//! for each.
 
 use alloc::vec::Vec;
 use core::cell::RefCell;
@@ -20,7 +24,8 @@ use crate::motion::Simulate;
 
 /// Deviation of an event function half-way from the secant, in parts of its change, from which on it jumps.
 const JUMPS: f64 = 0.35;
-/// Part of a step by which its interpolant may be off without its crossings being looked for again, and on which its slope is taken.
+/// Part of a step by which its interpolant may be off without its crossings being looked for again, and on
+/// which its slope is taken.
 const NEAR: f64 = 1e-4;
 /// Steps made again to end at a crossing that is near where the interpolant has it.
 const FEW: usize = 3;
@@ -47,7 +52,11 @@ type Looked<M> = (Interpolant<<M as Model>::Vector>, Vec<EventRecord<<M as Model
 
 impl<M: Simulate> Flight<'_, '_, '_, M> {
     /// A step with its events: ends it at the first one that calls for an action.
-    pub(super) fn watched(&mut self, sink: &mut dyn Sink<M>, mut step: Step<M::Vector>) -> Result<Flow, Halt> {
+    pub(super) fn watched(
+        &mut self,
+        sink: &mut dyn Sink<M>,
+        mut step: Step<M::Vector>,
+    ) -> Result<Flow, Halt> {
         let h = step.h;
         let at = |kind| Halt { kind, h };
         // Crossings that are known to be at the end of the step, as it was made again to end there.
@@ -77,7 +86,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
                 }
             };
             if matches!(reached, Reached::Far) {
-                known = self.plan.watch.found.iter().filter(|found| is_at(found, &crossing)).copied().collect();
+                known =
+                    self.plan.watch.found.iter().filter(|found| is_at(found, &crossing)).copied().collect();
                 known.iter_mut().for_each(|crossing| crossing.theta = 1.0);
                 continue;
             }
@@ -85,13 +95,15 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             if moves {
                 self.check_sides(sink, &step)?;
             } else {
-                // Implicit methods have no step of length zero. It counts, so that events without end come to that of the steps.
+                // Implicit methods have no step of length zero. It counts, so that events without end come to
+                // that of the steps.
                 self.stepper.reject(&whole);
             }
             let end = self.now();
             let places = self.plan.watch.found.iter().map(|found| is_at(found, &crossing));
             for (event, at_once) in events.iter_mut().zip(places) {
-                // Where the interpolant has it at the same instant, or later than the end that the method itself has found.
+                // Where the interpolant has it at the same instant, or later than the end that the method
+                // itself has found.
                 if at_once && moves || (event.time() - end.t()) * h > 0.0 {
                     (event.before, event.after) = (end, end);
                 }
@@ -104,7 +116,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         }
     }
 
-    /// Looks for the crossings of a step, and gives its interpolant and the events before the first one that acts.
+    /// Looks for the crossings of a step, and gives its interpolant and the events before the first one that
+    /// acts.
     fn look(&mut self, step: &mut Step<M::Vector>, known: &[Crossing]) -> Result<Looked<M>, Halt> {
         let h = step.h;
         let at = |kind| Halt { kind, h };
@@ -126,24 +139,35 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         watch.end_with(known);
         let acting = watch.first_acting();
         let passive = &watch.found[..acting.unwrap_or(watch.found.len())];
-        let events = passive.iter().map(|crossing| passed(watch.name(crossing.index), crossing, state(crossing.theta)));
+        let events = passive
+            .iter()
+            .map(|crossing| passed(watch.name(crossing.index), crossing, state(crossing.theta)));
         let events = events.collect();
         Ok((dense, events))
     }
 
-    /// Puts the events that nothing acts at where the method itself has them, by steps of another stepper, of which nothing is left.
-    fn sharpen(&mut self, whole: &Step<M::Vector>, dense: &dyn Dense<M::Vector>, events: &mut [EventRecord<M::State>]) {
+    /// Puts the events that nothing acts at where the method itself has them, by steps of another stepper, of
+    /// which nothing is left.
+    fn sharpen(
+        &mut self,
+        whole: &Step<M::Vector>,
+        dense: &dyn Dense<M::Vector>,
+        events: &mut [EventRecord<M::State>],
+    ) {
         let found = &self.plan.watch.found;
         let acting = self.plan.watch.first_acting().map(|acting| found[acting]);
         let apart = |crossing: &Crossing| !acting.is_some_and(|acting| is_at(crossing, &acting));
         let found: Vec<Crossing> = found[..events.len()].to_vec();
         let Some(mut twin) = self.stepper.twin() else { return };
         let Plan { plant, .. } = &mut *self.plan;
-        let (branches, noted, listener) = ((plant.branches, plant.known), plant.upkeep.noted(), plant.listener.take());
+        let (branches, noted, listener) =
+            ((plant.branches, plant.known), plant.upkeep.noted(), plant.listener.take());
         for (event, crossing) in events.iter_mut().zip(&found).filter(|(_, crossing)| apart(crossing)) {
             let mut step = *whole;
             // Where no step ends there, what the interpolant says is all that is known.
-            if let Ok(Reached::Near | Reached::Far) = end_at(&mut *twin, self.plan, (&mut step, dense), crossing) {
+            if let Ok(Reached::Near | Reached::Far) =
+                end_at(&mut *twin, self.plan, (&mut step, dense), crossing)
+            {
                 let Knot { t, y, .. } = step.end;
                 let state = self.plan.plant.state(t, &y.q, &y.u);
                 (event.before, event.after) = (state, state);
@@ -156,8 +180,8 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     }
 }
 
-/// Ends the step at the crossing, by the method itself and not by its interpolant: a few corrections put the event
-/// function to zero at the state that results.
+/// Ends the step at the crossing, by the method itself and not by its interpolant: a few corrections put the
+/// event function to zero at the state that results.
 fn end_at<M: Simulate>(
     stepper: &mut dyn Steps<M>,
     plan: &mut Plan<'_, '_, M>,
@@ -201,8 +225,9 @@ fn end_at<M: Simulate>(
     Ok(if (theta - crossing.theta).abs() <= NEAR { Reached::Near } else { Reached::Far })
 }
 
-/// The slope of the event function by the interpolant. Where it jumps, as a reaction does where a force jumps, a secant leads away from the place: half-way it
-/// is on one side of the jump. A kink whose slopes are less than five to one apart bends less; of a sharper one the interpolant's place is taken.
+/// The slope of the event function by the interpolant. Where it jumps, as a reaction does where a force
+/// jumps, a secant leads away from the place: half-way it is on one side of the jump. A kink whose slopes are
+/// less than five to one apart bends less; of a sharper one the interpolant's place is taken.
 fn slope<M: Simulate>(
     plan: &mut Plan<'_, '_, M>,
     (whole, dense): (&Step<M::Vector>, &dyn Dense<M::Vector>),
@@ -276,7 +301,8 @@ impl Search {
         miss != 0.0 && self.vain < vain && self.made < most
     }
 
-    /// The part to be tried next, by this slope or, far from where the interpolant has the crossing, by the last two parts.
+    /// The part to be tried next, by this slope or, far from where the interpolant has the crossing, by the
+    /// last two parts.
     fn next(&mut self, slope: f64) -> Option<f64> {
         let (theta, miss) = self.last?;
         let secant = self.past.map(|(before, value)| (miss - value) / (theta - before));
@@ -294,7 +320,8 @@ impl Search {
         ((better - theta).abs() > RESOLVED).then_some(better)
     }
 
-    /// The part that ends at the crossing. A function that only touches zero may have none by the method itself: then it is where the interpolant has it.
+    /// The part that ends at the crossing. A function that only touches zero may have none by the method
+    /// itself: then it is where the interpolant has it.
     fn found(&self) -> Option<f64> {
         let (theta, miss) = self.best?;
         let worse = self.far && miss.abs() > BETTER * self.first.1.abs();
@@ -302,7 +329,8 @@ impl Search {
     }
 }
 
-/// Sorts the events of a step of this length. They are few and in order but for corrections; a sort of slices would be compiled with every model.
+/// Sorts the events of a step of this length. They are few and in order but for corrections; a sort of slices
+/// would be compiled with every model.
 fn in_order<S: ModelState>(events: &mut [EventRecord<S>], h: f64) {
     let time = |event: &EventRecord<S>| event.time() * h.signum();
     for end in 1..events.len() {

@@ -15,19 +15,25 @@ use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::methods::{Dop853, Rk4, Suits, Tsit5, Verner9};
 use crate::model::{Expansion, Known, ModelState, Vector};
 
-/// Above this tolerance Tsitouras 5(4) is chosen. Measured by time for the same error on double pendulum and Kepler (e = 0.9), all explicit methods lie
-/// within a quarter of each other at errors of 1e-3.
+/// Above this tolerance Tsitouras 5(4) is chosen. Measured by time for the same error on double pendulum and
+/// Kepler (e = 0.9), all explicit methods lie within a quarter of each other at errors of 1e-3.
 const LOOSE: f64 = 1e-4;
-/// Below this tolerance, and without constraints, Verner 9(8) is chosen instead of DOP853, of whose time it takes 0.75 to an error of 1e-6 and 0.65 to 1e-9. Above,
-/// it gains little, and where motions are stiff its error estimate, which grows steeply, bounds the steps before stability does and hides that. With
-/// constraints it takes 0.8 (Andrews) to 1 (car axis), but near singular positions, where these amplify errors, its one error estimate sees less than
-/// the two of DOP853. Taylor series take less where a model has them: to the same error, one run, 0.66, 0.47 and 0.33 of the time of Verner 9(8) at 1e-6, 1e-9 and 1e-12 (double
-/// pendulum), 1.2, 1.0 and 0.6 at 1e-6, 1e-9 and 1e-11 (Kepler, e = 0.9), 0.6 at 1e-6 and 1e-9 (Andrews). They are not chosen by themselves: every program would hold their code, beside that of a
-/// method for models and inputs that have no series, and take a sixth (double pendulum) to a third longer (Andrews) to compile.
+/// Below this tolerance, and without constraints, Verner 9(8) is chosen instead of DOP853, of whose time it
+/// takes 0.75 to an error of 1e-6 and 0.65 to 1e-9. Above, it gains little, and where motions are stiff its
+/// error estimate, which grows steeply, bounds the steps before stability does and hides that. With
+/// constraints it takes 0.8 (Andrews) to 1 (car axis), but near singular positions, where these amplify
+/// errors, its one error estimate sees less than the two of DOP853. Taylor series take less where a model has
+/// them: to the same error, one run, 0.66, 0.47 and 0.33 of the time of Verner 9(8) at 1e-6, 1e-9 and 1e-12
+/// (double pendulum), 1.2, 1.0 and 0.6 at 1e-6, 1e-9 and 1e-11 (Kepler, e = 0.9), 0.6 at 1e-6 and 1e-9
+/// (Andrews). They are not chosen by themselves: every program would hold their code, beside that of a method
+/// for models and inputs that have no series, and take a sixth (double pendulum) to a third longer (Andrews)
+/// to compile.
 const MANY_DIGITS: f64 = 1e-6;
-/// Number of coordinates above which one step of an implicit method, which factors matrices of that size, costs more than thousands of evaluations.
+/// Number of coordinates above which one step of an implicit method, which factors matrices of that size,
+/// costs more than thousands of evaluations.
 const LARGE: usize = 100;
-/// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six with Verner 9(8).
+/// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six
+/// with Verner 9(8).
 pub(in crate::motion) const DEFAULT_TOLERANCE: f64 = 1e-9;
 
 /// What the options say once they are checked.
@@ -83,7 +89,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     fn check_steps(&self) -> Result<StepOptions, OptionError> {
-        let (tolerances, option) = self.tolerances.unwrap_or((Tolerances::both(DEFAULT_TOLERANCE), "tolerance"));
+        let (tolerances, option) =
+            self.tolerances.unwrap_or((Tolerances::both(DEFAULT_TOLERANCE), "tolerance"));
         let Tolerances { absolute, relative } = tolerances;
         check_tolerances(absolute, relative, option == "tolerance")?;
         let length = "a length of time above 0, and above the resolution of `f64` at the times simulated";
@@ -122,23 +129,30 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             (None, None) if M::IS_FREE && loosest < MANY_DIGITS => {
                 chosen(Arc::new(Verner9), format!("because its long steps win at tolerance {loosest:e}"))
             }
-            (None, None) => chosen(Arc::new(Dop853), format!("because its long steps win at tolerance {loosest:e}")),
+            (None, None) => {
+                chosen(Arc::new(Dop853), format!("because its long steps win at tolerance {loosest:e}"))
+            }
         })
     }
 
-    fn check_series(&self, method: &AnyDriver<M>, formulation: Option<Formulation>) -> Result<(), OptionError> {
+    fn check_series(
+        &self,
+        method: &AnyDriver<M>,
+        formulation: Option<Formulation>,
+    ) -> Result<(), OptionError> {
         if !method.needs_series() {
             return Ok(());
         }
-        let adds = |of: &Formulation| matches!(of, Formulation::Baumgarte { .. } | Formulation::BaumgarteTied);
+        let adds =
+            |of: &Formulation| matches!(of, Formulation::Baumgarte { .. } | Formulation::BaumgarteTied);
         if let Some(formulation) = formulation.filter(adds) {
             return Err(OptionError::SeriesExcludes { method: method.method(), formulation });
         }
         let reason = match M::SERIES {
             Expansion::None { reason } => reason,
             Expansion::Generated { .. } if self.law.is_some() => {
-                "its inputs follow a closure, of which no derivatives are known (hold them and change them at events, or write what they follow into \
-                 the model by `q.t`)"
+                "its inputs follow a closure, of which no derivatives are known (hold them and change them \
+                 at events, or write what they follow into the model by `q.t`)"
             }
             Expansion::Generated { .. } => return Ok(()),
         };
@@ -182,7 +196,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 "leave that out",
             );
         }
-        let conserved = M::CONSERVED.iter().any(|quantity| matches!(quantity.name, "energy" | "energy function"));
+        let conserved =
+            M::CONSERVED.iter().any(|quantity| matches!(quantity.name, "energy" | "energy function"));
         if suits == Suits::Conservative && (!conserved || self.law.is_some()) {
             return unsuited("its energy is not conserved", "use methods::Gauss4 or methods::Gauss6");
         }
@@ -201,7 +216,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                     return Err(OptionError::OutputTime { time, start, end });
                 }
                 match times.windows(2).find(|pair| (pair[1] - pair[0]) * direction < 0.0) {
-                    Some(pair) => Err(OptionError::OutputOrder { pair: [pair[0], pair[1]], backwards: end < start }),
+                    Some(pair) => {
+                        Err(OptionError::OutputOrder { pair: [pair[0], pair[1]], backwards: end < start })
+                    }
                     None => Ok(Some(times.clone())),
                 }
             }
@@ -209,7 +226,12 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 number("every", *interval, *interval > 0.0 && interval.is_finite(), "an interval above 0")?;
                 let span = (end - start).abs();
                 let count = intervals(span, *interval);
-                number("every", *interval, count <= 100_000_000, "an interval that gives fewer than 10⁸ times")?;
+                number(
+                    "every",
+                    *interval,
+                    count <= 100_000_000,
+                    "an interval that gives fewer than 10⁸ times",
+                )?;
                 Ok(Some(every(start, end, *interval)))
             }
         }
@@ -322,7 +344,8 @@ fn check_tolerances(absolute: f64, relative: f64, one: bool) -> Result<(), Optio
     }
 }
 
-/// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101 times.
+/// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101
+/// times.
 fn intervals(span: f64, interval: f64) -> u64 {
     (span / interval + 1e-6) as u64
 }

@@ -1,4 +1,5 @@
-//! A motion on both sides of a place at which it comes near to another branch: states at given times, and its continuation from before.
+//! A motion on both sides of a place at which it comes near to another branch: states at given times, and its
+//! continuation from before.
 
 use alloc::vec::Vec;
 
@@ -62,15 +63,17 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
         Self { plant, knots, at, strand, direction, strands }
     }
 
-    /// The power of the distance with which the gradient vanishes on both sides; `None` where they do not agree, as so near that it is not known well enough where the place is.
-    /// Gradients shorter than `least` say nothing.
+    /// The power of the distance with which the gradient vanishes on both sides; `None` where they do not
+    /// agree, as so near that it is not known well enough where the place is. Gradients shorter than `least`
+    /// say nothing.
     pub(super) fn power(&mut self, distance: f64, least: f64) -> Option<f64> {
         for _ in 0..REFINED {
             let [far, before, after, beyond] = self.lengths(distance)?;
             if !(before > least && after > least) {
                 return None;
             }
-            let powers = [math::ln(far / before), math::ln(beyond / after)].map(|x| x / core::f64::consts::LN_2);
+            let powers =
+                [math::ln(far / before), math::ln(beyond / after)].map(|x| x / core::f64::consts::LN_2);
             let power = 0.5 * (powers[0] + powers[1]);
             if (powers[0] - powers[1]).abs() <= SAME {
                 return Some(power);
@@ -95,7 +98,8 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
         Some(lengths)
     }
 
-    /// Whether the motion behind the place is on the branch on which it was before; `None` where that cannot be decided.
+    /// Whether the motion behind the place is on the branch on which it was before; `None` where that cannot
+    /// be decided.
     pub(super) fn keeps(&mut self, distance: f64) -> Option<bool> {
         let mut nodes = Vec::with_capacity(NODES);
         for k in 1..=NODES {
@@ -120,13 +124,15 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
         self.at + self.direction * side * distance
     }
 
-    /// The motion so many distances behind the place, or before it, from the state beyond that is nearest: what lies nearer to the place is less certain.
+    /// The motion so many distances behind the place, or before it, from the state beyond that is nearest:
+    /// what lies nearer to the place is less certain.
     fn state(&mut self, side: f64, distance: f64) -> Option<Phase<M::Vector>> {
         let t = self.time(side, distance);
         let beyond = |knot: &&Knot<M::Vector>| (knot.t - t) * self.direction * side >= 0.0;
         let ends = if side < 0.0 { &self.knots[0] } else { &self.knots[self.knots.len() - 1] };
         let near = |knot: &&Knot<M::Vector>| (knot.t - t).abs();
-        let from = self.knots.iter().filter(beyond).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(ends);
+        let from =
+            self.knots.iter().filter(beyond).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(ends);
         let steps = (t - from.t).abs() / distance * STEPS;
         if steps.is_nan() || steps > MOST {
             return None;
@@ -160,12 +166,18 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
 
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Option<Phase<M::Vector>> {
         let state = self.plant.state(t, &y.q, &y.u);
-        let solved =
-            constrain::accelerate(self.plant.model, self.plant.constants, &state, &mut self.strands.workspace).ok()?;
+        let solved = constrain::accelerate(
+            self.plant.model,
+            self.plant.constants,
+            &state,
+            &mut self.strands.workspace,
+        )
+        .ok()?;
         Some(Phase { q: y.u, u: solved.accelerations })
     }
 
-    /// The polynomial through positions and velocities at nodes, in distances from the place, one distance behind it: Newton's divided differences with every node twice.
+    /// The polynomial through positions and velocities at nodes, in distances from the place, one distance
+    /// behind it: Newton's divided differences with every node twice.
     fn continued(&self, nodes: &[(f64, Phase<M::Vector>)], distance: f64) -> Phase<M::Vector> {
         let (rate, mut out) = (self.direction * distance, nodes[0].1);
         for i in 0..M::Vector::LEN {

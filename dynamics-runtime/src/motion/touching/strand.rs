@@ -1,12 +1,15 @@
-//! What vanishes where branches of constraints meet: the gradient of one row, or that of the combination of rows that loses rank.
+//! What vanishes where branches of constraints meet: the gradient of one row, or that of the combination of
+//! rows that loses rank.
 //!
-//! With wᵀΦ_q = σ vᵀ for the least singular value, δ = Φ_q⁺ r, of least M-norm for a fixed r, is (wᵀr/σ) v but for what stays finite, so g = δ/|δ|² is the gradient σ v of the
-//! combination wᵀΦ over wᵀr, to σ of itself: it vanishes where the rank is lost, and its sign is that of the branch. Of one row it is that row's gradient. It takes one correction and no
-//! decomposition.
+//! With wᵀΦ_q = σ vᵀ for the least singular value, δ = Φ_q⁺ r, of least M-norm for a fixed r, is (wᵀr/σ) v
+//! but for what stays finite, so g = δ/|δ|² is the gradient σ v of the combination wᵀΦ over wᵀr, to σ of
+//! itself: it vanishes where the rank is lost, and its sign is that of the branch. Of one row it is that
+//! row's gradient. It takes one correction and no decomposition.
 //!
-//! Whether branches can touch in a place is told by the second order there: beside it, g = Hξ on the directions that are left open. Where branches cross, g grows along the motion as it does
-//! elsewhere; where they touch, Hτ = 0. And where g does not change much within a part of a
-//! step to all sides, it is short and vanishes nowhere near: another branch, at −2|g|/vᵀHv, is farther off.
+//! Whether branches can touch in a place is told by the second order there: beside it, g = Hξ on the
+//! directions that are left open. Where branches cross, g grows along the motion as it does elsewhere; where
+//! they touch, Hτ = 0. And where g does not change much within a part of a step to all sides, it is short and
+//! vanishes nowhere near: another branch, at −2|g|/vᵀHv, is farther off.
 
 use alloc::vec::Vec;
 
@@ -27,7 +30,8 @@ const NEAR: f64 = 0.03;
 /// Part of the gradient that is left there.
 const STAYS: f64 = 0.5;
 
-/// Most coordinates whose combinations of rows are followed: where generated code has no solution, next to lost rank, a correction takes n³, and a doubtful place asks for 6 n of them.
+/// Most coordinates whose combinations of rows are followed: where generated code has no solution, next to
+/// lost rank, a correction takes n³, and a doubtful place asks for 6 n of them.
 const MOST: usize = 32;
 
 /// What may vanish.
@@ -90,7 +94,8 @@ impl<M: Constraints> Strands<M> {
 
     /// Follows what may vanish, from a start on.
     pub(super) fn follow(&mut self, model: &M, start: &M::State) {
-        let single = M::CONSTRAINTS.iter().filter(|one| one.kind == ConstraintKind::Holonomic && one.rows == 1);
+        let single =
+            M::CONSTRAINTS.iter().filter(|one| one.kind == ConstraintKind::Holonomic && one.rows == 1);
         self.all.extend(single.map(|one| Strand::Row(one.first)));
         // Rows that repeat others have no rank of theirs to lose.
         if M::Residual::LEN > 1 && M::Vector::LEN <= MOST && !M::CONSTRAINTS.iter().any(|one| one.redundant) {
@@ -117,7 +122,12 @@ impl<M: Constraints> Strands<M> {
         }
     }
 
-    pub(super) fn lengths(&mut self, model: &M, constants: &M::Constants, state: &M::State) -> Lengths<M::Rows> {
+    pub(super) fn lengths(
+        &mut self,
+        model: &M,
+        constants: &M::Constants,
+        state: &M::State,
+    ) -> Lengths<M::Rows> {
         let mut lengths = Lengths::<M::Rows>::zeros();
         let gradients = match self.all[0] {
             Strand::Row(_) => Some(Gradients::alone(model, state, &mut self.workspace)),
@@ -153,7 +163,8 @@ impl<M: Constraints> Strands<M> {
             Strand::All => {
                 let mut right = M::Rows::zeros();
                 active_rows::<M>(state.modes(), true).for_each(|row| right[row] = self.right[row]);
-                let Ok(delta) = constrain::correct(model, constants, state, &right, &mut self.workspace) else {
+                let Ok(delta) = constrain::correct(model, constants, state, &right, &mut self.workspace)
+                else {
                     return out;
                 };
                 (0..M::Vector::LEN).for_each(|i| out[i] = delta[i] * self.weights[i]);
@@ -165,7 +176,8 @@ impl<M: Constraints> Strands<M> {
         out
     }
 
-    /// Whether what is short in a place does not vanish there as branches do that touch; `way` is that between states beside it.
+    /// Whether what is short in a place does not vanish there as branches do that touch; `way` is that
+    /// between states beside it.
     pub(super) fn is_plain(
         &mut self,
         (model, constants): (&M, &M::Constants),
@@ -191,7 +203,9 @@ impl<M: Constraints> Strands<M> {
         // What is not a number is none of both.
         let stays = |beside: f64| beside > 0.0 && here >= STAYS * beside;
         let mut across = (0..M::Vector::LEN).flat_map(|axis| sides.map(|side| (axis, side * near)));
-        if sides.iter().all(|side| stays(at(side * near, (0, 0.0)))) && across.all(|other| stays(at(0.0, other))) {
+        if sides.iter().all(|side| stays(at(side * near, (0, 0.0))))
+            && across.all(|other| stays(at(0.0, other)))
+        {
             return true;
         }
         let (probe, mut most) = (PROBE * way, here);

@@ -23,7 +23,8 @@ pub(crate) struct Closing {
 const TOUCHING: f64 = 1e-11;
 
 impl<M: Constraints> Upkeep<M> {
-    /// The contacts that hold, and those that touch; by index of their constraints. What holds comes to rest before, where it has drifted.
+    /// The contacts that hold, and those that touch; by index of their constraints. What holds comes to rest
+    /// before, where it has drifted.
     pub(in crate::motion) fn touching(
         &mut self,
         model: &M,
@@ -68,7 +69,8 @@ impl<M: Constraints> Upkeep<M> {
         self.is_below_rest(constraint, rates, 1e-3)
     }
 
-    /// Whether a contact that is back before it was seen to move away may rest. It is as slow as no law would ask for, where none was given.
+    /// Whether a contact that is back before it was seen to move away may rest. It is as slow as no law would
+    /// ask for, where none was given.
     pub(in crate::motion) fn rests_unseen(&mut self, constraint: usize, rates: &M::Rows) -> bool {
         let rests = self.is_below_rest(constraint, rates, 0.1);
         let given = |contact: &Closing| contact.constraint == constraint && contact.law.rest_speed.is_some();

@@ -1,9 +1,12 @@
-//! What constraints have drifted where a formulation lets them: how far, and whether it decides where the motion goes on.
+//! What constraints have drifted where a formulation lets them: how far, and whether it decides where the
+//! motion goes on.
 //!
-//! A close look, at both, takes as long as half a step of a high order (Andrews' mechanism, Verner 9(8)); with what follows a tenth of one is left. Most steps are far from where it matters, and one correction tells: with
-//! δ = Φ_q⁺r, rᵢ = |Φᵢ| + h|Φ̇ᵢ| + rounding, no row is missed by more than |δ|, as |rᵢ| = |Φ_q,ᵢ δ| ≤ ‖Φ_q,ᵢ‖ |δ|, nor its rate by more than |δ|/h. What
-//! drift decides is c/(kx)² at a distance x from a singular position (see [`super::super::singular`]), |δ| is c/(kx), and by how much δ is larger than r is 1/x: the product of
-//! both is in proportion to what a close look finds, and foretells it from the last one.
+//! A close look, at both, takes as long as half a step of a high order (Andrews' mechanism, Verner 9(8));
+//! with what follows a tenth of one is left. Most steps are far from where it matters, and one correction
+//! tells: with δ = Φ_q⁺r, rᵢ = |Φᵢ| + h|Φ̇ᵢ| + rounding, no row is missed by more than |δ|, as |rᵢ| = |Φ_q,ᵢ
+//! δ| ≤ ‖Φ_q,ᵢ‖ |δ|, nor its rate by more than |δ|/h. What drift decides is c/(kx)² at a distance x from a
+//! singular position (see [`super::super::singular`]), |δ| is c/(kx), and by how much δ is larger than r is
+//! 1/x: the product of both is in proportion to what a close look finds, and foretells it from the last one.
 
 use super::super::pace::Turned;
 use super::super::singular::{self, Here, Probe};
@@ -16,13 +19,17 @@ use crate::error::SolveError;
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Vector};
 
-/// Steps without a close look: directions change. Twice as many after each that found no more than [`SURE`] times what was foretold.
+/// Steps without a close look: directions change. Twice as many after each that found no more than [`SURE`]
+/// times what was foretold.
 const FEWEST: u32 = 3;
 const MOST: u32 = 12;
 const SURE: f64 = 3.0;
-/// What is foretold below this part of the motion is not looked at, a three-hundredth of what summaries warn of; from [`FEWEST`] steps on the less the older it is. Of 675,000 steps of
-/// four-bars, slider-cranks and chains of rods through and past their change points that were passed over, by four methods at tolerances from 1e-3 to 1e-9 and two in fixed steps, none was beyond what is
-/// warned of, 2.7e-4 at most, an eightieth of what ends a motion; nor was one with [`FEWEST`] steps at most, with the same 2.7e-4. Were the age of it nothing, one would have been.
+/// What is foretold below this part of the motion is not looked at, a three-hundredth of what summaries warn
+/// of; from [`FEWEST`] steps on the less the older it is. Of 675,000 steps of four-bars, slider-cranks and
+/// chains of rods through and past their change points that were passed over, by four methods at tolerances
+/// from 1e-3 to 1e-9 and two in fixed steps, none was beyond what is warned of, 2.7e-4 at most, an eightieth
+/// of what ends a motion; nor was one with [`FEWEST`] steps at most, with the same 2.7e-4. Were the age of it
+/// nothing, one would have been.
 const FAR: f64 = 1e-6;
 
 /// A constraint that has drifted too far.
@@ -78,7 +85,8 @@ impl<R: Vector> Look<R> {
 
     /// Whether gradients are about as long as they were: then their usual lengths are those of then.
     fn is_alike(&self, lengths: &R) -> bool {
-        let alike = |row: usize| 0.5 * self.lengths[row] <= lengths[row] && lengths[row] <= 2.0 * self.usual[row];
+        let alike =
+            |row: usize| 0.5 * self.lengths[row] <= lengths[row] && lengths[row] <= 2.0 * self.usual[row];
         (0..R::LEN).all(alike)
     }
 }
@@ -91,7 +99,8 @@ struct Reach {
 }
 
 impl<M: Constraints> Upkeep<M> {
-    /// What the constraints have drifted up to the end of a step of length `h`: how far, and whether that decides where the motion goes on, see [`super::singular`].
+    /// What the constraints have drifted up to the end of a step of length `h`: how far, and whether that
+    /// decides where the motion goes on, see [`super::singular`].
     #[inline]
     pub(crate) fn look(&mut self, model: &M, state: &M::State, h: f64) -> Result<Drift, SolveError> {
         let missed = (model.residual(state), model.velocity_residual(state));
@@ -145,13 +154,15 @@ impl<M: Constraints> Upkeep<M> {
         missed: &(M::Residual, M::Rows),
         last: Option<(Look<M::Rows>, Reach)>,
     ) -> Result<Drift, SolveError> {
-        let mut here: Here<M> = Here { residual: missed.0, lengths: M::Rows::zeros(), weights: M::Vector::zeros() };
+        let mut here: Here<M> =
+            Here { residual: missed.0, lengths: M::Rows::zeros(), weights: M::Vector::zeros() };
         let (limit, least) = (self.drift_limit, self.least_size(model));
         let distances = Distances::of(model, state, &mut self.workspace);
         (0..M::Rows::LEN).for_each(|row| here.lengths[row] = norm(distances.gradients.row(row)));
         let little = |row: usize, residual: f64| residual.abs() <= limit * least * here.lengths[row];
         let mut rows = active_rows::<M>(state.modes(), false);
-        let all = rows.all(|row| (row >= M::Residual::LEN || little(row, missed.0[row])) && little(row, missed.1[row]));
+        let all = rows
+            .all(|row| (row >= M::Residual::LEN || little(row, missed.0[row])) && little(row, missed.1[row]));
         if !all && let Some(drifted) = drifted(model, state, limit, missed, &distances) {
             return Ok(Drift::TooFar(drifted));
         }
@@ -166,12 +177,14 @@ impl<M: Constraints> Upkeep<M> {
         if self.upkept.turned.is_none_or(|turned| part > turned.part) {
             self.upkept.turned = Some(Turned { part, time: state.t() });
         }
-        let steps = last.map_or(FEWEST, |(look, Reach { reach, .. })| look.trust(part <= SURE * look.foretells(reach)));
+        let steps = last
+            .map_or(FEWEST, |(look, Reach { reach, .. })| look.trust(part <= SURE * look.foretells(reach)));
         let reach = kept.map(|(_, reach)| reach).or_else(|| self.reach(model, state, h, missed, &usual));
         // At rest only a part of what drift decides is seen.
         let reach = reach.filter(|_| max_abs(state.u().as_slice()) > 0.0);
         let (modes, lengths) = (state.modes(), here.lengths);
-        self.look = reach.map(|Reach { reach, .. }| Look { modes, lengths, usual, part, reach, steps, left: steps });
+        self.look =
+            reach.map(|Reach { reach, .. }| Look { modes, lengths, usual, part, reach, steps, left: steps });
         Ok(match part > singular::DECIDED {
             true => Drift::Decides { part, shortened: self.shortened(model, state, &usual) },
             false => Drift::Harmless,
@@ -187,7 +200,8 @@ impl<M: Constraints> Upkeep<M> {
     }
 }
 
-/// The row that has drifted further than permitted, in its positions or its velocities: further than a part `limit` of its [size](size_along).
+/// The row that has drifted further than permitted, in its positions or its velocities: further than a part
+/// `limit` of its [size](size_along).
 #[cold]
 fn drifted<M: Constraints>(
     model: &M,
@@ -221,7 +235,8 @@ mod tests {
 
     type R = SVector<f64, 2>;
 
-    /// 3, 6, 12, 12, …, and 3 again after more was found than foretold; what is older than three steps is believed less.
+    /// 3, 6, 12, 12, …, and 3 again after more was found than foretold; what is older than three steps is
+    /// believed less.
     #[test]
     fn what_is_foretold_is_trusted_as_it_proves_true() {
         let of = |steps, left| Look {

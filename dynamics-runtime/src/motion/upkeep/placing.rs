@@ -27,8 +27,14 @@ impl<M: Constraints> Upkeep<M> {
         Ok(())
     }
 
-    /// The same for a state that an action made of another one. Where constraints may drift they have, and it must not have made that worse.
-    pub(crate) fn place(&mut self, model: &M, before: &M::State, state: &mut M::State) -> Result<(), PlaceError> {
+    /// The same for a state that an action made of another one. Where constraints may drift they have, and it
+    /// must not have made that worse.
+    pub(crate) fn place(
+        &mut self,
+        model: &M,
+        before: &M::State,
+        state: &mut M::State,
+    ) -> Result<(), PlaceError> {
         // What was seen before an action says nothing of what follows it.
         self.look = None;
         if self.settles() {
@@ -38,18 +44,24 @@ impl<M: Constraints> Upkeep<M> {
         }
     }
 
-    /// Refuses a state that violates a row by more than a start may, and by more than twice what it was violated by before, where it held.
+    /// Refuses a state that violates a row by more than a start may, and by more than twice what it was
+    /// violated by before, where it held.
     fn check_worse(&mut self, model: &M, before: &M::State, state: &M::State) -> Result<(), StateError> {
         let held = before.modes();
         let distances = |upkeep: &mut Self, state: &M::State, row: usize| {
-            let (velocity, of) = (model.velocity_residual(state), Distances::of(model, state, &mut upkeep.workspace));
+            let (velocity, of) =
+                (model.velocity_residual(state), Distances::of(model, state, &mut upkeep.workspace));
             let position = if row < M::Residual::LEN { model.residual(state)[row] } else { 0.0 };
             [(position, of.along(row, position)), (velocity[row], of.along(row, velocity[row]))]
         };
         let sizes = [state.q(), state.u()].map(|values| CONSISTENT * (1.0 + max_abs(values.as_slice())));
         for row in active_rows::<M>(state.modes(), false) {
             let held_before = active_rows::<M>(held, false).any(|known| known == row);
-            let past = if held_before { distances(self, before, row).map(|(_, distance)| distance) } else { [0.0; 2] };
+            let past = if held_before {
+                distances(self, before, row).map(|(_, distance)| distance)
+            } else {
+                [0.0; 2]
+            };
             let [position, velocity] = distances(self, state, row);
             let kept = |(_, distance): (f64, f64), at: usize| distance <= sizes[at].max(2.0 * past[at]);
             let (row, switched) = constrain::assemble::named::<M>(row);

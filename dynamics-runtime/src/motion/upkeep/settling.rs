@@ -24,15 +24,20 @@ impl<M: Constraints> Upkeep<M> {
         }
     }
 
-    /// Puts a state onto the constraints, to rounding level. Returns by how much it may then still be wrong in its velocities: rounding errors of Φ, as
-    /// the constraints amplify them.
+    /// Puts a state onto the constraints, to rounding level. Returns by how much it may then still be wrong
+    /// in its velocities: rounding errors of Φ, as the constraints amplify them.
     pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
         let sensitivity = self.project(model, state)?;
         Ok(self.noise(state, sensitivity))
     }
 
     /// Moves the positions of `end` along M⁻¹Φ_qᵀ of another state onto the holonomic constraints.
-    pub(crate) fn move_along(&mut self, model: &M, from: &M::State, end: &mut M::State) -> Result<(), SolveError> {
+    pub(crate) fn move_along(
+        &mut self,
+        model: &M,
+        from: &M::State,
+        end: &mut M::State,
+    ) -> Result<(), SolveError> {
         constrain::project_along(model, &self.constants, from, end, &mut self.workspace)
     }
 
@@ -56,16 +61,23 @@ impl<M: Constraints> Upkeep<M> {
         self.held.is_some() || self.embeds()
     }
 
-    /// Has stages put onto the constraints, as far as tolerances ask for, or no longer, unless they always are; whether that makes a difference.
+    /// Has stages put onto the constraints, as far as tolerances ask for, or no longer, unless they always
+    /// are; whether that makes a difference.
     pub(crate) fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
         let possible = self.formulation == Some(Formulation::Projected);
         self.held = (self.embeds() || on && possible).then_some(*tolerances);
         possible
     }
 
-    /// Puts a state between the ends of a step onto the constraints, unless rounding errors would make it worse than it is: near a position
-    /// where the constraints lose rank they decide where it ends. Whether they leave it right to the tolerances.
-    pub(crate) fn settle_between(&mut self, model: &M, state: &mut M::State, tolerances: &Tolerances) -> bool {
+    /// Puts a state between the ends of a step onto the constraints, unless rounding errors would make it
+    /// worse than it is: near a position where the constraints lose rank they decide where it ends. Whether
+    /// they leave it right to the tolerances.
+    pub(crate) fn settle_between(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+        tolerances: &Tolerances,
+    ) -> bool {
         let mut settled = *state;
         let Ok(sensitivity) = self.project(model, &mut settled) else { return false };
         if sensitivity == 0.0 {
@@ -74,7 +86,8 @@ impl<M: Constraints> Upkeep<M> {
         }
         let usual = *self.usual.get_or_insert(sensitivity);
         let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u().as_slice());
-        let moved = settled.u().as_slice().iter().zip(state.u().as_slice()).map(|(to, from)| (to - from).abs());
+        let moved =
+            settled.u().as_slice().iter().zip(state.u().as_slice()).map(|(to, from)| (to - from).abs());
         let noise = noise_beside(&settled, sensitivity, usual);
         if noise <= moved.fold(permitted, math::max) {
             *state = settled;
@@ -82,8 +95,8 @@ impl<M: Constraints> Upkeep<M> {
         noise <= permitted
     }
 
-    /// Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is nearly lost is wrong by A of that, and,
-    /// moving on, its velocity by A²|u|.
+    /// Φ is known to ε(1 + |q|). Where corrections are A times as large as usual, the direction that is
+    /// nearly lost is wrong by A of that, and, moving on, its velocity by A²|u|.
     fn noise(&mut self, state: &M::State, sensitivity: f64) -> f64 {
         if sensitivity == 0.0 || !sensitivity.is_finite() {
             return 0.0;

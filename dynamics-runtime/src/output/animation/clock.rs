@@ -10,7 +10,8 @@ use super::Animation;
 /// Instants per second of playing.
 const FRAMES_PER_SECOND: f64 = 60.0;
 
-/// The most instants that a page holds unless it is set: one minute, some 100 kB for a mechanism of a few links.
+/// The most instants that a page holds unless it is set: one minute, some 100 kB for a mechanism of a few
+/// links.
 const MOST_FRAMES: usize = 3600;
 
 /// Motions shorter than this, in their own time, are slowed down unless the speed is set.
@@ -40,7 +41,11 @@ impl Clock {
         let speed = animation.speed.unwrap_or_else(|| usual_speed(duration));
         let most = animation.most_frames.unwrap_or(MOST_FRAMES);
         // Long motions get all the instants there may be: the viewer will want to slow them down.
-        let wanted = if duration > LONG { most as f64 } else { libm::ceil(duration / speed * FRAMES_PER_SECOND) + 1.0 };
+        let wanted = if duration > LONG {
+            most as f64
+        } else {
+            libm::ceil(duration / speed * FRAMES_PER_SECOND) + 1.0
+        };
         let frames = if duration > 0.0 { (wanted.min(most as f64) as usize).max(2) } else { 1 };
         let step = if frames > 1 { (end - start) / (frames - 1) as f64 } else { 0.0 };
         let mut notes = Vec::new();
@@ -72,7 +77,8 @@ fn union(spans: &[[f64; 2]]) -> [f64; 2] {
     }
 }
 
-/// Real time where that can be watched; else the round speed with which playing takes 5 to 12 or 24 to 60 seconds.
+/// Real time where that can be watched; else the round speed with which playing takes 5 to 12 or 24 to 60
+/// seconds.
 fn usual_speed(duration: f64) -> f64 {
     let round = |least: f64| {
         let power = libm::pow(10.0, libm::floor(libm::log10(least)));

@@ -2,10 +2,10 @@
 //!
 //! Every point has three numbers; in pages that show nothing of space the one for the depth is left out.
 //!
-//! Instants whose pictures have the same figures form a *scene*: its figures are written once, and every number that moves is a
-//! column over the instants. Columns that are equal are written once, columns that stand still are a single number, and the
-//! others are differences of integers: places in units of 1/20,000 of the view, finer than any screen. So a link of a
-//! mechanism costs a few bytes per instant.
+//! Instants whose pictures have the same figures form a *scene*: its figures are written once, and every
+//! number that moves is a column over the instants. Columns that are equal are written once, columns that
+//! stand still are a single number, and the others are differences of integers: places in units of 1/20,000
+//! of the view, finer than any screen. So a link of a mechanism costs a few bytes per instant.
 
 use alloc::collections::BTreeMap;
 use alloc::format;
@@ -65,18 +65,21 @@ impl Bounds {
                 let along: [f64; 3] = core::array::from_fn(|axis| to[axis] - from[axis]);
                 let squared: f64 = along.iter().map(|x| x * x).sum();
                 // A circle about the unit vector e reaches r √(1 − eᵢ²) along axis i.
-                let level =
-                    along.map(|x| if squared > 0.0 { libm::sqrt((1.0 - x * x / squared).max(0.0)) } else { 1.0 });
+                let level = along
+                    .map(|x| if squared > 0.0 { libm::sqrt((1.0 - x * x / squared).max(0.0)) } else { 1.0 });
                 self.include(from, level.map(|part| part * radii[0]));
                 self.include(to, level.map(|part| part * radii[1]));
             }
-            Figure::Polyline { points, .. } => points.iter().for_each(|point| self.include(point.in_space(), [0.0; 3])),
+            Figure::Polyline { points, .. } => {
+                points.iter().for_each(|point| self.include(point.in_space(), [0.0; 3]))
+            }
             Figure::Spring { from, to, .. } | Figure::Arrow { from, to } | Figure::Ground { from, to } => {
                 [from, to].into_iter().for_each(|point| self.include(point.in_space(), [0.0; 3]));
             }
-            Figure::Dot { center: at } | Figure::Text { at, .. } | Figure::Trace { at, .. } | Figure::Pivot { at } => {
-                self.include(at.in_space(), [0.0; 3])
-            }
+            Figure::Dot { center: at }
+            | Figure::Text { at, .. }
+            | Figure::Trace { at, .. }
+            | Figure::Pivot { at } => self.include(at.in_space(), [0.0; 3]),
         }
     }
 
@@ -268,7 +271,8 @@ impl Reel {
     }
 
     fn take_apart(&mut self, shape: &Shape, parts: &mut Parts) {
-        let Sketch { mut figure, points, lengths, angles, own, solid } = Sketch::of(&shape.figure, &mut parts.words);
+        let Sketch { mut figure, points, lengths, angles, own, solid } =
+            Sketch::of(&shape.figure, &mut parts.words);
         pen(&mut figure, shape, own.unwrap_or(self.ink));
         self.spatial |= solid || points.iter().any(|point| matches!(point, Point::Spatial(_)));
         self.bounds.hold(&shape.figure);
@@ -398,7 +402,8 @@ impl Sketch {
 
 fn pen(figure: &mut String, shape: &Shape, own: Color) {
     let resolved = |color: Color| if color == Color::Auto { own } else { color };
-    let _ = write!(figure, ",\"c\":{},\"w\":{}", json(&resolved(shape.color).role()), json_number(shape.width));
+    let _ =
+        write!(figure, ",\"c\":{},\"w\":{}", json(&resolved(shape.color).role()), json_number(shape.width));
     if let Some(fill) = shape.fill {
         let _ = write!(figure, ",\"f\":{}", json(&resolved(fill).role()));
     }
@@ -422,7 +427,9 @@ impl Scene {
                     Some(integer) => integer.to_string(),
                     None => String::from("null"),
                 },
-                Column::Moving(values) => differences(values.iter().map(|value| grid.integer(value.0, *measure))),
+                Column::Moving(values) => {
+                    differences(values.iter().map(|value| grid.integer(value.0, *measure)))
+                }
             };
             let id = *written.entry(text.clone()).or_insert_with(|| {
                 columns.push(text);
@@ -452,7 +459,8 @@ fn words_json(column: &Column<String>) -> String {
     }
 }
 
-/// `[first, difference, difference, …]`; a missing value is `null` and the difference after it counts from the last one there was.
+/// `[first, difference, difference, …]`; a missing value is `null` and the difference after it counts from
+/// the last one there was.
 pub(super) fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
     let mut out = String::from("[");
     let mut last = 0;
@@ -565,7 +573,10 @@ mod tests {
         for place in surface {
             for axis in 0..3 {
                 let from_middle = (place[axis] - grid.origin[axis]).abs();
-                assert!(from_middle <= (grid.half[axis] as f64 + 1.0) * grid.quantum, "{place:?} leaves {grid:?}");
+                assert!(
+                    from_middle <= (grid.half[axis] as f64 + 1.0) * grid.quantum,
+                    "{place:?} leaves {grid:?}"
+                );
             }
         }
         // And it is no larger than that by much: a flat wheel is not a ball.

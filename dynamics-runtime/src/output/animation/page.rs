@@ -11,7 +11,8 @@ use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
 use super::{Animation, Recording};
 
-/// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and to the right, and no axis hides another.
+/// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and
+/// to the right, and no axis hides another.
 const EYE: [f64; 2] = [-60.0, 25.0];
 
 /// Whether anything of space is shown.
@@ -54,7 +55,8 @@ impl Animation<'_> {
     }
 
     fn data(&self, clock: &Clock, recordings: &[Recording]) -> String {
-        let bounds = recordings.iter().fold(Bounds::EMPTY, |bounds, recording| bounds.union(recording.reel.bounds));
+        let bounds =
+            recordings.iter().fold(Bounds::EMPTY, |bounds, recording| bounds.union(recording.reel.bounds));
         let grid = bounds.grid(is_spatial(recordings));
         let mut films = Vec::new();
         for (k, (recording, (_, label))) in recordings.iter().zip(&self.films).enumerate() {
@@ -115,8 +117,11 @@ impl Animation<'_> {
                     out.push_str(",\n");
                 }
                 let label = &self.films[film].1;
-                let name =
-                    if several && !label.is_empty() { format!("{} ({label})", curve.name) } else { curve.name.clone() };
+                let name = if several && !label.is_empty() {
+                    format!("{} ({label})", curve.name)
+                } else {
+                    curve.name.clone()
+                };
                 let color = Color::cycle(if several { film } else { k });
                 let _ = write!(
                     out,
@@ -153,7 +158,8 @@ pub(super) fn fill(template: &str, values: &[(&str, &str)]) -> String {
 /// Values as integers of a hundred-thousandth of their range.
 fn quantized(values: &[f64]) -> String {
     let finite = || values.iter().copied().filter(|value| value.abs() < 1e300);
-    let (lo, hi) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)));
+    let (lo, hi) =
+        finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)));
     let lo = if lo.is_finite() { lo } else { 0.0 };
     let unit = match (hi - lo) / 1e5 {
         unit if unit.is_normal() && unit > 0.0 => unit,
@@ -161,8 +167,14 @@ fn quantized(values: &[f64]) -> String {
     };
     // What is far below the resolution is zero, not 1.2e-33.
     let lo = if hi > lo && lo.abs() < 1e-6 * unit { 0.0 } else { lo };
-    let integers = values.iter().map(|value| (value.abs() < 1e300).then(|| libm::round((value - lo) / unit) as i64));
-    format!("\"lo\":{},\"unit_of_values\":{},\"values\":{}", json_number(lo), json_number(unit), differences(integers))
+    let integers =
+        values.iter().map(|value| (value.abs() < 1e300).then(|| libm::round((value - lo) / unit) as i64));
+    format!(
+        "\"lo\":{},\"unit_of_values\":{},\"values\":{}",
+        json_number(lo),
+        json_number(unit),
+        differences(integers)
+    )
 }
 
 #[cfg(test)]

@@ -28,7 +28,9 @@ impl Film for Wheel {
         self.span
     }
     fn quantities(&self) -> Vec<(String, String)> {
-        [("angle", "rad"), ("turns", ""), ("bad", "")].map(|(name, unit)| (name.to_string(), unit.to_string())).to_vec()
+        [("angle", "rad"), ("turns", ""), ("bad", "")]
+            .map(|(name, unit)| (name.to_string(), unit.to_string()))
+            .to_vec()
     }
     fn events(&self) -> Vec<(f64, String)> {
         [(2.5, "bump".to_string())].to_vec()
@@ -53,7 +55,8 @@ fn data(html: &str) -> &str {
 #[test]
 fn the_page_has_its_parts_and_is_self_contained() {
     let html = Animation::new().add(&WHEEL, "").to_html().unwrap();
-    for part in ["<!DOCTYPE html>", "<h1>Wheel</h1>", "drawn by hand", "1 step &lt; 2 steps &amp; more</pre>"] {
+    for part in ["<!DOCTYPE html>", "<h1>Wheel</h1>", "drawn by hand", "1 step &lt; 2 steps &amp; more</pre>"]
+    {
         assert!(html.contains(part), "{part}");
     }
     for outside in ["http:", "https:", "//cdn", "import ", "fetch(", "{{"] {
@@ -89,7 +92,13 @@ fn a_speed_or_a_number_of_instants_that_make_no_sense_are_errors() {
     let error = Animation::new().add(&WHEEL, "").frames(1).to_html().unwrap_err();
     assert!(error.to_string().contains("allow at least 2"), "{error}");
     assert!(
-        Animation::new().add(&WHEEL, "").frames(2).speed(0.5).to_html().unwrap().contains("\"frames\":2,\"speed\":0.5")
+        Animation::new()
+            .add(&WHEEL, "")
+            .frames(2)
+            .speed(0.5)
+            .to_html()
+            .unwrap()
+            .contains("\"frames\":2,\"speed\":0.5")
     );
 }
 
@@ -188,7 +197,8 @@ fn the_page_holds_the_motion_to_a_part_of_a_pixel() {
     let html = Animation::new().add(&WHEEL, "<A>").plot(["angle", "bad"]).to_html().unwrap();
     let page = json_check::read(data(&html));
     let frames = page["frames"].number() as usize;
-    let times: Vec<_> = (0..frames).map(|k| page["start"].number() + k as f64 * page["step"].number()).collect();
+    let times: Vec<_> =
+        (0..frames).map(|k| page["start"].number() + k as f64 * page["step"].number()).collect();
     assert!((times[frames - 1] - 10.0).abs() < 1e-12);
 
     let reel = &page["films"].list()[0]["reel"];
@@ -255,7 +265,8 @@ fn motions_in_space_are_seen_from_an_eye() {
     assert_eq!(kinds, ["dot", "disc", "cuboid", "cone"]);
     // A planar point stands in the plane of x and z.
     assert_eq!(scene["places"].list().len(), 3 + 4 + 12 + 8);
-    let still = |number: usize| scene["columns"].list()[scene["places"].list()[number].number() as usize].number();
+    let still =
+        |number: usize| scene["columns"].list()[scene["places"].list()[number].number() as usize].number();
     let (origin, quantum) = (page["origin"].list(), page["quantum"].number());
     for (axis, expected) in [2.0, 0.0, 1.0].into_iter().enumerate() {
         assert!((origin[axis].number() + quantum * still(axis) - expected).abs() < quantum);

@@ -130,7 +130,13 @@ impl Draw for Springs {
 
 fn start() -> SpringsState {
     let vector = |a, b| SVector::from([a, b]);
-    SpringsState { t: 0.0, q: vector(1.0, 0.0), u: vector(0.0, 1.0), inputs: SVector::zeros(), modes: Modes::default() }
+    SpringsState {
+        t: 0.0,
+        q: vector(1.0, 0.0),
+        u: vector(0.0, 1.0),
+        inputs: SVector::zeros(),
+        modes: Modes::default(),
+    }
 }
 
 fn motion(end: f64) -> Motion<'static, Springs> {
@@ -139,7 +145,8 @@ fn motion(end: f64) -> Motion<'static, Springs> {
 
 fn table(text: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
     let (header, rows) = text.split_once('\n').unwrap();
-    let rows = rows.lines().map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect();
+    let rows =
+        rows.lines().map(|line| line.split(',').map(|field| field.parse().unwrap()).collect()).collect();
     // The one quoted name holds a comma.
     let header = header.split(',').collect();
     (header, rows)
@@ -228,18 +235,29 @@ fn events_are_marked_by_name() {
 fn the_history_has_a_panel_for_each_unit() {
     let svg = motion(10.0).history_chart().to_svg();
     xml_check::assert_well_formed(&svg);
-    for part in
-        ["Springs: coordinates and velocities", "coordinates in m", "velocities in m/s", "y_rate[0]", ">t in s<"]
-    {
+    for part in [
+        "Springs: coordinates and velocities",
+        "coordinates in m",
+        "velocities in m/s",
+        "y_rate[0]",
+        ">t in s<",
+    ] {
         assert!(svg.contains(part), "{part}");
     }
     let svg = motion(10.0).outputs_chart().to_svg();
     xml_check::assert_well_formed(&svg);
     // Tension −cos t begins at the lower edge of its axes, lead 10 sin t in the middle.
-    let curves: Vec<_> = svg.split("<polyline points=\"").skip(1).map(|tag| tag.split('"').next().unwrap()).collect();
+    let curves: Vec<_> =
+        svg.split("<polyline points=\"").skip(1).map(|tag| tag.split('"').next().unwrap()).collect();
     assert_eq!(curves.len(), 2);
-    assert!(first_point(curves[0])[1] > 150.0 && (first_point(curves[1])[1] - 95.0).abs() < 2.0, "{curves:?}");
-    assert!(svg.contains(">tension, left in N<") && !svg.contains(">tension, left<"), "its axis names a single curve");
+    assert!(
+        first_point(curves[0])[1] > 150.0 && (first_point(curves[1])[1] - 95.0).abs() < 2.0,
+        "{curves:?}"
+    );
+    assert!(
+        svg.contains(">tension, left in N<") && !svg.contains(">tension, left<"),
+        "its axis names a single curve"
+    );
 }
 
 #[test]

@@ -59,7 +59,8 @@ pub(super) struct Look {
     pub(super) mark: Mark,
 }
 
-/// A name of the legend at x, counted from the left edge of the axes; one that goes on from the row above has no sample.
+/// A name of the legend at x, counted from the left edge of the axes; one that goes on from the row above has
+/// no sample.
 pub(super) struct Entry {
     pub(super) x: f64,
     pub(super) name: String,
@@ -112,8 +113,12 @@ pub(super) fn plots(chart: &Chart) -> Vec<Plot<'_>> {
     // The labels of y decide the left edge, and the left edge how many labels of x there is room for.
     let rough = chart.width - 2.0 * MARGIN - 70.0;
     let sized: Vec<_> = chart.panels.iter().map(|panel| sized_ranges(panel, rough, height)).collect();
-    let sides: Vec<_> =
-        chart.panels.iter().zip(&sized).map(|(panel, (_, y, height))| vertical(&panel.y, *y, *height)).collect();
+    let sides: Vec<_> = chart
+        .panels
+        .iter()
+        .zip(&sized)
+        .map(|(panel, (_, y, height))| vertical(&panel.y, *y, *height))
+        .collect();
     let labels = sides
         .iter()
         .flat_map(|side| &side.ticks.major)
@@ -131,8 +136,11 @@ pub(super) fn plots(chart: &Chart) -> Vec<Plot<'_>> {
             let x = horizontal(&panel.x, x, width);
             let curves = curves(panel, &x, &y, [width, axes_height]);
             let legend = legend(panel, &curves, width);
-            let instants =
-                panel.instants.iter().map(|(_, at)| at.iter().map(|at| x.coordinate(*at)).collect()).collect();
+            let instants = panel
+                .instants
+                .iter()
+                .map(|(_, at)| at.iter().map(|at| x.coordinate(*at)).collect())
+                .collect();
             let notes = notes(panel, &x, &y);
             let notes = notes.iter().flat_map(|note| measure::wrapped(note, FONT, width)).collect();
             Plot { left, width, axes_height, x, y, curves, instants, legend, notes }
@@ -219,7 +227,8 @@ const BARE: f64 = 0.16;
 fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
     let most = height / 20.0;
     let mut ticks = some_ticks(axis, range, height / 42.0, most);
-    // Without a label near its ends an axis does not say how far it goes: a finer step, if there is room for one that does.
+    // Without a label near its ends an axis does not say how far it goes: a finer step, if there is room for
+    // one that does.
     if axis.scale == Scale::Linear && ticks.bare(range) > BARE {
         let counts = ticks.major.len() + 1..=libm::floor(most) as usize;
         let finer = || counts.clone().map(|count| ticks::linear(range, count));
@@ -233,7 +242,8 @@ fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
 /// Ticks of x, farther apart than any label is wide.
 fn horizontal(axis: &Axis, range: Range, width: f64) -> Side {
     let mut ticks = some_ticks(axis, range, width / 62.0, width / 56.0);
-    // Round values on a logarithmic axis do not keep the mean distance: a label that would come too close leaves its tick bare.
+    // Round values on a logarithmic axis do not keep the mean distance: a label that would come too close
+    // leaves its tick bare.
     let mut end = f64::NEG_INFINITY;
     let (labelled, bare): (Vec<_>, Vec<_>) = ticks.major.into_iter().partition(|(at, label)| {
         let (middle, half) = (range.part(*at) * width, 0.5 * measure::width(label, FONT));
@@ -248,7 +258,8 @@ fn horizontal(axis: &Axis, range: Range, width: f64) -> Side {
     side(axis, range, ticks, width)
 }
 
-/// About `wanted` ticks, up to `most` where so few would be a single label: that says nothing about the scale.
+/// About `wanted` ticks, up to `most` where so few would be a single label: that says nothing about the
+/// scale.
 fn some_ticks(axis: &Axis, range: Range, wanted: f64, most: f64) -> Ticks {
     let log = axis.scale == Scale::Log;
     let ticks = |count| if log { ticks::logarithmic(range, count) } else { ticks::linear(range, count) };
@@ -281,8 +292,9 @@ fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -
         let climbs = series.points.windows(2).map(|pair| (part(&pair[1]) - part(&pair[0])).abs());
         climbs.filter(|climb| climb.is_finite()).sum()
     };
-    let forward =
-        |series: &Series| series.points.windows(2).all(|pair| x.coordinate(pair[0][0]) <= x.coordinate(pair[1][0]));
+    let forward = |series: &Series| {
+        series.points.windows(2).all(|pair| x.coordinate(pair[0][0]) <= x.coordinate(pair[1][0]))
+    };
     let dense = |series: &Series| forward(series) && climb(series) > DENSE * width;
 
     panel
@@ -342,8 +354,10 @@ fn notes(panel: &Panel, x: &Side, y: &Side) -> Vec<String> {
     // Where both are missing a gap is meant.
     let is_gap = |point: &&[f64; 2]| point.iter().all(|x| x.is_nan());
     let not_finite = points().filter(|point| !finite(point) && !is_gap(point)).count();
-    let not_positive =
-        points().filter(finite).filter(|point| (x.log && point[0] <= 0.0) || (y.log && point[1] <= 0.0)).count();
+    let not_positive = points()
+        .filter(finite)
+        .filter(|point| (x.log && point[0] <= 0.0) || (y.log && point[1] <= 0.0))
+        .count();
     let mut notes = Vec::new();
     if points().next().is_none() {
         notes.push(String::from("there are no points"));
@@ -370,7 +384,8 @@ fn notes(panel: &Panel, x: &Side, y: &Side) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// Steps of 1, 2 and 5 leave no more of an axis bare than this at these heights; up to half of it was, with as few labels as would do.
+    /// Steps of 1, 2 and 5 leave no more of an axis bare than this at these heights; up to half of it was,
+    /// with as few labels as would do.
     #[test]
     fn a_vertical_axis_says_how_far_it_goes() {
         let axis = Axis::default();

@@ -25,8 +25,8 @@ pub(super) fn plot(svg: &mut String, plot: &Plot<'_>, top: f64) {
     let overflow = if plot.x.fixed || plot.y.fixed { "hidden" } else { "visible" };
     let _ = writeln!(
         svg,
-        "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" overflow=\"{overflow}\" fill=\"none\" stroke-width=\"1.6\" \
-         stroke-linejoin=\"round\">",
+        "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" overflow=\"{overflow}\" fill=\"none\" \
+         stroke-width=\"1.6\" stroke-linejoin=\"round\">",
         pixel(plot.left),
         pixel(axes_top),
         pixel(plot.width),
@@ -51,7 +51,12 @@ fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
                 None => {}
                 Some(Sample::Curve(look)) => sample(svg, look, [x, middle]),
                 Some(Sample::Instant(kind)) => {
-                    let path = format!("M{},{}V{}", pixel(x + 0.5 * SAMPLE), pixel(middle - 7.0), pixel(middle + 7.0));
+                    let path = format!(
+                        "M{},{}V{}",
+                        pixel(x + 0.5 * SAMPLE),
+                        pixel(middle - 7.0),
+                        pixel(middle + 7.0)
+                    );
                     let _ = writeln!(svg, "<path d=\"{path}\"{}/>", upright(kind));
                 }
             }
@@ -77,7 +82,8 @@ fn sample(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
     }
     if look.mark != Mark::Points {
         let ends = pairs(&[[x, y], [x + SAMPLE, y]]);
-        let _ = writeln!(svg, "<polyline points=\"{ends}\" fill=\"none\" stroke-width=\"2\"{}/>", stroke(look));
+        let _ =
+            writeln!(svg, "<polyline points=\"{ends}\" fill=\"none\" stroke-width=\"2\"{}/>", stroke(look));
     }
     if look.mark != Mark::Line {
         sign(svg, look, [x + 0.5 * SAMPLE, y], false, None);
@@ -117,18 +123,20 @@ fn grid(svg: &mut String, plot: &Plot<'_>, top: f64) {
     let bottom = top + plot.axes_height;
     let at_x = |at: f64| left + plot.x.range.part(at) * plot.width;
     let at_y = |at: f64| bottom - plot.y.range.part(at) * plot.axes_height;
-    let mut lines = |class: &str, color: &str, xs: &mut dyn Iterator<Item = f64>, ys: &mut dyn Iterator<Item = f64>| {
-        let mut path = String::new();
-        for x in xs {
-            let _ = write!(path, "M{},{}V{}", pixel(x), pixel(top), pixel(bottom));
-        }
-        for y in ys {
-            let _ = write!(path, "M{},{}H{}", pixel(left), pixel(y), pixel(right));
-        }
-        if !path.is_empty() {
-            let _ = writeln!(svg, "<path class=\"{class}\" d=\"{path}\" stroke=\"{color}\" fill=\"none\"/>");
-        }
-    };
+    let mut lines =
+        |class: &str, color: &str, xs: &mut dyn Iterator<Item = f64>, ys: &mut dyn Iterator<Item = f64>| {
+            let mut path = String::new();
+            for x in xs {
+                let _ = write!(path, "M{},{}V{}", pixel(x), pixel(top), pixel(bottom));
+            }
+            for y in ys {
+                let _ = write!(path, "M{},{}H{}", pixel(left), pixel(y), pixel(right));
+            }
+            if !path.is_empty() {
+                let _ =
+                    writeln!(svg, "<path class=\"{class}\" d=\"{path}\" stroke=\"{color}\" fill=\"none\"/>");
+            }
+        };
     lines(
         "minor",
         "#f0f2f4",
@@ -212,10 +220,12 @@ fn draw(svg: &mut String, plot: &Plot<'_>, curve: &Curve<'_>) {
     }
     if curve.look.mark != Mark::Line {
         let hollow = curve.series.points.iter().map(|point| point[1] <= curve.series.hollow_below);
-        let labels = curve.series.labels.iter().map(|label| Some(label.as_str())).chain(core::iter::repeat(None));
+        let labels =
+            curve.series.labels.iter().map(|label| Some(label.as_str())).chain(core::iter::repeat(None));
         let shown = placed.into_iter().zip(hollow).zip(labels);
-        let shown: Vec<_> =
-            shown.filter_map(|((place, hollow), label)| Some(Sign { place: place?, hollow, label })).collect();
+        let shown: Vec<_> = shown
+            .filter_map(|((place, hollow), label)| Some(Sign { place: place?, hollow, label }))
+            .collect();
         let says = !curve.series.labels.is_empty();
         if says {
             // Signs are small: an unseen edge takes the pointer beside them, too.
@@ -286,7 +296,8 @@ struct Sign<'a> {
 fn separate<'a>(signs: &[Sign<'a>]) -> Vec<Sign<'a>> {
     let mut kept: Vec<Sign<'_>> = Vec::new();
     for sign in signs {
-        let apart = |last: &Sign<'_>| libm::hypot(sign.place[0] - last.place[0], sign.place[1] - last.place[1]);
+        let apart =
+            |last: &Sign<'_>| libm::hypot(sign.place[0] - last.place[0], sign.place[1] - last.place[1]);
         if kept.last().is_none_or(|last| apart(last) >= 0.5) {
             kept.push(*sign);
         }
@@ -298,8 +309,11 @@ fn separate<'a>(signs: &[Sign<'a>]) -> Vec<Sign<'a>> {
 fn sign(svg: &mut String, look: Look, [x, y]: [f64; 2], hollow: bool, label: Option<&str>) {
     let color = look.color.on_light();
     // White, so that the line does not show through.
-    let fill =
-        if hollow { format!("#ffffff\" stroke=\"{color}\" stroke-opacity=\"1\" stroke-width=\"1.4") } else { color };
+    let fill = if hollow {
+        format!("#ffffff\" stroke=\"{color}\" stroke-opacity=\"1\" stroke-width=\"1.4")
+    } else {
+        color
+    };
     let ends = |tag: &str| match label {
         Some(label) => format!("><title>{}</title></{tag}>", xml(label)),
         None => String::from("/>"),
@@ -307,7 +321,8 @@ fn sign(svg: &mut String, look: Look, [x, y]: [f64; 2], hollow: bool, label: Opt
     let corners: &[[f64; 2]] = match look.sign % 4 {
         0 => {
             let (x, y) = (pixel(x), pixel(y));
-            let _ = writeln!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"3.2\" fill=\"{fill}\"{}", ends("circle"));
+            let _ =
+                writeln!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"3.2\" fill=\"{fill}\"{}", ends("circle"));
             return;
         }
         1 => &[[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]],

@@ -34,18 +34,27 @@ fn a_small_chart_has_its_parts() {
     assert_sound(&svg);
     // Readers that know no page take sizes from styles, and a height of `auto` for none.
     assert!(
-        !svg.contains("style=") && svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"760\" height=\"")
+        !svg.contains("style=")
+            && svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"760\" height=\"")
     );
     assert!(svg.contains("A &amp; B"));
     assert!(svg.contains("theta&lt;1&gt;") && svg.contains("theta2"), "a legend");
     assert!(svg.contains("time in s") && svg.contains("angle in rad"));
     assert_eq!(svg.matches("<polyline").count(), 2 + 2, "two curves, two samples in the legend");
-    assert_eq!(svg.matches("stroke-dasharray").count(), 2, "the second curve is dashed, here and in the legend");
+    assert_eq!(
+        svg.matches("stroke-dasharray").count(),
+        2,
+        "the second curve is dashed, here and in the legend"
+    );
 }
 
 #[test]
 fn a_line_goes_where_its_values_are() {
-    let svg = chart_of(vec![(0.0, 0.0), (10.0, 5.0)], Axis::new("x").range(0.0, 10.0), Axis::new("y").range(0.0, 5.0));
+    let svg = chart_of(
+        vec![(0.0, 0.0), (10.0, 5.0)],
+        Axis::new("x").range(0.0, 10.0),
+        Axis::new("y").range(0.0, 5.0),
+    );
     let plot = svg.split("<svg x=\"").nth(1).unwrap();
     let attribute = |name: &str| plot.split(name).nth(1).unwrap().split('"').next().unwrap();
     let (width, height) = (attribute("width=\""), attribute("height=\""));
@@ -128,7 +137,8 @@ fn an_axis_has_more_than_one_label() {
 
 #[test]
 fn values_that_cannot_be_shown_are_counted() {
-    let svg = chart_of(vec![(1.0, -1.0), (2.0, 0.0), (3.0, 4.0), (4.0, f64::NAN)], Axis::log("x"), Axis::log("y"));
+    let svg =
+        chart_of(vec![(1.0, -1.0), (2.0, 0.0), (3.0, 4.0), (4.0, f64::NAN)], Axis::log("x"), Axis::log("y"));
     assert!(svg.contains("2 points are not positive"), "{svg}");
     assert!(svg.contains("1 point is not finite"), "{svg}");
 }
@@ -136,7 +146,9 @@ fn values_that_cannot_be_shown_are_counted() {
 #[test]
 fn a_range_that_cannot_be_shown_is_reported() {
     let svg = |axis: Axis| chart_of(vec![(1.0, 1.0)], Axis::new("x"), axis);
-    for axis in [Axis::new("y").range(2.0, 2.0), Axis::log("y").range(0.0, 1.0), Axis::new("y").range(0.0, f64::NAN)] {
+    for axis in
+        [Axis::new("y").range(2.0, 2.0), Axis::log("y").range(0.0, 1.0), Axis::new("y").range(0.0, f64::NAN)]
+    {
         assert!(svg(axis).contains("the axis cannot go from"));
     }
     assert!(!svg(Axis::log("y").range(0.5, 2.0)).contains("the axis cannot"));
@@ -156,14 +168,17 @@ fn a_gap_parts_the_line() {
 #[test]
 fn many_points_make_a_short_file() {
     let points = (0..400_000).map(|k| (f64::from(k), (f64::from(k) * 0.3).sin()));
-    let svg = Chart::from(Panel::new(Axis::new("x"), Axis::new("y")).series(Series::new("s", points))).to_svg();
+    let svg =
+        Chart::from(Panel::new(Axis::new("x"), Axis::new("y")).series(Series::new("s", points))).to_svg();
     assert!(svg.len() < 60_000, "{}", svg.len());
 }
 
 #[test]
 fn one_series_named_by_its_axis_needs_no_legend() {
-    let svg = Chart::from(Panel::new(Axis::new("time"), Axis::new("energy")).line("energy", [(0.0, 0.0), (1.0, 1.0)]))
-        .to_svg();
+    let svg = Chart::from(
+        Panel::new(Axis::new("time"), Axis::new("energy")).line("energy", [(0.0, 0.0), (1.0, 1.0)]),
+    )
+    .to_svg();
     assert_eq!(svg.matches(">energy<").count(), 1);
 }
 
@@ -239,7 +254,8 @@ fn boxes(svg: &str) -> Vec<([f64; 4], &str)> {
             anchor = "start";
         } else if tag.starts_with("text") && !tag.contains("transform") {
             let own = if tag.contains("text-anchor") { attribute(tag, "text-anchor") } else { anchor };
-            let size = if tag.contains("font-size") { attribute(tag, "font-size").parse().unwrap() } else { FONT };
+            let size =
+                if tag.contains("font-size") { attribute(tag, "font-size").parse().unwrap() } else { FONT };
             let place = |name: &str| attribute(tag, name).parse::<f64>().unwrap();
             // Real glyphs are narrower than the layout's careful measure.
             let width = 0.93 * measure::width(content, size);
@@ -266,27 +282,31 @@ fn no_text_covers_another_or_leaves_the_page() {
     {
         for (x_log, y_log) in [(false, false), (true, true)] {
             let axis = |log: bool, title: &str| if log { Axis::log(title) } else { Axis::new(title) };
-            let points = [(1.0 * scale, -3.0 * scale), (7.7 * scale, 9.0 * scale), (0.2 * scale, 2e6 * scale)];
-            let crowd = waves(9).fold(Panel::new(Axis::new("time in s"), Axis::new("angles in rad")), Panel::series);
+            let points =
+                [(1.0 * scale, -3.0 * scale), (7.7 * scale, 9.0 * scale), (0.2 * scale, 2e6 * scale)];
+            let crowd =
+                waves(9).fold(Panel::new(Axis::new("time in s"), Axis::new("angles in rad")), Panel::series);
             let one = Panel::new(
                 axis(x_log, "a title that is longer than there is room for in a chart as narrow as this one"),
                 axis(y_log, "y"),
             )
             .curve("measured", points)
             .instants("switched", [2.0 * scale]);
-            let svg =
-                Chart::new("A title that is rather long, so long that it has to be cut somewhere in the narrow ones")
-                    .panel(one)
-                    .panel(crowd)
-                    .width(width)
-                    .panel_height(height)
-                    .to_svg();
+            let svg = Chart::new(
+                "A title that is rather long, so long that it has to be cut somewhere in the narrow ones",
+            )
+            .panel(one)
+            .panel(crowd)
+            .width(width)
+            .panel_height(height)
+            .to_svg();
             assert_sound(&svg);
             let boxes = boxes(&svg);
             assert!(boxes.len() > 15, "{boxes:?}");
             for upright in svg.split("translate(").skip(1) {
                 let x: f64 = upright.split(',').next().unwrap().parse().unwrap();
-                let left_of_it = boxes.iter().filter(|(edges, _)| edges[0] < x + 0.2 * FONT && edges[3] > 45.0);
+                let left_of_it =
+                    boxes.iter().filter(|(edges, _)| edges[0] < x + 0.2 * FONT && edges[3] > 45.0);
                 assert_eq!(left_of_it.count(), 0, "the title of y at {x} is covered");
             }
             for (k, (a, text)) in boxes.iter().enumerate() {
@@ -303,7 +323,8 @@ fn no_text_covers_another_or_leaves_the_page() {
 #[test]
 fn what_has_no_place_is_not_drawn_and_curves_differ() {
     let panel = Panel::new(Axis::new("x"), Axis::log("y"));
-    let svg = Chart::from(panel.points("a", [(1.0, -1.0), (2.0, 0.0), (3.0, 4.0)]).points("b", [(1.0, 1.0)])).to_svg();
+    let svg = Chart::from(panel.points("a", [(1.0, -1.0), (2.0, 0.0), (3.0, 4.0)]).points("b", [(1.0, 1.0)]))
+        .to_svg();
     assert_eq!(svg.matches("<circle").count(), 1 + 1, "one point and its legend");
     let colors: Vec<_> = svg.split("<circle").chain(svg.split("<polygon")).skip(1).collect();
     assert_ne!(attribute(colors[0], "fill"), attribute(svg.split("<polygon").nth(1).unwrap(), "fill"));

@@ -1,8 +1,9 @@
 //! The rows together: which repeat or contradict others, in every state and where the constraints hold.
 //!
-//! Constraints that are always on have to be in order among themselves; every switched one together with them. Switched ones among each other
-//! may exclude each other, or touch where one takes over from another: which of them are ever on together nobody has said. What all of them at once
-//! leave free is told, as a model starts with all of them on, but no solver is chosen by it.
+//! Constraints that are always on have to be in order among themselves; every switched one together with
+//! them. Switched ones among each other may exclude each other, or touch where one takes over from another:
+//! which of them are ever on together nobody has said. What all of them at once leave free is told, as a
+//! model starts with all of them on, but no solver is chosen by it.
 
 use crate::check::Finding;
 use crate::mechanics::Model;
@@ -15,8 +16,8 @@ use super::manifold::{self, Dependence, Manifold};
 use super::rows::Rows;
 use super::sample::Sample;
 
-/// A set that no start satisfies is called contradictory, and rows that touch others in all states that were found tangent, up to this many rows; with
-/// more, Newton's method may well have missed the way.
+/// A set that no start satisfies is called contradictory, and rows that touch others in all states that were
+/// found tangent, up to this many rows; with more, Newton's method may well have missed the way.
 const CERTAIN: usize = 24;
 /// Switched constraints whose manifolds are looked at one by one.
 const SWITCHED: usize = 8;
@@ -28,9 +29,11 @@ pub struct Analysis {
     pub findings: Vec<Finding>,
     /// Number of rows, R.
     pub rows: usize,
-    /// Rank of Φ_q joined by A with all constraints on: where they hold, if states were found in which they do, otherwise in general.
+    /// Rank of Φ_q joined by A with all constraints on: where they hold, if states were found in which they
+    /// do, otherwise in general.
     pub rank: usize,
-    /// The smallest ranks met where the constraints hold: below `rank` where rows repeat others on some branches of the manifold only.
+    /// The smallest ranks met where the constraints hold: below `rank` where rows repeat others on some
+    /// branches of the manifold only.
     pub least: Ranks,
     /// Rank of Φ_q alone.
     pub holonomic_rank: usize,
@@ -38,28 +41,34 @@ pub struct Analysis {
     pub always: Ranks,
     /// The smallest of them met where those hold.
     pub least_always: Ranks,
-    /// Whether rows that repeat others on some branches of the manifold only are declared to: then those branches are the ones that are meant.
+    /// Whether rows that repeat others on some branches of the manifold only are declared to: then those
+    /// branches are the ones that are meant.
     pub branch_meant: bool,
     /// Rows whose multipliers are not unique: those in the span of the others.
     pub not_unique: Vec<usize>,
-    /// Constraints with multipliers that are not unique whose whole generalized force Φ_qᵀλ is, by index in the model.
+    /// Constraints with multipliers that are not unique whose whole generalized force Φ_qᵀλ is, by index in
+    /// the model.
     pub joint: Vec<usize>,
-    /// Rows that can be left out without changing the motion, the last ones of every relation; and those that are tangent.
+    /// Rows that can be left out without changing the motion, the last ones of every relation; and those that
+    /// are tangent.
     pub superfluous: Vec<usize>,
-    /// Rows that depend on others where they hold, and nevertheless hold positions that those leave free: to second order, so that no reaction
-    /// holds the velocities.
+    /// Rows that depend on others where they hold, and nevertheless hold positions that those leave free: to
+    /// second order, so that no reaction holds the velocities.
     pub tangent: Vec<usize>,
-    /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty where none was found or looked for.
+    /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty where none
+    /// was found or looked for.
     pub samples: Vec<Sample>,
-    /// States at nominal values by which a solution may be chosen: the same, or where all constraints at once are not independent because of switched
-    /// ones, those in which the others hold. Empty where random parameters say nothing of where this mechanism moves.
+    /// States at nominal values by which a solution may be chosen: the same, or where all constraints at once
+    /// are not independent because of switched ones, those in which the others hold. Empty where random
+    /// parameters say nothing of where this mechanism moves.
     pub guides: Vec<Sample>,
-    /// Where the holonomic constraints hold and motions are likely to begin, if that is known: a solution is to apply there.
+    /// Where the holonomic constraints hold and motions are likely to begin, if that is known: a solution is
+    /// to apply there.
     pub likely: Option<Sample>,
     /// Others at which it had better apply: turned, at the origin's other sides, and without guides anywhere.
     pub passed: Vec<Sample>,
-    /// Whether rows depend on others that are always on together with them, on the branches that are meant: then the multipliers are not unique and
-    /// no order of elimination goes through.
+    /// Whether rows depend on others that are always on together with them, on the branches that are meant:
+    /// then the multipliers are not unique and no order of elimination goes through.
     pub redundant: bool,
     /// What was looked at.
     pub looked_at: LookedAt,
@@ -107,7 +116,8 @@ pub fn analyse(model: &Model) -> Analysis {
     let order = Order::of(model, &rows);
     let mut all = Set { model, rows: &rows, samples: &samples, faults: Vec::new(), entangled: Vec::new() };
     let base = all.examine(&order.always, &order.always, true);
-    let mut known = Known { redundant: base.redundant(), guides: base.guides(), tangent: base.tangent().to_vec() };
+    let mut known =
+        Known { redundant: base.redundant(), guides: base.guides(), tangent: base.tangent().to_vec() };
     for (i, switched) in order.switched.iter().enumerate() {
         let together: Vec<usize> = order.always.iter().chain(switched).copied().collect();
         let look = all.examine(&together, switched, i < SWITCHED);
@@ -135,7 +145,8 @@ pub fn analyse(model: &Model) -> Analysis {
     analysis.guides = known.guides;
     let mut likely = likely::likely(model, &rows).into_iter();
     analysis.likely = likely.next();
-    analysis.passed = analysis.likely.as_ref().map_or_else(Vec::new, |straight| likely::turned(model, &rows, straight));
+    analysis.passed =
+        analysis.likely.as_ref().map_or_else(Vec::new, |straight| likely::turned(model, &rows, straight));
     analysis.passed.extend(likely);
     if analysis.guides.is_empty() {
         // Random parameters say nothing of how well, but where a pivot vanishes on a whole branch.
@@ -163,8 +174,9 @@ impl Order {
     fn of(model: &Model, rows: &Rows) -> Self {
         let of = |c: usize| (0..rows.len()).filter(move |r| rows.constraint[*r] == c);
         let chosen = |redundant: bool| {
-            let wanted =
-                move |c: &usize| !model.constraints[*c].switched && model.constraints[*c].redundant == redundant;
+            let wanted = move |c: &usize| {
+                !model.constraints[*c].switched && model.constraints[*c].redundant == redundant
+            };
             (0..model.constraints.len()).filter(wanted).flat_map(of)
         };
         let switched = (0..model.constraints.len()).filter(|c| model.constraints[*c].switched);
@@ -193,12 +205,14 @@ struct Look {
 impl Look {
     /// Whether rows depend on others in every state, or in all that were found.
     fn redundant(&self) -> bool {
-        self.rank < self.order.len() || self.ranks.as_ref().is_some_and(|ranks| ranks.rank.1 < self.order.len())
+        self.rank < self.order.len()
+            || self.ranks.as_ref().is_some_and(|ranks| ranks.rank.1 < self.order.len())
     }
 
     /// The states that were found, if they are those of this mechanism.
     fn guides(&self) -> Vec<Sample> {
-        let known = self.manifold.as_ref().filter(|m| m.nominal && self.ranks.is_some() && !self.order.is_empty());
+        let known =
+            self.manifold.as_ref().filter(|m| m.nominal && self.ranks.is_some() && !self.order.is_empty());
         known.map_or_else(Vec::new, |m| m.samples.clone())
     }
 
@@ -206,8 +220,8 @@ impl Look {
         self.manifold.as_ref().map_or(&[], |m| &m.tangent)
     }
 
-    /// Leaves out the states in which rows touch others that do so only while everything is on, as a slot takes over from a lock: motions hand over
-    /// there, and none stays.
+    /// Leaves out the states in which rows touch others that do so only while everything is on, as a slot
+    /// takes over from a lock: motions hand over there, and none stays.
     fn leave_out_where_others_touch(&mut self, rows: &Rows, known: &[usize]) {
         let Some(manifold) = &mut self.manifold else { return };
         if manifold.tangent.iter().any(|r| !known.contains(r)) {
@@ -239,7 +253,8 @@ impl Set<'_> {
         let (rank, mut general) = self.samples.dependents(self.rows, order);
         let contradicts = |d: &Dependent| d.verdict == Verdict::Contradicts;
         let contradictory = general.iter().any(contradicts);
-        // What is declared to repeat others may do so for some values of the parameters alone: the nominal ones decide.
+        // What is declared to repeat others may do so for some values of the parameters alone: the nominal
+        // ones decide.
         let meant = general.iter().all(|d| !contradicts(d) || self.redundant(d.row));
         let possible = project && meant && order.len() <= manifold::LIMIT;
         let manifold = possible.then(|| Manifold::of(self.model, self.rows, order));
@@ -251,14 +266,17 @@ impl Set<'_> {
         Look { order: order.to_vec(), rank, general, manifold, ranks, touching: false }
     }
 
-    /// Constraints whose generalized force is unique though their multipliers are not: their rows span nothing that the others span.
+    /// Constraints whose generalized force is unique though their multipliers are not: their rows span
+    /// nothing that the others span.
     fn joint(&self, look: &Look) -> Vec<usize> {
         let lost: Vec<usize> = match &look.ranks {
             Some(ranks) => ranks.entangled.clone(),
             None => entangled(&look.general),
         };
         let ranks = |order: &[usize]| match &look.manifold {
-            Some(m) if !m.samples.is_empty() => m.samples.iter().map(|s| manifold::rank(self.rows, s, order)).collect(),
+            Some(m) if !m.samples.is_empty() => {
+                m.samples.iter().map(|s| manifold::rank(self.rows, s, order)).collect()
+            }
             _ => vec![self.samples.dependents(self.rows, order).0],
         };
         let all = ranks(&look.order);
@@ -317,15 +335,21 @@ impl Set<'_> {
         }
         let Some(ranks) = &look.ranks else { return };
         for d in ranks.dependent.iter().filter(|d| own.contains(&d.row)) {
-            let of = look.general.iter().find(|g| g.row == d.row).map_or_else(|| self.combination(d), |g| g.of.clone());
-            // Velocities that no motion can have; holonomic rows that hold at all times are consistent by themselves.
+            let of = look
+                .general
+                .iter()
+                .find(|g| g.row == d.row)
+                .map_or_else(|| self.combination(d), |g| g.of.clone());
+            // Velocities that no motion can have; holonomic rows that hold at all times are consistent by
+            // themselves.
             let velocities = d.row >= self.rows.holonomic && !d.consistent;
             if velocities {
                 let fault = self.contradicts(d.row, of);
                 self.faults.push(fault);
             } else if !self.redundant(d.row) {
                 let fault = if manifold.tangent.contains(&d.row) {
-                    // A branch on which no row is tangent may have been missed: of many rows the report tells alone.
+                    // A branch on which no row is tangent may have been missed: of many rows the report tells
+                    // alone.
                     let (name, origin) = self.named(d.row);
                     let certain = look.order.len() <= CERTAIN;
                     certain.then_some(ConstraintFinding::Tangent { name, to: of, origin })
@@ -357,7 +381,8 @@ impl Set<'_> {
 
     /// A row that repeats others or contradicts them, which no state was found to tell.
     fn open(&self, look: &Look, d: &Dependent) -> ConstraintFinding {
-        let (coordinates, rows) = (self.rows.coordinates, look.order.iter().filter(|r| !self.redundant(**r)).count());
+        let (coordinates, rows) =
+            (self.rows.coordinates, look.order.iter().filter(|r| !self.redundant(**r)).count());
         if look.rank < coordinates {
             return match manifold::misses(self.model, self.rows, &d.others, d.row) {
                 true => self.contradicts(d.row, d.of.clone()),
@@ -378,23 +403,27 @@ impl Set<'_> {
         Combination::Constant(crate::check::modular::combination(&factors, &names))
     }
 
-    /// Constraints marked as redundant of which no row is in any relation, where that is certain: parameters that are not known might have the
-    /// very values at which it repeats others, unless there is nothing that it shares a coordinate with.
+    /// Constraints marked as redundant of which no row is in any relation, where that is certain: parameters
+    /// that are not known might have the very values at which it repeats others, unless there is nothing that
+    /// it shares a coordinate with.
     fn redundant_in_vain(&mut self, nominal: bool) {
         for (i, c) in self.model.constraints.iter().enumerate().filter(|(_, c)| c.redundant) {
             let entangled = self.entangled.iter().any(|r| self.rows.constraint[*r] == i);
             if !entangled && (nominal || self.alone(i)) {
-                self.faults.push(ConstraintFinding::RedundantInVain { name: c.name.clone(), origin: c.origin });
+                self.faults
+                    .push(ConstraintFinding::RedundantInVain { name: c.name.clone(), origin: c.origin });
             }
         }
     }
 
     /// Whether a constraint is one row, and no other row moves a coordinate of it.
     fn alone(&self, constraint: usize) -> bool {
-        let own: Vec<usize> = (0..self.rows.len()).filter(|r| self.rows.constraint[*r] == constraint).collect();
+        let own: Vec<usize> =
+            (0..self.rows.len()).filter(|r| self.rows.constraint[*r] == constraint).collect();
         let [own] = own[..] else { return false };
-        let shares =
-            |r: usize| self.rows.jacobian[r].iter().any(|(j, _)| self.rows.jacobian[own].iter().any(|(k, _)| j == k));
+        let shares = |r: usize| {
+            self.rows.jacobian[r].iter().any(|(j, _)| self.rows.jacobian[own].iter().any(|(k, _)| j == k))
+        };
         (0..self.rows.len()).all(|r| r == own || !shares(r))
     }
 }
@@ -427,8 +456,8 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     let lost = superfluous.iter().filter(|r| holonomic(r)).count();
     let places: Vec<usize> = look.order.iter().copied().filter(holonomic).collect();
     let touching = look.manifold.as_ref().map_or(&[][..], |m| &m.tangent);
-    // What is held at the states that were found; which rows can be left out may differ from one to the next. Rows that are tangent hold more than
-    // their rank says.
+    // What is held at the states that were found; which rows can be left out may differ from one to the next.
+    // Rows that are tangent hold more than their rank says.
     let held = || look.manifold.iter().flat_map(|m| m.held.iter().copied());
     let most = Ranks { all: rank, holonomic: held().max().unwrap_or(places.len() - lost) };
     let met = look
@@ -464,13 +493,24 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
     }
 }
 
-fn judge_integrability(model: &Model, rows: &Rows, known: Option<&Integrability>, faults: &mut Vec<ConstraintFinding>) {
+fn judge_integrability(
+    model: &Model,
+    rows: &Rows,
+    known: Option<&Integrability>,
+    faults: &mut Vec<ConstraintFinding>,
+) {
     let Some(known) = known else { return };
     for group in &known.unsaid {
         let first = &model.constraints[rows.constraint[group.rows[0]]];
         let names = rows.named(0, group.rows.iter().copied());
         let Unsaid { integrable, of, determined, .. } = *group;
-        faults.push(ConstraintFinding::Integrable { integrable, of, names, determined, origin: first.origin });
+        faults.push(ConstraintFinding::Integrable {
+            integrable,
+            of,
+            names,
+            determined,
+            origin: first.origin,
+        });
     }
     for (i, c) in model.constraints.iter().enumerate() {
         let said = c.kind == crate::mechanics::ConstraintKind::Nonholonomic { integrable: true };

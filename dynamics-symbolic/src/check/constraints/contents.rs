@@ -1,7 +1,8 @@
 //! What a constraint may contain: holonomic rows are functions of q and t, nonholonomic ones of q, q̇ and t.
 //!
-//! Accelerations and reactions are what follows from the constraints. Inputs have no known rates, and γ contains the rates of everything that a row
-//! contains. Modes tell which constraints hold; a row that depended on them would jump where they change.
+//! Accelerations and reactions are what follows from the constraints. Inputs have no known rates, and γ
+//! contains the rates of everything that a row contains. Modes tell which constraints hold; a row that
+//! depended on them would jump where they change.
 
 use crate::graph::Dependence;
 use crate::mechanics::Model;
@@ -16,7 +17,8 @@ pub(in crate::check) const FOREIGN: [(Dependence, &str, &str); 4] = [
     (Dependence::MODES, "modes", "what holds is the same whichever constraints are switched on"),
 ];
 
-/// Accelerations, reactions, inputs, modes in constraints; velocities in holonomic ones. One finding per constraint.
+/// Accelerations, reactions, inputs, modes in constraints; velocities in holonomic ones. One finding per
+/// constraint.
 pub(super) fn contents(model: &Model, found: &mut Vec<ConstraintFinding>) {
     for c in &model.constraints {
         let origin = c.origin;

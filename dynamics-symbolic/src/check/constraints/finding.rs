@@ -63,8 +63,8 @@ pub enum ConstraintFinding {
         /// Its declaration.
         origin: Origin,
     },
-    /// A row that touches others where the constraints hold, as the third of three rods between beads on one line does: it holds positions that they
-    /// leave free, but no velocities.
+    /// A row that touches others where the constraints hold, as the third of three rods between beads on one
+    /// line does: it holds positions that they leave free, but no velocities.
     Tangent {
         /// Name of the row.
         name: String,
@@ -82,9 +82,11 @@ pub enum ConstraintFinding {
         /// Its declaration.
         origin: Origin,
     },
-    /// Newton's method finds no state in which all constraints hold, from any of several starts at the nominal values.
+    /// Newton's method finds no state in which all constraints hold, from any of several starts at the
+    /// nominal values.
     Unsatisfiable {
-        /// The rows that are missed at the closest approach found, and by how much, as distances: |Φ| / ‖Φ_q‖.
+        /// The rows that are missed at the closest approach found, and by how much, as distances: |Φ| /
+        /// ‖Φ_q‖.
         missed: Vec<(String, f64)>,
         /// Declaration of the last of them.
         origin: Origin,
@@ -115,7 +117,8 @@ pub enum ConstraintFinding {
         of: usize,
         /// The rows that take part in them.
         names: Vec<String>,
-        /// Whether the rows leave no velocity free: then they can be integrated whatever they are, but hardly ever in closed form.
+        /// Whether the rows leave no velocity free: then they can be integrated whatever they are, but hardly
+        /// ever in closed form.
         determined: bool,
         /// Declaration of the first.
         origin: Origin,
@@ -127,7 +130,8 @@ pub enum ConstraintFinding {
         /// Its declaration.
         origin: Origin,
     },
-    /// A row whose gradient vanishes wherever it holds, as that of Φ² does, or is infinite, as that of a root: no force can hold it.
+    /// A row whose gradient vanishes wherever it holds, as that of Φ² does, or is infinite, as that of a
+    /// root: no force can hold it.
     GradientVanishes {
         /// Name of the row.
         name: String,

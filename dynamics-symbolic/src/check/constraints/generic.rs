@@ -1,8 +1,9 @@
 //! Rank of the rows in every state, by elimination modulo 2⁶¹ − 31 at random points.
 //!
-//! A row of Φ_q that depends on others at a random point does so everywhere. Where the coefficients are constants of the motion, the row itself is
-//! that combination of the others up to something that does not depend on the coordinates: zero, then it repeats them, or not, then it contradicts
-//! them. Otherwise only the manifold Φ = 0 can tell.
+//! A row of Φ_q that depends on others at a random point does so everywhere. Where the coefficients are
+//! constants of the motion, the row itself is that combination of the others up to something that does not
+//! depend on the coordinates: zero, then it repeats them, or not, then it contradicts them. Otherwise only
+//! the manifold Φ = 0 can tell.
 
 use crate::check::modular::{combination, integers};
 use crate::graph::{Fingerprint, NodeId, Sampler, Symbol};
@@ -47,13 +48,16 @@ impl Samples {
     /// As many points as settle the constant coefficients of all rows.
     pub(super) fn of(rows: &Rows) -> Self {
         let nodes: Vec<NodeId> = (0..rows.len())
-            .flat_map(|r| rows.jacobian[r].iter().map(|(_, node)| *node).chain([rows.offset[r], rows.values[r]]))
+            .flat_map(|r| {
+                rows.jacobian[r].iter().map(|(_, node)| *node).chain([rows.offset[r], rows.values[r]])
+            })
             .collect();
         let sampler = Sampler::new(&rows.graph, &nodes);
         let count = 3 + rows.len().div_ceil(rows.coordinates.max(1)) as u64;
         let point = |point: u64| {
             let fixed = |s: Symbol| matches!(s, Symbol::Parameter(_));
-            let mut values = sampler.with(&mut |s| sampler.random(s, if fixed(s) { 0 } else { point })).into_iter();
+            let mut values =
+                sampler.with(&mut |s| sampler.random(s, if fixed(s) { 0 } else { point })).into_iter();
             let mut next = || values.next().expect("a value for every node");
             let row = |r: usize| {
                 let columns = rows.jacobian[r].iter().map(|(j, _)| *j);
@@ -85,7 +89,14 @@ impl Samples {
     }
 
     /// What the dependence of row r, with these coefficients at one point, means.
-    fn judge(&self, rows: &Rows, r: usize, independent: &[usize], at_one: &Sparse, consistent: bool) -> Dependent {
+    fn judge(
+        &self,
+        rows: &Rows,
+        r: usize,
+        independent: &[usize],
+        at_one: &Sparse,
+        consistent: bool,
+    ) -> Dependent {
         let mut everywhere = Echelon::default();
         independent.iter().for_each(|s| drop(everywhere.add(*s, &self.joined(*s), Fingerprint::ZERO)));
         let constant = match everywhere.add(r, &self.joined(r), Fingerprint::ZERO) {
@@ -95,7 +106,9 @@ impl Samples {
         let others: Vec<usize> = at_one.iter().map(|(s, _)| *s).collect();
         let holonomic = r < self.holonomic && others.iter().all(|s| *s < self.holonomic);
         let verdict = match &constant {
-            Some(c) if holonomic && !(consistent && self.remainder(r, c) == Fingerprint::ZERO) => Verdict::Contradicts,
+            Some(c) if holonomic && !(consistent && self.remainder(r, c) == Fingerprint::ZERO) => {
+                Verdict::Contradicts
+            }
             // What holds on the manifold only is not known here.
             None if self.holonomic > 0 => Verdict::Open,
             _ if consistent => Verdict::Repeats,
@@ -113,7 +126,8 @@ impl Samples {
                 _ => format!("({sum})/{scale}"),
             }
         });
-        let of = text.map_or_else(|| Combination::Of(rows.named(r, others.iter().copied())), Combination::Constant);
+        let of = text
+            .map_or_else(|| Combination::Of(rows.named(r, others.iter().copied())), Combination::Constant);
         Dependent { row: r, others, of, verdict }
     }
 

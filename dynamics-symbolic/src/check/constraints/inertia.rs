@@ -1,7 +1,8 @@
-//! Every direction that the constraints leave free has inertia: M is positive definite on the null space of Φ_q and A.
+//! Every direction that the constraints leave free has inertia: M is positive definite on the null space of
+//! Φ_q and A.
 //!
-//! A coordinate without inertia is no mistake where the constraints determine its acceleration, nor is negative inertia of a part that is taken
-//! away from a body that it is fixed to.
+//! A coordinate without inertia is no mistake where the constraints determine its acceleration, nor is
+//! negative inertia of a part that is taken away from a body that it is fixed to.
 
 use crate::check::Finding;
 use crate::check::inertia::{involved, named};
@@ -18,7 +19,12 @@ use super::orthogonal::Basis;
 use super::sample::Sample;
 
 /// Free directions without inertia or with a negative one.
-pub(in crate::check) fn inertia(model: &Model, equations: &Equations, analysis: &Analysis, found: &mut Vec<Finding>) {
+pub(in crate::check) fn inertia(
+    model: &Model,
+    equations: &Equations,
+    analysis: &Analysis,
+    found: &mut Vec<Finding>,
+) {
     let Some(constraints) = &equations.constraints else { return };
     let before = found.len();
     in_every_state(model, equations, constraints, found);
@@ -27,25 +33,37 @@ pub(in crate::check) fn inertia(model: &Model, equations: &Equations, analysis: 
     }
 }
 
-/// M and Φ_q above each other have full rank in general; with them [M −Φ_qᵀ; Φ_q 0] has that of M and Φ_q, unless M is indefinite.
-fn in_every_state(model: &Model, equations: &Equations, constraints: &ConstraintEquations, found: &mut Vec<Finding>) {
+/// M and Φ_q above each other have full rank in general; with them [M −Φ_qᵀ; Φ_q 0] has that of M and Φ_q,
+/// unless M is indefinite.
+fn in_every_state(
+    model: &Model,
+    equations: &Equations,
+    constraints: &ConstraintEquations,
+    found: &mut Vec<Finding>,
+) {
     let n = model.coordinates.len();
     let mass: Vec<NodeId> = equations.mass_matrix.iter().flatten().copied().collect();
     let slopes: Vec<NodeId> = constraints.jacobian.iter().flatten().copied().collect();
     let nodes: Vec<NodeId> = mass.iter().chain(&slopes).copied().collect();
     let sampler = Sampler::new(&model.graph, &nodes);
-    let dense = |point: u64| sampler.at(point).chunks(n.max(1)).map(<[Fingerprint]>::to_vec).collect::<Vec<_>>();
+    let dense =
+        |point: u64| sampler.at(point).chunks(n.max(1)).map(<[Fingerprint]>::to_vec).collect::<Vec<_>>();
     let here = dense(0);
     if rank(here.iter().map(|row| sparse(row, 0))) == n {
         // Row i of M with column i of Φ_q behind it: n + rank Φ_q, where the free directions have inertia.
         let beside = |i: usize| {
-            here[n..].iter().enumerate().map(move |(r, row)| (n + r, row[i])).filter(|(_, x)| *x != Fingerprint::ZERO)
+            here[n..]
+                .iter()
+                .enumerate()
+                .map(move |(r, row)| (n + r, row[i]))
+                .filter(|(_, x)| *x != Fingerprint::ZERO)
         };
         let upper = (0..n).map(|i| sparse(&here[i], 0).into_iter().chain(beside(i)).collect());
         let whole = rank(upper.chain(here[n..].iter().map(|row| sparse(row, 0))));
         let held = rank(here[n..].iter().map(|row| sparse(row, 0)));
         if whole < n + held {
-            let direction = format!("a combination of {}", named(model, |i| !slopes_are_zero(model, constraints, i)));
+            let direction =
+                format!("a combination of {}", named(model, |i| !slopes_are_zero(model, constraints, i)));
             let origins = involved(model, |i| !slopes_are_zero(model, constraints, i));
             found.push(Finding::Constraint(ConstraintFinding::FreeWithoutInertia { direction, origins }));
         }
@@ -62,7 +80,8 @@ fn in_every_state(model: &Model, equations: &Equations, constraints: &Constraint
     }
     let here = null_space(here, n);
     if constant.len() < here.len() {
-        let varying = |i: usize| !constant.iter().any(|c| c[i] != 0) && here.iter().any(|v| v[i] != Fingerprint::ZERO);
+        let varying =
+            |i: usize| !constant.iter().any(|c| c[i] != 0) && here.iter().any(|v| v[i] != Fingerprint::ZERO);
         let text = format!("a combination of {} that depends on state or parameters", named(model, varying));
         report(text, involved(model, varying));
     }
@@ -82,8 +101,8 @@ fn rank(rows: impl Iterator<Item = Sparse>) -> usize {
     echelon.rank()
 }
 
-/// The same in numbers, at states in which the constraints hold: there Φ_q may have a lower rank than in general. And no free direction has
-/// negative inertia.
+/// The same in numbers, at states in which the constraints hold: there Φ_q may have a lower rank than in
+/// general. And no free direction has negative inertia.
 fn where_they_hold(
     model: &Model,
     equations: &Equations,
@@ -94,17 +113,19 @@ fn where_they_hold(
     // The sign of a Lagrangian given directly is the user's own affair: −L has the same motions.
     let direct = model.energies.iter().any(|e| e.role == EnergyRole::Lagrangian);
     let worst = |s: &Sample| least_inertia(model, equations, constraints, analysis, s);
-    let Some(all) = analysis.samples.iter().map(worst).collect::<Option<Vec<_>>>().filter(|all| !all.is_empty()) else {
+    let Some(all) =
+        analysis.samples.iter().map(worst).collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
+    else {
         return;
     };
     let names = |direction: &[f64]| -> Vec<bool> {
         let largest = direction.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         direction.iter().map(|x| x.abs() > 1e-6 * largest).collect()
     };
-    let moves: Vec<bool> = all
-        .iter()
-        .map(|(_, d)| names(d))
-        .fold(vec![false; model.coordinates.len()], |sum, d| sum.iter().zip(d).map(|(a, b)| *a || b).collect());
+    let moves: Vec<bool> =
+        all.iter().map(|(_, d)| names(d)).fold(vec![false; model.coordinates.len()], |sum, d| {
+            sum.iter().zip(d).map(|(a, b)| *a || b).collect()
+        });
     let many = moves.iter().filter(|m| **m).count() > 1;
     let list = named(model, |i| moves[i]);
     let direction = if many { format!("a combination of {list}") } else { list };
@@ -119,7 +140,8 @@ fn where_they_hold(
     }
 }
 
-/// Whether there are nominal values of all parameters that M reads. Others are guessed, and what was guessed of an inertia matrix is rarely one of a body.
+/// Whether there are nominal values of all parameters that M reads. Others are guessed, and what was guessed
+/// of an inertia matrix is rarely one of a body.
 fn is_given(model: &Model, equations: &Equations) -> bool {
     let mass: Vec<NodeId> = equations.mass_matrix.iter().flatten().copied().collect();
     let reads = Reads::of(model, &mass);
@@ -130,11 +152,13 @@ fn is_given(model: &Model, equations: &Equations) -> bool {
 /// Times that parameters are guessed.
 const GUESSES: u64 = 8;
 
-/// Whether one of the coordinates that move has a negative element on the diagonal of M, however positive parameters are guessed: then a sign is wrong.
+/// Whether one of the coordinates that move has a negative element on the diagonal of M, however positive
+/// parameters are guessed: then a sign is wrong.
 fn has_negative_element(model: &Model, equations: &Equations, samples: &[Sample], moves: &[bool]) -> bool {
     let diagonal: Vec<NodeId> = equations.mass_matrix.iter().enumerate().map(|(i, row)| row[i]).collect();
     let guesses = samples.iter().flat_map(|sample| {
-        (0..GUESSES).map(|attempt| Sample { parameters: Sample::parameters(model, attempt), ..sample.clone() })
+        (0..GUESSES)
+            .map(|attempt| Sample { parameters: Sample::parameters(model, attempt), ..sample.clone() })
     });
     let all: Vec<Vec<f64>> = guesses.map(|guess| evaluate(&model.graph, &guess, &diagonal)).collect();
     (0..moves.len()).any(|i| moves[i] && all.iter().all(|values| values[i] < 0.0))
@@ -143,8 +167,9 @@ fn has_negative_element(model: &Model, equations: &Equations, samples: &[Sample]
 /// Inertia that is none, relative to the largest.
 const ABSENT: f64 = 1e-11;
 
-/// The least pivot of NᵀMN relative to the largest element of M, N an orthonormal basis of the free directions, and its direction; `None` where nothing is free, or a pivot is not a number, as
-/// where M contains the root of what is negative there.
+/// The least pivot of NᵀMN relative to the largest element of M, N an orthonormal basis of the free
+/// directions, and its direction; `None` where nothing is free, or a pivot is not a number, as where M
+/// contains the root of what is negative there.
 fn least_inertia(
     model: &Model,
     equations: &Equations,

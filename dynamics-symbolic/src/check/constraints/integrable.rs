@@ -1,12 +1,14 @@
 //! Integrability of nonholonomic rows.
 //!
-//! The rows A dq + b dt (joined by the gradients of the holonomic ones) leave free the directions of a distribution D. Combinations of the rows are
-//! integrable, that is a holonomic constraint with a free constant, exactly if they vanish on the smallest involutive distribution that contains D
-//! (Frobenius): on D, on the Lie brackets of its fields, on the brackets of those, and so on until the rank settles. One step is not enough: the
-//! upright rolling disk looks half integrable after the first.
+//! The rows A dq + b dt (joined by the gradients of the holonomic ones) leave free the directions of a
+//! distribution D. Combinations of the rows are integrable, that is a holonomic constraint with a free
+//! constant, exactly if they vanish on the smallest involutive distribution that contains D (Frobenius): on
+//! D, on the Lie brackets of its fields, on the brackets of those, and so on until the rank settles. One step
+//! is not enough: the upright rolling disk looks half integrable after the first.
 //!
-//! With the pivots of an elimination as dependent coordinates, the fields of D are Xᵢ = ∂ᵢ + Σ c_di ∂_d; their brackets have components along the
-//! dependent coordinates alone. Ranks are exact modulo 2⁶¹ − 31; where functions are opaque to that, numeric at random states.
+//! With the pivots of an elimination as dependent coordinates, the fields of D are Xᵢ = ∂ᵢ + Σ c_di ∂_d;
+//! their brackets have components along the dependent coordinates alone. Ranks are exact modulo 2⁶¹ − 31;
+//! where functions are opaque to that, numeric at random states.
 
 use crate::calculus::directional;
 use crate::check::modular::null_space;
@@ -42,7 +44,8 @@ pub(super) struct Unsaid {
     pub(super) of: usize,
     /// The rows that take part.
     pub(super) rows: Vec<usize>,
-    /// With the holonomic rows beside them they leave no velocity free: only t is left, along which anything can be integrated.
+    /// With the holonomic rows beside them they leave no velocity free: only t is left, along which anything
+    /// can be integrated.
     pub(super) determined: bool,
 }
 
@@ -61,7 +64,8 @@ pub(super) fn integrability(model: &Model, rows: &Rows, superfluous: &[usize]) -
             let c = &model.constraints[rows.constraint[*r]];
             c.switched || c.kind == ConstraintKind::Nonholonomic { integrable: true }
         };
-        let along = |chosen: &[usize]| -> Vec<usize> { chosen.iter().map(|r| position(&group, *r)).collect() };
+        let along =
+            |chosen: &[usize]| -> Vec<usize> { chosen.iter().map(|r| position(&group, *r)).collect() };
         let solutions = |chosen: &[usize]| vertical.annihilators(&along(chosen));
         let (dimension, support) = solutions(&nonholonomic)?;
         all.dimension += dimension;
@@ -70,7 +74,8 @@ pub(super) fn integrability(model: &Model, rows: &Rows, superfluous: &[usize]) -
         let (integrable, support) = solutions(&silent)?;
         if integrable > 0 {
             let involved = support.into_iter().map(|i| silent[i]).collect();
-            let mut moved: Vec<usize> = group.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(j, _)| *j)).collect();
+            let mut moved: Vec<usize> =
+                group.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(j, _)| *j)).collect();
             moved.sort_unstable();
             moved.dedup();
             let determined = group.len() >= moved.len();
@@ -164,7 +169,9 @@ impl<'g> Distribution<'g> {
         let matrix: Vec<Vec<NodeId>> = group
             .iter()
             .map(|r| {
-                let entry = |j: &usize| rows.jacobian[*r].iter().find(|(k, _)| k == j).map_or(zero, |(_, node)| *node);
+                let entry = |j: &usize| {
+                    rows.jacobian[*r].iter().find(|(k, _)| k == j).map_or(zero, |(_, node)| *node)
+                };
                 columns.iter().map(entry).chain([rows.offset[*r]]).collect()
             })
             .collect();
@@ -172,11 +179,12 @@ impl<'g> Distribution<'g> {
         let exact = !g.cone(&nodes).into_iter().any(|id| opaque(g.node(id)));
         // ∂ₜ commutes with everything where nothing depends on time.
         let mut read = g.cone(&nodes).into_iter().map(|id| g.node(id));
-        let timed =
-            read.any(|n| matches!(n, Node::Symbol(Symbol::Time))) || group.iter().any(|r| !g.is_zero(rows.offset[*r]));
+        let timed = read.any(|n| matches!(n, Node::Symbol(Symbol::Time)))
+            || group.iter().any(|r| !g.is_zero(rows.offset[*r]));
         let limit = g.len() + NODES;
         let (pivots, solved) = eliminate(g, matrix.clone())?;
-        let free = (0..symbols.len()).filter(|j| !pivots.contains(j) && (timed || symbols[*j] != Symbol::Time));
+        let free =
+            (0..symbols.len()).filter(|j| !pivots.contains(j) && (timed || symbols[*j] != Symbol::Time));
         let fields: Vec<(Symbol, Vec<NodeId>)> =
             free.map(|j| (symbols[j], solved.iter().map(|row| g.neg(row[j])).collect())).collect();
         let dependent_part = matrix.iter().map(|row| pivots.iter().map(|p| row[*p]).collect()).collect();
@@ -196,13 +204,18 @@ impl<'g> Distribution<'g> {
     }
 
     /// [X, Y] = DY·X − DX·Y for two fields given by free symbol, if any, and dependent components.
-    fn bracket(&mut self, x: &(Option<Symbol>, Vec<NodeId>), y: &(Option<Symbol>, Vec<NodeId>)) -> Vec<NodeId> {
+    fn bracket(
+        &mut self,
+        x: &(Option<Symbol>, Vec<NodeId>),
+        y: &(Option<Symbol>, Vec<NodeId>),
+    ) -> Vec<NodeId> {
         let forth = self.along(&y.1, x.0, &x.1);
         let back = self.along(&x.1, y.0, &y.1);
         forth.into_iter().zip(back).map(|(f, b)| self.g.sub(f, b)).collect()
     }
 
-    /// Brackets of brackets until the rank settles; `None` where they grow too large or have no finite values.
+    /// Brackets of brackets until the rank settles; `None` where they grow too large or have no finite
+    /// values.
     fn closure(mut self) -> Option<Closure> {
         let mut fields: Vec<(Option<Symbol>, Vec<NodeId>)> =
             self.fields.clone().into_iter().map(|(s, c)| (Some(s), c)).collect();
@@ -253,7 +266,8 @@ fn opaque(node: Node) -> bool {
     }
 }
 
-/// Gauss–Jordan: the pivot column of every row, and the matrix with unit columns there. The last column, time, is never a pivot.
+/// Gauss–Jordan: the pivot column of every row, and the matrix with unit columns there. The last column,
+/// time, is never a pivot.
 fn eliminate(g: &mut Graph, mut matrix: Vec<Vec<NodeId>>) -> Option<(Vec<usize>, Vec<Vec<NodeId>>)> {
     let mut pivots = Vec::new();
     for r in 0..matrix.len() {
@@ -342,13 +356,17 @@ impl Rank {
 }
 
 impl Closure {
-    /// Dimension of the combinations ν of some rows that vanish on all fields, and which of these rows take part.
+    /// Dimension of the combinations ν of some rows that vanish on all fields, and which of these rows take
+    /// part.
     fn annihilators(&self, chosen: &[usize]) -> Option<(usize, Vec<usize>)> {
         let n = chosen.len();
         let vectors: Vec<Vec<bool>> = match &self.products {
             Products::Exact(fields) => {
                 let rows = fields.iter().map(|v| chosen.iter().map(|r| v[*r]).collect()).collect();
-                null_space(rows, n).iter().map(|v| v.iter().map(|x| *x != Fingerprint::ZERO).collect()).collect()
+                null_space(rows, n)
+                    .iter()
+                    .map(|v| v.iter().map(|x| *x != Fingerprint::ZERO).collect())
+                    .collect()
             }
             Products::Numeric(fields) => {
                 let mut basis = Basis::default();

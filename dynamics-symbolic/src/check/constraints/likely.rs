@@ -1,9 +1,13 @@
-//! Where motions are likely to begin: with all coordinates 0, as models are commonly declared (upright, straight on, in line), put onto the constraints by the nearest
-//! way, which keeps symmetries. Rows that have no direction there, norms of Euler parameters and rods in Cartesian coordinates, are given one by a coordinate of theirs.
+//! Where motions are likely to begin: with all coordinates 0, as models are commonly declared (upright,
+//! straight on, in line), put onto the constraints by the nearest way, which keeps symmetries. Rows that have
+//! no direction there, norms of Euler parameters and rods in Cartesian coordinates, are given one by a
+//! coordinate of theirs.
 //!
-//! What rolls runs in any direction: angles that turn rows of velocities and are free to choose are a quarter of a turn on in states beside these.
+//! What rolls runs in any direction: angles that turn rows of velocities and are free to choose are a quarter
+//! of a turn on in states beside these.
 //!
-//! A pivot that vanishes there does so by symmetry, for whatever values of the parameters: random ones serve where none are given.
+//! A pivot that vanishes there does so by symmetry, for whatever values of the parameters: random ones serve
+//! where none are given.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -46,7 +50,8 @@ pub(super) fn likely(model: &Model, rows: &Rows) -> Vec<Sample> {
 pub(super) fn turned(model: &Model, rows: &Rows, straight: &Sample) -> Vec<Sample> {
     let reads = |rows: &[NodeId], j: usize| Reads::of(model, rows).symbol(Symbol::Coordinate(j as u32));
     let (positions, velocities) = rows.values.split_at(rows.holonomic);
-    let is_free = |j: &usize| model.coordinates[*j].unit == "rad" && reads(velocities, *j) && !reads(positions, *j);
+    let is_free =
+        |j: &usize| model.coordinates[*j].unit == "rad" && reads(velocities, *j) && !reads(positions, *j);
     let turned = |j: usize| {
         let mut state = straight.clone();
         state.q[j] += FRAC_PI_2;
@@ -55,7 +60,8 @@ pub(super) fn turned(model: &Model, rows: &Rows, straight: &Sample) -> Vec<Sampl
     (0..straight.q.len()).filter(is_free).map(turned).collect()
 }
 
-/// The origin, or where rows have no direction there, states beside it: in the k-th each of these rows has its k-th coordinate moved.
+/// The origin, or where rows have no direction there, states beside it: in the k-th each of these rows has
+/// its k-th coordinate moved.
 fn with_directions(rows: &Rows, chosen: &[usize], origin: Sample, scale: &[f64]) -> Vec<Sample> {
     let slopes = slopes(rows, &origin, chosen);
     let blind: Vec<usize> = chosen.iter().copied().filter(|r| slopes[*r].iter().all(|x| *x == 0.0)).collect();

@@ -15,8 +15,10 @@ pub(super) fn linear(model: &Model, found: &mut Vec<ConstraintFinding>) {
             let straight = || degree_at_most(model, &[*node], 1, &is_rate) || steady_slope(model, *node);
             !foreign(model.graph.dependence(*node)) && !straight()
         });
-        let fault = bent
-            .map(|(suffix, _)| ConstraintFinding::NotLinear { name: format!("{}{suffix}", c.name), origin: c.origin });
+        let fault = bent.map(|(suffix, _)| ConstraintFinding::NotLinear {
+            name: format!("{}{suffix}", c.name),
+            origin: c.origin,
+        });
         found.extend(fault);
     }
 }
@@ -25,8 +27,9 @@ pub(in crate::check) fn is_rate(s: Symbol) -> bool {
     matches!(s, Symbol::Rate(_))
 }
 
-/// Whether the gradient by the velocities does not depend on them. Differences say nothing of `min` and `max`, which are opaque to samples; the gradient
-/// of a choice is a choice between gradients, the same for all velocities where its branches are linear and its condition is free of them.
+/// Whether the gradient by the velocities does not depend on them. Differences say nothing of `min` and
+/// `max`, which are opaque to samples; the gradient of a choice is a choice between gradients, the same for
+/// all velocities where its branches are linear and its condition is free of them.
 pub(in crate::check) fn steady_slope(model: &Model, node: NodeId) -> bool {
     let mut g = model.graph.clone();
     let one = g.one();

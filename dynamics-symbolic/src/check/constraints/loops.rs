@@ -1,8 +1,10 @@
-//! Loops: the smallest sets of holonomic rows that have to be solved together for as many coordinates, one set after the other.
+//! Loops: the smallest sets of holonomic rows that have to be solved together for as many coordinates, one
+//! set after the other.
 //!
-//! Every row is matched with a coordinate of its own, the coordinates declared last first, so that those declared first stay independent. A row
-//! needs the rows that are matched with the coordinates it reads; the strongly connected components of that relation, in order of need, are the
-//! loops (Dulmage and Mendelsohn's block triangular form).
+//! Every row is matched with a coordinate of its own, the coordinates declared last first, so that those
+//! declared first stay independent. A row needs the rows that are matched with the coordinates it reads; the
+//! strongly connected components of that relation, in order of need, are the loops (Dulmage and Mendelsohn's
+//! block triangular form).
 
 use crate::graph::NodeId;
 use crate::mechanics::Model;
@@ -105,7 +107,10 @@ fn components(needs: &[Vec<usize>]) -> Vec<Vec<usize>> {
                 continue;
             }
             if low[v] == index[v] {
-                let at = stack.iter().position(|x| *x == v).expect("v is on the stack until its component is taken");
+                let at = stack
+                    .iter()
+                    .position(|x| *x == v)
+                    .expect("v is on the stack until its component is taken");
                 let block = stack.split_off(at);
                 block.iter().for_each(|x| open[*x] = false);
                 found.push(block);

@@ -1,7 +1,9 @@
-//! What holds only where the constraints hold: Φ = 0 is approached from random starts, and the rows of Φ_q and A are looked at there.
+//! What holds only where the constraints hold: Φ = 0 is approached from random starts, and the rows of Φ_q
+//! and A are looked at there.
 //!
-//! With nominal values of all parameters that the constraints read, a set that no start satisfies is contradictory. Without them random values are
-//! tried; what holds in all the states found then holds for the model, and nothing follows where none was found.
+//! With nominal values of all parameters that the constraints read, a set that no start satisfies is
+//! contradictory. Without them random values are tried; what holds in all the states found then holds for the
+//! model, and nothing follows where none was found.
 
 use crate::check::unused::Reads;
 use crate::graph::{Graph, NodeId, Symbol, Tape};
@@ -15,23 +17,28 @@ use super::sample::{Sample, random};
 /// Random starts, and states on the manifold that are enough.
 const STARTS: u64 = 16;
 const ENOUGH: usize = 5;
-/// Further starts where rows are tangent in states that were found, and in none all are independent: such states
-/// attract Newton's method. A row of N windows has 3ᴺ branches, and random starts with N = 7 all end on ones
-/// with flat windows. So rows are fulfilled one after another there, each on a branch without tangent rows.
+/// Further starts where rows are tangent in states that were found, and in none all are independent: such
+/// states attract Newton's method. A row of N windows has 3ᴺ branches, and random starts with N = 7 all end
+/// on ones with flat windows. So rows are fulfilled one after another there, each on a branch without tangent
+/// rows.
 const ROW_BY_ROW: u64 = 4;
-/// Farther from the manifold than this, relative to the size of the parameters, Newton's method is not just slow.
+/// Farther from the manifold than this, relative to the size of the parameters, Newton's method is not just
+/// slow.
 const APART: f64 = 1e-3;
-/// Rows that are missed by less than this part of what the worst is missed by are fulfilled: descents end there.
+/// Rows that are missed by less than this part of what the worst is missed by are fulfilled: descents end
+/// there.
 const MISSED: f64 = 1e-2;
 /// Most rows that are projected: a step takes R³ operations.
 pub(super) const LIMIT: usize = 60;
-/// A gradient is gone where it is this much shorter than one step of this size away, relative to the coordinates' own: that of Φ² is of the size
-/// of Φ, 1e-6 at a state that Newton's method found.
+/// A gradient is gone where it is this much shorter than one step of this size away, relative to the
+/// coordinates' own: that of Φ² is of the size of Φ, 1e-6 at a state that Newton's method found.
 const VANISHED: f64 = 1e-2;
 const AWAY: f64 = 0.03;
-/// How far to both sides of a state, likewise, gradients are compared: where they are opposite the row has a kink there.
+/// How far to both sides of a state, likewise, gradients are compared: where they are opposite the row has a
+/// kink there.
 const BESIDE: f64 = 1e-3;
-/// A row that is constant where others hold is zero there up to this part of what its terms change it by: those are found to 1e-12.
+/// A row that is constant where others hold is zero there up to this part of what its terms change it by:
+/// those are found to 1e-12.
 const CONSTANT: f64 = 1e-8;
 
 /// The manifold of some rows.
@@ -43,11 +50,13 @@ pub(super) struct Manifold {
     pub(super) held: Vec<usize>,
     /// At each of them, whether rows are tangent.
     places: Vec<bool>,
-    /// Rows that at some of them have no direction of their own, though they hold positions that the others leave free.
+    /// Rows that at some of them have no direction of their own, though they hold positions that the others
+    /// leave free.
     pub(super) tangent: Vec<usize>,
     /// Rows whose gradient vanishes at all of them.
     pub(super) vanishing: Vec<usize>,
-    /// Where none was found, at nominal values: the rows that exclude each other, and how far each is missed by at the closest approach.
+    /// Where none was found, at nominal values: the rows that exclude each other, and how far each is missed
+    /// by at the closest approach.
     pub(super) nowhere: Option<Vec<(usize, f64)>>,
     /// Whether all parameters that the rows read have nominal values.
     pub(super) nominal: bool,
@@ -127,7 +136,9 @@ impl Manifold {
             };
             match end {
                 // Where a slope is not finite nothing can be said.
-                End::There(sample) if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) => {
+                End::There(sample)
+                    if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) =>
+                {
                     let sample = found.settled(&projection, rows, sample);
                     let rank = rank(rows, &sample, chosen);
                     sought &= rank == chosen.len();
@@ -150,7 +161,9 @@ impl Manifold {
             found.nowhere = apart.then(|| missed(stuck, size));
         }
         let scale = coordinate_scales(model, size);
-        let gone = |r: &usize| !found.samples.is_empty() && found.samples.iter().all(|s| vanishes(rows, s, &scale, *r));
+        let gone = |r: &usize| {
+            !found.samples.is_empty() && found.samples.iter().all(|s| vanishes(rows, s, &scale, *r))
+        };
         found.vanishing = chosen.iter().copied().filter(gone).collect();
         found
     }
@@ -262,7 +275,8 @@ fn join(row: usize, all: &[At]) -> Dependence {
     Dependence { row, others, constant, consistent: own().all(|d| d.consistent) }
 }
 
-/// Whether the gradient of a row is far shorter at a state than at states around it, or turns round there, as that of |Φ| does.
+/// Whether the gradient of a row is far shorter at a state than at states around it, or turns round there, as
+/// that of |Φ| does.
 fn vanishes(rows: &Rows, sample: &Sample, scale: &[f64], r: usize) -> bool {
     let slope = slopes(rows, sample, &[r]).swap_remove(0);
     let to = |side: f64| {
@@ -289,15 +303,17 @@ fn vanishes(rows: &Rows, sample: &Sample, scale: &[f64], r: usize) -> bool {
     here < VANISHED * around.fold(0.0, f64::max)
 }
 
-/// Whether a row that depends on others in every state, so that it is constant where these hold, is zero nowhere among them: it contradicts them. Not where no
-/// state was found in which they hold, and not of rows that bind velocities.
+/// Whether a row that depends on others in every state, so that it is constant where these hold, is zero
+/// nowhere among them: it contradicts them. Not where no state was found in which they hold, and not of rows
+/// that bind velocities.
 pub(super) fn misses(model: &Model, rows: &Rows, others: &[usize], row: usize) -> bool {
     if others.iter().chain([&row]).any(|r| *r >= rows.holonomic) {
         return false;
     }
     let found = Manifold::of(model, rows, others).samples;
     let off = |sample: &Sample| {
-        let (value, slope) = (evaluate(&rows.graph, sample, &[rows.values[row]])[0], &slopes(rows, sample, &[row])[0]);
+        let (value, slope) =
+            (evaluate(&rows.graph, sample, &[rows.values[row]])[0], &slopes(rows, sample, &[row])[0]);
         let size = slope.iter().zip(&sample.q).map(|(d, q)| (d * q).abs()).fold(0.0, f64::max);
         value.abs() > CONSTANT * size
     };
@@ -311,7 +327,8 @@ pub(super) fn rank(rows: &Rows, sample: &Sample, chosen: &[usize]) -> usize {
 
 /// Rows of Φ_q and A at a state.
 pub(super) fn slopes(rows: &Rows, sample: &Sample, chosen: &[usize]) -> Vec<Vec<f64>> {
-    let nodes: Vec<NodeId> = chosen.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(_, node)| *node)).collect();
+    let nodes: Vec<NodeId> =
+        chosen.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(_, node)| *node)).collect();
     let values = evaluate(&rows.graph, sample, &nodes);
     let mut values = values.into_iter();
     let row = |r: &usize| {

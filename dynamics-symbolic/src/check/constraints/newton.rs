@@ -1,8 +1,9 @@
 //! Projection of random states onto the manifold Φ = 0, by the Levenberg–Marquardt method.
 //!
-//! Solves min ½|WΦ(q)|² with steps δ = D²Jᵀ(J D²Jᵀ + μI)⁻¹(−WΦ), J = WΦ_q; W gives every row the length 1 at the start, D the coordinates their
-//! size. With μ ≤ |WΦ| it converges fast also where rows are redundant on the manifold, where Newton's own step does not exist (Yamashita and
-//! Fukushima 2001). Where it gets stuck away from the manifold, the coordinates of the rows that do not hold are thrown anew.
+//! Solves min ½|WΦ(q)|² with steps δ = D²Jᵀ(J D²Jᵀ + μI)⁻¹(−WΦ), J = WΦ_q; W gives every row the length 1 at
+//! the start, D the coordinates their size. With μ ≤ |WΦ| it converges fast also where rows are redundant on
+//! the manifold, where Newton's own step does not exist (Yamashita and Fukushima 2001). Where it gets stuck
+//! away from the manifold, the coordinates of the rows that do not hold are thrown anew.
 
 use core::cmp::Ordering;
 
@@ -25,7 +26,8 @@ pub(super) const ON_MANIFOLD: f64 = 1e-12;
 pub(super) enum End {
     /// On the manifold.
     There(Sample),
-    /// Away from it: |WΦ| of every row, and where. Not evidence of anything where a value was not finite on the way.
+    /// Away from it: |WΦ| of every row, and where. Not evidence of anything where a value was not finite on
+    /// the way.
     Stuck(Option<(Vec<f64>, Sample)>),
 }
 
@@ -80,7 +82,9 @@ impl<'r> Projection<'r> {
         let mut values: Vec<f64> = self.chosen.iter().map(|r| buffer[self.rows.values[*r].index()]).collect();
         let row = |r: &usize| {
             let mut dense = vec![0.0; self.scale.len()];
-            self.rows.jacobian[*r].iter().for_each(|(j, node)| dense[*j] = buffer[node.index()] * self.scale[*j]);
+            self.rows.jacobian[*r]
+                .iter()
+                .for_each(|(j, node)| dense[*j] = buffer[node.index()] * self.scale[*j]);
             dense
         };
         let mut jacobian: Vec<Vec<f64>> = self.chosen.iter().map(row).collect();
@@ -131,15 +135,17 @@ impl<'r> Projection<'r> {
         End::Stuck(last)
     }
 
-    /// From where a projection was stuck to where rows are least far away as distances go, |Φ|/‖Φ_q‖ by their gradients there, by the coordinates' sizes: what
-    /// each is missed by, in coordinates. Rows that are not satisfied there exclude each other, as their gradients depend on each other.
+    /// From where a projection was stuck to where rows are least far away as distances go, |Φ|/‖Φ_q‖ by their
+    /// gradients there, by the coordinates' sizes: what each is missed by, in coordinates. Rows that are not
+    /// satisfied there exclude each other, as their gradients depend on each other.
     pub(super) fn closest(&self, mut state: Sample) -> Option<Vec<f64>> {
         let mut buffer = Vec::new();
         for _ in 0..REFINED {
             self.descend(&mut state, &mut buffer)?;
         }
         let Local { values, jacobian } = self.local(&state, &mut buffer);
-        let slope = |row: &Vec<f64>| norm(&row.iter().zip(&self.scale).map(|(x, s)| x / s).collect::<Vec<f64>>());
+        let slope =
+            |row: &Vec<f64>| norm(&row.iter().zip(&self.scale).map(|(x, s)| x / s).collect::<Vec<f64>>());
         Some(values.iter().zip(&jacobian).map(|(value, row)| value.abs() / slope(row)).collect())
     }
 

@@ -1,7 +1,8 @@
 //! Numeric rank of rows in a given order, by Gram–Schmidt with reorthogonalisation.
 //!
-//! Rows are scaled to length one first. What is left of a dependent row is of the size of the rounding errors or of the error of the projection
-//! onto the manifold, 1e-12; of an independent row at a random state it is rarely below 1e-4. The gap is looked for at 1e-7.
+//! Rows are scaled to length one first. What is left of a dependent row is of the size of the rounding errors
+//! or of the error of the projection onto the manifold, 1e-12; of an independent row at a random state it is
+//! rarely below 1e-4. The gap is looked for at 1e-7.
 
 /// What is left of a dependent row, at most.
 pub(super) const GAP: f64 = 1e-7;
@@ -22,7 +23,8 @@ impl Basis {
         self.vectors.len()
     }
 
-    /// Adds a row; where it depends on those that are there, its coefficients by name. An empty row depends on nothing.
+    /// Adds a row; where it depends on those that are there, its coefficients by name. An empty row depends
+    /// on nothing.
     pub(super) fn add(&mut self, name: usize, row: &[f64]) -> Option<Vec<(usize, f64)>> {
         let length = norm(row);
         if length == 0.0 {
@@ -41,7 +43,8 @@ impl Basis {
         Some(self.names.iter().copied().zip(made.into_iter().map(|c| -length * c)).collect())
     }
 
-    /// What is left of a row scaled to length one without its part along those that are there: row/‖row‖ + Σ made·(independent rows).
+    /// What is left of a row scaled to length one without its part along those that are there: row/‖row‖ + Σ
+    /// made·(independent rows).
     pub(super) fn rest(&self, row: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = norm(row);
         let unit = |x: &f64| if length > 0.0 { x / length } else { 0.0 };
@@ -65,7 +68,10 @@ impl Basis {
         // The axis farthest from the span first, so that none is a difference of nearly equal numbers.
         while all.rank() < length {
             let outside = |j: &usize| 1.0 - all.vectors.iter().map(|v| v[*j] * v[*j]).sum::<f64>();
-            let Some((at, _)) = left.iter().map(outside).enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+            let Some((at, _)) = left.iter().map(outside).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+            else {
+                break;
+            };
             let axis = left.swap_remove(at);
             all.add(usize::MAX, &unit(axis));
         }
@@ -79,7 +85,8 @@ pub(super) fn norm(v: &[f64]) -> f64 {
 
 /// n/d with d ≤ 12 for a number within 1e-6 of it.
 pub(super) fn fraction(x: f64) -> Option<(i64, i64)> {
-    let close = |d: &i64| (x * *d as f64 - (x * *d as f64).round()).abs() < 1e-6 && (x * *d as f64).abs() < 1e3;
+    let close =
+        |d: &i64| (x * *d as f64 - (x * *d as f64).round()).abs() < 1e-6 && (x * *d as f64).abs() < 1e3;
     (1..=12).find(close).map(|d| ((x * d as f64).round() as i64, d))
 }
 
@@ -99,7 +106,9 @@ mod tests {
         assert_eq!(free.len(), 1);
         let along = |row: [f64; 3]| row.iter().zip(&free[0]).map(|(a, b)| a * b).sum::<f64>().abs();
         assert!(
-            along([3.0, 0.0, 4.0]) < 1e-14 && along([1.0, 2.0, 0.0]) < 1e-14 && (norm(&free[0]) - 1.0).abs() < 1e-14
+            along([3.0, 0.0, 4.0]) < 1e-14
+                && along([1.0, 2.0, 0.0]) < 1e-14
+                && (norm(&free[0]) - 1.0).abs() < 1e-14
         );
     }
 

@@ -1,4 +1,5 @@
-//! A row that is a root or a power of something, as √f or ∛f, holds where f = 0, and there its gradient pf_q f^(p−1) is infinite (p < 1) or zero (p > 1).
+//! A row that is a root or a power of something, as √f or ∛f, holds where f = 0, and there its gradient pf_q
+//! f^(p−1) is infinite (p < 1) or zero (p > 1).
 //!
 //! Descents onto Φ = 0 do not tell: those of √f step to where f < 0 and have no value there.
 

@@ -1,5 +1,5 @@
-//! The rows of all constraints with their derivatives, in a graph of their own: what the checks build must not decide which form of an expression
-//! the derivation finds first.
+//! The rows of all constraints with their derivatives, in a graph of their own: what the checks build must
+//! not decide which form of an expression the derivation finds first.
 
 use crate::calculus::{directional, gradient, substitute};
 use crate::check::unused::Reads;
@@ -42,7 +42,8 @@ impl Rows {
             for (suffix, node) in &c.components {
                 let kind = if c.is_holonomic() { Symbol::Coordinate } else { Symbol::Rate };
                 let read = Reads::of(model, &[*node]);
-                let moving: Vec<usize> = (0..rows.coordinates).filter(|j| read.symbol(kind(*j as u32))).collect();
+                let moving: Vec<usize> =
+                    (0..rows.coordinates).filter(|j| read.symbol(kind(*j as u32))).collect();
                 rows.holonomic += usize::from(c.is_holonomic());
                 rows.values.push(*node);
                 rows.constraint.push(i);
@@ -73,10 +74,12 @@ impl Rows {
         self.values.len()
     }
 
-    /// Names of some rows as a message about row `of` needs them: a nonholonomic row is compared with the rates of holonomic ones.
+    /// Names of some rows as a message about row `of` needs them: a nonholonomic row is compared with the
+    /// rates of holonomic ones.
     pub(super) fn named(&self, of: usize, rows: impl IntoIterator<Item = usize>) -> Vec<String> {
         let rate = |r: &usize| of >= self.holonomic && *r < self.holonomic;
-        let name = |r: usize| if rate(&r) { format!("{}.dt()", self.names[r]) } else { self.names[r].clone() };
+        let name =
+            |r: usize| if rate(&r) { format!("{}.dt()", self.names[r]) } else { self.names[r].clone() };
         rows.into_iter().map(name).collect()
     }
 }

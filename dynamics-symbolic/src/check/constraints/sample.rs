@@ -3,7 +3,8 @@
 use crate::graph::{Bindings, Fingerprint, FunctionId, Symbol};
 use crate::mechanics::Model;
 
-/// A state, at nominal values of the parameters where all are given that the constraints read, otherwise at random ones.
+/// A state, at nominal values of the parameters where all are given that the constraints read, otherwise at
+/// random ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// t.

@@ -1,16 +1,19 @@
 //! Samples beside a place where rows become tangent to each other.
 //!
-//! Three rods between three beads on one line hold the middle one in its place, but to second order only: Φ has a double root there. Newton's method
-//! comes half as near with every step, and Φ, the square of what is left, is zero to rounding while rows that depend on each other still look
-//! independent. What remains of such a row without its part along the others, (1 − P)Φ_q, is zero at the root as well, and of first order: together
-//! with Φ it has a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao 2006).
+//! Three rods between three beads on one line hold the middle one in its place, but to second order only: Φ
+//! has a double root there. Newton's method comes half as near with every step, and Φ, the square of what is
+//! left, is zero to rounding while rows that depend on each other still look independent. What remains of
+//! such a row without its part along the others, (1 − P)Φ_q, is zero at the root as well, and of first order:
+//! together with Φ it has a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao
+//! 2006).
 
 use super::manifold;
 use super::newton::{ON_MANIFOLD, Plane, Projection, solve};
 use super::orthogonal::{Basis, norm};
 use super::sample::{Sample, random};
 
-/// What is left of a row that may be tangent to others where Φ is 1e-12. Less than that of a row that repeats others, whose distance is that of Φ.
+/// What is left of a row that may be tangent to others where Φ is 1e-12. Less than that of a row that repeats
+/// others, whose distance is that of Φ.
 const SUSPECT: f64 = 1e-4;
 const EXACT: f64 = 1e-10;
 /// Farther than this, relative to the coordinates' sizes, a root is another one.
@@ -21,12 +24,13 @@ const DIFFERENCE: f64 = 1e-5;
 /// What is left at the root. Differences have an error of 1e-10; what is not clearly above holds nothing.
 const LEFT: f64 = 1e-9;
 const HOLDS: f64 = 1e-4;
-/// How far, relative to the coordinates' sizes, a state is looked for on which no row is tangent, and in how many directions.
+/// How far, relative to the coordinates' sizes, a state is looked for on which no row is tangent, and in how
+/// many directions.
 const ASIDE: f64 = 0.1;
 const DIRECTIONS: u64 = 12;
 
-/// Throws of a row's coordinates until it is fulfilled, not tangent and independent. Of nine windows one throw in
-/// 25 is, for each of the rows that close one.
+/// Throws of a row's coordinates until it is fulfilled, not tangent and independent. Of nine windows one
+/// throw in 25 is, for each of the rows that close one.
 const THROWS: u64 = 128;
 
 /// A place where rows are tangent.
@@ -35,7 +39,8 @@ pub(super) struct Tangent {
     pub(super) sample: Sample,
     /// The rows that lose their own direction there.
     pub(super) rows: Vec<usize>,
-    /// Coordinates less the dimension of the set of states in which Φ = 0 around it: more than the rank of Φ_q.
+    /// Coordinates less the dimension of the set of states in which Φ = 0 around it: more than the rank of
+    /// Φ_q.
     pub(super) held: usize,
 }
 
@@ -100,7 +105,8 @@ impl Projection<'_> {
                 break;
             }
         }
-        let moved = place.q.iter().zip(&state.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= NEAR * d);
+        let moved =
+            place.q.iter().zip(&state.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= NEAR * d);
         let (own, left) = values.split_at(self.chosen.len());
         if !moved || norm(own) > ON_MANIFOLD || norm(left) > LEFT {
             return None;
@@ -110,9 +116,10 @@ impl Projection<'_> {
         Some(Tangent { sample: place, rows, held })
     }
 
-    /// A state on the manifold, not far from a place where rows are tangent, at which none is: the place is then a singular position on the way, as
-    /// change points and dead points are, and says nothing of the mechanism as such. Newton's method ends in such places from whole regions of starts
-    /// where rows repeat others: of x y = 0 and y² = 0 it halves x and y with every step. So it is kept away from the place.
+    /// A state on the manifold, not far from a place where rows are tangent, at which none is: the place is
+    /// then a singular position on the way, as change points and dead points are, and says nothing of the
+    /// mechanism as such. Newton's method ends in such places from whole regions of starts where rows repeat
+    /// others: of x y = 0 and y² = 0 it halves x and y with every step. So it is kept away from the place.
     pub(super) fn beside(&self, place: &Tangent) -> Option<Sample> {
         let mut buffer = Vec::new();
         let mut basis = Basis::default();
@@ -133,7 +140,8 @@ impl Projection<'_> {
             let plane = Plane { from: place.sample.q.clone(), direction, distance: ASIDE };
             let residual = self.on(plane).descend(&mut state, &mut buffer)?;
             let there = residual.iter().all(|x| x.abs() <= ON_MANIFOLD);
-            let near = state.q.iter().zip(&place.sample.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= *d);
+            let near =
+                state.q.iter().zip(&place.sample.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= *d);
             (there && near && self.is_regular(&state)).then_some(state)
         })
     }
@@ -153,7 +161,8 @@ impl<'p, 'r> Search<'p, 'r> {
     fn beside(projection: &'p Projection<'r>, state: &Sample) -> Option<Self> {
         let mut buffer = Vec::new();
         let local = projection.local(state, &mut buffer);
-        let mut search = Self { projection, weight: local.weights(), independent: vec![], tangent: vec![], buffer };
+        let mut search =
+            Self { projection, weight: local.weights(), independent: vec![], tangent: vec![], buffer };
         let mut basis = Basis::default();
         for (i, row) in local.jacobian.iter().enumerate() {
             let left = norm(&basis.rest(row).0);
@@ -190,7 +199,8 @@ impl<'p, 'r> Search<'p, 'r> {
     }
 }
 
-/// The shortest δ with S δ = −f in the sense of least squares, S given by columns; directions that S does not see stay where they are.
+/// The shortest δ with S δ = −f in the sense of least squares, S given by columns; directions that S does not
+/// see stay where they are.
 fn least(slopes: &[Vec<f64>], f: &[f64]) -> Option<Vec<f64>> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let mut normal: Vec<Vec<f64>> =

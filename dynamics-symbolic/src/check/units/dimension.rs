@@ -109,7 +109,11 @@ pub(super) fn write_product(factors: &[(&str, Exponent)]) -> String {
             Some(m) if e.is_negative() => (m, &mut below),
             _ => (*e, &mut above),
         };
-        side.push(if magnitude == Exponent::ONE { (*name).to_owned() } else { format!("{name}^{magnitude}") });
+        side.push(if magnitude == Exponent::ONE {
+            (*name).to_owned()
+        } else {
+            format!("{name}^{magnitude}")
+        });
     }
     let numerator = if above.is_empty() { "1".to_owned() } else { above.join("*") };
     match below.len() {

@@ -158,7 +158,10 @@ impl<'a> Parser<'a> {
             let start = self.at;
             let factor = self.power(depth)?;
             let exponent = Exponent::integer(if divide { -1 } else { 1 });
-            product = factor.pow(exponent).and_then(|f| product.mul(&f)).ok_or(UnitError::Exponent { token: start })?;
+            product = factor
+                .pow(exponent)
+                .and_then(|f| product.mul(&f))
+                .ok_or(UnitError::Exponent { token: start })?;
         }
     }
 
@@ -176,7 +179,11 @@ impl<'a> Parser<'a> {
         let token = self.at;
         if self.take("(") {
             if depth == DEPTH {
-                return Err(UnitError::Syntax { expected: "fewer parentheses", found: Some("(".to_owned()), token });
+                return Err(UnitError::Syntax {
+                    expected: "fewer parentheses",
+                    found: Some("(".to_owned()),
+                    token,
+                });
             }
             let inner = self.product(depth + 1)?;
             return if self.take(")") { Ok(inner) } else { Err(self.expected("`)`")) };
@@ -290,7 +297,10 @@ mod tests {
     #[test]
     fn what_is_no_coherent_unit_is_an_error_at_its_token() {
         let error = |text: &str| Unit::parse(text).unwrap_err();
-        assert_eq!(error("kg*mm"), UnitError::Scaled { name: "mm".into(), equals: "0.001 m", coherent: "m", token: 2 });
+        assert_eq!(
+            error("kg*mm"),
+            UnitError::Scaled { name: "mm".into(), equals: "0.001 m", coherent: "m", token: 2 }
+        );
         assert_eq!(error("sec"), UnitError::Unknown { name: "sec".into(), suggestion: Some("s"), token: 0 });
         assert_eq!(error("m/foo"), UnitError::Unknown { name: "foo".into(), suggestion: None, token: 2 });
         assert_eq!(
@@ -313,13 +323,19 @@ mod tests {
         }
         assert_eq!(error("m^(1/0)").token(), 5);
         assert_eq!(error("m^99999999999999").token(), 2);
-        assert!(matches!(error(&"(".repeat(100_000)), UnitError::Syntax { expected: "fewer parentheses", .. }));
+        assert!(matches!(
+            error(&"(".repeat(100_000)),
+            UnitError::Syntax { expected: "fewer parentheses", .. }
+        ));
     }
 
     #[test]
     fn the_tables_agree_with_each_other() {
-        let names =
-            COHERENT.iter().map(|u| u.name).chain(SCALED.iter().map(|s| s.0)).chain(MISSPELLED.iter().map(|m| m.0));
+        let names = COHERENT
+            .iter()
+            .map(|u| u.name)
+            .chain(SCALED.iter().map(|s| s.0))
+            .chain(MISSPELLED.iter().map(|m| m.0));
         let mut names: Vec<&str> = names.collect();
         let all = names.len();
         names.sort_unstable();

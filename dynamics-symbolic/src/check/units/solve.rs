@@ -1,6 +1,7 @@
 //! Units as unknowns: products with unknown factors, and a solver that infers them equation by equation.
 //!
-//! A unit with unknowns is Πᵢ baseᵢ^eᵢ · Πₖ uₖ^rₖ; its logarithm is linear, so equating two of them is one step of Gaussian elimination.
+//! A unit with unknowns is Πᵢ baseᵢ^eᵢ · Πₖ uₖ^rₖ; its logarithm is linear, so equating two of them is one
+//! step of Gaussian elimination.
 
 use crate::graph::Origin;
 
@@ -165,7 +166,8 @@ impl Units {
         Ok(UnitExpr::known(unit.dimension))
     }
 
-    /// A new unknown unit: of an undeclared quantity (label: its name), or of the literal 0, which has any unit (label: `0`).
+    /// A new unknown unit: of an undeclared quantity (label: its name), or of the literal 0, which has any
+    /// unit (label: `0`).
     pub fn unknown(&mut self, label: &str) -> UnitExpr {
         let k = u32::try_from(self.unknowns.len()).expect("four billion unknowns do not fit into memory");
         self.unknowns.push(Unknown { label: label.to_owned(), solution: None });
@@ -206,7 +208,11 @@ impl Units {
             let value = match self.unknowns.get(*k as usize).and_then(|u| u.solution.as_ref()) {
                 Some((solution, _)) => solution,
                 None => {
-                    own = UnitExpr { dimension: Dimension::ONE, unknowns: vec![(*k, Exponent::ONE)], lost: false };
+                    own = UnitExpr {
+                        dimension: Dimension::ONE,
+                        unknowns: vec![(*k, Exponent::ONE)],
+                        lost: false,
+                    };
                     &own
                 }
             };
@@ -229,8 +235,11 @@ impl Units {
         if unit.unknowns.is_empty() {
             return known;
         }
-        let labels: Vec<(String, Exponent)> =
-            unit.unknowns.iter().map(|(k, e)| (format!("[{}]", self.unknowns[*k as usize].label), *e)).collect();
+        let labels: Vec<(String, Exponent)> = unit
+            .unknowns
+            .iter()
+            .map(|(k, e)| (format!("[{}]", self.unknowns[*k as usize].label), *e))
+            .collect();
         let mut factors: Vec<(&str, Exponent)> = labels.iter().map(|(l, e)| (l.as_str(), *e)).collect();
         let grouped = if known.contains(['*', '/']) { format!("({known})") } else { known.clone() };
         if known != "1" {
@@ -245,7 +254,8 @@ impl Units {
         for (k, _) in both {
             let unknown = &self.unknowns[*k as usize];
             let Some((solution, origin)) = &unknown.solution else { continue };
-            let inference = Inference { label: unknown.label.clone(), unit: self.text(solution), origin: *origin };
+            let inference =
+                Inference { label: unknown.label.clone(), unit: self.text(solution), origin: *origin };
             if !inferred.contains(&inference) {
                 inferred.push(inference);
             }

@@ -1,4 +1,5 @@
-//! The unit names: coherent ones with their dimension, scaled ones with their factor, and common misspellings.
+//! The unit names: coherent ones with their dimension, scaled ones with their factor, and common
+//! misspellings.
 
 use super::dimension::BASES;
 use super::{Dimension, System};

@@ -20,7 +20,8 @@ fn rotation(g: &mut Graph, k: usize, angle: NodeId) -> M3 {
     rows
 }
 
-/// Three links on hinges about z, x and y: T and V from velocities and places in the world, and the bodies noted beside them.
+/// Three links on hinges about z, x and y: T and V from velocities and places in the world, and the bodies
+/// noted beside them.
 fn chain() -> Model {
     let mut model = Model { name: "chain".into(), ..Model::default() };
     let g = &mut model.graph;
@@ -67,7 +68,8 @@ fn chain() -> Model {
         let weight = Some((gravity, weight));
         bodies.push(Body { steps: steps.clone(), mass, center, inertia, kinetic: energy, weight });
     }
-    for (name, role, node) in [("kinetic", EnergyRole::Kinetic, kinetic), ("weight", EnergyRole::Potential, potential)]
+    for (name, role, node) in
+        [("kinetic", EnergyRole::Kinetic, kinetic), ("weight", EnergyRole::Potential, potential)]
     {
         model.energies.push(Energy { name: name.into(), role, node, origin: Origin(0) });
     }
@@ -82,8 +84,13 @@ fn chain() -> Model {
 fn derived(mut model: Model) -> (Derivation, Vec<crate::graph::Fingerprint>, usize) {
     let equations = derive(&mut model).expect("every link has inertia");
     let g = &model.graph;
-    let all: Vec<NodeId> = equations.mass_matrix.concat().into_iter().chain(equations.generalized_force).collect();
-    (equations.derivation, all.iter().map(|x| g.fingerprint(*x)).collect(), g.operations(&equations.accelerations))
+    let all: Vec<NodeId> =
+        equations.mass_matrix.concat().into_iter().chain(equations.generalized_force).collect();
+    (
+        equations.derivation,
+        all.iter().map(|x| g.fingerprint(*x)).collect(),
+        g.operations(&equations.accelerations),
+    )
 }
 
 #[test]

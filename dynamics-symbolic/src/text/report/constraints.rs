@@ -1,4 +1,5 @@
-//! What the report says of constraints: the class of each, what they leave free, loops, uniqueness of the reactions, and how it is all solved.
+//! What the report says of constraints: the class of each, what they leave free, loops, uniqueness of the
+//! reactions, and how it is all solved.
 
 use crate::check::Analysis;
 use crate::check::constraints::{LookedAt, Loop, Ranks, loops};
@@ -30,8 +31,10 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
         let moving = own.clone().any(|r| !model.graph.is_zero(derived.velocity_offset[r]));
         let among = |rows: &[usize]| own.clone().filter(|r| rows.contains(r)).count();
         let tangent = among(&analysis.tangent);
-        let repeats = own.clone().filter(|r| analysis.superfluous.contains(r) && !analysis.tangent.contains(r)).count();
-        let branch = analysis.branch_meant && c.redundant && own.clone().any(|r| analysis.not_unique.contains(&r));
+        let repeats =
+            own.clone().filter(|r| analysis.superfluous.contains(r) && !analysis.tangent.contains(r)).count();
+        let branch =
+            analysis.branch_meant && c.redundant && own.clone().any(|r| analysis.not_unique.contains(&r));
         let excludes = c.switched && analysis.looked_at == LookedAt::Excluding;
         let text = class(c, moving, if excludes { 0 } else { repeats }, branch && tangent == 0)
             + &some(tangent, c.components.len(), "tangent to others")
@@ -56,7 +59,8 @@ fn class(c: &Constraint, moving: bool, repeats: usize, branch: bool) -> String {
         (ConstraintKind::Nonholonomic { .. }, false) => "nonholonomic, linear",
         (ConstraintKind::Nonholonomic { .. }, true) => "nonholonomic, affine",
     };
-    let said = if c.kind == (ConstraintKind::Nonholonomic { integrable: true }) { ", integrable" } else { "" };
+    let said =
+        if c.kind == (ConstraintKind::Nonholonomic { integrable: true }) { ", integrable" } else { "" };
     let switched = if c.switched { ", switched on and off" } else { "" };
     let repeats = match (repeats, c.components.len()) {
         (0, _) if branch => ", repeats others on some branches".to_owned(),
@@ -87,15 +91,23 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
         (_, rank, rows) if rows == rank => format!("{} of constraints", counted(rows, "independent row")),
         (_, rank, rows) => format!("{rank} of {} of constraints independent", counted(rows, "row")),
     };
-    let text =
-        format!("{}; {}, {rows}{}", size(model, derived, analysis), counted(n, "coordinate"), seen(derived, analysis));
+    let text = format!(
+        "{}; {}, {rows}{}",
+        size(model, derived, analysis),
+        counted(n, "coordinate"),
+        seen(derived, analysis)
+    );
     entry(out, "degrees of freedom", &text);
     if analysis.least.all < analysis.rank {
-        let (branch, lost) =
-            ("which branch the start is on decides", "where fewer rows are independent the multipliers are not unique");
+        let (branch, lost) = (
+            "which branch the start is on decides",
+            "where fewer rows are independent the multipliers are not unique",
+        );
         let text = match (analysis.branch_meant, is_fixed(model, derived)) {
             (true, _) => {
-                format!("the branches on which rows repeat others are the ones meant by `#[redundant]`: {branch}")
+                format!(
+                    "the branches on which rows repeat others are the ones meant by `#[redundant]`: {branch}"
+                )
             }
             (false, true) => format!("{branch}; {lost}"),
             (false, false) => lost.to_owned(),
@@ -112,7 +124,11 @@ fn freedom(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
             entry(out, "", &format!("{} can be integrated", counted(n, "nonholonomic row")));
         }
         None if derived.holonomic < analysis.rows => {
-            entry(out, "", "whether the nonholonomic rows can be integrated was not settled, there are too many rows");
+            entry(
+                out,
+                "",
+                "whether the nonholonomic rows can be integrated was not settled, there are too many rows",
+            );
         }
         _ => {}
     }
@@ -146,7 +162,9 @@ fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> St
         _ if free(most).1 == free(least).1 => {
             format!("{}, but {} in velocities {some}", one(most), free(least).0)
         }
-        text if analysis.branch_meant => format!("{text} where rows repeat others, {} on other branches", one(most)),
+        text if analysis.branch_meant => {
+            format!("{text} where rows repeat others, {} on other branches", one(most))
+        }
         text => format!("{text} {some}, {} {others}", one(most)),
     };
     let on = size(Ranks { all: analysis.rank, holonomic: analysis.holonomic_rank }, analysis.least);
@@ -160,10 +178,13 @@ fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> St
     let Ranks { all, holonomic } = analysis.least_always;
     match (all >= n, holonomic >= n, moving) {
         (false, ..) => text,
-        (true, true, true) => format!("{text}: the constraints alone say how it moves, a matter of `kinematics`"),
+        (true, true, true) => {
+            format!("{text}: the constraints alone say how it moves, a matter of `kinematics`")
+        }
         (true, false, true) => {
             format!(
-                "{text}: constraints on velocities say how it moves, from wherever it starts; `simulate` follows them"
+                "{text}: constraints on velocities say how it moves, from wherever it starts; `simulate` \
+                 follows them"
             )
         }
         (true, true, false) => format!("{text}: the constraints hold it still"),
@@ -178,14 +199,17 @@ fn seen(derived: &ConstraintEquations, analysis: &Analysis) -> &'static str {
         LookedAt::Nominal => ", where they hold, at the nominal values",
         LookedAt::Random => ", where they hold, with parameters at random; give yours as `#[nominal(..)]`",
         LookedAt::General => {
-            " in general; no state was found in which they hold, values as `#[nominal(..)]` would help to find one"
+            " in general; no state was found in which they hold, values as `#[nominal(..)]` would help to \
+             find one"
         }
         LookedAt::TooMany => {
             " in general; too many rows to find states in which they hold, where fewer may be independent"
         }
         LookedAt::Nowhere => " in general; no state was found in which they hold",
         LookedAt::Excluding => " in general; switched ones exclude each other",
-        LookedAt::Touching => " in general; where all hold at once switched ones touch each other, and only there",
+        LookedAt::Touching => {
+            " in general; where all hold at once switched ones touch each other, and only there"
+        }
     }
 }
 
@@ -195,7 +219,8 @@ fn found_loops(out: &mut String, model: &Model, derived: &ConstraintEquations, a
             Elimination::Blocks(blocks) => {
                 let holonomic = |rows: &[usize]| rows.iter().all(|r| *r < derived.holonomic);
                 let own = blocks.iter().filter(|(rows, _)| holonomic(rows));
-                own.map(|(rows, coordinates)| Loop { rows: rows.clone(), coordinates: coordinates.clone() }).collect()
+                own.map(|(rows, coordinates)| Loop { rows: rows.clone(), coordinates: coordinates.clone() })
+                    .collect()
             }
             Elimination::MinimumDegree | Elimination::Speeds => structural(model, derived, analysis),
         },
@@ -222,7 +247,8 @@ fn determined(model: &Model, found: &[Loop]) -> String {
     };
     let one = |l: &Loop| format!("{} for {}", rows_text(model, &l.rows), names(&l.coordinates));
     let texts: Vec<String> = found.iter().take(LISTED).map(one).collect();
-    let more = if found.len() > LISTED { format!("; and {} more", found.len() - LISTED) } else { String::new() };
+    let more =
+        if found.len() > LISTED { format!("; and {} more", found.len() - LISTED) } else { String::new() };
     format!("{}{more}", texts.join("; "))
 }
 
@@ -255,7 +281,8 @@ fn structural(model: &Model, derived: &ConstraintEquations, analysis: &Analysis)
     loops(model, &derived.jacobian, &rows)
 }
 
-/// Which multipliers are unique where rows repeat others: those of the rows that are not in the span of the rest (Wojtyra 2009).
+/// Which multipliers are unique where rows repeat others: those of the rows that are not in the span of the
+/// rest (Wojtyra 2009).
 fn reactions(out: &mut String, model: &Model, analysis: &Analysis) {
     if analysis.not_unique.is_empty() {
         let touching = analysis.looked_at == LookedAt::Touching;
@@ -317,19 +344,23 @@ fn solution(model: &Model, derived: &ConstraintEquations) -> String {
         }
         Solution::General(why) => {
             let why = match why {
-                General::Redundant => "rows repeat others, the multipliers are those of least norm".to_owned(),
+                General::Redundant => {
+                    "rows repeat others, the multipliers are those of least norm".to_owned()
+                }
                 General::Friction => "forces depend on the reactions of the same instant".to_owned(),
                 General::NoPivots => "every order of elimination meets a pivot that is zero".to_owned(),
                 General::TooLarge(operations) => format!("generated code would take {operations} operations"),
             };
             // It takes over nothing while constraints are released: it is what there is.
-            let released = if derived.released.is_empty() { String::new() } else { while_released(model, derived) };
+            let released =
+                if derived.released.is_empty() { String::new() } else { while_released(model, derived) };
             format!("the general rank-revealing solver, at run time: {why}{released}")
         }
     }
 }
 
-/// What solves the equations while switched constraints are released: every set of them is a system of its own.
+/// What solves the equations while switched constraints are released: every set of them is a system of its
+/// own.
 fn while_released(model: &Model, derived: &ConstraintEquations) -> String {
     let switched = model.constraints.iter().filter(|c| c.switched).count() as u32;
     let sets = 2u128.saturating_pow(switched) - 1;
@@ -340,13 +371,16 @@ fn while_released(model: &Model, derived: &ConstraintEquations) -> String {
         0 => "; while a switched constraint is released the general solver takes over".into(),
         _ if one => "; code of its own while the switched constraint is released".into(),
         _ if whole => {
-            format!("; code of its own for each of the {sets} sets of switched constraints that may be released")
+            format!(
+                "; code of its own for each of the {sets} sets of switched constraints that may be released"
+            )
         }
-        1 => {
-            "; code of its own while all switched constraints are released, the general solver for some of them".into()
-        }
+        1 => "; code of its own while all switched constraints are released, the general solver for some of \
+             them"
+            .into(),
         _ => format!(
-            "; code of its own for {own} of the {sets} sets of switched constraints that may be released, the general solver for the others"
+            "; code of its own for {own} of the {sets} sets of switched constraints that may be released, \
+             the general solver for the others"
         ),
     }
 }
@@ -356,7 +390,8 @@ fn order(model: &Model, elimination: &Elimination) -> String {
     let blocks = match elimination {
         Elimination::Blocks(blocks) => blocks,
         Elimination::MinimumDegree => {
-            return "for accelerations and multipliers together, those with the fewest neighbours first".to_owned();
+            return "for accelerations and multipliers together, those with the fewest neighbours first"
+                .to_owned();
         }
         Elimination::Speeds => return "the equations of motion for the speeds alone".to_owned(),
     };

@@ -70,8 +70,11 @@ impl Draft<'_> {
 
     /// Constants of the block, some of them called as std's.
     pub(super) fn block_constants(&mut self) {
-        let name =
-            if self.r.one_in(2) { self.r.pick(MATHEMATICAL) } else { self.r.pick(&["K", "RATIO", "X", "Q", "T", "N"]) };
+        let name = if self.r.one_in(2) {
+            self.r.pick(MATHEMATICAL)
+        } else {
+            self.r.pick(&["K", "RATIO", "X", "Q", "T", "N"])
+        };
         let value = [2.1, 0.3, 1.7, 3.0][self.r.below(4)];
         self.constants.push((name.to_owned(), format!("    const {name}: f64 = {value:?};\n")));
         self.names.keep(name);
@@ -90,7 +93,8 @@ impl Draft<'_> {
                 self.either = true;
             }
             1 => {
-                let (module, name) = (self.r.pick(&["consts", "material", "values"]), self.r.pick(MATHEMATICAL));
+                let (module, name) =
+                    (self.r.pick(&["consts", "material", "values"]), self.r.pick(MATHEMATICAL));
                 let _ = writeln!(self.outside, "{allow}mod {module} {{ pub const {name}: f64 = 2.75; }}");
                 self.scope.numbers.push(format!("{module}::{name}"));
                 self.either = true;
@@ -106,7 +110,8 @@ impl Draft<'_> {
                 for _ in 0..3 {
                     let name = self.r.pick(NASTY);
                     if self.names.is_free(name)
-                        && !["core", "std", "f64", "usize", "bool", "dynamics", "r#type", "vec2", "q"].contains(&name)
+                        && !["core", "std", "f64", "usize", "bool", "dynamics", "r#type", "vec2", "q"]
+                            .contains(&name)
                     {
                         let _ = match self.r.below(3) {
                             0 => writeln!(self.outside, "{allow}static {name}: f64 = 0.5;"),

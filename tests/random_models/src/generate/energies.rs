@@ -36,7 +36,8 @@ impl Draft<'_> {
                 };
                 let options = ["i", "s", "a", "x", "angle", "v0", "index", "w", "m", "r#type", "at"];
                 let name = options[(self.r.below(options.len() - 2) + k) % options.len()].to_owned();
-                if list.iter().any(|l| l.starts_with(&format!("{name}:"))) || self.scope.taken.contains(&name) {
+                if list.iter().any(|l| l.starts_with(&format!("{name}:"))) || self.scope.taken.contains(&name)
+                {
                     continue;
                 }
                 let (ty, to) = match argument {
@@ -63,7 +64,9 @@ impl Draft<'_> {
                 // A loop's index of the same name hides the argument.
                 if !mentions(&body, argument) || body.contains(&format!("for {argument} in ")) {
                     body = match (k, l.split(": ").nth(1).unwrap_or_default()) {
-                        (_, "f64") if matches!(returns, Kind::Vec2 | Kind::Vec3) => format!("({argument} * {body})"),
+                        (_, "f64") if matches!(returns, Kind::Vec2 | Kind::Vec3) => {
+                            format!("({argument} * {body})")
+                        }
                         (_, "f64") => format!("({argument} + {body})"),
                         (_, "usize") if matches!(returns, Kind::Vec2 | Kind::Vec3) => {
                             format!("({argument} as f64 * {body})")
@@ -81,7 +84,11 @@ impl Draft<'_> {
                     };
                 }
             }
-            let _ = writeln!(self.functions, "    fn {name}({}) -> {ty} {{\n        {body}\n    }}", list.join(", "));
+            let _ = writeln!(
+                self.functions,
+                "    fn {name}({}) -> {ty} {{\n        {body}\n    }}",
+                list.join(", ")
+            );
             self.scope.helpers.push(Helper { name, takes_coordinates, arguments, returns });
         }
     }
@@ -111,7 +118,8 @@ impl Draft<'_> {
                 }
             }
         }
-        // Places whose velocities couple the coordinates; products of velocities, which are derived by the momenta.
+        // Places whose velocities couple the coordinates; products of velocities, which are derived by the
+        // momenta.
         if !self.r.one_in(3) {
             let depth = 1 + self.r.below(2);
             let (mut w, scope) = self.writer();
@@ -137,7 +145,8 @@ impl Draft<'_> {
             let [body, vec3, inertia, frame, mat3] = words;
             kinetic.push(format!(
                 "{body}::new(0.7, {vec3}(0.1, 0.2, -0.3), {inertia}::cuboid(0.7, 0.2, 0.5, 0.9), \
-                 {frame}::new({vec3}({along}, 0.3, {b}), {mat3}::rotation_z({a}) * {mat3}::rotation_x({tilt} * {b}))).kinetic_energy()"
+                 {frame}::new({vec3}({along}, 0.3, {b}), {mat3}::rotation_z({a}) * {mat3}::rotation_x({tilt} \
+                 * {b}))).kinetic_energy()"
             ));
         }
         // Masses must not have corners.
@@ -228,17 +237,20 @@ impl Draft<'_> {
         let (m, k) = (self.scalars[0].clone(), self.scalars[self.scalars.len() - 1].clone());
         let zero = format!("{}::ZERO", self.ty("Expr"));
         let t = format!(
-            "let mut sum = {zero};\n        for i in 0..{n} {{\n            sum += 0.5 * self.{m} * {x}[i].dt().powi(2);\n        }}\n        sum"
+            "let mut sum = {zero};\n        for i in 0..{n} \
+             {{\n            sum += 0.5 * self.{m} * {x}[i].dt().powi(2);\n        }}\n        sum"
         );
         let v = format!(
-            "let mut sum = 0.5 * self.{k} * ({x}[0].powi(2) + {x}[{}].powi(2));\n        for i in 1..{n} {{\n            sum += 0.5 * self.{k} * ({x}[i] - {x}[i - 1]).powi(2);\n        }}\n        sum",
+            "let mut sum = 0.5 * self.{k} * ({x}[0].powi(2) + {x}[{}].powi(2));\n        for i in 1..{n} \
+             {{\n            sum += 0.5 * self.{k} * ({x}[i] - {x}[i - 1]).powi(2);\n        }}\n        sum",
             n - 1
         );
         self.function("kinetic", "moving", "Expr", &t);
         self.function("potential", "springs", "Expr", &v);
         if self.r.one_in(3) {
             let d = format!(
-                "let mut sum = {zero};\n        for i in 0..{n} {{\n            sum += 0.1 * {x}[i].dt().powi(2);\n        }}\n        sum"
+                "let mut sum = {zero};\n        for i in 0..{n} \
+                 {{\n            sum += 0.1 * {x}[i].dt().powi(2);\n        }}\n        sum"
             );
             self.function("dissipation", "dampers", "Expr", &d);
         }

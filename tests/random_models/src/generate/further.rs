@@ -68,11 +68,15 @@ impl Draft<'_> {
     pub(super) fn jointed(&mut self) {
         let angles = self.coordinate_name();
         self.alone(vec![(self.coordinates[0].name.clone(), 3), (angles.clone(), 3)]);
-        let (x, m, k) =
-            (self.coordinates[0].name.clone(), self.scalars[0].clone(), self.scalars[self.scalars.len() - 1].clone());
+        let (x, m, k) = (
+            self.coordinates[0].name.clone(),
+            self.scalars[0].clone(),
+            self.scalars[self.scalars.len() - 1].clone(),
+        );
         let (joint, returns) = JOINTS[self.r.below(JOINTS.len())];
         let [vec3, mat3, frame, body, inertia, order, joints] =
-            ["vec3", "Mat3", "Frame", "RigidBody", "Inertia", "EulerSequence", "Joint"].map(|word| self.ty(word));
+            ["vec3", "Mat3", "Frame", "RigidBody", "Inertia", "EulerSequence", "Joint"]
+                .map(|word| self.ty(word));
         let place = format!("{vec3}(q.{x}[0], q.{x}[1], q.{x}[2])");
         let moving = format!(
             "{frame}::new({place}, {mat3}::euler({order}::{}, q.{angles}))",
@@ -86,9 +90,17 @@ impl Draft<'_> {
             "kinetic",
             "moving",
             "Expr",
-            &format!("{body}::new(self.{m}, {vec3}(0.1, 0.2, -0.3), {inertia}::cuboid(self.{m}, 0.4, 0.5, 0.9), {moving}).kinetic_energy()"),
+            &format!(
+                "{body}::new(self.{m}, {vec3}(0.1, 0.2, -0.3), {inertia}::cuboid(self.{m}, 0.4, 0.5, \
+                0.9), {moving}).kinetic_energy()"
+            ),
         );
-        self.function("potential", "weight", "Expr", &format!("self.{m} * self.{k} * {place}.z + q.{angles}[1].sin()"));
+        self.function(
+            "potential",
+            "weight",
+            "Expr",
+            &format!("self.{m} * self.{k} * {place}.z + q.{angles}[1].sin()"),
+        );
         self.function("holonomic", "joint", returns, &format!("{joints}::{joint}({fixed}, {own}{lead})"));
         self.function("output", "held", returns, "q.reaction(Self::joint)");
     }

@@ -11,16 +11,22 @@ impl Draft<'_> {
         if self.names.is_free("LINKS") && self.r.one_in(3) {
             self.constants.push(("LINKS".to_owned(), format!("    const LINKS: usize = {length};\n")));
             self.names.keep("LINKS");
-            let (zero, first) = (format!("{}::ZERO", self.scope.word("Expr")), self.coordinates[0].jets()[0].clone());
+            let (zero, first) =
+                (format!("{}::ZERO", self.scope.word("Expr")), self.coordinates[0].jets()[0].clone());
             let sums = [
                 format!(
-                    "let mut all = {zero};\n        for l in 0..Self::LINKS {{\n            all += self.{array}[l] * {first};\n        }}\n        all"
+                    "let mut all = {zero};\n        for l in 0..Self::LINKS \
+                     {{\n            all += self.{array}[l] * {first};\n        }}\n        all"
                 ),
                 format!(
-                    "let mut all = {zero};\n        for (l, weight) in self.{array}.iter().enumerate() {{\n            all += *weight * {first} * l as f64;\n        }}\n        all + Self::LINKS as f64"
+                    "let mut all = {zero};\n        for (l, weight) in self.{array}.iter().enumerate() \
+                     {{\n            all += *weight * {first} * l as f64;\n        }}\n        all + \
+                     Self::LINKS as f64"
                 ),
                 format!(
-                    "let mut all = {zero};\n        for l in (0..self.{array}.len()).rev() {{\n            all += (self.{array}[l] + {first}).sin();\n        }}\n        all / Self::LINKS as f64"
+                    "let mut all = {zero};\n        for l in (0..self.{array}.len()).rev() \
+                     {{\n            all += (self.{array}[l] + {first}).sin();\n        }}\n        all / \
+                     Self::LINKS as f64"
                 ),
                 format!("let [first, ..] = self.{array};\n        first * {first} * Self::LINKS as f64"),
                 format!("self.{array}.iter().sum::<f64>() * {first} * (Self::LINKS - 1) as f64"),
@@ -169,7 +175,8 @@ impl Draft<'_> {
             self.function("nonholonomic(integrable)", &name, "Expr", &body);
         } else if jets.len() > 2 && self.r.one_in(2) {
             let (inner, c) = (self.jet(1), jets[2].clone());
-            let rows = format!("{a} + 0.3 * {c}.powi(2) - 0.1 * {inner}.sin(), {} - 0.5 * {c}.sin()", jets[1]);
+            let rows =
+                format!("{a} + 0.3 * {c}.powi(2) - 0.1 * {inner}.sin(), {} - 0.5 * {c}.sin()", jets[1]);
             let expr = self.ty("Expr");
             let (returns, body) = match self.r.below(2) {
                 0 => (format!("[{expr}; 2]"), format!("[{rows}]")),

@@ -1,12 +1,16 @@
 //! Whether energy is conserved beside an equilibrium, or never grows, the work of dead loads included.
 //!
-//! The compiler knows it where no force is declared. Where forces are, as a dead load or a spring written as a force, it is asked of numbers: their
-//! power is linear in the velocities, so that they depend on positions alone, and the derivatives of what is left in independent coordinates are symmetric, so that
-//! it is a gradient, at every one of some positions around that nothing singles out. Force fields made of smooth functions that pass are gradients, but
-//! for chance; a follower force and an explicit time do not pass, nor does a moving constraint, unless it turns along with a steady motion that it leaves alone in time.
+//! The compiler knows it where no force is declared. Where forces are, as a dead load or a spring written as
+//! a force, it is asked of numbers: their power is linear in the velocities, so that they depend on positions
+//! alone, and the derivatives of what is left in independent coordinates are symmetric, so that it is a
+//! gradient, at every one of some positions around that nothing singles out. Force fields made of smooth
+//! functions that pass are gradients, but for chance; a follower force and an explicit time do not pass, nor
+//! does a moving constraint, unless it turns along with a steady motion that it leaves alone in time.
 //!
-//! Dampers take energy out: what is left of the power is then even in the velocities, and nowhere positive. That no element of the damping matrix puts any in, however little beside the others, is
-//! asked of the matrix (its pivots, each beside its own size); that it stays so beside the equilibrium, of numbers. Energy never grows (Kelvin, Tait & Chetaev).
+//! Dampers take energy out: what is left of the power is then even in the velocities, and nowhere positive.
+//! That no element of the damping matrix puts any in, however little beside the others, is asked of the
+//! matrix (its pivots, each beside its own size); that it stays so beside the equilibrium, of numbers. Energy
+//! never grows (Kelvin, Tait & Chetaev).
 
 use alloc::vec::Vec;
 
@@ -49,7 +53,8 @@ pub(super) fn energy<M: Constraints + Powers>(
     }
     let undamped = undamped(damping);
     let mut found = if is_even(damping, -1.0) { Energy::Kept } else { Energy::Falls };
-    // Of motions only the power of disturbances counts, which is not told apart from that of the motion; and what damps now may drive later.
+    // Of motions only the power of disturbances counts, which is not told apart from that of the motion; and
+    // what damps now may drive later.
     let changes = M::EXPLICIT_TIME || state.u().as_slice().iter().any(|u| *u != 0.0);
     if found == Energy::Falls && (changes || undamped.is_none()) {
         return Energy::Unknown;
@@ -63,13 +68,16 @@ pub(super) fn energy<M: Constraints + Powers>(
         let change = &here.tangent.positions * step;
         let mut beside = at_time(state, state.t() + 0.73 * (1 + sample) as f64);
         beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
-        let placed = with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+        let placed =
+            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
         // Where the mechanism cannot go nothing is to be asked.
         if placed.is_err() {
             continue;
         }
         let Ok(there) = Statics::of(model, &beside, order) else { return Energy::Unknown };
-        let Ok(before) = Statics::of(model, &at_time(&beside, state.t()), order) else { return Energy::Unknown };
+        let Ok(before) = Statics::of(model, &at_time(&beside, state.t()), order) else {
+            return Energy::Unknown;
+        };
         if !is_same(&before, &there) {
             return Energy::Unknown;
         }
@@ -77,7 +85,9 @@ pub(super) fn energy<M: Constraints + Powers>(
         if there.tangent.coordinates != order || !k.is_square() {
             continue;
         }
-        if !is_even(k, 1.0) || (moves(model, &beside) && !turns_along(model, state, (&beside, &there), sample)) {
+        if !is_even(k, 1.0)
+            || (moves(model, &beside) && !turns_along(model, state, (&beside, &there), sample))
+        {
             return Energy::Unknown;
         }
         let velocities = &there.tangent.velocities;
@@ -96,8 +106,9 @@ pub(super) fn energy<M: Constraints + Powers>(
     if looked >= 2 { found } else { Energy::Unknown }
 }
 
-/// Directions that a damping matrix does nothing in, by columns, if its symmetric part takes out energy in all others: if in what is damped by itself no eigenvalue is negative, each element
-/// beside the diagonal ones of its row and column.
+/// Directions that a damping matrix does nothing in, by columns, if its symmetric part takes out energy in
+/// all others: if in what is damped by itself no eigenvalue is negative, each element beside the diagonal
+/// ones of its row and column.
 fn undamped(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = damping.nrows();
     let c = 0.5 * (damping + damping.transpose());
@@ -110,7 +121,8 @@ fn undamped(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     }
     let damped: Vec<usize> = (0..n).filter(|i| c[(*i, *i)] > 0.0).collect();
     let root = |i: usize| c[(damped[i], damped[i])].sqrt();
-    let unit = DMatrix::from_fn(damped.len(), damped.len(), |i, j| c[(damped[i], damped[j])] / (root(i) * root(j)));
+    let unit =
+        DMatrix::from_fn(damped.len(), damped.len(), |i, j| c[(damped[i], damped[j])] / (root(i) * root(j)));
     let least = 64.0 * n as f64 * f64::EPSILON;
     let mut free: Vec<DVector<f64>> = Vec::new();
     for i in (0..n).filter(|i| !damped.contains(i)) {
@@ -132,7 +144,8 @@ fn undamped(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(if free.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&free) })
 }
 
-/// Whether a matrix is symmetric (sign 1) or skew (−1), element by element, so that nothing is lost beside what is stiff.
+/// Whether a matrix is symmetric (sign 1) or skew (−1), element by element, so that nothing is lost beside
+/// what is stiff.
 fn is_even(m: &DMatrix<f64>, sign: f64) -> bool {
     let pair = |i: usize, j: usize| {
         let (x, y) = (m[(i, j)], sign * m[(j, i)]);
@@ -144,7 +157,8 @@ fn is_even(m: &DMatrix<f64>, sign: f64) -> bool {
 
 /// Whether forces and stiffnesses at two times are the same, each element beside its own size.
 fn is_same<R: Vector>(one: &Statics<R>, other: &Statics<R>) -> bool {
-    let force = |i: usize| (one.force[i] - other.force[i]).abs() <= 16.0 * (one.rounding[i] + other.rounding[i]);
+    let force =
+        |i: usize| (one.force[i] - other.force[i]).abs() <= 16.0 * (one.rounding[i] + other.rounding[i]);
     let (k, l) = (&one.stiffness, &other.stiffness);
     let stiffness = |(i, j): (usize, usize)| (k[(i, j)] - l[(i, j)]).abs() <= ROUNDED * k.row(i).amax();
     let elements = (0..k.nrows()).flat_map(|i| (0..k.ncols()).map(move |j| (i, j)));
@@ -160,8 +174,10 @@ fn number(k: usize) -> f64 {
     (0.3 + 0.7 * wave.abs()).copysign(wave)
 }
 
-/// Of a steady motion under rows that move, as φ − Ωt = 0: whether time leaves the equations in independent coordinates alone, so that with the rows put in they have the energy integral of
-/// Jacobi, T₂ + V − T₀ (E. T. Whittaker, *Analytical Dynamics*, §41). Inertia, forces and what changes them, at rest beside the motion and moving, are set beside those of the same place before.
+/// Of a steady motion under rows that move, as φ − Ωt = 0: whether time leaves the equations in independent
+/// coordinates alone, so that with the rows put in they have the energy integral of Jacobi, T₂ + V − T₀ (E.
+/// T. Whittaker, *Analytical Dynamics*, §41). Inertia, forces and what changes them, at rest beside the
+/// motion and moving, are set beside those of the same place before.
 fn turns_along<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -170,7 +186,8 @@ fn turns_along<M: Constraints>(
 ) -> bool {
     let rates = model.velocity_residual(later);
     let fastest = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-    if active_rows::<M>(state.modes(), false).any(|row| row >= M::Residual::LEN || rates[row].abs() > ROUNDED * fastest)
+    if active_rows::<M>(state.modes(), false)
+        .any(|row| row >= M::Residual::LEN || rates[row].abs() > ROUNDED * fastest)
     {
         return false;
     }
@@ -191,7 +208,8 @@ fn turns_along<M: Constraints>(
         at.u_mut().as_mut_slice().iter_mut().zip(by.iter()).for_each(|(u, d)| *u += d);
         Statics::of(model, &at, order)
     };
-    let (Ok(here), Ok(swift), Ok(swift_later)) = (Statics::of(model, &before, order), moving(&before), moving(later))
+    let (Ok(here), Ok(swift), Ok(swift_later)) =
+        (Statics::of(model, &before, order), moving(&before), moving(later))
     else {
         return false;
     };
@@ -202,15 +220,18 @@ fn turns_along<M: Constraints>(
         let along: f64 = scales.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size).sum();
         rows[row].abs() <= ROUNDED * along
     });
-    // What turns is added up of terms that cancel, by sines and cosines that are others at each time: a motion by 1 per second is the measure.
+    // What turns is added up of terms that cancel, by sines and cosines that are others at each time: a
+    // motion by 1 per second is the measure.
     let rate = fastest.max(1.0);
     let alike = |one: &Statics<M::Rows>, other: &Statics<M::Rows>| {
         let (k, size) = (&one.stiffness, |i: usize| one.mass.row(i).amax() * rate * rate);
-        let resists =
-            |i: usize| k.row(i).amax().max(size(i)) * order.iter().fold(1.0, |most: f64, j| most.max(scales[*j]));
+        let resists = |i: usize| {
+            k.row(i).amax().max(size(i)) * order.iter().fold(1.0, |most: f64, j| most.max(scales[*j]))
+        };
         (0..order.len()).all(|i| {
             let inertia = (one.mass.row(i) - other.mass.row(i)).amax() <= TURNED * one.mass.row(i).amax();
-            let stiffness = (k.row(i) - other.stiffness.row(i)).amax() <= TURNED * k.row(i).amax().max(size(i));
+            let stiffness =
+                (k.row(i) - other.stiffness.row(i)).amax() <= TURNED * k.row(i).amax().max(size(i));
             inertia && stiffness && (one.force[i] - other.force[i]).abs() <= TURNED * resists(i)
         })
     };
@@ -250,7 +271,11 @@ impl<M: Constraints + Powers> Power<'_, M> {
         self.model.powers(&moving, &mut values);
         // Rows that move are turned along with: their power is none of the disturbance.
         let is_row = |name: &str| M::CONSTRAINTS.iter().any(|constraint| constraint.name == name);
-        values.iter_mut().zip(M::POWERS).filter(|(_, power)| is_row(power.name)).for_each(|(value, _)| *value = 0.0);
+        values
+            .iter_mut()
+            .zip(M::POWERS)
+            .filter(|(_, power)| is_row(power.name))
+            .for_each(|(value, _)| *value = 0.0);
         (values.iter().sum(), values.iter().fold(0.0, |most: f64, x| most.max(x.abs())))
     }
 
@@ -264,14 +289,20 @@ impl<M: Constraints + Powers> Power<'_, M> {
     }
 
     /// Whether a function of velocities is linear, by two of them.
-    fn adds_up(&self, u: &DVector<f64>, w: &DVector<f64>, power: impl Fn(&DVector<f64>) -> (f64, f64)) -> bool {
+    fn adds_up(
+        &self,
+        u: &DVector<f64>,
+        w: &DVector<f64>,
+        power: impl Fn(&DVector<f64>) -> (f64, f64),
+    ) -> bool {
         let ((of_u, a), (of_w, b), (of_both, c), (of_more, d)) =
             (power(u), power(w), power(&(u + w)), power(&(3.0 * w)));
         let size = a.max(b).max(c).max(d);
         (of_both - of_u - of_w).abs() <= ROUNDED * size && (of_more - 3.0 * of_w).abs() <= ROUNDED * size
     }
 
-    /// Whether its odd part is linear, as that of dead loads, and its even part takes energy out, or does nothing.
+    /// Whether its odd part is linear, as that of dead loads, and its even part takes energy out, or does
+    /// nothing.
     fn falls(&self) -> bool {
         let odd = |u: &DVector<f64>| {
             let ((p, a), (q, b)) = (self.at(u), self.at(&-u));
@@ -283,7 +314,8 @@ impl<M: Constraints + Powers> Power<'_, M> {
         };
         SPEEDS.into_iter().enumerate().all(|(k, speed)| {
             let (u, w) = (self.velocity(3 + 5 * k) * speed, self.velocity(17 + 7 * k) * speed);
-            let each = core::iter::once(self.velocities).chain(&self.unreached).filter(|basis| basis.ncols() > 0);
+            let each =
+                core::iter::once(self.velocities).chain(&self.unreached).filter(|basis| basis.ncols() > 0);
             let each = each.flat_map(|basis| {
                 let mixed = basis * DVector::from_fn(basis.ncols(), |k, _| number(11 * self.sample + k));
                 basis
@@ -292,7 +324,10 @@ impl<M: Constraints + Powers> Power<'_, M> {
                     .chain([&mixed / mixed.amax()])
                     .collect::<Vec<_>>()
             });
-            self.adds_up(&u, &w, odd) && takes(&u) && takes(&w) && each.into_iter().all(|u| takes(&(u * speed)))
+            self.adds_up(&u, &w, odd)
+                && takes(&u)
+                && takes(&w)
+                && each.into_iter().all(|u| takes(&(u * speed)))
         })
     }
 }

@@ -4,7 +4,8 @@ use core::fmt;
 
 use super::{Stability, StabilityVerdict, Undecided};
 
-/// A rate or a frequency with six digits after the point, in which small and large ones would have none or too many.
+/// A rate or a frequency with six digits after the point, in which small and large ones would have none or
+/// too many.
 fn rate(value: f64) -> alloc::string::String {
     match value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         true => alloc::format!("{value:.6}"),
@@ -19,11 +20,13 @@ impl fmt::Display for StabilityVerdict {
             Self::AsymptoticallyStable => f.write_str("asymptotically stable: small disturbances die out"),
             Self::PartlyDamped { frequency, coordinate } => write!(
                 f,
-                "stable: energy never grows, and is least in this position; to first order the mode at {} rad/s, in which `{coordinate}` moves most, is not damped",
+                "stable: energy never grows, and is least in this position; to first order the mode at {} \
+                 rad/s, in which `{coordinate}` moves most, is not damped",
                 rate(*frequency)
             ),
             Self::GyroscopicallyStabilised => f.write_str(
-                "gyroscopically stabilised: energy is not least here, but to first order nothing grows; damping will in the end destroy this",
+                "gyroscopically stabilised: energy is not least here, but to first order nothing grows; \
+                 damping will in the end destroy this",
             ),
             Self::Marginal(why) => write!(f, "not decided by linear theory: {why}"),
             Self::Divergence { growth, coordinate } => {
@@ -47,12 +50,14 @@ impl fmt::Display for Undecided {
             Self::NothingResists { coordinate } => {
                 write!(
                     f,
-                    "nothing resists along `{coordinate}`, to what is known of it (a buckling load, a fold, or equilibria side by side)"
+                    "nothing resists along `{coordinate}`, to what is known of it (a buckling load, a fold, \
+                     or equilibria side by side)"
                 )
             }
             Self::Swings { frequency } => write!(
                 f,
-                "what swings at {} rad/s is neither damped nor driven to first order, and energy is not known to be conserved",
+                "what swings at {} rad/s is neither damped nor driven to first order, and energy is not \
+                 known to be conserved",
                 rate(*frequency)
             ),
             Self::FrequenciesMeet { frequency, conditioning } => write!(
@@ -77,7 +82,12 @@ impl fmt::Display for Stability {
             self.abscissa, self.uncertainty, self.conditioning
         )?;
         for (i, coordinate) in self.ignorable.iter().enumerate() {
-            write!(f, "{}`{}`", if i == 0 { "; left out, as nothing depends on it: " } else { ", " }, coordinate.name)?;
+            write!(
+                f,
+                "{}`{}`",
+                if i == 0 { "; left out, as nothing depends on it: " } else { ", " },
+                coordinate.name
+            )?;
         }
         Ok(())
     }

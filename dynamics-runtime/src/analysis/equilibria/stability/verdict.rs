@@ -12,8 +12,9 @@ use crate::model::Quantity;
 pub struct Stability {
     /// The verdict.
     pub verdict: StabilityVerdict,
-    /// ω², the least eigenvalue of the stiffness against the mass matrix, in 1/s², negative where something falls over: of a mode without gyroscopic terms and damping. `None` where
-    /// nonholonomic constraints leave no such matrix.
+    /// ω², the least eigenvalue of the stiffness against the mass matrix, in 1/s², negative where something
+    /// falls over: of a mode without gyroscopic terms and damping. `None` where nonholonomic constraints
+    /// leave no such matrix.
     pub least_omega_squared: Option<f64>,
     /// The largest real part of an eigenvalue, in 1/s; not a number where nothing is left to move.
     pub abscissa: f64,
@@ -23,7 +24,8 @@ pub struct Stability {
     pub conditioning: f64,
     /// The eigenvalues σ of small motions e^{σt}, in 1/s, by growing real part.
     pub eigenvalues: Vec<Complex<f64>>,
-    /// Coordinates on which nothing depends: they were left out, with their momenta held where these are kept.
+    /// Coordinates on which nothing depends: they were left out, with their momenta held where these are
+    /// kept.
     pub ignorable: Vec<Quantity>,
 }
 
@@ -35,15 +37,17 @@ pub enum StabilityVerdict {
     Stable,
     /// They die out: all eigenvalues have negative real parts.
     AsymptoticallyStable,
-    /// They stay small, and not all of them are known to die out: energy never grows and is least in this position, but to first order a mode reaches no damper (Kelvin, Tait & Chetaev). What is
-    /// neglected may damp it.
+    /// They stay small, and not all of them are known to die out: energy never grows and is least in this
+    /// position, but to first order a mode reaches no damper (Kelvin, Tait & Chetaev). What is neglected may
+    /// damp it.
     PartlyDamped {
         /// Its frequency, in rad/s.
         frequency: f64,
         /// The coordinate that moves most in it.
         coordinate: &'static str,
     },
-    /// To first order they stay small, by gyroscopic forces alone: energy is not least here, and any damping will in the end destroy it (Thomson & Tait).
+    /// To first order they stay small, by gyroscopic forces alone: energy is not least here, and any damping
+    /// will in the end destroy it (Thomson & Tait).
     GyroscopicallyStabilised,
     /// Linear theory does not decide.
     Marginal(Undecided),
@@ -69,12 +73,14 @@ pub enum StabilityVerdict {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Undecided {
-    /// The stiffness vanishes along a direction, to what is known of it: a buckling load, a fold, equilibria side by side.
+    /// The stiffness vanishes along a direction, to what is known of it: a buckling load, a fold, equilibria
+    /// side by side.
     NothingResists {
         /// The coordinate that moves most in it.
         coordinate: &'static str,
     },
-    /// Something swings, to first order neither damped nor driven, and energy is not known to be conserved, or never to grow: what is neglected decides.
+    /// Something swings, to first order neither damped nor driven, and energy is not known to be conserved,
+    /// or never to grow: what is neglected decides.
     Swings {
         /// Its frequency, in rad/s.
         frequency: f64,
@@ -89,7 +95,11 @@ pub enum Undecided {
 }
 
 impl Stability {
-    pub(super) fn new(verdict: StabilityVerdict, least_omega_squared: Option<f64>, spectrum: &[Eigenvalue]) -> Self {
+    pub(super) fn new(
+        verdict: StabilityVerdict,
+        least_omega_squared: Option<f64>,
+        spectrum: &[Eigenvalue],
+    ) -> Self {
         let worst = spectrum.iter().max_by(|x, y| x.value.re.total_cmp(&y.value.re));
         let mut eigenvalues: Vec<Complex<f64>> = spectrum.iter().map(|one| one.value).collect();
         eigenvalues.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
@@ -104,13 +114,17 @@ impl Stability {
         }
     }
 
-    /// Whether small disturbances stay small: [`StabilityVerdict::Stable`], [`StabilityVerdict::PartlyDamped`] or [`StabilityVerdict::AsymptoticallyStable`]. Of [`Self::ignorable`] coordinates
-    /// this is said of their rates; they themselves go on for ever, at another rate for another push.
+    /// Whether small disturbances stay small: [`StabilityVerdict::Stable`],
+    /// [`StabilityVerdict::PartlyDamped`] or [`StabilityVerdict::AsymptoticallyStable`]. Of
+    /// [`Self::ignorable`] coordinates this is said of their rates; they themselves go on for ever, at
+    /// another rate for another push.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         matches!(
             self.verdict,
-            StabilityVerdict::Stable | StabilityVerdict::PartlyDamped { .. } | StabilityVerdict::AsymptoticallyStable
+            StabilityVerdict::Stable
+                | StabilityVerdict::PartlyDamped { .. }
+                | StabilityVerdict::AsymptoticallyStable
         )
     }
 

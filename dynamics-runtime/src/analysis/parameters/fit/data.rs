@@ -33,7 +33,11 @@ pub(in super::super) struct Series {
 }
 
 /// The data of the experiment of this index, checked, and the time at which they end.
-pub(super) fn read<M: Simulate>(data: &[Given], start: f64, index: usize) -> Result<(Vec<Series>, f64), FitError> {
+pub(super) fn read<M: Simulate>(
+    data: &[Given],
+    start: f64,
+    index: usize,
+) -> Result<(Vec<Series>, f64), FitError> {
     let mut found = Vec::new();
     for Given { name, points, sigma } in data {
         let quantity = Measured::of::<M>(name).map_err(FitError::Motion)?;
@@ -67,7 +71,8 @@ pub(super) fn read<M: Simulate>(data: &[Given], start: f64, index: usize) -> Res
     if end == start { Err(FitError::OneInstant { time: start }) } else { Ok((found, end)) }
 }
 
-/// Whether σ are given. They are for all or for none: else the weights of some would have units and those of others none.
+/// Whether σ are given. They are for all or for none: else the weights of some would have units and those of
+/// others none.
 pub(super) fn all_or_none<'a>(data: impl Iterator<Item = &'a Given>) -> Result<bool, FitError> {
     let (given, not): (Vec<_>, Vec<_>) = data.partition(|given| given.sigma.is_some());
     match not.first() {
@@ -76,7 +81,8 @@ pub(super) fn all_or_none<'a>(data: impl Iterator<Item = &'a Given>) -> Result<b
     }
 }
 
-/// The least root mean square of measured coordinates and velocities, as simulations see them; `None` where outputs alone were measured.
+/// The least root mean square of measured coordinates and velocities, as simulations see them; `None` where
+/// outputs alone were measured.
 pub(super) fn least_size(series: &[Series]) -> Option<f64> {
     let of_state = series.iter().filter(|s| !matches!(s.quantity, Measured::Output(_)));
     let size = |s: &Series| (s.points.iter().map(|(_, y)| y * y).sum::<f64>() / s.points.len() as f64).sqrt();

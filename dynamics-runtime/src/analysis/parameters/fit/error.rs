@@ -135,7 +135,8 @@ pub enum FitError {
     },
     /// The data do not tell some unknowns apart, or say nothing of one.
     Indistinguishable {
-        /// Groups of unknowns of which one could make up for the others; groups of one have no influence on what was measured.
+        /// Groups of unknowns of which one could make up for the others; groups of one have no influence on
+        /// what was measured.
         groups: Vec<Vec<String>>,
         /// Values at which the search ended: some of many that are as good.
         values: Vec<(String, f64)>,
@@ -169,7 +170,9 @@ impl fmt::Display for FitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Variable(error) => error.fmt(f),
-            Self::NothingToFind => f.write_str("nothing is to be found; name parameters or starts with `.find(..)`"),
+            Self::NothingToFind => {
+                f.write_str("nothing is to be found; name parameters or starts with `.find(..)`")
+            }
             Self::NotTold { name } => {
                 write!(f, "the model does not tell the value of `{name}`; implement `Dynamics::parameter`")
             }
@@ -178,7 +181,8 @@ impl fmt::Display for FitError {
             }
             Self::Bounds { name, bounds: [low, high], first } => write!(
                 f,
-                "`{name}` begins at {first}, which does not lie between {low} and {high}; let model, start and bounds agree"
+                "`{name}` begins at {first}, which does not lie between {low} and {high}; let model, start \
+                 and bounds agree"
             ),
             Self::NoSeries => f.write_str("there are no data; give some with `.data(..)`"),
             Self::NoData { name } => write!(f, "there are no data of `{name}`; give some, or leave it out"),
@@ -187,23 +191,33 @@ impl fmt::Display for FitError {
             }
             Self::TooLarge { name, row, time, value } => write!(
                 f,
-                "row {row} of `{name}` is ({time}, {value:e}), too large for a sum of squares; leave it out, or give it in another unit"
+                "row {row} of `{name}` is ({time}, {value:e}), too large for a sum of squares; leave it out, \
+                 or give it in another unit"
             ),
             Self::Loss { limit } => {
-                write!(f, "the limit of the loss is {limit}; it has to be a positive number, in multiples of the scale")
+                write!(
+                    f,
+                    "the limit of the loss is {limit}; it has to be a positive number, in multiples of \
+                    the scale"
+                )
             }
             Self::NothingFound { name, first, so_far } => {
                 write!(f, "nothing was found: `{name}`, which began at {first}, ended at ")?;
                 match so_far.get(name) {
-                    Some(Fitted { value, standard_error: Some(error), .. }) => write!(f, "{value:.3e} ± {error:.0e}")?,
+                    Some(Fitted { value, standard_error: Some(error), .. }) => {
+                        write!(f, "{value:.3e} ± {error:.0e}")?
+                    }
                     Some(Fitted { value, .. }) => write!(f, "{value:.3e}")?,
                     None => f.write_str("no number")?,
                 }
-                f.write_str("; begin nearer, give bounds by `.find_within(..)`, or measure what depends on it")
+                f.write_str(
+                    "; begin nearer, give bounds by `.find_within(..)`, or measure what depends on it",
+                )
             }
             Self::BeforeStart { name, row, time, start } => write!(
                 f,
-                "row {row} of `{name}` is of t = {time}, before the start at {start}; start earlier, or leave it out"
+                "row {row} of `{name}` is of t = {time}, before the start at {start}; start earlier, or \
+                 leave it out"
             ),
             Self::OneInstant { time } => {
                 write!(f, "all data are of t = {time}, where the motion starts; give some of later times")
@@ -212,11 +226,17 @@ impl fmt::Display for FitError {
                 write!(f, "the noise of `{name}` cannot be {sigma}; give a positive standard deviation")
             }
             Self::NoiseOfSome { without } => {
-                write!(f, "the noise of `{without}` is not given, that of others is; give it of all, or of none")
+                write!(
+                    f,
+                    "the noise of `{without}` is not given, that of others is; give it of all, or of none"
+                )
             }
             Self::TooFewData { data, unknowns, noise } => {
                 let of_noise = if *noise { " and the noise" } else { "" };
-                write!(f, "{data} data cannot tell {unknowns} unknowns{of_noise}; measure more, or find fewer")
+                write!(
+                    f,
+                    "{data} data cannot tell {unknowns} unknowns{of_noise}; measure more, or find fewer"
+                )
             }
             Self::Motion(error) => error.fmt(f),
             Self::FirstValues { values, cause } => {
@@ -227,12 +247,15 @@ impl fmt::Display for FitError {
                 // The state stands on further lines.
                 let cause = alloc::format!("{cause}");
                 let cause = cause.lines().next().unwrap_or_default();
-                write!(f, "; begin with values at which the model can be simulated. The simulation met: {cause}")
+                write!(
+                    f,
+                    "; begin with values at which the model can be simulated. The simulation met: {cause}"
+                )
             }
             Self::Outlier { outlier, cause } => write!(
                 f,
-                "{outlier}; leave it out, or ask for a loss that outliers do not decide, `.loss(Loss::CAUCHY)`. \
-                 Least squares met: {cause}"
+                "{outlier}; leave it out, or ask for a loss that outliers do not decide, \
+                 `.loss(Loss::CAUCHY)`. Least squares met: {cause}"
             ),
             Self::Indistinguishable { groups, .. } => {
                 for (k, group) in groups.iter().enumerate() {
@@ -246,7 +269,8 @@ impl fmt::Display for FitError {
             }
             Self::NotSettled { iterations, so_far } => write!(
                 f,
-                "the search has not settled after {iterations} iterations (χ² = {:.6e}); begin nearer, compute finer with `.tolerance(..)`, or permit more with `.iterations(..)`",
+                "the search has not settled after {iterations} iterations (χ² = {:.6e}); begin nearer, \
+                 compute finer with `.tolerance(..)`, or permit more with `.iterations(..)`",
                 so_far.chi_squared
             ),
             Self::Threads(why) => write!(f, "the threads cannot be started ({why})"),

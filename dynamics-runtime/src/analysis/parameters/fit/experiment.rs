@@ -1,4 +1,5 @@
-//! Experiments: each with a start, what is known of it, what drives it, and its data; the parameters that are looked for are those of all.
+//! Experiments: each with a start, what is known of it, what drives it, and its data; the parameters that are
+//! looked for are those of all.
 
 use alloc::borrow::ToOwned;
 use alloc::format;
@@ -51,7 +52,12 @@ pub(in super::super) struct Experiment<'a, M: Simulate> {
 }
 
 impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
-    pub(super) fn of(model: &M, told: &'a Told<'_, M>, index: usize, own_tolerance: bool) -> Result<Self, FitError> {
+    pub(super) fn of(
+        model: &M,
+        told: &'a Told<'_, M>,
+        index: usize,
+        own_tolerance: bool,
+    ) -> Result<Self, FitError> {
         let (mut model, mut known) = (model.clone(), Vec::new());
         for (name, value) in &told.known {
             let variable = Variable::of::<M>(name)?;
@@ -72,7 +78,8 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
         let start = told.start;
         let (series, end) = data::read::<M>(&told.data, start.t(), index)?;
         // No finer than rounding of what else moves lets it be.
-        let largest = start.q().as_slice().iter().chain(start.u().as_slice()).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let largest =
+            start.q().as_slice().iter().chain(start.u().as_slice()).fold(0.0, |m: f64, x| m.max(x.abs()));
         let size = data::least_size(&series).map(|size| size.max(SPAN * largest)).filter(|size| *size < 1.0);
         let small = if own_tolerance { None } else { size.map(|size| TOLERANCE * size) };
         Ok(Self { index, model, start, known, series, end, small, options: told.options.as_ref() })

@@ -1,9 +1,14 @@
 //! The method of Levenberg and Marquardt, within bounds.
 //!
-//! Steps d make ‖r + J d‖² + μ ‖D d‖² smallest, D the largest norms of the columns of J so far, which frees them of units (J. J. Moré, Lecture Notes in Mathematics 630 (1978) 105);
-//! μ follows the gain, the decrease beside that which the linear model foretold (H. B. Nielsen, IMM-REP-1999-05). The least-squares problem is solved by QR, never by JᵀJ. Unknowns on a bound that the gradient pushes against stand still, and
-//! steps end at the bounds (projected steps: C. Kanzow, N. Yamashita & M. Fukushima, J. Comput. Appl. Math. 172 (2004) 375). Our own, as the crate `levenberg-marquardt` 0.15, a port of MINPACK, takes no bounds, asks for nalgebra 0.34 where 0.35
-//! is used here, and gives no covariance; `argmin` 0.11 has the method of Gauss and Newton for least squares, with no damping and no bounds. On certified regressions (`levenberg/certified.rs`) both find the same, also where that is a plateau.
+//! Steps d make ‖r + J d‖² + μ ‖D d‖² smallest, D the largest norms of the columns of J so far, which frees
+//! them of units (J. J. Moré, Lecture Notes in Mathematics 630 (1978) 105); μ follows the gain, the decrease
+//! beside that which the linear model foretold (H. B. Nielsen, IMM-REP-1999-05). The least-squares problem is
+//! solved by QR, never by JᵀJ. Unknowns on a bound that the gradient pushes against stand still, and steps
+//! end at the bounds (projected steps: C. Kanzow, N. Yamashita & M. Fukushima, J. Comput. Appl. Math. 172
+//! (2004) 375). Our own, as the crate `levenberg-marquardt` 0.15, a port of MINPACK, takes no bounds, asks
+//! for nalgebra 0.34 where 0.35 is used here, and gives no covariance; `argmin` 0.11 has the method of Gauss
+//! and Newton for least squares, with no damping and no bounds. On certified regressions
+//! (`levenberg/certified.rs`) both find the same, also where that is a plateau.
 
 use alloc::vec::Vec;
 
@@ -11,11 +16,14 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::sensitivity::SensitivityError;
 
-/// The search has settled where the foretold decrease is below this part of χ²: the squares of differences that motions at their tolerance still show.
+/// The search has settled where the foretold decrease is below this part of χ²: the squares of differences
+/// that motions at their tolerance still show.
 const GAIN: f64 = 1e-14;
-/// There the undamped step gains no more than this part: it then ends within a thousandth of the standard errors or little more (D. M. Bates & D. G. Watts, Technometrics 23 (1981) 179).
+/// There the undamped step gains no more than this part: it then ends within a thousandth of the standard
+/// errors or little more (D. M. Bates & D. G. Watts, Technometrics 23 (1981) 179).
 const OFFSET: f64 = 1e-6;
-/// Damping that leaves all but directions without any influence alone, and that which leaves nothing of a step.
+/// Damping that leaves all but directions without any influence alone, and that which leaves nothing of a
+/// step.
 const UNDAMPED: f64 = 1e-14;
 const MOST_DAMPED: f64 = 1e12;
 /// And where steps are below this part of the unknowns.
@@ -45,7 +53,8 @@ type Evaluated = Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError>;
 
 impl Levenberg<'_> {
     /// # Errors
-    /// Where residuals or Jacobian do not exist at the first values, or the Jacobian at some that were accepted.
+    /// Where residuals or Jacobian do not exist at the first values, or the Jacobian at some that were
+    /// accepted.
     pub(super) fn minimize(
         &self,
         first: &DVector<f64>,
@@ -66,20 +75,24 @@ impl Levenberg<'_> {
             iterations += 1;
             let free = self.free(&at, &(jacobian.tr_mul(&residuals)));
             let undamped = damped(&jacobian, &residuals, &norms, UNDAMPED, &free);
-            let solve =
-                |free: &[usize], held: &_| damped(&jacobian, &(&residuals + &jacobian * held), &norms, mu, free);
+            let solve = |free: &[usize], held: &_| {
+                damped(&jacobian, &(&residuals + &jacobian * held), &norms, mu, free)
+            };
             let (step, cut) = self.within(&at, free, solve);
             let foretold = residuals.norm_squared() - (&residuals + &jacobian * &step).norm_squared();
             let sum = residuals.norm_squared();
             // A step that was cut at a bound says nothing of how far the least is.
             let stands = !cut && (foretold <= GAIN * sum || small(&step, &at));
             if stands || sum <= EXACT * begun || mu > MOST_DAMPED {
-                // Short steps may be those of much damping, where motions beside do not exist: the least is where the undamped one gains nothing.
+                // Short steps may be those of much damping, where motions beside do not exist: the least is
+                // where the undamped one gains nothing.
                 let gain = sum - (&residuals + &jacobian * &undamped).norm_squared();
                 settled = sum <= EXACT * begun || gain <= self.blur.max(OFFSET * sum);
                 break;
             }
-            let next = DVector::from_fn(at.len(), |i, _| (at[i] + step[i]).clamp(self.bounds[i][0], self.bounds[i][1]));
+            let next = DVector::from_fn(at.len(), |i, _| {
+                (at[i] + step[i]).clamp(self.bounds[i][0], self.bounds[i][1])
+            });
             // Where there is no motion the step was too long.
             let gain = match evaluate(&next, false) {
                 Ok((there, _)) if foretold > 0.0 => (sum - there.norm_squared()) / foretold,
@@ -108,7 +121,8 @@ impl Levenberg<'_> {
         (0..at.len()).filter(|i| !stands(i)).collect()
     }
 
-    /// A step that ends within the bounds: unknowns that would cross one go as far as it, and the others are solved for beside them. Whether that was so.
+    /// A step that ends within the bounds: unknowns that would cross one go as far as it, and the others are
+    /// solved for beside them. Whether that was so.
     fn within(
         &self,
         at: &DVector<f64>,
@@ -118,7 +132,8 @@ impl Levenberg<'_> {
         let (mut held, mut cut) = (DVector::zeros(at.len()), false);
         loop {
             let step = solve(&free, &held) + &held;
-            let crosses = |i: &usize| !(self.bounds[*i][0]..=self.bounds[*i][1]).contains(&(at[*i] + step[*i]));
+            let crosses =
+                |i: &usize| !(self.bounds[*i][0]..=self.bounds[*i][1]).contains(&(at[*i] + step[*i]));
             let crossing: Vec<usize> = free.iter().copied().filter(crosses).collect();
             if crossing.is_empty() {
                 return (step, cut);
@@ -175,7 +190,11 @@ mod certified;
 mod tests {
     use super::*;
 
-    fn minimize(first: [f64; 2], bounds: [[f64; 2]; 2], f: impl Fn(f64, f64) -> ([f64; 2], [f64; 4])) -> Outcome {
+    fn minimize(
+        first: [f64; 2],
+        bounds: [[f64; 2]; 2],
+        f: impl Fn(f64, f64) -> ([f64; 2], [f64; 4]),
+    ) -> Outcome {
         let evaluate = |at: &DVector<f64>, _| {
             let (r, j) = f(at[0], at[1]);
             Ok((DVector::from_row_slice(&r), Some(DMatrix::from_row_slice(2, 2, &j))))
@@ -195,7 +214,11 @@ mod tests {
     #[test]
     fn the_valley_of_rosenbrock_ends_at_one_and_one() {
         let found = minimize([-1.2, 1.0], ANYWHERE, valley);
-        assert!(found.settled && (found.at[0] - 1.0).abs() < 1e-9 && (found.at[1] - 1.0).abs() < 1e-9, "{}", found.at);
+        assert!(
+            found.settled && (found.at[0] - 1.0).abs() < 1e-9 && (found.at[1] - 1.0).abs() < 1e-9,
+            "{}",
+            found.at
+        );
     }
 
     /// Where nothing exists beyond a place on the way, the search stops there, and has not settled.

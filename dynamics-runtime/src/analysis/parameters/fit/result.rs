@@ -11,7 +11,8 @@ use super::{FitError, Problem, RANK};
 use crate::model::Parameters;
 use crate::motion::Simulate;
 
-/// What all of an unknown changes of the modelled values, as a part of them, by which it has an influence: the error of derivatives lies below.
+/// What all of an unknown changes of the modelled values, as a part of them, by which it has an influence:
+/// the error of derivatives lies below.
 const INFLUENCE: f64 = 1e-9;
 
 /// One unknown that was found.
@@ -40,14 +41,16 @@ pub struct Residuals {
     pub weights: Vec<f64>,
     /// Their root mean square.
     pub rms: f64,
-    /// How much of the scatter of the data the model explains: 1 − Σ residual² / Σ (y − ȳ)²; NaN of data that do not scatter.
+    /// How much of the scatter of the data the model explains: 1 − Σ residual² / Σ (y − ȳ)²; NaN of data that
+    /// do not scatter.
     pub explained: f64,
-    /// Correlation of neighbours in time, near 0 for noise alone: what the model does not know goes on from one to the next. Within ±2/√(data) it says nothing.
+    /// Correlation of neighbours in time, near 0 for noise alone: what the model does not know goes on from
+    /// one to the next. Within ±2/√(data) it says nothing.
     pub neighbours: f64,
 }
 
-/// A datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: an outlier, or
-/// what the model lacks.
+/// A datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: an outlier,
+/// or what the model lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outlier {
     /// The quantity.
@@ -87,7 +90,8 @@ impl Outlier {
 pub struct Fit {
     /// The unknowns, as they were asked for.
     pub found: Vec<Fitted>,
-    /// Covariance of those that lie on no bound, in their order; rows and columns of the others are 0. In the products of the units.
+    /// Covariance of those that lie on no bound, in their order; rows and columns of the others are 0. In the
+    /// products of the units.
     pub covariance: DMatrix<f64>,
     /// Correlations, between −1 and 1; likewise.
     pub correlation: DMatrix<f64>,
@@ -104,7 +108,8 @@ pub struct Fit {
     pub absolute: bool,
     /// How many of the unknowns the data tell apart: all of them, or there would be no fit.
     pub rank: usize,
-    /// The smallest pivot of the columns of the Jacobian, each free of its size: 1 where the unknowns do not disturb each other, 1e-6 where they can no longer be told apart.
+    /// The smallest pivot of the columns of the Jacobian, each free of its size: 1 where the unknowns do not
+    /// disturb each other, 1e-6 where they can no longer be told apart.
     pub independence: f64,
     /// What is left, by quantity.
     pub residuals: Vec<Residuals>,
@@ -125,7 +130,8 @@ impl Fit {
         Outlier::among(&self.residuals).map(|(_, outlier)| outlier)
     }
 
-    /// χ² per degree of freedom: near 1 where model and given noise are right; `None` where no freedom is left.
+    /// χ² per degree of freedom: near 1 where model and given noise are right; `None` where no freedom is
+    /// left.
     #[must_use]
     pub fn reduced_chi_squared(&self) -> Option<f64> {
         (self.freedom > 0).then(|| self.chi_squared / self.freedom as f64)
@@ -141,7 +147,8 @@ impl Fit {
         let count = at.len();
         let on_bound = |i: usize| problem.unknowns[i].bounds.contains(&at[i]);
         let free: Vec<usize> = (0..count).filter(|i| !on_bound(*i)).collect();
-        let names = |of: &[usize]| of.iter().map(|k| problem.unknowns[free[*k]].name.clone()).collect::<Vec<_>>();
+        let names =
+            |of: &[usize]| of.iter().map(|k| problem.unknowns[free[*k]].name.clone()).collect::<Vec<_>>();
         let mut of_free = jacobian.select_columns(&free);
         let modelled = problem.modelled(&residuals);
         for (k, i) in free.iter().enumerate() {
@@ -157,7 +164,8 @@ impl Fit {
             Ok(factored) => factored,
             Err(groups) => {
                 let groups = groups.iter().map(|group| names(group)).collect();
-                let values = problem.unknowns.iter().zip(at.iter()).map(|(u, x)| (u.name.clone(), *x)).collect();
+                let values =
+                    problem.unknowns.iter().zip(at.iter()).map(|(u, x)| (u.name.clone(), *x)).collect();
                 return Err(FitError::Indistinguishable { groups, values, chi_squared });
             }
         };
@@ -206,7 +214,8 @@ impl Fit {
     }
 }
 
-/// The datum that stands out at some values of the unknowns by what was measured, and not by what the model makes.
+/// The datum that stands out at some values of the unknowns by what was measured, and not by what the model
+/// makes.
 pub(super) fn outlier_at<M: Simulate + Parameters + Clone>(
     problem: &Problem<'_, M>,
     at: &DVector<f64>,
@@ -230,7 +239,8 @@ fn by_quantity<M: Simulate + Parameters + Clone>(
         let (own, after) = rest.split_at(series.points.len());
         let (weights, weights_after) = rest_of_weights.split_at(series.points.len());
         (rest, rest_of_weights) = (after, weights_after);
-        let points: Vec<_> = series.points.iter().zip(own).map(|((t, _), r)| (*t, r * series.sigma)).collect();
+        let points: Vec<_> =
+            series.points.iter().zip(own).map(|((t, _), r)| (*t, r * series.sigma)).collect();
         let count = points.len() as f64;
         let squares: f64 = points.iter().map(|(_, r)| r * r).sum();
         let mean = series.points.iter().map(|(_, y)| y).sum::<f64>() / count;
@@ -257,7 +267,8 @@ struct Factored {
     least: f64,
 }
 
-/// (JᵀJ)⁻¹ by QR with column pivoting of J, its columns free of their sizes; or the groups of columns that depend on each other.
+/// (JᵀJ)⁻¹ by QR with column pivoting of J, its columns free of their sizes; or the groups of columns that
+/// depend on each other.
 fn factor(jacobian: &DMatrix<f64>) -> Result<Factored, Vec<Vec<usize>>> {
     let count = jacobian.ncols();
     let norms: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
@@ -267,8 +278,10 @@ fn factor(jacobian: &DMatrix<f64>) -> Result<Factored, Vec<Vec<usize>>> {
     let mut r = DMatrix::zeros(count, count);
     let mut rank = count;
     for k in 0..count {
-        // The longest of what is left, made orthogonal to all before twice over, as once does not suffice for columns that are nearly equal.
-        let longest = (k..count).max_by(|a, b| rest.column(*a).norm().total_cmp(&rest.column(*b).norm())).unwrap_or(k);
+        // The longest of what is left, made orthogonal to all before twice over, as once does not suffice for
+        // columns that are nearly equal.
+        let longest =
+            (k..count).max_by(|a, b| rest.column(*a).norm().total_cmp(&rest.column(*b).norm())).unwrap_or(k);
         rest.swap_columns(k, longest);
         r.swap_columns(k, longest);
         order.swap(k, longest);
@@ -323,8 +336,12 @@ mod tests {
         let factored = factor(&j).unwrap_or_else(|groups| panic!("{groups:?}"));
         let unit = factored.inverse * (j.tr_mul(&j));
         assert!((unit - DMatrix::identity(3, 3)).map(f64::abs).column(0).amax() < 1e-3, "{}", j.tr_mul(&j));
-        let twice =
-            DMatrix::from_columns(&[j.column(0) * 2.0, j.column(1).into(), j.column(0) * -3.0, j.column(2).into()]);
+        let twice = DMatrix::from_columns(&[
+            j.column(0) * 2.0,
+            j.column(1).into(),
+            j.column(0) * -3.0,
+            j.column(2).into(),
+        ]);
         let groups = factor(&twice).err().expect("two columns are one");
         assert_eq!(groups, [[0, 2]]);
         let nothing = DMatrix::from_columns(&[j.column(0).into(), j.column(1) * 0.0]);

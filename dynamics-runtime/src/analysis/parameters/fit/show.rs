@@ -10,7 +10,8 @@ impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let wide = self.found.iter().map(|fitted| fitted.name.chars().count()).max().unwrap_or(0);
         for fitted in &self.found {
-            let error = fitted.standard_error.map_or("on its bound".into(), |error| alloc::format!("± {error:.2e}"));
+            let error =
+                fitted.standard_error.map_or("on its bound".into(), |error| alloc::format!("± {error:.2e}"));
             writeln!(f, "{:<wide$}  {:>14.7e} {error} {}", fitted.name, fitted.value, fitted.unit)?;
         }
         for i in 0..self.found.len() {
@@ -29,7 +30,8 @@ impl fmt::Display for Fit {
             if left.explained.is_finite() {
                 write!(f, ", {:.4} % of their scatter explained", 100.0 * left.explained)?;
             }
-            // Of data without noise the errors of motions are left, which are alike, too: below 1e-8 of the data.
+            // Of data without noise the errors of motions are left, which are alike, too: below 1e-8 of the
+            // data.
             if left.neighbours > 2.0 / (count as f64).sqrt() && left.explained != 1.0 {
                 write!(f, "; neighbours are alike ({:.2}), as the model lacks something", left.neighbours)?;
             }
@@ -55,9 +57,16 @@ impl fmt::Display for Outlier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { quantity, unit, row, time, residual, times, part } = self;
         let (time, part) = (Readable(*time), (100.0 * part).min(99.9));
-        write!(f, "row {row} of `{quantity}` (t = {time}) alone makes {part:.1} % of the squares of its residuals: ")?;
+        write!(
+            f,
+            "row {row} of `{quantity}` (t = {time}) alone makes {part:.1} % of the squares of its residuals: "
+        )?;
         let space = if unit.is_empty() { "" } else { " " };
         write!(f, "{:.3e}{space}{unit} off", residual.abs())?;
-        if times.is_finite() { write!(f, ", {} times the median of the others", Times(*times)) } else { Ok(()) }
+        if times.is_finite() {
+            write!(f, ", {} times the median of the others", Times(*times))
+        } else {
+            Ok(())
+        }
     }
 }

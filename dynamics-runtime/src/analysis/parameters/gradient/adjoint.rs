@@ -17,14 +17,18 @@ use crate::constrain::assemble::at_time;
 use crate::model::{ModelState, Parameters, Vector};
 use crate::motion::{Motion, Simulate};
 
-/// Derivatives are measured by no less than this part of what moving the whole motion does, for each size of their variable: what has no influence is made of rounding alone.
+/// Derivatives are measured by no less than this part of what moving the whole motion does, for each size of
+/// their variable: what has no influence is made of rounding alone.
 const LEAST: f64 = 1e-3;
-/// Derivatives below this part of that are followed again, by their own size; in at most so many times the steps, and so many more.
+/// Derivatives below this part of that are followed again, by their own size; in at most so many times the
+/// steps, and so many more.
 const OWN: f64 = 1e-2;
 const AGAIN: (usize, usize) = (4, 100);
-/// What the change of an integrand may differ from the integral of its rate, in parts of it, or in tolerances of them: more is a jump.
+/// What the change of an integrand may differ from the integral of its rate, in parts of it, or in tolerances
+/// of them: more is a jump.
 const JUMP: (f64, f64) = (1e-6, 100.0);
-/// How often such a step is halved, and what has to be left for it to be a jump: a corner leaves a thousandth.
+/// How often such a step is halved, and what has to be left for it to be a jump: a corner leaves a
+/// thousandth.
 const HALVED: (usize, f64) = (10, 0.3);
 /// Steps of differences by time, in parts of a step.
 const LATER: f64 = 1e-4;
@@ -62,7 +66,9 @@ pub(super) fn back<M: Simulate + Parameters + Clone>(
         }
     }
     let most = AGAIN.0 * found.steps + AGAIN.1;
-    match again.then(|| Way::follow(motion, &knots, variables, plan, (tolerance, most), &least, Some(way.corners))) {
+    match again
+        .then(|| Way::follow(motion, &knots, variables, plan, (tolerance, most), &least, Some(way.corners)))
+    {
         Some(Ok((finer, _))) => Ok(finer),
         _ => Ok(found),
     }
@@ -199,8 +205,16 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         let asks = self.linear.parameters.iter().any(Option::is_some);
         let of_parameters = if asks { self.of_variables.clone() } else { Vec::new() };
         let (linear, with_parameters) = (&mut self.linear, false);
-        let mut corners =
-            Corners { linear, integrand, sizes, of_parameters, with_parameters, largest: 0.0, highest: 0.0, looks: 0 };
+        let mut corners = Corners {
+            linear,
+            integrand,
+            sizes,
+            of_parameters,
+            with_parameters,
+            largest: 0.0,
+            highest: 0.0,
+            looks: 0,
+        };
         let found = corners.along(knots)?;
         for [time, after] in found.iter().copied() {
             let [before, after] = [self.integrand_at(integrand, time)?, self.integrand_at(integrand, after)?];
@@ -232,7 +246,8 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
             }
             last = false;
             let mut t = to;
-            let inside = |instant: &&&Instant| if forward { instant.time > from } else { instant.time < from };
+            let inside =
+                |instant: &&&Instant| if forward { instant.time > from } else { instant.time < from };
             while let Some(instant) = instants.last().filter(inside) {
                 if instant.time != t {
                     self.go(t, instant.time)?;
@@ -412,7 +427,13 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
     }
 
     /// dℓ/dt along the motion.
-    fn rate(&self, integrand: &Blend, state: &M::State, by: &DVector<f64>, h: f64) -> Result<f64, SensitivityError> {
+    fn rate(
+        &self,
+        integrand: &Blend,
+        state: &M::State,
+        by: &DVector<f64>,
+        h: f64,
+    ) -> Result<f64, SensitivityError> {
         let motion = self.linear.motion;
         let accelerations = motion.accelerations_of(state);
         let rates = state.u().as_slice().iter().chain(accelerations.as_slice());
@@ -450,14 +471,16 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         if most.is_nan() { f64::INFINITY } else { most }
     }
 
-    /// That an integrand rose by as much as its rate says. What a corner leaves shrinks with the step, what a jump leaves does not.
+    /// That an integrand rose by as much as its rate says. What a corner leaves shrinks with the step, what a
+    /// jump leaves does not.
     fn refuse_jump(&mut self, from: f64, to: f64, step: &Step) -> Result<(), SensitivityError> {
         let plan = self.plan;
         let Some(integrand) = plan.integrand.as_ref().filter(|integrand| integrand.has_outputs()) else {
             return Ok(());
         };
         let mut ends = [(from, self.integrand_at(integrand, from)?), (to, self.integrand_at(integrand, to)?)];
-        let largest = [ends[0].1, ends[1].1, step.integrand].iter().fold(self.integrand, |most, x| most.max(x.abs()));
+        let largest =
+            [ends[0].1, ends[1].1, step.integrand].iter().fold(self.integrand, |most, x| most.max(x.abs()));
         let first = (ends[1].1 - ends[0].1 - step.rise).abs();
         if first <= self.jump() * largest {
             return Ok(());
@@ -467,11 +490,15 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
             let half = 0.5 * (ends[0].0 + ends[1].0);
             let half = (half, self.integrand_at(integrand, half)?);
             let sides = [[ends[0], half], [half, ends[1]]];
-            let [one, other] = [self.unexplained(integrand, sides[0])?, self.unexplained(integrand, sides[1])?];
+            let [one, other] =
+                [self.unexplained(integrand, sides[0])?, self.unexplained(integrand, sides[1])?];
             (ends, left) = if one >= other { (sides[0], one) } else { (sides[1], other) };
         }
         if left > HALVED.1 * first {
-            return Err(SensitivityError::Jump { time: ends[0].0, what: "an output that is integrated".into() });
+            return Err(SensitivityError::Jump {
+                time: ends[0].0,
+                what: "an output that is integrated".into(),
+            });
         }
         Ok(())
     }

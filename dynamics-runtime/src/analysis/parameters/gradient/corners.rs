@@ -1,8 +1,11 @@
 //! Corners of an integrand along a motion: steps of its quadrature end there.
 //!
-//! Where an output saturates, its derivatives jump. All nodes of Gauss's formulas lie inside of a step, so that a corner in its first or last twentieth is seen by none of them, and one that is seen has steps crawl up to it. Between
-//! two knots of the motion the derivatives are therefore looked at in nine places: their eighth difference is h⁸ f⁽⁸⁾ where they are smooth, and as large as the jump where there is one. What is not smooth is halved
-//! until it is, or until the places on both sides of a jump are neighbours among numbers.
+//! Where an output saturates, its derivatives jump. All nodes of Gauss's formulas lie inside of a step, so
+//! that a corner in its first or last twentieth is seen by none of them, and one that is seen has steps crawl
+//! up to it. Between two knots of the motion the derivatives are therefore looked at in nine places: their
+//! eighth difference is h⁸ f⁽⁸⁾ where they are smooth, and as large as the jump where there is one. What is
+//! not smooth is halved until it is, or until the places on both sides of a jump are neighbours among
+//! numbers.
 
 use alloc::vec::Vec;
 
@@ -16,13 +19,15 @@ use crate::motion::Simulate;
 
 /// Coefficients of the eighth difference.
 const EIGHTH: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
-/// Eighth difference, in parts of the largest derivative, that is none: what a jump of that part does to a gradient is as little.
+/// Eighth difference, in parts of the largest derivative, that is none: what a jump of that part does to a
+/// gradient is as little.
 const SMOOTH: f64 = 1e-8;
 /// By how much jumps of derivatives by parameters count less: these are differences.
 const COARSER: f64 = 1e-2;
 /// Width, in roundings of the time, within which a jump is located.
 const NEIGHBOURS: f64 = 4.0;
-/// A jump is apart from the slope beside it where it is so many times as large, and goes on being one where halves keep this part of it.
+/// A jump is apart from the slope beside it where it is so many times as large, and goes on being one where
+/// halves keep this part of it.
 const APART: f64 = 4.0;
 const PERSISTS: f64 = 0.7;
 /// Most looks between two knots: what is rough everywhere is left to the steps.

@@ -13,7 +13,8 @@ use crate::constrain::solve_once;
 use crate::model::{ModelState, Parameters, Vector};
 use crate::motion::Simulate;
 
-/// Steps of differences of outputs, in parts of the size of a coordinate: their error, of order 4, and what rounding leaves are both near 1e-12.
+/// Steps of differences of outputs, in parts of the size of a coordinate: their error, of order 4, and what
+/// rounding leaves are both near 1e-12.
 const STEP: f64 = 1e-3;
 
 /// A part of an objective, as it was given.
@@ -217,7 +218,8 @@ impl Blend {
         }
     }
 
-    /// Of the outputs by q and q̇, from generated code; `None` where there is none, or where reactions or laws enter.
+    /// Of the outputs by q and q̇, from generated code; `None` where there is none, or where reactions or
+    /// laws enter.
     fn generated<M: Simulate + Parameters + Clone>(
         &self,
         along: &Linear<'_, '_, M>,
@@ -236,7 +238,8 @@ impl Blend {
         let [by_q, by_u, by_accelerations, by_lambda, by_inputs] = [n, n, n, r, w].map(|columns| {
             let (matrix, after) = rest.split_at(y * columns);
             rest = after;
-            let weighed = |j: usize| asked.iter().map(|i| self.outputs[*i] * matrix[i * columns + j]).sum::<f64>();
+            let weighed =
+                |j: usize| asked.iter().map(|i| self.outputs[*i] * matrix[i * columns + j]).sum::<f64>();
             DVector::from_fn(columns, |j, _| weighed(j))
         });
         let follows = motion.has_law() && by_inputs.iter().any(|x| *x != 0.0);

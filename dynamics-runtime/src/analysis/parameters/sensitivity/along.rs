@@ -13,9 +13,11 @@ use super::smooth::refuse_jumps;
 use crate::model::{ModelState, Parameters, Vector};
 use crate::motion::{Motion, Simulate};
 
-/// Columns below this part of what the motion has for each unit of its variable are measured by that: what has no influence is made of rounding alone.
+/// Columns below this part of what the motion has for each unit of its variable are measured by that: what
+/// has no influence is made of rounding alone.
 const LEAST: f64 = 1e-3;
-/// Columns below this part of that are followed again, by their own size; in at most so many times the steps, and so many more.
+/// Columns below this part of that are followed again, by their own size; in at most so many times the steps,
+/// and so many more.
 const OWN: f64 = 1e-2;
 const AGAIN: (usize, usize) = (4, 100);
 /// Most steps.
@@ -30,7 +32,8 @@ pub(super) struct Found {
 
 /// S at the given times, which stand along the motion.
 ///
-/// A parameter near zero has a small size, by which a column that matters may look like rounding: columns far below what they were measured by are followed once more by their own size alone.
+/// A parameter near zero has a small size, by which a column that matters may look like rounding: columns far
+/// below what they were measured by are followed once more by their own size alone.
 pub(super) fn along<M: Simulate + Parameters + Clone>(
     motion: &Motion<'_, M>,
     variables: &[Variable],
@@ -112,7 +115,8 @@ fn follow<M: Simulate + Parameters + Clone>(
         if t != to {
             x = way.go(x, t, to)?;
         }
-        // Errors of steps drift off the constraints; what is kept at times between is off by one step's at most.
+        // Errors of steps drift off the constraints; what is kept at times between is off by one step's at
+        // most.
         settle(motion.model(), &pair[1], &way.linear.parameters, &mut x)?;
     }
     way.found.exact = way.linear.exact;
@@ -123,7 +127,9 @@ fn follow<M: Simulate + Parameters + Clone>(
 fn least<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix<f64> {
     let start = motion.start();
     let largest = |of: fn(&M::State) -> &M::Vector| {
-        let all = motion.steps().map(|state| of(&state).as_slice().iter().fold(0.0, |most: f64, x| most.max(x.abs())));
+        let all = motion
+            .steps()
+            .map(|state| of(&state).as_slice().iter().fold(0.0, |most: f64, x| most.max(x.abs())));
         all.fold(0.0, f64::max)
     };
     let of_motion = [largest(M::State::q), largest(M::State::u)];
@@ -158,8 +164,9 @@ impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
             if t + 0.01 * h == t && !last || self.found.steps >= self.most_steps {
                 return Err(SensitivityError::StepTooSmall { time: t });
             }
-            let mut at_nodes =
-                |nodes: &[f64]| nodes.iter().map(|c| self.linear.at(t + c * h)).collect::<Result<Vec<_>, _>>();
+            let mut at_nodes = |nodes: &[f64]| {
+                nodes.iter().map(|c| self.linear.at(t + c * h)).collect::<Result<Vec<_>, _>>()
+            };
             let (fine, coarse) = (at_nodes(&self.fine.nodes)?, at_nodes(&self.coarse.nodes)?);
             let ends = (self.fine.step(&x, h, &fine), self.coarse.step(&x, h, &coarse));
             let (Some(end), Some(lower)) = ends else {
@@ -181,7 +188,8 @@ impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
         Ok(x)
     }
 
-    /// By how many tolerances the lower order differs, positions and velocities of each column measured by their own largest.
+    /// By how many tolerances the lower order differs, positions and velocities of each column measured by
+    /// their own largest.
     fn error(&self, end: &DMatrix<f64>, lower: &DMatrix<f64>) -> f64 {
         let n = M::Vector::LEN;
         let mut most = 0.0_f64;

@@ -1,8 +1,10 @@
 //! Gauss collocation for linear equations ẋ = A(t) x + b(t).
 //!
-//! With s nodes the roots cᵢ of the Legendre polynomial P_s on [0, 1], order 2s, A-stable (Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*,
-//! §II.7; Hairer & Wanner, II, §IV.5). The stages solve kᵢ = A(tᵢ) (x + h Σ aᵢⱼ kⱼ) + b(tᵢ), linear equations, without iterations. No node lies at an end of the step, where
-//! another branch of the model may begin. Steps are taken with five nodes; four, of order 8, say how far they may be off.
+//! With s nodes the roots cᵢ of the Legendre polynomial P_s on [0, 1], order 2s, A-stable (Hairer, Nørsett &
+//! Wanner, *Solving Ordinary Differential Equations I*, §II.7; Hairer & Wanner, II, §IV.5). The stages solve
+//! kᵢ = A(tᵢ) (x + h Σ aᵢⱼ kⱼ) + b(tᵢ), linear equations, without iterations. No node lies at an end of the
+//! step, where another branch of the model may begin. Steps are taken with five nodes; four, of order 8, say
+//! how far they may be off.
 
 use alloc::vec::Vec;
 
@@ -42,8 +44,8 @@ impl Gauss {
             c
         };
         let nodes: Vec<f64> = (0..s).map(root).collect();
-        // ∫₀ᶜ of the polynomial through the nodes: by Legendre polynomials, whose integrals are differences of their neighbours, and which are
-        // orthogonal under the weights.
+        // ∫₀ᶜ of the polynomial through the nodes: by Legendre polynomials, whose integrals are differences
+        // of their neighbours, and which are orthogonal under the weights.
         let values: Vec<Vec<f64>> = nodes.iter().map(|c| legendre(s, *c)).collect();
         let weights = DVector::from_fn(s, |j, _| {
             let (c, p) = (nodes[j], values[j][s - 1]);

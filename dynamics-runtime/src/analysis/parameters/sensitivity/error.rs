@@ -75,7 +75,8 @@ pub enum SensitivityError {
     },
     /// Applied forces depend on reactions.
     Friction,
-    /// With another value of the parameter, or another start, constraints that repeat each other contradict each other.
+    /// With another value of the parameter, or another start, constraints that repeat each other contradict
+    /// each other.
     Contradicts {
         /// The parameter; `None` where it is the start.
         parameter: Option<&'static str>,
@@ -89,7 +90,8 @@ pub enum SensitivityError {
         /// The event, or what jumps.
         what: String,
     },
-    /// The model was written by hand, its derivatives are too large to be generated, or they take a fourth derivative of a function given by its values.
+    /// The model was written by hand, its derivatives are too large to be generated, or they take a fourth
+    /// derivative of a function given by its values.
     NoDerivatives,
     /// There are no accelerations at a state of the motion.
     Solve {
@@ -119,7 +121,8 @@ pub enum SensitivityError {
         /// The smallest over the largest singular value of the stiffness, free of units.
         ratio: f64,
     },
-    /// Small motions are damped, gyroscopic or circulatory: their frequencies are not those of mass and stiffness.
+    /// Small motions are damped, gyroscopic or circulatory: their frequencies are not those of mass and
+    /// stiffness.
     NotConservative {
         /// The largest of those terms, relative to what they stand beside.
         part: f64,
@@ -148,7 +151,9 @@ impl fmt::Display for SensitivityError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Variable(error) => error.fmt(f),
-            Self::NoVariables => f.write_str("nothing to differentiate by; name parameters or starts with `.by(..)`"),
+            Self::NoVariables => {
+                f.write_str("nothing to differentiate by; name parameters or starts with `.by(..)`")
+            }
             Self::NoEnd => f.write_str("no end time was given; set it with `.until(..)`"),
             Self::NotAsked { name } => write!(f, "`{name}` was not differentiated by; add it to `.by(..)`"),
             Self::UnknownQuantity { name, nearest: Some(near) } => {
@@ -164,48 +169,61 @@ impl fmt::Display for SensitivityError {
             Self::OutOfRange { time, start, end } => {
                 write!(f, "t = {time} lies outside the motion, which goes from {start} to {end}")
             }
-            Self::NoObjective => {
-                f.write_str("the objective is made of nothing; add `.end(..)`, `.integral(..)` or `.squares(..)` with points")
+            Self::NoObjective => f.write_str(
+                "the objective is made of nothing; add `.end(..)`, `.integral(..)` or \
+                    `.squares(..)` with points",
+            ),
+            Self::Weight { name, weight } => {
+                write!(f, "the weight of `{name}` is {weight}; give a finite number")
             }
-            Self::Weight { name, weight } => write!(f, "the weight of `{name}` is {weight}; give a finite number"),
             Self::NotANumber { name, row, time, value } => {
                 write!(f, "point {row} of `{name}` is ({time}, {value}); give finite numbers")
             }
             Self::EndsBefore { time, end } => write!(
                 f,
-                "an event ends the motion at t = {time}, before {end}, and its end moves with the parameters; let it end before that event"
+                "an event ends the motion at t = {time}, before {end}, and its end moves with the \
+                 parameters; let it end before that event"
             ),
             Self::Friction => f.write_str(
-                "forces depend on reactions, and then there are no derivatives; write friction with given normal forces",
+                "forces depend on reactions, and then there are no derivatives; write friction with given \
+                 normal forces",
             ),
             Self::Contradicts { parameter, row } => {
                 let what = parameter.unwrap_or("the start");
-                write!(f, "with another `{what}` the row `{row}` contradicts others, which it repeats now; ")?;
+                write!(
+                    f,
+                    "with another `{what}` the row `{row}` contradicts others, which it repeats now; "
+                )?;
                 f.write_str("let one parameter stand in all of them")
             }
             Self::Jump { time, what } => write!(
                 f,
-                "at t = {time} something jumps ({what}), and sensitivities with it; end the motion before, or smooth what jumps"
+                "at t = {time} something jumps ({what}), and sensitivities with it; end the motion before, \
+                 or smooth what jumps"
             ),
             Self::NoDerivatives => LinearizeError::NoDerivatives.fmt(f),
             Self::Solve { time, error } => write!(f, "at t = {time}: {error}"),
             Self::NotFinite { time } => write!(
                 f,
-                "at t = {time} a derivative is not finite; look for roots and quotients of what becomes zero there"
+                "at t = {time} a derivative is not finite; look for roots and quotients of what becomes zero \
+                 there"
             ),
             Self::StepTooSmall { time } => write!(
                 f,
-                "the sensitivities grow too fast at t = {time} for any step; end the motion before, or ask for fewer digits"
+                "the sensitivities grow too fast at t = {time} for any step; end the motion before, or ask \
+                 for fewer digits"
             ),
             Self::Equilibrium(error) => error.fmt(f),
             Self::Linearize(error) => error.fmt(f),
             Self::Fold { coordinate, ratio } => write!(
                 f,
-                "nothing resists along `{coordinate}` (stiffness {ratio:.1e} of the largest), so that the equilibrium has no derivative; follow it by its arc length"
+                "nothing resists along `{coordinate}` (stiffness {ratio:.1e} of the largest), so that the \
+                 equilibrium has no derivative; follow it by its arc length"
             ),
             Self::NotConservative { part } => write!(
                 f,
-                "damping, gyroscopic or circulatory terms are {part:.1e} of the others, and frequencies not those of mass and stiffness; take them out"
+                "damping, gyroscopic or circulatory terms are {part:.1e} of the others, and frequencies not \
+                 those of mass and stiffness; take them out"
             ),
         }
     }

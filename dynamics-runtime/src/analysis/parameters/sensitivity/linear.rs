@@ -10,7 +10,8 @@ use super::collocation::AtNode;
 use crate::model::{ModelState, Parameters, Vector};
 use crate::motion::{Motion, Sampler, Simulate};
 
-/// First steps of differences of a law of inputs, relative: what rounding leaves is near 1e-12, and laws may bend within a hundredth.
+/// First steps of differences of a law of inputs, relative: what rounding leaves is near 1e-12, and laws may
+/// bend within a hundredth.
 const LAW_STEP: f64 = 1e-4;
 
 /// A and b along a motion.
@@ -86,7 +87,9 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Linear<'a, 'm, M> {
                 continue;
             }
             self.exact = false;
-            let by = differences(h, &none, |by| Ok(DVector::from_column_slice(accelerations(moved(by))?.as_slice())))?;
+            let by = differences(h, &none, |by| {
+                Ok(DVector::from_column_slice(accelerations(moved(by))?.as_slice()))
+            })?;
             let matrix = if j < n { &mut *by_q } else { &mut *by_u };
             (0..n).for_each(|i| matrix[(i, j % n)] += by[i]);
         }

@@ -1,8 +1,10 @@
 //! Sensitivities jump where velocities or accelerations do: motions that are none of it.
 //!
-//! Events with resets, constraints that engage or let go, and branches of the model are known by the motion, whose steps end at them; those of a fixed size do not, and are looked through
-//! for branches that change within. What a law of inputs does is not: it is looked at between the ends and the middle
-//! of every step at one time, so that jumps at given times, which move nothing, do not count, and a difference that does not shrink with the distance is a jump.
+//! Events with resets, constraints that engage or let go, and branches of the model are known by the motion,
+//! whose steps end at them; those of a fixed size do not, and are looked through for branches that change
+//! within. What a law of inputs does is not: it is looked at between the ends and the middle of every step at
+//! one time, so that jumps at given times, which move nothing, do not count, and a difference that does not
+//! shrink with the distance is a jump.
 
 use alloc::string::ToString;
 
@@ -11,9 +13,11 @@ use crate::analysis::LinearizeError;
 use crate::model::{Kink, MOST_KINKS, ModelState, Vector};
 use crate::motion::{Motion, Simulate};
 
-/// A difference of inputs, in parts of the largest of its input on both sides, that is looked at more closely.
+/// A difference of inputs, in parts of the largest of its input on both sides, that is looked at more
+/// closely.
 const STEEP: f64 = 1e-3;
-/// How often a distance is halved, and what has to be left of a difference for it to be a jump: a slope leaves 1e-9.
+/// How often a distance is halved, and what has to be left of a difference for it to be a jump: a slope
+/// leaves 1e-9.
 const HALVED: (usize, f64) = (30, 0.3);
 /// How often a step of a fixed size is looked at.
 const LOOKS: usize = 8;
@@ -47,15 +51,17 @@ pub(in super::super) fn refuse_jumps<M: Simulate>(
 
 /// A motion with resets has velocities that jump, or inputs.
 fn refuse_resets<M: Simulate>(motion: &Motion<'_, M>) -> Result<(), SensitivityError> {
-    let jumps =
-        |event: &&crate::motion::EventRecord<M::State>| event.before != event.after || !event.impacts.is_empty();
+    let jumps = |event: &&crate::motion::EventRecord<M::State>| {
+        event.before != event.after || !event.impacts.is_empty()
+    };
     match motion.events().iter().find(jumps) {
         Some(event) => Err(SensitivityError::Jump { time: event.time(), what: event.name.to_string() }),
         None => Ok(()),
     }
 }
 
-/// Whether accelerations jump where a branch changes: what lies between both sides then does not shrink with their distance.
+/// Whether accelerations jump where a branch changes: what lies between both sides then does not shrink with
+/// their distance.
 fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<(), SensitivityError> {
     let across = |distance: f64| {
         let [before, after] = [t - distance, t + distance].map(|t| motion.accelerations_at(t));

@@ -86,7 +86,9 @@ impl fmt::Display for SweepError {
             Self::NoAxis => f.write_str("nothing varies; add an axis with `.over(name, values)`"),
             Self::Empty { name } => write!(f, "the axis `{name}` has no values; give at least one"),
             Self::TooMany => f.write_str("the grid has more than 2³² points; sweep over parts of it"),
-            Self::Threads(why) => write!(f, "the threads cannot be started ({why}); ask for fewer with `.threads(..)`"),
+            Self::Threads(why) => {
+                write!(f, "the threads cannot be started ({why}); ask for fewer with `.threads(..)`")
+            }
         }
     }
 }

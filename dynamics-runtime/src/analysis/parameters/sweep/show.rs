@@ -1,7 +1,8 @@
 //! Sweeps as comma-separated values.
 //!
-//! A row for each run: the values on the axes, the results, and what went wrong, which is empty where nothing did. A run that failed has no results: its
-//! fields are empty. Numbers are the shortest that read back as the same value; fields are quoted after RFC 4180.
+//! A row for each run: the values on the axes, the results, and what went wrong, which is empty where nothing
+//! did. A run that failed has no results: its fields are empty. Numbers are the shortest that read back as
+//! the same value; fields are quoted after RFC 4180.
 
 use alloc::format;
 use alloc::string::String;

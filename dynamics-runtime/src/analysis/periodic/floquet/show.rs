@@ -32,11 +32,16 @@ impl fmt::Display for FloquetVerdict {
                 f.write_str("stable to first order: what is disturbed neither grows nor dies out")
             }
             Self::Unstable { threshold, growth, coordinate } => {
-                write!(f, "unstable {threshold}: disturbances, most of `{coordinate}`, grow by {growth:.6} in a period")
+                write!(
+                    f,
+                    "unstable {threshold}: disturbances, most of `{coordinate}`, grow by {growth:.6} \
+                    in a period"
+                )
             }
             Self::Undecided { threshold, excess, uncertainty } => write!(
                 f,
-                "not decided to first order: a multiplier that would leave {threshold} has |μ| - 1 = {excess:.1e}, known to {uncertainty:.1e}"
+                "not decided to first order: a multiplier that would leave {threshold} has |μ| - 1 = \
+                 {excess:.1e}, known to {uncertainty:.1e}"
             ),
         }
     }

@@ -46,7 +46,10 @@ impl Scaled {
     }
 
     /// All multipliers, and what moves in those that are not 1 for a reason.
-    pub(super) fn multipliers(&self, known: &Known) -> Result<(Vec<Multiplier>, Vec<DVector<f64>>), PeriodicError> {
+    pub(super) fn multipliers(
+        &self,
+        known: &Known,
+    ) -> Result<(Vec<Multiplier>, Vec<DVector<f64>>), PeriodicError> {
         let n = self.m.nrows();
         let unit = |x: DVector<f64>| {
             let size = x.norm();

@@ -25,6 +25,10 @@ impl<S: ModelState> fmt::Display for LyapunovExponents<S> {
         if let Some(defect) = self.sum_defect() {
             write!(f, ", the sum differs from it by {defect:.1e}")?;
         }
-        write!(f, "; over {} s, {} orthonormalisations, {} steps", self.time, self.orthonormalisations, self.steps)
+        write!(
+            f,
+            "; over {} s, {} orthonormalisations, {} steps",
+            self.time, self.orthonormalisations, self.steps
+        )
     }
 }

@@ -65,7 +65,8 @@ struct Solved {
 }
 
 impl<S> Shots<S> {
-    /// The step that fulfils the conditions, and under them misses least: conditions are met exactly, so that what is held is held, and a start at rest stays one.
+    /// The step that fulfils the conditions, and under them misses least: conditions are met exactly, so that
+    /// what is held is held, and a start at rest stays one.
     fn solve(&self, tolerance: f64) -> Option<Solved> {
         let (off, rows) = &self.conditions;
         let n = self.jacobian.ncols();
@@ -134,7 +135,8 @@ pub(super) fn search<M: Simulate>(
     let of_coordinate = problem.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
     let lone = problem.autonomous && problem.conserved.is_empty() && of_coordinate;
     match problem.search(nodes.clone(), period) {
-        // Of a family one was chosen, or of a motion that stands alone its start: which it is shows in what can be fulfilled.
+        // Of a family one was chosen, or of a motion that stands alone its start: which it is shows in what
+        // can be fulfilled.
         Err(error) if lone => {
             problem.slides = true;
             problem.search(nodes, period).map_err(|_| error)
@@ -158,7 +160,8 @@ fn nodes<M: Simulate>(
 ) -> Result<Vec<M::State>, PeriodicError> {
     let time = |k: usize| guesses[0].t() + period * k as f64 / segments as f64;
     if guesses.len() == segments {
-        let mut nodes: Vec<M::State> = guesses.iter().enumerate().map(|(k, guess)| at_time(guess, time(k))).collect();
+        let mut nodes: Vec<M::State> =
+            guesses.iter().enumerate().map(|(k, guess)| at_time(guess, time(k))).collect();
         // Where constraints move, a state belongs to its time.
         for node in nodes.iter_mut().filter(|_| !M::ROWS.is_empty()) {
             flow.place(node)?;
@@ -188,12 +191,15 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
         let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
         for node in &nodes {
             passed.push(*node);
-            flow.fly(node, &none, node.t() + period / asked.segments as f64, &mut |state| passed.push(*state))?;
+            flow.fly(node, &none, node.t() + period / asked.segments as f64, &mut |state| {
+                passed.push(*state)
+            })?;
         }
         let sizes = sizes::<M>(&passed, period);
         let autonomous = is_autonomous(&mut flow, &passed, period, asked.advance)?;
         let free = autonomous && !asked.hold_period;
-        // Of a family one is found, so that there is something to choose by; then it is said that there are others.
+        // Of a family one is found, so that there is something to choose by; then it is said that there are
+        // others.
         let conserved = Conserved::along(model, &passed, autonomous).names;
         let is_family = free && asked.holds.is_empty() && !conserved.is_empty();
         let mut holds = asked.holds.to_vec();
@@ -279,8 +285,10 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
     /// Shoots from all nodes.
     fn shoot(&mut self, nodes: Vec<M::State>, period: f64) -> Result<Shots<M::State>, PeriodicError> {
         let count = nodes.len();
-        let frames: Vec<Frame> =
-            nodes.iter().map(|node| Frame::at(self.flow.model, node, None)).collect::<Result<_, PeriodicError>>()?;
+        let frames: Vec<Frame> = nodes
+            .iter()
+            .map(|node| Frame::at(self.flow.model, node, None))
+            .collect::<Result<_, PeriodicError>>()?;
         let m = frames[0].len();
         let columns = m * count + usize::from(self.free);
         let (mut misses, mut jacobian) = (DVector::zeros(m * count), DMatrix::zeros(m * count, columns));
@@ -289,9 +297,10 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
             let next = (k + 1) % count;
             let until = nodes[0].t() + period * (k + 1) as f64 / count as f64;
             passed.push(nodes[k]);
-            let flown = self.flow.fly(&nodes[k], &frames[k].basis, until, &mut |state| passed.push(*state))?;
-            let wanted =
-                stacked(&nodes[next]) + if next == 0 { self.asked.advance.clone() } else { self.asked.advance * 0.0 };
+            let flown =
+                self.flow.fly(&nodes[k], &frames[k].basis, until, &mut |state| passed.push(*state))?;
+            let wanted = stacked(&nodes[next])
+                + if next == 0 { self.asked.advance.clone() } else { self.asked.advance * 0.0 };
             let (here, there) = (frames[k].rows(), frames[next].rows());
             let off = stacked(&flown.state) - wanted;
             let part = frames[next].read(&flown.tangents);
@@ -326,7 +335,8 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
         let mut row = 0;
         if phase {
             let along = direction(&mut self.flow, start)?;
-            let scaled = DVector::from_iterator(m, frame.rows().into_iter().map(|i| along[i] / self.sizes[i]));
+            let scaled =
+                DVector::from_iterator(m, frame.rows().into_iter().map(|i| along[i] / self.sizes[i]));
             let size = scaled.norm().max(f64::MIN_POSITIVE);
             (0..m).for_each(|j| rows[(row, j)] = scaled[j] / size);
             row += 1;

@@ -1,4 +1,5 @@
-//! Certified regressions of the NIST Statistical Reference Datasets, from both starts of each: values, standard errors, sums of squares.
+//! Certified regressions of the NIST Statistical Reference Datasets, from both starts of each: values,
+//! standard errors, sums of squares.
 
 use alloc::vec::Vec;
 
@@ -43,7 +44,9 @@ const PROBLEMS: [Certified; 4] = [
     Certified {
         name: "Misra1a",
         x: &[77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8, 593.1, 689.1, 760.0],
-        y: &[10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.40, 75.47, 81.78],
+        y: &[
+            10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.40, 75.47, 81.78,
+        ],
         law: saturation,
         starts: [&[500.0, 1e-4], &[250.0, 5e-4]],
         values: &[2.389_421_291_8e2, 5.501_564_318_1e-4],
@@ -63,18 +66,21 @@ const PROBLEMS: [Certified; 4] = [
     Certified {
         name: "Thurber",
         x: &[
-            -3.067, -2.981, -2.921, -2.912, -2.840, -2.797, -2.702, -2.699, -2.633, -2.481, -2.363, -2.322, -1.501,
-            -1.460, -1.274, -1.212, -1.100, -1.046, -0.915, -0.714, -0.566, -0.545, -0.400, -0.309, -0.109, -0.103,
-            0.010, 0.119, 0.377, 0.790, 0.963, 1.006, 1.115, 1.572, 1.841, 2.047, 2.200,
+            -3.067, -2.981, -2.921, -2.912, -2.840, -2.797, -2.702, -2.699, -2.633, -2.481, -2.363, -2.322,
+            -1.501, -1.460, -1.274, -1.212, -1.100, -1.046, -0.915, -0.714, -0.566, -0.545, -0.400, -0.309,
+            -0.109, -0.103, 0.010, 0.119, 0.377, 0.790, 0.963, 1.006, 1.115, 1.572, 1.841, 2.047, 2.200,
         ],
         y: &[
-            80.574, 84.248, 87.264, 87.195, 89.076, 89.608, 89.868, 90.101, 92.405, 95.854, 100.696, 101.060, 401.672,
-            390.724, 567.534, 635.316, 733.054, 759.087, 894.206, 990.785, 1090.109, 1080.914, 1122.643, 1178.351,
-            1260.531, 1273.514, 1288.339, 1327.543, 1353.863, 1414.509, 1425.208, 1421.384, 1442.962, 1464.350,
-            1468.705, 1447.894, 1457.628,
+            80.574, 84.248, 87.264, 87.195, 89.076, 89.608, 89.868, 90.101, 92.405, 95.854, 100.696, 101.060,
+            401.672, 390.724, 567.534, 635.316, 733.054, 759.087, 894.206, 990.785, 1090.109, 1080.914,
+            1122.643, 1178.351, 1260.531, 1273.514, 1288.339, 1327.543, 1353.863, 1414.509, 1425.208,
+            1421.384, 1442.962, 1464.350, 1468.705, 1447.894, 1457.628,
         ],
         law: cubics,
-        starts: [&[1000.0, 1000.0, 400.0, 40.0, 0.7, 0.3, 0.03], &[1300.0, 1500.0, 500.0, 75.0, 1.0, 0.4, 0.05]],
+        starts: [
+            &[1000.0, 1000.0, 400.0, 40.0, 0.7, 0.3, 0.03],
+            &[1300.0, 1500.0, 500.0, 75.0, 1.0, 0.4, 0.05],
+        ],
         values: &[
             1.288_139_68e3,
             1.491_079_253_5e3,
@@ -131,14 +137,20 @@ fn certified_values_and_their_standard_errors_are_found() {
             assert!(found.settled, "{name} {start:?}: {} after {}", found.at, found.iterations);
             let squares = found.residuals.norm_squared();
             if name == "BoxBOD" && start[0] == 1.0 {
-                // A plateau, beside (172.5, 88), where MINPACK's method settles, too: nothing depends on the rate there, which fits refuse.
-                assert!(found.jacobian.column(1).norm() < 1e-12 * found.jacobian.column(0).norm(), "{}", found.at);
+                // A plateau, beside (172.5, 88), where MINPACK's method settles, too: nothing depends on the
+                // rate there, which fits refuse.
+                assert!(
+                    found.jacobian.column(1).norm() < 1e-12 * found.jacobian.column(0).norm(),
+                    "{}",
+                    found.at
+                );
                 assert!((found.at[0] - 172.5).abs() < 1e-6 && (squares / 9.7715e3 - 1.0).abs() < 1e-10);
                 continue;
             }
             assert!((squares / problem.squares - 1.0).abs() < 1e-10, "{name} {start:?}: {squares:e}");
             let freedom = (problem.x.len() - start.len()) as f64;
-            let covariance = (found.jacobian.tr_mul(&found.jacobian)).try_inverse().unwrap() * (squares / freedom);
+            let covariance =
+                (found.jacobian.tr_mul(&found.jacobian)).try_inverse().unwrap() * (squares / freedom);
             for k in 0..start.len() {
                 let off = (found.at[k] - problem.values[k]).abs() / problem.errors[k];
                 assert!(off < 1e-6, "{name} {start:?} {k}: {}, {off:e} standard errors off", found.at[k]);
