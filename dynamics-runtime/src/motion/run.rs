@@ -311,7 +311,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let slides = slides > 0 && self.slide.outlasts((made, limit), (now, self.plan.end), slides);
         if made >= limit || slides {
             let way = [self.plan.start.t(), now];
-            let stiff_at = stiff_at.or(self.stiffness.found);
+            let stiff_at = stiff_at.or_else(|| self.is_held_by_stability(tally).then_some(now));
             let gain = pace::bounding_gain(self.plan.plant.upkeep.formulation, way, made);
             return Err(Kind::TooManySteps { limit, stiff_at, slides_at, gain });
         }

@@ -60,7 +60,7 @@ impl fmt::Display for SimulationErrorKind {
             }
             Self::TooManySteps { limit, stiff_at: Some(t), .. } => write!(
                 f,
-                "more than {limit} steps; the problem is stiff from t = {} on: stability, not accuracy, \
+                "more than {limit} steps; the problem is stiff at t = {}: stability, not accuracy, \
                  bounds the step of this explicit method; use methods::Radau5",
                 Rounded(*t)
             ),

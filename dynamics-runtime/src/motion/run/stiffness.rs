@@ -28,9 +28,6 @@ const EVERY: (u64, u64) = (500, 4);
 /// s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and cost as much as two of
 /// these.
 const LONGER: (f64, f64) = (20.0, 0.02);
-/// Of runs that are not to go on by an implicit method, whose stiffness is only to be told where they take
-/// too many steps.
-const EVERY_TOLD: u64 = 10_000;
 /// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability
 /// may be no slower: that border alone says too little, and implicit steps have to show what is won.
 const TIGHT: f64 = 1e-11;
@@ -42,6 +39,8 @@ const FINEST: f64 = 1e-13;
 const MORE: [f64; 3] = [1.0, 5.0, 25.0];
 /// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
 const IN_A_ROW: u32 = 2;
+/// Lengths of two trials from one place, for the same reason.
+const TWO: [f64; 2] = [1.0, 1.3];
 
 /// By how much implicit steps of a model with so many coordinates have to be longer to be worth their while.
 pub(in crate::motion) fn longer(coordinates: usize) -> f64 {
@@ -62,8 +61,6 @@ pub(super) struct Stiffness<M> {
     more: usize,
     /// The method is explicit.
     explicit: bool,
-    /// When implicit steps first showed the motion to be stiff, if they did.
-    pub(super) found: Option<f64>,
     /// What makes the trials and the memory that constraints take in them: made for the first one,
     /// so that a run allocates no more the longer it is.
     trials: Option<(Box<dyn Maker<M>>, Vec<f64>)>,
@@ -77,7 +74,6 @@ impl<M> Stiffness<M> {
             passed: 0,
             more: 0,
             explicit: !method.is_for_stiff(),
-            found: None,
             trials: None,
         }
     }
@@ -98,7 +94,6 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let Tolerances { absolute, relative } = self.plan.options.tolerances;
         let tolerance = absolute.max(relative);
         if !self.plan.hands_over || tolerance < FINEST {
-            self.note_stiffness(&tally);
             return false;
         }
         tally.stiff_at.is_some() && tolerance >= TIGHT
@@ -106,16 +101,28 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
                 && self.steps_over(&tally, tolerance < TIGHT)
     }
 
-    /// Remembers, for what is said where steps become too many, whether the motion is stiff for a method that
-    /// goes on nevertheless.
-    #[inline]
-    fn note_stiffness(&mut self, tally: &Tally) {
-        let Stiffness { explicit, found, .. } = &self.stiffness;
-        let asks =
-            *explicit && self.plan.options.fixed.is_none() && tally.stiff_at.is_none() && found.is_none();
-        if asks && self.stiffness.is_due(tally, every::<M>(EVERY_TOLD)) && self.steps_over(tally, true) {
-            self.stiffness.found = Some(tally.t);
+    /// Of a run that ends because its steps are too many: whether implicit steps that are worth their while
+    /// would pass over what keeps these short.
+    #[cold]
+    pub(super) fn is_held_by_stability(&mut self, tally: &Tally) -> bool {
+        if !self.stiffness.explicit || self.plan.options.fixed.is_some() {
+            return false;
         }
+        let usual = longer(M::Vector::LEN) * self.usual(tally);
+        let left = self.plan.end - tally.t;
+        MORE.iter().any(|more| {
+            TWO.iter().all(|part| {
+                let h = more * part * usual;
+                h <= left.abs() && self.would_pass(h.copysign(left))
+            })
+        })
+    }
+
+    /// The length that steps have had since the last trial, or have now.
+    fn usual(&self, tally: &Tally) -> f64 {
+        let steps = (tally.accepted - self.stiffness.accepted).max(1);
+        let mean = (tally.t - self.stiffness.t).abs() / steps as f64;
+        mean.max(tally.proposed)
     }
 
     /// Whether implicit steps that are worth their while pass over what keeps these short; of several lengths
@@ -123,8 +130,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
     #[cold]
     fn steps_over(&mut self, tally: &Tally, tight: bool) -> bool {
         let left = self.plan.end - tally.t;
-        let mean = (tally.t - self.stiffness.t).abs() / (tally.accepted - self.stiffness.accepted) as f64;
-        let usual = mean.max(tally.proposed);
+        let usual = self.usual(tally);
         (self.stiffness.accepted, self.stiffness.t) = (tally.accepted, tally.t);
         // What is asked for bounds these, or little is left to be gained.
         if usual > 0.5 * self.plan.options.most || left.abs() < EVERY.0 as f64 * usual {
