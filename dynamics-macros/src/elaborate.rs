@@ -35,6 +35,7 @@ mod values;
 mod vector_methods;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::mem;
 
 use dynamics_symbolic::mechanics::Model;
 use quote::ToTokens;
@@ -186,8 +187,15 @@ fn elaborate_sums(
     elaborator.note_angle_sets();
     elaborator.place_bodies();
     elaborator.place_premises();
+    let followed = elaborator.followed();
+    let (taken, words) = (elaborator.taken.clone(), elaborator.taken_words.clone());
+    let constants = Constants { followed, taken, words };
+    let (model, origins) = (elaborator.model.clone(), elaborator.origins.clone());
+    let known = mem::replace(elaborator.diagnostics, Diagnostics::new());
+    elaborator.note_units_of_unread_places();
     let vectors = elaborator.vectors_that_are_no_places();
-    let constants =
-        Constants { followed: elaborator.followed(), taken: elaborator.taken, words: elaborator.taken_words };
-    Elaborated { model: elaborator.model, origins: elaborator.origins, vectors, constants }
+    let unread = mem::replace(elaborator.diagnostics, known);
+    // What no role reaches may hold what cannot be derived.
+    let _ = unread.finish();
+    Elaborated { model, origins, vectors, constants }
 }

@@ -343,12 +343,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>, v
             .into_iter()
             .flat_map(|role| functions_of(&|f| f.role == role))
             .collect(),
-        points: functions_of(&|f| {
-            f.role == Role::Helper
-                && f.takes_coordinates_only()
-                && f.returns_vectors()
-                && !vectors.contains(&f.name)
-        }),
+        points: functions_of(&|f| f.role == Role::Helper && f.may_be_place() && !vectors.contains(&f.name)),
         drawing: functions_of(&|f| f.role == Role::Drawing).into_iter().next(),
     }
 }

@@ -6,6 +6,9 @@
 //!
 //! What they ask constraints for is checked by its tokens: a drawing that reads the reaction of a helper
 //! would show nothing.
+//!
+//! What the picture of a model reads is read, too, where it is a place that roles use as well: the equations
+//! may be without its origin, the picture is not.
 
 use std::collections::BTreeSet;
 
@@ -77,6 +80,51 @@ fn looks_like_a_role(function: &Function) -> bool {
 }
 
 impl Elaborator<'_> {
+    /// Functions whose vectors are drawn as places where no function says what is drawn, by their indices.
+    fn places_by_themselves(&self) -> Vec<usize> {
+        let functions = &self.implementation.functions;
+        if functions.iter().any(|function| function.role == Role::Drawing) {
+            return Vec::new();
+        }
+        let is_place = |function: &Function| function.role == Role::Helper && function.may_be_place();
+        functions.iter().enumerate().filter(|(_, function)| is_place(function)).map(|(i, _)| i).collect()
+    }
+
+    /// Elaborates helpers that no role reaches, and that would be drawn, for the units of what they return.
+    /// Nothing of this is to stay but these units: what they do wrong is rustc's to report.
+    pub(super) fn note_units_of_unread_places(&mut self) {
+        if !self.dimensions.active || self.exhausted {
+            return;
+        }
+        let implementation = self.implementation;
+        for index in self.places_by_themselves() {
+            if !self.reached.contains(&index) {
+                self.steps = 0;
+                let value = self.run(index, &implementation.functions[index]);
+                self.note_returned(index, &value);
+            }
+        }
+    }
+
+    /// Names that the picture reads, in the places themselves or in helpers that they call.
+    fn names_in_the_picture(&self, names: impl Fn(usize) -> BTreeSet<String>) -> BTreeSet<String> {
+        let functions = &self.implementation.functions;
+        let (mut found, mut seen) = (BTreeSet::new(), BTreeSet::new());
+        let no_places = self.vectors_that_are_no_places();
+        let drawn = |i: &usize| !no_places.contains(&functions[*i].name);
+        let mut left: Vec<usize> = self.places_by_themselves().into_iter().filter(drawn).collect();
+        left.extend((0..functions.len()).filter(|i| functions[*i].role == Role::Drawing));
+        while let Some(index) = left.pop() {
+            if seen.insert(index) {
+                let read = names(index);
+                let helpers = functions.iter().enumerate().filter(|(_, f)| f.role == Role::Helper);
+                left.extend(helpers.filter(|(_, f)| read.contains(&f.name.to_string())).map(|(i, _)| i));
+                found.extend(read);
+            }
+        }
+        found
+    }
+
     /// Notes which parameters are read by functions that are not elaborated, and reports forgotten roles.
     pub(super) fn readers_outside(&mut self) {
         let implementation = self.implementation;
@@ -86,6 +134,8 @@ impl Elaborator<'_> {
             .enumerate()
             .map(|(i, function)| (self.reached.contains(&i), function, names_used(function)))
             .collect();
+        let drawn = self.names_in_the_picture(|i| functions[i].2.clone());
+        self.model.read_elsewhere.extend(drawn);
         for (i, (reached, function, names)) in functions.iter().enumerate() {
             if *reached {
                 continue;

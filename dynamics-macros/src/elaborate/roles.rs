@@ -173,8 +173,8 @@ impl<'a> Elaborator<'a> {
         fits
     }
 
-    /// The value of a function with a role.
-    fn run(&mut self, index: usize, function: &'a Function) -> Value {
+    /// The value of a function for `(&self, q)`.
+    pub(super) fn run(&mut self, index: usize, function: &'a Function) -> Value {
         self.reach(index);
         self.frames.push(Frame { function: Some(index), scopes: vec![Vec::new()], ..Frame::default() });
         for (input, value) in function.item.sig.inputs.iter().zip([Value::Model, Value::Coordinates]) {

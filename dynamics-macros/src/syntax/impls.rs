@@ -89,8 +89,13 @@ impl Function {
         by_reference && second && inputs.len() == 2
     }
 
+    /// Whether it could say where something is: vectors for coordinates.
+    pub(crate) fn may_be_place(&self) -> bool {
+        self.takes_coordinates_only() && self.returns_vectors()
+    }
+
     /// Whether it returns vectors: one, or an array of them.
-    pub(crate) fn returns_vectors(&self) -> bool {
+    fn returns_vectors(&self) -> bool {
         let ReturnType::Type(_, returned) = &self.item.sig.output else { return false };
         let mut ty = &**returned;
         while let syn::Type::Array(array) = ty {

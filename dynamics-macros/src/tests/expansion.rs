@@ -174,6 +174,8 @@ fn only_places_are_drawn() {
         fn weight(&self) -> Vec2 { vec2(0.0, -self.mass * self.g) }
         fn axes(&self, q: &Coordinates<Self>) -> [[Vec2; 1]; 1] { [[self.along(q)]] }
         fn unread(&self, q: &Coordinates<Self>) -> dynamics::Vec3<Expr> { anything(q) }
+        fn ahead(&self, q: &Coordinates<Self>) -> Vec2 { vec2(q.theta.cos(), q.theta.sin()) }
+        fn half(&self, q: &Coordinates<Self>) -> Vec2 { 0.5 * self.bob(q) }
         #[kinetic]
         fn kinetic(&self, q: &Coordinates<Self>) -> Expr { 0.5 * self.mass * self.velocity(q).norm_squared() }
         #[potential]
@@ -188,11 +190,49 @@ fn only_places_are_drawn() {
         let emitted = expand::model(quote::quote!({ #item } { #implementation })).to_string();
         let drawing = emitted.split("of_helpers").nth(1).expect("helpers are drawn").split('}').next();
         let drawing = drawing.unwrap_or_default().to_owned();
-        ["along", "bob", "velocity", "rod", "weight", "axes", "unread"]
+        ["along", "bob", "velocity", "rod", "weight", "axes", "unread", "ahead", "half"]
             .map(|name| drawing.contains(&format!("\"{name}\"")))
     };
     let units = "#[units(mass: kg, length: m, g: m / s^2)]";
-    assert_eq!(drawn(units), [false, true, false, true, false, false, true]);
+    assert_eq!(drawn(units), [false, true, false, true, false, false, true, false, true]);
     // Where no units are known every vector may be a place.
-    assert_eq!(drawn(""), [true, true, true, true, false, true, true]);
+    assert_eq!(drawn(""), [true, true, true, true, false, true, true, true, true]);
+}
+
+/// What only moves the picture is no parameter without influence: in places that are drawn by themselves, and
+/// in a drawing.
+#[test]
+fn what_only_places_the_picture_is_read() {
+    let expanded = |place: &str, velocity: &str, more: &str| {
+        let functions = format!(
+            "impl Bob {{
+                {place}
+                #[kinetic]
+                fn kinetic(&self, q: &Coordinates<Self>) -> Expr {{
+                    0.5 * self.mass * {velocity}.norm_squared()
+                }}
+                {more}
+            }}"
+        );
+        let declaration = "#[coordinates(theta: rad)] #[units(mass: kg, length: m, pivot: m)]
+            struct Bob { mass: f64, length: f64, pivot: Vec2<f64> }";
+        let (item, implementation) = (tokens(declaration), tokens(&functions));
+        expand::model(quote::quote!({ #item } { #implementation })).to_string()
+    };
+    let place = "fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.pivot + self.length * vec2(q.theta.sin(), -q.theta.cos())
+    }";
+    assert!(!expanded(place, "self.bob(q).dt()", "").contains("compile_error"));
+    // Neither is drawn where a drawing says what is.
+    let other = "#[drawing] fn other(&self, q: &Coordinates<Self>) -> Drawing { Drawing::new() }";
+    assert!(expanded(place, "self.bob(q).dt()", other).contains("`pivot` has no influence"));
+    let drawing = "#[drawing] fn drawn(&self, q: &Coordinates<Self>) -> Drawing {
+        Drawing::new().ball(self.bob(q), 0.1)
+    }";
+    assert!(!expanded(place, "self.bob(q).dt()", drawing).contains("compile_error"));
+    // A velocity is no place.
+    let velocity = "fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.length * vec2(q.theta.cos(), q.theta.sin()) * q.theta.dt() + 0.0 * self.pivot * q.theta.dt()
+    }";
+    assert!(expanded(velocity, "self.bob(q)", "").contains("`pivot` has no influence"));
 }
