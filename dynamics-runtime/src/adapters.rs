@@ -247,7 +247,7 @@ impl<M: Simulate> fmt::Debug for FirstOrder<'_, M> {
 }
 
 /// Why a model cannot be given to another solver, or what came back is no state.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum AdapterError {
     /// A parameter is not finite, or a mass or an inertia is none.
@@ -317,4 +317,5 @@ impl fmt::Display for AdapterError {
     }
 }
 
+crate::error::sentence_for_debugging!(AdapterError);
 impl core::error::Error for AdapterError {}

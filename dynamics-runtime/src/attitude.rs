@@ -15,7 +15,7 @@ use crate::vector::Vec3;
 const TOLERANCE: f64 = 1e-6;
 
 /// A matrix is no rotation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub enum NotARotation {
     /// Its columns are no unit vectors at right angles: the largest element of RᵀR − 1, NaN where an element
     /// is.
@@ -39,6 +39,7 @@ impl fmt::Display for NotARotation {
     }
 }
 
+crate::error::sentence_for_debugging!(NotARotation);
 impl core::error::Error for NotARotation {}
 
 /// Three angles of a sequence, and how well they are determined.

@@ -5,9 +5,21 @@ use core::fmt;
 use crate::constrain::Involved;
 use crate::model::{Constraint, Dynamics, ModelState, Premise, Quantity, Refuted, Vector, refuted};
 
+/// `Debug` of an error is its sentence: that is what `main` and `unwrap` print.
+macro_rules! sentence_for_debugging {
+    ($error:ident $(<$model:ident: $bound:path>)?) => {
+        impl $(<$model: $bound>)? core::fmt::Debug for $error $(<$model>)? {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                core::fmt::Display::fmt(self, f)
+            }
+        }
+    };
+}
+pub(crate) use sentence_for_debugging;
+
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its
 /// diagonal.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct SingularMassMatrix {
     /// Index of the coordinate whose pivot vanished.
     pub coordinate: usize,
@@ -38,10 +50,11 @@ impl fmt::Display for SingularMassMatrix {
     }
 }
 
+crate::error::sentence_for_debugging!(SingularMassMatrix);
 impl core::error::Error for SingularMassMatrix {}
 
 /// Why accelerations and reactions do not exist at a state.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum SolveError {
     /// The mass matrix has no inverse on the motions that the constraints leave.
@@ -273,11 +286,12 @@ fn painleve(f: &mut fmt::Formatter<'_>, row: &str, solutions: usize) -> fmt::Res
     }
 }
 
+crate::error::sentence_for_debugging!(SolveError);
 impl core::error::Error for SolveError {}
 
 /// Why values do not make a state of a model: one is not finite, the constraints do not hold, or they cannot
 /// be made to hold.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum StateError {
     /// A coordinate, velocity, input, parameter or the time is infinite or not a number.
@@ -610,4 +624,5 @@ fn not_assembled(
     }
 }
 
+crate::error::sentence_for_debugging!(StateError);
 impl core::error::Error for StateError {}

@@ -33,7 +33,7 @@ pub struct MassProperties {
 }
 
 /// Why no body has such an inertia matrix.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum UnphysicalInertia {
     /// The mass is negative or not a finite number.
@@ -116,6 +116,7 @@ impl fmt::Display for UnphysicalInertia {
     }
 }
 
+crate::error::sentence_for_debugging!(UnphysicalInertia);
 impl core::error::Error for UnphysicalInertia {}
 
 /// Principal moments and axes.
@@ -283,7 +284,7 @@ fn turn(m: &mut [[f64; 3]; 3], axes: &mut [[f64; 3]; 3], (p, q): (usize, usize),
 
 /// Why triangles bound no body.
 #[cfg(feature = "alloc")]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum MeshError {
     /// A triangle names a vertex that does not exist.
@@ -357,6 +358,7 @@ impl fmt::Display for MeshError {
 }
 
 #[cfg(feature = "alloc")]
+crate::error::sentence_for_debugging!(MeshError);
 impl core::error::Error for MeshError {}
 
 #[cfg(feature = "alloc")]

@@ -25,7 +25,7 @@ pub trait Choice: Copy + Send + Sync + 'static {
     type Scheme<V: Vector>: Scheme<V> + Send + Sync + 'static;
     /// Whether it needs [`System::series`](integrate::System::series).
     const NEEDS_SERIES: bool = false;
-    /// What a model has to be for the method to keep its promises.
+    /// What a model has to be for the method to be what its documentation says.
     const SUITS: Suits = Suits::Any;
     /// An option that has to be in a range: its name, its value, whether it is, and what is admissible, in
     /// words, for models with constraints or without.

@@ -67,7 +67,7 @@ enum Outside {
 }
 
 /// Why data do not make a spline.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum SplineError {
     /// As many values as knots are needed.
@@ -338,4 +338,5 @@ impl fmt::Display for SplineError {
     }
 }
 
+crate::error::sentence_for_debugging!(SplineError);
 impl core::error::Error for SplineError {}

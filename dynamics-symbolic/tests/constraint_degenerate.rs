@@ -185,7 +185,7 @@ fn a_dead_point_at_the_start_is_one_at_that_time() {
     for said in [
         "degrees of freedom 0, but 1 in velocities at some times or on some branches; 3 coordinates, 2 of 3 \
          rows",
-        "reactions all unique, but where fewer rows are independent unique: closure[1]; not unique, the \
+        "reactions all unique where all rows are independent; elsewhere unique: closure[1]; not unique, the \
          smallest are given: closure[0], drive",
         "drive: holonomic, moving degrees",
         "solved by generated code",

@@ -185,14 +185,5 @@ impl<M: Constraints> fmt::Display for KinematicsError<M> {
     }
 }
 
-impl<M: Constraints> fmt::Debug for KinematicsError<M> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("KinematicsError")
-            .field("kind", &self.kind)
-            .field("time", &self.time)
-            .field("state", &self.state)
-            .finish_non_exhaustive()
-    }
-}
-
+crate::error::sentence_for_debugging!(KinematicsError<M: Constraints>);
 impl<M: Constraints> core::error::Error for KinematicsError<M> {}

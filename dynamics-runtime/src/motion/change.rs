@@ -53,7 +53,7 @@ enum Blow {
 }
 
 /// Why a change cannot be made.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ChangeError {
     /// There is no constraint of this name.
@@ -221,6 +221,7 @@ impl core::fmt::Display for ChangeError {
     }
 }
 
+crate::error::sentence_for_debugging!(ChangeError);
 impl core::error::Error for ChangeError {}
 
 /// What an action at an event works on: the state, and the constraints that can be hit, engaged and released.

@@ -333,7 +333,7 @@ pub enum Jumping {
 }
 
 /// An option of a simulation that makes no sense.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum OptionError {
     /// `.until(..)` is missing.
@@ -644,7 +644,7 @@ impl fmt::Display for OptionError {
                 write!(f, "`.estimate_error()` compares two motions, and `run_with` keeps none; use `.run()`")
             }
             Self::Unsuited { method, reason, remedy } => {
-                write!(f, "{method} does not keep its promises for this model: {reason}; {remedy}")
+                write!(f, "{method} is not made for this model: {reason}; {remedy}")
             }
             Self::FixedStepExcludes { option } => {
                 write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")
@@ -673,6 +673,7 @@ fn not_for_guard(
     )
 }
 
+crate::error::sentence_for_debugging!(OptionError);
 impl core::error::Error for OptionError {}
 
 impl<M: Dynamics> fmt::Display for SimulationError<M> {
@@ -693,26 +694,5 @@ impl<M: Dynamics> fmt::Display for SimulationError<M> {
     }
 }
 
-impl<M: Dynamics> fmt::Debug for SimulationError<M> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        show(f, &self.kind, (self.time, self.step), &self.state)
-    }
-}
-
-/// Fields for debugging. What is derived is inlined, and compiled with every model that asks for it: not
-/// here.
-fn show(
-    f: &mut fmt::Formatter<'_>,
-    kind: &SimulationErrorKind,
-    (time, step): (f64, f64),
-    state: &dyn fmt::Debug,
-) -> fmt::Result {
-    let mut out = f.debug_struct("SimulationError");
-    out.field("kind", kind)
-        .field("time", &time)
-        .field("step", &step)
-        .field("state", state)
-        .finish_non_exhaustive()
-}
-
+crate::error::sentence_for_debugging!(SimulationError<M: Dynamics>);
 impl<M: Dynamics> core::error::Error for SimulationError<M> {}

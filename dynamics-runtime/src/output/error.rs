@@ -7,7 +7,6 @@ use core::fmt;
 use crate::motion::suggest;
 
 /// A motion could not be shown or written.
-#[derive(Debug)]
 #[non_exhaustive]
 pub enum OutputError {
     /// There is no quantity of this name.
@@ -81,6 +80,7 @@ impl fmt::Display for OutputError {
     }
 }
 
+crate::error::sentence_for_debugging!(OutputError);
 impl core::error::Error for OutputError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {

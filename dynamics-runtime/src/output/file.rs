@@ -6,7 +6,6 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 /// A file could not be written.
-#[derive(Debug)]
 pub struct FileError {
     /// The file, or the folder that it needs.
     pub path: PathBuf,
@@ -23,6 +22,7 @@ impl fmt::Display for FileError {
     }
 }
 
+crate::error::sentence_for_debugging!(FileError);
 impl core::error::Error for FileError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         Some(&self.source)

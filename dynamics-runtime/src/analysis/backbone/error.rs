@@ -10,7 +10,7 @@ use crate::analysis::{EquilibriumError, PeriodicError};
 use crate::model::ModelState;
 
 /// Why a nonlinear mode was not followed to its end. What was computed up to there is in the error.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum BackboneError<S: ModelState> {
     /// The energy is not positive and finite, or less than four motions are asked for.
@@ -107,6 +107,7 @@ impl<S: ModelState> fmt::Display for BackboneError<S> {
     }
 }
 
+crate::error::sentence_for_debugging!(BackboneError<S: ModelState>);
 impl<S: ModelState> core::error::Error for BackboneError<S> {}
 
 impl<S: ModelState> BackboneError<S> {

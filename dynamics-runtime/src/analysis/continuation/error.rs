@@ -11,7 +11,7 @@ use crate::analysis::EquilibriumError;
 use crate::model::ModelState;
 
 /// Why a continuation failed. What was computed up to there is in the error.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ContinuationError<S: ModelState> {
     /// There is no equilibrium at the start, or it cannot be asked for.
@@ -241,6 +241,7 @@ impl<S: ModelState> fmt::Display for ContinuationError<S> {
     }
 }
 
+crate::error::sentence_for_debugging!(ContinuationError<S: ModelState>);
 impl<S: ModelState> core::error::Error for ContinuationError<S> {}
 
 impl<S: ModelState> From<EquilibriumError> for ContinuationError<S> {

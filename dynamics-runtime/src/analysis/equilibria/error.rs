@@ -8,7 +8,7 @@ use crate::analysis::LinearizeError;
 use crate::error::{SolveError, StateError};
 
 /// Why an equilibrium or a steady motion was not found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum EquilibriumError {
     /// The start is not a state of the model, or no position fulfils the constraints.
@@ -220,6 +220,7 @@ impl fmt::Display for EquilibriumError {
     }
 }
 
+crate::error::sentence_for_debugging!(EquilibriumError);
 impl core::error::Error for EquilibriumError {}
 
 impl From<StateError> for EquilibriumError {

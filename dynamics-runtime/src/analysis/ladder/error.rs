@@ -4,7 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 /// There is nothing to be compared that could be trusted, or the options make no sense.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum LadderError {
     /// `.until(..)` is missing.
@@ -213,4 +213,5 @@ impl fmt::Display for LadderError {
     }
 }
 
+crate::error::sentence_for_debugging!(LadderError);
 impl core::error::Error for LadderError {}

@@ -6,7 +6,7 @@ use core::fmt;
 use crate::error::{SolveError, StateError};
 
 /// Why small motions cannot be told.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum LinearizeError {
     /// The state is not one of the model.
@@ -160,6 +160,7 @@ impl fmt::Display for LinearizeError {
     }
 }
 
+crate::error::sentence_for_debugging!(LinearizeError);
 impl core::error::Error for LinearizeError {}
 
 impl From<StateError> for LinearizeError {

@@ -20,7 +20,7 @@ pub enum Variable {
 }
 
 /// A name that cannot be varied, or a value that cannot be taken.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum VariableError {
     /// There is nothing of this name.
@@ -82,6 +82,7 @@ impl fmt::Display for VariableError {
     }
 }
 
+crate::error::sentence_for_debugging!(VariableError);
 impl core::error::Error for VariableError {}
 
 /// The name of a coordinate's velocity: `theta_rate`, `x_rate[3]`.

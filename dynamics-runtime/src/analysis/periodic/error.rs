@@ -9,7 +9,7 @@ use crate::analysis::LinearizeError;
 use crate::error::{SolveError, StateError};
 
 /// Why periodic motions, their multipliers, exponents or sections cannot be told.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum PeriodicError {
     /// The start is not a state of the model.
@@ -278,7 +278,7 @@ impl fmt::Display for PeriodicError {
                 write!(
                     f,
                     "no closed motion was found in {iterations} iterations: at best `{coordinate}` or its \
-                     velocity misses by {miss:.2e} of what it moves within, with the period {period:.6}; \
+                     velocity ends {miss:.2e} of its range away from its start, with the period {period:.6}; \
                      start nearer, as from a section's closest return, or divide the period by \
                      `.segments(..)` or `.through(..)`"
                 )?;
@@ -302,6 +302,7 @@ impl fmt::Display for PeriodicError {
     }
 }
 
+crate::error::sentence_for_debugging!(PeriodicError);
 impl core::error::Error for PeriodicError {}
 
 impl From<StateError> for PeriodicError {

@@ -35,7 +35,7 @@ const LOOSER: f64 = 30.0;
 const COALESCED: f64 = 1e6;
 /// Multipliers that move by less, in times of the matrix, have directions of their own where they are equal.
 const ILL: f64 = 100.0;
-/// A motion that misses its start by more, in parts of what it moves within, does not close.
+/// A motion that misses its start by more, in parts of its range, does not close.
 const CLOSED: f64 = 1e-6;
 
 /// Why a multiplier is 1.
@@ -135,7 +135,7 @@ pub struct Floquet {
     pub divergence: f64,
     /// By how much M fails to preserve δq ∧ δp, in parts of that form: 0 where nothing dissipates.
     pub symplectic_defect: f64,
-    /// How far the motion misses its start, in parts of what it moves within.
+    /// How far the motion misses its start, in parts of its range.
     pub miss: f64,
     /// Whether time leaves the equations alone.
     pub autonomous: bool,
@@ -226,7 +226,7 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     })
 }
 
-/// By how much a motion misses, in parts of what it moves within: every node by the end of the shot before
+/// By how much a motion misses, in parts of its range: every node by the end of the shot before
 /// it.
 fn closes<M: Constraints>(
     nodes: &[M::State],

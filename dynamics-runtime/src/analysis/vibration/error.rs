@@ -10,7 +10,7 @@ use super::Withheld;
 use crate::analysis::LinearizeError;
 
 /// Why a question about vibrations has no answer.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum VibrationError {
     /// There is no linear model.
@@ -283,6 +283,7 @@ impl fmt::Display for List<'_> {
     }
 }
 
+crate::error::sentence_for_debugging!(VibrationError);
 impl core::error::Error for VibrationError {}
 
 impl From<LinearizeError> for VibrationError {

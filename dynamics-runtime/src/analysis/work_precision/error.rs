@@ -4,7 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 /// There is nothing to be drawn that could be trusted, or the options make no sense.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum WorkPrecisionError {
     /// `.until(..)` is missing.
@@ -180,10 +180,10 @@ impl fmt::Display for WorkPrecisionError {
     }
 }
 
+crate::error::sentence_for_debugging!(WorkPrecisionError);
 impl core::error::Error for WorkPrecisionError {}
 
 /// A file of outside measurements cannot be taken.
-#[derive(Debug)]
 #[non_exhaustive]
 pub enum OutsideError {
     /// A line is not what the format says.
@@ -213,6 +213,7 @@ impl fmt::Display for OutsideError {
     }
 }
 
+crate::error::sentence_for_debugging!(OutsideError);
 impl core::error::Error for OutsideError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {

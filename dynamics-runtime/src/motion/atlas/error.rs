@@ -33,7 +33,7 @@ pub enum Compared {
 }
 
 /// Why charts are not those of one model, or cannot be changed on the way.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ChartError {
     /// No set of three angles has a second one of this name.
@@ -223,6 +223,7 @@ fn disagreement(
     )
 }
 
+crate::error::sentence_for_debugging!(ChartError);
 impl core::error::Error for ChartError {}
 
 /// What ended a motion before its end.
@@ -302,15 +303,5 @@ impl<M: Dynamics> fmt::Display for AtlasError<M> {
     }
 }
 
-impl<M: Dynamics> fmt::Debug for AtlasError<M> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut out = f.debug_struct("AtlasError");
-        match &self.kind {
-            AtlasErrorKind::Chart(error) => out.field("kind", error),
-            AtlasErrorKind::Run { chart, error } => out.field("chart", chart).field("kind", &error.kind),
-        };
-        out.field("time", &self.time).field("parts", &self.legs.len()).finish()
-    }
-}
-
+crate::error::sentence_for_debugging!(AtlasError<M: Dynamics>);
 impl<M: Dynamics> core::error::Error for AtlasError<M> {}

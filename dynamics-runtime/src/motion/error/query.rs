@@ -7,7 +7,7 @@ use crate::error::SolveError;
 use crate::motion::numbers::Readable;
 
 /// Why a motion has no answer to a question.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum MotionError {
     /// The time lies outside the motion.
@@ -64,6 +64,7 @@ impl fmt::Display for MotionError {
     }
 }
 
+crate::error::sentence_for_debugging!(MotionError);
 impl core::error::Error for MotionError {}
 
 /// The known name nearest to the given one, if it is near enough to be meant.

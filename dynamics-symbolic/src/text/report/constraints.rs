@@ -300,7 +300,7 @@ fn reactions(out: &mut String, model: &Model, analysis: &Analysis) {
     };
     let all_on = if model.constraints.iter().any(|c| c.switched) { "with all constraints on, " } else { "" };
     let elsewhere = analysis.rank == analysis.rows && !analysis.branch_meant;
-    let few = if elsewhere { "all unique, but where fewer rows are independent " } else { "" };
+    let few = if elsewhere { "all unique where all rows are independent; elsewhere " } else { "" };
     let text = format!("{all_on}{few}unique: {kept}; not unique, the smallest are given: {lost}{sums}");
     entry(out, "reactions", &text);
 }

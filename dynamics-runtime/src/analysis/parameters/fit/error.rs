@@ -11,7 +11,7 @@ use super::{Fit, Fitted, Outlier};
 use crate::motion::numbers::Readable;
 
 /// Why unknowns were not found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum FitError {
     /// A name or a value.
@@ -278,4 +278,5 @@ impl fmt::Display for FitError {
     }
 }
 
+crate::error::sentence_for_debugging!(FitError);
 impl core::error::Error for FitError {}

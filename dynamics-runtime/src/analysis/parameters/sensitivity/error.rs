@@ -9,7 +9,7 @@ use crate::analysis::{EquilibriumError, LinearizeError};
 use crate::error::SolveError;
 
 /// Why a motion, an equilibrium or a frequency has no derivatives by a parameter or a start.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum SensitivityError {
     /// A name or a value.
@@ -229,4 +229,5 @@ impl fmt::Display for SensitivityError {
     }
 }
 
+crate::error::sentence_for_debugging!(SensitivityError);
 impl core::error::Error for SensitivityError {}

@@ -9,7 +9,7 @@ use crate::model::{Dynamics, ModelState, Vector};
 use crate::motion::{MotionError, SimulationError};
 
 /// Why a run of a sweep has no result.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct RunFailure {
     /// The time that it had reached; `None` where nothing moved.
     pub time: Option<f64>,
@@ -33,6 +33,7 @@ impl fmt::Display for RunFailure {
     }
 }
 
+crate::error::sentence_for_debugging!(RunFailure);
 impl core::error::Error for RunFailure {}
 
 impl<M: Dynamics> From<SimulationError<M>> for RunFailure {
@@ -55,7 +56,7 @@ impl From<StateError> for RunFailure {
 }
 
 /// Why there is no sweep.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum SweepError {
     /// A name or a value.
@@ -93,4 +94,5 @@ impl fmt::Display for SweepError {
     }
 }
 
+crate::error::sentence_for_debugging!(SweepError);
 impl core::error::Error for SweepError {}
