@@ -144,7 +144,7 @@ fn windows(n: usize, nominal: &str) -> [String; 2] {
                 let mut joints = [Vec2::ZERO; {between}];
                 for j in 0..{n} {{
                     let beam = {standing} + j;
-                    let (top, next) = (self.centre(q, j) + self.half(q, j), self.centre(q, j + 1) + \
+                    let (top, next) = (self.centre(q, j) + self.half(q, j), self.centre(q, j + 1) +
                     self.half(q, j + 1));
                     joints[2 * j] = self.centre(q, beam) - self.half(q, beam) - top;
                     joints[2 * j + 1] = self.centre(q, beam) + self.half(q, beam) - next;

@@ -6,7 +6,7 @@ use super::model;
 fn operations(hinges: usize) -> usize {
     let declaration = format!(
         "#[coordinates(angles: [rad; {hinges}])]
-        pub struct Arm \
+        pub struct Arm
         {{ masses: [f64; {hinges}], centers: [Vec3<f64>; {hinges}], inertia: Mat3<f64>, hinges: [Vec3<f64>; {hinges}], g: f64 }}"
     );
     let implementation = format!(
@@ -14,9 +14,9 @@ fn operations(hinges: usize) -> usize {
             fn link(&self, q: &Coordinates<Self>, i: usize) -> RigidBody {{
                 let mut frame = Frame::world();
                 for k in 0..=i {{
-                    let quarter = if k % 2 == 0 {{ core::f64::consts::FRAC_PI_2 }} else \
+                    let quarter = if k % 2 == 0 {{ core::f64::consts::FRAC_PI_2 }} else
                     {{ -core::f64::consts::FRAC_PI_2 }};
-                    frame = frame.frame(self.hinges[k], Mat3::rotation_x(quarter) * \
+                    frame = frame.frame(self.hinges[k], Mat3::rotation_x(quarter) *
                     Mat3::rotation_z(q.angles[k]));
                 }}
                 RigidBody::new(self.masses[i], self.centers[i], self.inertia, frame)

@@ -9,11 +9,11 @@ pub(super) const DOUBLE_PENDULUM: (&str, &str) = (
     pub struct DoublePendulum { pub m1: f64, pub m2: f64, pub l1: f64, pub l2: f64, pub g: f64 }",
     "impl DoublePendulum {
         fn bob1(&self, q: &Coordinates<Self>) -> Vec2 { self.l1 * vec2(q.theta1.sin(), -q.theta1.cos()) }
-        fn bob2(&self, q: &Coordinates<Self>) -> Vec2 \
+        fn bob2(&self, q: &Coordinates<Self>) -> Vec2
         { self.bob1(q) + self.l2 * vec2(q.theta2.sin(), -q.theta2.cos()) }
         #[kinetic]
         fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-            0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 * \
+            0.5 * self.m1 * self.bob1(q).dt().norm_squared() + 0.5 * self.m2 *
             self.bob2(q).dt().norm_squared()
         }
         #[potential]
@@ -29,7 +29,7 @@ pub(super) const ARRAYS: (&str, &str) = (
     #[inputs(push: N)]
     #[units(mass: kg, length: m, g: m/s^2)]
     #[nominal(mass = [1.0, 1.0, 1.0, 2.0], length = 0.5)]
-    pub struct Chain \
+    pub struct Chain
     { mass: [f64; 4], length: f64, g: f64, axis: Vec3<f64>, turn: Mat3<f64>, track: CubicSpline }",
     "impl Chain {
         const LINKS: usize = 3;
@@ -42,7 +42,7 @@ pub(super) const ARRAYS: (&str, &str) = (
         #[kinetic]
         fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
             let mut t = Expr::ZERO;
-            for (i, m) in self.mass.iter().enumerate() \
+            for (i, m) in self.mass.iter().enumerate()
             { t += 0.5 * *m * self.place(q, i).dt().norm_squared(); }
             t
         }
@@ -56,7 +56,7 @@ pub(super) const ARRAYS: (&str, &str) = (
         fn drag(&self, q: &Coordinates<Self>) -> Expr { Self::DRAG * q.x.dt().powi(2) }
         #[force]
         fn push(&self, q: &Coordinates<Self>) -> Force {
-            let stop = if q.x > self.length && q.x.dt() > 0.0 { -self.g * self.mass[0] } else \
+            let stop = if q.x > self.length && q.x.dt() > 0.0 { -self.g * self.mass[0] } else
             { 0.0 * q.push };
             Force::along(q.x, q.push + stop) + Force::at(self.place(q, 3), vec2(q.push, 0.0))
         }
@@ -84,7 +84,7 @@ pub(super) const CONSTRAINED: (&str, &str) = (
         fn roll(&self, q: &Coordinates<Self>) -> [Expr; 1] { [q.x.dt() - self.l * q.turn.dt()] }
         #[force]
         fn rubbing(&self, q: &Coordinates<Self>) -> Force {
-            Force::along(q.x - self.l * q.turn, -self.friction * q.reaction(Self::floor).y * \
+            Force::along(q.x - self.l * q.turn, -self.friction * q.reaction(Self::floor).y *
             q.slip(Self::roll))
         }
         #[holonomic]
@@ -140,7 +140,7 @@ fn a_constant_of_the_impl_may_have_a_unit() {
         format!(
             "impl Ball {{
                 const GRAVITY: f64 = 9.81;
-                #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr \
+                #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr
                 {{ 0.5 * self.m * q.x.dt().powi(2) }}
                 #[potential] fn weight(&self, q: &Coordinates<Self>) -> Expr {{ self.m * {gravity} * q.x }}
             }}"

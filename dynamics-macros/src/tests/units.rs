@@ -13,7 +13,7 @@ fn arm(units: &str, output: &str) -> [String; 2] {
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {{
                 0.5 * self.inertia * (q.theta.dt().powi(2) + q.phi.dt().powi(2))
             }}
-            #[dissipation] fn bearing(&self, q: &Coordinates<Self>) -> Expr \
+            #[dissipation] fn bearing(&self, q: &Coordinates<Self>) -> Expr
             {{ 0.5 * self.c * q.theta.dt().powi(2) }}
             #[force] fn drive(&self, q: &Coordinates<Self>) -> Force {{ Force::along(q.theta, q.motor) }}
             #[holonomic] fn gear(&self, q: &Coordinates<Self>) -> Expr {{ q.phi - 2.0 * q.theta }}

@@ -53,12 +53,18 @@ pub(crate) const FAMILIES: &[Family] = &[
         fields: "m: [f64; N], l: f64, g: f64",
         functions: "
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-                let mut sum = Expr::ZERO; for i in 0..N \
-                { sum += 0.5 * self.m[i] * (self.l * q.theta[i].dt()).powi(2); } sum
+                let mut sum = Expr::ZERO;
+                for i in 0..N {
+                    sum += 0.5 * self.m[i] * (self.l * q.theta[i].dt()).powi(2);
+                }
+                sum
             }
             #[potential] fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-                let mut sum = Expr::ZERO; for i in 0..N \
-                { sum += -self.m[i] * self.g * self.l * q.theta[i].cos(); } sum
+                let mut sum = Expr::ZERO;
+                for i in 0..N {
+                    sum += -self.m[i] * self.g * self.l * q.theta[i].cos();
+                }
+                sum
             }",
         damped: "q.theta[i].dt()",
         usual: 50,
@@ -77,7 +83,7 @@ pub(crate) const FAMILIES: &[Family] = &[
                 for i in 0..N { sum += 0.5 * self.m[i] * self.place(q, i).dt().norm_squared(); } sum
             }
             #[potential] fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-                let mut sum = Expr::ZERO; for i in 0..N { sum += self.m[i] * self.g * self.place(q, i).y; } \
+                let mut sum = Expr::ZERO; for i in 0..N { sum += self.m[i] * self.g * self.place(q, i).y; }
                 sum
             }",
         damped: "q.theta[i].dt()",
@@ -93,8 +99,9 @@ pub(crate) const FAMILIES: &[Family] = &[
             }
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
-                for i in 0..N \
-                { sum += 0.5 * self.cart * q.x[i].dt().powi(2) + 0.5 * self.bob * self.tip(q, i).dt().norm_squared(); }
+                for i in 0..N {
+                    sum += 0.5 * self.cart * q.x[i].dt().powi(2) + 0.5 * self.bob * self.tip(q, i).dt().norm_squared();
+                }
                 sum
             }
             #[potential] fn gravity(&self, q: &Coordinates<Self>) -> Expr {
@@ -117,8 +124,11 @@ pub(crate) const FAMILIES: &[Family] = &[
                 self.l * vec3(s * cp, s * sp, -c)
             }
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-                let mut sum = Expr::ZERO; for i in 0..N \
-                { sum += 0.5 * self.m * self.bob(q, i).dt().norm_squared(); } sum
+                let mut sum = Expr::ZERO;
+                for i in 0..N {
+                    sum += 0.5 * self.m * self.bob(q, i).dt().norm_squared();
+                }
+                sum
             }
             #[potential] fn gravity(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO; for i in 0..N { sum += self.m * self.g * self.bob(q, i).z; } sum
@@ -133,11 +143,13 @@ pub(crate) const FAMILIES: &[Family] = &[
         functions: "
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
-                for i in 0..N \
-                { sum += 0.5 * self.m * vec2(q.x[i], self.track.at(q.x[i])).dt().norm_squared(); } sum
+                for i in 0..N {
+                    sum += 0.5 * self.m * vec2(q.x[i], self.track.at(q.x[i])).dt().norm_squared();
+                }
+                sum
             }
             #[potential] fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-                let mut sum = Expr::ZERO; for i in 0..N { sum += self.m * self.g * self.track.at(q.x[i]); } \
+                let mut sum = Expr::ZERO; for i in 0..N { sum += self.m * self.g * self.track.at(q.x[i]); }
                 sum
             }",
         damped: "q.x[i].dt()",
@@ -150,13 +162,15 @@ pub(crate) const FAMILIES: &[Family] = &[
         functions: "
             fn bob(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
                 let pivot = (self.omega * (i + 1) as f64 * q.t).sin();
-                vec2(pivot.sin(), pivot.cos().cos()) + self.l * vec2((q.theta[i] + pivot).sin(), \
+                vec2(pivot.sin(), pivot.cos().cos()) + self.l * vec2((q.theta[i] + pivot).sin(),
                 -q.theta[i].sin().cos())
             }
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
-                for i in 0..N \
-                { sum += 0.5 * self.m * (self.bob(q, i).dt().norm_squared() + q.theta[i].dt().powi(2)); } sum
+                for i in 0..N {
+                    sum += 0.5 * self.m * (self.bob(q, i).dt().norm_squared() + q.theta[i].dt().powi(2));
+                }
+                sum
             }
             #[potential] fn gravity(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO; for i in 0..N { sum += self.m * self.g * self.bob(q, i).y; } sum
@@ -170,13 +184,18 @@ pub(crate) const FAMILIES: &[Family] = &[
         fields: "m: f64, k: f64, g: f64, gap: f64, drag: f64",
         functions: "
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-                let mut sum = Expr::ZERO; for i in 0..N \
-                { sum += 0.5 * self.m * vec2(q.x[i], q.y[i]).dt().norm_squared(); } sum
+                let mut sum = Expr::ZERO;
+                for i in 0..N {
+                    sum += 0.5 * self.m * vec2(q.x[i], q.y[i]).dt().norm_squared();
+                }
+                sum
             }
             #[potential] fn walls(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
-                for i in 0..N \
-                { sum += self.m * self.g * q.y[i] + 0.5 * self.k * (q.x[i] - self.gap).max(0.0).powi(2); } sum
+                for i in 0..N {
+                    sum += self.m * self.g * q.y[i] + 0.5 * self.k * (q.x[i] - self.gap).max(0.0).powi(2);
+                }
+                sum
             }
             fn resistance(&self, q: &Coordinates<Self>, i: usize) -> Force {
                 let place = vec2(q.x[i], q.y[i]);
@@ -186,7 +205,7 @@ pub(crate) const FAMILIES: &[Family] = &[
                 let mut sum = self.resistance(q, 0); for i in 1..N { sum = sum + self.resistance(q, i); } sum
             }
             #[output] fn speed(&self, q: &Coordinates<Self>) -> [Expr; N] {
-                let mut all = [Expr::ZERO; N]; for i in 0..N { all[i] = vec2(q.x[i], q.y[i]).dt().norm(); } \
+                let mut all = [Expr::ZERO; N]; for i in 0..N { all[i] = vec2(q.x[i], q.y[i]).dt().norm(); }
                 all
             }
             #[event] fn ground(&self, q: &Coordinates<Self>) -> Expr { q.y[N - 1] }",
@@ -219,7 +238,7 @@ pub(crate) const FAMILIES: &[Family] = &[
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
                 for i in 0..N {
-                    let r = Mat3::rotation_z(q.yaw[i]) * Mat3::rotation_x(q.tilt[i]) * \
+                    let r = Mat3::rotation_z(q.yaw[i]) * Mat3::rotation_x(q.tilt[i]) *
                     Mat3::rotation_z(q.spin[i]);
                     let turning = r.transpose() * r.dt();
                     let omega = vec3(turning[(2, 1)], turning[(0, 2)], turning[(1, 0)]);
@@ -253,16 +272,20 @@ pub(crate) const FAMILIES: &[Family] = &[
         functions: "
             fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 { vec2(q.x[i], q.y[i]) }
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-                let mut sum = Expr::ZERO; for i in 0..N \
-                { sum += 0.5 * self.m * self.place(q, i).dt().norm_squared(); } sum
+                let mut sum = Expr::ZERO;
+                for i in 0..N {
+                    sum += 0.5 * self.m * self.place(q, i).dt().norm_squared();
+                }
+                sum
             }
             #[potential] fn gravity(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO; for i in 0..N { sum += self.m * self.g * q.y[i]; } sum
             }
             #[holonomic] fn rod(&self, q: &Coordinates<Self>) -> [Expr; N] {
                 let mut rows = [self.place(q, 0).norm_squared() - self.l.powi(2); N];
-                for i in 1..N \
-                { rows[i] = (self.place(q, i) - self.place(q, i - 1)).norm_squared() - self.l.powi(2); }
+                for i in 1..N {
+                    rows[i] = (self.place(q, i) - self.place(q, i - 1)).norm_squared() - self.l.powi(2);
+                }
                 rows
             }
             #[output] fn tension(&self, q: &Coordinates<Self>) -> [Expr; N] { q.reaction(Self::rod) }",
@@ -274,14 +297,16 @@ pub(crate) const FAMILIES: &[Family] = &[
         coordinates: "crank: [rad; N], rod: [rad; N], slide: [m; N]",
         fields: "m: f64, r: f64, l: f64, g: f64",
         functions: "
-            fn pin(&self, q: &Coordinates<Self>, i: usize) -> Vec2 \
-            { self.r * vec2(q.crank[i].cos(), q.crank[i].sin()) }
-            fn along(&self, q: &Coordinates<Self>, i: usize) -> Vec2 \
-            { self.l * vec2(q.rod[i].cos(), -q.rod[i].sin()) }
+            fn pin(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+                self.r * vec2(q.crank[i].cos(), q.crank[i].sin())
+            }
+            fn along(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+                self.l * vec2(q.rod[i].cos(), -q.rod[i].sin())
+            }
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
                 for i in 0..N {
-                    sum += self.m * (self.pin(q, i).dt().norm_squared() + q.slide[i].dt().powi(2) + (self.l \
+                    sum += self.m * (self.pin(q, i).dt().norm_squared() + q.slide[i].dt().powi(2) + (self.l
                     * q.rod[i].dt()).powi(2));
                 }
                 sum
@@ -302,13 +327,14 @@ pub(crate) const FAMILIES: &[Family] = &[
         coordinates: "x: [m; N], y: [m; N], heading: [rad; N]",
         fields: "m: f64, inertia: f64, ahead: f64",
         functions: "
-            fn direction(&self, q: &Coordinates<Self>, i: usize) -> Vec2 \
-            { vec2(q.heading[i].cos(), q.heading[i].sin()) }
+            fn direction(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+                vec2(q.heading[i].cos(), q.heading[i].sin())
+            }
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
                 for i in 0..N {
                     let centre = vec2(q.x[i], q.y[i]) + self.ahead * self.direction(q, i);
-                    sum += 0.5 * self.m * centre.dt().norm_squared() + 0.5 * self.inertia * \
+                    sum += 0.5 * self.m * centre.dt().norm_squared() + 0.5 * self.inertia *
                     q.heading[i].dt().powi(2);
                 }
                 sum
@@ -327,17 +353,23 @@ pub(crate) const FAMILIES: &[Family] = &[
         fields: "m: f64, g: f64, slope: f64, friction: f64",
         functions: "
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-                let mut sum = Expr::ZERO; for i in 0..N \
-                { sum += 0.5 * self.m * vec2(q.x[i], q.y[i]).dt().norm_squared(); } sum
+                let mut sum = Expr::ZERO;
+                for i in 0..N {
+                    sum += 0.5 * self.m * vec2(q.x[i], q.y[i]).dt().norm_squared();
+                }
+                sum
             }
             #[potential] fn gravity(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
-                for i in 0..N \
-                { sum += self.m * self.g * (q.y[i] * self.slope.cos() - q.x[i] * self.slope.sin()); } sum
+                for i in 0..N {
+                    sum += self.m * self.g * (q.y[i] * self.slope.cos() - q.x[i] * self.slope.sin());
+                }
+                sum
             }
             #[holonomic] fn floor(&self, q: &Coordinates<Self>) -> [Expr; N] { q.y }
-            #[nonholonomic(switched, integrable)] fn stick(&self, q: &Coordinates<Self>) -> [Expr; N] \
-            { q.x.dt() }
+            #[nonholonomic(switched, integrable)] fn stick(&self, q: &Coordinates<Self>) -> [Expr; N] {
+                q.x.dt()
+            }
             #[force] fn rubbing(&self, q: &Coordinates<Self>) -> Force {
                 let brake = -self.friction * q.slip(Self::stick);
                 let mut sum = Force::along(q.x[0], brake * q.reaction(Self::floor)[0]);
@@ -360,7 +392,7 @@ impl Family {
                 ", damping: f64",
                 format!(
                     "#[dissipation] fn damper(&self, q: &Coordinates<Self>) -> Expr {{
-                        let mut sum = Expr::ZERO; for i in 0..N \
+                        let mut sum = Expr::ZERO; for i in 0..N
                         {{ sum += 0.5 * self.damping * {}.powi(2); }} sum
                     }}",
                     self.damped
