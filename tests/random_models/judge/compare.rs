@@ -4,41 +4,30 @@
 //! everything else once more, by differences of sixth order at two step sizes. Where the two do not agree
 //! with each other, near a kink, nothing is said.
 
-use crate::{Emitted, Own, Point, Shape, Subject};
+use crate::interpreted::{self, OWN};
+use crate::states::{Point, states};
+use crate::{Emitted, Own, Shape, Subject};
 
 /// What came of a model.
 #[derive(Default)]
 pub(crate) struct Report {
     pub(crate) findings: Vec<String>,
     pub(crate) made: usize,
+    /// Of these, comparisons with the interpreter.
+    pub(crate) by_interpreter: usize,
     pub(crate) undecided: usize,
 }
 
-/// States at which each model is judged.
-const STATES: usize = 3;
 /// Relative agreement of what both routes compute without differences: rounding of some hundred operations.
-const EXACT: f64 = 1e-11;
+pub(crate) const EXACT: f64 = 1e-11;
 /// Relative agreement of a solution put back into the equations: rounding times the condition of M.
-const SOLVED: f64 = 1e-9;
+pub(crate) const SOLVED: f64 = 1e-9;
 /// Relative agreement with differences of sixth order at steps of 2e-3.
 const BY_DIFFERENCES: f64 = 1e-6;
 /// A difference is believed to this many times what its two step sizes differ by.
 const SPREADS: f64 = 30.0;
 /// Findings of one model that are told.
 const TOLD: usize = 6;
-
-/// SplitMix64, so that a finding can be repeated.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        low + (high - low) * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
 
 /// Central difference of sixth order, and its spread over two steps.
 fn slope(f: &dyn Fn(f64) -> f64) -> (f64, f64) {
@@ -50,24 +39,11 @@ fn slope(f: &dyn Fn(f64) -> f64) -> (f64, f64) {
     (fine, (fine - coarse).abs())
 }
 
-/// States of a model, by its name.
-fn states(name: &str, shape: &Shape) -> Vec<Point> {
-    let seed = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-    let mut random = Random(seed);
-    let state = |_| {
-        let mut draw = |count: usize, size: f64| (0..count).map(|_| random.next(-size, size)).collect::<Vec<f64>>();
-        let (q, u) = (draw(shape.coordinates, 0.9), draw(shape.coordinates, 1.5));
-        let inputs = draw(shape.inputs, 1.5);
-        Point { t: random.next(0.1, 2.0), q, u, inputs }
-    };
-    (0..STATES).map(state).collect()
-}
-
 /// Two Lagrangians of the same motions, derived by different routes: M, Q, accelerations, outputs.
 pub(crate) fn twins(name: &str, original: &dyn Subject, twin: &dyn Subject) -> Vec<String> {
     let shape = original.shape();
-    let mut judge = Judge { model: twin, shape: &shape, report: Report::default(), met: Vec::new() };
-    for at in states(name, &shape) {
+    let mut judge = Judge::new(twin, &shape);
+    for at in states(name, shape.coordinates, shape.inputs) {
         let (a, b) = (original.emitted(&at), twin.emitted(&at));
         let (Ok((of_a, _)), Ok((of_b, _))) = (&a.solved, &b.solved) else { continue };
         for (what, a, b) in [
@@ -86,17 +62,29 @@ pub(crate) fn twins(name: &str, original: &dyn Subject, twin: &dyn Subject) -> V
 
 pub(crate) fn judge(name: &str, model: &dyn Subject) -> Report {
     let shape = model.shape();
-    let mut judge = Judge { model, shape: &shape, report: Report::default(), met: Vec::new() };
-    for (k, at) in states(name, &shape).iter().enumerate() {
-        judge.state(at, k == 0);
+    let mut judge = Judge::new(model, &shape);
+    let interpreted = interpreted::read(model.interpreted());
+    let places = match interpreted.as_slice() {
+        [] => states(name, shape.coordinates, shape.inputs),
+        some => some.iter().map(|state| state.at.clone()).collect(),
+    };
+    for (k, at) in places.iter().enumerate() {
+        let emitted = model.emitted(at);
+        if let Some(interpreted) = interpreted.get(k) {
+            judge.beside_interpreter(&emitted, interpreted);
+            judge.slopes_beside_interpreter(model, interpreted);
+        }
+        judge.state(at, &emitted, k == 0);
     }
     judge.report
 }
 
-struct Judge<'a> {
+pub(crate) struct Judge<'a> {
     model: &'a dyn Subject,
-    shape: &'a Shape,
-    report: Report,
+    pub(crate) shape: &'a Shape,
+    pub(crate) report: Report,
+    /// How the second route is called.
+    pub(crate) route: &'static str,
     /// Quantities that already differed.
     met: Vec<String>,
 }
@@ -107,9 +95,21 @@ fn compared(column: usize, n: usize) -> bool {
     column.is_multiple_of(n.div_ceil(30))
 }
 
-impl Judge<'_> {
+impl<'a> Judge<'a> {
+    fn new(model: &'a dyn Subject, shape: &'a Shape) -> Self {
+        Self { model, shape, report: Report::default(), route: OWN, met: Vec::new() }
+    }
+
     /// Two numbers that should agree; `doubt` is what the second may be off by.
-    fn near(&mut self, what: &str, emitted: f64, own: f64, scale: f64, tolerance: f64, doubt: f64) {
+    pub(crate) fn near(
+        &mut self,
+        what: &str,
+        emitted: f64,
+        own: f64,
+        scale: f64,
+        tolerance: f64,
+        doubt: f64,
+    ) {
         self.report.made += 1;
         if emitted == own || emitted.is_nan() && own.is_nan() {
             return;
@@ -124,8 +124,7 @@ impl Judge<'_> {
         if error > allowed || error.is_nan() {
             let kind = what.split(' ').next().unwrap_or_default().to_owned();
             if !self.met.contains(&kind) && self.met.len() < TOLD {
-                self.report.findings.push(format!("{what}: emitted {emitted:e}, by its own functions \
-                    {own:e}"));
+                self.report.findings.push(format!("{what}: emitted {emitted:e}, {} {own:e}", self.route));
                 self.met.push(kind);
             }
         }
@@ -149,14 +148,14 @@ impl Judge<'_> {
         noise
     }
 
-    fn state(&mut self, at: &Point, with_slopes: bool) {
+    fn state(&mut self, at: &Point, emitted: &Emitted, with_slopes: bool) {
         let n = self.shape.coordinates;
-        let emitted = self.model.emitted(at);
         let unit = |j: usize| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
         let zero = vec![0.0; n];
 
         // ∂L/∂q̇ and ∂D/∂q̇: L̇ is linear in q̈.
-        let lagrangian = |p: &Point, a: &[f64]| self.model.own(p, a, &[]).lagrangian.map_or(0.0, |l| l.rate());
+        let lagrangian =
+            |p: &Point, a: &[f64]| self.model.own(p, a, &[]).lagrangian.map_or(0.0, |l| l.rate());
         let momenta = |p: &Point| -> Vec<f64> {
             let free = lagrangian(p, &zero);
             (0..n).map(|j| lagrangian(p, &unit(j)) - free).collect()
@@ -176,13 +175,13 @@ impl Judge<'_> {
             let what = format!("M[{}, {}]", k / n, k % n);
             self.near(&what, emitted.mass[k], mass[k], 1.0, BY_DIFFERENCES, masses[k]);
         }
-        self.force(at, &emitted, &own, &p, &momenta);
-        self.constraints(at, &emitted);
+        self.force(at, emitted, &own, &p, &momenta);
+        self.constraints(at, emitted);
         match &emitted.solved {
             Ok((a, multipliers)) => {
                 let (a, multipliers) = (a.clone(), multipliers.clone());
-                self.solution(&emitted, &a, &multipliers);
-                self.results(at, &emitted, &a, &multipliers);
+                self.solution(emitted, &a, &multipliers);
+                self.results(at, emitted, &a, &multipliers);
                 if with_slopes {
                     self.slopes(at);
                 }
@@ -190,8 +189,10 @@ impl Judge<'_> {
             Err(_) if self.shape.rows > 0 => self.report.undecided += 1,
             Err(error) => {
                 let pivot = (0..n).map(|i| mass[n * i + i]).fold(f64::INFINITY, f64::min);
-                self.report.findings.push(format!("no accelerations: {error}; least diagonal of M \
-                    {pivot:e}"));
+                self.report.findings.push(format!(
+                    "no accelerations: {error}; least diagonal of M \
+                    {pivot:e}"
+                ));
             }
         }
     }
@@ -211,8 +212,9 @@ impl Judge<'_> {
                 .flat_map(|k| [2e-3 * k, 5e-3 * k])
                 .map(|h| (h, along(h)))
                 .collect();
-            let at_step =
-                |h: f64, i: usize| samples.iter().find(|(s, _)| (s - h).abs() < 1e-9).map_or(f64::NAN, |(_, p)| p[i]);
+            let at_step = |h: f64, i: usize| {
+                samples.iter().find(|(s, _)| (s - h).abs() < 1e-9).map_or(f64::NAN, |(_, p)| p[i])
+            };
             for i in 0..n {
                 let (d, s) = slope(&|h| at_step(h, i));
                 (mass[n * i + j], spread[n * i + j]) = (d, s);
@@ -222,7 +224,14 @@ impl Judge<'_> {
     }
 
     /// Q = ∂L/∂q − (∂p/∂q) q̇ − ∂p/∂t − ∂D/∂q̇ + Σ size ∂place/∂q.
-    fn force(&mut self, at: &Point, emitted: &Emitted, own: &Own, p: &[f64], momenta: &dyn Fn(&Point) -> Vec<f64>) {
+    fn force(
+        &mut self,
+        at: &Point,
+        emitted: &Emitted,
+        own: &Own,
+        p: &[f64],
+        momenta: &dyn Fn(&Point) -> Vec<f64>,
+    ) {
         let n = self.shape.coordinates;
         let zero = vec![0.0; n];
         let at_rest = Point { u: zero.clone(), ..at.clone() };
@@ -251,13 +260,18 @@ impl Judge<'_> {
                 moved.q[i] += h;
                 self.model.own(&moved, &zero, &[]).lagrangian.map_or(0.0, |l| l.value())
             });
-            let by_time = slope(&|h| steps.iter().find(|(s, _)| (s - h).abs() < 1e-9).map_or(f64::NAN, |(_, p)| p[i]));
+            let by_time =
+                slope(&|h| steps.iter().find(|(s, _)| (s - h).abs() < 1e-9).map_or(f64::NAN, |(_, p)| p[i]));
             let mut unit = zero.clone();
             unit[i] = 1.0;
             let dissipated = drag(&unit) - free;
             let moved = places(&Point { u: unit, ..at.clone() });
-            let pushed: f64 =
-                own.along.iter().zip(moved.iter().zip(&still)).map(|((_, size), (a, b))| size * (a - b)).sum();
+            let pushed: f64 = own
+                .along
+                .iter()
+                .zip(moved.iter().zip(&still))
+                .map(|((_, size), (a, b))| size * (a - b))
+                .sum();
             forces.push((
                 by_q.0 - by_time.0 - dissipated + pushed,
                 by_q.1 + by_time.1,
@@ -285,7 +299,8 @@ impl Judge<'_> {
         if self.shape.rows == 0 {
             // Places that move with time do work besides, which is no force on a coordinate.
             let pushed = forces.iter().zip(&at.u).map(|(force, u)| force.3 * u).sum::<f64>();
-            let sum = if own.along.len() >= own.forces.len() { pushed } else { own.forces.iter().sum() } + dissipation;
+            let sum = if own.along.len() >= own.forces.len() { pushed } else { own.forces.iter().sum() }
+                + dissipation;
             self.near("powers", emitted_powers.iter().sum(), sum, dissipation, EXACT, 0.0);
         }
     }
@@ -300,7 +315,8 @@ impl Judge<'_> {
         }
         for i in 0..n {
             let left: f64 = (0..n).map(|j| emitted.mass[n * i + j] * a[j]).sum();
-            let held: f64 = multipliers.iter().enumerate().map(|(r, l)| emitted.jacobian[n * r + i] * l).sum();
+            let held: f64 =
+                multipliers.iter().enumerate().map(|(r, l)| emitted.jacobian[n * r + i] * l).sum();
             let scale = (0..n).map(|j| (emitted.mass[n * i + j] * a[j]).abs()).fold(size, f64::max);
             self.near(&format!("M q̈ of row {i}"), left, emitted.force[i] + held, scale, SOLVED, 0.0);
         }
@@ -313,17 +329,24 @@ impl Judge<'_> {
     /// Outputs and events, at the accelerations and multipliers that were emitted.
     fn results(&mut self, at: &Point, emitted: &Emitted, a: &[f64], multipliers: &[f64]) {
         let own = self.model.own(at, a, multipliers);
-        let all = |own: &Own| own.outputs.iter().chain(&own.speeds).chain(&own.events).copied().collect::<Vec<f64>>();
+        let all = |own: &Own| {
+            own.outputs.iter().chain(&own.speeds).chain(&own.events).copied().collect::<Vec<f64>>()
+        };
         let noise = self.noise(at, &|p| all(&self.model.own(p, a, multipliers)));
         let (left, right) = (emitted.outputs.len(), own.outputs.len() + own.speeds.len());
         if left != right {
             self.report.findings.push(format!("{left} outputs are emitted for {right}"));
             return;
         }
-        let pairs: Vec<(f64, f64)> = emitted.outputs.iter().chain(&emitted.events).copied().zip(all(&own)).collect();
+        let pairs: Vec<(f64, f64)> =
+            emitted.outputs.iter().chain(&emitted.events).copied().zip(all(&own)).collect();
         let size = a.iter().chain(multipliers).fold(0.0_f64, |s, x| s.max(x.abs()));
         for (i, (emitted, own)) in pairs.into_iter().enumerate() {
-            let name = self.shape.outputs.get(i).map_or_else(|| "event".to_owned(), |name| format!("output `{name}`"));
+            let name = self
+                .shape
+                .outputs
+                .get(i)
+                .map_or_else(|| "event".to_owned(), |name| format!("output `{name}`"));
             self.near(&name, emitted, own, size, EXACT, 1e3 * noise[i]);
         }
     }
@@ -337,8 +360,9 @@ impl Judge<'_> {
         let own = self.model.own(at, &zero, &[]);
         let still = self.model.own(&Point { u: zero.clone(), ..at.clone() }, &zero, &[]);
         let holonomic = own.holonomic.len();
-        let rows =
-            |own: &Own| -> Vec<dynamics::Expr> { own.holonomic.iter().chain(&own.nonholonomic).copied().collect() };
+        let rows = |own: &Own| -> Vec<dynamics::Expr> {
+            own.holonomic.iter().chain(&own.nonholonomic).copied().collect()
+        };
         let value = |r: usize, row: &dynamics::Expr| if r < holonomic { row.rate() } else { row.value() };
         let moved: Vec<Own> = (0..n)
             .map(|j| {
@@ -376,25 +400,35 @@ impl Judge<'_> {
             }
             return;
         };
-        let mut columns = |what: &str, emitted: &[f64], width: usize, f: &dyn Fn(usize, f64) -> Option<Vec<f64>>| {
-            // The first few columns say what all of them would.
-            for j in 0..width.min(4) {
-                let samples: Vec<(f64, Option<Vec<f64>>)> = [-1.0, 1.0, -2.0, 2.0, -3.0, 3.0]
-                    .iter()
-                    .flat_map(|k| [2e-3 * k, 5e-3 * k])
-                    .map(|h| (h, f(j, h)))
-                    .collect();
-                for i in 0..n {
-                    let sample = |h: f64| {
-                        let found = samples.iter().find(|(s, _)| (s - h).abs() < 1e-9);
-                        found.and_then(|(_, a)| a.as_ref()).map_or(f64::NAN, |a| a[i])
-                    };
-                    let (own, spread) = slope(&sample);
-                    self.near(&format!("{what} [{i}, \
-                        {j}]"), emitted[width * i + j], own, 1.0, BY_DIFFERENCES, spread);
+        let mut columns =
+            |what: &str, emitted: &[f64], width: usize, f: &dyn Fn(usize, f64) -> Option<Vec<f64>>| {
+                // The first few columns say what all of them would.
+                for j in 0..width.min(4) {
+                    let samples: Vec<(f64, Option<Vec<f64>>)> = [-1.0, 1.0, -2.0, 2.0, -3.0, 3.0]
+                        .iter()
+                        .flat_map(|k| [2e-3 * k, 5e-3 * k])
+                        .map(|h| (h, f(j, h)))
+                        .collect();
+                    for i in 0..n {
+                        let sample = |h: f64| {
+                            let found = samples.iter().find(|(s, _)| (s - h).abs() < 1e-9);
+                            found.and_then(|(_, a)| a.as_ref()).map_or(f64::NAN, |a| a[i])
+                        };
+                        let (own, spread) = slope(&sample);
+                        self.near(
+                            &format!(
+                                "{what} [{i}, \
+                        {j}]"
+                            ),
+                            emitted[width * i + j],
+                            own,
+                            1.0,
+                            BY_DIFFERENCES,
+                            spread,
+                        );
+                    }
                 }
-            }
-        };
+            };
         let accelerations = |p: &Point| model.emitted(p).solved.ok().map(|(a, _)| a);
         columns("∂q̈/∂q", &slopes.by_q, n, &|j, h| {
             let mut p = at.clone();

@@ -2,10 +2,12 @@
 
 use dynamics::constrain::solve_once;
 use dynamics::model::{
-    ConstraintKind, Constraints, Coordinates, Events, Linearize, ModelState, Outputs, Parameters, Powers, State, Vector,
+    ConstraintKind, Constraints, Coordinates, Events, Linearize, ModelState, Outputs, Parameters, Powers,
+    State, Vector,
 };
 
-use crate::{Emitted, Own, Point, Shape, Slopes, Subject};
+use crate::states::Point;
+use crate::{Emitted, Own, Shape, Slopes, Subject};
 
 /// A derived model with its glue.
 pub struct Derived<M: dynamics::model::Model> {
@@ -13,6 +15,7 @@ pub struct Derived<M: dynamics::model::Model> {
     pub own: fn(&M, &Coordinates<M>, &mut Own),
     pub slopes: Option<SlopesOf<M>>,
     pub report: &'static str,
+    pub interpreted: &'static str,
 }
 
 /// Derivatives of the accelerations of a model.
@@ -74,7 +77,8 @@ where
     M: Parameters + Constraints + Powers + Outputs + Events + Clone,
 {
     fn shape(&self) -> Shape {
-        let holonomic = M::CONSTRAINTS.iter().filter(|c| c.kind == ConstraintKind::Holonomic).map(|c| c.rows).sum();
+        let holonomic =
+            M::CONSTRAINTS.iter().filter(|c| c.kind == ConstraintKind::Holonomic).map(|c| c.rows).sum();
         Shape {
             coordinates: M::COORDINATES.len(),
             inputs: M::INPUTS.len(),
@@ -138,6 +142,10 @@ where
         let value = self.model.parameter(index)?;
         let changed = self.model.with_parameter(index, value + by)?;
         changed.accelerations(&state::<M>(at)).ok().map(|a| a.as_slice().to_vec())
+    }
+
+    fn interpreted(&self) -> &'static str {
+        self.interpreted
     }
 
     fn own(&self, at: &Point, accelerations: &[f64], multipliers: &[f64]) -> Own {

@@ -5,19 +5,13 @@
 
 mod compare;
 mod derived;
+mod interpreted;
+mod states;
 
 use dynamics::{Expr, Vec2, Vec3};
 
 pub use derived::{Derived, Find, WithJacobians, Without};
-
-/// A place in state space: time, coordinates, velocities, inputs.
-#[derive(Clone, Debug)]
-pub struct Point {
-    pub t: f64,
-    pub q: Vec<f64>,
-    pub u: Vec<f64>,
-    pub inputs: Vec<f64>,
-}
+pub use states::Point;
 
 /// What is emitted, at one state; matrices by rows.
 #[derive(Clone, Debug)]
@@ -70,6 +64,8 @@ pub trait Subject {
     fn has_jacobians(&self) -> (bool, bool);
     /// q̈ with one parameter changed by this much.
     fn with_parameter(&self, at: &Point, index: usize, by: f64) -> Option<Vec<f64>>;
+    /// What the interpreter says; empty where nothing.
+    fn interpreted(&self) -> &'static str;
     /// The model's own functions, q̈ and λ as given.
     fn own(&self, at: &Point, accelerations: &[f64], multipliers: &[f64]) -> Own;
 }
@@ -164,17 +160,22 @@ impl<P: Parts, const N: usize> Parts for [P; N] {
 /// each model that was judged.
 pub fn run(models: &[(&str, &dyn Subject)]) {
     for (name, model) in models {
-        let original = name.strip_suffix("_twin").and_then(|name| models.iter().find(|(other, _)| *other == name));
+        let original =
+            name.strip_suffix("_twin").and_then(|name| models.iter().find(|(other, _)| *other == name));
         if let Some((_, original)) = original {
-            let alike =
-                std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| compare::twins(name, *original, *model)));
+            let alike = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+                compare::twins(name, *original, *model)
+            }));
             alike.unwrap_or_default().iter().for_each(|finding| println!("finding {name}: {finding}"));
         }
         let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| compare::judge(name, *model)));
         match found {
             Ok(report) => {
                 report.findings.iter().for_each(|finding| println!("finding {name}: {finding}"));
-                println!("judged {name}: {} comparisons, {} undecided", report.made, report.undecided);
+                println!(
+                    "judged {name}: {} comparisons, {} undecided, {} with the interpreter",
+                    report.made, report.undecided, report.by_interpreter
+                );
             }
             Err(panic) => {
                 let message = panic.downcast_ref::<String>().cloned();

@@ -5,8 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use random_models::interpret::Refused;
+
 use crate::cases::{Case, Expectation};
 use crate::glue::glue;
+use crate::interpretations::{Interpretations, interpretations};
 
 /// What came of many models.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +20,10 @@ pub struct Tally {
     /// Compiled, run and compared.
     pub judged: usize,
     pub comparisons: usize,
+    /// Of these, comparisons with the engine's interpreter.
+    pub by_interpreter: usize,
+    /// Accepted models that the interpreter says nothing of.
+    pub uninterpreted: usize,
     /// Refused models by what the error says, names left out.
     pub refused: BTreeMap<String, usize>,
     pub findings: Vec<String>,
@@ -28,6 +35,8 @@ impl Tally {
         self.accepted += other.accepted;
         self.judged += other.judged;
         self.comparisons += other.comparisons;
+        self.by_interpreter += other.by_interpreter;
+        self.uninterpreted += other.uninterpreted;
         other.refused.into_iter().for_each(|(reason, n)| *self.refused.entry(reason).or_default() += n);
         self.findings.extend(other.findings);
     }
@@ -36,11 +45,14 @@ impl Tally {
     pub fn line(&self) -> String {
         let refused: usize = self.refused.values().sum();
         format!(
-            "{} models, {} accepted, {} run with {} comparisons, {refused} refused, {} findings",
+            "{} models, {} accepted, {} run with {} comparisons ({} with the interpreter, {} models without), \
+             {refused} refused, {} findings",
             self.models,
             self.accepted,
             self.judged,
             self.comparisons,
+            self.by_interpreter,
+            self.uninterpreted,
             self.findings.len()
         )
     }
@@ -79,6 +91,15 @@ struct Said {
     warnings: Vec<String>,
 }
 
+/// What came of a package.
+struct Compiled {
+    /// What is said of each module.
+    said: BTreeMap<String, Said>,
+    succeeded: bool,
+    /// The executables, or all that was said.
+    output: Vec<String>,
+}
+
 impl<'a> Batch<'a> {
     #[must_use]
     pub fn new(library: &'a Path, keep: bool, run: bool) -> Self {
@@ -108,7 +129,7 @@ impl<'a> Batch<'a> {
         let (mistaken, rest): (Vec<&Case>, Vec<&Case>) =
             cases.iter().partition(|case| case.expectation == Expectation::Refused);
         if !mistaken.is_empty() {
-            let said = self.compile("mistaken", &mistaken, false)?.0;
+            let said = self.compile("mistaken", &mistaken, &Interpretations::new(), false)?.said;
             for case in &mistaken {
                 match said.get(&case.module) {
                     Some(said) if !said.errors.is_empty() => refuse(&mut tally, case, said),
@@ -116,10 +137,12 @@ impl<'a> Batch<'a> {
                 }
             }
         }
+        let interpreted = if self.run { interpretations(&rest) } else { Interpretations::new() };
         let mut left = rest;
         // An error in one model hides others of a later stage of the compiler.
         while !left.is_empty() {
-            let (said, succeeded, output) = self.compile("models", &left, self.run)?;
+            let Compiled { said, succeeded, output } =
+                self.compile("models", &left, &interpreted, self.run)?;
             let mut refused = BTreeSet::new();
             for case in &left {
                 let Some(said) = said.get(&case.module) else { continue };
@@ -141,6 +164,7 @@ impl<'a> Batch<'a> {
             if succeeded {
                 tally.accepted += left.len();
                 if self.run {
+                    uninterpreted(&mut tally, &left, &interpreted);
                     output.iter().try_for_each(|program| self.judged(&left, program, &mut tally))?;
                 }
                 break;
@@ -156,59 +180,16 @@ impl<'a> Batch<'a> {
         Ok(tally)
     }
 
-    /// Writes a package and compiles it: what is said of each module, whether it compiled, and the
-    /// executable, or all that was said.
+    /// Writes a package and compiles it.
     fn compile(
         &self,
         kind: &str,
         cases: &[&Case],
+        interpreted: &Interpretations,
         build: bool,
-    ) -> Result<(BTreeMap<String, Said>, bool, Vec<String>), String> {
+    ) -> Result<Compiled, String> {
         let folder = self.folder.join(kind);
-        let source = folder.join("src");
-        // What an earlier package left would be compiled, too.
-        let _ = fs::remove_dir_all(&source);
-        fs::create_dir_all(&source).map_err(|e| e.to_string())?;
-        let library = self.library.display();
-        let judge = self.folder.join("judge");
-        fs::create_dir_all(&judge).map_err(|e| e.to_string())?;
-        let judged = Path::new(env!("CARGO_MANIFEST_DIR")).join("judge/lib.rs");
-        let profile = "[profile.dev]\ndebug = 0\n[profile.dev.build-override]\nopt-level = 3\n";
-        let manifest = |name: &str, rest: &str| {
-            format!(
-                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition \
-                 = \"2024\"\n{rest}\n[dependencies]\ndynamics = {{ path = \"{library}\" }}\n"
-            )
-        };
-        let write = |path: PathBuf, text: String| {
-            fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
-        };
-        write(
-            judge.join("Cargo.toml"),
-            manifest("judge", &format!("[lib]\npath = \"{}\"", judged.display())),
-        )?;
-        let lock = self.library.join("Cargo.lock");
-        if lock.exists() && !folder.join("Cargo.lock").exists() {
-            fs::copy(lock, folder.join("Cargo.lock")).map_err(|e| e.to_string())?;
-        }
-        for case in cases {
-            write(source.join(format!("{}.rs", case.module)), case.text.clone() + "\n" + &glue(&case.text))?;
-        }
-        // Twins stand side by side in one program.
-        let mut groups: Vec<Vec<&Case>> = vec![Vec::new(); if cases.len() > 20 { PROGRAMS } else { 1 }];
-        let count = groups.len();
-        for case in cases {
-            let number = case.module.trim_end_matches("_twin").bytes().map(usize::from).sum::<usize>();
-            groups[number % count].push(case);
-        }
-        let mut programs = String::new();
-        for (k, group) in groups.iter().enumerate() {
-            write(source.join(format!("program_{k}.rs")), program(group))?;
-            programs += &format!("[[bin]]\nname = \"{kind}_{k}\"\npath = \"src/program_{k}.rs\"\n");
-        }
-        let batch =
-            manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + profile + &programs;
-        write(folder.join("Cargo.toml"), batch)?;
+        let count = self.write(&folder, kind, cases, interpreted)?;
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.current_dir(&folder).args([if build { "build" } else { "check" }, "--message-format=short"]);
         command
@@ -236,7 +217,64 @@ impl<'a> Batch<'a> {
         let executables =
             (0..count).map(|k| Path::new(&target).join(format!("debug/{kind}_{k}")).display().to_string());
         let succeeded = output.status.success();
-        Ok((said, succeeded, if succeeded { executables.collect() } else { vec![text] }))
+        Ok(Compiled { said, succeeded, output: if succeeded { executables.collect() } else { vec![text] } })
+    }
+
+    /// Writes a package: how many programs it has.
+    fn write(
+        &self,
+        folder: &Path,
+        kind: &str,
+        cases: &[&Case],
+        interpreted: &Interpretations,
+    ) -> Result<usize, String> {
+        let source = folder.join("src");
+        // What an earlier package left would be compiled, too.
+        let _ = fs::remove_dir_all(&source);
+        fs::create_dir_all(&source).map_err(|e| e.to_string())?;
+        let library = self.library.display();
+        let judge = self.folder.join("judge");
+        fs::create_dir_all(&judge).map_err(|e| e.to_string())?;
+        let judged = Path::new(env!("CARGO_MANIFEST_DIR")).join("judge/lib.rs");
+        let profile = "[profile.dev]\ndebug = 0\n[profile.dev.build-override]\nopt-level = 3\n";
+        let manifest = |name: &str, rest: &str| {
+            format!(
+                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition \
+                 = \"2024\"\n{rest}\n[dependencies]\ndynamics = {{ path = \"{library}\" }}\n"
+            )
+        };
+        let write = |path: PathBuf, text: String| {
+            fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+        };
+        write(
+            judge.join("Cargo.toml"),
+            manifest("judge", &format!("[lib]\npath = \"{}\"", judged.display())),
+        )?;
+        let lock = self.library.join("Cargo.lock");
+        if lock.exists() && !folder.join("Cargo.lock").exists() {
+            fs::copy(lock, folder.join("Cargo.lock")).map_err(|e| e.to_string())?;
+        }
+        for case in cases {
+            let values = interpreted.get(&case.module).and_then(|said| said.as_ref().ok());
+            let glue = glue(&case.text, values.map_or("", String::as_str));
+            write(source.join(format!("{}.rs", case.module)), format!("{}\n{glue}", case.text))?;
+        }
+        // Twins stand side by side in one program.
+        let mut groups: Vec<Vec<&Case>> = vec![Vec::new(); if cases.len() > 20 { PROGRAMS } else { 1 }];
+        let count = groups.len();
+        for case in cases {
+            let number = case.module.trim_end_matches("_twin").bytes().map(usize::from).sum::<usize>();
+            groups[number % count].push(case);
+        }
+        let mut programs = String::new();
+        for (k, group) in groups.iter().enumerate() {
+            write(source.join(format!("program_{k}.rs")), program(group))?;
+            programs += &format!("[[bin]]\nname = \"{kind}_{k}\"\npath = \"src/program_{k}.rs\"\n");
+        }
+        let batch =
+            manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + profile + &programs;
+        write(folder.join("Cargo.toml"), batch)?;
+        Ok(count)
     }
 
     fn judged(&self, cases: &[&Case], executable: &str, tally: &mut Tally) -> Result<(), String> {
@@ -252,8 +290,9 @@ impl<'a> Batch<'a> {
                 tally.findings.push(format!("finding {}: {what}", title(module)));
             } else if let Some(rest) = line.strip_prefix("judged ") {
                 tally.judged += 1;
-                tally.comparisons +=
-                    rest.split(' ').nth(1).and_then(|n| n.parse::<usize>().ok()).unwrap_or(0);
+                let count = |k: usize| rest.split(' ').nth(k).and_then(|n| n.parse().ok()).unwrap_or(0);
+                tally.comparisons += count(1);
+                tally.by_interpreter += count(5);
             }
         }
         if !status.success() {
@@ -261,6 +300,20 @@ impl<'a> Batch<'a> {
             tally.findings.push(format!("finding: the models' program ends with {status}: {last}"));
         }
         Ok(())
+    }
+}
+
+/// Accepted models of which the interpreter says nothing: what it refuses the compiler should have, too.
+fn uninterpreted(tally: &mut Tally, accepted: &[&Case], interpreted: &Interpretations) {
+    for case in accepted {
+        match interpreted.get(&case.module) {
+            Some(Ok(_)) => {}
+            Some(Err(Refused::Unsupported(_))) => tally.uninterpreted += 1,
+            Some(Err(Refused::Model(why))) => {
+                tally.findings.push(format!("finding {}: compiled, but not interpreted: {why}", case.title));
+            }
+            None => tally.findings.push(format!("finding {}: its interpreter ended", case.title)),
+        }
     }
 }
 
@@ -277,7 +330,7 @@ fn program(cases: &[&Case]) -> String {
         let module = &case.module;
         text += &format!(
             "        (\"{module}\", &judge::Derived \
-             {{ model: {module}::glue::model(), own: {module}::glue::own, slopes: (&judge::Find({module}::glue::model)).slopes(), report: {module}::glue::REPORT }}),\n"
+             {{ model: {module}::glue::model(), own: {module}::glue::own, slopes: (&judge::Find({module}::glue::model)).slopes(), report: {module}::glue::REPORT, interpreted: {module}::glue::INTERPRETED }}),\n"
         );
     }
     text + "    ]);\n}\n"

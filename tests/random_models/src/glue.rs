@@ -4,10 +4,11 @@
 /// The glue of a model: a module with `model()`, its parameters, and `own`, which calls every function with a
 /// role.
 ///
+/// `interpreted` is what the interpreter says of the model, empty where nothing.
 /// The text says `// model: Name { parameter: value }`. Forces are given once more as what they go along and
 /// their size where there are functions of the same name with `_place` and `_size`.
 #[must_use]
-pub fn glue(text: &str) -> String {
+pub fn glue(text: &str, interpreted: &str) -> String {
     let literal = text.lines().find_map(|line| line.strip_prefix("// model: ")).unwrap_or("Missing {}");
     let name = literal.split([' ', '{']).next().unwrap_or_default();
     let functions = roles(text);
@@ -31,7 +32,7 @@ pub fn glue(text: &str) -> String {
     // Nothing here may be called anything that the model's names could shadow.
     format!(
         "pub mod glue \
-         {{\n    pub const REPORT: &::core::primitive::str = super::{name}::REPORT;\n    pub fn model() -> super::{name} {{ super::{literal} }}\n    pub fn own(model: &super::{name}, q: &::dynamics::model::Coordinates<super::{name}>, own: &mut ::judge::Own) {{\n{calls}    }}\n}}\n"
+         {{\n    pub const REPORT: &::core::primitive::str = super::{name}::REPORT;\n    pub const INTERPRETED: &::core::primitive::str = {interpreted:?};\n    pub fn model() -> super::{name} {{ super::{literal} }}\n    pub fn own(model: &super::{name}, q: &::dynamics::model::Coordinates<super::{name}>, own: &mut ::judge::Own) {{\n{calls}    }}\n}}\n"
     )
 }
 

@@ -9,12 +9,16 @@
 //! A case is a number; the same number is the same model on every machine. Models are written into packages
 //! of a hundred, each in a module of its own, compiled once, and run: see `judge/` for what is compared. What
 //! the macro refuses is taken out, counted by its reason, and has to be one error.
+//!
+//! Beside the models' own functions on jets stands the engine's interpreter: the same text goes through the
+//! macros' passes here, its equations are evaluated on the graph, and the values travel in the package.
 
 mod batch;
 mod cases;
 mod expressions;
 mod generate;
 mod glue;
+mod interpretations;
 mod mistakes;
 mod names;
 #[allow(dead_code, reason = "shared with the fuzzer, which draws more kinds of numbers")]
