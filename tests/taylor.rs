@@ -194,6 +194,36 @@ fn dense_output_is_as_accurate_as_steps() {
     assert!(distance(motion.end(), reference.end()) < 1e-9);
 }
 
+/// In units of what is permitted, at random places of random motions, beside the ends of their own steps and
+/// the method's own run ended there.
+#[test]
+fn states_between_steps_are_as_good_as_ends_of_steps() {
+    let mut seed = 1_u64;
+    let mut random = move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as f64 / 2f64.powi(31)
+    };
+    let mut worst = [0.0_f64; 2];
+    for tolerance in [1e-5, 1e-8, 1e-11] {
+        for _ in 0..6 {
+            let start = DP.state().theta1(3.0 * random()).theta2_rate(2.0 * random()).build().unwrap();
+            let exact = DP.simulate(start).until(4.0).tolerance(1e-14).run().unwrap();
+            let run = |end| DP.simulate(start).until(end).tolerance(tolerance).method(TAYLOR).run().unwrap();
+            let motion = run(4.0);
+            let off =
+                |state: <DoublePendulum as Model>::State| distance(state, exact.at(state.t())) / tolerance;
+            let steps: Vec<_> = motion.steps().collect();
+            for two in steps.windows(2) {
+                let t = two[0].t() + random() * (two[1].t() - two[0].t());
+                let beside = distance(motion.at(t), run(t).end()) / tolerance;
+                worst[0] = worst[0].max(off(motion.at(t)) / off(two[0]).max(off(two[1])).max(1.0));
+                worst[1] = worst[1].max(beside);
+            }
+        }
+    }
+    assert!(worst[0] < 1.5 && worst[1] < 1.0, "{worst:?}");
+}
+
 #[test]
 fn runs_backwards_to_where_it_came_from() {
     let start = DP.state().theta1(1.5).theta2(1.0).build().unwrap();

@@ -305,3 +305,38 @@ fn what_is_damped_hard_is_followed_between_steps() {
         );
     }
 }
+
+/// Methods of fixed steps have no tolerance. Between two steps they are off by what the ends of steps are off,
+/// and by what the quintic through both ends leaves of the motion, which is of the order of h⁵. Order 1 is off
+/// by more: its positions do not follow the velocities at both ends.
+#[test]
+fn fixed_steps_are_followed_between_their_ends() {
+    let methods: [Any<System>; 4] = [
+        methods::Rk4.into(),
+        methods::SemiImplicitEuler.into(),
+        methods::Gauss4.into(),
+        methods::Gauss6.into(),
+    ];
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let count = std::env::var("BETWEEN_STEPS").ok().and_then(|count| count.parse().ok()).unwrap_or(3);
+    for _ in 0..count {
+        for kind in [Kind::Pendulums, Kind::Orbit] {
+            let system = System::random(kind, &mut random);
+            let exact = reference(&system);
+            for (method, h) in methods.iter().flat_map(|method| [(method, 0.05), (method, 0.01)]) {
+                let simulation = system.simulate(system.start).until(system.end).fixed_step(h);
+                let motion = simulation.method(method).run().expect("nothing ends it");
+                let off = |state: &State| apart(state, &exact.at(state.t), 1.0);
+                let at_ends = motion.steps().map(|state| off(&state)).fold(0.0, f64::max);
+                let times = (0..200).map(|_| random.within(0.0, system.end));
+                let between = times.map(|t| off(&motion.at(t))).fold(0.0, f64::max);
+                let times = if method.method().order() == 1 { 10.0 } else { 4.0 };
+                let permitted = times * at_ends + h.powi(5);
+                assert!(
+                    between < permitted,
+                    "{method} {h} of {system:?}: {between:e}, {at_ends:e} at the ends"
+                );
+            }
+        }
+    }
+}

@@ -163,8 +163,10 @@ impl<'a> Judge<'a> {
         let p = momenta(at);
         let own = self.own(at, &zero);
         let l = own.lagrangian.map_or(0.0, |l| l.value());
+        // Momenta are differences of L̇, which may be larger by far.
+        let rounding = 1e2 * f64::EPSILON * lagrangian(at, &zero).abs();
         for i in 0..n {
-            self.near(&format!("momentum of q[{i}]"), emitted.momenta[i], p[i], 1.0, EXACT, 0.0);
+            self.near(&format!("momentum of q[{i}]"), emitted.momenta[i], p[i], 1.0, EXACT, rounding);
         }
         let energy: f64 = p.iter().zip(&at.u).map(|(p, u)| p * u).sum::<f64>() - l;
         let noise = self.noise(at, &|p| vec![self.own(p, &zero).lagrangian.map_or(0.0, |l| l.value())]);

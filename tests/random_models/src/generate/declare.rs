@@ -101,7 +101,7 @@ impl Draft<'_> {
             }
             2 => {
                 let name = self.r.pick(MATHEMATICAL);
-                let _ = writeln!(self.outside, "use std::f64::consts::{name};");
+                let _ = writeln!(self.outside, "use ::std::f64::consts::{name};");
                 self.scope.numbers.push(name.to_owned());
                 // Of those that are imported one has to be read.
                 let _ = writeln!(self.outside, "{allow}const READ: f64 = {name};");
