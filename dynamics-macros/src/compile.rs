@@ -1,13 +1,13 @@
 //! The driver: one line per pass, two error checkpoints.
 
 use dynamics_symbolic::compile::Compiled;
-use proc_macro2::TokenStream;
+use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
 
 use crate::assertions::Constants;
 use crate::diagnostics::{Diagnostics, Place};
 use crate::elaborate;
-use crate::library::{self, Library};
+use crate::library::Library;
 use crate::messages;
 use crate::suggest;
 use crate::syntax::{self, Declaration, Implementation, Role};
@@ -66,12 +66,33 @@ pub(crate) fn compile(
 /// Types of the language of models that only some models name.
 const SOMETIMES_NAMED: &[&str] = &["Drawing", "Force", "Mat3", "Vec2", "Vec3"];
 
+/// Whether tokens name this without a path before it.
+fn names_alone(tokens: TokenStream, name: &str) -> bool {
+    let mut left = vec![tokens];
+    while let Some(stream) = left.pop() {
+        let mut before = [' '; 2];
+        for tree in stream {
+            let mark = match &tree {
+                TokenTree::Ident(word) if before != [':', ':'] && word == name => return true,
+                TokenTree::Group(group) => {
+                    left.push(group.stream());
+                    ' '
+                }
+                TokenTree::Punct(punct) => punct.as_char(),
+                _ => ' ',
+            };
+            before = [before[1], mark];
+        }
+    }
+    false
+}
+
 /// Refuses a struct called like a type that its own functions name: they would find the struct, and the macro
-/// would not know.
+/// would not know. What has a path before it is found where the path leads.
 fn check_name(declaration: &Declaration, implementation: &Implementation, diagnostics: &mut Diagnostics) {
     let name = declaration.name.to_string();
     let of_language = SOMETIMES_NAMED.contains(&name.as_str()) || Library::has(&name);
-    let named = |stream: TokenStream| library::any_word(stream, &|word| word == name);
+    let named = |stream: TokenStream| names_alone(stream, &name);
     let items = implementation.item.items.iter().map(ToTokens::into_token_stream);
     let fields = declaration.item.fields.iter().map(|field| field.ty.to_token_stream());
     if of_language && items.chain(fields).any(named) {
