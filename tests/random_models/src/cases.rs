@@ -26,6 +26,8 @@ pub struct Case {
     pub title: String,
     pub text: String,
     pub expectation: Expectation,
+    /// It is larger than models usually are: it may be refused as too large.
+    pub is_large: bool,
 }
 
 /// Once in this many models there is a mistake.
@@ -42,16 +44,16 @@ impl Case {
         let (module, title) = (format!("case_{case}"), format!("case {case}"));
         if mistaken && expectation == Expectation::Runs {
             text = mistakes::with_mistake(&text, &mut random);
-            return vec![Self { module, title, text, expectation: Expectation::Refused }];
+            return vec![Self { module, title, text, expectation: Expectation::Refused, is_large: false }];
         }
         let twin = twin.map(|text| {
             let (module, title) = (format!("case_{case}_twin"), format!("case {case}, its twin"));
-            Self { module, title, text, expectation: Expectation::Runs }
+            Self { module, title, text, expectation: Expectation::Runs, is_large: false }
         });
         if twin.is_some() {
             expectation = Expectation::Runs;
         }
-        std::iter::once(Self { module, title, text, expectation }).chain(twin).collect()
+        std::iter::once(Self { module, title, text, expectation, is_large: false }).chain(twin).collect()
     }
 }
 
@@ -77,6 +79,7 @@ pub fn defects() -> Vec<Case> {
                 title: format!("defects/{name}.rs"),
                 text,
                 expectation,
+                is_large: false,
             })
         })
         .collect()

@@ -30,6 +30,7 @@ fn case(k: usize, family: &Family, n: usize, damped: bool) -> Case {
         title: format!("{}, {n}, {kind}", family.name),
         text,
         expectation: Expectation::Runs,
+        is_large: n > family.usual,
     }
 }
 
