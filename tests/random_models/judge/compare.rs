@@ -6,6 +6,7 @@
 
 use crate::interpreted::{self, OWN};
 use crate::states::{Point, states};
+use crate::tangent::Tangential;
 use crate::{Emitted, Own, Shape, Subject};
 
 /// What came of a model.
@@ -23,7 +24,7 @@ pub(crate) const EXACT: f64 = 1e-11;
 /// Relative agreement of a solution put back into the equations: rounding times the condition of M.
 pub(crate) const SOLVED: f64 = 1e-9;
 /// Relative agreement with differences of sixth order at steps of 2e-3.
-const BY_DIFFERENCES: f64 = 1e-6;
+pub(crate) const BY_DIFFERENCES: f64 = 1e-6;
 /// A difference is believed to this many times what its two step sizes differ by.
 const SPREADS: f64 = 30.0;
 /// Findings of one model that are told.
@@ -65,7 +66,8 @@ pub(crate) fn judge(name: &str, model: &dyn Subject) -> Report {
     let mut judge = Judge::new(model, &shape);
     let interpreted = interpreted::read(model.interpreted());
     let places = match interpreted.as_slice() {
-        [] => states(name, shape.coordinates, shape.inputs),
+        // Where no state was found there are none.
+        [] if model.interpreted().is_empty() => states(name, shape.coordinates, shape.inputs),
         some => some.iter().map(|state| state.at.clone()).collect(),
     };
     for (k, at) in places.iter().enumerate() {
@@ -74,7 +76,8 @@ pub(crate) fn judge(name: &str, model: &dyn Subject) -> Report {
             judge.beside_interpreter(&emitted, interpreted);
             judge.slopes_beside_interpreter(model, interpreted);
         }
-        judge.state(at, &emitted, k == 0);
+        let is_tangential = interpreted.get(k).is_some_and(|state| state.is_tangential);
+        judge.state(at, &emitted, k == 0, is_tangential);
     }
     judge.report
 }
@@ -87,6 +90,15 @@ pub(crate) struct Judge<'a> {
     pub(crate) route: &'static str,
     /// Quantities that already differed.
     met: Vec<String>,
+}
+
+/// A generalized force by the second route.
+pub(crate) struct Force {
+    pub(crate) value: f64,
+    pub(crate) spread: f64,
+    pub(crate) scale: f64,
+    /// What of it is applied.
+    pushed: f64,
 }
 
 /// Whether this column of M is compared: all of them of up to 30 coordinates. They take n² runs of the
@@ -148,7 +160,7 @@ impl<'a> Judge<'a> {
         noise
     }
 
-    fn state(&mut self, at: &Point, emitted: &Emitted, with_slopes: bool) {
+    fn state(&mut self, at: &Point, emitted: &Emitted, with_slopes: bool, is_tangential: bool) {
         let n = self.shape.coordinates;
         let unit = |j: usize| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
         let zero = vec![0.0; n];
@@ -161,11 +173,13 @@ impl<'a> Judge<'a> {
             (0..n).map(|j| lagrangian(p, &unit(j)) - free).collect()
         };
         let p = momenta(at);
-        let own = self.own(at, &zero);
+        // Forces may go by reactions.
+        let given = emitted.solved.as_ref().map_or(&[][..], |(_, multipliers)| multipliers);
+        let own = self.model.own(at, &zero, given);
         let l = own.lagrangian.map_or(0.0, |l| l.value());
         // Momenta are differences of L̇, which may be larger by far.
         let rounding = 1e2 * f64::EPSILON * lagrangian(at, &zero).abs();
-        for i in 0..n {
+        for i in (0..n).filter(|_| !is_tangential) {
             self.near(&format!("momentum of q[{i}]"), emitted.momenta[i], p[i], 1.0, EXACT, rounding);
         }
         let energy: f64 = p.iter().zip(&at.u).map(|(p, u)| p * u).sum::<f64>() - l;
@@ -173,11 +187,20 @@ impl<'a> Judge<'a> {
         self.near("energy", emitted.energy, energy, l, EXACT, 1e2 * noise[0]);
 
         let (mass, masses) = self.mass(at, &momenta);
-        for k in (0..n * n).filter(|k| compared(k % n, n)) {
+        for k in (0..n * n).filter(|k| compared(k % n, n) && !is_tangential) {
             let what = format!("M[{}, {}]", k / n, k % n);
             self.near(&what, emitted.mass[k], mass[k], 1.0, BY_DIFFERENCES, masses[k]);
         }
-        self.force(at, emitted, &own, &p, &momenta);
+        let forces = self.forces(at, &own, &p, &momenta);
+        if is_tangential {
+            let found = Tangential { momenta: &p, mass: (&mass, &masses), forces: &forces };
+            self.along_the_constraints(emitted, &own, &found);
+        } else {
+            self.force(emitted, &own, &forces);
+        }
+        if self.shape.rows == 0 {
+            self.powers(at, emitted, &own, &forces);
+        }
         self.constraints(at, emitted);
         match &emitted.solved {
             Ok((a, multipliers)) => {
@@ -226,14 +249,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Q = ∂L/∂q − (∂p/∂q) q̇ − ∂p/∂t − ∂D/∂q̇ + Σ size ∂place/∂q.
-    fn force(
-        &mut self,
-        at: &Point,
-        emitted: &Emitted,
-        own: &Own,
-        p: &[f64],
-        momenta: &dyn Fn(&Point) -> Vec<f64>,
-    ) {
+    fn forces(&self, at: &Point, own: &Own, p: &[f64], momenta: &dyn Fn(&Point) -> Vec<f64>) -> Vec<Force> {
         let n = self.shape.coordinates;
         let zero = vec![0.0; n];
         let at_rest = Point { u: zero.clone(), ..at.clone() };
@@ -274,18 +290,32 @@ impl<'a> Judge<'a> {
                 .zip(moved.iter().zip(&still))
                 .map(|((_, size), (a, b))| size * (a - b))
                 .sum();
-            forces.push((
-                by_q.0 - by_time.0 - dissipated + pushed,
-                by_q.1 + by_time.1,
-                by_time.0.abs() + p[i].abs(),
+            forces.push(Force {
+                value: by_q.0 - by_time.0 - dissipated + pushed,
+                spread: by_q.1 + by_time.1,
+                scale: by_time.0.abs() + p[i].abs(),
                 pushed,
-            ));
+            });
         }
-        if own.along.len() >= own.forces.len() {
-            for (i, (force, spread, scale, _)) in forces.iter().enumerate() {
-                self.near(&format!("Q[{i}]"), emitted.force[i], *force, *scale, BY_DIFFERENCES, *spread);
-            }
+        forces
+    }
+
+    fn force(&mut self, emitted: &Emitted, own: &Own, forces: &[Force]) {
+        let has_reactions = own.along.iter().any(|(_, size)| size.is_nan());
+        if own.given_along != own.forces.len() || has_reactions && emitted.solved.is_err() {
+            return;
         }
+        for (i, Force { value, spread, scale, .. }) in forces.iter().enumerate() {
+            self.near(&format!("Q[{i}]"), emitted.force[i], *value, *scale, BY_DIFFERENCES, *spread);
+        }
+    }
+
+    /// The sum of all powers, of models without constraints.
+    fn powers(&mut self, at: &Point, emitted: &Emitted, own: &Own, forces: &[Force]) {
+        let n = self.shape.coordinates;
+        let zero = vec![0.0; n];
+        let drag = |a: &[f64]| self.model.own(at, a, &[]).dissipation.map_or(0.0, |d| d.rate());
+        let free = drag(&zero);
         let named = self.shape.powers.iter().zip(&emitted.powers);
         let emitted_powers: Vec<f64> =
             named.filter(|(name, _)| **name != "explicit time").map(|(_, power)| *power).collect();
@@ -298,13 +328,11 @@ impl<'a> Judge<'a> {
                 -(drag(&unit) - free) * at.u[i]
             })
             .sum();
-        if self.shape.rows == 0 {
-            // Places that move with time do work besides, which is no force on a coordinate.
-            let pushed = forces.iter().zip(&at.u).map(|(force, u)| force.3 * u).sum::<f64>();
-            let sum = if own.along.len() >= own.forces.len() { pushed } else { own.forces.iter().sum() }
-                + dissipation;
-            self.near("powers", emitted_powers.iter().sum(), sum, dissipation, EXACT, 0.0);
-        }
+        // Places that move with time do work besides, which is no force on a coordinate.
+        let pushed = forces.iter().zip(&at.u).map(|(force, u)| force.pushed * u).sum::<f64>();
+        let sum = if own.given_along == own.forces.len() { pushed } else { own.forces.iter().sum() };
+        let sum = sum + dissipation;
+        self.near("powers", emitted_powers.iter().sum(), sum, dissipation, EXACT, 0.0);
     }
 
     /// M q̈ = Q + Φ_qᵀλ, Φ_q q̈ = γ.

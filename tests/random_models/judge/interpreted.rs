@@ -10,6 +10,8 @@ use crate::{Emitted, Slopes, Subject};
 /// Values at one state, each with what rounding in the state does to it.
 pub(crate) struct Interpreted {
     pub(crate) at: Point,
+    /// Only along the constraints are M, Q and p those of the model's own functions.
+    pub(crate) is_tangential: bool,
     quantities: BTreeMap<String, Vec<(f64, f64)>>,
 }
 
@@ -25,7 +27,9 @@ pub(crate) fn read(text: &str) -> Vec<Interpreted> {
             let mut next = || parts.next().unwrap_or_default();
             let t = next().first().copied().unwrap_or(f64::NAN);
             let at = Point { t, q: next(), u: next(), inputs: next() };
-            states.push(Interpreted { at, quantities: BTreeMap::new() });
+            states.push(Interpreted { at, is_tangential: false, quantities: BTreeMap::new() });
+        } else if let (Some(state), "tangential") = (states.last_mut(), name) {
+            state.is_tangential = true;
         } else if let Some(state) = states.last_mut() {
             let pair = |text: &str| text.split_once('~').map(|(value, noise)| (number(value), number(noise)));
             state.quantities.insert(name.to_owned(), rest.split_whitespace().filter_map(pair).collect());

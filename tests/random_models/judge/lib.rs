@@ -7,6 +7,7 @@ mod compare;
 mod derived;
 mod interpreted;
 mod states;
+mod tangent;
 
 use dynamics::{Expr, Vec2, Vec3};
 
@@ -79,6 +80,8 @@ pub struct Own {
     pub dissipation: Option<Expr>,
     /// Places or quantities that forces go along, with the size of the force.
     pub along: Vec<(Expr, f64)>,
+    /// How many forces were given so.
+    pub given_along: usize,
     /// Powers of all forces.
     pub forces: Vec<f64>,
     pub holonomic: Vec<Expr>,
@@ -111,6 +114,7 @@ impl Own {
     /// The same force once more, as what it goes along and its size.
     pub fn along(&mut self, place: impl Parts, size: impl Parts) {
         let (places, sizes) = (place.parts(), size.parts());
+        self.given_along += 1;
         self.along.extend(places.into_iter().zip(sizes.into_iter().map(|s| s.value())));
     }
     pub fn holonomic(&mut self, rows: impl Parts) {

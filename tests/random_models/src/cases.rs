@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::generate::{self, Generated};
+use crate::kinds;
 use crate::mistakes;
 use crate::random::Random;
 
@@ -37,6 +38,16 @@ impl Case {
     /// The case of a number: a model, and sometimes its twin, another Lagrangian of the same motions.
     #[must_use]
     pub fn random(case: u64) -> Vec<Self> {
+        if case >= kinds::FIRST {
+            let (module, title) = (format!("case_{case}"), format!("case {case}"));
+            return vec![Self {
+                module,
+                title,
+                text: kinds::model(case),
+                expectation: Expectation::Runs,
+                is_large: false,
+            }];
+        }
         let mut random = Random::new(case.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ 0x5bd1_e995);
         let mistaken = random.one_in(ONE_MISTAKE_IN);
         let mut further = Random::new(case.wrapping_mul(0x9fb2_1c65_1e98_df25) ^ 0x2c1b_3c6d);

@@ -11,7 +11,13 @@
 pub fn glue(text: &str, interpreted: &str) -> String {
     let literal = text.lines().find_map(|line| line.strip_prefix("// model: ")).unwrap_or("Missing {}");
     let name = literal.split([' ', '{']).next().unwrap_or_default();
-    let functions = roles(text);
+    let mut functions = roles(text);
+    // Speeds are emitted in the order of their declaration.
+    let speeds = text.lines().find(|line| line.starts_with("#[speeds(")).unwrap_or_default();
+    functions.sort_by_key(|(role, name)| match *role {
+        "kinematic" => speeds.find(&format!("{}:", plain(name))).or_else(|| speeds.find(plain(name))),
+        _ => None,
+    });
     let mut calls = String::new();
     for (role, function) in &functions {
         let call = format!("model.{function}(q)");

@@ -2,11 +2,14 @@
 //! equations, which are evaluated on the graph. Nothing is scheduled or emitted, and the equations are solved
 //! densely.
 
+mod manifold;
 mod solve;
 mod values;
 
+use dynamics_symbolic::algebra::States;
+use dynamics_symbolic::check;
 use dynamics_symbolic::graph::{Bindings, Dependence, FunctionId, Graph, NodeId, Symbol};
-use dynamics_symbolic::mechanics::{self, Equations, Model, Solution};
+use dynamics_symbolic::mechanics::{self, Equations, Manifold, Model, Solution};
 use quote::ToTokens;
 
 use crate::diagnostics::Diagnostics;
@@ -38,13 +41,41 @@ pub fn interpreted(name: &str, text: &str) -> Result<String, Refused> {
     if !model.functions.is_empty() {
         return Err(Refused::Unsupported("smooth functions have values at run time alone"));
     }
-    let equations = mechanics::derive(&mut model).map_err(|e| Refused::Model(format!("{e:?}")))?;
+    let equations = derived(&mut model)?;
     let interpreter = Interpreter { model: &model, equations: &equations, parameters: &parameters };
     let mut said = String::new();
-    for at in states(name, model.coordinates.len(), model.inputs.len()) {
-        interpreter.tell(&at, &mut said);
+    // Euler parameters turn, and rows repeat each other, where the constraints hold.
+    let has_norm = text.contains("norm_constraint()");
+    let all = has_norm || model.constraints.iter().any(|c| c.redundant);
+    let mut are_met = false;
+    for (k, at) in states(name, model.coordinates.len(), model.inputs.len()).into_iter().enumerate() {
+        let on_them = interpreter.on_constraints(&at);
+        are_met |= on_them.is_some();
+        match on_them {
+            Some(on_them) if all || k == 2 => interpreter.tell(&on_them, has_norm, &mut said),
+            _ if all => {}
+            _ => interpreter.tell(&at, has_norm, &mut said),
+        }
+    }
+    if equations.constraints.is_some() && !are_met {
+        said += UNMET;
     }
     Ok(said)
+}
+
+/// The last line where no state was found at which the constraints hold; without any other there is nothing
+/// that the judge could compare either.
+pub const UNMET: &str = "unmet";
+
+/// The equations, solved on the graph in the order that the engine's driver finds for the same model.
+fn derived(model: &mut Model) -> Result<Equations, Refused> {
+    let constraints = check::constraints::analyse(model);
+    let [anywhere, likely, passed] =
+        [&constraints.guides[..], constraints.likely.as_slice(), &constraints.passed]
+            .map(|states| states.iter().map(|state| state as &dyn Bindings).collect::<Vec<_>>());
+    let states = States { anywhere: &anywhere, likely: &likely, passed: &passed };
+    let manifold = Manifold { states, redundant: constraints.redundant };
+    mechanics::derive_on(model, &manifold).map_err(|e| Refused::Model(format!("{e:?}")))
 }
 
 /// The engine's model behind a text, and the values of its parameters.
@@ -129,9 +160,12 @@ const ROUNDING: f64 = 1e-13;
 
 impl Interpreter<'_> {
     /// Adds the lines of a state.
-    fn tell(&self, at: &Point, to: &mut String) {
+    fn tell(&self, at: &Point, is_tangential: bool, to: &mut String) {
         let list = |values: &[f64]| values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(" ");
         *to += &format!("state {:?}|{}|{}|{}\n", at.t, list(&at.q), list(&at.u), list(&at.inputs));
+        if is_tangential {
+            *to += "tangential\n";
+        }
         let here = self.quantities(at, 0.0);
         let beside = [-1.0, 1.0].map(|sign| {
             let mut beside = at.clone();
@@ -139,10 +173,14 @@ impl Interpreter<'_> {
             all.for_each(|x| *x *= 1.0 + sign * ROUNDING);
             self.quantities(&beside, sign * ROUNDING)
         });
-        for (k, (name, values)) in here.iter().enumerate() {
+        for (name, values) in &here {
             *to += name;
+            // A pivot that is there or not there, as rounding has it, is doubt enough.
+            let beside = beside.each_ref().map(|all| all.iter().find(|(other, _)| other == name));
             for (i, value) in values.iter().enumerate() {
-                let noise = beside.iter().map(|all| (all[k].1[i] - value).abs()).fold(0.0, f64::max);
+                let off = |all: &Option<&Quantity>| all.map_or(f64::NAN, |(_, v)| (v[i] - value).abs());
+                let noise =
+                    beside.iter().map(off).fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
                 *to += &format!(" {value:?}~{noise:.1e}");
             }
             *to += "\n";
@@ -181,7 +219,8 @@ impl Interpreter<'_> {
             wanted.push(("jacobian", c.jacobian.concat()));
             wanted.push(("gamma", c.gamma.clone()));
         }
-        if let Ok(j) = &e.jacobians {
+        let unrolled = self.on_graph(&values);
+        if let (Ok(j), true) = (&e.jacobians, unrolled.is_some()) {
             wanted.push(("by_q", j.by_q.concat()));
             wanted.push(("by_u", j.by_u.concat()));
             wanted.push(("by_input", j.by_inputs.concat()));
@@ -191,20 +230,27 @@ impl Interpreter<'_> {
         let mut found = self.evaluate(&all, &values).into_iter();
         let mut quantities: Vec<Quantity> =
             wanted.iter().map(|(name, nodes)| (*name, found.by_ref().take(nodes.len()).collect())).collect();
-        quantities.extend(self.on_graph(&values));
+        quantities.extend(unrolled);
         quantities.push(("accelerations", accelerations));
         quantities.push(("multipliers", multipliers));
         quantities
     }
 
     /// The solution that the engine has on its graph, which is not the dense one.
-    fn on_graph(&self, values: &Values) -> Vec<Quantity> {
+    fn on_graph(&self, values: &Values) -> Option<Quantity> {
         let e = self.equations;
-        match e.constraints.as_ref().map(|c| &c.solution) {
-            None => vec![("unrolled", self.evaluate(&e.accelerations, values))],
-            Some(Solution::Unrolled(u)) => vec![("unrolled", self.evaluate(&u.accelerations, values))],
-            Some(Solution::General(_)) => Vec::new(),
-        }
+        let nodes = match e.constraints.as_ref().map(|c| &c.solution) {
+            None => &e.accelerations,
+            Some(Solution::Unrolled(u)) if self.applies(&u.guards, values) => &u.accelerations,
+            Some(_) => return None,
+        };
+        Some(("unrolled", self.evaluate(nodes, values)))
+    }
+
+    /// Whether no pivot is next to nothing: there the general solver takes over.
+    fn applies(&self, guards: &[mechanics::Guard], values: &Values) -> bool {
+        let pairs: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
+        self.evaluate(&pairs, values).chunks(2).all(|pair| pair[0].abs() > 1e-4 * pair[1].abs())
     }
 
     /// q̈ and λ by dense elimination; λ is NaN where rows repeat each other.

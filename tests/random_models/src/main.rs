@@ -2,13 +2,16 @@
 //!
 //! ```sh
 //! cargo run --manifest-path tests/random_models/Cargo.toml -- --from 0 --models 1000
+//! cargo run --manifest-path tests/random_models/Cargo.toml -- --from 1000000 --models 300
 //! cargo run --manifest-path tests/random_models/Cargo.toml -- --case 17
 //! cargo run --manifest-path tests/random_models/Cargo.toml -- --sizes 80 --size 34
 //! ```
 //!
-//! A case is a number; the same number is the same model on every machine. Models are written into packages
-//! of a hundred, each in a module of its own, compiled once, and run: see `judge/` for what is compared. What
-//! the macro refuses is taken out, counted by its reason, and has to be one error.
+//! A case is a number; the same number is the same model on every machine. From 1000000 on they are of
+//! further kinds: bodies on one another, rows that repeat others, generalized speeds, friction by reactions.
+//! Models are written into packages of a hundred, each in a module of its own, compiled once, and run: see
+//! `judge/` for what is compared. What the macro refuses is taken out, counted by its reason, and has to be one
+//! error.
 //!
 //! Beside the models' own functions on jets stands the engine's interpreter: the same text goes through the
 //! macros' passes here, its equations are evaluated on the graph, and the values travel in the package.
@@ -19,6 +22,7 @@ mod expressions;
 mod generate;
 mod glue;
 mod interpretations;
+mod kinds;
 mod mistakes;
 mod names;
 #[allow(dead_code, reason = "shared with the fuzzer, which draws more kinds of numbers")]
@@ -36,6 +40,7 @@ use cases::{Case, defects};
 const USAGE: &str = "Random models, compiled and run. Exit status 1 with findings.
   --from N        the first case (default 0)
   --models N      how many cases (default 100)
+  --kinds N       as many models of bodies, joints, speeds, friction, from case 1000000 on (default 0)
   --size N        models in a package (default 100)
   --case N        prints one model and judges it
   --sizes N       families of models at sizes up to N (1, 2, 3, 5, 10, 20, 21, 30, 50, 80), damped and \
@@ -48,6 +53,7 @@ const USAGE: &str = "Random models, compiled and run. Exit status 1 with finding
 struct Options {
     from: u64,
     models: u64,
+    kinds: u64,
     size: u64,
     case: Option<u64>,
     sizes: Option<u64>,
@@ -62,6 +68,7 @@ fn options() -> Result<Options, String> {
     let mut options = Options {
         from: 0,
         models: 100,
+        kinds: 0,
         size: 100,
         case: None,
         sizes: None,
@@ -77,6 +84,7 @@ fn options() -> Result<Options, String> {
         match option.as_str() {
             "--from" | "--seed" => options.from = number(value()?)?,
             "--models" => options.models = number(value()?)?,
+            "--kinds" => options.kinds = number(value()?)?,
             "--size" => options.size = number(value()?)?.max(1),
             "--case" => options.case = Some(number(value()?)?),
             "--sizes" => options.sizes = Some(number(value()?)?),
@@ -106,6 +114,7 @@ fn packages(options: &Options) -> Vec<Vec<Case>> {
     if options.only_defects {
         return vec![first];
     }
+    first.extend((kinds::FIRST..kinds::FIRST + options.kinds).flat_map(Case::random));
     let mut packages = Vec::new();
     let end = options.from + options.models;
     let mut from = options.from;

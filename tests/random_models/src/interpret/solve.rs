@@ -57,7 +57,7 @@ impl System {
 }
 
 /// The solution, and the unknowns that are not determined, which are 0 in it.
-fn eliminate(mut a: Vec<Vec<f64>>) -> (Vec<f64>, Vec<usize>) {
+pub(super) fn eliminate(mut a: Vec<Vec<f64>>) -> (Vec<f64>, Vec<usize>) {
     let size = a.len();
     // Rows of one size, so that units do not choose the pivots.
     for row in &mut a {
