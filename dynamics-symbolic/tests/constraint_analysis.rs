@@ -188,6 +188,22 @@ fn what_no_state_satisfies_is_contradictory_at_nominal_values() {
     assert_eq!(sound(&b.model).looked_at, LookedAt::Nominal);
 }
 
+/// The end of a crank cannot be as high: its height is flat where it comes closest.
+#[test]
+fn what_is_out_of_reach_is_missed_by_a_length() {
+    let (mut b, q) = particles(&["x", "y"]);
+    let (l, d) = (b.parameter("l"), b.parameter("d"));
+    let sine = b.sin(q[0]);
+    let height = b.mul(l, sine);
+    let row = b.sub(height, d);
+    constrain(&mut b, "height", HOLONOMIC, &[row]);
+    b.nominal(0, 1.0);
+    b.nominal(1, 1.5);
+    let found = faults(&b.model);
+    let [Fault::Unsatisfiable { missed, .. }] = &found[..] else { panic!("{found:?}") };
+    assert!(missed[0].1 > 0.1 && missed[0].1 < 10.0, "{missed:?}");
+}
+
 /// (x² + y² − l²)(x + 3l): its gradient is another one than that of the rod, but not where both are zero.
 #[test]
 fn a_repetition_on_the_manifold_is_found() {

@@ -28,6 +28,9 @@ const APART: f64 = 1e-3;
 /// Rows that are missed by less than this part of what the worst is missed by are fulfilled: descents end
 /// there.
 const MISSED: f64 = 1e-2;
+/// Beyond this many times what a row was missed by at the slopes that its last descent began with, it is flat
+/// where it comes closest: value over slope is no distance there.
+const FLAT: f64 = 1e2;
 /// Most rows that are projected: a step takes R³ operations.
 pub(super) const LIMIT: usize = 60;
 /// A gradient is gone where it is this much shorter than one step of this size away, relative to the
@@ -69,8 +72,10 @@ fn largest(residual: &[f64]) -> f64 {
 /// The rows that are missed where a descent comes closest, and by how much.
 fn missed(stuck: Vec<(Projection, Sample, Vec<f64>)>, size: f64) -> Vec<(usize, f64)> {
     let approaches = stuck.into_iter().map(|(projection, state, residual)| {
-        let closest = projection.closest(state).filter(|distances| distances.iter().all(|x| x.is_finite()));
-        let closest = closest.unwrap_or_else(|| residual.iter().map(|x| x.abs() * size).collect());
+        let before: Vec<f64> = residual.iter().map(|x| x.abs() * size).collect();
+        let is_distance = |x: &f64| x.is_finite() && *x <= FLAT * largest(&before);
+        let closest = projection.closest(state).filter(|distances| distances.iter().all(is_distance));
+        let closest = closest.unwrap_or(before);
         (projection.chosen, closest)
     });
     let closest = approaches.min_by(|(_, a), (_, b)| largest(a).total_cmp(&largest(b)));
