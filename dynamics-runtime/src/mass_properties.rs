@@ -359,6 +359,7 @@ impl fmt::Display for MeshError {
 
 #[cfg(feature = "alloc")]
 crate::error::sentence_for_debugging!(MeshError);
+#[cfg(feature = "alloc")]
 impl core::error::Error for MeshError {}
 
 #[cfg(feature = "alloc")]
