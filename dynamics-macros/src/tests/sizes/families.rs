@@ -392,8 +392,9 @@ impl Family {
                 ", damping: f64",
                 format!(
                     "#[dissipation] fn damper(&self, q: &Coordinates<Self>) -> Expr {{
-                        let mut sum = Expr::ZERO; for i in 0..N
-                        {{ sum += 0.5 * self.damping * {}.powi(2); }} sum
+                        let mut sum = Expr::ZERO;
+                        for i in 0..N {{ sum += 0.5 * self.damping * {}.powi(2); }}
+                        sum
                     }}",
                     self.damped
                 ),
