@@ -376,9 +376,19 @@ impl<'c, M: Simulate> Change<'c, M> {
         self.attempt(|change| {
             let index = position_of::<M>(constraint);
             let rates = change.model.velocity_residual(change.state);
-            let is_back = rates[constraint.first] > 0.0 && change.upkeep.rests_unseen(index, &rates);
+            let is_back = rates[constraint.first] > 0.0
+                && (change.is_unresolved(constraint) && change.upkeep.rests_unresolved(index, &rates)
+                    || change.upkeep.rests_unseen(index, &rates));
             change.strike(constraint, if is_back { Blow::Hold } else { Blow::Contact })
         });
+    }
+
+    /// Whether a contact moves away no faster than velocities are known to.
+    fn is_unresolved(&mut self, constraint: &Constraint) -> bool {
+        let steps = self.steps.filter(|steps| steps.fixed.is_none());
+        let part = steps.map_or(CONSISTENT, |steps| steps.tolerances.relative);
+        self.upkeep.slip(self.model, self.state, constraint).abs()
+            <= part * self.upkeep.speed(self.model, self.state, constraint)
     }
 
     /// Whether what a released constraint of one row slips on jumps here, and its slip with it from this side

@@ -68,7 +68,14 @@ pub(super) struct Stiffness<M> {
 
 impl<M> Stiffness<M> {
     pub(super) fn from(t: f64, method: Method) -> Self {
-        Self { accepted: 0, t, passed: 0, more: 0, explicit: !method.is_for_stiff(), trials: None }
+        Self {
+            accepted: 0,
+            t,
+            passed: 0,
+            more: 0,
+            explicit: !method.is_for_stiff(),
+            trials: None,
+        }
     }
 
     fn is_due(&self, tally: &Tally, every: u64) -> bool {

@@ -80,6 +80,17 @@ impl<M: Constraints> Upkeep<M> {
         rests
     }
 
+    /// The same of one that is within what its velocity is known to, however gently it has been hit so far. A
+    /// speed that was given decides alone.
+    pub(in crate::motion) fn rests_unresolved(&mut self, constraint: usize, rates: &M::Rows) -> bool {
+        let given = |contact: &Closing| contact.constraint == constraint && contact.law.rest_speed.is_some();
+        if self.contacts.iter().any(given) {
+            return false;
+        }
+        self.upkept.rest(rates[M::CONSTRAINTS[constraint].first]);
+        true
+    }
+
     fn is_below_rest(&self, constraint: usize, rates: &M::Rows, part: f64) -> bool {
         let rate = rates[M::CONSTRAINTS[constraint].first];
         let contact = self.contacts.iter().find(|contact| contact.constraint == constraint);
