@@ -15,6 +15,7 @@ mod derivative;
 mod dimensions;
 mod expressions;
 mod findings;
+mod integer_types;
 mod integers;
 mod operators;
 mod origins;

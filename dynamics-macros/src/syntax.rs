@@ -2,16 +2,18 @@
 
 mod attributes;
 mod conditions;
+mod declaration;
 mod impls;
 mod limits;
 mod roles;
 mod structs;
 
-pub(crate) use attributes::{ATTRIBUTES, Quantity, UnitText};
-pub(crate) use impls::{Function, Implementation, Role, path as path_text};
+pub(crate) use attributes::ATTRIBUTES;
+pub(crate) use declaration::{Declaration, FieldKind, Quantity, Shape, UnitText};
+pub(crate) use impls::{Function, Implementation, path as path_text};
 pub(crate) use limits::check_nesting;
-pub(crate) use roles::ConstraintOptions;
-pub(crate) use structs::{Declaration, FieldKind, Shape, is_always_named};
+pub(crate) use roles::{ConstraintOptions, Role};
+pub(crate) use structs::is_always_named;
 
 use proc_macro2::TokenStream;
 

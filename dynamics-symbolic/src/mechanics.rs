@@ -18,10 +18,10 @@ mod velocity_form;
 
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
-pub use derive::{Underivable, derive, derive_on, momentum_rates, output_variations, residual, variations};
+pub use derive::{derive, derive_on, momentum_rates, output_variations, residual, variations};
 pub use equations::{
     Aside, ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named,
-    Pivot, Released, Solution, SpeedEquations, Variations, Withheld,
+    Pivot, Released, Solution, SpeedEquations, Underivable, Variations, Withheld,
 };
 pub use model::{
     AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,

@@ -10,8 +10,7 @@ use syn::{Expr, ExprMethodCall, Ident};
 
 use super::Elaborator;
 use super::derivative::rebuild;
-use super::roles::flatten;
-use super::values::{Scalar, UnitOf, Value};
+use super::values::{Scalar, UnitOf, Value, flatten};
 use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{Function, Role};

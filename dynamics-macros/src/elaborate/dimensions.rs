@@ -7,8 +7,7 @@ use dynamics_symbolic::check::units::{Conflict, Dimension, Exponent, UnitExpr, U
 use syn::Ident;
 
 use super::Elaborator;
-use super::roles::flatten;
-use super::values::{Scalar, UnitOf, Value};
+use super::values::{Scalar, UnitOf, Value, flatten};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 use crate::syntax::Role;

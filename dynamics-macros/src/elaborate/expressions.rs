@@ -8,7 +8,7 @@ use syn::spanned::Spanned;
 use syn::{BinOp, Expr, Lit, Member, Type, UnOp};
 
 use super::Elaborator;
-use super::integers::{IntegerType, TypeOf};
+use super::integer_types::{IntegerType, TypeOf};
 use super::operators::Operator;
 use super::scope::Flow;
 use super::values::{Condition, Integer, Value};

@@ -9,41 +9,11 @@ use syn::{Ident, Type};
 
 use super::Elaborator;
 use super::calls::Argument;
+use super::integer_types::{I32, IntegerType, TypeOf};
 use super::scalar_methods::SCALAR_METHODS;
 use super::values::{Integer, Value};
 use crate::diagnostics::Place;
 use crate::messages;
-
-/// One of Rust's types of integers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct IntegerType {
-    name: &'static str,
-    bits: u32,
-    signed: bool,
-}
-
-const fn ty(name: &'static str, bits: u32, signed: bool) -> IntegerType {
-    IntegerType { name, bits, signed }
-}
-
-/// What indexes and counts. Machines of 32 bits differ only in what no index reaches, and in casts, which
-/// look at that.
-const USIZE: IntegerType = ty("usize", 64, false);
-const I32: IntegerType = ty("i32", 32, true);
-const TYPES: [IntegerType; 12] = [
-    ty("i8", 8, true),
-    ty("i16", 16, true),
-    I32,
-    ty("i64", 64, true),
-    ty("i128", 128, true),
-    ty("isize", 64, true),
-    ty("u8", 8, false),
-    ty("u16", 16, false),
-    ty("u32", 32, false),
-    ty("u64", 64, false),
-    ty("u128", 128, false),
-    USIZE,
-];
 
 /// What every type of integers holds.
 const HELD_BY_ALL: std::ops::RangeInclusive<i128> = 0..=127;
@@ -64,51 +34,6 @@ const INTEGER_METHODS: &[&str] = &[
     "saturating_sub",
     "saturating_add",
 ];
-
-impl IntegerType {
-    /// The type of this name.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        TYPES.into_iter().find(|known| known.name == name)
-    }
-    fn of_machine(self) -> bool {
-        matches!(self.name, "usize" | "isize")
-    }
-    fn least(self) -> i128 {
-        if self.signed { i128::MIN >> (128 - self.bits) } else { 0 }
-    }
-    /// The largest value; of `u128` what this macro can count to.
-    fn largest(self) -> i128 {
-        let bits = if self.signed { self.bits - 1 } else { self.bits };
-        if bits >= 127 { i128::MAX } else { (1 << bits) - 1 }
-    }
-    fn holds(self, value: i128) -> bool {
-        (self.least()..=self.largest()).contains(&value)
-    }
-    /// `value as Self`.
-    fn wrapped(self, value: i128) -> i128 {
-        let unused = 128 - self.bits;
-        let raised = value.wrapping_shl(unused);
-        if self.signed {
-            raised >> unused
-        } else {
-            // The sign goes where it came from: the top bits of a narrower type are zero.
-            ((raised as u128) >> unused) as i128
-        }
-    }
-}
-
-/// The type of an integer: known, or that of all that it meets.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum TypeOf {
-    Known(IntegerType),
-    Inferred(usize),
-}
-
-impl TypeOf {
-    pub(super) const USIZE: Self = Self::Known(USIZE);
-    const U32: Self = Self::Known(ty("u32", 32, false));
-    pub(super) const I32: Self = Self::Known(I32);
-}
 
 /// What is known of integers whose types are still to be inferred.
 #[derive(Clone, Debug, Default)]

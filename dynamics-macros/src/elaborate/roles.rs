@@ -8,7 +8,7 @@ use syn::{ImplItem, ReceiverKind, Type};
 
 use super::dimensions::product;
 use super::scope::{Flow, Frame};
-use super::values::{Scalar, Term, UnitOf, Value};
+use super::values::{Scalar, Term, UnitOf, Value, flatten};
 use super::{Elaborator, Sums};
 use crate::diagnostics::Place;
 use crate::messages;
@@ -367,33 +367,4 @@ impl<'a> Elaborator<'a> {
 /// Where the value of a function stands; its name where it ends otherwise than with an expression.
 fn returned(function: &Function) -> Place {
     super::terms::returned(function).map_or_else(|| function.name.span().into(), Place::of)
-}
-
-/// Scalar components of an output or a constraint with their suffixes; false where it holds something else.
-pub(super) fn flatten(
-    value: &Value,
-    prefix: &str,
-    components: &mut Vec<(String, Scalar)>,
-    units: &mut Vec<UnitOf>,
-) -> bool {
-    let mut add = |suffix: String, scalar: &Scalar| {
-        units.push(scalar.unit.clone());
-        components.push((suffix, scalar.clone()));
-    };
-    match value {
-        Value::Scalar(s) => add(prefix.to_owned(), s),
-        Value::Vector(v) => {
-            for (name, s) in ["x", "y", "z"].iter().zip(v) {
-                add(format!("{prefix}.{name}"), s);
-            }
-        }
-        Value::Array(items) => {
-            return items
-                .iter()
-                .enumerate()
-                .all(|(i, item)| flatten(item, &format!("{prefix}[{i}]"), components, units));
-        }
-        _ => return false,
-    }
-    true
 }

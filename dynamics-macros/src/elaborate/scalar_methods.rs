@@ -7,7 +7,7 @@ use syn::Ident;
 use super::Elaborator;
 use super::calls::Argument;
 use super::dimensions::power;
-use super::integers::TypeOf;
+use super::integer_types::TypeOf;
 use super::operators::Operator;
 use super::values::{Scalar, Value};
 use crate::messages;

@@ -6,7 +6,7 @@ use syn::Ident;
 
 use super::Elaborator;
 use super::calls::Argument;
-use super::integers::TypeOf;
+use super::integer_types::TypeOf;
 use super::operators::Operator;
 use super::values::{Condition, Value};
 use crate::messages;

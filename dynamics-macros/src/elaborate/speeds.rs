@@ -4,8 +4,7 @@
 use dynamics_symbolic::mechanics::{Output, Speed};
 
 use super::Elaborator;
-use super::roles::flatten;
-use super::values::{Scalar, UnitOf, Value};
+use super::values::{Scalar, UnitOf, Value, flatten};
 use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{Function, Quantity, Role};

@@ -6,7 +6,7 @@ use dynamics_symbolic::check::units::UnitExpr;
 use dynamics_symbolic::graph::{Comparison, FunctionId, NodeId};
 use proc_macro2::Span;
 
-use super::integers::TypeOf;
+use super::integer_types::TypeOf;
 use crate::diagnostics::Place;
 
 /// The unit of a value; `None`: any unit at all, as for the literal 0, or no unit is declared in the model.
@@ -174,4 +174,33 @@ impl Condition {
     pub(super) fn or(self, other: Self) -> Self {
         self.not().and(other.not()).not()
     }
+}
+
+/// Scalar components of an output or a constraint with their suffixes; false where it holds something else.
+pub(super) fn flatten(
+    value: &Value,
+    prefix: &str,
+    components: &mut Vec<(String, Scalar)>,
+    units: &mut Vec<UnitOf>,
+) -> bool {
+    let mut add = |suffix: String, scalar: &Scalar| {
+        units.push(scalar.unit.clone());
+        components.push((suffix, scalar.clone()));
+    };
+    match value {
+        Value::Scalar(s) => add(prefix.to_owned(), s),
+        Value::Vector(v) => {
+            for (name, s) in ["x", "y", "z"].iter().zip(v) {
+                add(format!("{prefix}.{name}"), s);
+            }
+        }
+        Value::Array(items) => {
+            return items
+                .iter()
+                .enumerate()
+                .all(|(i, item)| flatten(item, &format!("{prefix}[{i}]"), components, units));
+        }
+        _ => return false,
+    }
+    true
 }

@@ -7,67 +7,12 @@ use syn::parse::{Parse, ParseStream, Parser};
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Expr, Ident, Lit, Meta, Path, Token, UnOp};
 
-use super::structs::{Declaration, Field, FieldKind, Shape, length};
+use super::declaration::{
+    Declaration, Field, FieldKind, MAX_LENGTH, Nominal, Quantity, Shape, UnitText, length,
+};
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 use crate::suggest;
-
-/// A generalized coordinate, a speed or an input, or an array of them.
-#[derive(Clone, Debug)]
-pub(crate) struct Quantity {
-    pub(crate) name: Ident,
-    /// `Some(n)` for an array of n.
-    pub(crate) length: Option<usize>,
-    /// `None` where the user leaves it open.
-    pub(crate) unit: Option<UnitText>,
-}
-
-impl Quantity {
-    /// Number of scalars.
-    pub(crate) fn scalars(&self) -> usize {
-        self.length.unwrap_or(1)
-    }
-    /// The scalars' names: `x`, or `theta[0]`, `theta[1]`, …
-    pub(crate) fn names(&self) -> Vec<String> {
-        match self.length {
-            None => vec![self.name.to_string()],
-            Some(n) => (0..n).map(|i| format!("{}[{i}]", self.name)).collect(),
-        }
-    }
-}
-
-/// A unit as written.
-#[derive(Clone, Debug)]
-pub(crate) struct UnitText {
-    /// Names, numbers and single signs, with their spans.
-    tokens: Vec<(String, Span)>,
-}
-
-impl UnitText {
-    /// The tokens for the parser of units.
-    pub(crate) fn tokens(&self) -> Vec<&str> {
-        self.tokens.iter().map(|(text, _)| text.as_str()).collect()
-    }
-    /// Without blanks: `kg*m/s^2`.
-    pub(crate) fn text(&self) -> String {
-        self.tokens().concat()
-    }
-    /// The unit as a whole.
-    pub(crate) fn place(&self) -> Place {
-        let ends = self.tokens.first().zip(self.tokens.last());
-        ends.map_or_else(|| Place::from(Span::call_site()), |(first, last)| Place::between(first.1, last.1))
-    }
-    /// One token; the last where the unit ends too early.
-    pub(crate) fn span(&self, token: usize) -> Span {
-        self.tokens.get(token).or(self.tokens.last()).map_or_else(Span::call_site, |(_, span)| *span)
-    }
-}
-
-/// Values that compile-time checks may use, one per scalar of a field.
-#[derive(Clone, Debug)]
-pub(crate) struct Nominal {
-    pub(crate) values: Vec<f64>,
-}
 
 /// Everything that the attributes say.
 #[derive(Default)]
@@ -178,8 +123,8 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
         let Some((unit, length)) = quantity(&rest, d) else { continue };
         let quantity = Quantity { name, length, unit };
         scalars += quantity.scalars();
-        if scalars > super::structs::MAX_LENGTH {
-            d.error(place(&part), &messages::too_many_parameters(super::structs::MAX_LENGTH));
+        if scalars > MAX_LENGTH {
+            d.error(place(&part), &messages::too_many_parameters(MAX_LENGTH));
             break;
         }
         all.push(quantity);

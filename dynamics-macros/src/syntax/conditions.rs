@@ -5,7 +5,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use quote::ToTokens;
 use syn::{Attribute, ImplItem, ItemImpl};
 
-use super::impls::is_drawing;
+use super::roles::is_drawing;
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 

@@ -6,10 +6,60 @@ use syn::parse::Parser;
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Ident, ImplItemFn, Meta, Token};
 
-use super::impls::{ROLES, Role};
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 use crate::suggest;
+
+/// What a function means to the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    Kinetic,
+    Potential,
+    Lagrangian,
+    Dissipation,
+    Force,
+    Holonomic,
+    Nonholonomic,
+    /// What a speed of its name is.
+    Kinematic,
+    Output,
+    Event,
+    /// Any Rust; runs when the motion is drawn, is not elaborated.
+    Drawing,
+    /// No role.
+    Helper,
+}
+
+/// Attribute names of the roles.
+pub(crate) const ROLES: &[(&str, Role)] = &[
+    ("kinetic", Role::Kinetic),
+    ("potential", Role::Potential),
+    ("lagrangian", Role::Lagrangian),
+    ("dissipation", Role::Dissipation),
+    ("force", Role::Force),
+    ("holonomic", Role::Holonomic),
+    ("nonholonomic", Role::Nonholonomic),
+    ("kinematic", Role::Kinematic),
+    ("output", Role::Output),
+    ("event", Role::Event),
+    ("drawing", Role::Drawing),
+];
+
+impl Role {
+    /// Whether it declares a constraint.
+    pub(crate) fn is_constraint(self) -> bool {
+        matches!(self, Self::Holonomic | Self::Nonholonomic)
+    }
+    /// The attribute's name; empty for helpers.
+    pub(crate) fn name(self) -> &'static str {
+        ROLES.iter().find(|(_, role)| *role == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// Whether an attribute is `#[drawing]`.
+pub(super) fn is_drawing(attribute: &syn::Attribute) -> bool {
+    attribute.path().is_ident(Role::Drawing.name())
+}
 
 /// What is said of a constraint beside its role.
 #[derive(Clone, Copy, Debug, Default)]

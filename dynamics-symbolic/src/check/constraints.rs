@@ -8,7 +8,6 @@ mod analysis;
 pub(super) mod contents;
 mod effect;
 pub(super) mod exact;
-mod finding;
 mod generic;
 mod inertia;
 mod integrable;
@@ -25,12 +24,13 @@ mod tangent;
 
 use crate::mechanics::{Equations, Model};
 
-use super::Finding;
+use super::finding::Finding;
 
 pub use analysis::{Analysis, LookedAt, Ranks, analyse};
-pub use finding::{Combination, ConstraintFinding};
 pub use loops::{Loop, loops};
 pub use sample::Sample;
+
+pub use super::finding::{Combination, ConstraintFinding};
 
 /// Checks of what is declared, one row at a time.
 pub(super) fn declared(model: &Model, found: &mut Vec<Finding>) {

@@ -1,8 +1,10 @@
 //! What the checks find, with the values that a message needs; the wording is the caller's.
 
+mod constraints;
+
 use crate::graph::Origin;
 
-use super::constraints::ConstraintFinding;
+pub use constraints::{Combination, ConstraintFinding};
 
 /// A mistake in a model.
 #[derive(Clone, Debug, PartialEq)]

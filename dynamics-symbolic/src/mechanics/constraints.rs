@@ -13,7 +13,7 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{ConstraintDerivatives, Named};
 use super::inverse::MOST_NODES;
-use super::lagrange::symbols;
+use super::model::symbols;
 use super::model::{Constraint, Model};
 use super::velocity_form::transport;
 

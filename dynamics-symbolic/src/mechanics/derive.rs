@@ -1,13 +1,13 @@
 //! The pass from a declared model to its equations of motion.
 
 use crate::algebra::Levers;
-use crate::calculus::{ZeroDenominator, directional, gradient, timeless};
+use crate::calculus::{directional, gradient, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::bodies::Tree;
 use super::constraints::{self, Rows};
 use super::equations::{
-    Aside, ConstraintEquations, Derivation, Equations, Named, Released, Solution, Variations,
+    Aside, ConstraintEquations, Derivation, Equations, Named, Released, Solution, Underivable, Variations,
 };
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, Sweep, residual_by_entries};
@@ -17,21 +17,6 @@ use super::model::{Energy, EnergyRole, Force, Model, Output};
 use super::solution::{Manifold, Solved, with_constraints};
 use super::speeds::{Beside, Speeds};
 use super::velocity_form::VelocityForm;
-
-/// Why equations could not be derived.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Underivable {
-    /// A pivot of M is identically zero: the coordinate's index.
-    Singular(usize),
-    /// A denominator in an output or event is identically zero once the accelerations are put in.
-    ZeroDenominator,
-}
-
-impl From<ZeroDenominator> for Underivable {
-    fn from(_: ZeroDenominator) -> Self {
-        Self::ZeroDenominator
-    }
-}
 
 /// Derives the equations of motion. The conserved quantities are left empty: finding them is a check.
 ///

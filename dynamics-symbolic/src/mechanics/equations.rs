@@ -1,9 +1,25 @@
 //! What is derived from a model. All nodes live in the model's graph.
 
 use crate::algebra::Unrolled;
+use crate::calculus::ZeroDenominator;
 use crate::graph::{Dependence, Graph, NodeId};
 
 use super::model::Model;
+
+/// Why equations could not be derived.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Underivable {
+    /// A pivot of M is identically zero: the coordinate's index.
+    Singular(usize),
+    /// A denominator in an output or event is identically zero once the accelerations are put in.
+    ZeroDenominator,
+}
+
+impl From<ZeroDenominator> for Underivable {
+    fn from(_: ZeroDenominator) -> Self {
+        Self::ZeroDenominator
+    }
+}
 
 /// How M and the Coriolis terms were derived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

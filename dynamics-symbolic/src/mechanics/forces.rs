@@ -4,7 +4,7 @@
 use crate::calculus::gradient;
 use crate::graph::{Graph, NodeId, Symbol};
 
-use super::lagrange::symbols;
+use super::model::symbols;
 use super::model::{Force, ForceTerm};
 
 /// The generalized force of an applied force.

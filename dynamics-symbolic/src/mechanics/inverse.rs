@@ -8,7 +8,7 @@ use crate::calculus::{ZeroDenominator, directional, gradient, substitute, timele
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Jacobians, Variations};
-use super::lagrange::symbols;
+use super::model::symbols;
 
 /// r = M q̈ − Q with symbols for q̈, from the entries of M and Q.
 pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> Vec<NodeId> {

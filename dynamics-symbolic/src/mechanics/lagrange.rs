@@ -4,6 +4,7 @@
 use crate::calculus::{directional, gradient};
 use crate::graph::{Graph, NodeId, Symbol};
 
+use super::model::symbols;
 use super::velocity_form::{VelocityForm, along_motion, transport};
 
 /// d/dt(∂L/∂q̇) − ∂L/∂q = M q̈ − Q.
@@ -28,11 +29,6 @@ impl Inertia {
             momenta: each(self.momenta, &other.momenta),
         }
     }
-}
-
-/// The symbols q or q̇ of n coordinates.
-pub(super) fn symbols(n: usize, kind: fn(u32) -> Symbol) -> Vec<Symbol> {
-    (0..n as u32).map(kind).collect()
 }
 
 /// Derives from L = `lagrangian` for n coordinates.

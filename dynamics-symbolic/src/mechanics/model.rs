@@ -1,6 +1,6 @@
 //! What a model declares.
 
-use crate::graph::{Graph, NodeId, Origin};
+use crate::graph::{Graph, NodeId, Origin, Symbol};
 
 /// A model as declared: an expression graph and the roles of its nodes.
 ///
@@ -309,4 +309,9 @@ pub struct Event {
     pub node: NodeId,
     /// Where it was declared.
     pub origin: Origin,
+}
+
+/// The symbols q or q̇ of n coordinates.
+pub(super) fn symbols(n: usize, kind: fn(u32) -> Symbol) -> Vec<Symbol> {
+    (0..n as u32).map(kind).collect()
 }

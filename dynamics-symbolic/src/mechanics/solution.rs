@@ -8,8 +8,7 @@ use crate::calculus::directional;
 use crate::graph::{Dependence, Graph, NodeId};
 
 use super::constraints::{Rows, reaction};
-use super::derive::Underivable;
-use super::equations::{General, Jacobians, Pivot, Released, Solution, Withheld};
+use super::equations::{General, Jacobians, Pivot, Released, Solution, Underivable, Withheld};
 use super::inverse::{Failure, Residual, SolvedFor, Sweep, jacobians, residual_by_entries};
 use super::lagrange::Inertia;
 use super::model::Constraint;

@@ -24,8 +24,9 @@ use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol, Unary};
 
 use super::constraints::{Rows, jacobian, offsets};
 use super::equations::{Aside, SpeedEquations};
-use super::lagrange::{Inertia, symbols};
+use super::lagrange::Inertia;
 use super::model::Model;
+use super::model::symbols;
 use super::solution::{LIMIT, Solved};
 use super::velocity_form::transport;
 

@@ -14,7 +14,7 @@
 use crate::calculus::{directional, gradient};
 use crate::graph::{Dependence, Graph, Node, NodeId, Symbol};
 
-use super::lagrange::symbols;
+use super::model::symbols;
 
 /// A term w·x·y of T.
 #[derive(Clone, Copy, Debug)]

@@ -8,13 +8,13 @@
 use crate::check::Finding;
 use crate::mechanics::Model;
 
-use super::finding::{Combination, ConstraintFinding};
 use super::generic::{Dependent, Samples, Verdict, entangled};
 use super::integrable::{self, Integrability, Unsaid};
 use super::likely;
 use super::manifold::{self, Dependence, Manifold};
 use super::rows::Rows;
 use super::sample::Sample;
+use crate::check::finding::{Combination, ConstraintFinding};
 
 /// A set that no start satisfies is called contradictory, and rows that touch others in all states that were
 /// found tangent, up to this many rows; with more, Newton's method may well have missed the way.

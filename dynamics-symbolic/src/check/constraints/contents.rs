@@ -7,7 +7,7 @@
 use crate::graph::Dependence;
 use crate::mechanics::Model;
 
-use super::finding::ConstraintFinding;
+use crate::check::finding::ConstraintFinding;
 
 /// What no row may contain, with the reason.
 pub(in crate::check) const FOREIGN: [(Dependence, &str, &str); 4] = [

@@ -4,7 +4,7 @@ use crate::graph::Dependence;
 use crate::mechanics::Model;
 
 use super::contents::foreign;
-use super::finding::ConstraintFinding;
+use crate::check::finding::ConstraintFinding;
 
 /// Rows that restrict nothing, or nothing that moves. One finding per row.
 pub(super) fn without_effect(model: &Model, found: &mut Vec<ConstraintFinding>) {

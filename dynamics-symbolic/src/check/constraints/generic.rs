@@ -9,8 +9,8 @@ use crate::check::modular::{combination, integers};
 use crate::graph::{Fingerprint, NodeId, Sampler, Symbol};
 
 use super::exact::{Echelon, Outcome, Sparse};
-use super::finding::Combination;
 use super::rows::Rows;
+use crate::check::finding::Combination;
 
 /// A row that depends on others.
 #[derive(Clone, Debug, PartialEq)]

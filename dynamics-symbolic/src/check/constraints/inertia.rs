@@ -13,10 +13,10 @@ use crate::mechanics::{ConstraintEquations, EnergyRole, Equations, Model};
 
 use super::analysis::Analysis;
 use super::exact::{Echelon, Sparse};
-use super::finding::ConstraintFinding;
 use super::manifold::evaluate;
 use super::orthogonal::Basis;
 use super::sample::Sample;
+use crate::check::finding::ConstraintFinding;
 
 /// Free directions without inertia or with a negative one.
 pub(in crate::check) fn inertia(

@@ -6,7 +6,7 @@ use crate::graph::{NodeId, Sampler, Symbol};
 use crate::mechanics::Model;
 
 use super::contents::foreign;
-use super::finding::ConstraintFinding;
+use crate::check::finding::ConstraintFinding;
 
 /// Nonholonomic rows that are not of first degree in the velocities. One finding per constraint.
 pub(super) fn linear(model: &Model, found: &mut Vec<ConstraintFinding>) {

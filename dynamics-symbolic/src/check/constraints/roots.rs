@@ -7,7 +7,7 @@ use crate::graph::{Binary, Dependence, Graph, Node, NodeId, Unary};
 use crate::mechanics::Model;
 
 use super::contents::foreign;
-use super::finding::ConstraintFinding;
+use crate::check::finding::ConstraintFinding;
 
 /// Holonomic rows that are roots of what moves. One finding per row.
 pub(super) fn roots(model: &Model, found: &mut Vec<ConstraintFinding>) {

@@ -1,0 +1,205 @@
+//! A model's struct as declared: its parameters, coordinates, speeds and inputs.
+
+use proc_macro2::{Span, TokenStream};
+use quote::quote;
+use syn::{Expr, Ident, ItemStruct, Lit, Path, Visibility};
+
+use crate::diagnostics::{Diagnostics, Place};
+use crate::messages;
+
+/// A model's struct, as declared.
+#[derive(Clone, Debug)]
+pub(crate) struct Declaration {
+    /// The item as the user wrote it.
+    pub(crate) item: ItemStruct,
+    /// Name of the struct.
+    pub(crate) name: Ident,
+    /// Its visibility.
+    pub(crate) visibility: Visibility,
+    /// `#[model(crate = path)]`: where `dynamics` is found.
+    pub(crate) crate_path: Option<Path>,
+    /// `#[model(sin_cos = accurate)]`: sines and cosines are the platform's.
+    pub(crate) accurate: bool,
+    /// Generalized coordinates in the order of q.
+    pub(crate) coordinates: Vec<Quantity>,
+    /// Generalized speeds in order.
+    pub(crate) speeds: Vec<Quantity>,
+    /// Inputs in order.
+    pub(crate) inputs: Vec<Quantity>,
+    /// Parameters and smooth functions, in the order of the fields.
+    pub(crate) fields: Vec<Field>,
+    /// Units of what is no field: of outputs.
+    pub(crate) output_units: Vec<(Ident, UnitText)>,
+}
+
+/// A field: one or more scalar parameters, or a smooth function.
+#[derive(Clone, Debug)]
+pub(crate) struct Field {
+    pub(crate) name: Ident,
+    pub(crate) kind: FieldKind,
+    /// From `#[units(..)]`, of every scalar of the field (or of the function's values).
+    pub(crate) unit: Option<UnitText>,
+    /// From `#[nominal(..)]`, flattened, one per scalar parameter.
+    pub(crate) nominal: Option<Nominal>,
+}
+
+/// What a field is to the model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum FieldKind {
+    /// Scalar parameters from index `first` on.
+    Parameter {
+        /// Their arrangement.
+        shape: Shape,
+        /// Index of the first among all scalar parameters.
+        first: usize,
+    },
+    /// The smooth function with this index.
+    Function(usize),
+}
+
+/// Arrangement of scalars in a parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// `f64`.
+    Scalar,
+    /// `[shape; length]`.
+    Array(usize, Box<Shape>),
+    /// `Vec2<f64>`.
+    Vector2,
+    /// `Vec3<f64>` or nalgebra's `Vector3<f64>`.
+    Vector3,
+    /// `Mat3<f64>` or nalgebra's `Matrix3<f64>`.
+    Matrix3,
+}
+
+/// One scalar of a parameter.
+#[derive(Clone, Debug)]
+pub(crate) struct Element {
+    /// What follows the field's name in reports: `[3]`, `.x`, `[0, 1]`, or nothing.
+    pub(crate) suffix: String,
+    /// What follows `self.field` in Rust.
+    pub(crate) access: TokenStream,
+}
+
+impl Shape {
+    /// Number of scalars.
+    pub(crate) fn scalars(&self) -> usize {
+        match self {
+            Self::Scalar => 1,
+            Self::Array(length, inner) => length.saturating_mul(inner.scalars()),
+            Self::Vector2 => 2,
+            Self::Vector3 => 3,
+            Self::Matrix3 => 9,
+        }
+    }
+
+    /// The scalars in the order of the parameters, matrices by rows.
+    pub(crate) fn elements(&self) -> Vec<Element> {
+        let components = |names: &[&str]| {
+            let element = |name: &&str| {
+                let field = Ident::new(name, proc_macro2::Span::call_site());
+                Element { suffix: format!(".{name}"), access: quote!(.#field) }
+            };
+            names.iter().map(element).collect()
+        };
+        match self {
+            Self::Scalar => vec![Element { suffix: String::new(), access: TokenStream::new() }],
+            Self::Vector2 => components(&["x", "y"]),
+            Self::Vector3 => components(&["x", "y", "z"]),
+            Self::Matrix3 => (0..9usize)
+                .map(|k| {
+                    let (i, j) = (k / 3, k % 3);
+                    Element { suffix: format!("[{i}, {j}]"), access: quote!([(#i, #j)]) }
+                })
+                .collect(),
+            Self::Array(length, inner) => {
+                let inner = inner.elements();
+                let mut all = Vec::new();
+                for i in 0..*length {
+                    for Element { suffix, access } in &inner {
+                        all.push(Element { suffix: format!("[{i}]{suffix}"), access: quote!([#i] #access) });
+                    }
+                }
+                all
+            }
+        }
+    }
+}
+
+/// More parameters than this in one field, or coordinates in one model, is a typing error, not a mechanism.
+pub(crate) const MAX_LENGTH: usize = 10_000;
+
+/// A generalized coordinate, a speed or an input, or an array of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Quantity {
+    pub(crate) name: Ident,
+    /// `Some(n)` for an array of n.
+    pub(crate) length: Option<usize>,
+    /// `None` where the user leaves it open.
+    pub(crate) unit: Option<UnitText>,
+}
+
+impl Quantity {
+    /// Number of scalars.
+    pub(crate) fn scalars(&self) -> usize {
+        self.length.unwrap_or(1)
+    }
+    /// The scalars' names: `x`, or `theta[0]`, `theta[1]`, …
+    pub(crate) fn names(&self) -> Vec<String> {
+        match self.length {
+            None => vec![self.name.to_string()],
+            Some(n) => (0..n).map(|i| format!("{}[{i}]", self.name)).collect(),
+        }
+    }
+}
+
+/// A unit as written.
+#[derive(Clone, Debug)]
+pub(crate) struct UnitText {
+    /// Names, numbers and single signs, with their spans.
+    pub(super) tokens: Vec<(String, Span)>,
+}
+
+impl UnitText {
+    /// The tokens for the parser of units.
+    pub(crate) fn tokens(&self) -> Vec<&str> {
+        self.tokens.iter().map(|(text, _)| text.as_str()).collect()
+    }
+    /// Without blanks: `kg*m/s^2`.
+    pub(crate) fn text(&self) -> String {
+        self.tokens().concat()
+    }
+    /// The unit as a whole.
+    pub(crate) fn place(&self) -> Place {
+        let ends = self.tokens.first().zip(self.tokens.last());
+        ends.map_or_else(|| Place::from(Span::call_site()), |(first, last)| Place::between(first.1, last.1))
+    }
+    /// One token; the last where the unit ends too early.
+    pub(crate) fn span(&self, token: usize) -> Span {
+        self.tokens.get(token).or(self.tokens.last()).map_or_else(Span::call_site, |(_, span)| *span)
+    }
+}
+
+/// Values that compile-time checks may use, one per scalar of a field.
+#[derive(Clone, Debug)]
+pub(crate) struct Nominal {
+    pub(crate) values: Vec<f64>,
+}
+
+/// An array length: a macro sees tokens, so a named constant has no value here.
+pub(crate) fn length(expr: &Expr, d: &mut Diagnostics) -> Option<usize> {
+    let literal = match expr {
+        Expr::Lit(lit) => match &lit.lit {
+            Lit::Int(int) => int.base10_parse::<usize>().ok(),
+            _ => None,
+        },
+        _ => None,
+    };
+    match literal {
+        None => d.error(Place::of(expr), &messages::length_not_literal(quote!(#expr))),
+        Some(0) => d.error(Place::of(expr), &messages::length_zero()),
+        Some(n) if n > MAX_LENGTH => d.error(Place::of(expr), &messages::too_many_parameters(MAX_LENGTH)),
+        Some(n) => return Some(n),
+    }
+    None
+}
