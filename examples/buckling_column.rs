@@ -1,8 +1,10 @@
 //! A rigid column on a hinge, held by a spring, a little out of the upright: the same column buckles gently
 //! or without warning, by where its spring is.
 //!
-//!     spring at the hinge:  P l sin θ = k (θ − ε)                       level spring at the head:  P l sin θ = c l² (sin θ − ε) cos θ
-//!     buckles at k/l, carries more beyond it buckles at c l, carries P = c l (1 − ε^⅔)^{3/2} only
+//!     spring at the hinge:       P l sin θ = k (θ − ε)                  buckles at k/l, carries more beyond it
+//!     level spring at the head:  P l sin θ = c l² (sin θ − ε) cos θ     buckles at c l, carries less beyond it
+//!
+//! The second carries no more than P = c l (1 − ε^⅔)^{3/2}.
 //!
 //! (Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.5). The second is sensitive to imperfections as
 //! shells are: a hundredth out of the upright takes 7 % of its strength, by the two-thirds law of W. T.

@@ -1,9 +1,9 @@
 //! How much model does a connecting rod need? A ladder of four slider-cranks.
 //!
 //!     massless rod      T = ½ J θ̇² + ½ m_s ẋ²
-//!     two masses m (1 − s/l) on the crank pin, m s/l on the slider: mass and centre of the rod, not its
-//!     inertia rigid rod T = … + ½ m |ċ|² + ½ J_r φ̇² x(θ), φ(θ) put in: one coordinate with its pins the
-//!     same rod in θ, φ, x and with its closure as a constraint
+//!     two masses        m (1 − s/l) on the crank pin, m s/l on the slider: mass and centre of the rod
+//!     rigid rod         T = … + ½ m |ċ|² + ½ J_r φ̇²           x(θ), φ(θ) put in: one coordinate
+//!     with its pins     the same rod in θ, φ, x and with its closure as a constraint
 //!
 //! A motor turns the crank against its inertia at some 100 rad/s. What do the bearing of the crank and the
 //! guide of the slider carry? By the theorems of momentum, F = ṗ − N and x N = L̇ − τ, whatever the rod is

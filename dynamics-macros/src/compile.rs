@@ -7,7 +7,7 @@ use quote::ToTokens;
 use crate::assertions::Constants;
 use crate::diagnostics::{Diagnostics, Place};
 use crate::elaborate;
-use crate::library::Library;
+use crate::library::{self, Library};
 use crate::messages;
 use crate::suggest;
 use crate::syntax::{self, Declaration, Implementation, Role};
@@ -66,22 +66,23 @@ pub(crate) fn compile(
 /// Types of the language of models that only some models name.
 const SOMETIMES_NAMED: &[&str] = &["Drawing", "Force", "Mat3", "Vec2", "Vec3"];
 
-/// Whether tokens name this without a path before it.
-fn names_alone(tokens: TokenStream, name: &str) -> bool {
+/// Whether tokens name this as what the user's modules have: alone, or by `self::`, `super::` or `crate::`.
+fn names_own(tokens: TokenStream, name: &str) -> bool {
     let mut left = vec![tokens];
     while let Some(stream) = left.pop() {
-        let mut before = [' '; 2];
+        let mut before = [const { String::new() }; 3];
         for tree in stream {
-            let mark = match &tree {
-                TokenTree::Ident(word) if before != [':', ':'] && word == name => return true,
+            let own = before[1..] != [":", ":"] || matches!(&*before[0], "self" | "super" | "crate");
+            let text = match tree {
+                TokenTree::Ident(word) if own && word == name => return true,
                 TokenTree::Group(group) => {
                     left.push(group.stream());
-                    ' '
+                    String::new()
                 }
-                TokenTree::Punct(punct) => punct.as_char(),
-                _ => ' ',
+                other => other.to_string(),
             };
-            before = [before[1], mark];
+            before.rotate_left(1);
+            before[2] = text;
         }
     }
     false
@@ -91,11 +92,14 @@ fn names_alone(tokens: TokenStream, name: &str) -> bool {
 /// would not know. What has a path before it is found where the path leads.
 fn check_name(declaration: &Declaration, implementation: &Implementation, diagnostics: &mut Diagnostics) {
     let name = declaration.name.to_string();
-    let of_language = SOMETIMES_NAMED.contains(&name.as_str()) || Library::has(&name);
-    let named = |stream: TokenStream| names_alone(stream, &name);
+    let named = |stream: TokenStream| match SOMETIMES_NAMED.contains(&name.as_str()) {
+        true => names_own(stream, &name),
+        // What the library has is read by its name, whatever stands before it.
+        false => Library::has(&name) && library::any_word(stream, &|word| word == name),
+    };
     let items = implementation.item.items.iter().map(ToTokens::into_token_stream);
     let fields = declaration.item.fields.iter().map(|field| field.ty.to_token_stream());
-    if of_language && items.chain(fields).any(named) {
+    if items.chain(fields).any(named) {
         diagnostics.error(declaration.name.span(), &messages::name_of_language(&name));
     }
 }

@@ -191,6 +191,10 @@ fn elaborate_sums(
     let followed = elaborator.followed();
     let (taken, words) = (elaborator.taken.clone(), elaborator.taken_words.clone());
     let constants = Constants { followed, taken, words };
+    if !elaborator.has_unread_places() {
+        let vectors = elaborator.vectors_that_are_no_places();
+        return Elaborated { model: elaborator.model, origins: elaborator.origins, vectors, constants };
+    }
     let (model, origins) = (elaborator.model.clone(), elaborator.origins.clone());
     let known = mem::replace(elaborator.diagnostics, Diagnostics::new());
     elaborator.note_units_of_unread_places();

@@ -102,7 +102,7 @@ impl RecordType {
 }
 
 /// Whether a word of the tokens is one of those that are looked for.
-fn any_word(tokens: TokenStream, wanted: &impl Fn(&str) -> bool) -> bool {
+pub(crate) fn any_word(tokens: TokenStream, wanted: &impl Fn(&str) -> bool) -> bool {
     let mut left = vec![tokens];
     while let Some(stream) = left.pop() {
         for tree in stream {

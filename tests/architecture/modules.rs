@@ -38,7 +38,8 @@ impl Crate {
     }
 
     fn read_folder(&mut self, folder: &Path, module: &Module) {
-        let entries = fs::read_dir(folder).unwrap_or_else(|e| panic!("cannot list {}: {e}", folder.display()));
+        let entries =
+            fs::read_dir(folder).unwrap_or_else(|e| panic!("cannot list {}: {e}", folder.display()));
         for path in entries.map(|entry| entry.expect("a readable folder entry").path()) {
             let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
             if name == "tests" {
@@ -91,7 +92,11 @@ impl Crate {
             }
             if let Some(target) = file.imported.get(next) {
                 let target: Vec<String> = target.iter().chain(more).cloned().collect();
-                return if target == path && at == *module { None } else { self.definer(&at, &target, depth + 1) };
+                return if target == path && at == *module {
+                    None
+                } else {
+                    self.definer(&at, &target, depth + 1)
+                };
             }
             let through = |glob: &Vec<String>| {
                 let target: Vec<String> = glob.iter().chain(rest).cloned().collect();
@@ -107,7 +112,8 @@ impl Crate {
         let of = |(module, file): (&Module, &File)| {
             let globs = file.globs.iter();
             let paths = file.named.iter().chain(file.imported.values()).chain(globs);
-            let found = paths.filter_map(|path| self.definer(module, path, 0)).filter(|found| found != module);
+            let found =
+                paths.filter_map(|path| self.definer(module, path, 0)).filter(|found| found != module);
             (module.clone(), found.collect())
         };
         self.files.iter().map(of).collect()
@@ -122,7 +128,8 @@ impl Crate {
         let mut circles = Vec::new();
         for parent in parents {
             let child = |module: &Module| {
-                (module.len() > parent.len() && module.starts_with(&parent)).then(|| module[parent.len()].clone())
+                (module.len() > parent.len() && module.starts_with(&parent))
+                    .then(|| module[parent.len()].clone())
             };
             let mut arrows: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
             for (from, to) in uses.iter().filter_map(|(from, to)| Some((child(from)?, to))) {
@@ -167,7 +174,8 @@ fn knots(arrows: &BTreeMap<String, BTreeSet<String>>) -> Vec<Vec<String>> {
         }
         seen
     };
-    let reach: BTreeMap<&String, BTreeSet<String>> = arrows.keys().map(|node| (node, reached(node))).collect();
+    let reach: BTreeMap<&String, BTreeSet<String>> =
+        arrows.keys().map(|node| (node, reached(node))).collect();
     let mut found: Vec<Vec<String>> = Vec::new();
     for (node, seen) in &reach {
         if seen.contains(*node) && !found.iter().any(|knot| knot.contains(node)) {
@@ -179,7 +187,10 @@ fn knots(arrows: &BTreeMap<String, BTreeSet<String>>) -> Vec<Vec<String>> {
 }
 
 fn is_test(attributes: &[syn::Attribute]) -> bool {
-    attributes.iter().any(|a| a.path().is_ident("cfg") && matches!(&a.meta, syn::Meta::List(list) if list.tokens.to_string() == "test"))
+    attributes.iter().any(|a| {
+        a.path().is_ident("cfg")
+            && matches!(&a.meta, syn::Meta::List(list) if list.tokens.to_string() == "test")
+    })
 }
 
 impl File {
@@ -191,7 +202,8 @@ impl File {
             }
             syn::UseTree::Name(name) => {
                 let name = name.ident.to_string();
-                let known = if name == "self" { path.last().cloned().unwrap_or_default() } else { name.clone() };
+                let known =
+                    if name == "self" { path.last().cloned().unwrap_or_default() } else { name.clone() };
                 if name != "self" {
                     path.push(name);
                 }

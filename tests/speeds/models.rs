@@ -69,7 +69,7 @@ macro_rules! aircraft {
                 frame.components_of(frame.origin().dt())
             }
             $(#[$kinematic])?
-            #[allow(dead_code)] // Nothing reads it of the model in coordinates.
+            #[allow(dead_code, reason = "nothing reads it of the model in coordinates")]
             fn omega(&self, q: &Coordinates<Self>) -> Vec3 {
                 self.body(q).frame.angular_velocity_in_body()
             }
@@ -199,7 +199,7 @@ macro_rules! disk {
                 RigidBody::new(self.m, Vec3::ZERO, inertia, self.leaning(q).frame(Vec3::ZERO, Mat3::rotation_y(q.spin)))
             }
             $(#[$kinematic])?
-            #[allow(dead_code)] // Nothing reads it of the model in coordinates.
+            #[allow(dead_code, reason = "nothing reads it of the model in coordinates")]
             pub(crate) fn omega(&self, q: &Coordinates<Self>) -> Vec3 {
                 self.leaning(q).components_of(self.body(q).angular_velocity())
             }

@@ -7,8 +7,8 @@
 //! What they ask constraints for is checked by its tokens: a drawing that reads the reaction of a helper
 //! would show nothing.
 //!
-//! What the picture of a model reads is read, too, where it is a place that roles use as well: the equations
-//! may be without its origin, the picture is not.
+//! Parameters that only the picture reads count as read: in helpers that are drawn as places, in
+//! `#[drawing]`, and in helpers that these call.
 
 use std::collections::BTreeSet;
 
@@ -90,13 +90,18 @@ impl Elaborator<'_> {
         functions.iter().enumerate().filter(|(_, function)| is_place(function)).map(|(i, _)| i).collect()
     }
 
-    /// Elaborates helpers that no role reaches, and that would be drawn, for the units of what they return.
-    /// Nothing of this is to stay but these units: what they do wrong is rustc's to report.
+    /// Whether helpers that no role reaches would be drawn, so that the units of what they return are wanted.
+    pub(super) fn has_unread_places(&self) -> bool {
+        let mut places = self.places_by_themselves().into_iter();
+        self.dimensions.active && !self.exhausted && places.any(|index| !self.reached.contains(&index))
+    }
+
+    /// Elaborates these helpers for the units alone. Mistakes in them are not reported: nothing of the motion
+    /// depends on them.
     pub(super) fn note_units_of_unread_places(&mut self) {
-        if !self.dimensions.active || self.exhausted {
-            return;
-        }
         let implementation = self.implementation;
+        // The role that may read most: coordinates, inputs and reactions.
+        self.role = Role::Output;
         for index in self.places_by_themselves() {
             if !self.reached.contains(&index) {
                 self.steps = 0;

@@ -223,7 +223,7 @@ fn what_only_places_the_picture_is_read() {
         self.pivot + self.length * vec2(q.theta.sin(), -q.theta.cos())
     }";
     assert!(!expanded(place, "self.bob(q).dt()", "").contains("compile_error"));
-    // Neither is drawn where a drawing says what is.
+    // The place is not drawn where a drawing says what is.
     let other = "#[drawing] fn other(&self, q: &Coordinates<Self>) -> Drawing { Drawing::new() }";
     assert!(expanded(place, "self.bob(q).dt()", other).contains("`pivot` has no influence"));
     let drawing = "#[drawing] fn drawn(&self, q: &Coordinates<Self>) -> Drawing {

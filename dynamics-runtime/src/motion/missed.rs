@@ -41,8 +41,9 @@ const WEAK: f64 = 0.05;
 /// Φ of a position in which branches cross, in parts of 1 + |q|: rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// |β| beside a state, over the length of the constraints' gradients; `None` where it is rounding, or nothing of the kind is found. Rows count that bind positions and hold; those that are
-/// meant to repeat others do not.
+/// |β| beside a state, over the length of the constraints' gradients; `None` where it is rounding, or nothing
+/// of the kind is found. Rows count that bind positions and hold; those that are meant to repeat others do
+/// not.
 pub(super) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f64> {
     let repeats = |row: &usize| {
         let mut constraints = M::CONSTRAINTS.iter();

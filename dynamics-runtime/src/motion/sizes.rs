@@ -32,7 +32,7 @@ const SMALL: f64 = 0.1;
 /// Steps that are made to see how large a motion becomes that starts small.
 const STEPS: usize = 20;
 /// Values below this part of the larger ones of their unit, or of 1, are zero but for rounding.
-const ZERO: f64 = 1e-12;
+const ZERO: f64 = 1e-13;
 /// Smallest absolute tolerance: some units in the last place of 1.
 const LEAST: f64 = 1e-15;
 /// So many times what rounding moves velocities by in a step is no tolerance.

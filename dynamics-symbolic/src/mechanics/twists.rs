@@ -4,7 +4,8 @@
 //! Outward, from link to link, with U = α× + ω×ω× (all in the axes of the link, at its origin; a starts with
 //! −g, which is all that weight takes):
 //!
-//!   shift by p: a′ = a + U p + 2 ω×ṗ + p̈ turn R, rate r: ω′ = Rᵀω + r, α′ = Rᵀα + Rᵀω × r + ṙ, a′ = Rᵀa
+//!   shift by p:       a′ = a + U p + 2 ω×ṗ + p̈
+//!   turn R, rate r:   ω′ = Rᵀω + r,  α′ = Rᵀα + Rᵀω × r + ṙ,  a′ = Rᵀa
 //!
 //! Each link resists by f = m a + U h and n = J α + ω×Jω + h×a. Inward these add up, f → R f, n → R n + p×f,
 //! and what the rate of a step gets is the generalized force M q̈ − Q of its coordinates. The operations grow

@@ -106,7 +106,7 @@ pub enum PeriodicError {
     NotClosed {
         /// The coordinate that misses most, or whose velocity does.
         coordinate: &'static str,
-        /// By how much, in parts of what the coordinate moves within.
+        /// By how much, in parts of the range of the coordinate.
         miss: f64,
     },
     /// The search ended at rest, which has every period.
@@ -135,7 +135,7 @@ pub enum PeriodicError {
         iterations: usize,
         /// The coordinate that misses most, or whose velocity does.
         coordinate: &'static str,
-        /// By how much, in parts of what the coordinate moves within, where it came nearest.
+        /// By how much, in parts of the range of the coordinate, where it came nearest.
         miss: f64,
         /// The period there.
         period: f64,
@@ -243,7 +243,7 @@ impl fmt::Display for PeriodicError {
             Self::NotClosed { coordinate, miss } => write!(
                 f,
                 "the motion does not close: `{coordinate}` or its velocity misses its start by {miss:.2e} of \
-                 what it moves within; find the closed one by `periodic(..)`, where an angle goes on turning \
+                 its range; find the closed one by `periodic(..)`, where an angle goes on turning \
                  with `.advance(..)`"
             ),
             Self::Rests { at } => {

@@ -79,7 +79,7 @@ pub struct Return<S> {
     pub state: S,
     /// Time until it comes back.
     pub period: f64,
-    /// By how much it misses, in parts of what each coordinate and velocity moves within: the largest.
+    /// By how much it misses, in parts of the range of each coordinate and velocity: the largest.
     pub miss: f64,
     /// Coordinates that are further by whole turns then: for [`super::Shooting::advance`].
     pub turns: Vec<(&'static str, f64)>,

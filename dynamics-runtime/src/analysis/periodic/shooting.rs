@@ -70,7 +70,7 @@ pub struct PeriodicOrbit<S: ModelState> {
     pub repeats: usize,
     /// Newton iterations made.
     pub iterations: usize,
-    /// The last correction, in parts of what each coordinate moves within: how far the start may be off, but
+    /// The last correction, in parts of the range of each coordinate: how far the start may be off, but
     /// for the error of integration.
     pub correction: f64,
     /// Largest over smallest singular value of the conditions: how many times more the start moves than the

@@ -26,8 +26,8 @@ use crate::model::Vector;
 /// none: what holds it in place would then decide the motion, and not the method.
 const MOST_MOVE: f64 = 10.0;
 /// Attempts to make a step whose end and stages avoid a singular position of what holds it, each shorter than
-/// the one before by
-/// [`DETOUR`]: the position is then passed between stages. At the position itself rounding errors decide, and shorter steps come nearer to it.
+/// the one before by the factor [`DETOUR`]: the position is then passed between stages. At the position
+/// itself rounding errors decide, and shorter steps come nearer to it.
 const MOST_DETOURS: u32 = 5;
 /// See [`MOST_DETOURS`].
 const DETOUR: f64 = 0.8;

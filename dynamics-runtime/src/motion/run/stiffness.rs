@@ -32,14 +32,14 @@ const LONGER: (f64, f64) = (20.0, 0.02);
 /// may be no slower: that border alone says too little, and implicit steps have to show what is won.
 const TIGHT: f64 = 1e-11;
 /// Below this one Newton's iterations of an implicit method leave more than is permitted: what is stiff is
-/// told, and runs go on as they are.
+/// told where steps run out, and runs go on as they are.
 const FINEST: f64 = 1e-13;
 /// At tight tolerances implicit steps that are longer by these factors are tried in turn: rounding may hold
 /// the explicit ones far inside the border.
 const MORE: [f64; 3] = [1.0, 5.0, 25.0];
 /// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
 const IN_A_ROW: u32 = 2;
-/// Lengths of two trials from one place, for the same reason.
+/// Lengths of two trials from one place, for the same reason: stages of the longer one fall elsewhere.
 const TWO: [f64; 2] = [1.0, 1.3];
 
 /// By how much implicit steps of a model with so many coordinates have to be longer to be worth their while.
@@ -47,9 +47,9 @@ pub(in crate::motion) fn longer(coordinates: usize) -> f64 {
     LONGER.0 + LONGER.1 * math::powi(coordinates as f64, 2)
 }
 
-/// Steps between two trials, so many at least.
-fn every<M: Simulate>(least: u64) -> u64 {
-    least.max(EVERY.1 * (M::Vector::LEN as u64).pow(2))
+/// Steps between two trials.
+fn every<M: Simulate>() -> u64 {
+    EVERY.0.max(EVERY.1 * (M::Vector::LEN as u64).pow(2))
 }
 
 /// When an implicit step was tried last, and how often in a row with success.
@@ -68,14 +68,7 @@ pub(super) struct Stiffness<M> {
 
 impl<M> Stiffness<M> {
     pub(super) fn from(t: f64, method: Method) -> Self {
-        Self {
-            accepted: 0,
-            t,
-            passed: 0,
-            more: 0,
-            explicit: !method.is_for_stiff(),
-            trials: None,
-        }
+        Self { accepted: 0, t, passed: 0, more: 0, explicit: !method.is_for_stiff(), trials: None }
     }
 
     fn is_due(&self, tally: &Tally, every: u64) -> bool {
@@ -94,11 +87,14 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let Tolerances { absolute, relative } = self.plan.options.tolerances;
         let tolerance = absolute.max(relative);
         if !self.plan.hands_over || tolerance < FINEST {
+            // Steps count that were made of late: a motion may be stiff at its end alone.
+            if self.stiffness.is_due(&tally, every::<M>()) {
+                (self.stiffness.accepted, self.stiffness.t) = (tally.accepted, tally.t);
+            }
             return false;
         }
         tally.stiff_at.is_some() && tolerance >= TIGHT
-            || self.stiffness.is_due(&tally, every::<M>(EVERY.0))
-                && self.steps_over(&tally, tolerance < TIGHT)
+            || self.stiffness.is_due(&tally, every::<M>()) && self.steps_over(&tally, tolerance < TIGHT)
     }
 
     /// Of a run that ends because its steps are too many: whether implicit steps that are worth their while
@@ -108,8 +104,12 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         if !self.stiffness.explicit || self.plan.options.fixed.is_some() {
             return false;
         }
-        let usual = longer(M::Vector::LEN) * self.usual(tally);
-        let left = self.plan.end - tally.t;
+        let usual = self.usual(tally);
+        // What is asked for bounds these, not stability.
+        if usual > 0.5 * self.plan.options.most {
+            return false;
+        }
+        let (usual, left) = (longer(M::Vector::LEN) * usual, self.plan.end - tally.t);
         MORE.iter().any(|more| {
             TWO.iter().all(|part| {
                 let h = more * part * usual;
@@ -118,7 +118,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         })
     }
 
-    /// The length that steps have had since the last trial, or have now.
+    /// The length that steps have had since they were last counted, or have now.
     fn usual(&self, tally: &Tally) -> f64 {
         let steps = (tally.accepted - self.stiffness.accepted).max(1);
         let mean = (tally.t - self.stiffness.t).abs() / steps as f64;

@@ -16,7 +16,7 @@ use crate::constrain::assemble::at_time;
 use crate::model::{ModelState, Vector};
 use crate::motion::Simulate;
 
-/// Misses that are small enough, in parts of what coordinates move within, where no step makes them smaller.
+/// Misses that are small enough, in parts of the ranges of coordinates, where no step makes them smaller.
 const SMALL: f64 = 1e-8;
 /// Most that one step changes the period by, in parts of it.
 const MOST_CHANGE: f64 = 0.3;
