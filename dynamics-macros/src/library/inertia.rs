@@ -34,7 +34,8 @@ impl Inertia {
         outer: impl Into<Expr>,
         height: impl Into<Expr>,
     ) -> Mat3 {
-        let (m, r, h) = (mass.into() / 12.0, inner.into().powi(2) + outer.into().powi(2), height.into().powi(2));
+        let (m, r, h) =
+            (mass.into() / 12.0, inner.into().powi(2) + outer.into().powi(2), height.into().powi(2));
         let across = m * (3.0 * r + h);
         Mat3::diagonal(across, across, 6.0 * m * r)
     }
@@ -78,7 +79,12 @@ impl Inertia {
 
     /// Full ellipsoid with semi-axes a, b, c along x, y, z.
     #[must_use]
-    pub fn ellipsoid(mass: impl Into<Expr>, a: impl Into<Expr>, b: impl Into<Expr>, c: impl Into<Expr>) -> Mat3 {
+    pub fn ellipsoid(
+        mass: impl Into<Expr>,
+        a: impl Into<Expr>,
+        b: impl Into<Expr>,
+        c: impl Into<Expr>,
+    ) -> Mat3 {
         let (m, a, b, c) = (0.2 * mass.into(), a.into().powi(2), b.into().powi(2), c.into().powi(2));
         Mat3::diagonal(m * (b + c), m * (c + a), m * (a + b))
     }

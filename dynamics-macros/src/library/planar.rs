@@ -123,7 +123,12 @@ pub struct PlanarBody {
 impl PlanarBody {
     /// From mass, center of mass in the frame, and moment of inertia about the center of mass.
     #[must_use]
-    pub fn new(mass: impl Into<Expr>, center: impl Into<Vec2>, inertia: impl Into<Expr>, frame: PlanarFrame) -> Self {
+    pub fn new(
+        mass: impl Into<Expr>,
+        center: impl Into<Vec2>,
+        inertia: impl Into<Expr>,
+        frame: PlanarFrame,
+    ) -> Self {
         Self { mass: mass.into(), center: center.into(), inertia: inertia.into(), frame }
     }
 

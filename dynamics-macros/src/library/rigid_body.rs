@@ -29,7 +29,12 @@ pub struct RigidBody {
 impl RigidBody {
     /// From mass, center of mass in the frame, and inertia about the center of mass in the frame's axes.
     #[must_use]
-    pub fn new(mass: impl Into<Expr>, center: impl Into<Vec3>, inertia: impl Into<Mat3>, frame: Frame) -> Self {
+    pub fn new(
+        mass: impl Into<Expr>,
+        center: impl Into<Vec3>,
+        inertia: impl Into<Mat3>,
+        frame: Frame,
+    ) -> Self {
         Self { mass: mass.into(), center: center.into(), inertia: inertia.into(), frame }
     }
 
