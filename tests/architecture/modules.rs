@@ -11,11 +11,11 @@ use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 
 /// A module that has a file of its own: the names on the way to it from the crate's root.
-pub type Module = Vec<String>;
+pub(crate) type Module = Vec<String>;
 
 /// The files of a crate.
 #[derive(Debug, Default)]
-pub struct Crate {
+pub(crate) struct Crate {
     files: BTreeMap<Module, File>,
 }
 
@@ -31,7 +31,7 @@ struct File {
 
 impl Crate {
     /// Reads all files below the folder of a `lib.rs`.
-    pub fn read(source: &Path) -> Self {
+    pub(crate) fn read(source: &Path) -> Self {
         let mut all = Self::default();
         all.read_folder(source, &Vec::new());
         all
@@ -108,7 +108,7 @@ impl Crate {
     }
 
     /// For each file the others that define what it names.
-    pub fn uses(&self) -> BTreeMap<Module, BTreeSet<Module>> {
+    pub(crate) fn uses(&self) -> BTreeMap<Module, BTreeSet<Module>> {
         let of = |(module, file): (&Module, &File)| {
             let globs = file.globs.iter();
             let paths = file.named.iter().chain(file.imported.values()).chain(globs);
@@ -121,7 +121,7 @@ impl Crate {
 
     /// Groups of modules of one folder that use each other in a circle, each with all that is below it; what
     /// stands in the folder's own file may use them, and they it.
-    pub fn circles(&self) -> Vec<Vec<String>> {
+    pub(crate) fn circles(&self) -> Vec<Vec<String>> {
         let uses = self.uses();
         let parents: BTreeSet<Module> =
             self.files.keys().filter(|m| !m.is_empty()).map(|m| m[..m.len() - 1].to_vec()).collect();
@@ -143,7 +143,7 @@ impl Crate {
     }
 
     /// Why one module uses another: the files, and the names.
-    pub fn arrows(&self, from: &str, to: &str) -> BTreeSet<String> {
+    pub(crate) fn arrows(&self, from: &str, to: &str) -> BTreeSet<String> {
         let below = |module: &Module, place: &str| {
             let text = module.join("/");
             text == place || text.starts_with(&format!("{place}/"))
