@@ -1,8 +1,8 @@
 //! A rigid column on a hinge, held by a spring, a little out of the upright: the same column buckles gently
 //! or without warning, by where its spring is.
 //!
-//!     spring at the hinge:       P l sin θ = k (θ − ε)                  buckles at k/l, carries more beyond it
-//!     level spring at the head:  P l sin θ = c l² (sin θ − ε) cos θ     buckles at c l, carries less beyond it
+//!     spring at the hinge:       P l sin θ = k (θ − ε)               buckles at k/l, carries more beyond it
+//!     level spring at the head:  P l sin θ = c l² (sin θ − ε) cos θ  buckles at c l, carries less beyond it
 //!
 //! The second carries no more than P = c l (1 − ε^⅔)^{3/2}.
 //!

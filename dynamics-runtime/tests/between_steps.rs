@@ -306,9 +306,9 @@ fn what_is_damped_hard_is_followed_between_steps() {
     }
 }
 
-/// Methods of fixed steps have no tolerance. Between two steps they are off by what the ends of steps are off,
-/// and by what the quintic through both ends leaves of the motion, which is of the order of h⁵. Order 1 is off
-/// by more: its positions do not follow the velocities at both ends.
+/// Methods of fixed steps have no tolerance. Between two steps they are off by what the ends of steps are
+/// off, and by what the quintic through both ends leaves of the motion, which is of the order of h⁵. Order 1
+/// is off by more: its positions do not follow the velocities at both ends.
 #[test]
 fn fixed_steps_are_followed_between_their_ends() {
     let methods: [Any<System>; 4] = [

@@ -10,8 +10,8 @@
 //! A case is a number; the same number is the same model on every machine. From 1000000 on they are of
 //! further kinds: bodies on one another, rows that repeat others, generalized speeds, friction by reactions.
 //! Models are written into packages of a hundred, each in a module of its own, compiled once, and run: see
-//! `judge/` for what is compared. What the macro refuses is taken out, counted by its reason, and has to be one
-//! error.
+//! `judge/` for what is compared. What the macro refuses is taken out, counted by its reason, and has to be
+//! one error.
 //!
 //! Beside the models' own functions on jets stands the engine's interpreter: the same text goes through the
 //! macros' passes here, its equations are evaluated on the graph, and the values travel in the package.

@@ -87,8 +87,8 @@ impl Draft<'_> {
         self.function("potential", "weight", "Expr", &weight);
     }
 
-    /// One of the first few joints of body `i` with body `before` − 1, or with the world before all, unless no
-    /// freedom would be left.
+    /// One of the first few joints of body `i` with body `before` − 1, or with the world before all, unless
+    /// no freedom would be left.
     fn planar_joint(&mut self, n: usize, i: usize, before: usize, few: usize) -> Option<PlanarJoint> {
         let (joint, returns, rows) = JOINTS[self.r.below(few)];
         if self.rows + rows >= 3 * n {
