@@ -33,7 +33,11 @@ pub mod model;
 #[cfg(feature = "alloc")]
 pub mod motion;
 #[cfg(feature = "alloc")]
+mod numbers;
+#[cfg(feature = "alloc")]
 pub mod output;
+#[cfg(feature = "alloc")]
+mod progress;
 pub mod reaction;
 pub mod rotation;
 pub mod scalar;

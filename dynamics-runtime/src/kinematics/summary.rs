@@ -5,7 +5,7 @@ use core::fmt;
 
 use crate::constrain::Involved;
 use crate::motion::Counts;
-use crate::motion::numbers::Rounded;
+use crate::numbers::Rounded;
 
 /// A bifurcation that was passed.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,29 +1,17 @@
 //! The loop of a run: step, look for events, record.
 
+pub(crate) mod branch_identification;
+pub(crate) mod constraint_discontinuity;
+pub(crate) mod event_handling;
+pub(crate) mod event_steps;
+pub(crate) mod sliding_mode;
+pub(crate) mod step_size_collapse;
+pub(crate) mod stiffness_detection;
+
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-mod act;
-mod corners;
-mod steps;
-mod stiffness;
-mod watched;
-
-use super::causes::{self, Corner, explained};
-use super::creep::Creep;
-use super::driver::Driver;
-use super::edges;
-use super::error::SimulationErrorKind as Kind;
-use super::pace;
-use super::plant::{EvaluationError, Plant};
-use super::record::{Counts, EventRecord, Record};
-use super::sides::{self, Slipping, Turned};
-use super::singular;
-use super::slide::Slide;
-use super::touching::{Touch, Touching};
-use super::upkeep::{Drift, Drifted};
-use super::watch::{Flow, Watch};
 use crate::constrain::Involved;
 use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
@@ -32,9 +20,23 @@ use crate::integrate::{Dense, Hermite, Knot, Phase, Step, StepError, StepOptions
 use crate::math;
 use crate::model::{Dynamics, Known, Model, ModelState, Vector};
 use crate::motion::Simulate;
-pub(crate) use steps::{Made, Steps, Tally};
-use stiffness::Stiffness;
-pub(super) use stiffness::longer;
+use crate::motion::diagnosis::singular_position;
+use crate::motion::diagnosis::{self, Corner, explained};
+use crate::motion::erased_method::Driver;
+pub(crate) use crate::motion::erased_method::stepping::{Made, Steps, Tally};
+use crate::motion::events::contact_corner;
+use crate::motion::events::location::{Flow, Watch};
+use crate::motion::events::slip_direction::{self, Slipping, Turned};
+use crate::motion::failure::SimulationErrorKind as Kind;
+use crate::motion::right_hand_side::{EvaluationError, Plant};
+use crate::motion::run::branch_identification::{Touch, Touching};
+use crate::motion::run::sliding_mode::Slide;
+use crate::motion::run::step_size_collapse::Creep;
+use crate::motion::run::stiffness_detection::Stiffness;
+pub(crate) use crate::motion::run::stiffness_detection::longer;
+use crate::motion::stabilization::adaptive_gain;
+use crate::motion::stabilization::{Drift, Drifted};
+use crate::motion::trajectory::record::{Counts, EventRecord, Record};
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;
@@ -54,7 +56,7 @@ pub(crate) struct Plan<'r, 'm, M: Simulate> {
     pub(crate) most_steps: u64,
     pub(crate) cancel: Option<&'m AtomicBool>,
     pub(crate) watch: Watch<'m, M>,
-    pub(crate) progress: super::progress::Progress,
+    pub(crate) progress: crate::progress::Progress,
     /// Where the motion turns out to be stiff for its method, another one is to go on.
     pub(crate) hands_over: bool,
     /// The state from which this method goes on, and the steps made before.
@@ -67,7 +69,7 @@ impl<'r, 'm, M: Simulate> Plan<'r, 'm, M> {
         (self.plant, self.options, self.hands_over) = (plant, options, hands_over);
         self.resumes = None;
         self.watch.restart();
-        self.progress = super::progress::Progress::none();
+        self.progress = crate::progress::Progress::none();
     }
 }
 
@@ -172,7 +174,7 @@ fn begin_singular<'m, M: Simulate>(
     let (start, found) = (plant.state(now.t, &now.y.q, &now.y.u), now.a);
     if let Some(a) = plant.upkeep.singular_start(plant.model, plant.constants, &start, &found)? {
         let Tolerances { absolute, relative } = plan.options.tolerances;
-        stepper.leave_with(a, singular::least_distance(&start, absolute + relative));
+        stepper.leave_with(a, singular_position::least_distance(&start, absolute + relative));
     }
     Ok(())
 }
@@ -263,14 +265,14 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         let ruled = |row: &usize| watch.guards().any(|(_, guard)| guard.constraint.first == *row);
         let rows = active_rows::<M>(now.modes(), true).filter(|row| !ruled(row));
         let upkeep = (plant.constants, &mut plant.upkeep);
-        let (row, leads_away) = edges::rests_in(plant.model, upkeep, [&now, &later], rows)?;
+        let (row, leads_away) = contact_corner::rests_in(plant.model, upkeep, [&now, &later], rows)?;
         Some(Kind::RestsInCorner { row: M::ROWS[row].name, leads_away })
     }
 
     /// Ends the motion where branches of a constraint touch and it went over to another one, or may have: see
-    /// [`super::touching`].
+    /// [`crate::motion::run::branch_identification`].
     #[inline]
-    pub(super) fn check_branch(&mut self, sink: &mut dyn Sink<M>, last: bool) -> Result<(), Halt> {
+    pub(crate) fn check_branch(&mut self, sink: &mut dyn Sink<M>, last: bool) -> Result<(), Halt> {
         if M::IS_FREE || self.touching.is_idle() {
             return Ok(());
         }
@@ -304,7 +306,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             && fixed.is_none()
             && proposed < most
             && self.creep.runs_out(took, (made, limit), (now, self.plan.end))
-            && singular::crawls(self.plan.plant.model, &self.now(), took)
+            && singular_position::crawls(self.plan.plant.model, &self.now(), took)
         {
             return Err(self.vanish(now));
         }
@@ -312,7 +314,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         if made >= limit || slides {
             let way = [self.plan.start.t(), now];
             let stiff_at = stiff_at.or_else(|| self.is_held_by_stability(tally).then_some(now));
-            let gain = pace::bounding_gain(self.plan.plant.upkeep.formulation, way, made);
+            let gain = adaptive_gain::bounding_gain(self.plan.plant.upkeep.formulation, way, made);
             return Err(Kind::TooManySteps { limit, stiff_at, slides_at, gain });
         }
         match self.plan.cancel {
@@ -358,7 +360,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         }
         let Plan { plant, .. } = &mut *self.plan;
         let between = Hermite::between(start, end, *h);
-        let corner = causes::corner_within(plant.model, |theta| {
+        let corner = diagnosis::corner_within(plant.model, |theta| {
             let y = between.at(theta);
             plant.state(start.t + theta * h, &y.q, &y.u)
         });
@@ -438,9 +440,9 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
         if plant.modes.all_hold() {
             return Ok(());
         }
-        let unfollowed = sides::unfollowed::<M>(plant.modes, watch.guards().map(|(_, guard)| guard));
-        let suspects =
-            unfollowed.filter_map(|slipping| Some((slipping, sides::suspect(plant, step, slipping)?)));
+        let unfollowed = slip_direction::unfollowed::<M>(plant.modes, watch.guards().map(|(_, guard)| guard));
+        let suspects = unfollowed
+            .filter_map(|slipping| Some((slipping, slip_direction::suspect(plant, step, slipping)?)));
         let suspects: Vec<_> = suspects.collect();
         if suspects.is_empty() { Ok(()) } else { self.check_suspects(sink, step, &suspects) }
     }
@@ -459,7 +461,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
             Err(error) => return Err(self.take_back(step, at(evaluation::<M>(error)))),
         };
         let turned = suspects.iter().filter_map(|(slipping, place)| {
-            sides::turned(plant, step, &*dense, &options.tolerances, *slipping, *place)
+            slip_direction::turned(plant, step, &*dense, &options.tolerances, *slipping, *place)
         });
         let Some(first) = turned.min_by(|a, b| a.theta.total_cmp(&b.theta)) else { return Ok(()) };
         let Turned { constraint, side, slip, theta, at: when, sticks } = first;
@@ -508,7 +510,7 @@ fn halt<M: Dynamics>(error: StepError<EvaluationError>) -> Halt {
     }
 }
 
-/// Keeps records for a [`super::Motion`].
+/// Keeps records for a [`crate::motion::Motion`].
 pub(crate) struct Keep<M: Model> {
     pub(crate) records: Vec<Record<M>>,
     pub(crate) events: Vec<EventRecord<M::State>>,

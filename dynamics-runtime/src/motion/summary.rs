@@ -6,22 +6,22 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
-use super::change::Impact;
-use super::conditioning::{Conditioning, Nearest};
-use super::doubts::Doubts;
-use super::drift::ConstraintDrift;
-use super::estimate::GlobalError;
-use super::fallen::Vanished;
-use super::formulation::Formulation;
-use super::locking::Locking;
-use super::numbers::{Grouped, Part, Rounded};
-use super::pace::Turned;
-use super::query::Motion;
-use super::simulate::{DEFAULT_TOLERANCE, Simulate};
-use super::sizes::{FewDigits, Sizes};
-use super::upkeep::Upkept;
 use crate::integrate::{Method, Tolerances};
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, Route};
+use crate::motion::events::action::Impact;
+use crate::motion::options::formulation::Formulation;
+use crate::motion::pilot_run::{FewDigits, Sizes};
+use crate::motion::simulation::{DEFAULT_TOLERANCE, Simulate};
+use crate::motion::stabilization::Upkept;
+use crate::motion::stabilization::adaptive_gain::Turned;
+use crate::motion::trajectory::motion::Motion;
+use crate::motion::verification::accuracy_diagnostics::Doubts;
+use crate::motion::verification::conditioning::{Conditioning, Nearest};
+use crate::motion::verification::constraint_drift::ConstraintDrift;
+use crate::motion::verification::gimbal_lock::Locking;
+use crate::motion::verification::global_error::GlobalError;
+use crate::motion::verification::pivot_breakdown::Vanished;
+use crate::numbers::{Grouped, Part, Rounded};
 
 /// How much a quantity that should stay constant has changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,7 +88,7 @@ pub struct Summary {
     /// How often constraints were hit.
     pub impacts: usize,
     /// Energy that the moving bodies lost in them, see
-    /// [`EventRecord::energy_lost`](super::EventRecord::energy_lost).
+    /// [`EventRecord::energy_lost`](crate::motion::EventRecord::energy_lost).
     pub energy_lost: f64,
     /// The first impact that a sticking contact took part in: a switched nonholonomic constraint, and when.
     /// It holds whatever the impulse is.
@@ -106,7 +106,7 @@ pub struct Summary {
     pub stopped_by: Option<String>,
     /// When the problem was first found stiff for the method.
     pub stiff_at: Option<f64>,
-    /// The error by a second run, where [`Simulation::estimate_error`](super::Simulation::estimate_error)
+    /// The error by a second run, where [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error)
     /// asked for it.
     pub error: Option<GlobalError>,
     /// When the motion was first found to slide along a place where accelerations jump: they lead to it from

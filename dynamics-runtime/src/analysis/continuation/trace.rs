@@ -20,7 +20,7 @@ use super::problem::{Balance, Direction, Place, Problem};
 use super::watch::Watch;
 use crate::analysis::equilibria::{Equilibria, EquilibriumError};
 use crate::model::{Constraints, ModelState, Powers, Vector};
-use crate::motion::progress::Progress;
+use crate::progress::Progress;
 
 /// Angle between tangents that steps aim at, and the largest that is taken, in rad.
 const AIM: f64 = 0.12;

@@ -8,7 +8,7 @@ use core::fmt;
 use super::super::sensitivity::SensitivityError;
 use super::super::variable::VariableError;
 use super::{Fit, Fitted, Outlier};
-use crate::motion::numbers::Readable;
+use crate::numbers::Readable;
 
 /// Why unknowns were not found.
 #[derive(Clone, PartialEq)]

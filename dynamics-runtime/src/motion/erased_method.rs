@@ -1,0 +1,188 @@
+//! A method as a run calls it: one table of functions per model and method that the program names.
+
+pub(crate) mod stepping;
+
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+
+use crate::integrate::{Dense, Method, Phase, Scheme, Step, StepOptions, Stepper, Tolerances};
+use crate::methods::{Choice, Suits};
+use crate::model::Model;
+use crate::motion::right_hand_side::Plant;
+use crate::motion::run::{Made, Steps};
+use crate::motion::simulation::Simulate;
+
+/// The interpolant of one step, of whatever method.
+pub(crate) type Interpolant<V> = Box<dyn Dense<V> + Send + Sync>;
+
+pub(crate) trait Driver<M: Model>: Send + Sync {
+    fn method(&self) -> Method;
+    /// Whether it estimates its error, and so can choose its step.
+    fn is_adaptive(&self) -> bool;
+    /// Whether it needs the motion's Taylor series.
+    fn needs_series(&self) -> bool;
+    /// What models it is for.
+    fn suits(&self) -> Suits;
+    /// See [`Choice::option`].
+    fn option(&self, constrained: bool) -> Option<(&'static str, f64, bool, &'static str)>;
+    /// A stepper at time t and phase y, in direction of `limit`.
+    fn begin(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        from: (f64, Phase<M::Vector>),
+        limit: f64,
+        options: StepOptions,
+    ) -> Made<Box<dyn Steps<M>>>
+    where
+        M: Simulate;
+    /// What makes steps again.
+    fn maker(&self) -> Box<dyn Maker<M>>
+    where
+        M: Simulate;
+    /// See [`Scheme::WEIGHTS`].
+    fn weights(&self) -> &'static [f64];
+}
+
+/// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to
+/// the next.
+pub(crate) trait Maker<M: Simulate>: Send + Sync {
+    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
+    /// `judged`: as good as its ends, if need be in parts.
+    fn interpolate(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+        judged: bool,
+    ) -> Option<Interpolant<M::Vector>>;
+    /// Where the step with this start, size and upkeep ends, and its error, 1 where it is just permitted;
+    /// `None` where that fails.
+    fn end_of(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<(Phase<M::Vector>, f64)>;
+    /// The same on whatever branches the plant holds.
+    fn end_on_branches(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<(Phase<M::Vector>, f64)>;
+    /// Makes the step again, with everything else as it is to be; whether that succeeds.
+    fn attempt(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> bool;
+    /// Is told that the step of which it has found the end is made.
+    fn accepted(&mut self, step: &Step<M::Vector>);
+    /// What comes next goes on from something else.
+    fn forget(&mut self);
+}
+
+struct Again<S>(S);
+
+impl<M: Simulate, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
+    fn interpolate(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+        judged: bool,
+    ) -> Option<Interpolant<M::Vector>> {
+        let dense = Stepper::again(&mut self.0, plant, step, tolerances).ok()??;
+        if const { S::PROBES.is_empty() } || !judged || plant.upkeep.is_tied() {
+            return Some(Box::new(dense));
+        }
+        Some(match Stepper::in_parts(&mut self.0, plant, step, &dense, tolerances) {
+            Some(parts) => Box::new(parts),
+            None => Box::new(dense),
+        })
+    }
+
+    fn end_of(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<(Phase<M::Vector>, f64)> {
+        Stepper::end_of(&mut self.0, plant, step, tolerances).ok()?
+    }
+
+    fn end_on_branches(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Option<(Phase<M::Vector>, f64)> {
+        Stepper::end_on_branches(&mut self.0, plant, step, tolerances).ok()?
+    }
+
+    fn attempt(
+        &mut self,
+        plant: &mut Plant<'_, '_, M>,
+        step: &Step<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> bool {
+        Stepper::attempt_again(&mut self.0, plant, (&step.start, step.h), tolerances).is_ok()
+    }
+
+    fn accepted(&mut self, step: &Step<M::Vector>) {
+        self.0.accepted(step);
+    }
+
+    fn forget(&mut self) {
+        self.0.forget();
+    }
+}
+
+pub(crate) type AnyDriver<M> = Arc<dyn Driver<M>>;
+
+impl<M: Model, C: Choice> Driver<M> for C {
+    fn method(&self) -> Method {
+        <C::Scheme<M::Vector> as Scheme<M::Vector>>::METHOD
+    }
+
+    fn is_adaptive(&self) -> bool {
+        <C::Scheme<M::Vector> as Scheme<M::Vector>>::CONTROL.is_some()
+    }
+
+    fn needs_series(&self) -> bool {
+        C::NEEDS_SERIES
+    }
+
+    fn suits(&self) -> Suits {
+        C::SUITS
+    }
+
+    fn option(&self, constrained: bool) -> Option<(&'static str, f64, bool, &'static str)> {
+        Choice::option(self, constrained)
+    }
+
+    fn begin(
+        &self,
+        plant: &mut Plant<'_, '_, M>,
+        (t, y): (f64, Phase<M::Vector>),
+        limit: f64,
+        options: StepOptions,
+    ) -> Made<Box<dyn Steps<M>>>
+    where
+        M: Simulate,
+    {
+        Ok(Box::new(Stepper::with(self.scheme::<M::Vector>(), plant, t, y, limit, options)?))
+    }
+
+    fn maker(&self) -> Box<dyn Maker<M>>
+    where
+        M: Simulate,
+    {
+        Box::new(Again(self.scheme::<M::Vector>()))
+    }
+
+    fn weights(&self) -> &'static [f64] {
+        <C::Scheme<M::Vector> as Scheme<M::Vector>>::WEIGHTS
+    }
+}

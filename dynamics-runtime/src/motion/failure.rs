@@ -1,0 +1,698 @@
+//! Why a simulation did not reach its end, or why a motion has no answer.
+
+pub(crate) mod query;
+pub(crate) mod words;
+
+pub use crate::motion::failure::query::MotionError;
+pub(crate) use crate::motion::failure::query::suggest;
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use core::fmt;
+
+use crate::constrain::Involved;
+use crate::error::{SingularMassMatrix, SolveError, StateError, parameter_not_finite};
+use crate::integrate::Method;
+use crate::model::{ConstraintKind, Dynamics, Model, ModelState, Premise, Refuted, refuted};
+use crate::motion::events::action::ChangeError;
+use crate::motion::options::formulation::Formulation;
+use crate::motion::trajectory::record::Trajectory;
+use crate::motion::verification::gimbal_lock::Locking;
+use crate::numbers::Readable;
+
+/// A simulation that stopped before its end. What was computed up to there is still in hand:
+/// [`SimulationError::motion`].
+pub struct SimulationError<M: Model> {
+    /// What happened.
+    pub kind: SimulationErrorKind,
+    /// Time of the last good state; the start's where nothing has moved.
+    pub time: f64,
+    /// Size of the last step that was tried; 0 where none was.
+    pub step: f64,
+    /// The last good state; the start where nothing has moved.
+    pub state: Box<M::State>,
+    pub(crate) trajectory: Option<Box<Trajectory<M>>>,
+}
+
+/// The kinds of failure, with the values needed to act.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SimulationErrorKind {
+    /// An option makes no sense; nothing was computed.
+    Option(OptionError),
+    /// The mass matrix has no inverse.
+    SingularMassMatrix(SingularMassMatrix),
+    /// Constraints and forces have no common solution.
+    Solve(SolveError),
+    /// An acceleration is infinite or not a number, however short the step.
+    AccelerationNotFinite {
+        /// The coordinate.
+        coordinate: &'static str,
+    },
+    /// The inputs closure returned an infinite value or not a number.
+    InputNotFinite {
+        /// The input.
+        input: &'static str,
+    },
+    /// The tolerance asks for steps below the resolution of time: the motion has a singularity or a jump
+    /// here.
+    StepSizeTooSmall {
+        /// The coordinate with the largest error.
+        coordinate: &'static str,
+    },
+    /// The equations of an implicit method have no solution that its iterations find, however short the step;
+    /// with a fixed step, at that step.
+    StepNotSolved {
+        /// The coordinate that is corrected most.
+        coordinate: &'static str,
+    },
+    /// The constraints would have moved the end of a fixed step by more than a fiftieth of the way that the
+    /// step had come, or its stages beside a singular position disagreed by as much, in whatever parts it was
+    /// made: they would decide the motion.
+    StepDisplaced {
+        /// The coordinate that would have been moved most.
+        coordinate: &'static str,
+    },
+    /// More steps, rejected ones included, than `.max_steps(..)` permits; or, where the motion slides, it
+    /// would take twice as many as are left.
+    TooManySteps {
+        /// The limit.
+        limit: u64,
+        /// When the problem was found stiff, if it was.
+        stiff_at: Option<f64>,
+        /// When the motion was found to slide along a place where accelerations jump, if it was.
+        slides_at: Option<f64>,
+        /// The larger gain of Baumgarte's stabilization, where it was found to bound the steps.
+        gain: Option<f64>,
+    },
+    /// The flag given to `.cancel(..)` was raised.
+    Cancelled,
+    /// An event function is not a number.
+    EventNotANumber {
+        /// The event.
+        event: String,
+    },
+    /// An event function changes faster than it can be followed within a step.
+    EventUnresolved {
+        /// The event.
+        event: String,
+    },
+    /// An event happens again and again in ever shorter time (Zeno's paradox: a ball that comes to rest by
+    /// bouncing).
+    EventsAccumulate {
+        /// The event.
+        event: String,
+        /// The time that they approach.
+        at: f64,
+        /// A contact is hit ever faster: what lies between contacts that approach each other is squeezed.
+        squeezed: bool,
+    },
+    /// Steps become shorter and shorter and come to no end before the time that they approach: accelerations
+    /// grow without bounds there.
+    StepsVanish {
+        /// That time: extrapolated, or that of the last state.
+        at: f64,
+        /// The coordinates that accelerate most at the last state.
+        coordinates: Involved,
+        /// The rows of the constraints that hold them with most; of nobody where nothing holds.
+        rows: Involved,
+    },
+    /// The reset of an event left the motion at rest there, and it goes on in the same direction: the event
+    /// happens again at once.
+    EventRepeats {
+        /// The event.
+        event: String,
+    },
+    /// What an action at an event wanted to do to constraints is not possible.
+    Change {
+        /// The event.
+        event: String,
+        /// Why.
+        error: Box<ChangeError>,
+    },
+    /// The start does not fulfil the constraints.
+    Start(Box<StateError>),
+    /// A constraint has drifted further than `.drift_limit(..)` permits.
+    Drift {
+        /// `positions` or `velocities`.
+        what: &'static str,
+        /// Its row, `closure.x`.
+        row: &'static str,
+        /// Φ there; Φ̇ or A q̇ + b where velocities have drifted.
+        residual: f64,
+        /// |residual|/‖Φ_q‖, or /‖A‖.
+        distance: f64,
+        /// The largest distance permitted there.
+        limit: f64,
+    },
+    /// The motion grows without bounds, to where sums and products of its values are beyond all numbers.
+    Overflow {
+        /// The coordinate that is the largest, or whose velocity or acceleration is.
+        coordinate: &'static str,
+        /// Of which derivative by time the value is: 0 of the coordinate, 1 of its velocity, 2 of its
+        /// acceleration.
+        order: u8,
+        /// Its value.
+        value: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// The motion cannot go on from here, and constraints lose rank here or just ahead: a singular position.
+    SingularPosition {
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates that they leave open there.
+        coordinates: Involved,
+        /// Largest over smallest singular value of Φ_q at the last state.
+        condition: f64,
+        /// What the method met, and what would pass it.
+        met: Box<Met>,
+    },
+    /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions
+    /// that constraints leave: what has no inertia moves without bounds.
+    InertiaVanishes {
+        /// The coordinates that have no inertia left together.
+        coordinates: Involved,
+        /// The least inertia at the last state, over the least at the start; negative beyond the place.
+        share: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// Friction, or another force that jumps, has brought the motion to rest: the accelerations on either
+    /// side of the jump lead back to it.
+    RestsOnJump {
+        /// The coordinates whose accelerations jump, in the order of by how much.
+        coordinates: Involved,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// The motion starts at rest in a corner of a constraint, and accelerations do not say to which side it
+    /// goes.
+    RestsInCorner {
+        /// The row.
+        row: &'static str,
+        /// They lead away from it on both sides; otherwise back to it from both.
+        leads_away: bool,
+    },
+    /// A reaction grows without bounds toward a place just ahead, from which on the equations with friction
+    /// have no answer (Painlevé's paradox).
+    FrictionGrows {
+        /// The reaction that decides there, `floor`.
+        row: &'static str,
+        /// The time that velocities as they are take to get there.
+        ahead: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// Three angles lock: what they turn has orientations beside this one that they cannot tell apart, and
+    /// rates and accelerations without bounds.
+    GimbalLock {
+        /// The angles, and how near they are to locking.
+        at: Box<Locking>,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// Coordinates have no inertia at all, and what holds them does not decide how they accelerate.
+    NoInertia {
+        /// The coordinates.
+        coordinates: Involved,
+        /// Parameters that are 0 and may be the inertia that is missing: those of a unit of mass, or of no
+        /// known unit; where there is none, lengths, for masses without a lever turn nothing.
+        parameters: Involved,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// A constraint is not differentiable just where the motion stands, and asks for a jump that no force can
+    /// make.
+    ConstraintJumps {
+        /// Its row.
+        row: &'static str,
+        /// Of what.
+        what: Jumping,
+        /// By how much what the row asks for changes there: its Φ̇ (or A q̇ + b) at the velocity of the
+        /// motion, or its Φ.
+        jump: f64,
+        /// What the method met.
+        cause: Box<SimulationErrorKind>,
+    },
+    /// The gap of a contact jumps to below zero: the body has met a step from the side, and the function of
+    /// the contact does not say how.
+    ContactJumps {
+        /// Its row.
+        row: &'static str,
+        /// Φ just behind.
+        gap: f64,
+    },
+    /// The start is a singular position, and what is given does not determine how the motion goes on.
+    SingularStart {
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates that they leave open there.
+        coordinates: Involved,
+    },
+    /// A motion whose constraints drift is so near to a singular position, where branches of the mechanism
+    /// meet, that its drift decides on which of them it goes on.
+    BranchUndetermined {
+        /// The rows that depend on each other there.
+        rows: Involved,
+        /// The coordinates in which the branches differ.
+        coordinates: Involved,
+        /// Largest over smallest singular value of Φ_q.
+        condition: f64,
+    },
+    /// Branches of constraints have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and
+    /// it has gone on along another one than its own, or that is not decided. The motion up to there is
+    /// right.
+    BranchesTouch {
+        /// The row whose gradient vanishes there, or the rows that depend on each other.
+        rows: Involved,
+        /// When.
+        at: f64,
+        /// It is known that steps went over to another branch.
+        changed: bool,
+    },
+    /// A released constraint begins to slip against the side to which it was released, and its friction,
+    /// which goes by that side, would drive it.
+    SlipsBack {
+        /// The constraint.
+        constraint: &'static str,
+        /// The side to which it is released, ±1.
+        side: f64,
+        /// A q̇ + b a little later.
+        slip: f64,
+        /// When that is.
+        at: f64,
+        /// Friction would bring it back from the other side as well: it sticks, and no side of its is right.
+        sticks: bool,
+    },
+    /// A contact is open on the side where it is not free.
+    Penetration {
+        /// The row of the contact.
+        row: &'static str,
+        /// Φ < 0 there.
+        residual: f64,
+    },
+    /// The reset of an event left a value that is infinite or not a number, or moved time.
+    BadReset {
+        /// The event.
+        event: String,
+        /// The coordinate, velocity or input; `t` where time was moved.
+        name: &'static str,
+    },
+}
+
+/// What a method met at a singular position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Met {
+    /// Why it did not go on.
+    pub kind: SimulationErrorKind,
+    /// By what the position is passed, if the mechanism can move on there; `None` where that is what was run.
+    pub over: Option<Over>,
+}
+
+/// What passes singular positions at which a mechanism can move on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Over {
+    /// Another method.
+    pub method: Option<Method>,
+    /// A tolerance that is looser than what was asked for, or one instead of a fixed step.
+    pub tolerance: Option<f64>,
+    /// The tolerance is given in place of a fixed step.
+    pub fixed: bool,
+    /// Another formulation: one that leaves no drift, by which the rows contradict each other there.
+    pub formulation: Option<Formulation>,
+}
+
+/// What a constraint asks to jump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Jumping {
+    /// Positions: Φ has a gap there.
+    Positions,
+    /// Velocities: Φ has a corner there, or A or b a gap.
+    Velocities,
+}
+
+/// An option of a simulation that makes no sense.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub enum OptionError {
+    /// `.until(..)` is missing.
+    NoEnd,
+    /// A number is not admissible.
+    Number {
+        /// The option.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is admissible.
+        admissible: &'static str,
+    },
+    /// `.tolerances(absolute, relative)` are not admissible.
+    Tolerances {
+        /// The absolute one.
+        absolute: f64,
+        /// The relative one.
+        relative: f64,
+        /// What is admissible.
+        admissible: &'static str,
+    },
+    /// A number among the options of a method is not admissible.
+    MethodNumber {
+        /// The method.
+        method: crate::motion::Method,
+        /// The option.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is admissible.
+        admissible: &'static str,
+    },
+    /// An output time lies outside the simulated interval.
+    OutputTime {
+        /// What was given.
+        time: f64,
+        /// Start of the interval.
+        start: f64,
+        /// End of the interval.
+        end: f64,
+    },
+    /// Two output times that follow one another are not in the order of the motion.
+    OutputOrder {
+        /// The two.
+        pair: [f64; 2],
+        /// The motion runs back in time.
+        backwards: bool,
+    },
+    /// There is no event of this name.
+    UnknownEvent {
+        /// What was given.
+        name: String,
+        /// The nearest known name.
+        suggestion: Option<String>,
+    },
+    /// Two ad-hoc events, or an ad-hoc event and one of the model, have the same name.
+    DuplicateEvent {
+        /// The name.
+        name: String,
+    },
+    /// Two laws are given for the same constraint.
+    GuardTwice {
+        /// `contact` or `stick_slip`.
+        option: &'static str,
+        /// The constraint.
+        constraint: String,
+    },
+    /// An input has no value: neither in the start state nor by `.inputs(..)`.
+    InputWithoutValue {
+        /// The input.
+        input: &'static str,
+    },
+    /// A value of the start state is infinite or not a number.
+    StartNotFinite {
+        /// The coordinate; `t` for time.
+        name: &'static str,
+        /// Whether it is the coordinate's velocity.
+        rate: bool,
+    },
+    /// A parameter of the model is infinite or not a number.
+    ParameterNotFinite {
+        /// Its name, `m1`, `mass[3]`.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A mass, an inertia or a rotation of the model is none, by its parameters or in the start state.
+    Unphysical {
+        /// What it should be, and of which parameters and coordinates it is made.
+        premise: &'static Premise,
+        /// What it is instead.
+        why: Refuted,
+    },
+    /// A contact or sticking constraint cannot be what was asked for.
+    Constraint(Box<ChangeError>),
+    /// A number of a contact's law is not admissible.
+    Contact {
+        /// The constraint.
+        constraint: String,
+        /// `restitution` or `rest_speed`.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is admissible.
+        admissible: &'static str,
+    },
+    /// A contact needs a switched holonomic constraint of one row, sticking a switched nonholonomic one.
+    NotForGuard {
+        /// `contact` or `stick_slip`.
+        option: &'static str,
+        /// The constraint.
+        constraint: &'static str,
+        /// What it would have to be.
+        kind: ConstraintKind,
+        /// What it is.
+        found: ConstraintKind,
+    },
+    /// A contact or sticking constraint in a simulation that runs back in time: from which impact a state
+    /// came cannot be told.
+    Backwards {
+        /// `contact` or `stick_slip`.
+        option: &'static str,
+        /// The constraint.
+        constraint: String,
+    },
+    /// A formulation was chosen for a model without constraints.
+    NothingToHold,
+    /// A gain of Baumgarte's stabilization is negative, infinite or not a number.
+    Gain {
+        /// `alpha` or `beta`.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// A method without error estimate needs `.fixed_step(..)`.
+    NeedsFixedStep {
+        /// Which one.
+        method: crate::motion::Method,
+    },
+    /// The motions of the model have no Taylor series.
+    NoSeries {
+        /// The method that needs one.
+        method: crate::motion::Method,
+        /// Why there is none, in words: `its forces depend on reactions`.
+        reason: &'static str,
+    },
+    /// The method expands motions into Taylor series, and this formulation adds what is no part of them.
+    SeriesExcludes {
+        /// The method.
+        method: crate::motion::Method,
+        /// The formulation.
+        formulation: crate::motion::Formulation,
+    },
+    /// `.estimate_error()` compares two motions, and `run_with` keeps none.
+    NothingToCompare,
+    /// The method would run with this model and not keep what it is chosen for.
+    Unsuited {
+        /// The method.
+        method: crate::motion::Method,
+        /// Why, in words: `it has constraints`.
+        reason: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// `.fixed_step(..)` leaves nothing for another step option to say.
+    FixedStepExcludes {
+        /// The other option.
+        option: &'static str,
+    },
+}
+
+impl SimulationErrorKind {
+    /// A copy, by code that is compiled once: what is derived is inlined.
+    #[inline(never)]
+    pub(crate) fn copy(&self) -> Self {
+        self.clone()
+    }
+}
+
+impl From<OptionError> for SimulationErrorKind {
+    fn from(error: OptionError) -> Self {
+        Self::Option(error)
+    }
+}
+
+impl From<SolveError> for SimulationErrorKind {
+    fn from(error: SolveError) -> Self {
+        match error {
+            SolveError::SingularMassMatrix(error) => Self::SingularMassMatrix(error),
+            error => Self::Solve(error),
+        }
+    }
+}
+
+impl OptionError {
+    /// A model whose parameters are not finite is not run: what it would fail at first says nothing of them.
+    pub(crate) fn check_parameters<M: Dynamics>(model: &M) -> Result<(), Self> {
+        if let Some((name, value)) = parameter_not_finite(model) {
+            return Err(Self::ParameterNotFinite { name, value });
+        }
+        refuted(model, None).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
+    }
+
+    /// Neither is one whose bodies or frames are none at the start.
+    pub(crate) fn check_bodies<M: Dynamics>(model: &M, state: &M::State) -> Result<(), Self> {
+        refuted(model, Some(state)).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
+    }
+}
+
+impl fmt::Display for OptionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoEnd => write!(f, "the end is not given; add `.until(t)`"),
+            Self::Number { option, value, admissible } => {
+                write!(f, "`.{option}({})` is not possible; give {admissible}", Readable(*value))
+            }
+            Self::Tolerances { absolute, relative, admissible } => write!(
+                f,
+                "`.tolerances({}, {})` is not possible; give {admissible}",
+                Readable(*absolute),
+                Readable(*relative)
+            ),
+            Self::MethodNumber { method, option, value, admissible } => {
+                write!(f, "`{option}: {value}` of {method} is not possible; give {admissible}")
+            }
+            Self::OutputTime { time, start, end } => {
+                write!(f, "output time {time} lies outside the simulated interval from {start} to {end}")
+            }
+            Self::OutputOrder { pair: [first, second], backwards } => {
+                let order =
+                    if *backwards { "descending order, as the motion runs" } else { "ascending order" };
+                write!(
+                    f,
+                    "output time {} is followed by {}; give them in {order}",
+                    Readable(*first),
+                    Readable(*second)
+                )
+            }
+            Self::UnknownEvent { name, suggestion: Some(near) } => {
+                write!(f, "there is no event `{name}`; did you mean `{near}`?")
+            }
+            Self::UnknownEvent { name, suggestion: None } => {
+                write!(
+                    f,
+                    "there is no event `{name}`; declare it with `#[event]` or `.event(\"{name}\", ..)`"
+                )
+            }
+            Self::DuplicateEvent { name } => write!(f, "there are two events `{name}`; rename one"),
+            Self::GuardTwice { option, constraint } => {
+                write!(f, "`.{option}(\"{constraint}\", ..)` is given twice; drop one of them")
+            }
+            Self::InputWithoutValue { input } => {
+                write!(
+                    f,
+                    "input `{input}` has no value; set it in the start state or give `.inputs(|t, state| ..)`"
+                )
+            }
+            Self::StartNotFinite { name, rate } => {
+                let what = if *rate { "the velocity of " } else { "" };
+                write!(f, "the start is not finite: {what}`{name}`")
+            }
+            Self::Unphysical { premise, why } => write!(f, "{premise}: {why}"),
+            Self::ParameterNotFinite { name, value } => {
+                write!(f, "parameter `{name}` of the model is {value}; give a finite number")
+            }
+            Self::Constraint(error) => error.fmt(f),
+            Self::Contact { constraint, option, value, admissible } => {
+                write!(
+                    f,
+                    "`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give \
+                    {admissible}"
+                )
+            }
+            Self::NotForGuard { option, constraint, kind, found } => {
+                not_for_guard(f, [*option, *constraint], *kind, *found)
+            }
+            Self::Backwards { option, constraint } => write!(
+                f,
+                "`.{option}(\"{constraint}\", ..)` cannot run back in time: what was lost in an impact or by \
+                 sticking is not known; give an end after the start, or drop it"
+            ),
+            Self::NothingToHold => {
+                write!(f, "`.formulation(..)` says how constraints are kept, and the model has none; drop it")
+            }
+            Self::Gain { name, value } => {
+                write!(
+                    f,
+                    "gain {name} = {value} of Baumgarte's stabilization is not possible; give a finite \
+                     number, 0 or more"
+                )
+            }
+            Self::NeedsFixedStep { method } => {
+                write!(
+                    f,
+                    "{method} has no error estimate; give `.fixed_step(h)` or choose an adaptive method"
+                )
+            }
+            Self::NoSeries { method, reason } => {
+                write!(f, "{method} is not possible for this model: {reason}; choose another method")
+            }
+            Self::SeriesExcludes { method, formulation } => write!(
+                f,
+                "{method} satisfy the constraints in every coefficient, and what the formulation \
+                 `{formulation}` adds is no part of them; drop `.formulation(..)`, or choose another method"
+            ),
+            Self::NothingToCompare => {
+                write!(f, "`.estimate_error()` compares two motions, and `run_with` keeps none; use `.run()`")
+            }
+            Self::Unsuited { method, reason, remedy } => {
+                write!(f, "{method} is not made for this model: {reason}; {remedy}")
+            }
+            Self::FixedStepExcludes { option } => {
+                write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")
+            }
+        }
+    }
+}
+
+fn not_for_guard(
+    f: &mut fmt::Formatter<'_>,
+    [option, constraint]: [&str; 2],
+    kind: ConstraintKind,
+    found: ConstraintKind,
+) -> fmt::Result {
+    write!(f, "`.{option}(..)` is not possible for `{constraint}`")?;
+    let (role, is, other) = match found {
+        ConstraintKind::Holonomic => ("holonomic", "positions", "contact"),
+        ConstraintKind::Nonholonomic => ("nonholonomic", "velocities", "stick_slip"),
+    };
+    if kind == found {
+        return write!(f, "; declare it with `#[{role}(switched)]` and let it return one `Expr`");
+    }
+    write!(
+        f,
+        ", a constraint on {is} (`#[{role}]`); `.{other}(..)` is for those that are switched and have one row"
+    )
+}
+
+crate::error::sentence_for_debugging!(OptionError);
+impl core::error::Error for OptionError {}
+
+impl<M: Dynamics> fmt::Display for SimulationError<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if matches!(self.kind, SimulationErrorKind::Option(_)) {
+            return write!(f, "`{}` was not simulated: {}", M::NAME, self.kind);
+        }
+        write!(f, "`{}` stopped at t = {}: {}", M::NAME, Readable(self.time), self.kind)?;
+        if self.step != 0.0 {
+            write!(f, " (last step tried {:.3e})", self.step)?;
+        }
+        write!(f, "\n  state there:")?;
+        for (i, coordinate) in M::COORDINATES.iter().enumerate() {
+            let (q, u) = (Readable(self.state.q()[i]), Readable(self.state.u()[i]));
+            write!(f, "\n    {} = {q}, rate {u}", coordinate.name)?;
+        }
+        Ok(())
+    }
+}
+
+crate::error::sentence_for_debugging!(SimulationError<M: Dynamics>);
+impl<M: Dynamics> core::error::Error for SimulationError<M> {}

@@ -1,0 +1,3 @@
+//! The options of a simulation that other parts of it know.
+
+pub(crate) mod formulation;

@@ -1,0 +1,336 @@
+//! Corners of what holds by a rule: a contact whose floor starts to move, what sticks to a belt whose speed
+//! jumps.
+//!
+//! A constraint that asks for a jump of velocities takes an impact, and does not say which. Where it is a
+//! contact, its law does: Newton's, of the velocity at which the other side of the corner meets the body; and
+//! where the corner falls away, it opens. What sticks has friction for its force, which gives no impulse: it
+//! slips, to the side of the velocity that it has there. A step ends just before the corner, on the branches
+//! that it began with, and the motion goes on from just behind it; a fixed step that meets one is made again,
+//! to end there.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::constrain::held::holds;
+use crate::constrain::memory::max_abs;
+use crate::integrate::{Crossing, Direction, Knot, Phase, Step, zip};
+use crate::model::{Branches, Constraint, Known, ModelState, Vector};
+use crate::motion::Simulate;
+use crate::motion::events::action::Change;
+use crate::motion::events::location::Flow;
+use crate::motion::failure::{Jumping, SimulationErrorKind as Kind};
+use crate::motion::run::event_handling::check_reset;
+use crate::motion::run::{Flight, Halt, Plan, Plant, Sink, halt};
+use crate::motion::trajectory::record::EventRecord;
+
+/// Jumps of what a row asks for above this part of 1 + |q| or 1 + |q̇| are no rounding.
+const JUMPS: f64 = 1e-10;
+/// Stages of a fixed step lie within so many times its size.
+const STAGES: f64 = 1.1;
+/// Attempts to end a step just before a corner, each farther from it than the one before by [`FARTHER`].
+const MOST_ATTEMPTS: usize = 8;
+/// See [`MOST_ATTEMPTS`].
+const FARTHER: f64 = 16.0;
+
+/// How a constraint that holds by a rule meets its corner.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    /// It slips, to this side.
+    Slips(f64),
+    /// It opens.
+    Opens,
+    /// It is struck.
+    Struck,
+    /// It is met from the side: its gap jumps to this.
+    Met(f64),
+}
+
+/// A guard at its corner: the index of its function.
+#[derive(Clone, Copy)]
+struct Turn {
+    index: usize,
+    constraint: &'static Constraint,
+    way: Way,
+}
+
+impl Turn {
+    /// The row that is met from the side, and its gap.
+    fn meets(&self) -> Option<(usize, f64)> {
+        if let Way::Met(gap) = self.way { Some((self.constraint.first, gap)) } else { None }
+    }
+}
+
+/// What a row asks for jumps by so much, 0 where it does not.
+struct Jump {
+    row: usize,
+    position: f64,
+    velocity: f64,
+    /// Φ̇ or A q̇ + b behind it.
+    after: f64,
+}
+
+impl<M: Simulate> Flight<'_, '_, '_, M> {
+    /// The next step. One of fixed size that meets a corner ends there.
+    #[inline]
+    pub(crate) fn advance(&mut self) -> Result<Step<M::Vector>, Halt> {
+        // Only guards have rules for corners.
+        if M::IS_UNSWITCHED {
+            return self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>);
+        }
+        match self.plan.options.fixed {
+            Some(h) if M::HAS_KINKS && self.follows_corners() => self.advance_by(h),
+            _ => self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>),
+        }
+    }
+
+    #[cold]
+    fn advance_by(&mut self, h: f64) -> Result<Step<M::Vector>, Halt> {
+        let start = *self.stepper.now();
+        // Stages may stand beyond a corner that the end does not reach.
+        let holds = self.meets_corner(&start, &ahead(&start, STAGES * h));
+        if holds {
+            self.stepper.end_at_branch(None);
+        }
+        let made = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>);
+        let meets = match &made {
+            Ok(step) if !holds => self.meets_corner(&start, &step.end),
+            _ => false,
+        };
+        if !meets {
+            return made;
+        }
+        self.stepper.end_at_branch(made.as_ref().ok());
+        self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)
+    }
+
+    /// Whether there is a constraint that has a rule for its corners.
+    fn follows_corners(&self) -> bool {
+        let modes = self.plan.plant.modes;
+        self.plan.watch.guards().any(|(_, guard)| !guard.is_contact() || guard.holds_in(modes))
+    }
+
+    /// Whether a constraint that holds by a rule asks for something else on the branches on which a step ends
+    /// than on those on which it began.
+    #[cold]
+    fn meets_corner(&mut self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> bool {
+        let (plant, h) = (&self.plan.plant, end.t - start.t);
+        let (before, after) = (plant.branches_after(start, h), plant.branches_after(end, h));
+        let state = plant.state(end.t, &end.y.q, &end.y.u);
+        // One after the other: what two of them change may be the same again.
+        let mut changed = (0..M::KINKS).filter(|i| before.holds(*i) && !after.agrees(before.alone(*i)));
+        changed.any(|i| {
+            let mut one = before;
+            one.hold(i, !before.below(i, false));
+            self.rule_jumps(&state, before, one)
+        }) || !before.agrees(after) && self.rule_jumps(&state, before, after)
+    }
+
+    /// Whether a constraint that holds by a rule asks for something else at a state on other branches.
+    fn rule_jumps(&mut self, state: &M::State, before: Branches, after: Branches) -> bool {
+        let (mut held, mut beyond) = (*state, *state);
+        held.hold(before);
+        beyond.hold(after);
+        self.turns(&held, &beyond).is_none_or(|turns| !turns.is_empty())
+    }
+
+    /// Ends a step that has come just behind a corner just before it, as a rule knows how to go on there: the
+    /// branches behind it.
+    #[inline]
+    pub(crate) fn end_before_corner(&mut self, step: &mut Step<M::Vector>) -> Result<Option<Branches>, Halt> {
+        if M::IS_UNSWITCHED
+            || M::IS_SMOOTH
+            || !step.kept.branches
+            || step.end.t == self.plan.end
+            || !self.follows_corners()
+        {
+            return Ok(None);
+        }
+        let plant = &self.plan.plant;
+        let (before, after) =
+            (plant.branches, plant.branches_after(&step.end, self.stepper.tally().proposed));
+        if before.agrees(after) { Ok(None) } else { self.end_before(step, before, after) }
+    }
+
+    #[cold]
+    fn end_before(
+        &mut self,
+        step: &mut Step<M::Vector>,
+        before: Branches,
+        after: Branches,
+    ) -> Result<Option<Branches>, Halt> {
+        let whole = *step;
+        let state = self.now();
+        if !self.rule_jumps(&state, before, after) {
+            return Ok(None);
+        }
+        let Some((_, off)) = self.plan.plant.shifted_onto(&state, before, -1.0) else { return Ok(None) };
+        let mut back = 2.0 * off;
+        for _ in 0..MOST_ATTEMPTS {
+            let end_t = whole.end.t - back;
+            if end_t <= whole.start.t {
+                break;
+            }
+            let Ok(shorter) = self.stepper.shorten(&mut self.plan.plant, &whole, end_t) else { break };
+            *step = shorter;
+            if self.plan.plant.is_on(&self.now(), before) {
+                return Ok(Some(after));
+            }
+            back *= FARTHER;
+        }
+        // As far as it went, it says what it has met.
+        *step = self.stepper.shorten(&mut self.plan.plant, &whole, whole.end.t).map_err(halt::<M>)?;
+        Ok(None)
+    }
+
+    /// Goes on behind a corner just before which the motion stands.
+    #[cold]
+    pub(crate) fn turn_corner(
+        &mut self,
+        sink: &mut dyn Sink<M>,
+        after: Branches,
+        h: f64,
+    ) -> Result<Flow, Halt> {
+        if M::IS_UNSWITCHED {
+            return Ok(Flow::Continue);
+        }
+        let at = |kind| Halt { kind, h };
+        let now = self.now();
+        let Some((behind, _)) = self.plan.plant.shifted_onto(&now, after, 1.0) else {
+            return Ok(Flow::Continue);
+        };
+        let before = self.plan.plant.branches;
+        if self.plan.plant.is_cut_between(&now, before, after) {
+            // Where an angle jumps by a turn nothing that moves does: the next step says what it meets.
+            return Ok(Flow::Continue);
+        }
+        // One state on both branches: what bends is no corner, however far apart the two states are at late
+        // times.
+        let (mut held, mut beyond) = (now, now);
+        held.hold(before);
+        beyond.hold(after);
+        let turns = self.turns(&held, &beyond).unwrap_or_default();
+        if turns.is_empty() {
+            return Ok(Flow::Continue);
+        }
+        if let Some((row, gap)) = turns.iter().find_map(Turn::meets) {
+            return Err(at(Kind::ContactJumps { row: M::ROWS[row].name, gap }));
+        }
+        let mut left = behind;
+        let events = self.turned(&turns, &now, &behind, &mut left).map_err(at)?;
+        let crossing =
+            |turn: &Turn| Crossing { index: turn.index, theta: 1.0, direction: Direction::Falling };
+        self.plan.watch.found = turns.iter().map(crossing).collect();
+        let place = self.plan.plant.state(now.t(), now.q(), left.u());
+        self.conclude(sink, (behind, left), events, (0, Some(&place), h))
+    }
+
+    /// What is to be done at a corner between two states; `None` where it is one of a constraint without a
+    /// rule, so that the next step says what it meets.
+    fn turns(&mut self, now: &M::State, behind: &M::State) -> Option<Vec<Turn>> {
+        let Plan { plant, watch, .. } = &mut *self.plan;
+        let mut turns = Vec::new();
+        for Jump { row, position, velocity, after } in jumps(plant, now, behind) {
+            let Some((index, guard)) = watch.guards().find(|(_, guard)| guard.constraint.first == row) else {
+                if holds::<M>(now.modes(), row) {
+                    return None;
+                }
+                continue;
+            };
+            let way = match (guard.is_contact(), guard.holds(now)) {
+                (false, true) => Way::Slips(velocity.signum()),
+                // What slips to the other side from there.
+                (false, false) if velocity != 0.0 && after * guard.side_of(now) < 0.0 => {
+                    Way::Slips(after.signum())
+                }
+                (_, false) => continue,
+                (true, true) if position < 0.0 => Way::Met(position),
+                (true, true) if position > 0.0 || velocity > 0.0 => Way::Opens,
+                (true, true) => Way::Struck,
+            };
+            turns.push(Turn { index, constraint: guard.constraint, way });
+        }
+        Some(turns)
+    }
+
+    /// Does what is to be done at a corner; the events of it.
+    fn turned(
+        &mut self,
+        turns: &[Turn],
+        now: &M::State,
+        behind: &M::State,
+        left: &mut M::State,
+    ) -> Result<Vec<EventRecord<M::State>>, Kind> {
+        let Plan { plant, watch, .. } = &mut *self.plan;
+        let name = |turn: &Turn| String::from(watch.name(turn.index));
+        for Turn { index, way, .. } in turns {
+            let side = if let Way::Slips(side) = way { *side } else { 1.0 };
+            let (_, guard) = watch.guards().find(|(known, _)| known == index).expect("found among them");
+            guard.let_go(left, side);
+        }
+        let mut change = Change::new(plant.model, plant.constants, *behind, left, &mut plant.upkeep);
+        for turn in turns.iter().filter(|turn| turn.way == Way::Struck) {
+            // One that is struck may be hit along with another one.
+            if plant.model.velocity_residual(change.state())[turn.constraint.first] < 0.0 {
+                change.close(turn.constraint);
+            }
+        }
+        let event = name(&turns[0]);
+        let mut impacts =
+            change.finish().map_err(|error| Kind::Change { event: event.clone(), error: Box::new(error) })?;
+        check_reset::<M>(&event, behind, left)?;
+        let records = turns.iter().map(|turn| EventRecord {
+            name: name(turn),
+            index: turn.index,
+            direction: Direction::Falling,
+            before: *behind,
+            after: *left,
+            impacts: if turn.way == Way::Struck { core::mem::take(&mut impacts) } else { Vec::new() },
+            stopped: false,
+        });
+        let records: Vec<_> = records.collect();
+        let thrown = plant.state(now.t(), now.q(), left.u());
+        let rates = plant.model.velocity_residual(&thrown);
+        for Turn { constraint, way, .. } in turns {
+            // The face along which it came is in the way, too: what each of the two gives the corner does not
+            // say.
+            if *way == Way::Struck && rates[constraint.first] <= JUMPS * (1.0 + max_abs(left.u().as_slice()))
+            {
+                let (row, jump) = (M::ROWS[constraint.first].name, rates[constraint.first]);
+                let (what, cause) = (Jumping::Velocities, Box::new(Kind::EventRepeats { event }));
+                return Err(Kind::ConstraintJumps { row, what, jump, cause });
+            }
+        }
+        self.put(&event, behind, left)?;
+        Ok(records)
+    }
+}
+
+/// The step that goes on as it is accelerated at its start.
+fn ahead<V: Vector>(start: &Knot<V>, h: f64) -> Knot<V> {
+    let rates = Phase { q: zip_vectors(&start.y.u, &start.a, 0.5 * h), u: start.a };
+    Knot { t: start.t + h, y: zip(&start.y, &rates, |y, rate| y + h * rate), a: start.a }
+}
+
+/// x + factor y.
+fn zip_vectors<V: Vector>(x: &V, y: &V, factor: f64) -> V {
+    let mut sum = *x;
+    (0..V::LEN).for_each(|i| sum[i] += factor * y[i]);
+    sum
+}
+
+/// The rows that ask for something else at the second of two states that are the same but for rounding, and
+/// for the branches by which they are judged.
+fn jumps<M: Simulate>(plant: &mut Plant<'_, '_, M>, one: &M::State, other: &M::State) -> Vec<Jump> {
+    let model = plant.model;
+    let [(p, v), (r, w)] = [one, other].map(|state| (model.residual(state), model.velocity_residual(state)));
+    let [of_q, of_u] = [one.q(), one.u()].map(|values| JUMPS * (1.0 + max_abs(values.as_slice())));
+    let gradients = plant.upkeep.gradients(model, other);
+    let jumps = (0..M::Rows::LEN).filter_map(|row| {
+        let far = |jump: f64, least: f64| if gradients.distance(row, jump) > least { jump } else { 0.0 };
+        let position = if row < M::Residual::LEN { far(r[row] - p[row], of_q) } else { 0.0 };
+        let velocity = far(w[row] - v[row], of_u);
+        (position != 0.0 || velocity != 0.0).then_some(Jump { row, position, velocity, after: w[row] })
+    });
+    jumps.collect()
+}

@@ -1,0 +1,181 @@
+//! Stiffness that the steps themselves do not show.
+//!
+//! Hairer's test finds steps at the border of stability. Methods of high order do not get there at small
+//! tolerances: their error estimates, which grow as a high power of h λ, hold the steps at a fraction of it,
+//! the same for ever. So every so often an implicit step is tried that is many times as long. Where its error
+//! is permitted, nothing in the motion needs the short ones: that is what stiff means (Hairer & Wanner,
+//! Solving ODE II, IV.1, "explicit methods don't work").
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+
+use crate::integrate::{Kept, Method, Step, Tolerances};
+use crate::math;
+use crate::methods::Radau5;
+use crate::model::{Branches, ModelState as _, Vector};
+use crate::motion::Simulate;
+use crate::motion::erased_method::stepping::Tally;
+use crate::motion::erased_method::{Driver, Maker};
+use crate::motion::right_hand_side::Plant;
+use crate::motion::run::Flight;
+use crate::motion::stabilization::Upkeep;
+
+/// Steps between two trials: one costs as much as some dozens of them, and of many coordinates as much as so
+/// many for the square of their number (1,500 of a chain of 45 masses).
+const EVERY: (u64, u64) = (500, 4);
+/// Steps of Radau IIA that are so many times as long take less time, with matrices of few rows; what factors
+/// add to that for each square of their number. Measured on a stiff spring pendulum (k = 1e8 N/m, c = 2e4 N
+/// s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and cost as much as two of
+/// these.
+const LONGER: (f64, f64) = (20.0, 0.02);
+/// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability
+/// may be no slower: that border alone says too little, and implicit steps have to show what is won.
+const TIGHT: f64 = 1e-11;
+/// Below this one Newton's iterations of an implicit method leave more than is permitted: what is stiff is
+/// told where steps run out, and runs go on as they are.
+const FINEST: f64 = 1e-13;
+/// At tight tolerances implicit steps that are longer by these factors are tried in turn: rounding may hold
+/// the explicit ones far inside the border.
+const MORE: [f64; 3] = [1.0, 5.0, 25.0];
+/// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
+const IN_A_ROW: u32 = 2;
+/// Lengths of two trials from one place, for the same reason: stages of the longer one fall elsewhere.
+const TWO: [f64; 2] = [1.0, 1.3];
+
+/// By how much implicit steps of a model with so many coordinates have to be longer to be worth their while.
+pub(crate) fn longer(coordinates: usize) -> f64 {
+    LONGER.0 + LONGER.1 * math::powi(coordinates as f64, 2)
+}
+
+/// Steps between two trials.
+fn every<M: Simulate>() -> u64 {
+    EVERY.0.max(EVERY.1 * (M::Vector::LEN as u64).pow(2))
+}
+
+/// When an implicit step was tried last, and how often in a row with success.
+pub(crate) struct Stiffness<M> {
+    accepted: u64,
+    t: f64,
+    passed: u32,
+    /// Which of [`MORE`] is tried next.
+    more: usize,
+    /// The method is explicit.
+    explicit: bool,
+    /// What makes the trials and the memory that constraints take in them: made for the first one,
+    /// so that a run allocates no more the longer it is.
+    trials: Option<(Box<dyn Maker<M>>, Vec<f64>)>,
+}
+
+impl<M> Stiffness<M> {
+    pub(crate) fn from(t: f64, method: Method) -> Self {
+        Self { accepted: 0, t, passed: 0, more: 0, explicit: !method.is_for_stiff(), trials: None }
+    }
+
+    fn is_due(&self, tally: &Tally, every: u64) -> bool {
+        tally.accepted >= self.accepted + every
+    }
+}
+
+impl<M: Simulate> Flight<'_, '_, '_, M> {
+    /// Whether the motion is stiff for its method, and an implicit one is to go on.
+    #[inline]
+    pub(crate) fn is_stiff(&mut self) -> bool {
+        let tally = self.stepper.tally();
+        if tally.t == self.plan.end {
+            return false;
+        }
+        let Tolerances { absolute, relative } = self.plan.options.tolerances;
+        let tolerance = absolute.max(relative);
+        if !self.plan.hands_over || tolerance < FINEST {
+            // Steps count that were made of late: a motion may be stiff at its end alone.
+            if self.stiffness.is_due(&tally, every::<M>()) {
+                (self.stiffness.accepted, self.stiffness.t) = (tally.accepted, tally.t);
+            }
+            return false;
+        }
+        tally.stiff_at.is_some() && tolerance >= TIGHT
+            || self.stiffness.is_due(&tally, every::<M>()) && self.steps_over(&tally, tolerance < TIGHT)
+    }
+
+    /// Of a run that ends because its steps are too many: whether implicit steps that are worth their while
+    /// would pass over what keeps these short.
+    #[cold]
+    pub(crate) fn is_held_by_stability(&mut self, tally: &Tally) -> bool {
+        if !self.stiffness.explicit || self.plan.options.fixed.is_some() {
+            return false;
+        }
+        let usual = self.usual(tally);
+        // What is asked for bounds these, not stability.
+        if usual > 0.5 * self.plan.options.most {
+            return false;
+        }
+        let (usual, left) = (longer(M::Vector::LEN) * usual, self.plan.end - tally.t);
+        MORE.iter().any(|more| {
+            TWO.iter().all(|part| {
+                let h = more * part * usual;
+                h <= left.abs() && self.would_pass(h.copysign(left))
+            })
+        })
+    }
+
+    /// The length that steps have had since they were last counted, or have now.
+    fn usual(&self, tally: &Tally) -> f64 {
+        let steps = (tally.accepted - self.stiffness.accepted).max(1);
+        let mean = (tally.t - self.stiffness.t).abs() / steps as f64;
+        mean.max(tally.proposed)
+    }
+
+    /// Whether implicit steps that are worth their while pass over what keeps these short; of several lengths
+    /// in turn, where `tight`.
+    #[cold]
+    fn steps_over(&mut self, tally: &Tally, tight: bool) -> bool {
+        let left = self.plan.end - tally.t;
+        let usual = self.usual(tally);
+        (self.stiffness.accepted, self.stiffness.t) = (tally.accepted, tally.t);
+        // What is asked for bounds these, or little is left to be gained.
+        if usual > 0.5 * self.plan.options.most || left.abs() < EVERY.0 as f64 * usual {
+            return false;
+        }
+        let h = longer(M::Vector::LEN) * usual;
+        let h = if tight { MORE[self.stiffness.more % MORE.len()] * h } else { h };
+        let passes = h <= left.abs() && self.would_pass(h.copysign(left));
+        // What has passed is tried again.
+        self.stiffness.more += usize::from(!passes);
+        self.stiffness.passed = if passes { self.stiffness.passed + 1 } else { 0 };
+        self.stiffness.passed >= IN_A_ROW
+    }
+
+    /// Whether an implicit step of this length from here has an error that is permitted. Nothing of the run
+    /// is touched by it but the count of evaluations.
+    fn would_pass(&mut self, h: f64) -> bool {
+        let now = *self.stepper.now();
+        let Plant { model, constants, law, held, modes, ref upkeep, .. } = self.plan.plant;
+        let run = (self.plan.start.t(), self.plan.end);
+        let trials = self.stiffness.trials.take();
+        let (mut maker, memory) = trials.unwrap_or_else(|| (Driver::<M>::maker(&Radau5), Vec::new()));
+        let mut upkeep = Upkeep::within(upkeep.formulation, f64::INFINITY, *constants, run, memory);
+        upkeep.under_way = true;
+        let free = Branches::FREE;
+        let mut plant = Plant {
+            model,
+            constants,
+            law,
+            held,
+            modes,
+            evaluations: 0,
+            branches: free,
+            known: free,
+            memory: None,
+            listener: None,
+            upkeep,
+        };
+        let step = Step { start: now, end: now, h, kept: Kept::default() };
+        // Trials lie far apart: each begins as if it were the first.
+        maker.forget();
+        let end = maker.end_of(&mut plant, &step, &self.plan.options.tolerances);
+        let (evaluations, memory) = (plant.evaluations, plant.upkeep.into_memory());
+        self.plan.plant.evaluations += evaluations;
+        self.stiffness.trials = Some((maker, memory));
+        end.is_some_and(|(_, error)| error <= 1.0)
+    }
+}

@@ -1,0 +1,677 @@
+//! The options of a simulation, and running it.
+
+pub(crate) mod check;
+
+use alloc::boxed::Box;
+use alloc::string::{String, ToString};
+use alloc::sync::Arc;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::sync::atomic::AtomicBool;
+
+use crate::motion::simulation::check::Checked;
+pub(crate) use crate::motion::simulation::check::{DEFAULT_TOLERANCE, every};
+
+use crate::constrain::gradients::{is_positive, mass};
+use crate::constrain::solve_general;
+use crate::error::{SingularMassMatrix, SolveError};
+use crate::integrate::{Direction, Tolerances};
+use crate::methods::{Any, Radau5};
+use crate::model::{Branches, Constraints, Events, InputValues, Known, ModelState, Outputs, Powers, Vector};
+use crate::motion::diagnosis;
+use crate::motion::erased_method::AnyDriver;
+use crate::motion::events::action::Change;
+use crate::motion::events::functions::AdHoc;
+use crate::motion::events::location::{Action, Flow, Watch};
+use crate::motion::events::unilateral::{Contact, Guard};
+use crate::motion::failure::{OptionError, SimulationError, SimulationErrorKind};
+use crate::motion::options::formulation::Formulation;
+use crate::motion::pilot_run::Pilot;
+use crate::motion::right_hand_side::{InputLaw, Plant, with_inputs};
+use crate::motion::run::{Ended, Halt, Keep, Plan, Show, Sink, run};
+use crate::motion::stabilization::{PlaceError, Upkeep};
+use crate::motion::trajectory::motion::Motion;
+use crate::motion::trajectory::record::{Counts, Record, Trajectory};
+use crate::motion::verification::global_error::{between, compare};
+use crate::motion::verification::reference_run::{Probe, Second, SecondRun, places};
+use crate::progress::Progress;
+
+/// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is
+/// wrong more often than not.
+const DEFAULT_MAX_STEPS: u64 = 1_000_000;
+/// A thousand times what a start may miss its constraints by: a picture still looks right, a number no longer
+/// is.
+const DEFAULT_DRIFT_LIMIT: f64 = 1e-3;
+
+/// Models that can be moved: every model that says its powers, outputs, events and constraints, as all
+/// derived ones do.
+pub trait Simulate: Powers + Outputs + Events + Constraints {
+    /// Opens a simulation from a start state; options follow, [`Simulation::run`] runs it.
+    fn simulate(&self, start: Self::State) -> Simulation<'_, Self> {
+        Simulation::new(self, start)
+    }
+}
+
+impl<M: Powers + Outputs + Events + Constraints> Simulate for M {}
+
+/// A simulation with its options, before it runs.
+#[must_use = "a simulation does nothing until `.run()`"]
+pub struct Simulation<'m, M: Simulate> {
+    model: &'m M,
+    start: M::State,
+    end: Option<f64>,
+    method: Option<AnyDriver<M>>,
+    /// With the option that gave them.
+    tolerances: Option<(Tolerances, &'static str)>,
+    fixed: Option<f64>,
+    first: Option<f64>,
+    most: Option<f64>,
+    most_steps: u64,
+    output: Output,
+    law: Option<InputLaw<'m, M>>,
+    ad_hoc: Vec<AdHoc<'m, M::State>>,
+    actions: Vec<(String, Direction, Action<'m, M>)>,
+    contacts: Vec<(String, Contact)>,
+    /// Constraint and breakaway event.
+    sticking: Vec<(String, String)>,
+    formulation: Option<Formulation>,
+    drift_limit: f64,
+    consistent: bool,
+    estimates: bool,
+    cancel: Option<&'m AtomicBool>,
+    #[cfg(feature = "progress")]
+    progress: bool,
+}
+
+enum Output {
+    Steps,
+    Times(Vec<f64>),
+    Every(f64),
+}
+
+impl<'m, M: Simulate> Simulation<'m, M> {
+    fn new(model: &'m M, start: M::State) -> Self {
+        Self {
+            model,
+            start,
+            end: None,
+            method: None,
+            tolerances: None,
+            fixed: None,
+            first: None,
+            most: None,
+            most_steps: DEFAULT_MAX_STEPS,
+            output: Output::Steps,
+            law: None,
+            ad_hoc: Vec::new(),
+            actions: Vec::new(),
+            contacts: Vec::new(),
+            sticking: Vec::new(),
+            formulation: None,
+            drift_limit: DEFAULT_DRIFT_LIMIT,
+            consistent: false,
+            estimates: false,
+            cancel: None,
+            #[cfg(feature = "progress")]
+            progress: false,
+        }
+    }
+
+    /// End time; may lie before the start: the motion then runs backwards in time.
+    pub fn until(mut self, t: f64) -> Self {
+        self.end = Some(t);
+        self
+    }
+
+    /// Permitted error, absolute (in the unit of each coordinate and velocity) and relative alike. Default
+    /// 1e-9.
+    ///
+    /// It bounds the error of each step. Errors of steps add up, and the motion may amplify them:
+    /// [`Motion::summary`](crate::motion::Motion::summary) tells what they come to where that is more than ten
+    /// tolerances.
+    ///
+    /// The absolute tolerance of small motions is smaller. Where all coordinates of one unit, or all of their
+    /// velocities, stay below 0.1 in the first steps, it is the tolerance times ten times the largest of
+    /// them.
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerances = Some((Tolerances::both(tolerance), "tolerance"));
+        self
+    }
+
+    /// Permitted error, absolute + relative·|value|, of each step, of coordinates and velocities of
+    /// whatever size.
+    pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
+        self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
+        self
+    }
+
+    /// This tolerance, of what is near zero another, unless tolerances or a fixed step were asked for. What
+    /// is none is said in either case.
+    #[cfg(feature = "std")]
+    pub(crate) fn or_tolerance(mut self, tolerance: f64, absolute: Option<f64>) -> Self {
+        let known = self.tolerances.is_some() || self.fixed.is_some();
+        match absolute {
+            _ if !(tolerance > 0.0 && tolerance < 1.0) => {
+                self.fixed = None;
+                self.tolerance(tolerance)
+            }
+            _ if known => self,
+            Some(absolute) => self.tolerances(absolute, tolerance),
+            None => self.tolerance(tolerance),
+        }
+    }
+
+    /// Overrides the choice of the method: one of [`crate::methods`].
+    ///
+    /// Without it: RK4 where a fixed step is given, else Tsitouras 5(4) for tolerances above 1e-4, Verner
+    /// 9(8) below 1e-6 without constraints, else DOP853; where the motion turns out to be stiff for these,
+    /// Radau IIA goes on, and the summary says from when.
+    pub fn method(mut self, method: impl Into<Any<M>>) -> Self {
+        self.method = Some(method.into().0);
+        self
+    }
+
+    /// Makes all steps this long (the last one shorter where it has to be); no error is estimated.
+    pub fn fixed_step(mut self, h: f64) -> Self {
+        self.fixed = Some(h);
+        self
+    }
+
+    /// Length of the first step; chosen from the problem where it is not given.
+    pub fn first_step(mut self, h: f64) -> Self {
+        self.first = Some(h);
+        self
+    }
+
+    /// Longest step, for inputs or forces that change within a time that the state does not show.
+    pub fn max_step(mut self, h: f64) -> Self {
+        self.most = Some(h);
+        self
+    }
+
+    /// Most steps, rejected ones included; looked at before every step, so that what is rejected in the last
+    /// one may come on top. Default 1,000,000. A run whose steps become shorter without end is ended before.
+    pub fn max_steps(mut self, steps: u64) -> Self {
+        self.most_steps = steps;
+        self
+    }
+
+    /// Times at which [`Motion::states`] gives the state, in the order of the motion; taken from the dense
+    /// output, they do not change the steps.
+    pub fn output_times(mut self, times: impl IntoIterator<Item = f64>) -> Self {
+        self.output = Output::Times(times.into_iter().collect());
+        self
+    }
+
+    /// Output times at equal intervals from the start, the end included where an interval ends there.
+    pub fn every(mut self, interval: f64) -> Self {
+        self.output = Output::Every(interval);
+        self
+    }
+
+    /// Input values as a function of time and state: controls, prescribed motions. Called at every stage of
+    /// every step, and again when the motion is asked for states in between, so it should depend on its
+    /// arguments alone (`Send` and `Sync`, so that motions may cross threads, keep cells out of it). The
+    /// inputs of the state that it gets are those of the start, or what a reset set them to.
+    pub fn inputs<R: InputValues<M::Inputs>>(
+        mut self,
+        law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm,
+    ) -> Self {
+        self.law = Some(Box::new(move |t, state| law(t, state).values()));
+        self
+    }
+
+    /// Declares an event function beside those of the model: its zero crossings are located and listed.
+    pub fn event(mut self, name: &str, function: impl Fn(&M::State) -> f64 + 'm) -> Self {
+        self.ad_hoc.push(AdHoc { name: name.into(), function: Box::new(function) });
+        self
+    }
+
+    /// Calls `action` with the state at every crossing of an event in the given direction (along the motion):
+    /// an impact changes velocities, a switch changes inputs. It may return [`Flow::Stop`] to end the
+    /// simulation there. A motion that starts where the function is zero crosses there if it moves on in that
+    /// direction. Inputs that it sets are held; where [`Simulation::inputs`] supplies them, the closure sees
+    /// what was set in the state that it gets.
+    pub fn on_event<R: Into<Flow>>(
+        mut self,
+        name: &str,
+        direction: Direction,
+        mut action: impl FnMut(&mut M::State) -> R + 'm,
+    ) -> Self {
+        let action = Action::Reset(Box::new(move |change| action(change.state_mut()).into()));
+        self.actions.push((name.into(), direction, action));
+        self
+    }
+
+    /// Calls `action` at every crossing of an event in the given direction, as [`Simulation::on_event`] does,
+    /// with a [`Change`], which can also hit, engage and release constraints. The state that is left has to
+    /// fulfil the constraints that hold then.
+    ///
+    /// What cannot be done (a name that is not known) ends the run with an error; the action itself returns
+    /// nothing, or a [`Flow`]:
+    ///
+    /// ```
+    /// use dynamics_runtime::motion::{Direction, Flow, Simulate, SimulationError};
+    ///
+    /// /// A hook catches what passes it, once, and lets go of it at a signal; a wall ends the run.
+    /// fn caught<M: Simulate>(model: &M, start: M::State) -> Result<M::State, SimulationError<M>> {
+    ///     let run = model.simulate(start).until(5.0);
+    ///     let run = run.on_event_with("at_hook", Direction::Rising, |change| change.engage("hook"));
+    ///     let run = run.on_event_with("signal", Direction::Any, |change| change.release("hook"));
+    ///     let run = run.on_event_with("at_wall", Direction::Falling, |change| {
+    ///         change.impact("wall", 0.5);
+    ///         let lost: f64 = change.impacts().iter().map(|impact| impact.energy_lost).sum();
+    ///         if lost > 10.0 { Flow::Stop } else { Flow::Continue }
+    ///     });
+    ///     Ok(run.run()?.end())
+    /// }
+    /// ```
+    ///
+    /// The guide to constraints runs such a model.
+    pub fn on_event_with<R: Into<Flow>>(
+        mut self,
+        name: &str,
+        direction: Direction,
+        mut action: impl FnMut(&mut Change<'_, M>) -> R + 'm,
+    ) -> Self {
+        let action = Action::Reset(Box::new(move |change| action(change).into()));
+        self.actions.push((name.into(), direction, action));
+        self
+    }
+
+    /// Makes a switched holonomic constraint of one row a unilateral contact: free where Φ > 0, and where it
+    /// is closed it pushes (λ > 0) and never pulls. It rebounds or closes where Φ falls to zero and lifts off
+    /// where λ does. Where it is closed and Φ̇ jumps by a branch of its function, as where a floor starts to
+    /// move or bends, it is struck, or opens. Its events are listed as `floor contact`.
+    pub fn contact(mut self, name: &str, contact: impl Into<Contact>) -> Self {
+        self.contacts.push((name.into(), contact.into()));
+        self
+    }
+
+    /// Makes a switched nonholonomic constraint of one row stick and slip: it is released where the event
+    /// `breakaway` falls to zero (a limit of friction less |λ|), to the side against λ, and holds again where
+    /// the slip A q̇ + b returns to zero, unless it would break away there at once. Where A q̇ + b jumps by a
+    /// branch of its function, as where a belt changes its speed, it slips from there: friction has no
+    /// impulse. A start or an action that leaves it slipping leaves it slipping to the side of its velocity.
+    /// Its events are listed as `belt slip`.
+    pub fn stick_slip(mut self, name: &str, breakaway: &str) -> Self {
+        self.sticking.push((name.into(), breakaway.into()));
+        self
+    }
+
+    /// How the constraints are kept. Without it: [`Formulation::Projected`].
+    pub fn formulation(mut self, formulation: Formulation) -> Self {
+        self.formulation = Some(formulation);
+        self
+    }
+
+    /// Ends the simulation with an error where a constraint has drifted by more than this part of s + |q|,
+    /// as |Φ|/‖Φ_q‖, or its velocities by more than this part of s + |q̇|, as |Φ̇|/‖Φ_q‖ or |A q̇ + b|/‖A‖,
+    /// of the coordinates in its row, by unit; s is the model's largest parameter of the same unit, at most
+    /// 1, and 1 of angles and where there is none. Infinite: never. Default 1e-3. Matters to formulations
+    /// that let constraints drift.
+    pub fn drift_limit(mut self, limit: f64) -> Self {
+        self.drift_limit = limit;
+        self
+    }
+
+    /// Puts states between steps, too, onto the constraints: without it dense output fulfils them to the
+    /// tolerance only.
+    pub fn consistent_output(mut self) -> Self {
+        self.consistent = true;
+        self
+    }
+
+    /// Estimates the error of the motion, [`Motion::global_error`], by running it a second time, with 1/100
+    /// of the tolerance (half the fixed step): tolerances bound what a step adds, and what the motion makes
+    /// of it is seen only so. Takes 2 to 4 times the time of the run alone; of runs of up to 256 steps, which
+    /// are compared in the middle of each, 3 to 5 times. Actions of events are called in both runs, so they
+    /// should depend on the state alone.
+    pub fn estimate_error(mut self) -> Self {
+        self.estimates = true;
+        self
+    }
+
+    /// Ends the simulation at the first crossing of an event in the given direction.
+    pub fn stop_at(mut self, name: &str, direction: Direction) -> Self {
+        self.actions.push((name.into(), direction, Action::Stop));
+        self
+    }
+
+    /// Ends the simulation with an error as soon as the flag is raised, from another thread or a signal
+    /// handler.
+    pub fn cancel(mut self, flag: &'m AtomicBool) -> Self {
+        self.cancel = Some(flag);
+        self
+    }
+
+    /// Shows a progress bar on the error stream where the run takes longer than a second.
+    #[cfg(feature = "progress")]
+    pub fn progress(mut self) -> Self {
+        self.progress = true;
+        self
+    }
+
+    /// A state with the inputs that the law given here has there.
+    pub(crate) fn complete(&self, state: M::State) -> M::State {
+        with_inputs::<M>(self.law.as_ref(), state)
+    }
+
+    /// The functions of the events given here, at a state with its inputs, by name.
+    pub(crate) fn ad_hoc_at(&self, state: &M::State) -> Vec<(String, f64)> {
+        let state = with_inputs::<M>(self.law.as_ref(), *state);
+        self.ad_hoc.iter().map(|event| (event.name.clone(), (event.function)(&state))).collect()
+    }
+
+    /// Runs the simulation and keeps its motion.
+    pub fn run(mut self) -> Result<Motion<'m, M>, SimulationError<M>> {
+        let checked = self.check()?;
+        let room = self.place(&checked)?;
+        let mut keep = Keep { records: Vec::new(), events: Vec::new() };
+        let (run, result) = self.fly(checked, room, &mut keep)?;
+        let trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
+        if let Err(halt) = result {
+            return Err(broken_off(halt, trajectory));
+        }
+        let mut motion = Motion::new(run.model, run.constants, run.law, trajectory);
+        if let (Some(mut second), Some(driver)) = (run.second, &motion.trajectory.driver) {
+            let mut error = compare(&motion.trajectory, &mut second, driver.method().order());
+            error.between = error.ratio.map(|_| between(&motion, &second.middles));
+            motion.trajectory.error = Some(Arc::new(error));
+        }
+        Ok(motion)
+    }
+
+    /// Runs the simulation and keeps nothing: shows every accepted state, or the states at the output times
+    /// where such are given, to `observer`, which may end it. Returns the last state.
+    pub fn run_with<R: Into<Flow>>(
+        mut self,
+        mut observer: impl FnMut(&M::State) -> R,
+    ) -> Result<M::State, SimulationError<M>> {
+        if self.estimates {
+            return Err(self.refused(OptionError::NothingToCompare.into()));
+        }
+        let checked = self.check()?;
+        let room = self.place(&checked)?;
+        let mut observer = |state: &M::State| observer(state).into();
+        let start = self.start;
+        let times = checked.output_times.clone();
+        // The start is shown here, as often as it is asked for; the run itself shows what its steps reach.
+        let at_start =
+            times.as_ref().map_or(1, |times| times.iter().take_while(|t| **t == start.t()).count());
+        let first = with_inputs::<M>(self.law.as_ref(), start);
+        for _ in 0..at_start {
+            if observer(&first) == Flow::Stop {
+                return Ok(first);
+            }
+        }
+        let mut times = times.map(|mut times| times.split_off(at_start).into_iter());
+        let next = times.as_mut().and_then(Iterator::next);
+        let mut show = Show { observer: &mut observer, times, next, last: None };
+        let (run, result) = self.fly(checked, room, &mut show)?;
+        let last = show.last.unwrap_or_else(|| Record::unmoved(start));
+        match result {
+            Ok(()) => Ok(with_inputs::<M>(run.law.as_ref(), last.state)),
+            Err(halt) => Err(broken_off(halt, Trajectory { records: vec![last], ..run.trajectory })),
+        }
+    }
+
+    /// Runs into a sink, with the options checked.
+    fn fly(
+        mut self,
+        checked: Checked<'m, M>,
+        mut room: Vec<f64>,
+        sink: &mut dyn Sink<M>,
+    ) -> Result<Landed<'m, M>, SimulationError<M>> {
+        let constants = self.constants()?;
+        self.check_inertia(&mut room)?;
+        let law = self.law.take();
+        let (driver, reason) = checked.method;
+        let contacts: Vec<_> = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
+        let plant = |room| {
+            let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
+            let run = (self.start.t(), checked.end);
+            let mut upkeep = Upkeep::within(formulation, self.drift_limit, constants, run, room);
+            upkeep.contacts.clone_from(&contacts);
+            Plant {
+                model: self.model,
+                constants: &constants,
+                law: law.as_ref(),
+                held: *self.start.inputs(),
+                modes: self.start.modes(),
+                evaluations: 0,
+                branches: Branches::FREE,
+                known: Branches::FREE,
+                memory: None,
+                listener: None,
+                upkeep,
+            }
+        };
+        let mut options = checked.options;
+        let pilot = checked.by_size.then(|| Pilot::of(&mut plant(Vec::new()), &self.start)).flatten();
+        let looked = pilot.map(|mut pilot| {
+            let mut plan = Plan {
+                plant: plant(Vec::new()),
+                start: self.start,
+                end: checked.end,
+                options,
+                most_steps: self.most_steps,
+                cancel: self.cancel,
+                watch: Watch::new(self.model, constants, Vec::new(), Vec::new(), Vec::new()),
+                progress: Progress::none(),
+                hands_over: false,
+                resumes: None,
+            };
+            // What ends it early ends the run itself, too, or has been put right there by an event.
+            let (counts, _) = run(&*driver, &mut plan, &mut pilot);
+            options.tolerances.absolute = pilot.absolute(&mut plant(Vec::new()), options.tolerances.absolute);
+            (counts.evaluations, plan.plant.upkeep.upkept)
+        });
+        let mut plan = Plan {
+            plant: plant(room),
+            start: self.start,
+            end: checked.end,
+            options,
+            most_steps: self.most_steps,
+            cancel: self.cancel,
+            watch: Watch::new(self.model, constants, self.ad_hoc, checked.guards, checked.rules),
+            #[cfg(feature = "progress")]
+            progress: if self.progress {
+                Progress::new(self.start.t(), checked.end)
+            } else {
+                Progress::none()
+            },
+            #[cfg(not(feature = "progress"))]
+            progress: Progress::none(),
+            hands_over: checked.hands_over,
+            resumes: None,
+        };
+        let (mut counts, relay, result) = sail(&driver, &mut plan, sink);
+        let (mut upkept, kept) = (plan.plant.upkeep.upkept, plan.watch.kept());
+        if let Some((evaluations, before)) = looked {
+            counts.evaluations += evaluations;
+            upkept.add_evaluations(&before);
+        }
+        let second = (self.estimates && result.is_ok()).then(|| {
+            let second = SecondRun::of(&options, driver.method());
+            plan.restart(plant(Vec::new()), second.options(options), checked.hands_over);
+            plan.most_steps = self.most_steps.saturating_mul(SecondRun::MORE_STEPS);
+            let (times, is_middle) = places(&sink.times(), checked.options.fixed.is_some());
+            let mut probe = Probe::at(times);
+            let (counts, _, result) = sail(&driver, &mut plan, &mut probe);
+            let broken_off = result.err().map(|halt| (probe.reached, halt.kind.to_string()));
+            let (mut states, mut middles) = (Vec::new(), Vec::new());
+            for (state, is_middle) in probe.states.into_iter().zip(is_middle) {
+                if is_middle { &mut middles } else { &mut states }.push(state);
+            }
+            Second { run: second, states, middles, events: probe.events, counts, broken_off }
+        });
+        let trajectory = Trajectory {
+            driver: Some(driver),
+            relay,
+            reason,
+            tolerances: options.tolerances,
+            records: Vec::new(),
+            output_times: checked.output_times,
+            events: Vec::new(),
+            counts,
+            has_law: law.is_some(),
+            formulation: checked.formulation,
+            upkept,
+            kept,
+            consistent: self.consistent,
+            error: None,
+            fixed: options.fixed.is_some(),
+        };
+        drop(plan);
+        Ok((Ran { model: self.model, constants, law, trajectory, second }, result))
+    }
+
+    fn constants(&self) -> Result<M::Constants, SimulationError<M>> {
+        let constants = self.model.constants();
+        constants.map_err(|error| {
+            let kind = SimulationErrorKind::SingularMassMatrix(error);
+            self.refused(diagnosis::idle(self.model, &with_inputs::<M>(self.law.as_ref(), self.start), kind))
+        })
+    }
+
+    /// Refuses negative inertia at the start: generated code that eliminates constraints does not see the
+    /// sign of what it divides by.
+    fn check_inertia(&self, room: &mut [f64]) -> Result<(), SimulationError<M>> {
+        if !M::KINETIC || M::IS_FREE {
+            return Ok(());
+        }
+        let start = with_inputs::<M>(self.law.as_ref(), self.start);
+        if is_positive(self.model, &start, room) {
+            return Ok(());
+        }
+        match solve_general(self.model, &start, room).err() {
+            Some(SolveError::SingularMassMatrix(error)) if error.negative => {
+                Err(self.refused(SimulationErrorKind::SingularMassMatrix(error)))
+            }
+            // Where squares of it overflow, no solution shows the sign.
+            Some(_) => huge_and_negative(self.model, &start, room)
+                .map_or(Ok(()), |error| Err(self.refused(SimulationErrorKind::SingularMassMatrix(error)))),
+            None => Ok(()),
+        }
+    }
+
+    fn refused(&self, kind: SimulationErrorKind) -> SimulationError<M> {
+        let start = self.start;
+        SimulationError { kind, time: start.t(), step: 0.0, state: Box::new(start), trajectory: None }
+    }
+
+    /// Puts the start onto the constraints, once it is known to lie there to within what was typed. The
+    /// memory that this took is there for the run.
+    fn place(&mut self, checked: &Checked<'m, M>) -> Result<Vec<f64>, SimulationError<M>> {
+        let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
+        // Constraints may contain inputs; what is held stays what it was.
+        let (mut start, held) = (with_inputs::<M>(self.law.as_ref(), self.start), *self.start.inputs());
+        let run = (self.start.t(), checked.end);
+        let mut upkeep = Upkeep::new(formulation, self.drift_limit, self.constants()?, run);
+        for guard in &checked.guards {
+            guard.turn(start.modes(), self.model, &mut start, &mut upkeep);
+        }
+        match upkeep.begin(self.model, &mut start) {
+            Ok(()) => {
+                *start.inputs_mut() = held;
+                self.start = start;
+            }
+            Err(PlaceError::State(error)) => {
+                return Err(self.refused(SimulationErrorKind::Start(Box::new(error))));
+            }
+            Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),
+        }
+        Ok(upkeep.into_memory())
+    }
+
+    fn check(&mut self) -> Result<Checked<'m, M>, SimulationError<M>> {
+        self.check_options().map_err(|error| self.refused(error.into()))
+    }
+}
+
+/// The first coordinate whose inertia is negative, of a size whose square is beyond all numbers.
+fn huge_and_negative<M: Simulate>(
+    model: &M,
+    state: &M::State,
+    room: &mut [f64],
+) -> Option<SingularMassMatrix> {
+    let mass = mass(model, state, room);
+    let own = |i: usize| mass[i * (M::Vector::LEN + 1)];
+    let coordinate = (0..M::Vector::LEN).find(|&i| own(i) < 0.0 && (own(i) * own(i)).is_infinite())?;
+    let (name, pivot) = (M::COORDINATES[coordinate].name, own(coordinate));
+    Some(SingularMassMatrix { coordinate, name, pivot, negative: true })
+}
+
+/// Counts, when which method took over, how it ended.
+type Sailed<M> = (Counts, Option<(f64, AnyDriver<M>)>, Result<(), Halt>);
+
+/// Runs a plan to its end; over to an implicit method where it is stiff. From when and with which is told.
+fn sail<M: Simulate>(driver: &AnyDriver<M>, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> Sailed<M> {
+    #[cfg(feature = "std")]
+    let (begun, _watch) = (std::time::Instant::now(), crate::slow::Watch::start());
+    #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
+    let (mut counts, mut result) = run(&**driver, plan, sink);
+    let mut relay = None;
+    if let Ok(Ended::Stiff(state)) = &result {
+        let implicit: AnyDriver<M> = Arc::new(Radau5);
+        relay = Some((state.t(), Arc::clone(&implicit)));
+        (counts, result) = go_on(&implicit, plan, *state, &counts, sink);
+    }
+    #[cfg(feature = "std")]
+    {
+        counts.wall_time = Some(begun.elapsed());
+    }
+    (counts, relay, result.map(|_| ()))
+}
+
+/// Goes on with another method from where one stopped; counts are those of both.
+fn go_on<M: Simulate>(
+    driver: &AnyDriver<M>,
+    plan: &mut Plan<'_, '_, M>,
+    state: M::State,
+    before: &Counts,
+    sink: &mut dyn Sink<M>,
+) -> (Counts, Result<Ended<M::State>, Halt>) {
+    plan.resumes = Some((state, before.steps + before.rejected));
+    plan.hands_over = false;
+    // What was asked for the first step is over.
+    plan.options.first = None;
+    let (after, result) = run(&**driver, plan, sink);
+    // The plant has counted its evaluations all along.
+    let (steps, rejected) = (before.steps + after.steps, before.rejected + after.rejected);
+    (
+        Counts {
+            steps,
+            rejected,
+            stiff_at: before.stiff_at,
+            slides_at: before.slides_at.or(after.slides_at),
+            ..after
+        },
+        result,
+    )
+}
+
+/// What is left of a simulation that has run; the trajectory's records are in the sink.
+struct Ran<'m, M: Simulate> {
+    model: &'m M,
+    constants: M::Constants,
+    law: Option<InputLaw<'m, M>>,
+    trajectory: Trajectory<M>,
+    /// The run that tells its error, where one was asked for.
+    second: Option<Second<M>>,
+}
+
+/// A run with how it ended.
+type Landed<'m, M> = (Ran<'m, M>, Result<(), Halt>);
+
+fn broken_off<M: Simulate>(halt: Halt, trajectory: Trajectory<M>) -> SimulationError<M> {
+    let state = trajectory.last().state;
+    SimulationError {
+        kind: halt.kind,
+        time: state.t(),
+        step: halt.h,
+        state: Box::new(state),
+        trajectory: Some(Box::new(trajectory)),
+    }
+}

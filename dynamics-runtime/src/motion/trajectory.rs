@@ -1,0 +1,6 @@
+//! What a run leaves: its records, and the motion that answers from them.
+
+pub(crate) mod motion;
+pub(crate) mod positions;
+pub(crate) mod record;
+pub(crate) mod work;

@@ -1,0 +1,322 @@
+//! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself
+//! shows it.
+//!
+//! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded
+//! steps: tolerances that are finer than the rounding of the values they are kept for; energy that drifts by
+//! more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long
+//! steps pass over (`outgrown.rs`); and what errors of steps add up to, with what the motion makes of them
+//! (`halves.rs`). The last is an estimate of the error, as a rule no smaller and at most four times as large:
+//! [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error), by a second run that chooses its own
+//! steps, depends on less.
+
+use core::fmt;
+
+use crate::integrate::{Method, Tolerances};
+use crate::model::{ModelState, Vector};
+use crate::motion::simulation::Simulate;
+use crate::motion::trajectory::motion::Motion;
+use crate::motion::verification::missed_instability::Outgrown;
+use crate::motion::verification::step_doubling::Apart;
+use crate::motion::verification::undersampled_force::Unseen;
+use crate::numbers::{Part, Rounded, Times};
+
+/// More permitted errors than this are warned of.
+const MUCH: f64 = 1e3;
+/// More permitted errors than this are told of, in a line that is no warning: what the tolerance was to be is
+/// left.
+const TOLD: f64 = 10.0;
+/// Energy that drifts by less than so many permitted errors is no more than the tolerance lets it.
+const DRIFTS: f64 = 10.0;
+/// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff
+/// motions, where errors mostly die.
+const MUCH_SHOWN: (f64, f64) = (300.0, 60.0);
+/// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
+const UNITS: f64 = 10.0;
+/// Part of the energy that may drift before that is warned of.
+const DRIFT: f64 = 0.01;
+/// What a warning begins with, on a line of its own.
+const WARNING: &str = "\n  warning      ";
+/// What a line about the accuracy begins with that is no warning.
+const ACCURACY: &str = "\n  accuracy     ";
+/// Places at which the energy's change by permitted errors is looked at.
+const PLACES: usize = 16;
+
+/// A value whose permitted error is below its rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BelowRounding {
+    /// The coordinate, or that whose velocity it is.
+    pub name: &'static str,
+    /// Whether it is a velocity.
+    pub rate: bool,
+    /// Its value.
+    pub value: f64,
+    /// When.
+    pub time: f64,
+    /// The error that was permitted in a step there.
+    pub permitted: f64,
+}
+
+/// What makes the accuracy of a motion doubtful.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Doubts {
+    /// The value that is furthest below rounding with its permitted error; `None` with a fixed step or where
+    /// there is none.
+    pub below_rounding: Option<BelowRounding>,
+    /// Drift of the energy, less all work, over what the permitted errors of one step can change it by;
+    /// `None` with a fixed step.
+    pub energy: Option<f64>,
+    /// Drift of the energy, less all work, in parts of its scale; `None` where it has none.
+    pub energy_part: Option<f64>,
+    /// The steps were as long as was asked for.
+    pub fixed: bool,
+    /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as
+    /// a rule most of its error. `None` with a fixed step.
+    pub halved: Option<f64>,
+    /// The same at its largest, which may last for a moment only, as where something jumps a little late;
+    /// warned of by itself from a thousand on. `None` with a fixed step.
+    pub halved_at_most: Option<f64>,
+    /// The motion is stiff, or its method is for stiff ones.
+    pub stiff: bool,
+    /// The method has stages of too low an order to follow a stiff direction that turns.
+    pub low_stages: bool,
+    /// Forces, dissipation or explicit time change the energy, and their work enters its drift; not said of
+    /// models with constraints.
+    pub works: bool,
+    /// The model has constraints, which a motion may go on along the wrong branch of.
+    pub held: bool,
+    /// A force that is over between the stages of a step; `None` with a fixed step.
+    pub unseen: Option<Unseen>,
+    /// When the motion was first found stiff for a method whose steps do not show it, by implicit steps more
+    /// than twenty times as long; `None` where they do, and of fewer than 120 steps.
+    pub crawls: Option<f64>,
+    /// An instability that long steps pass over.
+    pub outgrown: Option<Outgrown>,
+    /// What was not looked for.
+    pub unchecked: Unchecked,
+}
+
+/// What a summary did not look for, because it would take far longer than the run did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Unchecked {
+    /// Whether implicit steps pass over what keeps steps of an explicit method short.
+    pub stiffness: bool,
+    /// Instability that long steps pass over.
+    pub instability: bool,
+    /// The motion in half steps, from this time on.
+    pub half_steps: Option<f64>,
+}
+
+impl fmt::Display for Unchecked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const LONGER: &str = "it takes longer than the run";
+        let mut label = "not checked";
+        if self.stiffness {
+            write!(f, "\n  {label:<11}  whether it is stiff: {LONGER}")?;
+            label = "";
+        }
+        if self.instability {
+            write!(f, "\n  {label:<11}  whether steps pass over an instability: {LONGER}")?;
+            label = "";
+        }
+        if let Some(t) = self.half_steps {
+            write!(f, "\n  {label:<11}  what errors add up to from t = {} on: {LONGER}", Rounded(t))?;
+        }
+        Ok(())
+    }
+}
+
+impl<M: Simulate> Motion<'_, M> {
+    /// `drift` of the energy at most, of `scale`.
+    pub(crate) fn doubts(&self, drift: f64, scale: f64) -> Doubts {
+        // What has grown beyond all numbers has no scale.
+        let energy_part = (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() {
+            drift / scale
+        } else {
+            f64::INFINITY
+        });
+        let (fixed, repeatable) = (self.trajectory.fixed, self.is_repeatable());
+        let outgrown = repeatable.then(|| self.outgrown()).flatten();
+        if fixed || self.trajectory.driver.is_none() {
+            let outgrown = outgrown.filter(|_| fixed);
+            let unchecked = Unchecked {
+                instability: fixed && repeatable && !self.affords_growth(),
+                ..Unchecked::default()
+            };
+            return Doubts {
+                energy_part: energy_part.filter(|_| fixed),
+                fixed,
+                outgrown,
+                unchecked,
+                ..Doubts::default()
+            };
+        }
+        let permitted = self.permitted_energy();
+        let stiff = self.is_stiff();
+        let apart = repeatable.then(|| self.apart_from_halves());
+        let (asks, affords) = (repeatable && !stiff, self.affords_implicit_steps());
+        let unchecked = Unchecked {
+            stiffness: asks && !affords && self.could_crawl(),
+            instability: repeatable && !self.affords_growth(),
+            half_steps: apart.and_then(|apart| apart.given_up),
+        };
+        Doubts {
+            below_rounding: self.below_rounding(),
+            // What rounds the energy is no drift.
+            energy: (permitted > 0.0).then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
+            energy_part,
+            fixed,
+            halved: apart.map(|Apart { lasting, .. }| lasting),
+            halved_at_most: apart.map(|Apart { largest, .. }| largest),
+            stiff,
+            low_stages: self.method() == Method::Esdirk4,
+            works: !M::POWERS.is_empty() && M::CONSTRAINTS.is_empty(),
+            held: !M::CONSTRAINTS.is_empty(),
+            crawls: (asks && affords).then(|| self.crawls()).flatten(),
+            outgrown,
+            unchecked,
+            unseen: repeatable.then(|| self.unseen(stiff)).flatten(),
+        }
+    }
+
+    fn below_rounding(&self) -> Option<BelowRounding> {
+        let Tolerances { absolute, relative } = self.trajectory.tolerances;
+        let mut worst: Option<(f64, BelowRounding)> = None;
+        for record in &self.trajectory.records {
+            for (rate, values) in [(false, record.state.q()), (true, record.state.u())] {
+                for (i, value) in values.as_slice().iter().enumerate() {
+                    let permitted = absolute + relative * value.abs();
+                    let units = permitted / (f64::EPSILON * value.abs());
+                    if units < worst.as_ref().map_or(UNITS, |(least, _)| *least) {
+                        let name = M::COORDINATES[i].name;
+                        let time = record.state.t();
+                        worst = Some((units, BelowRounding { name, rate, value: *value, time, permitted }));
+                    }
+                }
+            }
+        }
+        worst.map(|(_, found)| found)
+    }
+
+    /// By how much permitted errors of one step change the energy, at most, at some places of the motion.
+    fn permitted_energy(&self) -> f64 {
+        let records = &self.trajectory.records;
+        let tolerances = &self.trajectory.tolerances;
+        let mut most = 0.0f64;
+        for record in records.iter().step_by(records.len().div_ceil(PLACES)) {
+            let state = self.complete(record.state);
+            let here = self.model().energy_function(&state);
+            let mut sum = 0.0;
+            for i in 0..2 * M::Vector::LEN {
+                let mut moved = state;
+                let part = match i.checked_sub(M::Vector::LEN) {
+                    None => &mut moved.q_mut()[i],
+                    Some(i) => &mut moved.u_mut()[i],
+                };
+                let permitted = tolerances.scale(*part, *part);
+                let step = permitted.max(1e-6 * (1.0 + part.abs()));
+                *part += step;
+                sum += (self.model().energy_function(&moved) - here).abs() * permitted / step;
+            }
+            most = most.max(sum);
+        }
+        most
+    }
+
+    /// Whether differences die within steps.
+    fn is_stiff(&self) -> bool {
+        self.counts().stiff_at.is_some() || self.switched().is_some() || self.method().is_for_stiff()
+    }
+}
+
+impl Doubts {
+    /// The warnings, each line after an end of line. Where the error was estimated nothing is guessed of it.
+    pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>, estimated: bool) -> fmt::Result {
+        if let Some(BelowRounding { name, rate, value, time, permitted }) = &self.below_rounding {
+            let what = if *rate { "the velocity of " } else { "" };
+            let (time, value) = (Rounded(*time), Rounded(*value));
+            write!(
+                f,
+                "{WARNING}tolerance below rounding: {permitted:.1e} permitted of {what}{name} = {value} at t \
+                 = {time}; give a larger relative one"
+            )?;
+        }
+        if let Some(unseen) = &self.unseen {
+            f.write_str(WARNING)?;
+            unseen.write(f)?;
+        }
+        if let Some(t) = self.crawls {
+            write!(
+                f,
+                "{WARNING}stiff at t = {}: steps that are more than twenty times as long keep the tolerance \
+                 with methods::Radau5",
+                Rounded(t)
+            )?;
+        }
+        if let Some(outgrown) = &self.outgrown {
+            f.write_str(WARNING)?;
+            outgrown.write(f, self.fixed)?;
+        }
+        self.write_energy(f)?;
+        fmt::Display::fmt(&self.unchecked, f)?;
+        if !estimated {
+            self.write_halved(f)?;
+        }
+        Ok(())
+    }
+
+    /// What the energy shows. Where forces work and half steps agree, but for moments, it is not asked: works
+    /// are integrated over states between the ends of steps, which a step far longer than a stiff damper
+    /// needs does not resolve, and what they miss in a moment stays. With constraints it is asked always:
+    /// whole and half steps may agree on the wrong branch.
+    fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.works && self.halved.is_some_and(|times| times <= TOLD) {
+            return Ok(());
+        }
+        if let Some(times) = self.energy.filter(|times| *times > MUCH) {
+            write!(
+                f,
+                "{WARNING}energy drifts by {} times what the tolerance permits in a step; give a smaller one",
+                Times(times)
+            )?;
+        }
+        let finite = self.energy_part.is_some_and(f64::is_finite);
+        let permitted = finite && !self.held && self.energy.is_some_and(|times| times <= DRIFTS);
+        if let Some(part) = self.energy_part.filter(|part| *part > DRIFT && !permitted) {
+            let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
+            match part.is_finite() {
+                true => write!(f, "{WARNING}energy drifts by {} of its scale; {remedy}", Part(part))?,
+                false => write!(
+                    f,
+                    "{WARNING}energy grows beyond all numbers; {remedy}, or end the motion before that"
+                )?,
+            }
+        }
+        Ok(())
+    }
+
+    /// What half steps show: a warning where it is much, or a plain line; another where it passes.
+    fn write_halved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Some(times), Some(most)) = (self.halved, self.halved_at_most) else { return Ok(()) };
+        let much = if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 };
+        let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
+        let remedy = format_args!("; `.estimate_error()` measures it, or {instead}");
+        let how = "(estimated by step doubling)";
+        if times > much {
+            write!(f, "{WARNING}global error about {} tolerances {how}{remedy}", Times(times))
+        } else if most > MUCH {
+            write!(
+                f,
+                "{WARNING}errors peak and pass, as where something fast comes early or late: global error \
+                 about {} tolerances {how} for less than a hundredth of the time{remedy}",
+                Times(most)
+            )
+        } else if times > TOLD {
+            write!(f, "{ACCURACY}global error about {} tolerances {how}", Times(times))
+        } else if most > TOLD {
+            let (most, times) = (Times(most), Times(times));
+            write!(f, "{ACCURACY}global error about {most} tolerances for a moment, otherwise {times} {how}")
+        } else {
+            Ok(())
+        }
+    }
+}
