@@ -8,6 +8,8 @@ mod constraints;
 mod kinks;
 mod known;
 mod modes;
+#[cfg(feature = "alloc")]
+pub(crate) mod names;
 mod premise;
 mod vector;
 

@@ -26,7 +26,6 @@ pub(crate) mod file;
 #[cfg(test)]
 mod json_check;
 mod motion;
-pub(crate) mod names;
 #[cfg(feature = "png")]
 mod png;
 mod reduce;

@@ -28,9 +28,9 @@ use super::linearize::{Mode, SmallMotions};
 use super::periodic::{PeriodicError, PeriodicMotions, PeriodicOrbit};
 use crate::constrain::{project_positions, project_velocities, with_workspace};
 use crate::error::SolveError;
+use crate::model::names;
 use crate::model::{ModelState, Powers, Vector};
 use crate::motion::Simulate;
-use crate::output::names;
 
 /// The first energy of a family, of its last.
 const FIRST: f64 = 1e-6;

@@ -162,7 +162,7 @@ impl<M: Simulate> Motion<'_, M> {
             wall_time: counts.wall_time,
             energy_drift: if worst == 0.0 { 0.0 } else { worst / history.scale },
             energy_scale: history.scale,
-            energy_unit: crate::output::names::energy_unit::<M>(),
+            energy_unit: crate::model::names::energy_unit::<M>(),
             energy_name: if M::POWERS.is_empty() { kept.unwrap_or("energy") } else { "energy less work" },
             has_work: !M::POWERS.is_empty(),
             conserved: self.drifts().into_iter().filter(|drift| !is_energy(&drift.name)).collect(),

@@ -14,7 +14,7 @@ use super::error::OutputError;
 #[cfg(feature = "std")]
 use super::file::Content;
 use super::motion::{chart, panels};
-use super::names::{self, Column};
+use crate::model::names::{self, Column};
 use crate::model::{Draw, ModelState};
 use crate::motion::{AtlasMotion, EventRecord, Simulate};
 

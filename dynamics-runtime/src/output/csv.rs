@@ -11,8 +11,8 @@ use alloc::vec::Vec;
 use core::fmt::Write;
 
 use super::error::OutputError;
-use super::names::{self, Column};
 use super::text;
+use crate::model::names::{self, Column};
 use crate::model::{Known, ModelState, Vector};
 use crate::motion::{Motion, Simulate};
 

@@ -8,8 +8,8 @@ use super::animation::{Animation, Film};
 use super::chart::{Axis, Chart, Panel, Series};
 use super::drawing::Drawing;
 use super::error::OutputError;
-use super::names::{self, Column};
 use super::text;
+use crate::model::names::{self, Column};
 use crate::model::{Draw, ModelState, Vector};
 use crate::motion::{EventRecord, Motion, Simulate};
 

@@ -10,8 +10,8 @@ use nalgebra::{Complex, DVector};
 use super::VibrationError;
 use crate::analysis::linearize::Mode;
 use crate::constrain::{project_positions, with_workspace};
+use crate::model::names;
 use crate::model::{Constraints, Draw, ModelState, Outputs, Vector};
-use crate::output::names;
 use crate::output::{Drawing, Film};
 
 /// A mode as a film: two periods of q + Re(amplitude · shape e^{iωt}), without its damping, so that it can be

@@ -251,7 +251,7 @@ impl NormalModes {
         let named = |name: &str| {
             self.all_coordinates
                 .iter()
-                .map(|q| Signal::new(crate::output::names::suffixed(q.name, name), ""))
+                .map(|q| Signal::new(crate::model::names::suffixed(q.name, name), ""))
                 .collect::<Vec<_>>()
         };
         space.inputs = named("");

@@ -24,9 +24,9 @@ use crate::analysis::linearize::{
     Linearization, LinearizeError, Read, SmallMotions, Tangent, general, scales,
 };
 use crate::constrain::held::active_rows;
+use crate::model::names::{self, Column};
 use crate::model::{Constraints, ModelState, Outputs, Quantity, Vector};
 use crate::motion::suggest;
-use crate::output::names::{self, Column};
 
 /// A named input, state or output.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,8 +3,8 @@
 use alloc::format;
 use alloc::string::String;
 
-use super::text;
-use crate::model::{Constraints, Dynamics, Outputs, Quantity, Vector};
+use super::{Constraints, Dynamics, Outputs, Quantity, Vector};
+use crate::output::text;
 
 /// A named sequence of numbers.
 #[derive(Clone, Debug, PartialEq)]
