@@ -250,7 +250,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
         "dynamics-runtime",
         &["motion/run/branch_identification/path", "motion/run/branch_identification/strand"],
     ),
-    ("dynamics-runtime", &["output/chart", "output/svg"]),
 ];
 
 /// Modules of a folder use each other in one direction, each with all that is below it, and hand results on

@@ -21,6 +21,7 @@ mod color;
 pub mod csv;
 mod drawing;
 mod error;
+mod export;
 #[cfg(feature = "std")]
 pub(crate) mod file;
 #[cfg(test)]
