@@ -227,7 +227,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
     ),
     ("dynamics-runtime", &["analysis/vibration/frequency_response", "analysis/vibration/unreached"]),
     ("dynamics-runtime", &["analysis/work_precision/reference", "analysis/work_precision/study"]),
-    ("dynamics-runtime", &["constrain/assemble", "constrain/gradients"]),
     (
         "dynamics-runtime",
         &[

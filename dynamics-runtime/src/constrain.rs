@@ -21,6 +21,7 @@ mod lu;
 #[cfg(feature = "alloc")]
 mod mechanism;
 pub(crate) mod memory;
+pub(crate) mod nearby;
 mod orthogonal;
 mod project;
 mod speeds;
@@ -30,7 +31,6 @@ pub(crate) mod system;
 pub use compare::{Comparison, Formulated};
 pub use correct::{correct, solve_baumgarte};
 pub use embed::Embedding;
-pub use gradients::check_gradients;
 pub(crate) use gradients::{Gradients, distance};
 pub use impact::{Impact, impact};
 #[cfg(feature = "alloc")]
@@ -51,7 +51,7 @@ pub(crate) mod svd;
 #[cfg(feature = "alloc")]
 pub(crate) mod weakness;
 
-pub use assemble::{assemble, check_sides, check_start, set_sides};
+pub use assemble::{assemble, check_gradients, check_sides, check_start, set_sides};
 pub use involved::Involved;
 
 /// Length of the memory that the general solvers need for n coordinates and r constraint rows.
@@ -65,7 +65,7 @@ pub const fn workspace_len(n: usize, r: usize) -> usize {
         assemble::memory(n, r),
         friction::memory_in_all(n, r),
         gradients::memory(n, r),
-        gradients::check_memory(n, r),
+        assemble::check_memory(n, r),
         speeds::memory(n, r),
     ])
 }

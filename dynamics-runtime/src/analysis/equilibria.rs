@@ -33,8 +33,8 @@ pub use stability::{Stability, StabilityVerdict, Undecided};
 
 use crate::analysis::LinearizeError;
 use crate::analysis::linearize::indices;
-use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
+use crate::constrain::nearby::at_time;
 use crate::constrain::{Mechanism, Reaction, project_positions, with_workspace};
 use crate::error::{SolveError, StateError};
 use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};

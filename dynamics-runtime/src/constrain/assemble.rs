@@ -18,11 +18,12 @@
 
 mod positions;
 mod room;
+mod vanishing;
 mod velocities;
 
-use super::gradients::vanishing_row;
 use super::held::active_rows;
 use super::memory::norm;
+use super::nearby::beside;
 use super::{Gradients, distance, solve_once, with_workspace};
 use crate::error::StateError;
 use crate::model::{Constraint, ConstraintKind, Constraints, Known, ModelState, Modes, Vector};
@@ -30,6 +31,9 @@ use room::Room;
 pub(super) use room::memory;
 #[cfg(feature = "alloc")]
 pub(crate) use room::weigh;
+pub use vanishing::check_gradients;
+pub(super) use vanishing::check_memory;
+use vanishing::vanishing_row;
 
 /// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against the size of what it
 /// involves: what is left when coordinates are given with seven digits. Projection removes it before a
@@ -372,21 +376,6 @@ fn check_velocities<M: Constraints>(
     }
 }
 
-/// How far away a state [`beside`] another is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of
-/// its value there at 10⁻⁶ from its zero.
-pub(crate) const NEARBY: f64 = 1e-3;
-
-/// A state a little off, and a little later, where a drive has moved on: every coordinate by a different
-/// amount, so that no symmetry of the model hides the change.
-pub(crate) fn beside<M: Constraints>(state: &M::State) -> M::State {
-    let n = M::COORDINATES.len();
-    let mut beside = at_time(state, state.t() + NEARBY * (1.0 + state.t().abs()));
-    for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
-        *q += NEARBY * (1.0 + q.abs()) * (1.0 + 0.37 * i as f64 / n as f64);
-    }
-    beside
-}
-
 /// Nothing is given; more coordinates than any generated model has.
 const NONE: [bool; 4096] = [false; 4096];
 
@@ -401,11 +390,4 @@ pub(crate) fn beside_on_constraints<M: Constraints>(
     let mut along = beside::<M>(state);
     let placed = positions::solve(model, &mut along, none, &mut Room::new(workspace, n, M::ROWS.len()));
     placed.ok().map(|()| along)
-}
-
-/// The state at another time.
-pub(crate) fn at_time<S: ModelState>(state: &S, t: f64) -> S {
-    let mut out = S::new(t, *state.q(), *state.u(), *state.inputs());
-    *out.modes_mut() = state.modes();
-    out
 }

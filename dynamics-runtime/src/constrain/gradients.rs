@@ -1,15 +1,12 @@
-//! Gradients of the constraints at a state, distances from them, and whether they are good for something.
+//! Gradients of the constraints at a state, and distances from them.
 
-use super::assemble::{NEARBY, beside, beside_on_constraints};
-use super::held::active_rows;
 #[cfg(feature = "alloc")]
 use super::memory::dot;
-use super::memory::{Memory, max_abs, norm, swap_rows};
-use super::names;
-use crate::error::SolveError;
+use super::memory::{max_abs, norm};
+use super::nearby::{NEARBY, beside};
 #[cfg(feature = "alloc")]
 use crate::math;
-use crate::model::{Constraints, Known, ModelState, Terms, Vector};
+use crate::model::{Constraints, Terms, Vector};
 
 /// Φ_q by rows, in memory that a caller lends: by value it may be too large for a stack. Rows that have
 /// vanished are zero.
@@ -27,11 +24,6 @@ const BY_VALUE: usize = 1024;
 /// Memory of [`Gradients`].
 pub(crate) const fn memory(n: usize, r: usize) -> usize {
     n * n + n + r * n + 2 * r
-}
-
-/// Memory of [`check_gradients`], besides that of an assembly.
-pub(super) const fn check_memory(n: usize, r: usize) -> usize {
-    n * n + 2 * r * n
 }
 
 impl<'w> Gradients<'w> {
@@ -203,123 +195,5 @@ pub(crate) fn distance(residual: f64, gradient: &[f64], usual: f64) -> f64 {
         residual.abs() / (UNTOLD * usual)
     } else {
         residual.abs() / length
-    }
-}
-
-/// A row whose gradient is this small against that [`beside`] the state is suspected of holding nothing.
-/// Found where coordinates are within [`super::assemble::CONSISTENT`] of the place where it vanishes.
-const VANISHING: f64 = 1e-3;
-
-/// The holonomic constraints that hold have gradients that are good for something. A gradient may vanish at a
-/// change point, where the branches of a mechanism cross: Φ is then a saddle, and velocities decide the
-/// branch. Where Φ touches zero without crossing it, as (x² + y² − l²)² does, the gradient vanishes on the
-/// whole manifold: the equations of motion know nothing of the constraint, and what they give is noise.
-///
-/// A gradient is suspected where it is at most a thousandth of what it is beside the state, 10⁻³ of the
-/// coordinates' size away. Then Φ touches where its second derivatives are semidefinite, or where its
-/// gradient vanishes at another state on the constraints as well: the first sees states that are off the
-/// constraints, too; the second sees what touches only within the other constraints, and models that are too
-/// large for second derivatives.
-///
-/// Costs two evaluations, and for each row that is suspected one more and an assembly. `workspace`: as long
-/// as for [`super::solve`].
-///
-/// # Errors
-/// [`SolveError::VanishingGradient`].
-pub fn check_gradients<M: Constraints>(
-    model: &M,
-    state: &M::State,
-    workspace: &mut [f64],
-) -> Result<(), SolveError> {
-    match vanishing_row(model, state, workspace) {
-        Some(row) => Err(SolveError::VanishingGradient { row: names::<M>().row(row) }),
-        None => Ok(()),
-    }
-}
-
-/// The first row that [`check_gradients`] finds.
-pub(super) fn vanishing_row<M: Constraints>(
-    model: &M,
-    state: &M::State,
-    workspace: &mut [f64],
-) -> Option<usize> {
-    if M::IS_FREE {
-        return None;
-    }
-    let mut lengths = |state: &M::State| {
-        let gradients = Gradients::of(model, state, workspace);
-        let mut lengths = M::Rows::zeros();
-        (0..M::Rows::LEN).for_each(|row| lengths[row] = norm(gradients.row(row)));
-        lengths
-    };
-    let (here, there) = (lengths(state), lengths(&beside::<M>(state)));
-    let suspected = |row: &usize| here[*row] <= VANISHING * there[*row] || here[*row] == 0.0;
-    let mut suspects = active_rows::<M>(state.modes(), true).filter(suspected);
-    suspects.find(|row| {
-        touches(model, state, *row, workspace) || {
-            let along = beside_on_constraints(model, state, workspace);
-            along.is_some_and(|along| {
-                norm(Gradients::of(model, &along, workspace).row(*row)) <= VANISHING * there[*row]
-            })
-        }
-    })
-}
-
-/// Whether the second derivatives of a row are known and semidefinite.
-fn touches<M: Constraints>(model: &M, state: &M::State, row: usize, workspace: &mut [f64]) -> bool {
-    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let values = Memory::new(workspace, n, r).zeros(check_memory(n, r));
-    let mut one = M::Rows::zeros();
-    one[row] = 1.0;
-    model.constraint_derivatives(state, &one, values);
-    let hessian = &mut values[..n * n];
-    max_abs(hessian).is_finite() && is_semidefinite(hessian, n)
-}
-
-/// Whether a symmetric matrix, which is overwritten, has no eigenvalues of both signs, up to 10⁻⁴ of the
-/// largest: Cholesky with pivoting.
-fn is_semidefinite(h: &mut [f64], n: usize) -> bool {
-    let diagonal = (0..n).map(|i| h[i * n + i]);
-    let largest = diagonal.fold(0.0_f64, |most, x| if x.abs() > most.abs() { x } else { most });
-    let tolerance = 1e-4 * max_abs(h);
-    if largest < 0.0 {
-        h.iter_mut().for_each(|x| *x = -*x);
-    }
-    for k in 0..n {
-        let remaining = (k..n).map(|i| (i, h[i * n + i]));
-        let (at, pivot) =
-            remaining.fold((k, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
-        if pivot <= tolerance {
-            // What is left must be zero.
-            return (k..n).all(|i| (k..n).all(|j| h[i * n + j].abs() <= tolerance));
-        }
-        swap_rows(h, n, k, at);
-        (0..n).for_each(|i| h.swap(i * n + k, i * n + at));
-        for i in k + 1..n {
-            let factor = h[i * n + k] / h[k * n + k];
-            for j in k + 1..n {
-                h[i * n + j] -= factor * h[k * n + j];
-            }
-        }
-    }
-    true
-}
-
-#[cfg(test)]
-mod tests {
-    use super::is_semidefinite;
-
-    #[test]
-    fn squares_are_semidefinite_and_saddles_are_not() {
-        for sign in [1.0, -1.0] {
-            let semidefinite = |h: [f64; 4]| is_semidefinite(&mut h.map(|x| sign * x), 2);
-            assert!(
-                semidefinite([4.0, 2.0, 2.0, 1.0])
-                    && semidefinite([0.0; 4])
-                    && semidefinite([0.0, 0.0, 0.0, 3.0])
-            );
-            assert!(!semidefinite([1.0, 0.0, 0.0, -1.0]) && !semidefinite([0.0, 1.0, 1.0, 0.0]));
-            assert!(!semidefinite([1.0, 2.0, 2.0, 1.0]));
-        }
     }
 }

@@ -20,7 +20,7 @@ use alloc::vec::Vec;
 use super::frame::{Frame, Measure};
 use super::trace::{Point, Tracer};
 use crate::constrain::Involved;
-use crate::constrain::assemble::at_time;
+use crate::constrain::nearby::at_time;
 use crate::constrain::svd::Svd;
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};

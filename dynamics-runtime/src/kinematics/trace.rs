@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 use super::error::KinematicsErrorKind as Kind;
 use super::frame::{Frame, Measure};
 use crate::constrain;
-use crate::constrain::assemble::at_time;
+use crate::constrain::nearby::at_time;
 use crate::error::SolveError;
 use crate::math;
 use crate::model::{Constraints, Model, ModelState, Vector};

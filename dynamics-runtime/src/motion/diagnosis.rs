@@ -7,11 +7,11 @@ pub(crate) mod singular_position;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::constrain::assemble::{self, at_time};
 use crate::constrain::gradients::mass;
 use crate::constrain::held::active_rows;
 use crate::constrain::inertia::{Inertia, least_inertia, unit_inertias};
 use crate::constrain::memory::max_abs;
+use crate::constrain::nearby::{self, at_time};
 use crate::constrain::weakness::condition;
 use crate::constrain::{Gradients, Involved, solve_once, with_workspace};
 use crate::error::SolveError;
@@ -307,14 +307,14 @@ fn corner<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<Cor
         beside
     };
     // Where gradients vanish here, not all of them do there.
-    let sizes = sizes(model, &[beside(-reach), beside(reach), assemble::beside::<M>(state)]);
+    let sizes = sizes(model, &[beside(-reach), beside(reach), nearby::beside::<M>(state)]);
     corner_on(model, state.modes(), (-reach, reach), beside, &sizes, least)
 }
 
 /// The first constraint with a corner on the way of a step, θ from 0 to 1.
 pub(crate) fn corner_within<M: Constraints>(model: &M, way: impl Fn(f64) -> M::State) -> Option<Corner> {
     let middle = way(0.5);
-    let sizes = sizes(model, &[way(0.0), way(1.0), assemble::beside::<M>(&middle)]);
+    let sizes = sizes(model, &[way(0.0), way(1.0), nearby::beside::<M>(&middle)]);
     let least = 1e3 * f64::EPSILON * middle.t().abs();
     corner_on(model, middle.modes(), (0.0, 1.0), way, &sizes, least)
 }

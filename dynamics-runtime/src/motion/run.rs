@@ -13,8 +13,8 @@ use alloc::vec::Vec;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use crate::constrain::Involved;
-use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
+use crate::constrain::nearby::at_time;
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::integrate::{Dense, Hermite, Knot, Phase, Step, StepError, StepOptions, Tolerances};
 use crate::math;

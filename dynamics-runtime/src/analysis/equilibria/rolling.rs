@@ -20,8 +20,8 @@ use super::{Equilibrium, EquilibriumError, conditioning, many_times, vector};
 use crate::analysis::linearize::{
     Linearization, LinearizeError, Read, SmallMotions, Tangent, assemble, scales,
 };
-use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
+use crate::constrain::nearby::at_time;
 use crate::constrain::{Mechanism, project_positions, with_workspace};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};

@@ -10,7 +10,8 @@ use super::statics::scales;
 use super::{Asked, Equilibrium, EquilibriumError, find_holding};
 use crate::analysis::linearize::indices;
 use crate::analysis::numbers::Numbers;
-use crate::constrain::assemble::{at_time, positions_of};
+use crate::constrain::assemble::positions_of;
+use crate::constrain::nearby::at_time;
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// A search for equilibria with its options, before it runs.

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::reduce::Tangent;
 use super::spectrum::drop_rounding;
 use super::{Linearization, LinearizeError, Read, assemble};
-use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
+use crate::constrain::nearby::at_time;
 use crate::constrain::{project_positions, solve_once, with_workspace};
 use crate::model::{Constraints, ModelState, Vector};
 

@@ -99,7 +99,7 @@ impl Corners {
                 continue;
             }
             let value = |by: f64| {
-                let mut moved = crate::constrain::assemble::at_time(&held, held.t() + by);
+                let mut moved = crate::constrain::nearby::at_time(&held, held.t() + by);
                 let n = M::Vector::LEN;
                 (0..n).for_each(|i| moved.q_mut()[i] += by * u[i] + 0.5 * by * by * a[i]);
                 (0..n).for_each(|i| moved.u_mut()[i] += by * a[i]);
@@ -191,7 +191,7 @@ fn turn<M: Constraints>(
 ) -> Result<(), PeriodicError> {
     let n = M::Vector::LEN;
     let value = |dt: f64, dq: &[f64], du: &[f64], by: f64| {
-        let mut moved = crate::constrain::assemble::at_time(at, at.t() + by * dt);
+        let mut moved = crate::constrain::nearby::at_time(at, at.t() + by * dt);
         moved.q_mut().as_mut_slice().iter_mut().zip(dq).for_each(|(q, d)| *q += by * d);
         moved.u_mut().as_mut_slice().iter_mut().zip(du).for_each(|(u, d)| *u += by * d);
         read(model, &moved)[index].value

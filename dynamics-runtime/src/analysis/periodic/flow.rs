@@ -368,7 +368,7 @@ fn pack<S: ModelState>(state: &S, tangents: &DMatrix<f64>) -> Vec<f64> {
 /// The state in `y`, otherwise as another.
 pub(super) fn unpack<S: ModelState>(like: &S, t: f64, y: &[f64]) -> S {
     let n = <S::Vector as Vector>::LEN;
-    let mut state = crate::constrain::assemble::at_time(like, t);
+    let mut state = crate::constrain::nearby::at_time(like, t);
     state.q_mut().as_mut_slice().copy_from_slice(&y[..n]);
     state.u_mut().as_mut_slice().copy_from_slice(&y[n..2 * n]);
     state

@@ -22,7 +22,7 @@ use super::flow::Flow;
 use super::frame::{Frame, direction, sizes};
 use super::symmetry::{Conserved, is_autonomous};
 use super::{PeriodicError, check, positive};
-use crate::constrain::assemble::at_time;
+use crate::constrain::nearby::at_time;
 use crate::model::{ModelState, Vector};
 use crate::motion::Simulate;
 

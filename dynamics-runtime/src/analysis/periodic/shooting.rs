@@ -134,7 +134,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         if !states.is_empty() {
             self.segments = states.len();
             self.guesses = states;
-            self.guesses[0] = crate::constrain::assemble::at_time(&self.guesses[0], time);
+            self.guesses[0] = crate::constrain::nearby::at_time(&self.guesses[0], time);
         }
         self
     }

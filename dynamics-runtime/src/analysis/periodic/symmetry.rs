@@ -20,7 +20,7 @@ use super::corners::slope;
 use super::floquet::Trivial;
 use super::flow::Flow;
 use super::frame::{Frame, direction};
-use crate::constrain::assemble::at_time;
+use crate::constrain::nearby::at_time;
 use crate::model::{Constraints, ModelState, Powers, Vector};
 
 /// Where accelerations at one time and another are compared: no fractions of any period.

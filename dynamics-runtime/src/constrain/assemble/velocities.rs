@@ -1,10 +1,11 @@
 //! Velocities of least kinetic energy that fulfil the constraints.
 
 use super::room::{Room, free, shift};
-use super::{ASSEMBLED, NEARBY, NONE, beside_on_constraints, size, worst};
+use super::{ASSEMBLED, NONE, beside_on_constraints, size, worst};
 use crate::constrain::Involved;
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::{dot, norm};
+use crate::constrain::nearby::NEARBY;
 use crate::constrain::svd::Svd;
 use crate::error::StateError;
 use crate::math;

@@ -13,9 +13,9 @@ use alloc::boxed::Box;
 
 use crate::constrain;
 use crate::constrain::Gradients;
-use crate::constrain::assemble::{NEARBY, at_time, beside};
 use crate::constrain::held::active_rows;
 use crate::constrain::memory::{max_abs, norm};
+use crate::constrain::nearby::{NEARBY, at_time, beside};
 use crate::constrain::weakness::{Weakness, condition as condition_of, weakness, weakness_against};
 use crate::error::SolveError;
 use crate::math;

@@ -17,8 +17,8 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::statics::{Statics, scales};
-use crate::constrain::assemble::at_time;
 use crate::constrain::held::active_rows;
+use crate::constrain::nearby::at_time;
 use crate::constrain::{project_positions, with_workspace};
 use crate::model::{Constraints, ModelState, Powers, Vector};
 

@@ -13,7 +13,7 @@ use super::super::sensitivity::smooth::refuse_jumps;
 use super::super::variable::Variable;
 use super::corners::Corners;
 use super::objective::{Blend, Instant, Plan};
-use crate::constrain::assemble::at_time;
+use crate::constrain::nearby::at_time;
 use crate::model::{ModelState, Parameters, Vector};
 use crate::motion::{Motion, Simulate};
 

@@ -117,7 +117,7 @@ fn refuse_law<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Result
     let at_time = 0.5 * (from + to);
     let mut inputs = |t: f64| {
         let state = sampler.at(t);
-        *motion.complete(crate::constrain::assemble::at_time(&state, at_time)).inputs()
+        *motion.complete(crate::constrain::nearby::at_time(&state, at_time)).inputs()
     };
     let middle = inputs(at_time);
     for mut ends in [[(from, inputs(from)), (at_time, middle)], [(at_time, middle), (to, inputs(to))]] {

@@ -12,7 +12,7 @@ use crate::analysis::periodic::corners::slope;
 use crate::analysis::periodic::flow::Flow;
 use crate::analysis::periodic::frame::{Frame, direction, sizes, stacked};
 use crate::analysis::periodic::symmetry::{Conserved, is_autonomous};
-use crate::constrain::assemble::at_time;
+use crate::constrain::nearby::at_time;
 use crate::model::{ModelState, Vector};
 use crate::motion::Simulate;
 
