@@ -208,7 +208,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
             "analysis/continuation/newton",
         ],
     ),
-    ("dynamics-runtime", &["analysis/equilibria/newton", "analysis/equilibria/soft"]),
     ("dynamics-runtime", &["analysis/parameters/equations", "analysis/parameters/sensitivity"]),
     (
         "dynamics-runtime",

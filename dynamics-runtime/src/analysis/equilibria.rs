@@ -14,6 +14,7 @@
 
 mod corner;
 mod error;
+mod factors;
 mod newton;
 mod rolling;
 mod rounding;

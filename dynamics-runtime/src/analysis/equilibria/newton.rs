@@ -16,8 +16,9 @@
 
 use alloc::vec::Vec;
 
-use nalgebra::{DMatrix, DVector, SVD};
+use nalgebra::{DMatrix, DVector};
 
+use super::factors::Factors;
 use super::soft::Soft;
 use super::statics::{Statics, scales};
 use super::{EquilibriumError, corner};
@@ -39,8 +40,6 @@ const LEAST_PART: f64 = 1.0 / 32.0;
 const LEVEL: f64 = 1e-13;
 /// Coordinates beyond this many times of what they were measured by have run away.
 const AWAY: f64 = 1e12;
-/// Singular values of the balanced K below this, against the largest, are zero.
-pub(super) const VANISHED: f64 = 1e-13;
 /// Forces that became so much smaller in all iterations, and still do, run away.
 const FADING: f64 = 1e-12;
 /// How far beside a place where ‖F‖ does not fall to first order it is looked at, in what coordinates are
@@ -57,63 +56,6 @@ pub(super) struct Settled<M: Constraints> {
     pub(super) iterations: usize,
     /// How far each coordinate may be off for the rounding of forces.
     pub(super) uncertainty: Vec<f64>,
-}
-
-/// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with rows and columns balanced, so that what is soft is not lost beside what is
-/// stiff.
-pub(super) struct Factors {
-    pub(super) rows: DVector<f64>,
-    pub(super) columns: DVector<f64>,
-    pub(super) svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
-}
-
-impl Factors {
-    fn of(k: &DMatrix<f64>) -> Option<Self> {
-        let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
-        let rows = DVector::from_iterator(k.nrows(), k.row_iter().map(|row| inverse(row.amax())));
-        let mut balanced = DMatrix::from_diagonal(&rows) * k;
-        let columns =
-            DVector::from_iterator(k.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
-        balanced.column_iter_mut().zip(columns.iter()).for_each(|(mut column, c)| column *= *c);
-        let svd = SVD::try_new(balanced, true, true, f64::EPSILON, 300 * (k.nrows() + k.ncols()))?;
-        Some(Self { rows, columns, svd })
-    }
-
-    /// δz of least size with K δz = `right`, where directions that vanish stand still.
-    fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
-        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
-            return DVector::zeros(self.columns.len());
-        };
-        let along = u.tr_mul(&right.component_mul(&self.rows));
-        let least = VANISHED * self.svd.singular_values.amax();
-        let sigma = &self.svd.singular_values;
-        let scaled = along.zip_map(sigma, |x, sigma| if sigma > least { x / sigma } else { 0.0 });
-        v_t.tr_mul(&scaled).component_mul(&self.columns)
-    }
-
-    /// What forces make of δz along directions whose singular values are above this part of the largest, but
-    /// for one.
-    pub(super) fn without(&self, part: f64, one: usize) -> DMatrix<f64> {
-        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
-            return DMatrix::zeros(self.columns.len(), self.rows.len());
-        };
-        let least = part * self.svd.singular_values.amax();
-        let mut inverse = self.svd.singular_values.map(|sigma| if sigma > least { 1.0 / sigma } else { 0.0 });
-        inverse[one] = 0.0;
-        let balanced = v_t.tr_mul(&(DMatrix::from_diagonal(&inverse) * u.transpose()));
-        DMatrix::from_diagonal(&self.columns) * balanced * DMatrix::from_diagonal(&self.rows)
-    }
-
-    /// The largest |δz| that forces of these sizes could cause, along directions that do not vanish.
-    fn reach(&self, forces: &DVector<f64>) -> DVector<f64> {
-        let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
-            return DVector::zeros(self.columns.len());
-        };
-        let along = u.abs().tr_mul(&forces.component_mul(&self.rows));
-        let least = VANISHED * self.svd.singular_values.amax();
-        let scaled = along.zip_map(&self.svd.singular_values, |x, s| if s > least { x / s } else { 0.0 });
-        v_t.abs().tr_mul(&scaled).component_mul(&self.columns)
-    }
 }
 
 /// The iteration at one position.

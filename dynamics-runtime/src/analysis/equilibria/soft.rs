@@ -13,7 +13,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
-use super::newton::Factors;
+use super::factors::Factors;
 use super::rounding::NOISES;
 use super::statics::{Statics, scales};
 use crate::constrain::{project_positions, with_workspace};
