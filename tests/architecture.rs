@@ -197,7 +197,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
             "series",
         ],
     ),
-    ("dynamics-runtime", &["analysis/ladder", "analysis/page", "analysis/work_precision"]),
     (
         "dynamics-runtime",
         &[

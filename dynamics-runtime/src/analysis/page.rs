@@ -1,4 +1,5 @@
-//! Studies, comparisons and bifurcation diagrams on one HTML page without network access.
+//! Sections of text, charts and tables on one HTML page without network access. What a section says of a
+//! study, of models beside each other or of branches stands with these.
 
 use alloc::format;
 use alloc::string::String;
@@ -6,11 +7,6 @@ use alloc::vec::Vec;
 use core::fmt::Write;
 use std::path::Path;
 
-use super::continuation::Diagram;
-use super::ladder::Comparison;
-use super::work_precision::{Cost, ErrorOf, Study};
-use crate::model::ModelState;
-use crate::motion::Simulate;
 use crate::output::file::{self, FileError};
 use crate::output::text::xml;
 use crate::output::{Chart, Panel};
@@ -19,8 +15,6 @@ use crate::output::{Chart, Panel};
 /// its letters.
 const WIDE: f64 = 560.0;
 const NARROW: f64 = 350.0;
-/// Errors of the table that compares curves.
-const COMPARED: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
 
 /// A page of several studies, with charts, what each curve costs for the same errors, and all runs, and of
 /// models beside each other.
@@ -46,71 +40,15 @@ impl Page {
         self
     }
 
-    /// Adds a study.
-    #[must_use]
-    pub fn study<M: Simulate>(mut self, study: &Study<'_, M>) -> Self {
-        let mut html = String::new();
-        open_section(&mut html, study.problem(), &study.heading(), STUDY_LEGEND);
-        list(&mut html, study.sentences());
-        charts(&mut html, study.panels());
-        for (part, cost) in [
-            (ErrorOf::State, Cost::Time),
-            (ErrorOf::State, Cost::Evaluations),
-            (ErrorOf::Positions, Cost::Time),
-        ] {
-            let (caption, rows) = study.compared(part, cost, &COMPARED);
-            let _ = writeln!(html, "<p>{}</p>", xml(&caption));
-            table(&mut html, &rows);
-        }
-        html.push_str("<details><summary>all runs</summary>\n");
-        table(&mut html, &study.rows());
-        html.push_str("</details>\n</section>\n");
-        self.sections.push(html);
-        self
-    }
-
     /// Adds a section of panels with words to them.
     #[must_use]
-    pub fn panels(mut self, title: &str, words: &str, panels: impl IntoIterator<Item = Panel>) -> Self {
-        let mut html = String::new();
-        open_section(&mut html, title, words, "");
-        charts(&mut html, panels);
-        html.push_str("</section>\n");
-        self.sections.push(html);
-        self
+    pub fn panels(self, title: &str, words: &str, panels: impl IntoIterator<Item = Panel>) -> Self {
+        self.section(PageSection::new(title, words, "").charts(panels))
     }
 
-    /// Adds branches of equilibria: panels of them (see [`Diagram::panel`]), and their special points as a
-    /// table.
-    #[must_use]
-    pub fn diagram<S: ModelState>(
-        mut self,
-        title: &str,
-        diagram: &Diagram<S>,
-        panels: impl IntoIterator<Item = Panel>,
-    ) -> Self {
-        let mut html = String::new();
-        open_section(&mut html, title, &diagram.heading(), DIAGRAM_LEGEND);
-        charts(&mut html, panels);
-        table(&mut html, &diagram.rows());
-        html.push_str("</section>\n");
-        self.sections.push(html);
-        self
-    }
-
-    /// Adds models beside each other.
-    #[must_use]
-    pub fn comparison(mut self, comparison: &Comparison) -> Self {
-        let mut html = String::new();
-        open_section(&mut html, comparison.scene(), &comparison.heading(), COMPARISON_LEGEND);
-        list(&mut html, comparison.notes().into_iter().chain(comparison.sentences()));
-        // Each output begins a row.
-        for panels in comparison.outputs().iter().filter_map(|output| comparison.panels(&output.name)) {
-            charts(&mut html, panels);
-        }
-        table(&mut html, &comparison.rows());
-        html.push_str("</section>\n");
-        self.sections.push(html);
+    /// Adds a section.
+    pub(super) fn section(mut self, section: PageSection) -> Self {
+        self.sections.push(section.html + "</section>\n");
         self
     }
 
@@ -138,42 +76,71 @@ impl Page {
     }
 }
 
-fn open_section(html: &mut String, title: &str, heading: &str, legend: &str) {
-    let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>", xml(title), xml(heading));
-    if !legend.is_empty() {
-        let _ = writeln!(html, "<p>{legend}</p>");
-    }
+/// A section of a page: its title and words, then what is added, in this order.
+pub(super) struct PageSection {
+    html: String,
 }
 
-fn charts(html: &mut String, panels: impl IntoIterator<Item = Panel>) {
-    let chart = |panel, width| Chart::new("").panel_height(340.0).panel(panel).width(width).to_svg();
-    html.push_str("<div class=\"charts\">\n");
-    for panel in panels {
-        let (wide, narrow) = (chart(panel.clone(), WIDE), chart(panel.without_labels(), NARROW));
-        let _ = writeln!(
-            html,
-            "<figure><div class=\"wide\">{wide}</div><div class=\"narrow\">{narrow}</div></figure>"
-        );
+impl PageSection {
+    /// A section that says what it shows, and how that is read (nothing if it is empty).
+    pub(super) fn new(title: &str, heading: &str, legend: &str) -> Self {
+        let mut html = String::new();
+        let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>", xml(title), xml(heading));
+        if !legend.is_empty() {
+            let _ = writeln!(html, "<p>{legend}</p>");
+        }
+        Self { html }
     }
-    html.push_str("</div>\n");
-}
 
-fn list(html: &mut String, sentences: impl IntoIterator<Item = String>) {
-    html.push_str("<ul>\n");
-    for sentence in sentences {
-        let _ = writeln!(html, "<li>{}</li>", xml(&sentence));
+    /// Adds a paragraph.
+    pub(super) fn text(mut self, text: &str) -> Self {
+        let _ = writeln!(self.html, "<p>{}</p>", xml(text));
+        self
     }
-    html.push_str("</ul>\n");
-}
 
-/// Rows of text, the names of the columns first.
-fn table(html: &mut String, rows: &[Vec<String>]) {
-    html.push_str("<table>\n");
-    let columns = rows.first().map_or(0, Vec::len);
-    for (i, row) in rows.iter().enumerate() {
-        table_row(html, row, if i == 0 { "th" } else { "td" }, columns);
+    /// Adds sentences, one below the other.
+    pub(super) fn list(mut self, sentences: impl IntoIterator<Item = String>) -> Self {
+        self.html.push_str("<ul>\n");
+        for sentence in sentences {
+            let _ = writeln!(self.html, "<li>{}</li>", xml(&sentence));
+        }
+        self.html.push_str("</ul>\n");
+        self
     }
-    html.push_str("</table>\n");
+
+    /// Adds a row of panels, each as a chart of its own.
+    pub(super) fn charts(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
+        let chart = |panel, width| Chart::new("").panel_height(340.0).panel(panel).width(width).to_svg();
+        self.html.push_str("<div class=\"charts\">\n");
+        for panel in panels {
+            let (wide, narrow) = (chart(panel.clone(), WIDE), chart(panel.without_labels(), NARROW));
+            let _ = writeln!(
+                self.html,
+                "<figure><div class=\"wide\">{wide}</div><div class=\"narrow\">{narrow}</div></figure>"
+            );
+        }
+        self.html.push_str("</div>\n");
+        self
+    }
+
+    /// Adds a table: rows of text, the names of the columns first.
+    pub(super) fn table(mut self, rows: &[Vec<String>]) -> Self {
+        self.html.push_str("<table>\n");
+        let columns = rows.first().map_or(0, Vec::len);
+        for (i, row) in rows.iter().enumerate() {
+            table_row(&mut self.html, row, if i == 0 { "th" } else { "td" }, columns);
+        }
+        self.html.push_str("</table>\n");
+        self
+    }
+
+    /// Adds a table that is shown when its title is clicked.
+    pub(super) fn folded_table(mut self, title: &str, rows: &[Vec<String>]) -> Self {
+        let _ = writeln!(self.html, "<details><summary>{}</summary>", xml(title));
+        self = self.table(rows);
+        self.html.push_str("</details>\n");
+        self
+    }
 }
 
 /// A row that ends early says something in words, which does not widen the column where it begins; what goes
@@ -192,17 +159,5 @@ fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     }
     html.push_str("</tr>\n");
 }
-
-const DIAGRAM_LEGEND: &str = "Solid curves stay, dashed ones do not: small disturbances grow. Grey is what \
-    linear theory leaves undecided. Signs stand where equilibria appear, vanish or change their stability.";
-
-const STUDY_LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are \
-    this library's, dashed ones were measured with other solvers. The grey line is what the reference itself \
-    may be wrong by; hollow signs lie below it and say no more than that. A sign that is pointed at says \
-    which run it is.";
-
-const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; it stands at its own \
-    numerical error. Hollow signs lie below the numerical errors of the runs: there the models agree as far \
-    as can be told.";
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}h2{margin-top:2rem}p,li{overflow-wrap:anywhere}.narrow{display:none}@media(max-width:560px){td,th{padding:.1rem .35rem}td:first-child{white-space:normal}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";

@@ -11,11 +11,30 @@ use std::path::Path;
 
 use super::branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, Stays};
 use super::buckling::Buckling;
+use crate::analysis::page::{Page, PageSection};
 use crate::analysis::table::columns;
 use crate::model::{ModelState, Vector};
 use crate::output::file::{self, FileError};
 use crate::output::text::{exact, readable};
 use crate::output::{Axis, Chart, Color, Mark, Panel, Series};
+
+const DIAGRAM_LEGEND: &str = "Solid curves stay, dashed ones do not: small disturbances grow. Grey is what \
+    linear theory leaves undecided. Signs stand where equilibria appear, vanish or change their stability.";
+
+impl Page {
+    /// Adds branches of equilibria: panels of them (see [`Diagram::panel`]), and their special points as a
+    /// table.
+    #[must_use]
+    pub fn diagram<S: ModelState>(
+        self,
+        title: &str,
+        diagram: &Diagram<S>,
+        panels: impl IntoIterator<Item = Panel>,
+    ) -> Self {
+        let section = PageSection::new(title, &diagram.heading(), DIAGRAM_LEGEND);
+        self.section(section.charts(panels).table(&diagram.rows()))
+    }
+}
 
 impl fmt::Display for SpecialKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -97,7 +116,7 @@ impl<S: ModelState> Branch<S> {
 
 impl<S: ModelState> Diagram<S> {
     /// The rows of all branches.
-    pub(in crate::analysis) fn rows(&self) -> Vec<Vec<String>> {
+    fn rows(&self) -> Vec<Vec<String>> {
         let mut all: Vec<Vec<String>> = Vec::new();
         for (k, branch) in self.branches.iter().enumerate() {
             let rows = branch.rows().into_iter().enumerate().filter(|(i, _)| k == 0 || *i > 0);
@@ -110,7 +129,7 @@ impl<S: ModelState> Diagram<S> {
     }
 
     /// How many branches there are, and what is missing.
-    pub(in crate::analysis) fn heading(&self) -> String {
+    fn heading(&self) -> String {
         let mut words = match self.branches.len() {
             1 => "One branch".to_string(),
             count => format!("{count} branches"),

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::comparison::{Compared, Comparison, Difference, RungReport};
 use super::error::LadderError;
 use super::verdict::{Verdict, percent};
-use crate::analysis::Page;
+use crate::analysis::page::{Page, PageSection};
 use crate::analysis::runs::repeated;
 use crate::analysis::table::columns;
 use crate::output::file::FileError;
@@ -21,6 +21,24 @@ const ASKED: [f64; 3] = [0.1, 0.01, 0.001];
 /// Differences below this part of their uncertainty stand at it: how far below is not known, and rounding
 /// would stretch the axis.
 const LOWEST: f64 = 0.1;
+
+const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; it stands at its own \
+    numerical error. Hollow signs lie below the numerical errors of the runs: there the models agree as far \
+    as can be told.";
+
+impl Page {
+    /// Adds models beside each other.
+    #[must_use]
+    pub fn comparison(self, comparison: &Comparison) -> Self {
+        let mut section = PageSection::new(comparison.scene(), &comparison.heading(), COMPARISON_LEGEND)
+            .list(comparison.notes().into_iter().chain(comparison.sentences()));
+        // Each output begins a row.
+        for panels in comparison.outputs().iter().filter_map(|output| comparison.panels(&output.name)) {
+            section = section.charts(panels);
+        }
+        self.section(section.table(&comparison.rows()))
+    }
+}
 
 impl Comparison {
     /// The rungs with their cost and differences, as text in columns.
@@ -83,7 +101,7 @@ impl Comparison {
     }
 
     /// In words, what is compared with what.
-    pub(in crate::analysis) fn heading(&self) -> String {
+    fn heading(&self) -> String {
         let (start, end) = self.interval;
         format!(
             "{} from t = {} to {} at tolerance {:e}: differences from `{}`, the fullest of {} models, at {} \
@@ -100,7 +118,7 @@ impl Comparison {
     }
 
     /// The rungs as rows of text, the names of the columns first.
-    pub(in crate::analysis) fn rows(&self) -> Vec<Vec<String>> {
+    fn rows(&self) -> Vec<Vec<String>> {
         let names = ["model", "coordinates", "constraints", "operations", "evaluations", "time in µs"];
         let mut header: Vec<String> = names.map(String::from).into();
         for output in &self.outputs {
@@ -126,7 +144,7 @@ impl Comparison {
     }
 
     /// What a reader should know about the differences: those that are there at the start already.
-    pub(in crate::analysis) fn notes(&self) -> Vec<String> {
+    fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         for rung in &self.rungs {
             for (output, difference) in self.outputs.iter().zip(&rung.differences) {

@@ -7,7 +7,7 @@ use core::fmt::{self, Write};
 use std::path::Path;
 
 use super::study::{Cost, Curve, ErrorOf, Measured, Point, Study};
-use crate::analysis::Page;
+use crate::analysis::page::{Page, PageSection};
 use crate::analysis::runs::repeated;
 use crate::analysis::table::columns;
 use crate::motion::Simulate;
@@ -18,6 +18,33 @@ use crate::output::{Axis, Chart, Color, Mark, Panel, Series};
 /// Errors below this part of the uncertainty stand at it: how far below is not known, and rounding would
 /// stretch the axis.
 const LOWEST: f64 = 0.1;
+
+/// Errors of the table that compares curves.
+const COMPARED: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
+
+const STUDY_LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are \
+    this library's, dashed ones were measured with other solvers. The grey line is what the reference itself \
+    may be wrong by; hollow signs lie below it and say no more than that. A sign that is pointed at says \
+    which run it is.";
+
+impl Page {
+    /// Adds a study.
+    #[must_use]
+    pub fn study<M: Simulate>(self, study: &Study<'_, M>) -> Self {
+        let mut section = PageSection::new(study.problem(), &study.heading(), STUDY_LEGEND)
+            .list(study.sentences())
+            .charts(study.panels());
+        for (part, cost) in [
+            (ErrorOf::State, Cost::Time),
+            (ErrorOf::State, Cost::Evaluations),
+            (ErrorOf::Positions, Cost::Time),
+        ] {
+            let (caption, rows) = study.compared(part, cost, &COMPARED);
+            section = section.text(&caption).table(&rows);
+        }
+        self.section(section.folded_table("all runs", &study.rows()))
+    }
+}
 
 impl ErrorOf {
     /// All of them.
@@ -87,7 +114,7 @@ impl<M: Simulate> Study<'_, M> {
     }
 
     /// Each part of the error against time, and beside it against evaluations.
-    pub(in crate::analysis) fn panels(&self) -> Vec<Panel> {
+    fn panels(&self) -> Vec<Panel> {
         let both = |part| [Cost::Time, Cost::Evaluations].map(|cost| self.panel(part, cost));
         // What is exact everywhere, as the multipliers of constraints that are released, has no place on a
         // logarithmic axis.
@@ -126,12 +153,7 @@ impl<M: Simulate> Study<'_, M> {
     }
 
     /// [`Study::comparison`] as what it is called and rows of text, the errors first.
-    pub(in crate::analysis) fn compared(
-        &self,
-        part: ErrorOf,
-        cost: Cost,
-        errors: &[f64],
-    ) -> (String, Vec<Vec<String>>) {
+    fn compared(&self, part: ErrorOf, cost: Cost, errors: &[f64]) -> (String, Vec<Vec<String>>) {
         let (what, unit) = match cost {
             Cost::Time => ("µs", 1e6),
             Cost::Evaluations => ("evaluations", 1.0),
@@ -162,7 +184,7 @@ impl<M: Simulate> Study<'_, M> {
     }
 
     /// The runs as rows of text, the names of the columns first.
-    pub(in crate::analysis) fn rows(&self) -> Vec<Vec<String>> {
+    fn rows(&self) -> Vec<Vec<String>> {
         let parts: Vec<ErrorOf> = self.parts().into_iter().filter(|part| *part != ErrorOf::State).collect();
         let names = parts.iter().map(|part| part.to_string());
         let tail = ["time in µs", "evaluations", "steps", "rejected"].map(String::from);
@@ -200,7 +222,7 @@ impl<M: Simulate> Study<'_, M> {
     }
 
     /// In words, what the errors are measured against.
-    pub(in crate::analysis) fn heading(&self) -> String {
+    fn heading(&self) -> String {
         let (start, end) = self.interval;
         let mut text = format!(
             "{} from t = {} to {}: errors at the end against {}, uncertain by",
