@@ -197,16 +197,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
             "series",
         ],
     ),
-    (
-        "dynamics-runtime",
-        &[
-            "analysis/continuation/curve",
-            "analysis/continuation/error",
-            "analysis/continuation/fold_curve",
-            "analysis/continuation/hopf_curve",
-            "analysis/continuation/newton",
-        ],
-    ),
     ("dynamics-runtime", &["analysis/parameters/equations", "analysis/parameters/sensitivity"]),
     (
         "dynamics-runtime",

@@ -30,7 +30,9 @@ mod curve;
 mod error;
 mod flutter;
 mod fold_curve;
+mod followed_curves;
 mod hopf_curve;
+mod hopf_test_function;
 mod locate;
 mod measure;
 mod meet;
@@ -52,8 +54,9 @@ pub use branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, 
 pub use buckling::{Buckling, CriticalLoad};
 pub use curve::PlaneCurve;
 pub use error::ContinuationError;
-pub use fold_curve::{FoldCurve, FoldCurves, OfFolds, fold_curve};
-pub use hopf_curve::{HopfCurve, HopfCurves, OfHopfPoints, hopf_curve};
+pub use fold_curve::{FoldCurves, OfFolds, fold_curve};
+pub use followed_curves::{FoldCurve, HopfCurve};
+pub use hopf_curve::{HopfCurves, OfHopfPoints, hopf_curve};
 
 use super::equilibria::{Asked, find, periodic, scales};
 use crate::constrain::held::active_rows;

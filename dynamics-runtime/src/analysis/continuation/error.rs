@@ -5,8 +5,7 @@ use alloc::string::String;
 use core::fmt;
 
 use super::branch::Branch;
-use super::fold_curve::FoldCurve;
-use super::hopf_curve::HopfCurve;
+use super::followed_curves::{FoldCurve, HopfCurve};
 use crate::analysis::EquilibriumError;
 use crate::model::ModelState;
 

@@ -6,28 +6,14 @@
 //! elsewhere. R. Seydel, *Practical Bifurcation and Stability Analysis*, §5.6.
 
 use alloc::boxed::Box;
-use alloc::vec::Vec;
 
 use super::ContinuationError;
-use super::branch::{BranchEnd, Special};
+use super::branch::Special;
 use super::curve::{Curve, Plan, PlaneCurve};
+use super::followed_curves::FoldCurve;
 use super::newton::Singular;
 use super::problem::Place;
-use crate::model::{Constraints, ModelState, Powers, Quantity};
-
-/// A curve of folds in the plane of two parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FoldCurve<S: ModelState> {
-    /// Both parameters and the equilibrium in the fold, along the curve.
-    pub points: Vec<([f64; 2], S)>,
-    /// Cusps, in which two curves of folds meet and vanish: each lies between the point of this number and
-    /// the one before it, where both parameters stand still.
-    pub cusps: Vec<usize>,
-    /// Why it ends.
-    pub end: BranchEnd,
-    /// The coordinates.
-    pub coordinates: &'static [Quantity],
-}
+use crate::model::{Constraints, Powers};
 
 /// The kind of curve that [`fold_curve`] opens.
 #[derive(Clone, Copy, Debug)]

@@ -1,94 +1,25 @@
 //! Where flutter begins, as a second parameter changes: the edge of a region in which a system swings ever
 //! more.
 //!
-//! Beside balance one number is zero, of the eigenvalues σ of small motions next to those of the point
-//! before,
-//!
-//! ```text
-//! with damping:       Re σ = 0                                            a Hopf point
-//! without any:        Re (σ₁ − σ₂)² = 0, which is −(ω₁ − ω₂)² before        where two frequencies meet
-//! ```
-//!
-//! and the second passes zero with a slope, where σ₁ − σ₂ itself begins as a root (A. P. Seyranian & A. A.
-//! Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*, chapters 2 and 4). A curve of
-//! Hopf points ends where its frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974;
-//! R. I. Bogdanov, 1975).
+//! Beside balance the test function of `hopf_test_function.rs` is zero. A curve of Hopf points ends where its
+//! frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974; R. I. Bogdanov, 1975).
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::cell::Cell;
 
-use nalgebra::Complex;
-
 use super::ContinuationError;
 use super::branch::{BranchEnd, Special, SpecialKind};
 use super::curve::{Curve, Plan, PlaneCurve};
+use super::followed_curves::HopfCurve;
+use super::hopf_test_function::Swings;
 use super::newton::Singular;
 use super::problem::{Balance, Place};
-use crate::analysis::linearize::{Read, Tangent, assemble, general};
-use crate::model::{Constraints, ModelState, Powers, Quantity};
+use crate::model::{Constraints, Powers};
 
-/// A pair next to another one may be so far from it, as a part of its frequency.
-const NEXT: f64 = 0.5;
 /// A curve that cannot be followed any further, whose frequency is below this part of its largest and falls,
 /// ends where the frequency is zero.
 const SLOW: f64 = 0.1;
-
-/// Which eigenvalues are asked for, and what of them.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Swings {
-    /// The frequency nearby.
-    frequency: f64,
-    /// Whether two frequencies meet: without damping.
-    meet: bool,
-}
-
-impl Swings {
-    /// What vanishes on the curve, in 1/s or 1/s².
-    pub(super) fn test<M: Constraints>(&self, model: &M, state: &M::State) -> Option<f64> {
-        let near = self.near(model, state)?;
-        match (self.meet, &near[..]) {
-            (false, [first, ..]) => Some(first.re),
-            (true, [first, second, ..]) => Some(((first - second) * (first - second)).re),
-            _ => None,
-        }
-    }
-
-    /// The eigenvalues that swing, nearest to the frequency first.
-    fn near<M: Constraints>(&self, model: &M, state: &M::State) -> Option<Vec<Complex<f64>>> {
-        let read = Read::of(model, state).ok()?;
-        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[]; 2]);
-        let all = general(assemble::<M>(&read, &tangent).state_matrix().ok()?).ok()?;
-        let to = Complex::new(0.0, self.frequency);
-        let mut swing: Vec<_> =
-            all.into_iter().filter(|x| x.im > 0.0 && (x - to).norm() < NEXT * self.frequency).collect();
-        swing.sort_by(|a, b| (a - to).norm().total_cmp(&(b - to).norm()));
-        Some(swing)
-    }
-
-    /// The frequency at a place.
-    fn frequency<M: Constraints>(&self, model: &M, state: &M::State) -> Option<f64> {
-        let near = self.near(model, state)?;
-        match (self.meet, &near[..]) {
-            (false, [first, ..]) => Some(first.im),
-            (true, [first, second, ..]) => Some(0.5 * (first.im + second.im)),
-            _ => None,
-        }
-    }
-}
-
-/// A curve of Hopf points in the plane of two parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HopfCurve<S: ModelState> {
-    /// Both parameters and the equilibrium in the Hopf point, along the curve.
-    pub points: Vec<([f64; 2], S)>,
-    /// The frequency in each, in rad/s.
-    pub frequencies: Vec<f64>,
-    /// Why it ends.
-    pub end: BranchEnd,
-    /// The coordinates.
-    pub coordinates: &'static [Quantity],
-}
 
 /// The kind of curve that [`hopf_curve`] opens.
 #[derive(Clone, Copy, Debug)]

@@ -17,7 +17,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::hopf_curve::Swings;
+use super::hopf_test_function::Swings;
 use super::problem::{Balance, Direction, Place, Problem};
 use crate::analysis::equilibria::EquilibriumError;
 use crate::analysis::linearize::general;
