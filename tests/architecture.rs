@@ -197,7 +197,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
             "series",
         ],
     ),
-    ("dynamics-runtime", &["analysis/parameters/equations", "analysis/parameters/sensitivity"]),
     (
         "dynamics-runtime",
         &[

@@ -11,13 +11,15 @@ mod fit;
 mod gradient;
 mod parallel;
 mod sensitivity;
+mod sensitivity_error;
 mod statics;
 mod sweep;
 mod variable;
 
 pub use fit::{Fit, FitError, Fitted, Fitting, Loss, Outlier, Resampled, Residuals};
 pub use gradient::{Gradient, Objective};
-pub use sensitivity::{Sensitivities, Sensitivity, SensitivityError};
+pub use sensitivity::{Sensitivities, Sensitivity};
+pub use sensitivity_error::SensitivityError;
 pub use statics::{EquilibriumChange, FrequencyChange};
 pub use sweep::{RunFailure, Sweep, SweepAxis, SweepError, Sweeping};
 pub use variable::{Variable, VariableError};

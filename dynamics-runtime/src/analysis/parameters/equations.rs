@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::sensitivity::SensitivityError;
+use super::sensitivity_error::SensitivityError;
 use super::variable::moved;
 use crate::constrain::held::active_rows;
 use crate::constrain::solve_once;

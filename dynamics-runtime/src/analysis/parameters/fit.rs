@@ -34,7 +34,7 @@ pub use result::{Fit, Fitted, Outlier, Residuals};
 pub use robust::Loss;
 use robust::Weighed;
 
-use super::sensitivity::SensitivityError;
+use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError};
 use crate::model::Parameters;
 use crate::motion::{Simulate, Simulation};

@@ -41,7 +41,8 @@ use alloc::vec::Vec;
 
 use objective::{Plan, Term};
 
-use super::sensitivity::{Asked, Options, SensitivityError, TOLERANCE};
+use super::sensitivity::{Asked, Options, TOLERANCE};
+use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError};
 use crate::model::{Parameters, Vector};
 use crate::motion::{Motion, Simulate, Simulation};

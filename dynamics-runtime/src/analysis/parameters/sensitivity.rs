@@ -22,7 +22,6 @@
 
 pub(super) mod along;
 pub(super) mod collocation;
-mod error;
 pub(super) mod linear;
 pub(super) mod smooth;
 
@@ -33,9 +32,8 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-pub use error::SensitivityError;
-
 use super::equations::{self, differences};
+use super::sensitivity_error::SensitivityError;
 use super::sweep::RunFailure;
 use super::variable::{Variable, VariableError};
 use crate::analysis::linearize::scales;

@@ -19,7 +19,7 @@ use alloc::vec::Vec;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use super::equations::{by_parameter, differences, step};
-use super::sensitivity::SensitivityError;
+use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError, moved};
 use crate::analysis::equilibria::{Asked, find};
 use crate::analysis::linearize::{Linearization, SmallMotions};

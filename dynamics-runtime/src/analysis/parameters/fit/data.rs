@@ -5,7 +5,8 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::sensitivity::{Measured, Sensitivities, SensitivityError};
+use super::super::sensitivity::{Measured, Sensitivities};
+use super::super::sensitivity_error::SensitivityError;
 use super::FitError;
 use super::experiment::named;
 use crate::model::{ModelState, Parameters};

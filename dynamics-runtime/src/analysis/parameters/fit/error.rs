@@ -5,7 +5,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::super::sensitivity::SensitivityError;
+use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::VariableError;
 use super::{Fit, Fitted, Outlier};
 use crate::numbers::Readable;

@@ -8,7 +8,8 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::sensitivity::{Asked, Options, SensitivityError};
+use super::super::sensitivity::{Asked, Options};
+use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::{Variable, VariableError};
 use super::data::{self, Given, Series};
 use super::{FitError, SPAN, TOLERANCE, Unknown};

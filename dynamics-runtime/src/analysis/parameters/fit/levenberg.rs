@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::sensitivity::SensitivityError;
+use super::super::sensitivity_error::SensitivityError;
 
 /// The search has settled where the foretold decrease is below this part of χ²: the squares of differences
 /// that motions at their tolerance still show.

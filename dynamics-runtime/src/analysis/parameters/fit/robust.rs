@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::sensitivity::SensitivityError;
+use super::super::sensitivity_error::SensitivityError;
 use super::levenberg::{Levenberg, Outcome};
 
 /// Limit of Huber's loss at which normal noise costs 5 % of the information (Holland & Welsch, table 1).

@@ -5,11 +5,11 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{settle, size};
-use super::super::sensitivity::SensitivityError;
 use super::super::sensitivity::along::MOST_STEPS;
 use super::super::sensitivity::collocation::Gauss;
 use super::super::sensitivity::linear::Linear;
 use super::super::sensitivity::smooth::refuse_jumps;
+use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::Variable;
 use super::corners::Corners;
 use super::objective::{Blend, Instant, Plan};

@@ -11,8 +11,8 @@ use alloc::vec::Vec;
 
 use nalgebra::DVector;
 
-use super::super::sensitivity::SensitivityError;
 use super::super::sensitivity::linear::Linear;
+use super::super::sensitivity_error::SensitivityError;
 use super::objective::Blend;
 use crate::model::{ModelState, Parameters, Vector};
 use crate::motion::Simulate;

@@ -6,8 +6,9 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{by_parameter, differences, not_solved};
+use super::super::sensitivity::Measured;
 use super::super::sensitivity::linear::Linear;
-use super::super::sensitivity::{Measured, SensitivityError};
+use super::super::sensitivity_error::SensitivityError;
 use crate::analysis::linearize::scales;
 use crate::constrain::solve_once;
 use crate::model::{ModelState, Parameters, Vector};

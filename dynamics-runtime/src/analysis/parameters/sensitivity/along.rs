@@ -5,8 +5,8 @@ use alloc::vec::Vec;
 use nalgebra::DMatrix;
 
 use super::super::equations::{settle, size};
+use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::Variable;
-use super::SensitivityError;
 use super::collocation::Gauss;
 use super::linear::Linear;
 use super::smooth::refuse_jumps;

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{coefficients, differences, not_solved};
-use super::SensitivityError;
+use super::super::sensitivity_error::SensitivityError;
 use super::collocation::AtNode;
 use crate::model::{ModelState, Parameters, Vector};
 use crate::motion::{Motion, Sampler, Simulate};

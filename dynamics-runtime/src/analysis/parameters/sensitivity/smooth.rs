@@ -8,7 +8,7 @@
 
 use alloc::string::ToString;
 
-use super::SensitivityError;
+use super::super::sensitivity_error::SensitivityError;
 use crate::analysis::LinearizeError;
 use crate::model::{Kink, MOST_KINKS, ModelState, Vector};
 use crate::motion::{Motion, Simulate};

@@ -3,8 +3,8 @@
 use alloc::string::String;
 use core::fmt;
 
-use super::super::sweep::RunFailure;
-use super::super::variable::VariableError;
+use super::sweep::RunFailure;
+use super::variable::VariableError;
 use crate::analysis::{EquilibriumError, LinearizeError};
 use crate::error::SolveError;
 
