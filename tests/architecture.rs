@@ -197,15 +197,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
             "series",
         ],
     ),
-    (
-        "dynamics-runtime",
-        &[
-            "analysis/parameters/fit/data",
-            "analysis/parameters/fit/error",
-            "analysis/parameters/fit/experiment",
-            "analysis/parameters/fit/result",
-        ],
-    ),
     ("dynamics-runtime", &["analysis/periodic/corners", "analysis/periodic/flow"]),
     ("dynamics-runtime", &["analysis/periodic/floquet", "analysis/periodic/symmetry"]),
     (

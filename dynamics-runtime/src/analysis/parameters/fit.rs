@@ -17,6 +17,7 @@ mod resample;
 mod result;
 mod robust;
 mod show;
+mod statistics;
 
 use alloc::borrow::ToOwned;
 use alloc::boxed::Box;
@@ -25,9 +26,9 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use data::{Given, Series};
+use data::{Given, Series, named};
 pub use error::FitError;
-use experiment::{Experiment, Told, named};
+use experiment::{Experiment, Told};
 use levenberg::{Levenberg, Outcome};
 pub use resample::Resampled;
 pub use result::{Fit, Fitted, Outlier, Residuals};
@@ -335,7 +336,7 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
             FitError::NotSettled { so_far, .. } | FitError::NothingFound { so_far, .. } => so_far.outlier(),
             _ => None,
         };
-        match outlier.or_else(|| result::outlier_at(self, first)).filter(|_| self.loss == Loss::Squares) {
+        match outlier.or_else(|| statistics::outlier_at(self, first)).filter(|_| self.loss == Loss::Squares) {
             Some(outlier) => FitError::Outlier { outlier: Box::new(outlier), cause: Box::new(error) },
             None => error,
         }

@@ -1,5 +1,7 @@
 //! What was measured, beside what the motion says.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -8,12 +10,16 @@ use nalgebra::{DMatrix, DVector};
 use super::super::sensitivity::{Measured, Sensitivities};
 use super::super::sensitivity_error::SensitivityError;
 use super::FitError;
-use super::experiment::named;
 use crate::model::{ModelState, Parameters};
 use crate::motion::{Motion, Simulate};
 
 /// Largest value, in σ: the sum of squares of more would be infinite.
 const LARGEST: f64 = 1e150;
+
+/// The name of what belongs to an experiment, counted from 0: those of the first have none beside them.
+pub(super) fn named(name: &str, index: usize) -> String {
+    if index == 0 { name.to_owned() } else { format!("{name} (experiment {})", index + 1) }
+}
 
 /// Data as they were given.
 pub(super) struct Given {

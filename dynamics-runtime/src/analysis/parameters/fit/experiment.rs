@@ -1,8 +1,6 @@
 //! Experiments: each with a start, what is known of it, what drives it, and its data; the parameters that are
 //! looked for are those of all.
 
-use alloc::borrow::ToOwned;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -31,11 +29,6 @@ impl<M: Simulate> Told<'_, M> {
     pub(super) fn new(start: M::State) -> Self {
         Self { start, asked: Vec::new(), known: Vec::new(), data: Vec::new(), options: None }
     }
-}
-
-/// The name of what belongs to an experiment, counted from 0: those of the first have none beside them.
-pub(super) fn named(name: &str, index: usize) -> String {
-    if index == 0 { name.to_owned() } else { format!("{name} (experiment {})", index + 1) }
 }
 
 /// An experiment that was checked.
