@@ -169,8 +169,24 @@ mod guides {
     struct Readme;
     #[doc = include_str!("../docs/guide.md")]
     struct Guide;
+    #[doc = include_str!("../docs/guide/first-model.md")]
+    struct FirstModel;
+    #[doc = include_str!("../docs/guide/results.md")]
+    struct Results;
+    #[doc = include_str!("../docs/guide/constraints.md")]
+    struct ConstraintsPage;
     #[doc = include_str!("../docs/vocabulary.md")]
     struct Vocabulary;
     #[doc = include_str!("../docs/constraints.md")]
     struct Constraints;
+
+    /// The pages show every picture of the guide, and only pictures that their examples draw.
+    ///
+    /// ```
+    /// include!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/pictures.rs"));
+    /// fn main() {
+    ///     pictures::all_are_shown();
+    /// }
+    /// ```
+    struct Pictures;
 }
