@@ -197,8 +197,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
             "series",
         ],
     ),
-    ("dynamics-runtime", &["analysis/periodic/corners", "analysis/periodic/flow"]),
-    ("dynamics-runtime", &["analysis/periodic/floquet", "analysis/periodic/symmetry"]),
     (
         "dynamics-runtime",
         &["analysis/vibration/error", "analysis/vibration/state_space", "analysis/vibration/varying"],

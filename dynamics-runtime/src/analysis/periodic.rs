@@ -26,10 +26,11 @@ mod variation;
 use nalgebra::DVector;
 
 pub use error::PeriodicError;
-pub use floquet::{Floquet, FloquetVerdict, Multiplier, Threshold, Trivial};
+pub use floquet::{Floquet, FloquetVerdict, Multiplier, Threshold};
 pub use lyapunov::{Exponent, ExponentSign, Lyapunov, LyapunovExponents};
 pub use poincare::{Poincare, Return, Section};
 pub use shooting::{PeriodicOrbit, Shooting};
+pub use symmetry::Trivial;
 
 use crate::constrain::check_start;
 use crate::error::StateError;

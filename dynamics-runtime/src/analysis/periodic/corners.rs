@@ -15,8 +15,6 @@
 use alloc::vec::Vec;
 
 use super::PeriodicError;
-use super::flow::{Flow, unpack};
-use crate::error::SolveError;
 use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Vector};
 
 /// The branches that are held.
@@ -29,13 +27,7 @@ pub(super) struct Corners {
 
 /// The kink whose branch has ended.
 #[derive(Clone, Copy)]
-pub(super) struct Crossed(usize);
-
-/// The state, with tangent vectors, just beyond.
-pub(super) struct Passed<S> {
-    pub(super) state: S,
-    pub(super) y: Vec<f64>,
-}
+pub(super) struct Crossed(pub(super) usize);
 
 /// g′(0) to order 6.
 pub(super) fn slope(h: f64, mut g: impl FnMut(f64) -> f64) -> f64 {
@@ -83,95 +75,8 @@ impl Corners {
         kinks.iter().enumerate().take(self.count).find_map(beyond)
     }
 
-    /// Whether a state lies where a force jumps, to what a motion passes in `within`: whether the jump comes
-    /// before it, or after it, is for rounding to say.
-    pub(super) fn starts_on<M: Constraints>(
-        flow: &mut Flow<'_, M>,
-        state: &M::State,
-        within: f64,
-    ) -> Result<bool, SolveError> {
-        let here = Self::at(flow.model, state);
-        let u = state.u();
-        let held = here.hold(state);
-        let a = flow.accelerations(&held)?;
-        for (index, kink) in read(flow.model, state).iter().enumerate().take(here.count) {
-            if !kink.decides || kink.is_cut {
-                continue;
-            }
-            let value = |by: f64| {
-                let mut moved = crate::constrain::nearby::at_time(&held, held.t() + by);
-                let n = M::Vector::LEN;
-                (0..n).for_each(|i| moved.q_mut()[i] += by * u[i] + 0.5 * by * by * a[i]);
-                (0..n).for_each(|i| moved.u_mut()[i] += by * a[i]);
-                read(flow.model, &moved)[index].value
-            };
-            if kink.value.abs() > within * slope(within, value).abs() {
-                continue;
-            }
-            let mut other = Self::at(flow.model, state);
-            other.flip(index, kink, kink.smooth);
-            let beyond = flow.accelerations(&other.hold(state))?;
-            let size =
-                a.as_slice().iter().chain(beyond.as_slice()).fold(0.0, |most: f64, a| most.max(a.abs()));
-            if a.as_slice().iter().zip(beyond.as_slice()).any(|(a, b)| (a - b).abs() > 1e-12 * size) {
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    }
-
-    /// Ends the step where the first branch ends, and passes on to the other.
-    pub(super) fn pass<M: Constraints>(
-        &mut self,
-        flow: &mut Flow<'_, M>,
-        from: &M::State,
-        (y, rate): (&[f64], &[f64]),
-        mut crossed: Crossed,
-        step: f64,
-    ) -> Result<Passed<M::State>, PeriodicError> {
-        let time = from.t();
-        let (mut low, mut high) = (0.0, step);
-        let (mut short, mut beyond) = (y.to_vec(), Vec::new());
-        // By bisection on whether anything has changed: of several, the first.
-        while high - low > 4.0 * f64::EPSILON * time.abs().max(step) {
-            let middle = 0.5 * (low + high);
-            let (end, _) = flow.attempt(from, self, y, rate, middle)?;
-            match self.crossed(flow.model, &unpack(from, time + middle, &end)) {
-                Some(first) => (high, crossed, beyond) = (middle, first, end),
-                None => (low, short) = (middle, end),
-            }
-        }
-        if beyond.is_empty() {
-            beyond = flow.attempt(from, self, y, rate, high)?.0;
-        }
-        let mut state = unpack(from, time + high, &beyond);
-        let before = self.hold(&state);
-        let Crossed(index) = crossed;
-        let kink = read(flow.model, &before)[index];
-        let fall = |error| PeriodicError::Ends {
-            time: before.t(),
-            reason: alloc::boxed::Box::new(PeriodicError::Solve(error)),
-        };
-        // Pieces of functions cannot be held: of these the one before is that of the last state before its
-        // end.
-        let last = if kink.decides { before } else { self.hold(&unpack(from, time + low, &short)) };
-        let old = flow.accelerations(&last).map_err(fall)?;
-        self.flip(index, &kink, read(flow.model, &state)[index].smooth);
-        let after = self.hold(&state);
-        let new = flow.accelerations(&after).map_err(fall)?;
-        let (was, is) = (old.as_slice(), new.as_slice());
-        let size = was.iter().chain(is).fold(0.0, |most: f64, a| most.max(a.abs()));
-        let jump: Vec<f64> = was.iter().zip(is).map(|(a, b)| b - a).collect();
-        let rounding = if kink.decides { 1e-12 } else { 1e-9 };
-        if !kink.is_cut && jump.iter().any(|jump| jump.abs() > rounding * size) {
-            turn(flow.model, (&before, was, is), index, &jump, (&mut beyond, step))?;
-        }
-        state = unpack(&state, state.t(), &beyond);
-        Ok(Passed { state, y: beyond })
-    }
-
     /// Goes over to the other branch, or to the next piece.
-    fn flip(&mut self, index: usize, kink: &Kink, piece: [f64; 2]) {
+    pub(super) fn flip(&mut self, index: usize, kink: &Kink, piece: [f64; 2]) {
         if kink.decides {
             self.below[index] = !self.below[index];
             self.held.hold(index, self.below[index]);
@@ -182,7 +87,7 @@ impl Corners {
 }
 
 /// Turns the tangent vectors in `y` where the acceleration jumps.
-fn turn<M: Constraints>(
+pub(super) fn turn<M: Constraints>(
     model: &M,
     (at, old, new): (&M::State, &[f64], &[f64]),
     index: usize,
@@ -228,7 +133,8 @@ fn turn<M: Constraints>(
     Ok(())
 }
 
-fn read<M: Constraints>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
+/// What the branches of a model depend on, at a state.
+pub(super) fn read<M: Constraints>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
     let mut kinks = [Kink::NONE; MOST_KINKS];
     model.kinks(state, &mut kinks);
     kinks

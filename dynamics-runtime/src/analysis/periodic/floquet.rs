@@ -22,10 +22,9 @@ use alloc::vec::Vec;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::PeriodicError;
-use super::corners::Corners;
 use super::flow::Flow;
 use super::frame::{Frame, sizes, stacked};
-use super::symmetry::{Conserved, form, is_autonomous, known};
+use super::symmetry::{Conserved, Trivial, form, is_autonomous, known};
 use crate::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use spectrum::Scaled;
 
@@ -37,24 +36,6 @@ const COALESCED: f64 = 1e6;
 const ILL: f64 = 100.0;
 /// A motion that misses its start by more, in parts of its range, does not close.
 const CLOSED: f64 = 1e-6;
-
-/// Why a multiplier is 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Trivial {
-    /// Time leaves the system alone: the same motion, started later.
-    Time,
-    /// Nothing depends on a coordinate.
-    Coordinate {
-        /// Its name.
-        name: &'static str,
-    },
-    /// A quantity is conserved.
-    Conserved {
-        /// Its name.
-        name: &'static str,
-    },
-}
 
 /// A Floquet multiplier.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,7 +160,7 @@ pub(super) fn of_motion<M: Constraints + Powers>(
 ) -> Result<Floquet, PeriodicError> {
     let mut flow = Flow::new(model, tolerance, most_steps)?;
     for node in nodes {
-        if Corners::starts_on(&mut flow, node, CLOSED * period)? {
+        if flow.starts_on_corner(node, CLOSED * period)? {
             return Err(PeriodicError::StartsOnCorner { time: node.t() });
         }
     }

@@ -9,7 +9,9 @@
 //! divergence tr a_u (Liouville); what constraints forbid moves by Φ̈ = 0, which has none. By Verner's pair
 //! of order 9(8) (`integrate/verner9.rs`), with the tangent vectors under error control, so that what they
 //! tell is as accurate as the motion. Where a branch of the model changes a step ends, and acceleration that
-//! jumps there turns the tangent vectors (`corners.rs`).
+//! jumps there turns the tangent vectors (`corners.rs`, `flow/corner_passage.rs`).
+
+mod corner_passage;
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -221,7 +223,8 @@ impl<'m, M: Constraints> Flow<'m, M> {
         let mut there = unpack(&ride.state, if last { until } else { time + step }, &end);
         match ride.corners.crossed(self.model, &there) {
             Some(crossed) => {
-                let passed = ride.corners.pass(self, &ride.state, (&ride.y, &ride.slope), crossed, step)?;
+                let passed =
+                    self.pass_corner(&mut ride.corners, &ride.state, (&ride.y, &ride.slope), crossed, step)?;
                 (there, ride.y) = (passed.state, passed.y);
                 ride.control.restart();
                 ride.h = step;
@@ -366,7 +369,7 @@ fn pack<S: ModelState>(state: &S, tangents: &DMatrix<f64>) -> Vec<f64> {
 }
 
 /// The state in `y`, otherwise as another.
-pub(super) fn unpack<S: ModelState>(like: &S, t: f64, y: &[f64]) -> S {
+fn unpack<S: ModelState>(like: &S, t: f64, y: &[f64]) -> S {
     let n = <S::Vector as Vector>::LEN;
     let mut state = crate::constrain::nearby::at_time(like, t);
     state.q_mut().as_mut_slice().copy_from_slice(&y[..n]);

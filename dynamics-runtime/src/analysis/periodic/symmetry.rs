@@ -17,7 +17,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::PeriodicError;
 use super::corners::slope;
-use super::floquet::Trivial;
 use super::flow::Flow;
 use super::frame::{Frame, direction};
 use crate::constrain::nearby::at_time;
@@ -114,6 +113,24 @@ pub(super) fn is_autonomous<M: Constraints>(
         }
         _ => Ok(autonomous),
     }
+}
+
+/// Why a multiplier is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Trivial {
+    /// Time leaves the system alone: the same motion, started later.
+    Time,
+    /// Nothing depends on a coordinate.
+    Coordinate {
+        /// Its name.
+        name: &'static str,
+    },
+    /// A quantity is conserved.
+    Conserved {
+        /// Its name.
+        name: &'static str,
+    },
 }
 
 /// Right and left directions in which M is 1, in independent coordinates, each with its reason.

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use super::{Floquet, FloquetVerdict, Multiplier, Threshold, Trivial};
+use super::{Floquet, FloquetVerdict, Multiplier, Threshold};
+use crate::analysis::periodic::symmetry::Trivial;
 
 impl fmt::Display for Trivial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -4,10 +4,10 @@ use alloc::vec::Vec;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::{Multiplier, Trivial};
+use super::Multiplier;
 use crate::analysis::linearize::{eigenvector, general};
 use crate::analysis::periodic::PeriodicError;
-use crate::analysis::periodic::symmetry::Known;
+use crate::analysis::periodic::symmetry::{Known, Trivial};
 
 /// Elements with every coordinate measured by its size.
 fn scale(m: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
