@@ -197,11 +197,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
             "series",
         ],
     ),
-    (
-        "dynamics-runtime",
-        &["analysis/vibration/error", "analysis/vibration/state_space", "analysis/vibration/varying"],
-    ),
-    ("dynamics-runtime", &["analysis/vibration/frequency_response", "analysis/vibration/unreached"]),
     ("dynamics-runtime", &["analysis/work_precision/reference", "analysis/work_precision/study"]),
     (
         "dynamics-runtime",

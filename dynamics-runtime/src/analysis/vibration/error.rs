@@ -6,8 +6,21 @@ use core::fmt;
 
 use nalgebra::Complex;
 
-use super::Withheld;
 use crate::analysis::LinearizeError;
+
+/// Why an output has no linear equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Withheld {
+    /// It depends on reactions that are not unique, as constraints repeat each other.
+    NotUnique,
+    /// It has a corner at the state of reference: each side has a derivative of its own.
+    Corner,
+    /// Its derivative is not finite there.
+    NotFinite,
+    /// Its coefficients change along the steady motion of reference, as those of what is seen from the side
+    /// on something that turns.
+    Varies,
+}
 
 /// Why a question about vibrations has no answer.
 #[derive(Clone, PartialEq)]

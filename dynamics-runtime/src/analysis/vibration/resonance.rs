@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::frequency_response::{Channel, Excitation};
+use super::channel::{Channel, Excitation};
 use super::{StateSpace, VibrationError};
 use crate::analysis::linearize::general;
 

@@ -19,7 +19,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::frequency_response::Channel;
+use super::channel::Channel;
 use crate::analysis::linearize::general;
 
 /// Distance of eigenvalues, in parts of A, within which they may belong to one defective one.
@@ -37,27 +37,6 @@ const BESIDE: f64 = 1e-2;
 const STEPS: usize = 12;
 /// What a subspace may miss of being invariant, in parts of A's rounding.
 const MISSES: f64 = 1e3;
-
-/// The states that causes reach and answers see, by the elements of A that are not zero.
-pub(super) fn between(a: &DMatrix<f64>, b: &[DVector<f64>; 3], c: &DVector<f64>) -> Vec<usize> {
-    let n = a.nrows();
-    let spread = |first: &dyn Fn(usize) -> bool, leads: &dyn Fn(usize, usize) -> bool| {
-        let mut found: Vec<bool> = (0..n).map(first).collect();
-        let mut open: Vec<usize> = (0..n).filter(|i| found[*i]).collect();
-        while let Some(j) = open.pop() {
-            for (i, found) in found.iter_mut().enumerate() {
-                if !*found && leads(j, i) {
-                    *found = true;
-                    open.push(i);
-                }
-            }
-        }
-        found
-    };
-    let reached = spread(&|i| b.iter().any(|b| b[i] != 0.0), &|j, i| a[(i, j)] != 0.0);
-    let seen = spread(&|i| c[i] != 0.0, &|j, i| a[(j, i)] != 0.0);
-    (0..n).filter(|i| reached[*i] && seen[*i]).collect()
-}
 
 impl Channel {
     /// The same response without the modes at `at` and its conjugate; `None` where they have a part in it, or

@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 use nalgebra::DMatrix;
 
 use super::VibrationError;
-use super::state_space::equations;
+use super::linear_equations::{Equations, equations};
 use crate::analysis::linearize::{LinearizeError, Tangent, assemble, drop_rounding, later};
 use crate::model::{Constraints, ModelState, Outputs, Vector};
 
@@ -19,14 +19,6 @@ use crate::model::{Constraints, ModelState, Outputs, Vector};
 const CONSTANT: f64 = 1e-7;
 /// Size of a row in parts of the largest below which it is rounding.
 const ROUNDING: f64 = 1e-6;
-
-/// ẋ = A x + B w, y = C x + D w at an instant.
-pub(super) struct Equations {
-    pub(super) a: DMatrix<f64>,
-    pub(super) b: DMatrix<f64>,
-    pub(super) c: DMatrix<f64>,
-    pub(super) d: DMatrix<f64>,
-}
 
 /// The outputs and the inputs that change along the motion through a state.
 pub(super) fn varying<M: Constraints + Outputs>(
