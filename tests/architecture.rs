@@ -197,7 +197,6 @@ const CIRCLES: &[(&str, &[&str])] = &[
             "series",
         ],
     ),
-    ("dynamics-runtime", &["analysis/work_precision/reference", "analysis/work_precision/study"]),
     (
         "dynamics-runtime",
         &[

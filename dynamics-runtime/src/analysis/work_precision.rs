@@ -21,6 +21,7 @@
 
 mod advice;
 mod error;
+mod errors;
 mod json;
 mod measure;
 mod outside;
@@ -35,8 +36,9 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 pub use error::{OutsideError, WorkPrecisionError};
+pub use errors::{ErrorOf, Errors};
 pub use reference::Reference;
-pub use study::{Cost, Curve, ErrorOf, Errors, Measured, Point, Study};
+pub use study::{Cost, Curve, Measured, Point, Study};
 
 use crate::analysis::runs;
 use crate::methods::{Any, Dop853, Radau5, Tsit5, Verner9};

@@ -4,7 +4,8 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::study::{Cost, Curve, ErrorOf, Study};
+use super::errors::ErrorOf;
+use super::study::{Cost, Curve, Study};
 use crate::motion::Simulate;
 use crate::output::text::readable;
 

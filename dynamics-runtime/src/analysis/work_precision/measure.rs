@@ -5,7 +5,8 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::reference::{End, Found, largest};
+use super::errors::{End, largest};
+use super::reference::Found;
 use super::study::{Curve, Measured, Point};
 use super::{Candidate, WorkPrecision};
 use crate::analysis::runs::{self, in_a_line, reaches};

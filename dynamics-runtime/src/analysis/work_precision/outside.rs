@@ -8,9 +8,9 @@ use core::time::Duration;
 use std::path::Path;
 
 use super::error::OutsideError;
+use super::errors::{End, Errors};
 use super::json::{Value, object};
-use super::reference::End;
-use super::study::{Curve, Errors, Measured, Point, Study};
+use super::study::{Curve, Measured, Point, Study};
 use crate::analysis::runs::median;
 use crate::model::{ModelState, Vector};
 use crate::motion::Simulate;

@@ -2,15 +2,13 @@
 
 use alloc::format;
 use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 use super::WorkPrecision;
 use super::error::WorkPrecisionError;
-use super::study::Errors;
+use super::errors::{End, Errors};
 use crate::analysis::runs::{in_a_line, reaches};
-use crate::constrain;
 use crate::methods::{Any, Dop853, DormandPrince5, Verner9};
-use crate::model::{ModelState, Modes, Vector};
+use crate::model::{ModelState, Vector};
 use crate::motion::Simulate;
 
 /// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so
@@ -75,61 +73,6 @@ impl<M: Simulate> Reference<M> {
             }
         }
     }
-}
-
-/// The end of a motion with all that is compared.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct End {
-    pub(super) q: Vec<f64>,
-    pub(super) u: Vec<f64>,
-    pub(super) multipliers: Vec<f64>,
-    pub(super) energy: f64,
-    /// What multipliers and energy depend on besides, for ends of which only q and u are known.
-    pub(super) inputs: Vec<f64>,
-    pub(super) modes: Modes,
-}
-
-impl End {
-    pub(super) fn of<M: Simulate>(model: &M, state: &M::State) -> Self {
-        let multipliers = match model.constants() {
-            Ok(constants) if !M::ROWS.is_empty() => {
-                let solved = constrain::solve_once(model, &constants, state);
-                solved.map_or_else(
-                    |_| alloc::vec![f64::NAN; M::ROWS.len()],
-                    |solved| solved.multipliers.as_slice().to_vec(),
-                )
-            }
-            _ => Vec::new(),
-        };
-        let (q, u) = (state.q().as_slice().to_vec(), state.u().as_slice().to_vec());
-        let (inputs, modes) = (state.inputs().as_slice().to_vec(), state.modes());
-        Self { q, u, multipliers, energy: model.energy_function(state), inputs, modes }
-    }
-
-    /// Largest differences.
-    pub(super) fn errors(&self, other: &Self) -> Errors {
-        Errors {
-            positions: largest(&self.q, &other.q),
-            velocities: largest(&self.u, &other.u),
-            multipliers: (!self.multipliers.is_empty())
-                .then(|| largest(&self.multipliers, &other.multipliers)),
-            energy: (self.energy - other.energy).abs(),
-        }
-    }
-
-    fn size(&self) -> Errors {
-        let zero = |v: &Vec<f64>| alloc::vec![0.0; v.len()];
-        let [q, u, multipliers] = [&self.q, &self.u, &self.multipliers].map(zero);
-        self.errors(&Self { q, u, multipliers, energy: 0.0, ..self.clone() })
-    }
-}
-
-/// Largest |difference|; NaN where there is one.
-pub(super) fn largest(a: &[f64], b: &[f64]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
 
 /// The reference of a study.

@@ -6,7 +6,8 @@ use alloc::vec::Vec;
 use core::fmt::{self, Write};
 use std::path::Path;
 
-use super::study::{Cost, Curve, ErrorOf, Measured, Point, Study};
+use super::errors::ErrorOf;
+use super::study::{Cost, Curve, Measured, Point, Study};
 use crate::analysis::page::{Page, PageSection};
 use crate::analysis::runs::repeated;
 use crate::analysis::table::columns;

@@ -4,23 +4,9 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::reference::{End, Found};
+use super::errors::{End, ErrorOf, Errors};
+use super::reference::Found;
 use crate::motion::Simulate;
-
-/// What an error is an error of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ErrorOf {
-    /// Generalized coordinates.
-    Positions,
-    /// Generalized velocities.
-    Velocities,
-    /// The larger of the two.
-    State,
-    /// Multipliers of constraints.
-    Multipliers,
-    /// The energy function.
-    Energy,
-}
 
 /// What accuracy costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -29,48 +15,6 @@ pub enum Cost {
     Time,
     /// Evaluations of the accelerations.
     Evaluations,
-}
-
-/// Errors of one run, or the uncertainties of a reference, each in its own unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Errors {
-    /// Largest of any coordinate.
-    pub positions: f64,
-    /// Largest of any velocity.
-    pub velocities: f64,
-    /// Largest of any multiplier; `None` without constraints.
-    pub multipliers: Option<f64>,
-    /// Of the energy function.
-    pub energy: f64,
-}
-
-impl Errors {
-    /// The error of a part; NaN where it is not known, `None` where there is no such part.
-    #[must_use]
-    pub fn of(&self, part: ErrorOf) -> Option<f64> {
-        match part {
-            ErrorOf::Positions => Some(self.positions),
-            ErrorOf::Velocities => Some(self.velocities),
-            // Velocities that were not measured do not hide positions that were.
-            ErrorOf::State if self.velocities.is_nan() => Some(self.positions),
-            ErrorOf::State => Some(self.positions.max(self.velocities)),
-            ErrorOf::Multipliers => self.multipliers,
-            ErrorOf::Energy => Some(self.energy),
-        }
-    }
-
-    pub(super) fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        self.zip(self, |x, _| f(x))
-    }
-
-    pub(super) fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            positions: f(self.positions, other.positions),
-            velocities: f(self.velocities, other.velocities),
-            multipliers: self.multipliers.zip(other.multipliers).map(|(a, b)| f(a, b)),
-            energy: f(self.energy, other.energy),
-        }
-    }
 }
 
 /// What one run reached and cost.

@@ -4,8 +4,9 @@
 use alloc::vec::Vec;
 
 use super::error::WorkPrecisionError;
+use super::errors::Errors;
 use super::reference::chosen;
-use super::study::{Errors, Measured, Study};
+use super::study::{Measured, Study};
 use super::{Candidate, WorkPrecision};
 use crate::integrate::Method;
 use crate::motion::Simulate;
