@@ -183,12 +183,10 @@ const CIRCLES: &[(&str, &[&str])] = &[
     (
         "dynamics-runtime",
         &[
-            "attitude",
             "constrain",
             "error",
             "generated",
             "integrate",
-            "mass_properties",
             "methods",
             "model",
             "motion",

@@ -39,7 +39,7 @@ impl fmt::Display for NotARotation {
     }
 }
 
-crate::error::sentence_for_debugging!(NotARotation);
+crate::debugging::sentence_for_debugging!(NotARotation);
 impl core::error::Error for NotARotation {}
 
 /// Three angles of a sequence, and how well they are determined.

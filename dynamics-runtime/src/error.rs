@@ -3,19 +3,8 @@
 use core::fmt;
 
 use crate::constrain::Involved;
+pub(crate) use crate::debugging::sentence_for_debugging;
 use crate::model::{Constraint, Dynamics, ModelState, Premise, Quantity, Refuted, Vector, refuted};
-
-/// `Debug` of an error is its sentence: that is what `main` and `unwrap` print.
-macro_rules! sentence_for_debugging {
-    ($error:ident $(<$model:ident: $bound:path>)?) => {
-        impl $(<$model: $bound>)? core::fmt::Debug for $error $(<$model>)? {
-            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-                core::fmt::Display::fmt(self, f)
-            }
-        }
-    };
-}
-pub(crate) use sentence_for_debugging;
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its
 /// diagonal.
@@ -50,7 +39,7 @@ impl fmt::Display for SingularMassMatrix {
     }
 }
 
-crate::error::sentence_for_debugging!(SingularMassMatrix);
+sentence_for_debugging!(SingularMassMatrix);
 impl core::error::Error for SingularMassMatrix {}
 
 /// Why accelerations and reactions do not exist at a state.
@@ -286,7 +275,7 @@ fn painleve(f: &mut fmt::Formatter<'_>, row: &str, solutions: usize) -> fmt::Res
     }
 }
 
-crate::error::sentence_for_debugging!(SolveError);
+sentence_for_debugging!(SolveError);
 impl core::error::Error for SolveError {}
 
 /// Why values do not make a state of a model: one is not finite, the constraints do not hold, or they cannot
@@ -624,5 +613,5 @@ fn not_assembled(
     }
 }
 
-crate::error::sentence_for_debugging!(StateError);
+sentence_for_debugging!(StateError);
 impl core::error::Error for StateError {}

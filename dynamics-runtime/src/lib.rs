@@ -14,6 +14,7 @@ pub mod analysis;
 pub mod attitude;
 pub mod bodies;
 pub mod constrain;
+mod debugging;
 pub mod derivative;
 pub mod error;
 pub mod expr;

@@ -116,7 +116,7 @@ impl fmt::Display for UnphysicalInertia {
     }
 }
 
-crate::error::sentence_for_debugging!(UnphysicalInertia);
+crate::debugging::sentence_for_debugging!(UnphysicalInertia);
 impl core::error::Error for UnphysicalInertia {}
 
 /// Principal moments and axes.
@@ -358,7 +358,7 @@ impl fmt::Display for MeshError {
 }
 
 #[cfg(feature = "alloc")]
-crate::error::sentence_for_debugging!(MeshError);
+crate::debugging::sentence_for_debugging!(MeshError);
 #[cfg(feature = "alloc")]
 impl core::error::Error for MeshError {}
 

@@ -338,5 +338,5 @@ impl fmt::Display for SplineError {
     }
 }
 
-crate::error::sentence_for_debugging!(SplineError);
+crate::debugging::sentence_for_debugging!(SplineError);
 impl core::error::Error for SplineError {}

@@ -1,0 +1,13 @@
+//! What errors print where a program prints them for debugging.
+
+/// `Debug` of an error is its sentence: that is what `main` and `unwrap` print.
+macro_rules! sentence_for_debugging {
+    ($error:ident $(<$model:ident: $bound:path>)?) => {
+        impl $(<$model: $bound>)? core::fmt::Debug for $error $(<$model>)? {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                core::fmt::Display::fmt(self, f)
+            }
+        }
+    };
+}
+pub(crate) use sentence_for_debugging;
