@@ -17,15 +17,13 @@ pub(crate) mod held;
 mod impact;
 #[cfg(feature = "alloc")]
 pub(crate) mod inertia;
-mod lu;
 #[cfg(feature = "alloc")]
 mod mechanism;
-pub(crate) mod memory;
 pub(crate) mod nearby;
-mod orthogonal;
 mod project;
 mod speeds;
 pub(crate) mod system;
+mod unconstrained;
 
 #[cfg(feature = "alloc")]
 pub use compare::{Comparison, Formulated};
@@ -39,20 +37,18 @@ pub use project::{Projection, project_along, project_positions, project_velociti
 pub use speeds::move_by_speeds;
 
 use held::holds;
-use memory::{Memory, max_abs};
 use system::{Miss, Names, Read, System};
 
 use crate::error::SolveError;
+use crate::linalg::{Memory, max_abs};
 use crate::model::{Constraints, Known, ModelState, Route, Solved, Terms, Vector, Workspace};
 
 pub mod assemble;
-pub(crate) mod involved;
-pub(crate) mod svd;
 #[cfg(feature = "alloc")]
 pub(crate) mod weakness;
 
+pub use crate::declaration::Involved;
 pub use assemble::{assemble, check_gradients, check_sides, check_start, set_sides};
-pub use involved::Involved;
 
 /// Length of the memory that the general solvers need for n coordinates and r constraint rows.
 #[must_use]
@@ -68,6 +64,19 @@ pub const fn workspace_len(n: usize, r: usize) -> usize {
         assemble::check_memory(n, r),
         speeds::memory(n, r),
     ])
+}
+
+/// The memory that a caller lends for n coordinates and r constraint rows.
+///
+/// # Panics
+/// Where it is shorter than [`workspace_len`] says: a fault of the program, not of its input.
+fn lent(workspace: &mut [f64], n: usize, r: usize) -> Memory<'_> {
+    let (needed, given) = (workspace_len(n, r), workspace.len());
+    assert!(
+        given >= needed,
+        "a workspace of {given} numbers for {n} coordinates and {r} rows; give {needed}"
+    );
+    Memory::new(workspace)
 }
 
 const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
@@ -421,7 +430,7 @@ impl<'w> Factored<'w> {
         forces: bool,
         workspace: &'w mut [f64],
     ) -> Result<Option<Self>, SolveError> {
-        Self::in_memory(model, state, active, forces, Memory::new(workspace, M::Vector::LEN, M::Rows::LEN))
+        Self::in_memory(model, state, active, forces, lent(workspace, M::Vector::LEN, M::Rows::LEN))
     }
 
     fn in_memory<M: Constraints>(

@@ -2,9 +2,8 @@
 
 use core::fmt;
 
-use crate::constrain::Involved;
 pub(crate) use crate::debugging::sentence_for_debugging;
-use crate::model::{Constraint, Dynamics, ModelState, Premise, Quantity, Refuted, Vector, refuted};
+use crate::declaration::{Constraint, Involved, Premise, Refuted};
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its
 /// diagonal.
@@ -426,54 +425,6 @@ pub enum StateError {
         /// constraints drive no further.
         given: Involved,
     },
-}
-
-/// The first scalar parameter that is infinite or not a number, of models that tell them, with its value.
-pub(crate) fn parameter_not_finite<M: Dynamics>(model: &M) -> Option<(&'static str, f64)> {
-    let mut values =
-        M::PARAMETERS.iter().enumerate().filter_map(|(i, named)| Some((named.name, model.parameter(i)?)));
-    values.find(|(_, value)| !value.is_finite())
-}
-
-impl StateError {
-    /// Checks that all scalar parameters are finite, of models that tell them, and that they make bodies and
-    /// rotations.
-    ///
-    /// # Errors
-    /// [`StateError::NotFinite`] with the first that is not, [`StateError::Unphysical`].
-    pub fn check_parameters<M: Dynamics>(model: &M) -> Result<(), Self> {
-        if let Some((name, value)) = parameter_not_finite(model) {
-            return Err(Self::NotFinite { what: "parameter", name, value });
-        }
-        refuted(model, None).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
-    }
-
-    /// Checks that masses, inertia and rotations that coordinates and time decide are some in this state.
-    ///
-    /// # Errors
-    /// [`StateError::Unphysical`]
-    pub fn check_bodies<M: Dynamics>(model: &M, state: &M::State) -> Result<(), Self> {
-        refuted(model, Some(state)).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
-    }
-
-    /// Checks that all values of a state are finite; inputs may be NaN, which means not set.
-    pub fn check<M: Dynamics>(state: &M::State) -> Result<(), Self> {
-        fn all(what: &'static str, values: &[f64], names: &'static [Quantity]) -> Result<(), StateError> {
-            match values.iter().zip(names).find(|(value, _)| !value.is_finite()) {
-                Some((&value, quantity)) => Err(StateError::NotFinite { what, name: quantity.name, value }),
-                None => Ok(()),
-            }
-        }
-        if !state.t().is_finite() {
-            return Err(Self::NotFinite { what: "time", name: "t", value: state.t() });
-        }
-        all("coordinate", state.q().as_slice(), M::COORDINATES)?;
-        all("velocity of", state.u().as_slice(), M::COORDINATES)?;
-        match state.inputs().as_slice().iter().zip(M::INPUTS).find(|(value, _)| value.is_infinite()) {
-            Some((&value, quantity)) => Err(Self::NotFinite { what: "input", name: quantity.name, value }),
-            None => Ok(()),
-        }
-    }
 }
 
 impl fmt::Display for StateError {

@@ -13,6 +13,7 @@ use crate::constrain::{assemble, check_sides, check_start, move_by_speeds, set_s
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::expr::Expr;
 use crate::lanes::Lanes;
+pub use crate::linalg::PIVOT_TOLERANCE;
 use crate::model::{Constraints, Linearize, Model, Modes, Quantity, Solved, StateJacobian, Vector};
 use crate::reaction::{self, Reaction, Reactions};
 
@@ -117,10 +118,6 @@ impl<M: Constraints> Complete for M {
         Ok(state)
     }
 }
-
-/// A pivot of M = LDLᵀ below this fraction of its diagonal element is rounding noise: eliminations of n ≤ 100
-/// coordinates leave about n·ε ≈ 2·10⁻¹⁴ of it at worst.
-pub const PIVOT_TOLERANCE: f64 = 1e-13;
 
 /// A vector of its elements.
 #[inline(always)]

@@ -61,7 +61,7 @@ pub(crate) mod verner9_table;
 use core::fmt;
 
 use crate::lanes::{Lanes, Wide};
-use crate::model::Vector;
+use crate::model::{MOST_SERIES_ORDER, Vector};
 
 pub use composition::{Composition, Composition4, Composition6, Composition8};
 pub use controller::{Controller, ControllerSettings};
@@ -638,7 +638,7 @@ impl Method {
             Self::Dop853 | Self::Composition8 => 8,
             Self::Verner9 => 9,
             Self::GraggBulirschStoer => 14,
-            Self::Taylor => crate::series::MOST_ORDER as u32,
+            Self::Taylor => MOST_SERIES_ORDER as u32,
         }
     }
 }

@@ -15,6 +15,7 @@ pub mod attitude;
 pub mod bodies;
 pub mod constrain;
 mod debugging;
+mod declaration;
 pub mod derivative;
 pub mod error;
 pub mod expr;
@@ -25,6 +26,7 @@ pub mod integrate;
 #[cfg(feature = "alloc")]
 pub mod kinematics;
 pub mod lanes;
+mod linalg;
 pub mod mass_properties;
 pub mod math;
 pub mod matrix;

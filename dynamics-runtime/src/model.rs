@@ -3,42 +3,31 @@
 //! The traits are implemented by the code that `#[dynamics]` emits; a hand-written implementation is as good
 //! as a generated one, and the tests use such to check the runtime by itself.
 
-mod angle_set;
+mod check;
 mod constraints;
 mod kinks;
 mod known;
 mod modes;
 #[cfg(feature = "alloc")]
 pub(crate) mod names;
-mod premise;
 mod vector;
 
 use core::fmt::{self, Debug};
 use core::ops::Index;
 
-pub use angle_set::AngleSet;
-pub use constraints::{
-    Block, Constraint, ConstraintKind, Constraints, NoMatrix, NoRows, Route, Solved, Terms, Workspace,
+pub use crate::declaration::{
+    AngleSet, Block, Claim, Constraint, ConstraintKind, Expansion, Premise, Quantity, Refuted, Route,
 };
+#[cfg(feature = "alloc")]
+pub(crate) use check::{parameter_not_finite, refuted};
+pub use constraints::{Constraints, NoMatrix, NoRows, Solved, Terms, Workspace};
 pub use kinks::{Branches, Kink, MOST_KINKS};
 pub(crate) use known::Known;
 pub use modes::Modes;
-pub(crate) use premise::refuted;
-pub use premise::{Claim, Premise, Refuted};
 pub use vector::{InputValues, Square, Vector};
 
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::lanes::Lanes;
-
-/// A named scalar of a model, with its unit as the user declared it or as it was inferred (`""` where unknown
-/// or 1).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Quantity {
-    /// The name, array elements as `theta[3]`.
-    pub name: &'static str,
-    /// The unit, for example `m/s^2`.
-    pub unit: &'static str,
-}
 
 /// State of a model: time t, generalized coordinates q, generalized velocities u = q̇ and inputs.
 ///
@@ -248,7 +237,7 @@ pub trait Dynamics: Model {
     }
     /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held:
     /// x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as there are rows,
-    /// at most [`crate::series::MOST_ORDER`]. Called only where [`Dynamics::SERIES`] says that it is there.
+    /// at most [`MOST_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] says that it is there.
     /// False where there is none at this state: constraints depend on each other.
     fn series(
         &self,
@@ -263,21 +252,8 @@ pub trait Dynamics: Model {
     }
 }
 
-/// Whether motions of a model can be expanded into Taylor series.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Expansion {
-    /// By the model's own code.
-    Generated {
-        /// Whether some value is a choice (`if`, min, max, abs, signum): a series is that of the branch at
-        /// its start.
-        chooses: bool,
-    },
-    /// There is no code for it.
-    None {
-        /// Why, in words: `it has constraints`.
-        reason: &'static str,
-    },
-}
+/// Highest order of a Taylor series of a motion.
+pub const MOST_SERIES_ORDER: usize = 30;
 
 /// Kinetic and potential energy apart: models without a `#[lagrangian]`.
 pub trait Energies: Dynamics {

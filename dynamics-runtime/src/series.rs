@@ -14,8 +14,7 @@ use wide::f64x4;
 pub use constrained::{ConstrainedMemory, Factors, Recurrences, expand_constrained};
 pub use equations::{Equations, multipliers};
 
-/// Highest order of a series.
-pub const MOST_ORDER: usize = 30;
+pub use crate::model::MOST_SERIES_ORDER as MOST_ORDER;
 
 /// Lanes that are summed together: one vector register, or two. With twice as many a double pendulum has two
 /// lanes of zeros, and takes 3 % longer.

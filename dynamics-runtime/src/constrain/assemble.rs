@@ -22,10 +22,10 @@ mod vanishing;
 mod velocities;
 
 use super::held::active_rows;
-use super::memory::norm;
 use super::nearby::beside;
 use super::{Gradients, distance, solve_once, with_workspace};
 use crate::error::StateError;
+use crate::linalg::norm;
 use crate::model::{Constraint, ConstraintKind, Constraints, Known, ModelState, Modes, Vector};
 use room::Room;
 pub(super) use room::memory;

@@ -1,8 +1,8 @@
 //! Corrections that constraints call for: Baumgarte's terms, and what projections and impacts are made of.
 
-use super::memory::add;
 use super::{Accelerated, Factored, accelerate, general, holds};
 use crate::error::SolveError;
+use crate::linalg::add;
 use crate::model::{Constraints, Model, ModelState, Vector};
 
 /// δ with M δ = Φ_qᵀ μ for some μ, Φ_q δ = `right`: the change of least M-norm that the constraints can make.

@@ -17,12 +17,12 @@
 //! that spins a hundred to two thousand times the error of projection, on pendulums in x and y ten times. See
 //! [`Formulation::Embedded`](crate::motion::Formulation::Embedded).
 
-use super::lu::{self, Lu};
-use super::memory::{Memory, max_abs, norm};
 use super::project::{admit, project_positions, project_velocities};
 use super::system::{RANK_TOLERANCE, Read, scale_coordinates};
-use super::{Gradients, gradients, holds, names};
+use super::{Gradients, gradients, holds, lent, names};
 use crate::error::SolveError;
+use crate::linalg::lu::{self, Lu};
+use crate::linalg::{Memory, max_abs, norm};
 use crate::math::sqrt;
 use crate::model::{Constraints, Model, ModelState, Modes, Terms, Vector};
 
@@ -182,7 +182,7 @@ impl<M: Constraints> Embedding<M> {
             if size == 0.0 || (before.is_finite() && settled) {
                 return Ok(true);
             }
-            let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+            let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
             // What was picked above lies at the start.
             let (right, delta) = (memory.take(k), memory.take(k));
             let block = self.positions.factor(model, state, &mut memory);
@@ -213,7 +213,7 @@ impl<M: Constraints> Embedding<M> {
     ) -> Result<bool, SolveError> {
         let k = self.velocities.rank;
         let residual = model.velocity_residual(state);
-        let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+        let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
         let (right, delta) = (memory.take(k), memory.take(k));
         (0..k).for_each(|i| right[i] = residual[self.velocities.rows[i] as usize]);
         if !max_abs(right).is_finite() {
@@ -253,7 +253,7 @@ impl<M: Constraints> Embedding<M> {
     /// them now.
     pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
         let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
-            let mut memory = Memory::new(workspace, M::Vector::LEN, M::Rows::LEN);
+            let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
             let block = partition.factor(model, state, &mut memory);
             if block.fails(partition) { 0.0 } else { block.quality() }
         };
@@ -350,7 +350,7 @@ fn partition<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<PartitionOf<M>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let mut memory = Memory::new(workspace, n, r);
+    let mut memory = lent(workspace, n, r);
     let Read { mass, force, jacobian: matrix, gamma } = Read::new(n, r, &mut memory);
     gradients::terms(model, state, &mut Terms { mass, force, jacobian: matrix, gamma }, memory.take(r));
     let scale = memory.take(n);
@@ -388,7 +388,7 @@ fn partition<M: Constraints>(
         chosen.rows[i] = rows.get(i) as f64;
         chosen.columns[i] = columns.get(i) as f64;
     }
-    let mut memory = Memory::new(workspace, n, r);
+    let mut memory = lent(workspace, n, r);
     // A block that is taken because there is no better one is judged by itself.
     let block = chosen.factor(model, state, &mut memory);
     (chosen.quality, chosen.negative) = (block.quality(), block.factored.negative);

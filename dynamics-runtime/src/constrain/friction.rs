@@ -22,13 +22,13 @@
 mod patterns;
 mod search;
 
-use super::lu;
-use super::memory::{Indices, Memory, dot, max_abs};
 use super::system::{self, System};
 use super::{
     Factored, Outcome, OutcomeOf, check_gradients, contradiction, diagnosis, holds, names, not_a_number,
 };
 use crate::error::SolveError;
+use crate::linalg::lu;
+use crate::linalg::{Indices, Memory, dot, max_abs};
 use crate::model::{Constraints, ModelState, Vector};
 use patterns::patterns;
 
@@ -97,9 +97,9 @@ pub(super) fn solve<M: Constraints>(
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     // What is solved for lies behind what the system takes.
     let (first, second) = workspace.split_at_mut(system_memory(n, r));
-    let mut rest = Memory::rest(second);
+    let mut rest = Memory::new(second);
     let active = |row: usize| holds::<M>(modes, row);
-    let Some(mut factored) = Factored::in_memory(model, state, &active, true, Memory::rest(first))? else {
+    let Some(mut factored) = Factored::in_memory(model, state, &active, true, Memory::new(first))? else {
         return Ok(not_a_number());
     };
     if factored.system.vanished && !checked {

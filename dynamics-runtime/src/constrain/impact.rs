@@ -9,9 +9,9 @@
 //! Dynamics with Unilateral Contacts (1996), §8.
 
 use super::correct::{Correction, CorrectionOf, correct_rows};
-use super::memory::{add, add_scaled, dot, max_abs};
 use super::{Factored, Gradients, holds, names};
 use crate::error::SolveError;
+use crate::linalg::{add, add_scaled, dot, max_abs};
 use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
 
 /// Most changes of sides; three contacts take at most eight.

@@ -5,11 +5,11 @@ use alloc::vec::Vec;
 
 use super::gradients::{Gradients, mass};
 use super::held::active_rows;
-use super::involved::Involved;
-use super::memory::{dot, max_abs, norm};
-use super::svd::Svd;
 use super::system::scale_coordinates;
 use super::with_workspace;
+use crate::declaration::Involved;
+use crate::linalg::Svd;
+use crate::linalg::{dot, max_abs, norm};
 use crate::model::{Constraints, Known, ModelState, Vector};
 
 /// Directions that rows hold by less than this part of what the strongest hold are free.

@@ -4,9 +4,9 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::compare::{Comparison, compare};
-use super::memory::add_scaled;
 use super::{Embedding, Factored, Gradients, check_inputs, holds, solve_once, with_workspace};
 use crate::error::SolveError;
+use crate::linalg::add_scaled;
 use crate::model::{Constraints, ModelState, Vector};
 
 /// What a constraint does to a motion.

@@ -7,9 +7,9 @@
 //! Solving ODEs II, §VII.2. Converges quadratically from what a step leaves behind: one correction as a rule.
 
 use super::correct::{correct, correct_rows};
-use super::memory::{add, max_abs, norm};
 use super::{Gradients, holds, names};
 use crate::error::SolveError;
+use crate::linalg::{add, max_abs, norm};
 use crate::model::{Constraints, ModelState, Vector};
 
 /// Most Newton steps; from a drift of 1e-3 four are enough.

@@ -6,9 +6,9 @@
 //! missed by a speed and not by them. What is left over is checked against the speeds and the constraints.
 
 use super::held::active_rows;
-use super::memory::{Indices, Memory, max_abs};
 use super::{Involved, with_workspace};
 use crate::error::StateError;
+use crate::linalg::{Indices, Memory, max_abs};
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// Pivots of the scaled equations below this are rounding: velocities would be known to no digit.
@@ -51,7 +51,7 @@ pub fn move_by_speeds<M: Constraints>(
     StateError::check_parameters(model)?;
     StateError::check::<M>(&moved)?;
     with_workspace::<M, _>(|memory| {
-        let memory = &mut Memory::rest(memory);
+        let memory = &mut Memory::new(memory);
         let mut system = System::read(model, &moved, speeds, memory);
         if let Err(pivot) = system.eliminate() {
             let shares = system.undetermined(memory);

@@ -6,11 +6,11 @@
 //! ```
 //!
 //! by the null-space method: a = Y y + Z z with Y and Z orthonormal bases of the row space and the null space
-//! of Φ_q (complete orthogonal decomposition, [`super::orthogonal`]); y from Φ_q Y y = γ by least squares, z
-//! from ZᵀMZ z = Zᵀ(Q − M Y y) by Cholesky, and λ of least norm from Φ_qᵀ λ = M a − Q. M may be singular as
-//! long as it is positive definite on the null space. Benzi, Golub & Liesen, Acta Numerica 14 (2005), §6;
-//! García de Jalón & Gutiérrez-López, Multibody Syst. Dyn. 30 (2013) 311–341 for redundant constraints with
-//! singular M.
+//! of Φ_q (complete orthogonal decomposition, [`crate::linalg::orthogonal`]); y from Φ_q Y y = γ by least
+//! squares, z from ZᵀMZ z = Zᵀ(Q − M Y y) by Cholesky, and λ of least norm from Φ_qᵀ λ = M a − Q. M may be
+//! singular as long as it is positive definite on the null space. Benzi, Golub & Liesen, Acta Numerica 14
+//! (2005), §6; García de Jalón & Gutiérrez-López, Multibody Syst. Dyn. 30 (2013) 311–341 for redundant
+//! constraints with singular M.
 //!
 //! Nothing depends on the units that the user chose: coordinates are scaled by 1/√Mᵢᵢ (those without inertia,
 //! or with almost none, to the size of what they share constraints with), and rows then to unit length. The
@@ -19,10 +19,10 @@
 //!
 //! Cost: about 2n³ + 2nm² operations for the factors, 4n² per right-hand side.
 
-use super::memory::{Indices, Memory, dot, max_abs, norm};
-use super::orthogonal::{self, Orthogonal};
 use crate::error::{SingularMassMatrix, SolveError};
-use crate::generated::PIVOT_TOLERANCE;
+use crate::linalg::PIVOT_TOLERANCE;
+use crate::linalg::orthogonal::{self, Orthogonal};
+use crate::linalg::{Indices, Memory, dot, max_abs, norm};
 use crate::math::sqrt;
 use crate::model::Quantity;
 

@@ -6,9 +6,9 @@ use alloc::vec::Vec;
 use super::assemble::{beside_on_constraints, weigh};
 use super::gradients::{Gradients, mass};
 use super::held::{active, active_rows};
-use super::involved::Involved;
-use super::svd::Svd;
 use super::with_workspace;
+use crate::declaration::Involved;
+use crate::linalg::Svd;
 use crate::math;
 use crate::model::{Constraints, Known, ModelState, Vector};
 

@@ -1,7 +1,7 @@
 //! Derivatives of accelerations by one-sided differences: for systems that do not know them.
 
 use super::{Knot, Phase};
-use crate::constrain::memory::max_abs;
+use crate::linalg::max_abs;
 use crate::math;
 use crate::model::Vector;
 

@@ -31,16 +31,15 @@ use super::carry;
 use super::tableau::zip;
 use super::{ControllerSettings, Dense, Knot, Method, Phase, Scheme, System, Tolerances};
 use crate::math;
-use crate::model::Vector;
-use crate::series::MOST_ORDER;
+use crate::model::{MOST_SERIES_ORDER, Vector};
 
 /// Rows of coefficients.
-const ROWS: usize = MOST_ORDER + 1;
+const ROWS: usize = MOST_SERIES_ORDER + 1;
 /// Lowest order: the step control needs two terms.
 const LEAST_ORDER: usize = 4;
 /// The orders that series may have.
 #[cfg(feature = "alloc")]
-pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = LEAST_ORDER..=MOST_ORDER;
+pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = LEAST_ORDER..=MOST_SERIES_ORDER;
 /// f above.
 const ORDER_FACTOR: f64 = 1.5;
 /// Factor of steps below the longest permitted one.
@@ -168,11 +167,11 @@ impl<V: Vector> Dense<V> for Series<V> {
 }
 
 impl<V: Vector> Taylor<V> {
-    /// Of a fixed order, 4 to [`MOST_ORDER`], the nearest of these to any other; `None`: chosen by the
+    /// Of a fixed order, 4 to [`MOST_SERIES_ORDER`], the nearest of these to any other; `None`: chosen by the
     /// tolerance.
     #[must_use]
     pub fn of_order(order: Option<usize>) -> Self {
-        Self { asked: order.map(|p| p.clamp(LEAST_ORDER, MOST_ORDER)), ..Self::new() }
+        Self { asked: order.map(|p| p.clamp(LEAST_ORDER, MOST_SERIES_ORDER)), ..Self::new() }
     }
 
     /// The order of series.
@@ -195,7 +194,7 @@ impl<V: Vector> Taylor<V> {
         let loosest = tolerances.absolute.max(tolerances.relative);
         // Rounded up.
         let by_tolerance = 2 + (-0.5 * ORDER_FACTOR * math::ln(loosest.clamp(1e-300, 1.0))) as usize;
-        self.planned = self.asked.unwrap_or(by_tolerance.clamp(LEAST_ORDER, MOST_ORDER));
+        self.planned = self.asked.unwrap_or(by_tolerance.clamp(LEAST_ORDER, MOST_SERIES_ORDER));
         self.tolerances = Some(*tolerances);
     }
 

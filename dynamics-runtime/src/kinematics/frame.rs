@@ -5,10 +5,10 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::constrain::held::active;
-use crate::constrain::memory::Memory;
-use crate::constrain::svd::Svd;
 use crate::constrain::system::Read;
 use crate::constrain::{Gradients, gradients};
+use crate::linalg::Memory;
+use crate::linalg::Svd;
 use crate::math;
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
@@ -277,7 +277,7 @@ fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
 pub(super) fn weights<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut memory = vec![0.0; gradients::memory(n, r)];
-    let Read { mass, force, jacobian, gamma } = Read::new(n, r, &mut Memory::rest(&mut memory));
+    let Read { mass, force, jacobian, gamma } = Read::new(n, r, &mut Memory::new(&mut memory));
     model.terms(state, &mut Terms { mass, force, jacobian, gamma });
     let mut weights: Vec<f64> = mass.iter().step_by(n + 1).copied().collect();
     crate::constrain::assemble::weigh(&mut weights);

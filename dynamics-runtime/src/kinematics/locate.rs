@@ -21,7 +21,7 @@ use super::frame::{Frame, Measure};
 use super::trace::{Point, Tracer};
 use crate::constrain::Involved;
 use crate::constrain::nearby::at_time;
-use crate::constrain::svd::Svd;
+use crate::linalg::Svd;
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 

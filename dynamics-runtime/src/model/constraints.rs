@@ -1,5 +1,4 @@
-//! What a model says of its constraints: rows, their evaluations, and the code that solves for accelerations
-//! with them.
+//! The constraints of a model: rows, their evaluations, and the code that solves for accelerations with them.
 
 use core::any::TypeId;
 use core::fmt::Debug;
@@ -7,60 +6,8 @@ use core::ops::Index;
 
 use nalgebra::SVector;
 
-use super::{Dynamics, Kink, Quantity, Vector};
-
-/// What a constraint restricts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ConstraintKind {
-    /// Φ(q, t) = 0.
-    Holonomic,
-    /// A(q, t) q̇ + b(q, t) = 0.
-    Nonholonomic,
-}
-
-/// A constraint of a model: one function with `#[holonomic]` or `#[nonholonomic]`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Constraint {
-    /// Its name.
-    pub name: &'static str,
-    /// What it restricts.
-    pub kind: ConstraintKind,
-    /// Its first row.
-    pub first: usize,
-    /// Number of its rows.
-    pub rows: usize,
-    /// It was declared to repeat others.
-    pub redundant: bool,
-    /// Its index among the switched constraints, if it is switched on and off: see [`Modes`](super::Modes).
-    pub switched: Option<usize>,
-}
-
-/// How a model's accelerations and multipliers are found where nothing degrades.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Route {
-    /// There are no constraints.
-    Unconstrained,
-    /// By straight-line code, generated for this order of elimination.
-    Unrolled {
-        /// In words, for summaries: `loops eliminated block by block (beta leads)`.
-        elimination: &'static str,
-    },
-    /// By the general rank-revealing solver.
-    General {
-        /// Why, in words: `constraints repeat each other`.
-        reason: &'static str,
-    },
-}
-
-/// Coordinates that generated code solves for from rows of the constraints, as many as these, before what
-/// leads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Block {
-    /// The rows.
-    pub rows: &'static [usize],
-    /// The coordinates.
-    pub coordinates: &'static [usize],
-}
+use super::{Dynamics, Kink, Vector};
+use crate::declaration::{Block, Constraint, Quantity, Route};
 
 /// q̈ and λ of a model with N coordinates and R rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -276,79 +223,6 @@ pub trait Constraints: Dynamics {
     }
     /// The constraint whose function has this type: index into [`Constraints::CONSTRAINTS`].
     fn constraint_of(function: TypeId) -> Option<usize>;
-}
-
-/// Says that a model written by hand has no constraints: `unconstrained!(Model, N)` for N coordinates.
-#[macro_export]
-macro_rules! unconstrained {
-    ($model:ty, $n:expr) => {
-        impl $crate::model::Constraints for $model {
-            type Rows = $crate::model::NoRows;
-            type Residual = $crate::model::NoRows;
-            type Jacobian = $crate::model::NoMatrix<$n>;
-            type VelocityJacobian = $crate::model::NoMatrix<$n>;
-            type VelocityOffset = $crate::model::NoRows;
-            type Workspace = [::core::primitive::f64; $crate::constrain::workspace_len($n, 0)];
-            const CONSTRAINTS: &'static [$crate::model::Constraint] = &[];
-            const ROWS: &'static [$crate::model::Quantity] = &[];
-            const ROUTE: $crate::model::Route = $crate::model::Route::Unconstrained;
-            fn residual(&self, _: &Self::State) -> Self::Residual {
-                Self::Residual::default()
-            }
-            fn velocity_residual(&self, _: &Self::State) -> Self::Rows {
-                Self::Rows::default()
-            }
-            fn jacobian(&self, _: &Self::State) -> Self::Jacobian {
-                $crate::generated::matrix([[]; $n])
-            }
-            fn velocity_jacobian(&self, _: &Self::State) -> Self::VelocityJacobian {
-                $crate::generated::matrix([[]; $n])
-            }
-            fn velocity_offset(&self, _: &Self::State) -> Self::VelocityOffset {
-                Self::VelocityOffset::default()
-            }
-            fn gamma(&self, _: &Self::State) -> Self::Rows {
-                Self::Rows::default()
-            }
-            // Patterns that are named like a static or a constant of the user's would be no bindings.
-            fn terms(&self, __state: &Self::State, __terms: &mut $crate::model::Terms<'_>) {
-                // M is symmetric: by rows it is as by columns.
-                __terms.mass.copy_from_slice($crate::model::Dynamics::mass_matrix(self, __state).as_slice());
-                __terms
-                    .force
-                    .copy_from_slice($crate::model::Dynamics::generalized_force(self, __state).as_slice());
-            }
-            fn solve_unrolled(
-                &self,
-                __constants: &Self::Constants,
-                __state: &Self::State,
-            ) -> ::core::option::Option<$crate::model::Solved<Self::Vector, Self::Rows>> {
-                ::core::option::Option::Some($crate::model::Solved {
-                    accelerations: $crate::model::Dynamics::accelerations_with(self, __constants, __state)
-                        .ok()?,
-                    multipliers: Self::Rows::default(),
-                })
-            }
-            fn correct_unrolled(
-                &self,
-                _: &Self::Constants,
-                _: &Self::State,
-                _: &Self::Rows,
-            ) -> ::core::option::Option<Self::Vector> {
-                ::core::option::Option::Some($crate::model::Vector::zeros())
-            }
-            fn constraint_derivatives(
-                &self,
-                _: &Self::State,
-                _: &Self::Rows,
-                _: &mut [::core::primitive::f64],
-            ) {
-            }
-            fn constraint_of(_: ::core::any::TypeId) -> ::core::option::Option<::core::primitive::usize> {
-                ::core::option::Option::None
-            }
-        }
-    };
 }
 
 /// No constraint rows.

@@ -11,9 +11,11 @@ use alloc::string::String;
 use core::fmt;
 
 use crate::constrain::Involved;
-use crate::error::{SingularMassMatrix, SolveError, StateError, parameter_not_finite};
+use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::integrate::Method;
-use crate::model::{ConstraintKind, Dynamics, Model, ModelState, Premise, Refuted, refuted};
+use crate::model::{
+    ConstraintKind, Dynamics, Model, ModelState, Premise, Refuted, parameter_not_finite, refuted,
+};
 use crate::motion::events::action::ChangeError;
 use crate::motion::options::formulation::Formulation;
 use crate::motion::trajectory::record::Trajectory;

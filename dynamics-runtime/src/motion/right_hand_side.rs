@@ -4,7 +4,6 @@ pub(crate) mod switching_functions;
 
 use alloc::boxed::Box;
 
-use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::{condition, weakness};
 use crate::error::SolveError;
 use crate::integrate::{
@@ -12,6 +11,7 @@ use crate::integrate::{
     one_by_one, zip,
 };
 use crate::lanes::{self, Lanes};
+use crate::linalg::max_abs;
 use crate::model::{Branches, Constraints, Expansion, Known, Model, ModelState, Modes, Vector, WideOf};
 use crate::motion::stabilization::Upkeep;
 

@@ -14,10 +14,10 @@ pub(crate) use crate::motion::stabilization::initial_consistency::PlaceError;
 
 use crate::constrain::assemble::{CONSISTENT, size_along};
 use crate::constrain::held::{active_rows, holds};
-use crate::constrain::memory::max_abs;
 use crate::constrain::{self, Diagnosis, Gradients};
 use crate::error::SolveError;
 use crate::integrate::{Phase, Tolerances, zip};
+use crate::linalg::max_abs;
 use crate::math;
 use crate::model::{Constraint, Constraints, Known, ModelState, Vector};
 use crate::motion::failure::SimulationErrorKind;

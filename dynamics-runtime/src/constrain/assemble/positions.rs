@@ -5,8 +5,8 @@ use super::room::{self, Room, moved};
 use super::{ASSEMBLED, Violation, own_size, size, worst};
 use crate::constrain::Involved;
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::norm;
 use crate::error::StateError;
+use crate::linalg::norm;
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 

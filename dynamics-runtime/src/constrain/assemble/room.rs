@@ -2,9 +2,9 @@
 
 use crate::constrain::gradients;
 use crate::constrain::held::{active, active_rows};
-use crate::constrain::memory::norm;
-use crate::constrain::svd::Svd;
 use crate::error::StateError;
+use crate::linalg::Svd;
+use crate::linalg::norm;
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Terms, Vector};
 

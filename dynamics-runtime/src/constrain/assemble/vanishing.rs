@@ -3,10 +3,10 @@
 use super::beside_on_constraints;
 use crate::constrain::gradients::Gradients;
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::{Memory, max_abs, norm, swap_rows};
-use crate::constrain::names;
 use crate::constrain::nearby::beside;
+use crate::constrain::{lent, names};
 use crate::error::SolveError;
+use crate::linalg::{max_abs, norm, swap_rows};
 use crate::model::{Constraints, Known, ModelState, Vector};
 
 /// Memory of [`check_gradients`], besides that of an assembly.
@@ -76,7 +76,7 @@ pub(super) fn vanishing_row<M: Constraints>(
 /// Whether the second derivatives of a row are known and semidefinite.
 fn touches<M: Constraints>(model: &M, state: &M::State, row: usize, workspace: &mut [f64]) -> bool {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let values = Memory::new(workspace, n, r).zeros(check_memory(n, r));
+    let values = lent(workspace, n, r).zeros(check_memory(n, r));
     let mut one = M::Rows::zeros();
     one[row] = 1.0;
     model.constraint_derivatives(state, &one, values);

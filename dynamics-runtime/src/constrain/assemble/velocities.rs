@@ -4,10 +4,10 @@ use super::room::{Room, free, shift};
 use super::{ASSEMBLED, NONE, beside_on_constraints, size, worst};
 use crate::constrain::Involved;
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::{dot, norm};
 use crate::constrain::nearby::NEARBY;
-use crate::constrain::svd::Svd;
 use crate::error::StateError;
+use crate::linalg::Svd;
+use crate::linalg::{dot, norm};
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 

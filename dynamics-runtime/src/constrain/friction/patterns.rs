@@ -1,7 +1,7 @@
 //! Patterns of the signs of reactions, and laws that are linear for each of them.
 
-use super::super::memory::max_abs;
 use super::{DECIDED, EXHAUSTIVE, Problem};
+use crate::linalg::max_abs;
 use crate::model::{Constraints, Vector};
 
 /// Sizes of the reactions, of every second one each, at which a force that is linear for a pattern of signs

@@ -2,8 +2,8 @@
 //! face, and which of them it is may be undecided. And corners of constraints without a rule in which a
 //! motion rests: from both sides accelerations lead back, and no step goes on.
 
-use crate::constrain::memory::{max_abs, norm};
 use crate::constrain::solve_once;
+use crate::linalg::{max_abs, norm};
 use crate::model::{Branches, Constraint, Kink, MOST_KINKS, ModelState, Vector};
 use crate::motion::simulation::Simulate;
 use crate::motion::stabilization::Upkeep;

@@ -34,8 +34,8 @@ use crate::motion::failure::SimulationErrorKind;
 use crate::motion::simulation::Simulate;
 
 use crate::constrain::assemble::CONSISTENT;
-use crate::constrain::memory::max_abs;
 use crate::integrate::{Crossing, Direction, Knot, Scan, ScanError, Step, place};
+use crate::linalg::max_abs;
 use crate::model::{Known, ModelState, Vector};
 use crate::motion::events::zeno::Zeno;
 

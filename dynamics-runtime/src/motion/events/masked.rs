@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 
 use crate::constrain::Gradients;
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::{dot, max_abs};
+use crate::linalg::{dot, max_abs};
 use crate::math;
 use crate::model::{Known, ModelState, Vector};
 use crate::motion::events::functions::Functions;

@@ -1,8 +1,8 @@
 //! Where within a step the accelerations of a model stop being smooth, and the branches that they keep up to
 //! there.
 
-use crate::constrain::memory::max_abs;
 use crate::integrate::{Hold, Knot, Phase, Scan, ScanError, System, place};
+use crate::linalg::max_abs;
 use crate::model::{Branches, Constraints, Kink, Known, MOST_KINKS, ModelState, Vector};
 use crate::motion::right_hand_side::{EvaluationError, Plant};
 

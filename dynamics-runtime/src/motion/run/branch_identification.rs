@@ -30,8 +30,8 @@ use crate::motion::run::branch_identification::path::Path;
 use crate::motion::run::branch_identification::strand::{Lengths, Strand, Strands, rows_of};
 
 use crate::constrain::Involved;
-use crate::constrain::memory::norm;
 use crate::integrate::{Dense, Hermite, Knot};
+use crate::linalg::norm;
 use crate::math;
 use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::motion::right_hand_side::Plant;

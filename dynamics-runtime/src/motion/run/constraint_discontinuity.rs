@@ -13,8 +13,8 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::constrain::held::holds;
-use crate::constrain::memory::max_abs;
 use crate::integrate::{Crossing, Direction, Knot, Phase, Step, zip};
+use crate::linalg::max_abs;
 use crate::model::{Branches, Constraint, Known, ModelState, Vector};
 use crate::motion::Simulate;
 use crate::motion::events::action::Change;

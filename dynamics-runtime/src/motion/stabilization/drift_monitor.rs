@@ -11,8 +11,8 @@
 use crate::constrain::Gradients;
 use crate::constrain::assemble::{least_size, size_along, weigh};
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::{max_abs, norm};
 use crate::error::SolveError;
+use crate::linalg::{max_abs, norm};
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Vector};
 use crate::motion::diagnosis::singular_position::{self, Here, Probe};

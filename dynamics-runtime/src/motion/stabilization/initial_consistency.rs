@@ -3,8 +3,8 @@
 use crate::constrain;
 use crate::constrain::assemble::{Against, CONSISTENT, check_held};
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::max_abs;
 use crate::error::{SolveError, StateError};
+use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::motion::stabilization::{Distances, Upkeep};
 

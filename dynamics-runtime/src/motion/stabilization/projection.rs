@@ -1,9 +1,9 @@
 //! Stages and ends of steps are put onto the constraints, as far as rounding errors let them be.
 
 use crate::constrain;
-use crate::constrain::memory::max_abs;
 use crate::error::SolveError;
 use crate::integrate::Tolerances;
+use crate::linalg::max_abs;
 use crate::math;
 use crate::model::{Constraints, ModelState, Route, Vector};
 use crate::motion::options::formulation::Formulation;

@@ -5,9 +5,9 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::constrain;
-use crate::constrain::memory::max_abs;
 use crate::integrate::System as _;
 use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step};
+use crate::linalg::max_abs;
 use crate::model::{Branches, InputValues, Known, Model, ModelState, Vector};
 use crate::motion::erased_method::{Interpolant, Maker};
 use crate::motion::failure::{MotionError, SimulationError, suggest};

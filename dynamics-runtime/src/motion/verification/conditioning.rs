@@ -6,10 +6,10 @@ use nalgebra::DMatrix;
 
 use crate::constrain::gradients::mass;
 use crate::constrain::inertia::{left_inertia, unit_inertias};
-use crate::constrain::memory::max_abs;
 use crate::constrain::weakness::{Weakness, condition, weakness};
 use crate::constrain::{Involved, with_workspace};
 use crate::integrate::Tolerances;
+use crate::linalg::max_abs;
 use crate::math;
 use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::motion::simulation::Simulate;

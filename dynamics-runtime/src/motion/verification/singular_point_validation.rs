@@ -19,9 +19,9 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use crate::constrain::held::active_rows;
-use crate::constrain::memory::max_abs;
 use crate::constrain::nearby::at_time;
 use crate::constrain::{Gradients, with_workspace};
+use crate::linalg::max_abs;
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 

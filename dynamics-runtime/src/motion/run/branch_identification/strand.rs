@@ -14,9 +14,9 @@
 use alloc::vec::Vec;
 
 use crate::constrain::held::{active_rows, holds};
-use crate::constrain::memory::norm;
 use crate::constrain::weakness::weakness;
 use crate::constrain::{self, Gradients, Involved};
+use crate::linalg::norm;
 use crate::math;
 use crate::model::{ConstraintKind, Constraints, ModelState, Vector};
 use crate::motion::run::branch_identification::path::length;

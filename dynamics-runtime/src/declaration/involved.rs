@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::model::Quantity;
+use super::Quantity;
 
 /// Is shown a share and whose it is.
 type See<'a> = &'a mut dyn FnMut(usize, f64);
@@ -126,8 +126,7 @@ impl fmt::Debug for Involved {
 
 #[cfg(test)]
 mod tests {
-    use super::Involved;
-    use crate::model::Quantity;
+    use super::{Involved, Quantity};
 
     const fn named(name: &'static str) -> Quantity {
         Quantity { name, unit: "" }

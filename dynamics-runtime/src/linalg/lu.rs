@@ -1,6 +1,7 @@
 //! Square systems by Gaussian elimination with row pivoting.
 
-use super::memory::{Indices, Memory, dot, swap_rows, two_rows};
+use super::memory::{Indices, Memory};
+use super::rows::{dot, swap_rows, two_rows};
 
 /// P A = L U. Rows should be of about equal length.
 pub(crate) struct Lu<'w> {
@@ -111,7 +112,7 @@ mod tests {
         let exact = [1.0, -2.0, 0.5];
         let b: Vec<f64> = a.chunks_exact(3).map(|row| dot(row, &exact)).collect();
         let (mut copy, mut work, mut x) = (a, [0.0; 6], [0.0; 3]);
-        let mut memory = Memory::rest(&mut work);
+        let mut memory = Memory::new(&mut work);
         let lu = Lu::new(&mut copy, 3, &mut memory);
         lu.solve(&b, &mut x);
         assert!(x.iter().zip(exact).all(|(x, e)| (x - e).abs() < 1e-15), "{x:?}");
@@ -124,7 +125,7 @@ mod tests {
     fn singular_and_not_finite_blocks_say_so() {
         for a in [[1.0, 2.0, 2.0, 4.0], [0.0; 4], [f64::NAN, 1.0, 1.0, 0.0]] {
             let (mut copy, mut work) = (a, [0.0; 4]);
-            let least = Lu::new(&mut copy, 2, &mut Memory::rest(&mut work)).least;
+            let least = Lu::new(&mut copy, 2, &mut Memory::new(&mut work)).least;
             assert!(least.abs() < 1e-15 || least.is_nan(), "{least}");
         }
     }
@@ -133,7 +134,7 @@ mod tests {
     fn complete_pivoting_finds_rank_and_the_largest_elements() {
         let mut a = [1.0, 2.0, 8.0, 2.0, 4.0, 16.0, 0.0, 1.0, 0.0];
         let mut work = [0.0; 6];
-        let mut memory = Memory::rest(&mut work);
+        let mut memory = Memory::new(&mut work);
         let (mut rows, mut columns) = (memory.indices(3), memory.indices(3));
         let (rank, _) = choose(&mut a, 3, 3, 1e-10, &mut rows, &mut columns);
         assert_eq!((rank, rows.get(0), columns.get(0), rows.get(1), columns.get(1)), (2, 1, 2, 2, 1));

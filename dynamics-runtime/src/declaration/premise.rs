@@ -2,7 +2,6 @@
 
 use core::fmt;
 
-use super::{Dynamics, ModelState, Vector};
 use crate::attitude::NotARotation;
 use crate::mass_properties::{MassProperties, UnphysicalInertia};
 use crate::math::{atan2, sqrt};
@@ -113,25 +112,6 @@ impl Premise {
 fn matrix(values: &[f64]) -> Mat3<f64> {
     let row = |i: usize| [0, 1, 2].map(|j| values.get(3 * i + j).copied().unwrap_or(f64::NAN));
     Mat3::from([row(0), row(1), row(2)])
-}
-
-/// The first premise of a model that does not hold: of those that parameters decide, or, with a state, of the
-/// others.
-pub(crate) fn refuted<M: Dynamics>(
-    model: &M,
-    state: Option<&M::State>,
-) -> Option<(&'static Premise, Refuted)> {
-    if !M::PREMISES.iter().any(|premise| premise.constant != state.is_some()) {
-        return None;
-    }
-    let nowhere = || M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), M::Inputs::zeros());
-    let (mut premises, mut first) = (M::PREMISES.iter(), None);
-    model.premises(&state.copied().unwrap_or_else(nowhere), &mut |values| {
-        let premise =
-            premises.next().filter(|premise| first.is_none() && premise.constant != state.is_some());
-        first = first.or_else(|| premise.and_then(|premise| Some((premise, premise.check(values).err()?))));
-    });
-    first
 }
 
 /// `the inertia of a body in `kinetic`, made of `inertia``.

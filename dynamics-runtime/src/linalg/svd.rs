@@ -7,7 +7,7 @@
 //! configurations), not in steps. Source: G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed.,
 //! §8.6.3.
 
-use super::memory::dot;
+use super::rows::dot;
 use crate::math;
 
 /// Sweeps needed are 6 to 10; more than 40 only where something is not a number.

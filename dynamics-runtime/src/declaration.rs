@@ -1,0 +1,40 @@
+//! What a model declares of itself: plain records, without anything that is evaluated.
+//!
+//! Errors name them, and the traits of [`model`](crate::model) have constants of them, so they stand below
+//! both. Users find them in `model`.
+
+mod angle_set;
+mod constraint;
+mod involved;
+mod premise;
+
+pub use angle_set::AngleSet;
+pub use constraint::{Block, Constraint, ConstraintKind, Route};
+pub use involved::Involved;
+pub use premise::{Claim, Premise, Refuted};
+
+/// A named scalar of a model, with its unit as the user declared it or as it was inferred (`""` where unknown
+/// or 1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantity {
+    /// The name, array elements as `theta[3]`.
+    pub name: &'static str,
+    /// The unit, for example `m/s^2`.
+    pub unit: &'static str,
+}
+
+/// Whether motions of a model can be expanded into Taylor series.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expansion {
+    /// By the model's own code.
+    Generated {
+        /// Whether some value is a choice (`if`, min, max, abs, signum): a series is that of the branch at
+        /// its start.
+        chooses: bool,
+    },
+    /// There is no code for it.
+    None {
+        /// Why, in words: `it has constraints`.
+        reason: &'static str,
+    },
+}

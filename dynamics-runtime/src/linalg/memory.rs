@@ -1,0 +1,50 @@
+//! Memory that a caller lends, cut into pieces; indices kept in it.
+
+/// What is left of the memory that a caller lends.
+pub(crate) struct Memory<'w>(&'w mut [f64]);
+
+impl<'w> Memory<'w> {
+    /// All of it; the caller answers for its length.
+    pub(crate) fn new(memory: &'w mut [f64]) -> Self {
+        Self(memory)
+    }
+
+    /// The next `len` numbers, as they are.
+    pub(crate) fn take(&mut self, len: usize) -> &'w mut [f64] {
+        let (piece, rest) = core::mem::take(&mut self.0).split_at_mut(len);
+        self.0 = rest;
+        piece
+    }
+
+    /// The next `len` numbers, set to zero.
+    pub(crate) fn zeros(&mut self, len: usize) -> &'w mut [f64] {
+        let piece = self.take(len);
+        piece.fill(0.0);
+        piece
+    }
+
+    /// The next `len` numbers as indices 0, 1, ….
+    pub(crate) fn indices(&mut self, len: usize) -> Indices<'w> {
+        let mut indices = Indices(self.take(len));
+        (0..len).for_each(|i| indices.set(i, i));
+        indices
+    }
+}
+
+/// Indices in memory for numbers: exact up to 2⁵³.
+pub(crate) struct Indices<'w>(&'w mut [f64]);
+
+impl Indices<'_> {
+    #[inline(always)]
+    pub(crate) fn get(&self, i: usize) -> usize {
+        self.0[i] as usize
+    }
+    #[inline(always)]
+    pub(crate) fn set(&mut self, i: usize, index: usize) {
+        self.0[i] = index as f64;
+    }
+    #[inline(always)]
+    pub(crate) fn swap(&mut self, i: usize, j: usize) {
+        self.0.swap(i, j);
+    }
+}

@@ -1,0 +1,55 @@
+//! Operations on rows of numbers.
+
+/// Σ aᵢ bᵢ.
+#[inline]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// y + x, in place.
+#[inline]
+pub(crate) fn add(y: &mut [f64], x: &[f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += x);
+}
+
+/// y + c x, in place.
+#[inline]
+pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += c * x);
+}
+
+/// The greatest absolute value; NaN where an element is.
+#[inline]
+pub(crate) fn max_abs(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| if x.abs() > most || x.is_nan() { x.abs() } else { most })
+}
+
+/// Euclidean norm without overflow.
+#[inline]
+pub(crate) fn norm(x: &[f64]) -> f64 {
+    let square = dot(x, x);
+    // As a rule nothing over- or underflows.
+    if (1e-250..1e250).contains(&square) {
+        return crate::math::sqrt(square);
+    }
+    let size = max_abs(x);
+    if size == 0.0 || !size.is_finite() {
+        return size;
+    }
+    size * crate::math::sqrt(x.iter().map(|x| (x / size) * (x / size)).sum())
+}
+
+/// Two different rows of a matrix with `n` columns, the first before the second.
+#[inline]
+pub(crate) fn two_rows(a: &mut [f64], n: usize, first: usize, second: usize) -> (&mut [f64], &mut [f64]) {
+    let (head, tail) = a.split_at_mut(second * n);
+    (&mut head[first * n..(first + 1) * n], &mut tail[..n])
+}
+
+/// Exchanges two rows of a matrix with `n` columns.
+pub(crate) fn swap_rows(a: &mut [f64], n: usize, i: usize, j: usize) {
+    if i != j {
+        let (a, b) = two_rows(a, n, i.min(j), i.max(j));
+        a.swap_with_slice(b);
+    }
+}
