@@ -174,11 +174,11 @@ mod guides {
     #[doc = include_str!("../docs/guide/results.md")]
     struct Results;
     #[doc = include_str!("../docs/guide/constraints.md")]
-    struct ConstraintsPage;
+    struct Constraints;
+    #[doc = include_str!("../docs/guide/events-and-control.md")]
+    struct EventsAndControl;
     #[doc = include_str!("../docs/vocabulary.md")]
     struct Vocabulary;
-    #[doc = include_str!("../docs/constraints.md")]
-    struct Constraints;
 
     /// The pages show every picture of the guide, and only pictures that their examples draw.
     ///
