@@ -9,6 +9,7 @@
 
 #[cfg(feature = "alloc")]
 mod compare;
+pub(crate) mod conditioning;
 mod correct;
 mod embed;
 mod friction;

@@ -22,6 +22,8 @@ pub mod expr;
 pub mod force;
 #[doc(hidden)]
 pub mod generated;
+#[cfg(feature = "alloc")]
+mod golden_section;
 pub mod integrate;
 #[cfg(feature = "alloc")]
 pub mod kinematics;
@@ -35,8 +37,6 @@ pub mod methods;
 pub mod model;
 #[cfg(feature = "alloc")]
 pub mod motion;
-#[cfg(feature = "alloc")]
-mod numbers;
 #[cfg(feature = "alloc")]
 pub mod output;
 #[cfg(feature = "alloc")]
@@ -52,6 +52,8 @@ pub mod smooth;
 #[cfg(feature = "alloc")]
 pub mod spline;
 pub mod vector;
+#[cfg(feature = "alloc")]
+mod wording;
 
 pub use attitude::{EulerAngles, NotARotation};
 pub use bodies::{

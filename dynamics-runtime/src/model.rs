@@ -380,6 +380,12 @@ pub trait Events: Dynamics {
     fn events(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError>;
 }
 
+/// A model that says all that a simulation asks: powers, outputs, events and constraints. Every derived model
+/// does.
+pub trait SimulationModel: Powers + Outputs + Events + Constraints {}
+
+impl<M: Powers + Outputs + Events + Constraints> SimulationModel for M {}
+
 /// How a model is drawn in animations: by its `#[drawing]` function, or, where it has none, by the points
 /// that its helper functions return.
 #[cfg(feature = "alloc")]

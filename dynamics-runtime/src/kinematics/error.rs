@@ -7,7 +7,7 @@ use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::model::{Constraints, Model, ModelState};
 use crate::motion::OptionError;
-use crate::numbers::Readable;
+use crate::wording::Readable;
 
 /// A kinematic analysis that stopped before its end. What was computed up to there is still in hand:
 /// [`KinematicsError::motion`].

@@ -5,7 +5,7 @@ use core::fmt;
 
 use crate::constrain::Involved;
 use crate::motion::Counts;
-use crate::numbers::Rounded;
+use crate::wording::Rounded;
 
 /// A bifurcation that was passed.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,6 +2,7 @@
 //! vanishes, a singular position.
 
 pub(crate) mod friction_breakdown;
+pub(crate) mod gimbal_lock;
 pub(crate) mod singular_position;
 
 use alloc::boxed::Box;
@@ -19,9 +20,6 @@ use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Modes, Quantity, Vector};
 use crate::motion::failure::{Jumping, Over, SimulationErrorKind as Kind};
 use crate::motion::options::formulation::Formulation;
-use crate::motion::run::{Halt, Plan};
-use crate::motion::simulation::Simulate;
-use crate::motion::verification::gimbal_lock;
 
 /// The tolerance at which DOP853 goes over change points in whatever way they are met.
 const PASSES: f64 = 1e-9;
@@ -76,20 +74,6 @@ impl Way {
         let other = tolerance.is_some() || method.is_some() || formulation.is_some();
         other.then_some(Over { method, tolerance, fixed: self.fixed, formulation })
     }
-}
-
-/// What a run stopped with, and what it comes from, where that shows.
-pub(crate) fn explained<M: Simulate>(
-    plan: &Plan<'_, '_, M>,
-    at: &M::State,
-    Halt { kind, h }: Halt,
-    method: Method,
-) -> Halt {
-    let way = Way::of(method, &plan.options, plan.plant.upkeep.formulation);
-    // What an evaluation met has no step of its own.
-    let direction = if plan.end < at.t() { -1.0 } else { 1.0 };
-    let h = if h == 0.0 { plan.options.fixed.map_or(0.0, |fixed| direction * fixed.abs()) } else { h };
-    Halt { kind: explain(plan.plant.model, &plan.start, at, (kind, h), way), h }
 }
 
 /// A failure with the cause that the state at which it happened shows.

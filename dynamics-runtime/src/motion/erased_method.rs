@@ -7,10 +7,9 @@ use alloc::sync::Arc;
 
 use crate::integrate::{Dense, Method, Phase, Scheme, Step, StepOptions, Stepper, Tolerances};
 use crate::methods::{Choice, Suits};
-use crate::model::Model;
+use crate::model::{Model, SimulationModel};
 use crate::motion::right_hand_side::Plant;
 use crate::motion::run::{Made, Steps};
-use crate::motion::simulation::Simulate;
 
 /// The interpolant of one step, of whatever method.
 pub(crate) type Interpolant<V> = Box<dyn Dense<V> + Send + Sync>;
@@ -34,18 +33,18 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
         options: StepOptions,
     ) -> Made<Box<dyn Steps<M>>>
     where
-        M: Simulate;
+        M: SimulationModel;
     /// What makes steps again.
     fn maker(&self) -> Box<dyn Maker<M>>
     where
-        M: Simulate;
+        M: SimulationModel;
     /// See [`Scheme::WEIGHTS`].
     fn weights(&self) -> &'static [f64];
 }
 
 /// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to
 /// the next.
-pub(crate) trait Maker<M: Simulate>: Send + Sync {
+pub(crate) trait Maker<M: SimulationModel>: Send + Sync {
     /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
     /// `judged`: as good as its ends, if need be in parts.
     fn interpolate(
@@ -85,7 +84,7 @@ pub(crate) trait Maker<M: Simulate>: Send + Sync {
 
 struct Again<S>(S);
 
-impl<M: Simulate, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
+impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
     fn interpolate(
         &mut self,
         plant: &mut Plant<'_, '_, M>,
@@ -170,14 +169,14 @@ impl<M: Model, C: Choice> Driver<M> for C {
         options: StepOptions,
     ) -> Made<Box<dyn Steps<M>>>
     where
-        M: Simulate,
+        M: SimulationModel,
     {
         Ok(Box::new(Stepper::with(self.scheme::<M::Vector>(), plant, t, y, limit, options)?))
     }
 
     fn maker(&self) -> Box<dyn Maker<M>>
     where
-        M: Simulate,
+        M: SimulationModel,
     {
         Box::new(Again(self.scheme::<M::Vector>()))
     }

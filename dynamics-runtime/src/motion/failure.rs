@@ -1,5 +1,7 @@
 //! Why a simulation did not reach its end, or why a motion has no answer.
 
+pub(crate) mod event_action;
+pub(crate) mod gimbal_lock;
 pub(crate) mod query;
 pub(crate) mod words;
 
@@ -13,28 +15,11 @@ use core::fmt;
 use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::integrate::Method;
-use crate::model::{
-    ConstraintKind, Dynamics, Model, ModelState, Premise, Refuted, parameter_not_finite, refuted,
-};
-use crate::motion::events::action::ChangeError;
+use crate::model::{ConstraintKind, Dynamics, Premise, Refuted, parameter_not_finite, refuted};
+use crate::motion::failure::event_action::ChangeError;
+use crate::motion::failure::gimbal_lock::Locking;
 use crate::motion::options::formulation::Formulation;
-use crate::motion::trajectory::record::Trajectory;
-use crate::motion::verification::gimbal_lock::Locking;
-use crate::numbers::Readable;
-
-/// A simulation that stopped before its end. What was computed up to there is still in hand:
-/// [`SimulationError::motion`].
-pub struct SimulationError<M: Model> {
-    /// What happened.
-    pub kind: SimulationErrorKind,
-    /// Time of the last good state; the start's where nothing has moved.
-    pub time: f64,
-    /// Size of the last step that was tried; 0 where none was.
-    pub step: f64,
-    /// The last good state; the start where nothing has moved.
-    pub state: Box<M::State>,
-    pub(crate) trajectory: Option<Box<Trajectory<M>>>,
-}
+use crate::wording::Readable;
 
 /// The kinds of failure, with the values needed to act.
 #[derive(Clone, Debug, PartialEq)]
@@ -677,24 +662,3 @@ fn not_for_guard(
 
 crate::error::sentence_for_debugging!(OptionError);
 impl core::error::Error for OptionError {}
-
-impl<M: Dynamics> fmt::Display for SimulationError<M> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if matches!(self.kind, SimulationErrorKind::Option(_)) {
-            return write!(f, "`{}` was not simulated: {}", M::NAME, self.kind);
-        }
-        write!(f, "`{}` stopped at t = {}: {}", M::NAME, Readable(self.time), self.kind)?;
-        if self.step != 0.0 {
-            write!(f, " (last step tried {:.3e})", self.step)?;
-        }
-        write!(f, "\n  state there:")?;
-        for (i, coordinate) in M::COORDINATES.iter().enumerate() {
-            let (q, u) = (Readable(self.state.q()[i]), Readable(self.state.u()[i]));
-            write!(f, "\n    {} = {q}, rate {u}", coordinate.name)?;
-        }
-        Ok(())
-    }
-}
-
-crate::error::sentence_for_debugging!(SimulationError<M: Dynamics>);
-impl<M: Dynamics> core::error::Error for SimulationError<M> {}

@@ -25,7 +25,7 @@ use crate::motion::failure::SimulationErrorKind as Kind;
 use crate::motion::right_hand_side::Plant;
 use crate::motion::run::Sink;
 use crate::motion::trajectory::record::{EventRecord, Record};
-use crate::numbers::Rounded;
+use crate::wording::Rounded;
 
 /// Motions of this size and above are held to the tolerance as it stands.
 const SMALL: f64 = 0.1;

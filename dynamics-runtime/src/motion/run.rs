@@ -16,12 +16,10 @@ use crate::constrain::Involved;
 use crate::constrain::held::active_rows;
 use crate::constrain::nearby::at_time;
 use crate::constrain::weakness::{Weakness, weakness};
-use crate::integrate::{Dense, Hermite, Knot, Phase, Step, StepError, StepOptions, Tolerances};
+use crate::integrate::{Dense, Hermite, Knot, Method, Phase, Step, StepError, StepOptions, Tolerances};
 use crate::math;
-use crate::model::{Dynamics, Known, Model, ModelState, Vector};
-use crate::motion::Simulate;
-use crate::motion::diagnosis::singular_position;
-use crate::motion::diagnosis::{self, Corner, explained};
+use crate::model::{Dynamics, Known, Model, ModelState, SimulationModel, Vector};
+use crate::motion::diagnosis::{self, Corner, Way, singular_position};
 use crate::motion::erased_method::Driver;
 pub(crate) use crate::motion::erased_method::stepping::{Made, Steps, Tally};
 use crate::motion::events::contact_corner;
@@ -34,8 +32,8 @@ use crate::motion::run::sliding_mode::Slide;
 use crate::motion::run::step_size_collapse::Creep;
 use crate::motion::run::stiffness_detection::Stiffness;
 pub(crate) use crate::motion::run::stiffness_detection::longer;
-use crate::motion::stabilization::adaptive_gain;
-use crate::motion::stabilization::{Drift, Drifted};
+use crate::motion::stabilization::singular_start::least_distance;
+use crate::motion::stabilization::{Drift, Drifted, adaptive_gain};
 use crate::motion::trajectory::record::{Counts, EventRecord, Record};
 
 /// Conditioning of constraints from which on a singular position is near.
@@ -48,7 +46,7 @@ const TURNED: f64 = 0.1;
 const RESTS: f64 = 1e-3;
 
 /// What a run needs to know.
-pub(crate) struct Plan<'r, 'm, M: Simulate> {
+pub(crate) struct Plan<'r, 'm, M: SimulationModel> {
     pub(crate) plant: Plant<'r, 'm, M>,
     pub(crate) start: M::State,
     pub(crate) end: f64,
@@ -63,7 +61,7 @@ pub(crate) struct Plan<'r, 'm, M: Simulate> {
     pub(crate) resumes: Option<(M::State, u64)>,
 }
 
-impl<'r, 'm, M: Simulate> Plan<'r, 'm, M> {
+impl<'r, 'm, M: SimulationModel> Plan<'r, 'm, M> {
     /// Puts everything back to the start, for another run with other options that shows no progress.
     pub(crate) fn restart(&mut self, plant: Plant<'r, 'm, M>, options: StepOptions, hands_over: bool) {
         (self.plant, self.options, self.hands_over) = (plant, options, hands_over);
@@ -110,7 +108,7 @@ pub(crate) struct Halt {
 }
 
 /// Runs a plan with one method. What was computed before a failure is in the sink.
-pub(crate) fn run<M: Simulate>(
+pub(crate) fn run<M: SimulationModel>(
     driver: &dyn Driver<M>,
     plan: &mut Plan<'_, '_, M>,
     sink: &mut dyn Sink<M>,
@@ -159,7 +157,7 @@ pub(crate) fn run<M: Simulate>(
 }
 
 /// At a singular start the accelerations are those of the branch on which the velocities are.
-fn begin_singular<'m, M: Simulate>(
+fn begin_singular<'m, M: SimulationModel>(
     plan: &mut Plan<'_, 'm, M>,
     stepper: &mut dyn Steps<M>,
 ) -> Result<(), Kind> {
@@ -174,13 +172,13 @@ fn begin_singular<'m, M: Simulate>(
     let (start, found) = (plant.state(now.t, &now.y.q, &now.y.u), now.a);
     if let Some(a) = plant.upkeep.singular_start(plant.model, plant.constants, &start, &found)? {
         let Tolerances { absolute, relative } = plan.options.tolerances;
-        stepper.leave_with(a, singular_position::least_distance(&start, absolute + relative));
+        stepper.leave_with(a, least_distance(&start, absolute + relative));
     }
     Ok(())
 }
 
 /// What a run does beside its steps, compiled once for all methods.
-struct Flight<'f, 'r, 'm, M: Simulate> {
+struct Flight<'f, 'r, 'm, M: SimulationModel> {
     plan: &'f mut Plan<'r, 'm, M>,
     stepper: &'f mut dyn Steps<M>,
     creep: Creep,
@@ -189,7 +187,7 @@ struct Flight<'f, 'r, 'm, M: Simulate> {
     stiffness: Stiffness<M>,
 }
 
-impl<M: Simulate> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     fn fly(mut self, sink: &mut dyn Sink<M>) -> Result<Ended<M::State>, Halt> {
         let at = |kind| Halt { kind, h: 0.0 };
         if self.plan.resumes.is_none() {
@@ -586,4 +584,18 @@ impl<M: Model> Sink<M> for Show<'_, M> {
     }
 
     fn event(&mut self, _: EventRecord<M::State>) {}
+}
+
+/// What a run stopped with, and what it comes from, where that shows.
+pub(crate) fn explained<M: SimulationModel>(
+    plan: &Plan<'_, '_, M>,
+    at: &M::State,
+    Halt { kind, h }: Halt,
+    method: Method,
+) -> Halt {
+    let way = Way::of(method, &plan.options, plan.plant.upkeep.formulation);
+    // What an evaluation met has no step of its own.
+    let direction = if plan.end < at.t() { -1.0 } else { 1.0 };
+    let h = if h == 0.0 { plan.options.fixed.map_or(0.0, |fixed| direction * fixed.abs()) } else { h };
+    Halt { kind: diagnosis::explain(plan.plant.model, &plan.start, at, (kind, h), way), h }
 }

@@ -10,53 +10,48 @@ use alloc::vec::Vec;
 use core::sync::atomic::AtomicBool;
 
 use crate::motion::simulation::check::Checked;
-pub(crate) use crate::motion::simulation::check::{DEFAULT_TOLERANCE, every};
 
 use crate::constrain::gradients::{is_positive, mass};
 use crate::constrain::solve_general;
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::integrate::{Direction, Tolerances};
 use crate::methods::{Any, Radau5};
-use crate::model::{Branches, Constraints, Events, InputValues, Known, ModelState, Outputs, Powers, Vector};
+use crate::model::{Branches, InputValues, Known, ModelState, SimulationModel, Vector};
 use crate::motion::diagnosis;
 use crate::motion::erased_method::AnyDriver;
 use crate::motion::events::action::Change;
 use crate::motion::events::functions::AdHoc;
 use crate::motion::events::location::{Action, Flow, Watch};
-use crate::motion::events::unilateral::{Contact, Guard};
-use crate::motion::failure::{OptionError, SimulationError, SimulationErrorKind};
+use crate::motion::events::unilateral::Guard;
+use crate::motion::failure::{OptionError, SimulationErrorKind};
+use crate::motion::options::contact::Contact;
+use crate::motion::options::defaults::{DEFAULT_DRIFT_LIMIT, DEFAULT_MAX_STEPS};
 use crate::motion::options::formulation::Formulation;
 use crate::motion::pilot_run::Pilot;
 use crate::motion::right_hand_side::{InputLaw, Plant, with_inputs};
 use crate::motion::run::{Ended, Halt, Keep, Plan, Show, Sink, run};
 use crate::motion::stabilization::{PlaceError, Upkeep};
+use crate::motion::trajectory::error::SimulationError;
+use crate::motion::trajectory::global_error::SecondRun;
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::trajectory::record::{Counts, Record, Trajectory};
 use crate::motion::verification::global_error::{between, compare};
-use crate::motion::verification::reference_run::{Probe, Second, SecondRun, places};
+use crate::motion::verification::reference_run::{Probe, Second, places};
 use crate::progress::Progress;
 
-/// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is
-/// wrong more often than not.
-const DEFAULT_MAX_STEPS: u64 = 1_000_000;
-/// A thousand times what a start may miss its constraints by: a picture still looks right, a number no longer
-/// is.
-const DEFAULT_DRIFT_LIMIT: f64 = 1e-3;
-
-/// Models that can be moved: every model that says its powers, outputs, events and constraints, as all
-/// derived ones do.
-pub trait Simulate: Powers + Outputs + Events + Constraints {
+/// Opens simulations of every derived model.
+pub trait Simulate: SimulationModel {
     /// Opens a simulation from a start state; options follow, [`Simulation::run`] runs it.
     fn simulate(&self, start: Self::State) -> Simulation<'_, Self> {
         Simulation::new(self, start)
     }
 }
 
-impl<M: Powers + Outputs + Events + Constraints> Simulate for M {}
+impl<M: SimulationModel> Simulate for M {}
 
 /// A simulation with its options, before it runs.
 #[must_use = "a simulation does nothing until `.run()`"]
-pub struct Simulation<'m, M: Simulate> {
+pub struct Simulation<'m, M: SimulationModel> {
     model: &'m M,
     start: M::State,
     end: Option<f64>,
@@ -89,7 +84,7 @@ enum Output {
     Every(f64),
 }
 
-impl<'m, M: Simulate> Simulation<'m, M> {
+impl<'m, M: SimulationModel> Simulation<'m, M> {
     fn new(model: &'m M, start: M::State) -> Self {
         Self {
             model,
@@ -254,7 +249,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     /// use dynamics_runtime::motion::{Direction, Flow, Simulate, SimulationError};
     ///
     /// /// A hook catches what passes it, once, and lets go of it at a signal; a wall ends the run.
-    /// fn caught<M: Simulate>(model: &M, start: M::State) -> Result<M::State, SimulationError<M>> {
+    /// fn caught<M: SimulationModel>(model: &M, start: M::State) -> Result<M::State, SimulationError<M>> {
     ///     let run = model.simulate(start).until(5.0);
     ///     let run = run.on_event_with("at_hook", Direction::Rising, |change| change.engage("hook"));
     ///     let run = run.on_event_with("signal", Direction::Any, |change| change.release("hook"));
@@ -591,7 +586,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 }
 
 /// The first coordinate whose inertia is negative, of a size whose square is beyond all numbers.
-fn huge_and_negative<M: Simulate>(
+fn huge_and_negative<M: SimulationModel>(
     model: &M,
     state: &M::State,
     room: &mut [f64],
@@ -607,7 +602,11 @@ fn huge_and_negative<M: Simulate>(
 type Sailed<M> = (Counts, Option<(f64, AnyDriver<M>)>, Result<(), Halt>);
 
 /// Runs a plan to its end; over to an implicit method where it is stiff. From when and with which is told.
-fn sail<M: Simulate>(driver: &AnyDriver<M>, plan: &mut Plan<'_, '_, M>, sink: &mut dyn Sink<M>) -> Sailed<M> {
+fn sail<M: SimulationModel>(
+    driver: &AnyDriver<M>,
+    plan: &mut Plan<'_, '_, M>,
+    sink: &mut dyn Sink<M>,
+) -> Sailed<M> {
     #[cfg(feature = "std")]
     let (begun, _watch) = (std::time::Instant::now(), crate::slow::Watch::start());
     #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
@@ -626,7 +625,7 @@ fn sail<M: Simulate>(driver: &AnyDriver<M>, plan: &mut Plan<'_, '_, M>, sink: &m
 }
 
 /// Goes on with another method from where one stopped; counts are those of both.
-fn go_on<M: Simulate>(
+fn go_on<M: SimulationModel>(
     driver: &AnyDriver<M>,
     plan: &mut Plan<'_, '_, M>,
     state: M::State,
@@ -653,7 +652,7 @@ fn go_on<M: Simulate>(
 }
 
 /// What is left of a simulation that has run; the trajectory's records are in the sink.
-struct Ran<'m, M: Simulate> {
+struct Ran<'m, M: SimulationModel> {
     model: &'m M,
     constants: M::Constants,
     law: Option<InputLaw<'m, M>>,
@@ -665,7 +664,7 @@ struct Ran<'m, M: Simulate> {
 /// A run with how it ended.
 type Landed<'m, M> = (Ran<'m, M>, Result<(), Halt>);
 
-fn broken_off<M: Simulate>(halt: Halt, trajectory: Trajectory<M>) -> SimulationError<M> {
+fn broken_off<M: SimulationModel>(halt: Halt, trajectory: Trajectory<M>) -> SimulationError<M> {
     let state = trajectory.last().state;
     SimulationError {
         kind: halt.kind,

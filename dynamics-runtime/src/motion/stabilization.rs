@@ -4,7 +4,9 @@ pub(crate) mod adaptive_gain;
 pub(crate) mod contacts;
 pub(crate) mod drift_monitor;
 pub(crate) mod initial_consistency;
+pub(crate) mod near_singular;
 pub(crate) mod projection;
+pub(crate) mod singular_start;
 
 use alloc::vec::Vec;
 
@@ -470,7 +472,7 @@ impl<M: Constraints> Upkeep<M> {
         start: &M::State,
         found: &M::Vector,
     ) -> Result<Option<M::Vector>, SimulationErrorKind> {
-        crate::motion::diagnosis::singular_position::start_accelerations(
+        crate::motion::stabilization::singular_start::start_accelerations(
             model,
             constants,
             start,

@@ -7,21 +7,21 @@ use core::fmt;
 use core::time::Duration;
 
 use crate::integrate::{Method, Tolerances};
-use crate::model::{Constraint, ConstraintKind, Known, ModelState, Route};
+use crate::model::{Constraint, ConstraintKind, Known, ModelState, Route, SimulationModel};
 use crate::motion::events::action::Impact;
+use crate::motion::failure::gimbal_lock::Locking;
+use crate::motion::options::defaults::DEFAULT_TOLERANCE;
 use crate::motion::options::formulation::Formulation;
 use crate::motion::pilot_run::{FewDigits, Sizes};
-use crate::motion::simulation::{DEFAULT_TOLERANCE, Simulate};
 use crate::motion::stabilization::Upkept;
 use crate::motion::stabilization::adaptive_gain::Turned;
+use crate::motion::trajectory::global_error::GlobalError;
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::verification::accuracy_diagnostics::Doubts;
 use crate::motion::verification::conditioning::{Conditioning, Nearest};
 use crate::motion::verification::constraint_drift::ConstraintDrift;
-use crate::motion::verification::gimbal_lock::Locking;
-use crate::motion::verification::global_error::GlobalError;
 use crate::motion::verification::pivot_breakdown::Vanished;
-use crate::numbers::{Grouped, Part, Rounded};
+use crate::wording::{Grouped, Part, Rounded};
 
 /// How much a quantity that should stay constant has changed.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,7 +123,7 @@ pub struct Summary {
     pub doubts: Doubts,
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// Method, costs, drift, conditioning and events. Computes energies, works, condition numbers and the
     /// motion in half steps, so it costs three to five times as much as the run, or a few tenths of a second.
     /// What would take longer is left out, and the summary says so. Laws of inputs are asked again for that,
@@ -577,14 +577,6 @@ const TURNED: f64 = 3e-4;
 const MANY: f64 = 0.1;
 /// Moves back onto the constraints by more permitted errors than this are told of.
 const MUCH: f64 = 10.0;
-
-/// Names, quoted, with commas between.
-pub(crate) fn names(f: &mut fmt::Formatter<'_>, names: &[&str]) -> fmt::Result {
-    for (k, name) in names.iter().enumerate() {
-        write!(f, "{}`{name}`", if k > 0 { ", " } else { "" })?;
-    }
-    Ok(())
-}
 
 /// A unit behind a blank; nothing where there is none.
 struct Spaced(&'static str);

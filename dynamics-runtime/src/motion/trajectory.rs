@@ -1,5 +1,7 @@
 //! What a run leaves: its records, and the motion that answers from them.
 
+pub(crate) mod error;
+pub(crate) mod global_error;
 pub(crate) mod motion;
 pub(crate) mod positions;
 pub(crate) mod record;

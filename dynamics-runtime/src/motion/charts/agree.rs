@@ -4,12 +4,12 @@ use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use crate::constrain::conditioning::condition_number;
 use crate::model::{ModelState, Vector};
 use crate::motion::charts::Atlas;
 use crate::motion::charts::error::{ChartError, Compared};
 use crate::motion::simulation::Simulate;
 use crate::motion::trajectory::motion::Motion;
-use crate::motion::verification::conditioning::condition_number;
 
 /// Roundings that may add up, in units of what one amounts to.
 const ROUNDINGS: f64 = 1e4;

@@ -9,11 +9,11 @@ use crate::attitude::NotARotation;
 use crate::model::{Dynamics, Model, ModelState};
 use crate::motion::charts::Atlas;
 use crate::motion::charts::result::{AtlasMotion, Leg};
-use crate::motion::failure::SimulationError;
 use crate::motion::simulation::Simulate;
-use crate::motion::summary::names;
+use crate::motion::trajectory::error::SimulationError;
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::trajectory::record::Trajectory;
+use crate::wording::names;
 
 /// What has to be the same in all charts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@ use crate::motion::simulation::Simulate;
 use crate::motion::summary::Summary;
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::trajectory::record::EventRecord;
-use crate::numbers::{Grouped, Rounded};
+use crate::wording::{Grouped, Rounded};
 
 /// A part of a motion, in one chart.
 #[derive(Debug)]

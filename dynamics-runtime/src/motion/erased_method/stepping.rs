@@ -5,9 +5,9 @@
 use alloc::boxed::Box;
 
 use crate::integrate::{Knot, Phase, Scheme, Step, StepError, Stepper};
+use crate::model::SimulationModel;
 use crate::motion::erased_method::Interpolant;
 use crate::motion::right_hand_side::{EvaluationError, Plant};
-use crate::motion::simulation::Simulate;
 
 /// Where a stepper stands, and what it has counted and found.
 pub(crate) struct Tally {
@@ -25,7 +25,7 @@ pub(crate) struct Tally {
 pub(crate) type Made<T> = Result<T, StepError<EvaluationError>>;
 
 /// See [`Stepper`], whose functions these are.
-pub(crate) trait Steps<M: Simulate> {
+pub(crate) trait Steps<M: SimulationModel> {
     fn now(&self) -> &Knot<M::Vector>;
     fn tally(&self) -> Tally;
     fn parted(&self) -> (u64, Option<f64>);
@@ -56,7 +56,7 @@ pub(crate) trait Steps<M: Simulate> {
     fn twin(&self) -> Option<Box<dyn Steps<M> + '_>>;
 }
 
-impl<M: Simulate, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
+impl<M: SimulationModel, S: Scheme<M::Vector>> Steps<M> for Stepper<M::Vector, S> {
     fn now(&self) -> &Knot<M::Vector> {
         self.now()
     }

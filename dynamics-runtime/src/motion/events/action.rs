@@ -1,16 +1,15 @@
 //! What an event may do to a motion: change its state, hit, engage and release constraints.
 
 use alloc::boxed::Box;
-use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::constrain::assemble::CONSISTENT;
-use crate::error::{SolveError, StateError};
+use crate::error::SolveError;
 use crate::integrate::StepOptions;
-use crate::model::{Constraint, ConstraintKind, Known, ModelState, Vector};
+use crate::model::{Constraint, ConstraintKind, Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::contact_corner;
+use crate::motion::failure::event_action::ChangeError;
 use crate::motion::failure::suggest;
-use crate::motion::simulation::Simulate;
 use crate::motion::stabilization::{PlaceError, Upkeep};
 
 /// What a constraint took in an impact: a jump of the velocities, M Δu = Φ_qᵀΛ, with all constraints that act
@@ -52,80 +51,6 @@ enum Blow {
     Hold,
 }
 
-/// Why a change cannot be made.
-#[derive(Clone, PartialEq)]
-#[non_exhaustive]
-pub enum ChangeError {
-    /// There is no constraint of this name.
-    UnknownConstraint {
-        /// What was given.
-        name: String,
-        /// The nearest known name.
-        suggestion: Option<String>,
-    },
-    /// The constraint is not one that can be switched.
-    NotSwitched {
-        /// Its name.
-        constraint: &'static str,
-    },
-    /// A constraint is to engage at a place where it does not hold.
-    EngagedApart {
-        /// Its row that is missed most.
-        row: &'static str,
-        /// Φ there.
-        residual: f64,
-    },
-    /// A constraint is to be hit at a place where it does not touch.
-    ImpactApart {
-        /// Its row that is missed most.
-        row: &'static str,
-        /// Φ there.
-        residual: f64,
-    },
-    /// A constraint that pushes only is to be hit while Φ grows: it moves away.
-    ImpactAway {
-        /// Its row.
-        row: &'static str,
-        /// Φ̇ there.
-        rate: f64,
-    },
-    /// The gap of a contact jumps past zero: the body has met a step from the side, and the function of the
-    /// contact does not say how.
-    ContactJumps {
-        /// Its row.
-        row: &'static str,
-        /// Φ beside the jump.
-        residual: f64,
-    },
-    /// A contact without a corner is met far below its ground.
-    ContactMissed {
-        /// Its row.
-        row: &'static str,
-        /// Φ there.
-        residual: f64,
-    },
-    /// A contact is hit in a corner of its ground, and the motion does not say on which face.
-    ContactEdge {
-        /// Its row.
-        row: &'static str,
-    },
-    /// The side to which a constraint is released cannot be told from its reaction: there is none, or one for
-    /// each of several rows.
-    NoSide {
-        /// Its name.
-        constraint: &'static str,
-    },
-    /// A coefficient of restitution outside 0 to 1.
-    Restitution {
-        /// What was given.
-        value: f64,
-    },
-    /// The constraints have no common solution.
-    Solve(SolveError),
-    /// The state that was left does not fulfil the constraints that hold.
-    State(Box<StateError>),
-}
-
 impl From<PlaceError> for ChangeError {
     fn from(error: PlaceError) -> Self {
         match error {
@@ -141,94 +66,13 @@ impl From<SolveError> for ChangeError {
     }
 }
 
-/// What is wrong with the state that an action left; what makes a start does not help there.
-fn left(error: &StateError, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-    match error {
-        StateError::ConstraintViolated { row, residual, .. } => write!(
-            f,
-            "the action moved coordinates off constraint `{row}`: its residual is {residual:e}; move with \
-             them what it ties to them"
-        ),
-        StateError::VelocityViolated { row, residual, .. } => write!(
-            f,
-            "the action left velocities that violate constraint `{row}`: its residual is {residual:e}; \
-             change those that it ties together alike, as `state.u *= -0.5` does, or let what is met be a \
-             `(switched)` constraint with `.contact(..)`"
-        ),
-        other => write!(f, "{other}"),
-    }
-}
-
-impl core::fmt::Display for ChangeError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::UnknownConstraint { name, suggestion: Some(near) } => {
-                write!(f, "there is no constraint `{name}`; did you mean `{near}`?")
-            }
-            Self::UnknownConstraint { name, suggestion: None } => {
-                write!(
-                    f,
-                    "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`"
-                )
-            }
-            Self::NotSwitched { constraint } => {
-                write!(f, "constraint `{constraint}` always holds; declare it with `(switched)`")
-            }
-            Self::EngagedApart { row, residual } => write!(
-                f,
-                "`{row}` is to engage where its residual is {residual:e}; engage it where it crosses zero, \
-                 or move the state there first"
-            ),
-            Self::ImpactApart { row, residual } => write!(
-                f,
-                "`{row}` is to be hit where its residual is {residual:e}; hit it where it crosses zero, or \
-                 move the state there first"
-            ),
-            Self::ImpactAway { row, rate } => write!(
-                f,
-                "`{row}` is to be hit while it grows, by {rate:e} per unit of time: a released constraint \
-                 pushes only, to where it is positive; hit it where it falls, write it with the opposite \
-                 sign, or stop it with `engage`"
-            ),
-            Self::ContactJumps { row, residual } => write!(
-                f,
-                "the gap of contact `{row}` jumps past zero, it is {residual:.3e} beside the jump: the body \
-                 meets a step from the side, and how that is hit the gap does not say; declare the face of \
-                 the step as a `(switched)` constraint with a `.contact(..)` of its own"
-            ),
-            Self::ContactMissed { row, residual } => write!(
-                f,
-                "the gap of contact `{row}` is {residual:.3e} already where it is seen to be met: what \
-                 happens within the steps before is not resolved; tighten the tolerance, or make steps \
-                 shorter, by `.max_step(..)` or `.fixed_step(..)`"
-            ),
-            Self::ContactEdge { row } => write!(
-                f,
-                "contact `{row}` has a corner here, and is hit in it: what each of its faces gives its gap \
-                 does not say; declare each as a `(switched)` constraint with a `.contact(..)` of its own"
-            ),
-            Self::NoSide { constraint } => write!(
-                f,
-                "the reaction of `{constraint}` does not say to which side it is released; say so with \
-                 `release_to(\"{constraint}\", side)`"
-            ),
-            Self::Restitution { value } => {
-                write!(f, "a coefficient of restitution of {value} is not possible; give one from 0 to 1")
-            }
-            Self::Solve(error) => error.fmt(f),
-            Self::State(error) => left(error, f),
-        }
-    }
-}
-
 crate::error::sentence_for_debugging!(ChangeError);
-impl core::error::Error for ChangeError {}
 
 /// What an action at an event works on: the state, and the constraints that can be hit, engaged and released.
 ///
 /// What cannot be done (a name that is not known, a constraint engaged where it does not hold) ends the
 /// simulation with an error at this event; the changes after it are not made.
-pub struct Change<'c, M: Simulate> {
+pub struct Change<'c, M: SimulationModel> {
     model: &'c M,
     constants: &'c M::Constants,
     /// The state at the event, before the first action there.
@@ -241,7 +85,7 @@ pub struct Change<'c, M: Simulate> {
     error: Option<ChangeError>,
 }
 
-impl<'c, M: Simulate> Change<'c, M> {
+impl<'c, M: SimulationModel> Change<'c, M> {
     pub(crate) fn new(
         model: &'c M,
         constants: &'c M::Constants,
@@ -651,7 +495,7 @@ impl<'c, M: Simulate> Change<'c, M> {
 }
 
 /// The constraint of a name.
-pub(crate) fn find<M: Simulate>(name: &str) -> Result<&'static Constraint, ChangeError> {
+pub(crate) fn find<M: SimulationModel>(name: &str) -> Result<&'static Constraint, ChangeError> {
     M::CONSTRAINTS.iter().find(|constraint| constraint.name == name).ok_or_else(|| {
         let suggestion = suggest(name, M::CONSTRAINTS.iter().map(|constraint| constraint.name));
         ChangeError::UnknownConstraint { name: name.into(), suggestion }
@@ -659,7 +503,7 @@ pub(crate) fn find<M: Simulate>(name: &str) -> Result<&'static Constraint, Chang
 }
 
 /// The index of a constraint of the model.
-fn position_of<M: Simulate>(constraint: &Constraint) -> usize {
+fn position_of<M: SimulationModel>(constraint: &Constraint) -> usize {
     M::CONSTRAINTS.iter().position(|known| known == constraint).expect("found in this very list")
 }
 

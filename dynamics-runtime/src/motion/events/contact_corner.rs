@@ -4,8 +4,7 @@
 
 use crate::constrain::solve_once;
 use crate::linalg::{max_abs, norm};
-use crate::model::{Branches, Constraint, Kink, MOST_KINKS, ModelState, Vector};
-use crate::motion::simulation::Simulate;
+use crate::model::{Branches, Constraint, Kink, MOST_KINKS, ModelState, SimulationModel, Vector};
 use crate::motion::stabilization::Upkeep;
 
 /// Nearer to an edge than this part of 1 + |q| nothing says on which side of it a state is.
@@ -17,7 +16,7 @@ const BESIDE: f64 = 1e-6;
 
 /// Whether a contact of one row is hit in an edge of its ground, at which the motion stands now and a little
 /// later.
-pub(crate) fn is_hit<M: Simulate>(
+pub(crate) fn is_hit<M: SimulationModel>(
     model: &M,
     upkeep: &mut Upkeep<M>,
     [now, later]: [&M::State; 2],
@@ -28,7 +27,7 @@ pub(crate) fn is_hit<M: Simulate>(
 
 /// The row among these in a corner of which a motion rests, and whether accelerations lead away from it on
 /// both of its sides, or back to it from both. `None` where they say to which side it goes.
-pub(crate) fn rests_in<M: Simulate>(
+pub(crate) fn rests_in<M: SimulationModel>(
     model: &M,
     (constants, upkeep): (&M::Constants, &mut Upkeep<M>),
     [now, later]: [&M::State; 2],
@@ -66,14 +65,14 @@ fn near<S: ModelState>(state: &S) -> f64 {
     NEAR * (1.0 + max_abs(state.q().as_slice()))
 }
 
-fn kinks_of<M: Simulate>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
+fn kinks_of<M: SimulationModel>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
     let mut kinks = [Kink::NONE; MOST_KINKS];
     model.kinks(state, &mut kinks);
     kinks
 }
 
 /// The kinks on no side of which a motion is, now and a little later.
-fn undecided<M: Simulate>(
+fn undecided<M: SimulationModel>(
     model: &M,
     now: &M::State,
     later: &M::State,
@@ -92,7 +91,7 @@ fn on_side<S: ModelState>(state: &S, kink: usize, below: bool) -> S {
 }
 
 /// Whether a row has another gradient on either side of a kink.
-fn is_bent<M: Simulate>(
+fn is_bent<M: SimulationModel>(
     model: &M,
     upkeep: &mut Upkeep<M>,
     now: &M::State,
@@ -114,7 +113,7 @@ fn is_bent<M: Simulate>(
 const JUMPS: f64 = 0.5;
 
 /// Whether a gap may have jumped to where it is: one of the branches of the model makes another gap.
-pub(crate) fn jumps<M: Simulate>(model: &M, state: &M::State, row: usize, gap: f64) -> bool {
+pub(crate) fn jumps<M: SimulationModel>(model: &M, state: &M::State, row: usize, gap: f64) -> bool {
     (0..M::KINKS).any(|i| {
         let on = |below: bool| model.residual(&on_side(state, i, below))[row];
         // What is not a number on a branch tells nothing.

@@ -9,10 +9,9 @@ use core::cell::{RefCell, RefMut};
 use crate::constrain::assemble::{CONSISTENT, size_along};
 use crate::constrain::{self, Gradients, OutcomeOf};
 use crate::error::SolveError;
-use crate::model::{Known, ModelState, Vector};
+use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::unilateral::{Guard, Guards};
 use crate::motion::failure::SimulationErrorKind as Fault;
-use crate::motion::simulation::Simulate;
 use crate::motion::stabilization::apart;
 
 /// An event function given at the simulation.
@@ -22,7 +21,7 @@ pub(crate) struct AdHoc<'m, S> {
 }
 
 /// The functions that are watched: those of the model, those given at the simulation, those of the guards.
-pub(crate) struct Functions<'m, M: Simulate> {
+pub(crate) struct Functions<'m, M: SimulationModel> {
     pub(crate) model: &'m M,
     constants: M::Constants,
     ad_hoc: Vec<AdHoc<'m, M::State>>,
@@ -32,7 +31,7 @@ pub(crate) struct Functions<'m, M: Simulate> {
     workspace: RefCell<Vec<f64>>,
 }
 
-impl<'m, M: Simulate> Functions<'m, M> {
+impl<'m, M: SimulationModel> Functions<'m, M> {
     pub(crate) fn new(
         model: &'m M,
         constants: M::Constants,

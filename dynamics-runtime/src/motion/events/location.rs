@@ -26,17 +26,16 @@ use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::action::Change;
 use crate::motion::events::functions::{AdHoc, Functions};
 use crate::motion::events::restart::{Leave, leave};
 use crate::motion::events::unilateral::{Guard, Guards};
 use crate::motion::failure::SimulationErrorKind;
-use crate::motion::simulation::Simulate;
 
 use crate::constrain::assemble::CONSISTENT;
 use crate::integrate::{Crossing, Direction, Knot, Scan, ScanError, Step, place};
 use crate::linalg::max_abs;
-use crate::model::{Known, ModelState, Vector};
 use crate::motion::events::zeno::Zeno;
 
 /// Whether a simulation goes on after an event.
@@ -55,7 +54,7 @@ impl From<()> for Flow {
 }
 
 /// What is to happen at an event.
-pub(crate) enum Action<'m, M: Simulate> {
+pub(crate) enum Action<'m, M: SimulationModel> {
     Stop,
     Reset(Box<Reset<'m, M>>),
     /// The guard with this index does what is due.
@@ -66,7 +65,7 @@ pub(crate) enum Action<'m, M: Simulate> {
 pub(crate) type Reset<'m, M> = dyn FnMut(&mut Change<'_, M>) -> Flow + 'm;
 
 /// An action with the crossings it is meant for.
-pub(crate) struct Rule<'m, M: Simulate> {
+pub(crate) struct Rule<'m, M: SimulationModel> {
     pub(crate) index: usize,
     pub(crate) direction: Direction,
     pub(crate) action: Action<'m, M>,
@@ -98,7 +97,7 @@ enum Standing {
 }
 
 /// The event functions of a run with their actions.
-pub(crate) struct Watch<'m, M: Simulate> {
+pub(crate) struct Watch<'m, M: SimulationModel> {
     functions: Functions<'m, M>,
     pub(crate) rules: Vec<Rule<'m, M>>,
     standing: Vec<Standing>,
@@ -123,7 +122,7 @@ pub(crate) struct Watch<'m, M: Simulate> {
 
 type Fault = SimulationErrorKind;
 
-impl<'m, M: Simulate> Watch<'m, M> {
+impl<'m, M: SimulationModel> Watch<'m, M> {
     pub(crate) fn new(
         model: &'m M,
         constants: M::Constants,
@@ -622,6 +621,6 @@ fn left(start: f64, noise: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) 
 }
 
 /// Whether a crossing calls for an action.
-fn acts<M: Simulate>(rules: &[Rule<'_, M>], crossing: &Crossing) -> bool {
+fn acts<M: SimulationModel>(rules: &[Rule<'_, M>], crossing: &Crossing) -> bool {
     rules.iter().any(|r| r.index == crossing.index && r.direction.admits(crossing.direction))
 }

@@ -13,10 +13,9 @@ use crate::constrain::Gradients;
 use crate::constrain::held::active_rows;
 use crate::linalg::{dot, max_abs};
 use crate::math;
-use crate::model::{Known, ModelState, Vector};
+use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::functions::Functions;
 use crate::motion::failure::SimulationErrorKind as Fault;
-use crate::motion::simulation::Simulate;
 
 /// Displacements for differences, in parts of 1 + |x|.
 const BESIDE: f64 = 1e-6;
@@ -27,7 +26,7 @@ const ROUNDED: f64 = 1e-13;
 /// Times that of the drift of the constraints.
 const DRIFTED: f64 = 10.0;
 
-impl<M: Simulate> Functions<'_, M> {
+impl<M: SimulationModel> Functions<'_, M> {
     /// Whether a function is zero at a state, and stays so, because constraints hold.
     pub(crate) fn is_kept(&self, index: usize, state: &M::State, scratch: &mut [f64]) -> Result<bool, Fault> {
         let value = self.value(index, state, scratch)?;

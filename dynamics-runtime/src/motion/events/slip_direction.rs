@@ -10,10 +10,9 @@
 //! finds is confirmed by the method's own interpolant.
 
 use crate::integrate::{Dense, Hermite, Step, Tolerances};
-use crate::model::{Constraint, ConstraintKind, ModelState, Modes};
+use crate::model::{Constraint, ConstraintKind, ModelState, Modes, SimulationModel};
 use crate::motion::events::unilateral::Guard;
 use crate::motion::right_hand_side::Plant;
-use crate::motion::simulation::Simulate;
 use crate::motion::stabilization::Upkeep;
 
 /// A released constraint without a rule, with its index among the switched ones.
@@ -40,7 +39,7 @@ const PLACES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 const HALVINGS: usize = 48;
 
 /// The released nonholonomic constraints of one row that no guard follows.
-pub(crate) fn unfollowed<'g, M: Simulate>(
+pub(crate) fn unfollowed<'g, M: SimulationModel>(
     modes: Modes,
     guards: impl Iterator<Item = &'g Guard> + Clone,
 ) -> impl Iterator<Item = Slipping> {
@@ -53,7 +52,7 @@ pub(crate) fn unfollowed<'g, M: Simulate>(
 
 /// What slipped before a change and slips after it slips to the side of its velocity, to which the change may
 /// have turned it; not where the change itself said the side.
-pub(crate) fn turn<M: Simulate>(
+pub(crate) fn turn<M: SimulationModel>(
     model: &M,
     upkeep: &mut Upkeep<M>,
     (constraint, switch): Slipping,
@@ -69,7 +68,7 @@ pub(crate) fn turn<M: Simulate>(
 
 /// Whether a constraint slips against its side in a step, by the quintic through the ends of the step, and
 /// the side counts there: at which place.
-pub(crate) fn suspect<M: Simulate>(
+pub(crate) fn suspect<M: SimulationModel>(
     plant: &mut Plant<'_, '_, M>,
     step: &Step<M::Vector>,
     slipping: Slipping,
@@ -86,7 +85,7 @@ pub(crate) fn suspect<M: Simulate>(
 
 /// Where a constraint that is suspected to slip against its side at a place turns round, if the interpolant
 /// of the step says so too.
-pub(crate) fn turned<M: Simulate>(
+pub(crate) fn turned<M: SimulationModel>(
     plant: &mut Plant<'_, '_, M>,
     step: &Step<M::Vector>,
     dense: &dyn Dense<M::Vector>,
@@ -116,7 +115,7 @@ pub(crate) fn turned<M: Simulate>(
 }
 
 /// The slip of a constraint that slips against its side, by more than a start may.
-fn against<M: Simulate>(
+fn against<M: SimulationModel>(
     plant: &mut Plant<'_, '_, M>,
     state: &M::State,
     (constraint, switch): Slipping,
@@ -129,7 +128,7 @@ fn against<M: Simulate>(
 }
 
 /// Whether accelerations depend on the side to which a constraint was released.
-fn counts<M: Simulate>(plant: &mut Plant<'_, '_, M>, state: &M::State, switch: usize) -> bool {
+fn counts<M: SimulationModel>(plant: &mut Plant<'_, '_, M>, state: &M::State, switch: usize) -> bool {
     let Plant { model, constants, upkeep, .. } = plant;
     upkeep.side_counts(model, constants, state, switch, 0.0)
 }

@@ -15,37 +15,11 @@ use alloc::vec::Vec;
 
 use crate::constrain::OutcomeOf;
 use crate::error::SolveError;
-use crate::model::{Constraint, ConstraintKind, Known, ModelState, Modes};
+use crate::model::{Constraint, ConstraintKind, Known, ModelState, Modes, SimulationModel};
 use crate::motion::events::action::{Change, find};
 use crate::motion::failure::OptionError;
-use crate::motion::simulation::Simulate;
+use crate::motion::options::contact::Contact;
 use crate::motion::stabilization::{Closing, Upkeep};
-
-/// The law of a unilateral contact: free where Φ > 0, pushed by λ > 0 where it is closed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// Coefficient of restitution e, 0 to 1: Φ̇⁺ = −e Φ̇⁻. Default 0: it closes at the first impact.
-    pub restitution: f64,
-    /// Speed of approach |Φ̇⁻| below which the contact closes instead of rebounding. Where it is not given, a
-    /// thousandth of the largest speed with which this contact was hit: what bounces on would have a
-    /// millionth of that impact's energy; and a tenth of it where the contact is back before it was seen to
-    /// move away, a hop that is shorter than steps resolve. The summary says how often, and at which speed. A
-    /// body that rocks from contact to contact comes to rest on them likewise.
-    pub rest_speed: Option<f64>,
-}
-
-impl Default for Contact {
-    fn default() -> Self {
-        Self { restitution: 0.0, rest_speed: None }
-    }
-}
-
-impl From<f64> for Contact {
-    /// With this coefficient of restitution.
-    fn from(restitution: f64) -> Self {
-        Self { restitution, ..Self::default() }
-    }
-}
 
 /// What a guard watches.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +52,7 @@ pub(crate) struct Guard {
 }
 
 impl Guard {
-    pub(crate) fn contact<M: Simulate>(name: &str, contact: Contact) -> Result<Self, OptionError> {
+    pub(crate) fn contact<M: SimulationModel>(name: &str, contact: Contact) -> Result<Self, OptionError> {
         let Contact { restitution, rest_speed } = contact;
         let number = |option, value, good: bool, admissible| match good {
             true => Ok(()),
@@ -92,7 +66,7 @@ impl Guard {
     }
 
     /// What is wrong with the constraint is said before what is wrong with the event.
-    pub(crate) fn stick<M: Simulate>(
+    pub(crate) fn stick<M: SimulationModel>(
         name: &str,
         breakaway: impl FnOnce() -> Result<usize, OptionError>,
     ) -> Result<Self, OptionError> {
@@ -101,7 +75,7 @@ impl Guard {
         Ok(Self { law: Law::Stick { breakaway: breakaway()? }, ..guard })
     }
 
-    fn new<M: Simulate>(
+    fn new<M: SimulationModel>(
         name: &str,
         option: &'static str,
         kind: ConstraintKind,
@@ -132,7 +106,7 @@ impl Guard {
     }
 
     /// The function of the guard; `event` gives the values of other events there, `reactions` solves for λ.
-    pub(crate) fn value<M: Simulate>(
+    pub(crate) fn value<M: SimulationModel>(
         &self,
         model: &M,
         state: &M::State,
@@ -176,7 +150,7 @@ impl Guard {
 
     /// What slipped before a change and slips after it slips to the side of its velocity, to which the change
     /// may have turned it.
-    pub(crate) fn turn<M: Simulate>(
+    pub(crate) fn turn<M: SimulationModel>(
         &self,
         before: Modes,
         model: &M,
@@ -196,7 +170,7 @@ impl Guard {
     }
 
     /// A contact with its law, for the impacts of a run.
-    pub(crate) fn closing<M: Simulate>(&self) -> Option<Closing> {
+    pub(crate) fn closing<M: SimulationModel>(&self) -> Option<Closing> {
         let Law::Contact(law) = self.law else { return None };
         let constraint = M::CONSTRAINTS.iter().position(|known| known == self.constraint)?;
         Some(Closing { constraint, law, hardest: 0.0 })
@@ -233,7 +207,7 @@ impl Guard {
     /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt
     /// with it: contacts that close together are hit together, and whether one that was to lift off still
     /// does when velocities have jumped is for its new reaction to say.
-    pub(crate) fn act<M: Simulate>(&mut self, change: &mut Change<'_, M>) {
+    pub(crate) fn act<M: SimulationModel>(&mut self, change: &mut Change<'_, M>) {
         if M::IS_UNSWITCHED {
             return;
         }
@@ -281,7 +255,7 @@ impl Guard {
 
     /// Whether a constraint that has just been switched cannot stay as it is: a contact that would pull,
     /// sticking that would break at once.
-    pub(crate) fn is_untenable<M: Simulate>(&self, state: &M::State, value: f64) -> bool {
+    pub(crate) fn is_untenable<M: SimulationModel>(&self, state: &M::State, value: f64) -> bool {
         self.holds(state) && value < 0.0 && !self.grazes_at(state.t())
     }
 }

@@ -4,7 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 use crate::error::SolveError;
-use crate::numbers::Readable;
+use crate::wording::Readable;
 
 /// Why a motion has no answer to a question.
 #[derive(Clone, PartialEq)]

@@ -5,7 +5,7 @@ use core::fmt;
 
 use crate::error::SolveError;
 use crate::motion::failure::{Jumping, Over, SimulationErrorKind};
-use crate::numbers::Rounded;
+use crate::wording::Rounded;
 
 impl fmt::Display for SimulationErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

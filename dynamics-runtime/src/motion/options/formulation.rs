@@ -1,11 +1,8 @@
 //! How a simulation keeps its constraints.
 
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::ToString;
 use core::fmt;
-
-use crate::model::{Constraints, Known, Route};
-use crate::motion::failure::OptionError;
 
 /// How a simulation keeps the constraints of its model. All of them solve M q̈ = Q + Φ_qᵀλ, Φ_q q̈ = γ at
 /// every evaluation; they differ in what becomes of the errors that every step leaves in Φ and Φ̇.
@@ -56,35 +53,6 @@ pub enum Formulation {
 }
 
 impl Formulation {
-    /// The formulation of a run and why it was chosen; `None` for models without constraints.
-    pub(crate) fn choose<M: Constraints>(asked: Option<Self>) -> Result<Option<(Self, String)>, OptionError> {
-        if M::IS_FREE {
-            return match asked {
-                Some(_) => Err(OptionError::NothingToHold),
-                None => Ok(None),
-            };
-        }
-        if let Some(Self::Baumgarte { alpha, beta }) = asked {
-            for (option, value) in [("alpha", alpha), ("beta", beta)] {
-                if !(value >= 0.0 && value.is_finite()) {
-                    return Err(OptionError::Gain { name: option, value });
-                }
-            }
-        }
-        let route = match M::ROUTE {
-            Route::Unconstrained => String::new(),
-            Route::Unrolled { elimination } => format!("; {elimination}"),
-            Route::General { reason } => format!("; general solver, as {reason}"),
-        };
-        Ok(Some(match asked {
-            Some(formulation) => (formulation, format!("as asked for{route}")),
-            None => (
-                Self::Projected,
-                format!("because it keeps Φ and Φ̇ at rounding level for one correction per step{route}"),
-            ),
-        }))
-    }
-
     /// Whether Φ and Φ̇ are at rounding level after every step.
     #[must_use]
     pub const fn is_exact(self) -> bool {

@@ -15,8 +15,7 @@ use alloc::vec::Vec;
 use crate::constrain::held::holds;
 use crate::integrate::{Crossing, Direction, Knot, Phase, Step, zip};
 use crate::linalg::max_abs;
-use crate::model::{Branches, Constraint, Known, ModelState, Vector};
-use crate::motion::Simulate;
+use crate::model::{Branches, Constraint, Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::action::Change;
 use crate::motion::events::location::Flow;
 use crate::motion::failure::{Jumping, SimulationErrorKind as Kind};
@@ -70,7 +69,7 @@ struct Jump {
     after: f64,
 }
 
-impl<M: Simulate> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     /// The next step. One of fixed size that meets a corner ends there.
     #[inline]
     pub(crate) fn advance(&mut self) -> Result<Step<M::Vector>, Halt> {
@@ -321,7 +320,7 @@ fn zip_vectors<V: Vector>(x: &V, y: &V, factor: f64) -> V {
 
 /// The rows that ask for something else at the second of two states that are the same but for rounding, and
 /// for the branches by which they are judged.
-fn jumps<M: Simulate>(plant: &mut Plant<'_, '_, M>, one: &M::State, other: &M::State) -> Vec<Jump> {
+fn jumps<M: SimulationModel>(plant: &mut Plant<'_, '_, M>, one: &M::State, other: &M::State) -> Vec<Jump> {
     let model = plant.model;
     let [(p, v), (r, w)] = [one, other].map(|state| (model.residual(state), model.velocity_residual(state)));
     let [of_q, of_u] = [one.q(), one.u()].map(|values| JUMPS * (1.0 + max_abs(values.as_slice())));

@@ -5,8 +5,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::integrate::{Crossing, Direction, Phase};
-use crate::model::{Known, ModelState, Vector};
-use crate::motion::Simulate;
+use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::action::Change;
 use crate::motion::events::location::Flow;
 use crate::motion::events::slip_direction;
@@ -14,7 +13,7 @@ use crate::motion::failure::SimulationErrorKind as Kind;
 use crate::motion::run::{Flight, Halt, Plan, Sink, halt};
 use crate::motion::trajectory::record::{EventRecord, Record};
 
-impl<M: Simulate> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     /// Calls the actions at the state reached and goes on from what they leave.
     pub(crate) fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, Halt> {
         let at = |kind| Halt { kind, h };
@@ -154,7 +153,11 @@ fn hold<V: Vector>(held: &mut V, before: &V, after: &V) {
     }
 }
 
-pub(crate) fn check_reset<M: Simulate>(event: &str, before: &M::State, after: &M::State) -> Result<(), Kind> {
+pub(crate) fn check_reset<M: SimulationModel>(
+    event: &str,
+    before: &M::State,
+    after: &M::State,
+) -> Result<(), Kind> {
     let bad = |name| Err(Kind::BadReset { event: event.into(), name });
     if after.t() != before.t() {
         return bad("t");

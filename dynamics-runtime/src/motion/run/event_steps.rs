@@ -14,8 +14,7 @@ use alloc::vec::Vec;
 use core::cell::RefCell;
 
 use crate::integrate::{Crossing, Dense, Direction, Knot, Step};
-use crate::model::{Model, ModelState};
-use crate::motion::Simulate;
+use crate::model::{Model, ModelState, SimulationModel};
 use crate::motion::erased_method::Interpolant;
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
@@ -50,7 +49,7 @@ enum Reached {
 /// The interpolant of a step, and the events before the first one that acts.
 type Looked<M> = (Interpolant<<M as Model>::Vector>, Vec<EventRecord<<M as Model>::State>>);
 
-impl<M: Simulate> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     /// A step with its events: ends it at the first one that calls for an action.
     pub(crate) fn watched(
         &mut self,
@@ -182,7 +181,7 @@ impl<M: Simulate> Flight<'_, '_, '_, M> {
 
 /// Ends the step at the crossing, by the method itself and not by its interpolant: a few corrections put the
 /// event function to zero at the state that results.
-fn end_at<M: Simulate>(
+fn end_at<M: SimulationModel>(
     stepper: &mut dyn Steps<M>,
     plan: &mut Plan<'_, '_, M>,
     (step, dense): (&mut Step<M::Vector>, &dyn Dense<M::Vector>),
@@ -228,7 +227,7 @@ fn end_at<M: Simulate>(
 /// The slope of the event function by the interpolant. Where it jumps, as a reaction does where a force
 /// jumps, a secant leads away from the place: half-way it is on one side of the jump. A kink whose slopes are
 /// less than five to one apart bends less; of a sharper one the interpolant's place is taken.
-fn slope<M: Simulate>(
+fn slope<M: SimulationModel>(
     plan: &mut Plan<'_, '_, M>,
     (whole, dense): (&Step<M::Vector>, &dyn Dense<M::Vector>),
     crossing: &Crossing,

@@ -12,8 +12,7 @@ use alloc::vec::Vec;
 use crate::integrate::{Kept, Method, Step, Tolerances};
 use crate::math;
 use crate::methods::Radau5;
-use crate::model::{Branches, ModelState as _, Vector};
-use crate::motion::Simulate;
+use crate::model::{Branches, ModelState as _, SimulationModel, Vector};
 use crate::motion::erased_method::stepping::Tally;
 use crate::motion::erased_method::{Driver, Maker};
 use crate::motion::right_hand_side::Plant;
@@ -48,7 +47,7 @@ pub(crate) fn longer(coordinates: usize) -> f64 {
 }
 
 /// Steps between two trials.
-fn every<M: Simulate>() -> u64 {
+fn every<M: SimulationModel>() -> u64 {
     EVERY.0.max(EVERY.1 * (M::Vector::LEN as u64).pow(2))
 }
 
@@ -76,7 +75,7 @@ impl<M> Stiffness<M> {
     }
 }
 
-impl<M: Simulate> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     /// Whether the motion is stiff for its method, and an implicit one is to go on.
     #[inline]
     pub(crate) fn is_stiff(&mut self) -> bool {

@@ -7,12 +7,15 @@ use alloc::vec::Vec;
 
 use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::methods::{Dop853, Rk4, Suits, Tsit5, Verner9};
-use crate::model::{Expansion, Known, ModelState, Vector};
+use crate::model::{Constraints, Expansion, Known, ModelState, Route, Vector};
 use crate::motion::erased_method::AnyDriver;
 use crate::motion::events::location::{Action, Rule};
-use crate::motion::events::unilateral::{Contact, Guard, Guards};
+use crate::motion::events::unilateral::{Guard, Guards};
 use crate::motion::failure::{OptionError, suggest};
+use crate::motion::options::contact::Contact;
+use crate::motion::options::defaults::DEFAULT_TOLERANCE;
 use crate::motion::options::formulation::Formulation;
+use crate::motion::options::output_times::{every, intervals};
 use crate::motion::simulation::{Output, Simulate, Simulation};
 
 /// Above this tolerance Tsitouras 5(4) is chosen. Measured by time for the same error on double pendulum and
@@ -32,9 +35,6 @@ const MANY_DIGITS: f64 = 1e-6;
 /// Number of coordinates above which one step of an implicit method, which factors matrices of that size,
 /// costs more than thousands of evaluations.
 const LARGE: usize = 100;
-/// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six
-/// with Verner 9(8).
-pub(crate) const DEFAULT_TOLERANCE: f64 = 1e-9;
 
 /// What the options say once they are checked.
 pub(crate) struct Checked<'m, M: Simulate> {
@@ -61,7 +61,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let method = self.choose_method(&options.tolerances)?;
         self.check_suits(&method.0)?;
         let output_times = self.output_list()?;
-        let formulation = Formulation::choose::<M>(self.formulation)?;
+        let formulation = formulation::<M>(self.formulation)?;
         self.check_series(&method.0, formulation.as_ref().map(|(formulation, _)| *formulation))?;
         let hands_over = self.method.is_none() && self.fixed.is_none() && M::Vector::LEN <= LARGE;
         number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
@@ -344,22 +344,37 @@ fn check_tolerances(absolute: f64, relative: f64, one: bool) -> Result<(), Optio
     }
 }
 
-/// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101
-/// times.
-fn intervals(span: f64, interval: f64) -> u64 {
-    (span / interval + 1e-6) as u64
-}
-
-/// Times at equal intervals from the start, the end included where an interval ends there.
-pub(crate) fn every(start: f64, end: f64, interval: f64) -> Vec<f64> {
-    let direction = if end < start { -1.0 } else { 1.0 };
-    let at = |k: u64| {
-        let t = start + direction * (k as f64 * interval);
-        if (end - t) * direction < 0.0 { end } else { t }
-    };
-    (0..=intervals((end - start).abs(), interval)).map(at).collect()
-}
-
 fn number(option: &'static str, value: f64, good: bool, admissible: &'static str) -> Result<(), OptionError> {
     if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
+}
+
+/// The formulation of a run and why it was chosen; `None` for models without constraints.
+fn formulation<M: Constraints>(
+    asked: Option<Formulation>,
+) -> Result<Option<(Formulation, String)>, OptionError> {
+    if M::IS_FREE {
+        return match asked {
+            Some(_) => Err(OptionError::NothingToHold),
+            None => Ok(None),
+        };
+    }
+    if let Some(Formulation::Baumgarte { alpha, beta }) = asked {
+        for (option, value) in [("alpha", alpha), ("beta", beta)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(OptionError::Gain { name: option, value });
+            }
+        }
+    }
+    let route = match M::ROUTE {
+        Route::Unconstrained => String::new(),
+        Route::Unrolled { elimination } => format!("; {elimination}"),
+        Route::General { reason } => format!("; general solver, as {reason}"),
+    };
+    Ok(Some(match asked {
+        Some(formulation) => (formulation, format!("as asked for{route}")),
+        None => (
+            Formulation::Projected,
+            format!("because it keeps Φ and Φ̇ at rounding level for one correction per step{route}"),
+        ),
+    }))
 }

@@ -6,7 +6,7 @@ use crate::constrain;
 use crate::constrain::assemble::size_along;
 use crate::error::SolveError;
 use crate::model::{Constraint, Constraints, ModelState, Modes, Vector};
-use crate::motion::events::unilateral::Contact;
+use crate::motion::options::contact::Contact;
 use crate::motion::stabilization::{Distances, Upkeep};
 
 /// A contact of a run.

@@ -15,8 +15,8 @@ use crate::error::SolveError;
 use crate::linalg::{max_abs, norm};
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Vector};
-use crate::motion::diagnosis::singular_position::{self, Here, Probe};
 use crate::motion::stabilization::adaptive_gain::Turned;
+use crate::motion::stabilization::near_singular::{DECIDED, Here, Probe};
 use crate::motion::stabilization::{Distances, Upkeep};
 
 /// Steps without a close look: directions change. Twice as many after each that found no more than [`SURE`]
@@ -185,7 +185,7 @@ impl<M: Constraints> Upkeep<M> {
         let (modes, lengths) = (state.modes(), here.lengths);
         self.look =
             reach.map(|Reach { reach, .. }| Look { modes, lengths, usual, part, reach, steps, left: steps });
-        Ok(match part > singular_position::DECIDED {
+        Ok(match part > DECIDED {
             true => Drift::Decides { part, shortened: self.shortened(model, state, &usual) },
             false => Drift::Harmless,
         })

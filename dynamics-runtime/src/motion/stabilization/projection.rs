@@ -1,13 +1,12 @@
 //! Stages and ends of steps are put onto the constraints, as far as rounding errors let them be.
 
-use crate::constrain;
 use crate::error::SolveError;
 use crate::integrate::Tolerances;
 use crate::linalg::max_abs;
-use crate::math;
 use crate::model::{Constraints, ModelState, Route, Vector};
 use crate::motion::options::formulation::Formulation;
 use crate::motion::stabilization::Upkeep;
+use crate::{constrain, math};
 
 /// Weight of the last step in the mean sensitivity.
 const FADE: f64 = 0.1;

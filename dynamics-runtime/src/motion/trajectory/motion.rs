@@ -5,18 +5,16 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::constrain;
-use crate::integrate::System as _;
-use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step};
+use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step, System as _};
 use crate::linalg::max_abs;
-use crate::model::{Branches, InputValues, Known, Model, ModelState, Vector};
+use crate::model::{Branches, Known, Model, ModelState, SimulationModel, Vector};
 use crate::motion::erased_method::{Interpolant, Maker};
-use crate::motion::failure::{MotionError, SimulationError, suggest};
+use crate::motion::failure::{MotionError, suggest};
 use crate::motion::options::formulation::Formulation;
 use crate::motion::right_hand_side::{InputLaw, Plant, with_inputs};
-use crate::motion::simulation::Simulate;
 use crate::motion::stabilization::Upkeep;
+use crate::motion::trajectory::global_error::GlobalError;
 use crate::motion::trajectory::record::{Counts, EventRecord, Record, Trajectory};
-use crate::motion::verification::global_error::GlobalError;
 
 /// Velocities that are solved for differ by no more than this part from those that are interpolated, but
 /// where rounding decides them.
@@ -26,14 +24,14 @@ const STRAYS: f64 = 0.01;
 ///
 /// It borrows the model. Times run from [`Motion::start_time`] to [`Motion::end_time`], which is the smaller
 /// one where the motion was computed backwards.
-pub struct Motion<'m, M: Simulate> {
+pub struct Motion<'m, M: SimulationModel> {
     model: &'m M,
     constants: M::Constants,
-    law: Option<InputLaw<'m, M>>,
+    pub(crate) law: Option<InputLaw<'m, M>>,
     pub(crate) trajectory: Trajectory<M>,
 }
 
-impl<'m, M: Simulate> Motion<'m, M> {
+impl<'m, M: SimulationModel> Motion<'m, M> {
     pub(crate) fn new(
         model: &'m M,
         constants: M::Constants,
@@ -422,7 +420,7 @@ struct Cached<V> {
 }
 
 /// States of a motion at times of one's choosing; remembers the interpolant of the last step.
-pub struct Sampler<'a, 'm, M: Simulate> {
+pub struct Sampler<'a, 'm, M: SimulationModel> {
     motion: &'a Motion<'m, M>,
     cached: Option<Cached<M::Vector>>,
     /// Puts states onto the constraints, where `.consistent_output()` or the step asks for it.
@@ -433,13 +431,13 @@ pub struct Sampler<'a, 'm, M: Simulate> {
 
 /// What made a step again, if it may go on with another one, and which; and what constraints are kept in,
 /// whoever makes the next.
-struct Memory<M: Simulate> {
+struct Memory<M: SimulationModel> {
     maker: Option<Box<dyn Maker<M>>>,
     next: usize,
     room: Vec<f64>,
 }
 
-impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
+impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
     pub(crate) fn motion(&self) -> &'a Motion<'m, M> {
         self.motion
     }
@@ -532,32 +530,7 @@ impl<'a, 'm, M: Simulate> Sampler<'a, 'm, M> {
     }
 }
 
-impl<M: Simulate> SimulationError<M> {
-    /// What was computed before the simulation broke off; `None` where nothing was, because an option made no
-    /// sense.
-    ///
-    /// The inputs closure of the simulation is gone with it: inputs are NaN, and states between steps come
-    /// from the quintic Hermite interpolant. [`SimulationError::motion_with_inputs`] takes the closure again.
-    #[must_use]
-    pub fn motion<'m>(&self, model: &'m M) -> Option<Motion<'m, M>> {
-        let constants = model.constants().ok()?;
-        Some(Motion::new(model, constants, None, (**self.trajectory.as_ref()?).clone()))
-    }
-
-    /// What was computed before the simulation broke off, with the inputs closure that it ran with.
-    #[must_use]
-    pub fn motion_with_inputs<'m, R: InputValues<M::Inputs>>(
-        &self,
-        model: &'m M,
-        law: impl Fn(f64, &M::State) -> R + Send + Sync + 'm,
-    ) -> Option<Motion<'m, M>> {
-        let mut motion = self.motion(model)?;
-        motion.law = Some(Box::new(move |t, state| law(t, state).values()));
-        Some(motion)
-    }
-}
-
-impl<M: Simulate> core::fmt::Debug for Motion<'_, M> {
+impl<M: SimulationModel> core::fmt::Debug for Motion<'_, M> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("Motion")
             .field("model", &<M as Model>::NAME)

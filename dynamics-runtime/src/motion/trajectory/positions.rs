@@ -5,9 +5,9 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::integrate::{Kept, Tolerances};
-use crate::model::ModelState;
+use crate::model::{ModelState, SimulationModel};
 use crate::motion::options::formulation::Formulation;
-use crate::motion::simulation::{Simulate, every};
+use crate::motion::options::output_times::every;
 use crate::motion::stabilization::Upkept;
 use crate::motion::trajectory::motion::{Motion, Sampler};
 use crate::motion::trajectory::record::{Counts, Record, Trajectory};
@@ -21,7 +21,7 @@ const GAUSS: [(f64, f64); 5] = [
     (0.953089922969332, 0.11846344252809454),
 ];
 
-impl<'m, M: Simulate> Motion<'m, M> {
+impl<'m, M: SimulationModel> Motion<'m, M> {
     /// From the states that were solved, in order and at least one, with their accelerations.
     pub(crate) fn of_positions(
         model: &'m M,
@@ -64,7 +64,7 @@ impl<'m, M: Simulate> Motion<'m, M> {
     }
 }
 
-impl<M: Simulate> Sampler<'_, '_, M> {
+impl<M: SimulationModel> Sampler<'_, '_, M> {
     /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature on so many parts of it,
     /// where no stages are known.
     pub(crate) fn meter_by_quadrature(&mut self, index: usize, parts: u32, work: &mut [f64]) -> bool {

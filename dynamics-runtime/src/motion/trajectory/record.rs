@@ -11,7 +11,7 @@ use crate::motion::erased_method::AnyDriver;
 use crate::motion::events::action::Impact;
 use crate::motion::options::formulation::Formulation;
 use crate::motion::stabilization::Upkept;
-use crate::motion::verification::global_error::GlobalError;
+use crate::motion::trajectory::global_error::GlobalError;
 
 /// An accepted state and the step that leaves it.
 pub(crate) struct Record<M: Model> {

@@ -11,10 +11,9 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use crate::integrate::System as _;
-use crate::model::ModelState;
+use crate::model::{ModelState, SimulationModel};
 use crate::motion::erased_method::{AnyDriver, Maker};
 use crate::motion::right_hand_side::on;
-use crate::motion::simulation::Simulate;
 use crate::motion::trajectory::motion::{Motion, Sampler};
 
 /// Quarters, as where positions are solved: see `Motion::add_work`.
@@ -58,7 +57,7 @@ pub(crate) struct EnergyHistory {
     pub(crate) account: WorkAccount,
 }
 
-impl<'m, M: Simulate> Motion<'m, M> {
+impl<'m, M: SimulationModel> Motion<'m, M> {
     /// The work–energy account: the work of every force, energy changes at resets, and the error with which
     /// it closes.
     ///

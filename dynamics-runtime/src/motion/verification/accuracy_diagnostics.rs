@@ -12,13 +12,12 @@
 use core::fmt;
 
 use crate::integrate::{Method, Tolerances};
-use crate::model::{ModelState, Vector};
-use crate::motion::simulation::Simulate;
+use crate::model::{ModelState, SimulationModel, Vector};
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::verification::missed_instability::Outgrown;
 use crate::motion::verification::step_doubling::Apart;
 use crate::motion::verification::undersampled_force::Unseen;
-use crate::numbers::{Part, Rounded, Times};
+use crate::wording::{Part, Rounded, Times};
 
 /// More permitted errors than this are warned of.
 const MUCH: f64 = 1e3;
@@ -125,7 +124,7 @@ impl fmt::Display for Unchecked {
     }
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// `drift` of the energy at most, of `scale`.
     pub(crate) fn doubts(&self, drift: f64, scale: f64) -> Doubts {
         // What has grown beyond all numbers has no scale.

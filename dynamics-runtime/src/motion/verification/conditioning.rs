@@ -2,17 +2,14 @@
 
 use alloc::vec::Vec;
 
-use nalgebra::DMatrix;
-
+use crate::constrain::conditioning::{condition_of, left_condition};
 use crate::constrain::gradients::mass;
-use crate::constrain::inertia::{left_inertia, unit_inertias};
 use crate::constrain::weakness::{Weakness, condition, weakness};
 use crate::constrain::{Involved, with_workspace};
+use crate::golden_section::golden;
 use crate::integrate::Tolerances;
 use crate::linalg::max_abs;
-use crate::math;
-use crate::model::{Constraints, Known, ModelState, Vector};
-use crate::motion::simulation::Simulate;
+use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::motion::trajectory::motion::{Motion, Sampler};
 use crate::motion::trajectory::record::Record;
 use crate::motion::verification::singular_point_validation::missed_by;
@@ -51,8 +48,6 @@ const UNDETERMINED: f64 = 1e8;
 const PARTS: usize = 4;
 /// A position at which the constraints are worse conditioned than this is a singular one.
 const SINGULAR: f64 = 1e4;
-/// Bisections of the golden section.
-const SECTIONS: usize = 40;
 /// Permitted errors by which constraints may miss a singular position before a motion turns round there for
 /// sure.
 const MISSED: f64 = 100.0;
@@ -78,7 +73,7 @@ pub struct Nearest {
     pub missed: Option<(f64, f64)>,
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// Whether it is asked how near the constraints came to losing rank: not without any, and not of more
     /// than 32 coordinates, where it would cost more than the run.
     pub(crate) fn asks_for_nearest(&self) -> bool {
@@ -174,66 +169,4 @@ impl<M: Simulate> Motion<'_, M> {
         let time = records[index].state.t();
         Conditioning { largest, time, looked_at: (looked_at.min(records.len()), records.len()) }
     }
-}
-
-pub(crate) fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
-    with_workspace::<M, _>(|workspace| {
-        condition_of(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD)
-    })
-}
-
-/// κ of P S P + b (1 − P), P onto the velocities that the constraints leave, b the mean inertia of these.
-fn left_condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
-    let n = M::COORDINATES.len();
-    let mean = |mass: &[f64], held: usize| match n.saturating_sub(held) {
-        0 => 1.0,
-        free => (0..n).map(|i| mass[i * n + i]).sum::<f64>() / free as f64,
-    };
-    let left = left_inertia(model, state, &unit_inertias(model, state), mean);
-    left.map_or(f64::NAN, |left| condition_of(n, &left, false))
-}
-
-/// Of M by rows; an exact 1 where it is diagonal. Coordinates without any inertia are carried along by
-/// constraints, if there are any (`held`); the accelerations of the others are what M determines.
-fn condition_of(n: usize, mass: &[f64], held: bool) -> f64 {
-    let entry = |i: usize, j: usize| mass[i * n + j];
-    let heavy: Vec<usize> = (0..n).filter(|i| !held || (0..n).any(|j| entry(*i, j) != 0.0)).collect();
-    let scale = |i: usize| if entry(i, i) == 0.0 { 1.0 } else { entry(i, i).abs() };
-    let scaled = |i: usize, j: usize| entry(i, j) / math::sqrt(scale(i) * scale(j));
-    let scaled = DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| scaled(heavy[i], heavy[j]));
-    if scaled.iter().any(|x| x.is_nan()) {
-        return f64::NAN;
-    }
-    let size = norm(&scaled);
-    if size == 1.0 && scaled.diagonal().iter().all(|x| x.abs() == 1.0) {
-        // Nothing beside a unit diagonal.
-        return 1.0;
-    }
-    // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is singular
-    // twice.
-    scaled.lu().try_inverse().map_or(f64::INFINITY, |inverse| size * norm(&inverse))
-}
-
-/// ‖A‖₁, the largest sum of absolute values in a column.
-fn norm(matrix: &DMatrix<f64>) -> f64 {
-    matrix.column_iter().map(|column| column.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
-}
-
-/// The place of the greatest value between two, by golden section, and the value.
-pub(crate) fn golden(mut a: f64, mut b: f64, value: &mut dyn FnMut(f64) -> f64) -> (f64, f64) {
-    const PART: f64 = 0.381_966_011_250_105_1;
-    let (mut left, mut right) = (a + PART * (b - a), b - PART * (b - a));
-    let (mut at_left, mut at_right) = (value(left), value(right));
-    for _ in 0..SECTIONS {
-        if at_left > at_right {
-            (b, right, at_right) = (right, left, at_left);
-            left = a + PART * (b - a);
-            at_left = value(left);
-        } else {
-            (a, left, at_left) = (left, right, at_right);
-            right = b - PART * (b - a);
-            at_right = value(right);
-        }
-    }
-    if at_left > at_right { (left, at_left) } else { (right, at_right) }
 }

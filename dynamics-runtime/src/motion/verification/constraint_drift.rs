@@ -4,8 +4,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::constrain::held::active_rows;
-use crate::model::{Known, ModelState, Vector};
-use crate::motion::simulation::Simulate;
+use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::motion::trajectory::motion::Motion;
 
 /// What became of one row of the constraints over the accepted states at which it held, in the row's own
@@ -24,7 +23,7 @@ pub struct ConstraintDrift {
     pub time: f64,
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// The largest |Φ| and |Φ̇| of every row over the accepted states at which its constraint held.
     #[must_use]
     pub fn constraint_drift(&self) -> Vec<ConstraintDrift> {

@@ -1,20 +1,12 @@
 //! Gimbal lock: where angles stop telling orientations apart, and what that takes of a motion's digits.
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::string::String;
-
+use crate::golden_section::golden;
 use crate::integrate::Tolerances;
-use crate::model::{AngleSet, Constraints, ModelState, Vector};
-use crate::motion::SimulationErrorKind as Kind;
-use crate::motion::simulation::Simulate;
+use crate::model::{AngleSet, ModelState, SimulationModel, Vector};
+use crate::motion::diagnosis::gimbal_lock::{NEAR, locking};
+use crate::motion::failure::gimbal_lock::Locking;
 use crate::motion::trajectory::motion::Motion;
-use crate::motion::verification::conditioning::{condition_number, golden};
 
-/// Angles farther from locking than this are not told of.
-const NEAR: f64 = 0.05;
-/// Angles nearer to locking than this are what a failure beside comes from.
-const LOCKED: f64 = 1e-3;
 /// Part of the accelerations that may be rounding where no tolerance was given.
 const FIXED: f64 = 1e-6;
 /// Parts in which steps are looked through.
@@ -22,35 +14,8 @@ const PARTS: usize = 16;
 /// Fixed steps in which the middle angle changes by more than this part of its least distance do not see how
 /// fast the others turn there.
 const COARSE: f64 = 2.0;
-/// How much worse the mass matrix has to be than at twice the distance to be so for that reason. Of a free
-/// body it is four times as bad; rings and rotors with inertia of their own have a regular mass matrix there,
-/// and what is bad for another reason stays so.
-const WORSE: f64 = 2.0;
 
-/// Where three angles of a motion came nearest to locking.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Locking {
-    /// The angles.
-    pub set: AngleSet,
-    /// Their names, in the order of the turns.
-    pub names: [&'static str; 3],
-    /// Distance of the middle angle from the value at which they lock, in rad.
-    pub distance: f64,
-    /// The middle angle there, in rad.
-    pub middle: f64,
-    /// When.
-    pub time: f64,
-    /// Conditioning of the mass matrix there, as of [`Conditioning`](crate::motion::Conditioning): the angles'
-    /// accelerations lose that much of their digits.
-    pub conditioning: f64,
-    /// Rounding takes more of the accelerations there than the errors that were permitted, or steps of a
-    /// fixed length passed over it.
-    pub doubtful: bool,
-    /// Steps of a fixed length are too long for what the angles do there.
-    pub passed_over: bool,
-}
-
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// The nearest approach of any set of angles to gimbal lock, where the mass matrix suffers from it.
     pub(crate) fn locking(&self) -> Option<Locking> {
         if const { M::ANGLE_SETS.is_empty() } {
@@ -146,72 +111,6 @@ fn within(set: AngleSet, [t, a, va]: Middle, [to, b, vb]: Middle) -> impl Iterat
             (false, false) => Some((t + h * at(k), (angle - lock.value()).abs())),
         }
     })
-}
-
-impl Locking {
-    /// A set that locks elsewhere.
-    pub(crate) fn other_set(&self) -> &'static str {
-        if self.set.axes[0] == self.set.axes[2] { "1-2-3" } else { "3-1-3" }
-    }
-
-    /// What makes it doubtful.
-    pub(crate) fn what_it_takes(&self) -> String {
-        match self.passed_over {
-            true => "the fixed steps are too long for how fast the angles turn there".into(),
-            false => {
-                format!(
-                    "rounding takes {:.1e} of the accelerations there",
-                    (f64::EPSILON * self.conditioning).min(1.0)
-                )
-            }
-        }
-    }
-
-    /// `theta` within 7e-7 of 0, the singular value of its 3-1-3 set.
-    pub(crate) fn describe(&self) -> String {
-        let Self { set, names: [_, name, _], distance, middle, .. } = self;
-        format!(
-            "`{name}` within {distance:.1e} of {}, the singular value of its {set} set",
-            set.locks_at(*middle)
-        )
-    }
-}
-
-/// A set at a state, where the mass matrix is the worse for it.
-fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option<Locking> {
-    let q = state.q().as_slice();
-    let (distance, middle) = (set.distance(q), q[set.angles[1]]);
-    if distance > NEAR || distance.is_nan() {
-        return None;
-    }
-    let (lock, mut away) = (set.locks_at(middle).value(), *state);
-    away.q_mut().as_mut_slice()[set.angles[1]] = lock + (2.0 * distance).max(LOCKED).copysign(middle - lock);
-    let [conditioning, elsewhere] = [state, &away].map(|state| condition_number(model, state));
-    let names = set.angles.map(|i| M::COORDINATES[i].name);
-    let found = Locking {
-        set,
-        names,
-        distance,
-        middle,
-        time: state.t(),
-        conditioning,
-        doubtful: false,
-        passed_over: false,
-    };
-    (conditioning > WORSE * elsewhere).then_some(found)
-}
-
-/// A failure where angles lock, with their names.
-pub(crate) fn explain<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
-    if const { M::ANGLE_SETS.is_empty() } {
-        return kind;
-    }
-    let locked =
-        M::ANGLE_SETS.iter().filter_map(|set| locking(model, state, *set)).filter(|at| at.distance < LOCKED);
-    match locked.reduce(|a, b| if b.distance < a.distance { b } else { a }) {
-        Some(locking) => Kind::GimbalLock { at: Box::new(locking), cause: Box::new(kind) },
-        None => kind,
-    }
 }
 
 #[cfg(test)]

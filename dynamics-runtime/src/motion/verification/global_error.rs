@@ -5,19 +5,17 @@
 //! again and again. No step knows; a second run does.
 
 pub(crate) mod events;
-pub(crate) mod words;
 
-use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::motion::verification::global_error::events::Matched;
 
 use crate::math;
-use crate::model::{ModelState, Vector};
-use crate::motion::simulation::Simulate;
+use crate::model::{ModelState, SimulationModel, Vector};
+use crate::motion::trajectory::global_error::{GlobalError, Largest, SecondRun};
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::trajectory::record::Trajectory;
-use crate::motion::verification::reference_run::{Second, SecondRun};
+use crate::motion::verification::reference_run::Second;
 
 /// Errors of this part of the range of a coordinate or velocity leave no digit.
 const LOST: f64 = 0.1;
@@ -27,67 +25,13 @@ const LARGE: f64 = 0.01;
 const GROWTH: f64 = 1e3;
 /// Fewer points show no law.
 const FEWEST: usize = 16;
-/// Errors beyond this many permitted ones are warned of.
-const MUCH: f64 = 1e3;
-
-/// The largest difference between two runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Largest {
-    /// The coordinate, or that whose velocity it is.
-    pub name: &'static str,
-    /// In the unit of the coordinate or velocity.
-    pub error: f64,
-    /// When.
-    pub time: f64,
-}
-
-/// An event whose time differs between two runs.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Shift {
-    /// The event.
-    pub name: String,
-    /// When it happened in the first run.
-    pub time: f64,
-    /// How much later it happened in the second run; NaN where it did not, or only there.
-    pub by: f64,
-}
-
-/// The error of a motion, estimated by a second run:
-/// [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error). It is that at the ends of the steps,
-/// and in the middle of up to 256 of them; at instants where events change the state the shift of the event
-/// is looked at instead.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GlobalError {
-    /// What the second run did otherwise.
-    pub second: SecondRun,
-    /// Largest error of a coordinate.
-    pub coordinates: Largest,
-    /// Largest error of a velocity.
-    pub velocities: Largest,
-    /// Largest error in tolerances, absolute + relative·|value|; `None` with a fixed step.
-    pub ratio: Option<f64>,
-    /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a
-    /// fixed step.
-    pub between: Option<f64>,
-    /// From when on errors are a tenth of the range of a coordinate or velocity, or more: nothing later can
-    /// be trusted.
-    pub lost_at: Option<f64>,
-    /// Time in which errors double, where they grow exponentially: in chaotic and unstable motions.
-    pub doubling_time: Option<f64>,
-    /// Largest shift of an event.
-    pub shift: Option<Shift>,
-    /// The first event that only one of the runs has.
-    pub unmatched: Option<Shift>,
-    /// (t, largest error of a coordinate or velocity in parts of its range) at the steps.
-    pub history: Vec<(f64, f64)>,
-    /// Evaluations of the accelerations in the second run.
-    pub evaluations: u64,
-    /// Where and why the second run broke off: what comes after is not estimated.
-    pub broken_off: Option<(f64, String)>,
-}
 
 /// The error of a trajectory by a second run, with steps of order p.
-pub(crate) fn compare<M: Simulate>(first: &Trajectory<M>, second: &mut Second<M>, order: u32) -> GlobalError {
+pub(crate) fn compare<M: SimulationModel>(
+    first: &Trajectory<M>,
+    second: &mut Second<M>,
+    order: u32,
+) -> GlobalError {
     let Matched { shift, unmatched, between } = Matched::of(first, second);
     second.middles.retain(|state| !between.iter().any(|[a, b]| *a <= state.t() && state.t() <= *b));
     let fixed = matches!(second.run, SecondRun::HalfStep(_));
@@ -130,7 +74,7 @@ pub(crate) fn compare<M: Simulate>(first: &Trajectory<M>, second: &mut Second<M>
 }
 
 /// The largest error in the middle of steps in parts of what is permitted.
-pub(crate) fn between<M: Simulate>(motion: &Motion<'_, M>, middles: &[M::State]) -> f64 {
+pub(crate) fn between<M: SimulationModel>(motion: &Motion<'_, M>, middles: &[M::State]) -> f64 {
     let (mut sampler, tolerances) = (motion.reader(), motion.trajectory.tolerances);
     middles.iter().fold(0.0, |most: f64, exact| {
         let state = sampler.at(exact.t());
@@ -153,7 +97,7 @@ struct Differences {
 }
 
 impl Differences {
-    fn new<M: Simulate>(start: f64) -> Self {
+    fn new<M: SimulationModel>(start: f64) -> Self {
         let name = M::COORDINATES.first().map_or("", |coordinate| coordinate.name);
         Self { largest: [Largest { name, error: 0.0, time: start }; 2], ratio: 0.0, history: Vec::new() }
     }
@@ -166,7 +110,7 @@ impl Differences {
 }
 
 /// Range of every coordinate and of every velocity.
-fn ranges<M: Simulate>(trajectory: &Trajectory<M>) -> [Vec<f64>; 2] {
+fn ranges<M: SimulationModel>(trajectory: &Trajectory<M>) -> [Vec<f64>; 2] {
     let range = |of: fn(&M::State) -> &M::Vector| {
         (0..M::Vector::LEN).map(move |i| {
             let values = trajectory.records.iter().map(|record| of(&record.state).as_slice()[i]);

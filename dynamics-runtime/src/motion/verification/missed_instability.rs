@@ -21,11 +21,10 @@ use core::fmt;
 use crate::integrate::linear::{factor, solve};
 use crate::integrate::{Knot, Phase, Step, System as _, Tolerances, zip};
 use crate::math;
-use crate::model::Vector;
+use crate::model::{SimulationModel, Vector};
 use crate::motion::right_hand_side::Plant;
-use crate::motion::simulation::Simulate;
 use crate::motion::trajectory::motion::Motion;
-use crate::numbers::Rounded;
+use crate::wording::Rounded;
 
 /// So many steps are looked at, the longest ones.
 const STEPS: usize = 12;
@@ -84,7 +83,7 @@ impl Outgrown {
     }
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// Whether growth is looked for: not of larger models.
     pub(crate) fn affords_growth(&self) -> bool {
         M::Vector::LEN <= MOST_COORDINATES

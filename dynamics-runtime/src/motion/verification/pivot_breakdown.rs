@@ -10,10 +10,9 @@ use nalgebra::DMatrix;
 use crate::constrain::gradients::Gradients;
 use crate::constrain::workspace_len;
 use crate::math;
-use crate::model::{Block, Quantity, Vector};
-use crate::motion::simulation::Simulate;
-use crate::motion::summary::names;
+use crate::model::{Block, Quantity, SimulationModel, Vector};
 use crate::motion::trajectory::motion::Motion;
+use crate::wording::names;
 
 /// Determinant of a block beside the norms of its columns and rows, below which it is named: guards of
 /// generated code call at 10⁻² and less.
@@ -37,7 +36,7 @@ impl fmt::Display for Vanished {
     }
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// The block that was nearest to being singular when generated code was left first; `None` where none was
     /// near it.
     pub(crate) fn vanished(&self) -> Option<Vanished> {

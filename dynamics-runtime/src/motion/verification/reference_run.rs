@@ -3,20 +3,12 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::integrate::{Method, StepOptions, Tolerances};
 use crate::model::{Model, ModelState};
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
 use crate::motion::run::Sink;
+use crate::motion::trajectory::global_error::SecondRun;
 use crate::motion::trajectory::record::{Counts, EventRecord, Record};
-
-/// How many times smaller the tolerance of the second run is.
-const TIGHTER: f64 = 100.0;
-/// A second run is worth its cost where its tolerance is smaller by this factor at least.
-const WORTH: f64 = 3.0;
-/// Where it cannot be smaller, it is larger by this factor: what is then found is mostly the error of the
-/// second run.
-const LOOSER: f64 = 10.0;
 
 /// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with
 /// dense output.
@@ -37,59 +29,6 @@ pub(crate) fn places(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
         middle.push(true);
     }
     (places, middle)
-}
-
-/// What the second run did otherwise than the first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SecondRun {
-    /// It kept smaller tolerances, 100 times where rounding permits. The difference is the error of the first
-    /// run.
-    Tighter {
-        /// In the unit of each coordinate and velocity.
-        absolute: f64,
-        /// Dimensionless.
-        relative: f64,
-    },
-    /// It kept ten times the tolerances, because rounding leaves no room below those of the first: the
-    /// difference is mostly the error of the second run, so that of the first is smaller.
-    Looser {
-        /// In the unit of each coordinate and velocity.
-        absolute: f64,
-        /// Dimensionless.
-        relative: f64,
-    },
-    /// Its fixed step was half as long. The difference is divided by 1 − 2⁻ᵖ for a method of order p.
-    HalfStep(f64),
-}
-
-impl SecondRun {
-    pub(crate) fn of(first: &StepOptions, method: Method) -> Self {
-        if let Some(h) = first.fixed {
-            return Self::HalfStep(0.5 * h);
-        }
-        let Tolerances { absolute, relative } = first.tolerances;
-        // Newton's iterations of an implicit method leave rounding errors of their own.
-        let finest = if method.is_for_stiff() { 1e-13 } else { 1e-14 };
-        let room = if relative > 0.0 { relative / finest } else { TIGHTER };
-        if room < WORTH {
-            return Self::Looser { absolute: LOOSER * absolute, relative: LOOSER * relative };
-        }
-        let factor = room.min(TIGHTER);
-        Self::Tighter { absolute: absolute / factor, relative: relative / factor }
-    }
-
-    /// The options of the first run, with what is otherwise.
-    pub(crate) fn options(self, first: StepOptions) -> StepOptions {
-        match self {
-            Self::HalfStep(h) => StepOptions { fixed: Some(h), ..first },
-            Self::Tighter { absolute, relative } | Self::Looser { absolute, relative } => {
-                StepOptions { tolerances: Tolerances { absolute, relative }, ..first }
-            }
-        }
-    }
-
-    /// How many times as many steps it may make.
-    pub(crate) const MORE_STEPS: u64 = 100;
 }
 
 /// What the second run left.

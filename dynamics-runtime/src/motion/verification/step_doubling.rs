@@ -17,9 +17,8 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 use crate::integrate::{Kept, Knot, Phase, Step, System as _, zip};
-use crate::model::{ModelState, Vector};
+use crate::model::{ModelState, SimulationModel, Vector};
 use crate::motion::erased_method::Maker;
-use crate::motion::simulation::Simulate;
 use crate::motion::trajectory::motion::Motion;
 
 /// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps
@@ -43,7 +42,7 @@ pub(crate) struct Apart {
     pub(crate) given_up: Option<f64>,
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// How far it is from a motion in half steps.
     pub(crate) fn apart_from_halves(&self) -> Apart {
         let records = &self.trajectory.records;
@@ -187,7 +186,7 @@ impl<M: Simulate> Motion<'_, M> {
 }
 
 /// What makes the second motion, and how many more steps of it are worth while.
-struct Second<M: Simulate> {
+struct Second<M: SimulationModel> {
     maker: Box<dyn Maker<M>>,
     /// What the constraints are kept in.
     room: Vec<f64>,

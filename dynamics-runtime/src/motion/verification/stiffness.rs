@@ -11,10 +11,9 @@
 
 use crate::integrate::{Knot, Phase, Step, System as _, zip};
 use crate::methods::Radau5;
-use crate::model::{ModelState as _, Vector};
+use crate::model::{ModelState as _, SimulationModel, Vector};
 use crate::motion::erased_method::Driver;
 use crate::motion::run::longer;
-use crate::motion::simulation::Simulate;
 use crate::motion::trajectory::motion::Motion;
 
 /// Shorter runs have nothing to gain: an implicit step takes as long as two or three of theirs.
@@ -46,7 +45,7 @@ const IMPLICIT: u64 = 9;
 /// tenth of a second at most.
 const EFFORT: (u64, u64) = (3, 300_000);
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// Whether it has so many steps that fewer would be a gain.
     pub(crate) fn could_crawl(&self) -> bool {
         self.trajectory.records.len() >= STEPS

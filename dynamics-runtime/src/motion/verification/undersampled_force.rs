@@ -16,11 +16,10 @@ use core::fmt;
 
 use crate::integrate::linear::{factor, solve};
 use crate::integrate::{Dense as _, Hermite, Knot, Method, Step, System as _};
-use crate::model::Vector;
+use crate::model::{SimulationModel, Vector};
 use crate::motion::right_hand_side::Plant;
-use crate::motion::simulation::Simulate;
 use crate::motion::trajectory::motion::Motion;
-use crate::numbers::Rounded;
+use crate::wording::Rounded;
 
 /// Nodes and weights of Gauss's rule of order 8 on (0, 1): Hairer, Nørsett & Wanner, Solving ODE I, §II.1.
 const NODES: [(f64, f64); 4] = [
@@ -69,7 +68,7 @@ impl Unseen {
     }
 }
 
-impl<M: Simulate> Motion<'_, M> {
+impl<M: SimulationModel> Motion<'_, M> {
     /// The largest impulse that one of the longer steps has not seen, if it matters.
     pub(crate) fn unseen(&self, stiff: bool) -> Option<Unseen> {
         let records = &self.trajectory.records;
@@ -169,7 +168,7 @@ impl<M: Simulate> Motion<'_, M> {
 }
 
 /// What is left of an impulse at the end of a step in which it is damped and held.
-fn lasting<M: Simulate>(
+fn lasting<M: SimulationModel>(
     plant: &mut Plant<'_, '_, M>,
     (start, h): (&Knot<M::Vector>, f64),
     impulse: &mut M::Vector,

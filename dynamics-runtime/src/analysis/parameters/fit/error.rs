@@ -8,7 +8,7 @@ use core::fmt;
 use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::VariableError;
 use super::{Fit, Fitted, Outlier};
-use crate::numbers::Readable;
+use crate::wording::Readable;
 
 /// Why unknowns were not found.
 #[derive(Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::{Fit, Loss, Outlier};
-use crate::numbers::{Readable, Times};
+use crate::wording::{Readable, Times};
 
 /// One line for each unknown, then correlations that matter, then one line for each quantity.
 impl fmt::Display for Fit {

@@ -3,15 +3,12 @@
 
 use alloc::vec::Vec;
 
-use crate::constrain;
-use crate::constrain::assemble::weigh;
-use crate::constrain::gradients::mass;
 use crate::integrate::{Knot, Phase};
 use crate::linalg::norm;
-use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 use crate::motion::right_hand_side::Plant;
 use crate::motion::run::branch_identification::strand::{Strand, Strands};
+use crate::{constrain, math};
 
 /// Distances before the place at which the motion is read.
 const NODES: usize = 4;
@@ -27,20 +24,6 @@ const SAME: f64 = 0.5;
 const AGREE: f64 = 0.25;
 /// Part of its length by which the gradient that is met may differ from what is foretold.
 const KEEPS: f64 = 0.5;
-
-/// √Mᵢᵢ.
-pub(crate) fn weights<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> M::Vector {
-    let mass = mass(model, state, workspace);
-    let mut weights = M::Vector::zeros();
-    (0..M::Vector::LEN).for_each(|i| weights[i] = mass[i * (M::Vector::LEN + 1)]);
-    weigh(weights.as_mut_slice());
-    weights
-}
-
-/// Of a gradient, coordinates measured by these weights.
-pub(crate) fn length(gradient: &[f64], weights: &[f64]) -> f64 {
-    math::sqrt(gradient.iter().zip(weights).map(|(x, w)| (x / w) * (x / w)).sum())
-}
 
 pub(crate) struct Path<'p, 'r, 'm, M: Constraints> {
     plant: &'p Plant<'r, 'm, M>,

@@ -13,13 +13,14 @@
 
 use alloc::vec::Vec;
 
+use crate::constrain::assemble::weigh;
+use crate::constrain::gradients::mass;
 use crate::constrain::held::{active_rows, holds};
 use crate::constrain::weakness::weakness;
 use crate::constrain::{self, Gradients, Involved};
 use crate::linalg::norm;
 use crate::math;
 use crate::model::{ConstraintKind, Constraints, ModelState, Vector};
-use crate::motion::run::branch_identification::path::length;
 
 /// Part of the way between states within which it is looked how gradients grow.
 const PROBE: f64 = 0.1;
@@ -105,7 +106,7 @@ impl<M: Constraints> Strands<M> {
             return;
         }
         self.weights =
-            crate::motion::run::branch_identification::path::weights(model, start, &mut self.workspace);
+            crate::motion::run::branch_identification::strand::weights(model, start, &mut self.workspace);
         let gradients = Gradients::alone(model, start, &mut self.workspace);
         for row in 0..M::Residual::LEN {
             let usual = length(gradients.row(row), self.weights.as_slice());
@@ -225,4 +226,18 @@ pub(crate) fn rows_of<M: Constraints>(model: &M, state: &M::State, strand: Stran
         Strand::Row(row) => Involved::ranked(M::ROWS, core::iter::once((row, 1.0))),
         Strand::All => weakness(model, state).rows,
     }
+}
+
+/// √Mᵢᵢ.
+pub(crate) fn weights<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> M::Vector {
+    let mass = mass(model, state, workspace);
+    let mut weights = M::Vector::zeros();
+    (0..M::Vector::LEN).for_each(|i| weights[i] = mass[i * (M::Vector::LEN + 1)]);
+    weigh(weights.as_mut_slice());
+    weights
+}
+
+/// Of a gradient, coordinates measured by these weights.
+pub(crate) fn length(gradient: &[f64], weights: &[f64]) -> f64 {
+    math::sqrt(gradient.iter().zip(weights).map(|(x, w)| (x / w) * (x / w)).sum())
 }

@@ -70,6 +70,14 @@ impl fmt::Display for Part {
     }
 }
 
+/// Names, quoted, with commas between.
+pub(crate) fn names(f: &mut fmt::Formatter<'_>, names: &[&str]) -> fmt::Result {
+    for (k, name) in names.iter().enumerate() {
+        write!(f, "{}`{name}`", if k > 0 { ", " } else { "" })?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use alloc::string::ToString;

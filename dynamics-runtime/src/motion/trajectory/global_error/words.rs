@@ -2,9 +2,8 @@
 
 use core::fmt;
 
-use crate::motion::verification::global_error::{GlobalError, MUCH, Shift};
-use crate::motion::verification::reference_run::SecondRun;
-use crate::numbers::{Grouped, Rounded, Times};
+use crate::motion::trajectory::global_error::{GlobalError, MUCH, SecondRun, Shift};
+use crate::wording::{Grouped, Rounded, Times};
 
 impl GlobalError {
     /// Whether the error is too large to pass unnoticed: more than a thousand permitted ones, no digit left,

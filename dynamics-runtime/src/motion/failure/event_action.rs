@@ -1,0 +1,162 @@
+//! Why an event could not do to a motion what it was told to.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+
+use crate::error::{SolveError, StateError};
+
+/// Why a change cannot be made.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub enum ChangeError {
+    /// There is no constraint of this name.
+    UnknownConstraint {
+        /// What was given.
+        name: String,
+        /// The nearest known name.
+        suggestion: Option<String>,
+    },
+    /// The constraint is not one that can be switched.
+    NotSwitched {
+        /// Its name.
+        constraint: &'static str,
+    },
+    /// A constraint is to engage at a place where it does not hold.
+    EngagedApart {
+        /// Its row that is missed most.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+    },
+    /// A constraint is to be hit at a place where it does not touch.
+    ImpactApart {
+        /// Its row that is missed most.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+    },
+    /// A constraint that pushes only is to be hit while Φ grows: it moves away.
+    ImpactAway {
+        /// Its row.
+        row: &'static str,
+        /// Φ̇ there.
+        rate: f64,
+    },
+    /// The gap of a contact jumps past zero: the body has met a step from the side, and the function of the
+    /// contact does not say how.
+    ContactJumps {
+        /// Its row.
+        row: &'static str,
+        /// Φ beside the jump.
+        residual: f64,
+    },
+    /// A contact without a corner is met far below its ground.
+    ContactMissed {
+        /// Its row.
+        row: &'static str,
+        /// Φ there.
+        residual: f64,
+    },
+    /// A contact is hit in a corner of its ground, and the motion does not say on which face.
+    ContactEdge {
+        /// Its row.
+        row: &'static str,
+    },
+    /// The side to which a constraint is released cannot be told from its reaction: there is none, or one for
+    /// each of several rows.
+    NoSide {
+        /// Its name.
+        constraint: &'static str,
+    },
+    /// A coefficient of restitution outside 0 to 1.
+    Restitution {
+        /// What was given.
+        value: f64,
+    },
+    /// The constraints have no common solution.
+    Solve(SolveError),
+    /// The state that was left does not fulfil the constraints that hold.
+    State(Box<StateError>),
+}
+
+/// What is wrong with the state that an action left; what makes a start does not help there.
+fn left(error: &StateError, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+    match error {
+        StateError::ConstraintViolated { row, residual, .. } => write!(
+            f,
+            "the action moved coordinates off constraint `{row}`: its residual is {residual:e}; move with \
+             them what it ties to them"
+        ),
+        StateError::VelocityViolated { row, residual, .. } => write!(
+            f,
+            "the action left velocities that violate constraint `{row}`: its residual is {residual:e}; \
+             change those that it ties together alike, as `state.u *= -0.5` does, or let what is met be a \
+             `(switched)` constraint with `.contact(..)`"
+        ),
+        other => write!(f, "{other}"),
+    }
+}
+
+impl core::fmt::Display for ChangeError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::UnknownConstraint { name, suggestion: Some(near) } => {
+                write!(f, "there is no constraint `{name}`; did you mean `{near}`?")
+            }
+            Self::UnknownConstraint { name, suggestion: None } => {
+                write!(
+                    f,
+                    "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`"
+                )
+            }
+            Self::NotSwitched { constraint } => {
+                write!(f, "constraint `{constraint}` always holds; declare it with `(switched)`")
+            }
+            Self::EngagedApart { row, residual } => write!(
+                f,
+                "`{row}` is to engage where its residual is {residual:e}; engage it where it crosses zero, \
+                 or move the state there first"
+            ),
+            Self::ImpactApart { row, residual } => write!(
+                f,
+                "`{row}` is to be hit where its residual is {residual:e}; hit it where it crosses zero, or \
+                 move the state there first"
+            ),
+            Self::ImpactAway { row, rate } => write!(
+                f,
+                "`{row}` is to be hit while it grows, by {rate:e} per unit of time: a released constraint \
+                 pushes only, to where it is positive; hit it where it falls, write it with the opposite \
+                 sign, or stop it with `engage`"
+            ),
+            Self::ContactJumps { row, residual } => write!(
+                f,
+                "the gap of contact `{row}` jumps past zero, it is {residual:.3e} beside the jump: the body \
+                 meets a step from the side, and how that is hit the gap does not say; declare the face of \
+                 the step as a `(switched)` constraint with a `.contact(..)` of its own"
+            ),
+            Self::ContactMissed { row, residual } => write!(
+                f,
+                "the gap of contact `{row}` is {residual:.3e} already where it is seen to be met: what \
+                 happens within the steps before is not resolved; tighten the tolerance, or make steps \
+                 shorter, by `.max_step(..)` or `.fixed_step(..)`"
+            ),
+            Self::ContactEdge { row } => write!(
+                f,
+                "contact `{row}` has a corner here, and is hit in it: what each of its faces gives its gap \
+                 does not say; declare each as a `(switched)` constraint with a `.contact(..)` of its own"
+            ),
+            Self::NoSide { constraint } => write!(
+                f,
+                "the reaction of `{constraint}` does not say to which side it is released; say so with \
+                 `release_to(\"{constraint}\", side)`"
+            ),
+            Self::Restitution { value } => {
+                write!(f, "a coefficient of restitution of {value} is not possible; give one from 0 to 1")
+            }
+            Self::Solve(error) => error.fmt(f),
+            Self::State(error) => left(error, f),
+        }
+    }
+}
+
+impl core::error::Error for ChangeError {}

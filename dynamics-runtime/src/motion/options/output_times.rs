@@ -1,0 +1,19 @@
+//! Output times at equal intervals.
+
+use alloc::vec::Vec;
+
+/// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101
+/// times.
+pub(crate) fn intervals(span: f64, interval: f64) -> u64 {
+    (span / interval + 1e-6) as u64
+}
+
+/// Times at equal intervals from the start, the end included where an interval ends there.
+pub(crate) fn every(start: f64, end: f64, interval: f64) -> Vec<f64> {
+    let direction = if end < start { -1.0 } else { 1.0 };
+    let at = |k: u64| {
+        let t = start + direction * (k as f64 * interval);
+        if (end - t) * direction < 0.0 { end } else { t }
+    };
+    (0..=intervals((end - start).abs(), interval)).map(at).collect()
+}
