@@ -177,6 +177,8 @@ mod guides {
     struct Constraints;
     #[doc = include_str!("../docs/guide/events-and-control.md")]
     struct EventsAndControl;
+    #[doc = include_str!("../docs/guide/equilibria.md")]
+    struct Equilibria;
     #[doc = include_str!("../docs/vocabulary.md")]
     struct Vocabulary;
 
