@@ -179,6 +179,10 @@ mod guides {
     struct EventsAndControl;
     #[doc = include_str!("../docs/guide/equilibria.md")]
     struct Equilibria;
+    #[doc = include_str!("../docs/guide/vibration.md")]
+    struct Vibration;
+    #[doc = include_str!("../docs/guide/periodic-motions.md")]
+    struct PeriodicMotions;
     #[doc = include_str!("../docs/vocabulary.md")]
     struct Vocabulary;
 
