@@ -27,8 +27,10 @@ pub(crate) mod file;
 #[cfg(test)]
 mod json_check;
 mod motion;
+mod places;
 #[cfg(feature = "png")]
 mod png;
+mod point;
 mod reduce;
 mod svg;
 pub(crate) mod text;
@@ -39,7 +41,8 @@ mod xml_check;
 pub use animation::{Animation, Film};
 pub use chart::{Axis, Chart, Mark, Panel, Scale, Series};
 pub use color::Color;
-pub use drawing::{Drawing, Figure, Places, Point, Shape};
+pub use drawing::{Drawing, Figure, Shape};
 pub use error::OutputError;
 #[cfg(feature = "std")]
 pub use file::FileError;
+pub use point::{Number, Placement, Places, Point};

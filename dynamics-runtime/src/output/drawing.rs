@@ -20,86 +20,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use super::color::Color;
-use crate::bodies::Frame;
-use crate::scalar::Scalar;
-use crate::vector::{Vec2, Vec3};
-
-/// A place in a picture: of the plane, or of space with z up. Where a picture has any of space it is seen
-/// from an eye that the viewer moves, and those of the plane stand upright in the plane of x and z.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Point {
-    /// x to the right, y up.
-    Planar([f64; 2]),
-    /// x and y level, z up.
-    Spatial([f64; 3]),
-}
-
-impl Point {
-    /// In space.
-    pub(super) fn in_space(self) -> [f64; 3] {
-        match self {
-            Self::Planar([x, y]) => [x, 0.0, y],
-            Self::Spatial(point) => point,
-        }
-    }
-
-    fn offset(self, [dx, dy]: [f64; 2]) -> Self {
-        match self {
-            Self::Planar([x, y]) => Self::Planar([x + dx, y + dy]),
-            // In space a plane figure stands upright: its own plane is x–z.
-            Self::Spatial([x, y, z]) => Self::Spatial([x + dx, y, z + dy]),
-        }
-    }
-}
-
-impl<T: Scalar> From<Vec2<T>> for Point {
-    fn from(point: Vec2<T>) -> Self {
-        Self::Planar([point.x.value(), point.y.value()])
-    }
-}
-
-impl<T: Scalar> From<Vec3<T>> for Point {
-    fn from(point: Vec3<T>) -> Self {
-        Self::Spatial([point.x.value(), point.y.value(), point.z.value()])
-    }
-}
-
-impl<T: Scalar> From<[T; 2]> for Point {
-    fn from(point: [T; 2]) -> Self {
-        Self::Planar(point.map(Scalar::value))
-    }
-}
-
-impl<T: Scalar> From<[T; 3]> for Point {
-    fn from(point: [T; 3]) -> Self {
-        Self::Spatial(point.map(Scalar::value))
-    }
-}
-
-/// What a function returns that the automatic picture of a model can take for places: a vector, or an array
-/// of them.
-pub trait Places {
-    /// The places in their order.
-    fn places(self) -> Vec<Point>;
-}
-
-impl<T: Scalar> Places for Vec2<T> {
-    fn places(self) -> Vec<Point> {
-        [self.into()].into()
-    }
-}
-
-impl<T: Scalar> Places for Vec3<T> {
-    fn places(self) -> Vec<Point> {
-        [self.into()].into()
-    }
-}
-
-impl<P: Places, const N: usize> Places for [P; N] {
-    fn places(self) -> Vec<Point> {
-        self.into_iter().flat_map(P::places).collect()
-    }
-}
+use super::point::{Number, Placement, Point};
 
 /// The automatic picture has a trace for each point up to this many; of more, lines over lines, only for the
 /// last of every helper.
@@ -341,13 +262,13 @@ impl Drawing {
 
     /// A disc of the given radius; in space, a ball.
     #[must_use]
-    pub fn disc(self, center: impl Into<Point>, radius: impl Scalar) -> Self {
+    pub fn disc(self, center: impl Into<Point>, radius: impl Number) -> Self {
         self.figure(Figure::Circle { center: center.into(), radius: radius.value(), filled: true })
     }
 
     /// A circle of the given radius; in space, the outline of a ball.
     #[must_use]
-    pub fn circle(self, center: impl Into<Point>, radius: impl Scalar) -> Self {
+    pub fn circle(self, center: impl Into<Point>, radius: impl Number) -> Self {
         self.figure(Figure::Circle { center: center.into(), radius: radius.value(), filled: false })
     }
 
@@ -363,9 +284,9 @@ impl Drawing {
     pub fn rectangle(
         self,
         center: impl Into<Point>,
-        width: impl Scalar,
-        height: impl Scalar,
-        angle: impl Scalar,
+        width: impl Number,
+        height: impl Number,
+        angle: impl Number,
     ) -> Self {
         let center = center.into();
         let (width, height) = (width.value(), height.value());
@@ -383,9 +304,9 @@ impl Drawing {
     pub fn arc(
         self,
         center: impl Into<Point>,
-        radius: impl Scalar,
-        from: impl Scalar,
-        to: impl Scalar,
+        radius: impl Number,
+        from: impl Number,
+        to: impl Number,
     ) -> Self {
         let (center, radius) = (center.into(), radius.value());
         let (from, to) = (from.value(), to.value());
@@ -454,26 +375,26 @@ impl Drawing {
 
     /// A solid box in a frame: its middle there, and its lengths along the frame's axes.
     #[must_use]
-    pub fn cuboid(self, frame: Frame, center: impl Into<Vec3>, lengths: [f64; 3]) -> Self {
+    pub fn cuboid<A: Placement>(self, frame: A, center: impl Into<A::Place>, lengths: [f64; 3]) -> Self {
         let center = center.into();
         let half = |axis: usize| {
             let mut along = [0.0; 3];
             along[axis] = 0.5 * lengths[axis];
-            Point::from(frame.point(center + Vec3::from(along)))
+            frame.point(A::moved(center, along))
         };
-        self.figure(Figure::Cuboid { center: frame.point(center).into(), faces: [half(0), half(1), half(2)] })
+        self.figure(Figure::Cuboid { center: frame.point(center), faces: [half(0), half(1), half(2)] })
     }
 
     /// A solid cylinder between the middles of its ends: a wheel, a shaft, a rod.
     #[must_use]
-    pub fn cylinder(self, from: impl Into<Point>, to: impl Into<Point>, radius: impl Scalar) -> Self {
+    pub fn cylinder(self, from: impl Into<Point>, to: impl Into<Point>, radius: impl Number) -> Self {
         let radii = [radius.value(); 2];
         self.figure(Figure::Cone { from: from.into(), to: to.into(), radii })
     }
 
     /// A solid cone from the middle of its base to its tip.
     #[must_use]
-    pub fn cone(self, base: impl Into<Point>, tip: impl Into<Point>, radius: impl Scalar) -> Self {
+    pub fn cone(self, base: impl Into<Point>, tip: impl Into<Point>, radius: impl Number) -> Self {
         self.figure(Figure::Cone { from: base.into(), to: tip.into(), radii: [radius.value(), 0.0] })
     }
 
@@ -554,7 +475,6 @@ impl Drawing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Expr, Mat3, vec2, vec3};
 
     fn points(shape: &Shape) -> &[Point] {
         match &shape.figure {
@@ -606,28 +526,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_move_are_drawn_where_they_are() {
-        let s = Expr::coordinate(0.5, 2.0, 0.0);
-        let drawing =
-            Drawing::new().line(vec2(s, 1.0), Vec2::new(3.0, 4.0)).disc(vec3(s, 0.0, 2.0 * s), s).dot([s, s]);
-        assert_eq!(points(&drawing.shapes()[0]), [Point::Planar([0.5, 1.0]), Point::Planar([3.0, 4.0])]);
-        assert_eq!(
-            drawing.shapes()[1].figure,
-            Figure::Circle { center: Point::Spatial([0.5, 0.0, 1.0]), radius: 0.5, filled: true }
-        );
-    }
-
-    #[test]
-    fn solids_stand_where_their_frame_does() {
-        let frame = Frame::new(vec3(1.0, 2.0, 3.0), Mat3::rotation_z(core::f64::consts::FRAC_PI_2));
-        let drawing = Drawing::new().cuboid(frame, vec3(1.0, 0.0, 0.0), [4.0, 2.0, 6.0]);
-        let Figure::Cuboid { center, faces } = &drawing.shapes()[0].figure else { panic!("{drawing:?}") };
-        let expected = [[1.0, 3.0, 3.0], [1.0, 5.0, 3.0], [0.0, 3.0, 3.0], [1.0, 3.0, 6.0]];
-        for (point, expected) in core::iter::once(center).chain(faces).zip(expected) {
-            for (x, expected) in point.in_space().into_iter().zip(expected) {
-                assert!((x - expected).abs() < 1e-14, "{point:?}");
-            }
-        }
+    fn cones_end_in_a_tip_and_cylinders_do_not() {
         let drawing =
             Drawing::new().cone([0.0; 3], [0.0, 0.0, 1.0], 0.5).cylinder([0.0; 3], [1.0, 0.0, 0.0], 0.1);
         let radii = |k: usize| match drawing.shapes()[k].figure {
@@ -647,28 +546,6 @@ mod tests {
             points(chain),
             [Point::Planar([0.0, 0.0]), Point::Planar([1.0, 0.0]), Point::Planar([1.0, 1.0])]
         );
-    }
-
-    #[test]
-    fn arrays_of_places_are_drawn_as_chains() {
-        let links: [Vec2; 30] = core::array::from_fn(|k| vec2(k as f64, 1.0));
-        let drawing = Drawing::of_helpers(&[("links", links.places()), ("end", vec2(30.0, 0.0).places())]);
-        let count = |wanted: fn(&Figure) -> bool| {
-            drawing.shapes().iter().filter(|shape| wanted(&shape.figure)).count()
-        };
-        assert_eq!(count(|figure| matches!(figure, Figure::Dot { .. })), 31);
-        assert_eq!(
-            count(|figure| matches!(figure, Figure::Polyline { points, .. } if points.len() == 32)),
-            1
-        );
-        let traces = drawing.shapes().iter().filter_map(|shape| match &shape.figure {
-            Figure::Trace { name, .. } => Some(name.as_str()),
-            _ => None,
-        });
-        assert_eq!(traces.collect::<Vec<_>>(), ["links[29]", "end"]);
-        let corners = [[vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 1.0)], [vec3(0.0, 1.0, 1.0); 2]].places();
-        assert_eq!((corners.len(), corners[1]), (4, Point::Spatial([1.0, 0.0, 1.0])));
-        assert_eq!(Drawing::of_helpers(&[("corners", corners)]).shapes().len(), 4 + 2 + 4);
     }
 
     #[test]

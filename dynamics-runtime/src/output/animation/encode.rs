@@ -14,7 +14,8 @@ use alloc::vec::Vec;
 use core::fmt::Write;
 
 use super::super::color::Color;
-use super::super::drawing::{Drawing, Figure, Point, Shape};
+use super::super::drawing::{Drawing, Figure, Shape};
+use super::super::point::Point;
 use super::super::text::{json, json_number};
 
 /// Beyond this a coordinate counts as not finite: its square would overflow.

@@ -1,0 +1,84 @@
+//! Points of a picture, and of what they are made.
+
+use alloc::vec::Vec;
+
+/// A place in a picture: of the plane, or of space with z up. Where a picture has any of space it is seen
+/// from an eye that the viewer moves, and those of the plane stand upright in the plane of x and z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Point {
+    /// x to the right, y up.
+    Planar([f64; 2]),
+    /// x and y level, z up.
+    Spatial([f64; 3]),
+}
+
+impl Point {
+    /// In space.
+    pub(super) fn in_space(self) -> [f64; 3] {
+        match self {
+            Self::Planar([x, y]) => [x, 0.0, y],
+            Self::Spatial(point) => point,
+        }
+    }
+
+    pub(super) fn offset(self, [dx, dy]: [f64; 2]) -> Self {
+        match self {
+            Self::Planar([x, y]) => Self::Planar([x + dx, y + dy]),
+            // In space a plane figure stands upright: its own plane is x–z.
+            Self::Spatial([x, y, z]) => Self::Spatial([x + dx, y, z + dy]),
+        }
+    }
+}
+
+impl<T: Number> From<[T; 2]> for Point {
+    fn from(point: [T; 2]) -> Self {
+        Self::Planar(point.map(Number::value))
+    }
+}
+
+impl<T: Number> From<[T; 3]> for Point {
+    fn from(point: [T; 3]) -> Self {
+        Self::Spatial(point.map(Number::value))
+    }
+}
+
+/// A length or an angle of a figure, or a coordinate of a point: a plain number, or one that moves, of which
+/// the value is drawn.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a number that can be drawn; pictures are made of `f64` and `Expr`",
+    label = "neither `f64` nor `Expr`",
+    note = "write whole numbers with a point: `2.0`, and indices as `f64::from(i)` or `i as f64`"
+)]
+pub trait Number: Copy {
+    /// Its value.
+    fn value(self) -> f64;
+}
+
+impl Number for f64 {
+    fn value(self) -> f64 {
+        self
+    }
+}
+
+/// Where a solid stands: the axes of a body, in which its places are told.
+pub trait Placement: Copy {
+    /// A place, by its coordinates along the body's axes.
+    type Place: Copy;
+    /// The place moved by so much along each axis.
+    fn moved(place: Self::Place, along: [f64; 3]) -> Self::Place;
+    /// Where the place is in space.
+    fn point(self, place: Self::Place) -> Point;
+}
+
+/// What a function returns that the automatic picture of a model can take for places: a vector, or an array
+/// of them.
+pub trait Places {
+    /// The places in their order.
+    fn places(self) -> Vec<Point>;
+}
+
+impl<P: Places, const N: usize> Places for [P; N] {
+    fn places(self) -> Vec<Point> {
+        self.into_iter().flat_map(P::places).collect()
+    }
+}
