@@ -391,5 +391,5 @@ impl<M: Powers + Outputs + Events + Constraints> SimulationModel for M {}
 #[cfg(feature = "alloc")]
 pub trait Draw: Model {
     /// The picture at one instant.
-    fn draw(&self, coordinates: &Self::Coordinates) -> crate::output::Drawing;
+    fn draw(&self, coordinates: &Self::Coordinates) -> dynamics_view::Drawing;
 }

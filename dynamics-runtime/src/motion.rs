@@ -33,7 +33,6 @@ pub use events::action::{Change, Impact};
 pub use events::location::Flow;
 pub use failure::event_action::ChangeError;
 pub use failure::gimbal_lock::Locking;
-pub(crate) use failure::suggest;
 pub use failure::{Jumping, Met, MotionError, OptionError, Over, SimulationErrorKind};
 pub use options::contact::Contact;
 pub use options::formulation::Formulation;

@@ -14,35 +14,16 @@
 //! A path whose extension names another format is an error, before anything is written; a path without an
 //! extension gets the first format of its row.
 
-mod animation;
 mod atlas;
-mod chart;
-mod color;
 pub mod csv;
-mod drawing;
-mod error;
-mod export;
-#[cfg(feature = "std")]
-pub(crate) mod file;
-#[cfg(test)]
-mod json_check;
 mod motion;
 mod places;
-#[cfg(feature = "png")]
-mod png;
-mod point;
-mod reduce;
-mod svg;
-pub(crate) mod text;
-mod ticks;
-#[cfg(test)]
-mod xml_check;
 
-pub use animation::{Animation, Film};
-pub use chart::{Axis, Chart, Mark, Panel, Scale, Series};
-pub use color::Color;
-pub use drawing::{Drawing, Figure, Shape};
-pub use error::OutputError;
 #[cfg(feature = "std")]
-pub use file::FileError;
-pub use point::{Number, Placement, Places, Point};
+pub use dynamics_view::FileError;
+pub use dynamics_view::{
+    Animation, Axis, Chart, Color, Drawing, Figure, Film, Mark, Number, OutputError, Panel, Placement,
+    Places, Point, Scale, Series, Shape,
+};
+#[cfg(feature = "std")]
+pub(crate) use dynamics_view::{file, text};

@@ -106,6 +106,6 @@ fn index<M: Simulate>(name: &str) -> Result<usize, PeriodicError> {
     let found = M::COORDINATES.iter().position(|q| q.name == name);
     found.ok_or_else(|| PeriodicError::UnknownCoordinate {
         name: name.into(),
-        nearest: crate::motion::suggest(name, M::COORDINATES.iter().map(|q| q.name)),
+        nearest: dynamics_view::suggest(name, M::COORDINATES.iter().map(|q| q.name)),
     })
 }

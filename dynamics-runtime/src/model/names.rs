@@ -3,8 +3,9 @@
 use alloc::format;
 use alloc::string::String;
 
+use dynamics_view::text;
+
 use super::{Constraints, Dynamics, Outputs, Quantity, Vector};
-use crate::output::text;
 
 /// A named sequence of numbers.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,7 +6,6 @@ pub(crate) mod query;
 pub(crate) mod words;
 
 pub use crate::motion::failure::query::MotionError;
-pub(crate) use crate::motion::failure::query::suggest;
 
 use alloc::boxed::Box;
 use alloc::string::String;

@@ -5,14 +5,14 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt::Write;
 
-use super::animation::{Animation, Film};
-use super::chart::Chart;
+use dynamics_view::{Animation, Chart, Drawing, Film};
+#[cfg(feature = "std")]
+use dynamics_view::{
+    OutputError,
+    file::{self, Content},
+};
+
 use super::csv::header;
-use super::drawing::Drawing;
-#[cfg(feature = "std")]
-use super::error::OutputError;
-#[cfg(feature = "std")]
-use super::file::Content;
 use super::motion::{chart, panels};
 use crate::model::names::{self, Column};
 use crate::model::{Draw, ModelState};
@@ -66,7 +66,7 @@ impl<M: Simulate> AtlasMotion<'_, M> {
     /// Writes [`to_csv`](AtlasMotion::to_csv) to a file, `.csv` or without an extension.
     pub fn write_csv(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         use std::io::Write as _;
-        let mut file = super::file::create(path.as_ref(), Content::Table)?;
+        let mut file = file::create(path.as_ref(), Content::Table)?;
         file.write_all(self.to_csv().as_bytes()).and_then(|()| file.flush()).map_err(OutputError::Stream)
     }
 

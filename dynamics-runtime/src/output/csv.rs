@@ -10,8 +10,10 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
 
-use super::error::OutputError;
-use super::text;
+#[cfg(feature = "std")]
+use dynamics_view::file::{self, Content, FileError};
+use dynamics_view::{OutputError, text};
+
 use crate::model::names::{self, Column};
 use crate::model::{Known, ModelState, Vector};
 use crate::motion::{Motion, Simulate};
@@ -73,13 +75,11 @@ impl<M: Simulate> Csv<'_, '_, M> {
         let path = path.as_ref();
         // Before the file is there: a wrong interval leaves an old file alone.
         self.times()?;
-        let file = super::file::create(path, super::file::Content::Table)?;
+        let file = file::create(path, Content::Table)?;
         self.write_to(file).map_err(|error| match error {
-            OutputError::Stream(source) => OutputError::File(super::file::FileError {
-                path: path.to_path_buf(),
-                action: "write",
-                source,
-            }),
+            OutputError::Stream(source) => {
+                OutputError::File(FileError { path: path.to_path_buf(), action: "write", source })
+            }
             other => other,
         })
     }
@@ -155,28 +155,8 @@ pub(super) fn header<M: Simulate>() -> String {
         if !unit.is_empty() {
             let _ = write!(field, " [{unit}]");
         }
-        line.push_str(&quoted(field));
+        line.push_str(&text::quoted(field));
     }
     line.push('\n');
     line
-}
-
-/// A field after RFC 4180.
-pub(crate) fn quoted(field: String) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        alloc::format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_what_must_be_is_quoted() {
-        assert_eq!(quoted("theta[1] [rad]".into()), "theta[1] [rad]");
-        assert_eq!(quoted("a,b \"c\"".into()), "\"a,b \"\"c\"\"\"");
-    }
 }

@@ -4,11 +4,8 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-use super::animation::{Animation, Film};
-use super::chart::{Axis, Chart, Panel, Series};
-use super::drawing::Drawing;
-use super::error::OutputError;
-use super::text;
+use dynamics_view::{Animation, Axis, Chart, Drawing, Film, OutputError, Panel, Series, text};
+
 use crate::model::names::{self, Column};
 use crate::model::{Draw, ModelState, Vector};
 use crate::motion::{EventRecord, Motion, Simulate};

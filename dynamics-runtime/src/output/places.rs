@@ -2,7 +2,8 @@
 
 use alloc::vec::Vec;
 
-use super::point::{Number, Placement, Places, Point};
+use dynamics_view::{Number, Placement, Places, Point};
+
 use crate::bodies::Frame;
 use crate::expr::Expr;
 use crate::scalar::Scalar;
@@ -50,7 +51,8 @@ impl Placement for Frame {
 
 #[cfg(test)]
 mod tests {
-    use super::super::drawing::{Drawing, Figure, Shape};
+    use dynamics_view::{Drawing, Figure, Shape};
+
     use super::*;
     use crate::{Mat3, vec2, vec3};
 
@@ -80,7 +82,8 @@ mod tests {
         let Figure::Cuboid { center, faces } = &drawing.shapes()[0].figure else { panic!("{drawing:?}") };
         let expected = [[1.0, 3.0, 3.0], [1.0, 5.0, 3.0], [0.0, 3.0, 3.0], [1.0, 3.0, 6.0]];
         for (point, expected) in core::iter::once(center).chain(faces).zip(expected) {
-            for (x, expected) in point.in_space().into_iter().zip(expected) {
+            let Point::Spatial(place) = point else { panic!("{point:?}") };
+            for (x, expected) in place.iter().zip(expected) {
                 assert!((x - expected).abs() < 1e-14, "{point:?}");
             }
         }

@@ -5,10 +5,12 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::time::Duration;
 
+use dynamics_view::suggest;
+
 use super::error::LadderError;
 use crate::analysis::runs::{self, in_a_line, reaches};
 use crate::model::{ModelState, Vector};
-use crate::motion::{Counts, Motion, Simulate, Simulation, suggest};
+use crate::motion::{Counts, Motion, Simulate, Simulation};
 
 /// An output by a closure.
 type Output<'m, M> = Box<dyn Fn(&Motion<'m, M>, &<M as crate::model::Model>::State) -> f64 + 'm>;

@@ -5,9 +5,10 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
+use dynamics_view::suggest;
+
 use super::comparison::{Comparison, Difference, RungReport};
 use super::error::LadderError;
-use crate::motion::suggest;
 use crate::output::text::readable;
 
 /// The plainest rung that suffices for an accuracy, with what it saves. Shows itself as a sentence.

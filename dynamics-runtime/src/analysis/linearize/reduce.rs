@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+use dynamics_view::suggest;
 use nalgebra::DMatrix;
 
 use super::LinearizeError;
@@ -9,7 +10,6 @@ use crate::constrain::held::active_rows;
 use crate::constrain::system::RANK_TOLERANCE;
 use crate::constrain::{project_positions, with_workspace};
 use crate::model::{Constraints, ModelState, Quantity, Vector};
-use crate::motion::suggest;
 
 /// Coordinates by name.
 pub(in crate::analysis) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, LinearizeError> {

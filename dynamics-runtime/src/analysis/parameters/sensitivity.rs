@@ -30,6 +30,7 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 
+use dynamics_view::suggest;
 use nalgebra::{DMatrix, DVector};
 
 use super::equations::{self, differences};
@@ -38,7 +39,7 @@ use super::sweep::RunFailure;
 use super::variable::{Variable, VariableError};
 use crate::analysis::linearize::scales;
 use crate::model::{ModelState, Parameters, Vector};
-use crate::motion::{Motion, Simulate, Simulation, suggest};
+use crate::motion::{Motion, Simulate, Simulation};
 
 /// Options of simulations.
 pub(super) type Options<'m, M> = Box<dyn Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm>;

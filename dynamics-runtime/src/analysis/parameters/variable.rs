@@ -5,8 +5,9 @@ use alloc::format;
 use alloc::string::String;
 use core::fmt;
 
+use dynamics_view::suggest;
+
 use crate::model::{Dynamics, ModelState, Parameters, Quantity};
-use crate::motion::suggest;
 
 /// A parameter, or an element of the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

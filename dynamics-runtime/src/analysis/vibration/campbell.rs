@@ -289,7 +289,7 @@ fn whirl(mode: &Mode, planes: &[(&str, &str)]) -> Result<Option<f64>, VibrationE
     let (mut turning, mut size) = (0.0, 0.0);
     let of = |name: &str| {
         mode.of(name).ok_or_else(|| {
-            let nearest = crate::motion::suggest(name, mode.coordinates.iter().map(|q| q.name));
+            let nearest = dynamics_view::suggest(name, mode.coordinates.iter().map(|q| q.name));
             VibrationError::Linearize(LinearizeError::UnknownCoordinate { name: name.into(), nearest })
         })
     };

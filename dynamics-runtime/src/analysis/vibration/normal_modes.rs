@@ -13,13 +13,13 @@
 
 use alloc::vec::Vec;
 
+use dynamics_view::suggest;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::VibrationError;
 use super::state_space::{Signal, StateSpace};
 use crate::analysis::linearize::{Linearization, undamped, with_potential};
 use crate::model::Quantity;
-use crate::motion::suggest;
 
 /// Squares of frequencies nearer than this, in parts of their size, are one.
 const EQUAL: f64 = 1e-10;

@@ -9,6 +9,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
+use dynamics_view::suggest;
 use nalgebra::{Complex, DMatrix};
 
 use super::linear_equations::{corners, equations};
@@ -17,7 +18,6 @@ use super::{VibrationError, Withheld};
 use crate::analysis::linearize::{LinearizeError, Read, SmallMotions, Tangent, general};
 use crate::model::names::{self, Column};
 use crate::model::{Constraints, ModelState, Outputs, Quantity, Vector};
-use crate::motion::suggest;
 
 /// A named input, state or output.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,9 +5,11 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
+use dynamics_view::suggest;
+
 use crate::model::AngleSet;
 use crate::motion::charts::{Atlas, CHANGE};
-use crate::motion::failure::{MotionError, suggest};
+use crate::motion::failure::MotionError;
 use crate::motion::simulation::Simulate;
 use crate::motion::summary::Summary;
 use crate::motion::trajectory::motion::Motion;

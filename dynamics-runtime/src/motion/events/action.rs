@@ -3,13 +3,14 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
+use dynamics_view::suggest;
+
 use crate::constrain::assemble::CONSISTENT;
 use crate::error::SolveError;
 use crate::integrate::StepOptions;
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::contact_corner;
 use crate::motion::failure::event_action::ChangeError;
-use crate::motion::failure::suggest;
 use crate::motion::stabilization::{PlaceError, Upkeep};
 
 /// What a constraint took in an impact: a jump of the velocities, M Δu = Φ_qᵀΛ, with all constraints that act

@@ -5,13 +5,15 @@ use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use dynamics_view::suggest;
+
 use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::methods::{Dop853, Rk4, Suits, Tsit5, Verner9};
 use crate::model::{Constraints, Expansion, Known, ModelState, Route, Vector};
 use crate::motion::erased_method::AnyDriver;
 use crate::motion::events::location::{Action, Rule};
 use crate::motion::events::unilateral::{Guard, Guards};
-use crate::motion::failure::{OptionError, suggest};
+use crate::motion::failure::OptionError;
 use crate::motion::options::contact::Contact;
 use crate::motion::options::defaults::DEFAULT_TOLERANCE;
 use crate::motion::options::formulation::Formulation;

@@ -4,12 +4,14 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use dynamics_view::suggest;
+
 use crate::constrain;
 use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step, System as _};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Known, Model, ModelState, SimulationModel, Vector};
 use crate::motion::erased_method::{Interpolant, Maker};
-use crate::motion::failure::{MotionError, suggest};
+use crate::motion::failure::MotionError;
 use crate::motion::options::formulation::Formulation;
 use crate::motion::right_hand_side::{InputLaw, Plant, with_inputs};
 use crate::motion::stabilization::Upkeep;

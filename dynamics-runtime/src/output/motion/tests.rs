@@ -6,7 +6,6 @@ use super::*;
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::expr::Expr;
 use crate::model::{Dynamics, Events, Model, Modes, Outputs, Powers, Quantity};
-use crate::output::xml_check;
 
 /// x = cos t and y = sin t: two masses on springs, one of which has no unit.
 struct Springs;
@@ -205,6 +204,10 @@ fn an_interval_that_gets_nowhere_is_an_error() {
     }
 }
 
+fn well_formed(svg: &str) {
+    roxmltree::Document::parse(svg).unwrap();
+}
+
 fn first_point(points: &str) -> [f64; 2] {
     let mut numbers = points.split([' ', ',']).map(|x| x.parse().unwrap());
     [numbers.next().unwrap(), numbers.next().unwrap()]
@@ -223,7 +226,7 @@ fn events_are_marked_by_name() {
     let motion = motion.event("x is zero", |s| s.q[0]).event("y is half", |s| s.q[1] - 0.5);
     let motion = motion.event("far", |s| s.q[0] + s.q[1] - 5.0).run().unwrap();
     let svg = motion.energy_chart().to_svg();
-    xml_check::assert_well_formed(&svg);
+    well_formed(&svg);
     assert!(svg.contains(">x is zero<") && svg.contains(">y is half<") && !svg.contains(">far<"));
     // π/2 and 3π/2; π/6, 5π/6 and 13π/6.
     let marks = svg.split("<path d=\"").filter(|path| path.contains(",0V380"));
@@ -234,7 +237,7 @@ fn events_are_marked_by_name() {
 #[test]
 fn the_history_has_a_panel_for_each_unit() {
     let svg = motion(10.0).history_chart().to_svg();
-    xml_check::assert_well_formed(&svg);
+    well_formed(&svg);
     for part in [
         "Springs: coordinates and velocities",
         "coordinates in m",
@@ -245,7 +248,7 @@ fn the_history_has_a_panel_for_each_unit() {
         assert!(svg.contains(part), "{part}");
     }
     let svg = motion(10.0).outputs_chart().to_svg();
-    xml_check::assert_well_formed(&svg);
+    well_formed(&svg);
     // Tension −cos t begins at the lower edge of its axes, lead 10 sin t in the middle.
     let curves: Vec<_> =
         svg.split("<polyline points=\"").skip(1).map(|tag| tag.split('"').next().unwrap()).collect();
@@ -277,7 +280,7 @@ fn curves_are_fine_between_large_steps() {
 #[test]
 fn the_phase_portrait_of_a_spring_is_a_circle_and_of_nothing_an_error() {
     let svg = motion(7.0).phase_chart("y[0]").unwrap().to_svg();
-    xml_check::assert_well_formed(&svg);
+    well_formed(&svg);
     assert!(svg.contains("y[0] in m") && svg.contains("y_rate[0] in m/s"));
     // y = sin t begins with y = 0 and ẏ = 1: in the middle, at the upper edge.
     let start = first_point(svg.rsplit("<polygon points=\"").next().unwrap().split('"').next().unwrap());
@@ -294,7 +297,7 @@ fn the_phase_portrait_of_a_spring_is_a_circle_and_of_nothing_an_error() {
 #[test]
 fn the_energy_chart_shows_the_drift() {
     let svg = motion(10.0).energy_chart().to_svg();
-    xml_check::assert_well_formed(&svg);
+    well_formed(&svg);
     assert!(svg.contains("relative error of the energy") && svg.contains("×10⁻"), "{svg}");
 }
 
@@ -304,7 +307,7 @@ fn the_page_shows_model_method_and_summary() {
     let html = motion.animation().plot(["x", "y_rate[0]", "tension, left"]).to_html().unwrap();
     assert!(html.contains("<h1>Springs</h1>"));
     let summary = Film::summary(&motion);
-    assert!(summary.lines().all(|line| html.contains(&crate::output::text::xml(line))));
+    assert!(summary.lines().all(|line| html.contains(&text::xml(line))));
     assert!(html.contains("\"frames\":601"));
     assert!(html.len() < 60_000, "{}", html.len());
 }
@@ -313,7 +316,7 @@ fn the_page_shows_model_method_and_summary() {
 fn a_motion_of_one_instant_can_be_shown() {
     let motion = motion(0.0);
     for svg in [motion.history_chart(), motion.energy_chart(), motion.outputs_chart()] {
-        xml_check::assert_well_formed(&svg.to_svg());
+        well_formed(&svg.to_svg());
     }
     assert!(motion.animation().to_html().unwrap().contains("\"frames\":1"));
     assert_eq!(motion.csv().to_text().unwrap().lines().count(), 2);

@@ -9,9 +9,8 @@ use alloc::string::String;
 use core::fmt::Write;
 
 use super::Sweep;
-use crate::output::csv::quoted;
 use crate::output::file::{self, FileError};
-use crate::output::text::exact;
+use crate::output::text::{exact, quoted};
 
 impl<const K: usize> Sweep<K> {
     /// The table as text.

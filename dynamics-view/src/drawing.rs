@@ -4,7 +4,7 @@
 //! sketch in a textbook:
 //!
 //! ```
-//! # use dynamics_runtime::output::{Color, Drawing};
+//! # use dynamics_view::{Color, Drawing};
 //! let (anchor, bob) = ([0.0, 0.0], [0.3, -1.2]);
 //! let picture = Drawing::new()
 //!     .pivot(anchor)
@@ -19,8 +19,8 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::color::Color;
-use super::point::{Number, Placement, Point};
+use crate::color::Color;
+use crate::point::{Number, Placement, Point};
 
 /// The automatic picture has a trace for each point up to this many; of more, lines over lines, only for the
 /// last of every helper.

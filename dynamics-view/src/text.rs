@@ -1,11 +1,11 @@
-//! Text for XML, JSON and people: escaping and number formats.
+//! Text for XML, JSON, tables and people: escaping and number formats.
 
 use alloc::format;
 use alloc::string::String;
 use core::fmt::Write;
 
 /// `text` for XML or HTML content and quoted attributes. Characters that XML 1.0 forbids become U+FFFD.
-pub(crate) fn xml(text: &str) -> String {
+pub fn xml(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -23,7 +23,7 @@ pub(crate) fn xml(text: &str) -> String {
 }
 
 /// `text` as a JSON string, quotes included, safe inside an HTML `script` element.
-pub(crate) fn json(text: &str) -> String {
+pub fn json(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');
     for c in text.chars() {
@@ -46,12 +46,12 @@ pub(crate) fn json(text: &str) -> String {
 }
 
 /// `x` as a JSON number that reads back as the same value; `null` where JSON has no number for it.
-pub(crate) fn json_number(x: f64) -> String {
+pub fn json_number(x: f64) -> String {
     if x.is_finite() { exact(x) } else { String::from("null") }
 }
 
 /// The shortest digits that read back as `x`, with an exponent where plain digits would be long.
-pub(crate) fn exact(x: f64) -> String {
+pub fn exact(x: f64) -> String {
     let magnitude = x.abs();
     if x == 0.0 || !x.is_finite() || (1e-5..1e16).contains(&magnitude) {
         format!("{x}")
@@ -60,9 +60,14 @@ pub(crate) fn exact(x: f64) -> String {
     }
 }
 
+/// A field of a table of comma-separated values, after RFC 4180.
+pub fn quoted(field: String) -> String {
+    if field.contains([',', '"', '\n', '\r']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field }
+}
+
 /// `x` with `digits` significant digits for people: `1234`, `0.00123`, `1.2×10⁻⁹`; a real minus sign, no
 /// trailing zeros.
-pub(crate) fn readable(x: f64, digits: usize) -> String {
+pub fn readable(x: f64, digits: usize) -> String {
     if !x.is_finite() {
         return format!("{x}");
     }
@@ -86,7 +91,7 @@ pub(crate) fn readable(x: f64, digits: usize) -> String {
 }
 
 /// `10⁻³`, with 1 and 10 as such.
-pub(super) fn power_of_ten(exponent: i32) -> String {
+pub(crate) fn power_of_ten(exponent: i32) -> String {
     match exponent {
         0 => return String::from("1"),
         1 => return String::from("10"),
@@ -110,12 +115,12 @@ fn superscript(c: char) -> char {
 }
 
 /// A number's ASCII hyphen as a minus sign.
-pub(super) fn minus(number: &str) -> String {
+pub(crate) fn minus(number: &str) -> String {
     number.replace('-', "−")
 }
 
 /// Without the zeros after the decimal point that say nothing.
-pub(super) fn trimmed(number: &str) -> String {
+pub(crate) fn trimmed(number: &str) -> String {
     if number.contains('.') {
         let number = number.trim_end_matches('0').trim_end_matches('.');
         String::from(if number == "-0" { "0" } else { number })
@@ -125,13 +130,13 @@ pub(super) fn trimmed(number: &str) -> String {
 }
 
 /// A coordinate of a picture in pixels: a tenth of a pixel is as fine as anyone sees.
-pub(super) fn pixel(x: f64) -> String {
+pub(crate) fn pixel(x: f64) -> String {
     trimmed(&format!("{x:.1}"))
 }
 
 /// A unit as it is printed: `m/s²` for `m/s^2`, `kg·m²` for `kg*m^2`. What is no power of a whole number
 /// stays as it is.
-pub(crate) fn typeset(unit: &str) -> String {
+pub fn typeset(unit: &str) -> String {
     let mut out = String::with_capacity(unit.len());
     let mut rest = unit;
     while let Some(c) = rest.chars().next() {
@@ -157,12 +162,12 @@ pub(crate) fn typeset(unit: &str) -> String {
 }
 
 /// `name in unit` with the unit typeset, or the name alone: titles of axes and columns of pages.
-pub(crate) fn with_unit(name: &str, unit: &str) -> String {
+pub fn with_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() { String::from(name) } else { format!("{name} in {}", typeset(unit)) }
 }
 
 /// A value for people, with its unit, typeset, where that is known.
-pub(super) fn value_with_unit(value: f64, unit: &str) -> String {
+pub(crate) fn value_with_unit(value: f64, unit: &str) -> String {
     let value = readable(value, 3);
     if unit.is_empty() { value } else { format!("{value} {}", typeset(unit)) }
 }
@@ -175,6 +180,12 @@ mod tests {
     fn hostile_text_is_escaped() {
         assert_eq!(xml("<a b='\"'>&\u{0}"), "&lt;a b=&#39;&quot;&#39;&gt;&amp;\u{fffd}");
         assert_eq!(json("</script>\"\\\n\u{1}"), "\"\\u003c/script\\u003e\\\"\\\\\\n\\u0001\"");
+    }
+
+    #[test]
+    fn only_what_must_be_is_quoted() {
+        assert_eq!(quoted("theta[1] [rad]".into()), "theta[1] [rad]");
+        assert_eq!(quoted("a,b \"c\"".into()), "\"a,b \"\"c\"\"\"");
     }
 
     #[test]

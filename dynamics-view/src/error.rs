@@ -4,7 +4,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
-use crate::motion::suggest;
+use crate::suggest::suggest;
 
 /// A motion could not be shown or written.
 #[non_exhaustive]
@@ -43,7 +43,7 @@ pub enum OutputError {
     Stream(std::io::Error),
     /// A file could not be written.
     #[cfg(feature = "std")]
-    File(super::file::FileError),
+    File(crate::file::FileError),
 }
 
 impl fmt::Display for OutputError {
@@ -80,7 +80,13 @@ impl fmt::Display for OutputError {
     }
 }
 
-crate::error::sentence_for_debugging!(OutputError);
+/// Its sentence: that is what `main` and `unwrap` print.
+impl fmt::Debug for OutputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
 impl core::error::Error for OutputError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
@@ -94,8 +100,8 @@ impl core::error::Error for OutputError {
 }
 
 #[cfg(feature = "std")]
-impl From<super::file::FileError> for OutputError {
-    fn from(error: super::file::FileError) -> Self {
+impl From<crate::file::FileError> for OutputError {
+    fn from(error: crate::file::FileError) -> Self {
         Self::File(error)
     }
 }

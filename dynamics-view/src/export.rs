@@ -4,12 +4,12 @@ use alloc::string::String;
 #[cfg(feature = "png")]
 use alloc::vec::Vec;
 
-use super::chart::Chart;
+use crate::chart::Chart;
 #[cfg(feature = "std")]
-use super::file::{self, Content, FileError, Picture};
+use crate::file::{self, Content, FileError, Picture};
 #[cfg(feature = "png")]
-use super::png;
-use super::svg;
+use crate::png;
+use crate::svg;
 
 /// The formats that a chart is written in.
 impl Chart {

@@ -14,14 +14,14 @@ pub enum Point {
 
 impl Point {
     /// In space.
-    pub(super) fn in_space(self) -> [f64; 3] {
+    pub(crate) fn in_space(self) -> [f64; 3] {
         match self {
             Self::Planar([x, y]) => [x, 0.0, y],
             Self::Spatial(point) => point,
         }
     }
 
-    pub(super) fn offset(self, [dx, dy]: [f64; 2]) -> Self {
+    pub(crate) fn offset(self, [dx, dy]: [f64; 2]) -> Self {
         match self {
             Self::Planar([x, y]) => Self::Planar([x + dx, y + dy]),
             // In space a plane figure stands upright: its own plane is x–z.
@@ -80,5 +80,38 @@ pub trait Places {
 impl<P: Places, const N: usize> Places for [P; N] {
     fn places(self) -> Vec<Point> {
         self.into_iter().flat_map(P::places).collect()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Where a body is that was turned about x, then about z.
+    #[derive(Clone, Copy)]
+    pub(crate) struct Body {
+        pub(crate) origin: [f64; 3],
+        pub(crate) about_x: f64,
+        pub(crate) about_z: f64,
+    }
+
+    impl Body {
+        pub(crate) fn place(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+            let (sin, cos) = libm::sincos(self.about_x);
+            let (y, z) = (cos * y - sin * z, sin * y + cos * z);
+            let (sin, cos) = libm::sincos(self.about_z);
+            let [x0, y0, z0] = self.origin;
+            [x0 + cos * x - sin * y, y0 + sin * x + cos * y, z0 + z]
+        }
+    }
+
+    impl Placement for Body {
+        type Place = [f64; 3];
+        fn moved([x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3]) -> [f64; 3] {
+            [x + dx, y + dy, z + dz]
+        }
+        fn point(self, place: [f64; 3]) -> Point {
+            self.place(place).into()
+        }
     }
 }

@@ -41,7 +41,7 @@ pub enum Color {
 }
 
 /// The colours that series and motions take in turn.
-pub(super) const CYCLE: [Color; 8] = [
+pub(crate) const CYCLE: [Color; 8] = [
     Color::Blue,
     Color::Red,
     Color::Green,
@@ -60,7 +60,7 @@ impl Color {
     }
 
     /// As SVG writes it, on light ground.
-    pub(super) fn on_light(self) -> String {
+    pub(crate) fn on_light(self) -> String {
         match self {
             Self::Auto | Self::Ink => "#1d2530",
             Self::Faint => "#8a94a0",
@@ -78,7 +78,7 @@ impl Color {
     }
 
     /// The page's name of it: a role that the page's style sheet resolves, or `#rrggbb`.
-    pub(super) fn role(self) -> String {
+    pub(crate) fn role(self) -> String {
         match self {
             Self::Auto => "auto",
             Self::Ink => "ink",

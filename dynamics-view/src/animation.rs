@@ -8,15 +8,15 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::color::Color;
-use super::drawing::Drawing;
-use super::error::OutputError;
+use crate::color::Color;
+use crate::drawing::Drawing;
+use crate::error::OutputError;
 #[cfg(feature = "std")]
-use super::file::Content;
+use crate::file::Content;
 use clock::Clock;
 use encode::Reel;
 
-/// What can be shown moving. A [`Motion`](crate::motion::Motion) whose model can be drawn is one.
+/// What can be shown moving, as the motion of a model that can be drawn.
 pub trait Film {
     /// What is moving.
     fn title(&self) -> String;
@@ -91,7 +91,7 @@ enum Strip {
 /// One or several motions on one page, in the same view and at the same time.
 ///
 /// ```
-/// # use dynamics_runtime::output::{Animation, Film, OutputError};
+/// # use dynamics_view::{Animation, Film, OutputError};
 /// # fn compare(a: impl Film, b: impl Film) -> Result<String, OutputError> {
 /// Animation::new()
 ///     .add(&a, "start A")
@@ -200,9 +200,9 @@ impl<'a> Animation<'a> {
     pub fn write_html(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         let path = path.as_ref();
         // Before minutes are spent on it.
-        super::file::check(path, Content::Page)?;
+        crate::file::check(path, Content::Page)?;
         let page = self.to_html()?;
-        Ok(super::file::write(path, Content::Page, page.as_bytes())?)
+        Ok(crate::file::write(path, Content::Page, page.as_bytes())?)
     }
 }
 

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use core::ops::Index;
 
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Json {
+pub(crate) enum Json {
     Null,
     Bool(bool),
     Number(f64),
@@ -15,21 +15,21 @@ pub(super) enum Json {
 }
 
 impl Json {
-    pub(super) fn list(&self) -> &[Json] {
+    pub(crate) fn list(&self) -> &[Json] {
         match self {
             Self::List(items) => items,
             other => panic!("{other:?} is no list"),
         }
     }
 
-    pub(super) fn number(&self) -> f64 {
+    pub(crate) fn number(&self) -> f64 {
         match self {
             Self::Number(number) => *number,
             other => panic!("{other:?} is no number"),
         }
     }
 
-    pub(super) fn text(&self) -> &str {
+    pub(crate) fn text(&self) -> &str {
         match self {
             Self::Text(text) => text,
             other => panic!("{other:?} is no text"),
@@ -46,7 +46,7 @@ impl Index<&str> for Json {
 }
 
 /// Panics, naming the place, where `text` is not one JSON value.
-pub(super) fn read(text: &str) -> Json {
+pub(crate) fn read(text: &str) -> Json {
     let mut rest = text;
     let value = value(&mut rest);
     assert_eq!(rest.trim_start(), "", "after the value");

@@ -22,7 +22,13 @@ impl fmt::Display for FileError {
     }
 }
 
-crate::error::sentence_for_debugging!(FileError);
+/// Its sentence: that is what `main` and `unwrap` print.
+impl fmt::Debug for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
 impl core::error::Error for FileError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         Some(&self.source)
@@ -32,7 +38,7 @@ impl core::error::Error for FileError {
 /// What a file is to hold. A path without an extension gets the first format of the list; one with an
 /// extension of another format is refused, since its file would not be what its name says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Content {
+pub enum Content {
     /// A chart in whatever format the path asks for.
     Chart,
     /// A chart as SVG.
@@ -47,7 +53,7 @@ pub(crate) enum Content {
 
 /// The formats of charts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Picture {
+pub(crate) enum Picture {
     Svg,
     Png,
 }
@@ -78,7 +84,7 @@ impl Content {
 }
 
 /// An error where the extension of `path` names a format that is not written; case does not count.
-pub(crate) fn check(path: &Path, content: Content) -> Result<(), FileError> {
+pub fn check(path: &Path, content: Content) -> Result<(), FileError> {
     let Some(extension) = path.extension().map(|extension| extension.to_string_lossy().to_lowercase()) else {
         return Ok(());
     };
@@ -90,7 +96,7 @@ pub(crate) fn check(path: &Path, content: Content) -> Result<(), FileError> {
 }
 
 /// The format of a chart that `path` asks for.
-pub(super) fn picture(path: &Path) -> Result<Picture, FileError> {
+pub(crate) fn picture(path: &Path) -> Result<Picture, FileError> {
     check(path, Content::Chart)?;
     let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
     Ok(if is_png { Picture::Png } else { Picture::Svg })
@@ -98,7 +104,7 @@ pub(super) fn picture(path: &Path) -> Result<Picture, FileError> {
 
 /// Opens a file for writing. Folders that its path needs are made: results go to places such as
 /// `target/charts` that do not exist before the first run.
-pub(super) fn create(path: &Path, content: Content) -> Result<BufWriter<fs::File>, FileError> {
+pub fn create(path: &Path, content: Content) -> Result<BufWriter<fs::File>, FileError> {
     check(path, content)?;
     let failed = |path: &Path, action| {
         let path = path.to_path_buf();
@@ -112,7 +118,7 @@ pub(super) fn create(path: &Path, content: Content) -> Result<BufWriter<fs::File
 }
 
 /// Writes a whole file.
-pub(crate) fn write(path: &Path, content: Content, bytes: &[u8]) -> Result<(), FileError> {
+pub fn write(path: &Path, content: Content, bytes: &[u8]) -> Result<(), FileError> {
     let mut file = create(path, content)?;
     io::Write::write_all(&mut file, bytes)
         .and_then(|()| io::Write::flush(&mut file))

@@ -5,11 +5,11 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
 
-use super::super::color::Color;
-use super::super::text::{json, json_number, typeset, with_unit, xml};
 use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
 use super::{Animation, Recording};
+use crate::color::Color;
+use crate::text::{json, json_number, typeset, with_unit, xml};
 
 /// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and
 /// to the right, and no axis hides another.
@@ -68,7 +68,8 @@ impl Animation<'_> {
             ));
         }
         format!(
-            "{{\"start\":{},\"step\":{},\"frames\":{},\"speed\":{},\"time_unit\":{},\"length_unit\":{},{},\"films\":[{}],\"strip\":{},\"events\":{}}}",
+            "{{\"start\":{},\"step\":{},\"frames\":{},\"speed\":{},\"time_unit\":{},\"length_unit\":{},{},\
+             \"films\":[{}],\"strip\":{},\"events\":{}}}",
             json_number(clock.start),
             json_number(clock.step),
             clock.frames,

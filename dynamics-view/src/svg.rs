@@ -1,4 +1,4 @@
-//! A [`Chart`](super::chart::Chart) as SVG: text is measured before anything is placed, so that nothing
+//! A [`Chart`](crate::Chart) as SVG: text is measured before anything is placed, so that nothing
 //! overlaps.
 
 mod layout;
@@ -10,8 +10,8 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
 
-use super::chart::Chart;
-use super::text::{pixel, xml};
+use crate::chart::Chart;
+use crate::text::{pixel, xml};
 use layout::Plot;
 
 /// Free space around everything.
@@ -24,7 +24,7 @@ const FONT: f64 = 12.0;
 const TITLE_FONT: f64 = 16.0;
 
 /// The chart as SVG text.
-pub(super) fn render(chart: &Chart) -> String {
+pub(crate) fn render(chart: &Chart) -> String {
     let plots: Vec<Plot<'_>> = layout::plots(chart);
     let top = MARGIN + if chart.title.is_empty() { 0.0 } else { TITLE };
     let height = top + plots.iter().map(Plot::height).sum::<f64>() + MARGIN;

@@ -3,7 +3,7 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::color::Color;
+use crate::color::Color;
 
 /// How values are spread along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,9 +18,9 @@ pub enum Scale {
 /// An axis: what it shows and how.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
-    pub(super) title: String,
-    pub(super) scale: Scale,
-    pub(super) range: Option<[f64; 2]>,
+    pub(crate) title: String,
+    pub(crate) scale: Scale,
+    pub(crate) range: Option<[f64; 2]>,
 }
 
 impl Axis {
@@ -63,14 +63,14 @@ pub enum Mark {
 /// point (NaN, NaN) is a gap that is meant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    pub(super) name: String,
-    pub(super) points: Vec<[f64; 2]>,
-    pub(super) mark: Mark,
-    pub(super) color: Option<Color>,
-    pub(super) dashed: Option<bool>,
-    pub(super) sign: Option<usize>,
-    pub(super) hollow_below: f64,
-    pub(super) labels: Vec<String>,
+    pub(crate) name: String,
+    pub(crate) points: Vec<[f64; 2]>,
+    pub(crate) mark: Mark,
+    pub(crate) color: Option<Color>,
+    pub(crate) dashed: Option<bool>,
+    pub(crate) sign: Option<usize>,
+    pub(crate) hollow_below: f64,
+    pub(crate) labels: Vec<String>,
 }
 
 impl Series {
@@ -144,11 +144,11 @@ impl Series {
 /// One pair of axes with its series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
-    pub(super) x: Axis,
-    pub(super) y: Axis,
-    pub(super) series: Vec<Series>,
-    pub(super) instants: Vec<(String, Vec<f64>)>,
-    pub(super) equal: bool,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) series: Vec<Series>,
+    pub(crate) instants: Vec<(String, Vec<f64>)>,
+    pub(crate) equal: bool,
 }
 
 impl Panel {
@@ -197,8 +197,8 @@ impl Panel {
     }
 
     /// Without what is said of points: for telephones, on which nobody points without touching.
-    #[cfg(feature = "std")]
-    pub(crate) fn without_labels(mut self) -> Self {
+    #[must_use]
+    pub fn without_labels(mut self) -> Self {
         self.series.iter_mut().for_each(|series| series.labels.clear());
         self
     }
@@ -214,7 +214,7 @@ impl Panel {
 /// One or more panels, one below the other, under a title.
 ///
 /// ```
-/// # use dynamics_runtime::output::{Axis, Chart, Panel};
+/// # use dynamics_view::{Axis, Chart, Panel};
 /// let errors = [(1e3, 1e-4), (2e3, 3e-6), (4e3, 1e-7)];
 /// let svg = Chart::new("Error against cost")
 ///     .panel(Panel::new(Axis::log("evaluations"), Axis::log("error")).curve("RK4", errors))
@@ -223,10 +223,10 @@ impl Panel {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    pub(super) title: String,
-    pub(super) panels: Vec<Panel>,
-    pub(super) width: f64,
-    pub(super) panel_height: Option<f64>,
+    pub(crate) title: String,
+    pub(crate) panels: Vec<Panel>,
+    pub(crate) width: f64,
+    pub(crate) panel_height: Option<f64>,
 }
 
 impl Chart {

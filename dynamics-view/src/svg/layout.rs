@@ -4,11 +4,11 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::super::chart::{Axis, Chart, Mark, Panel, Scale, Series};
-use super::super::color::Color;
-use super::super::text::readable;
-use super::super::ticks::{self, Range, Ticks};
 use super::{FONT, MARGIN, measure};
+use crate::chart::{Axis, Chart, Mark, Panel, Scale, Series};
+use crate::color::Color;
+use crate::text::readable;
+use crate::ticks::{self, Range, Ticks};
 
 /// Height of a row of text.
 pub(super) const ROW: f64 = 18.0;

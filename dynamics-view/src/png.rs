@@ -26,7 +26,7 @@ const PREFERRED: [&str; 9] = [
 ];
 
 /// The bytes of a PNG file.
-pub(super) fn render(svg: &str) -> io::Result<Vec<u8>> {
+pub(crate) fn render(svg: &str) -> io::Result<Vec<u8>> {
     let Some((fonts, family)) = fonts() else {
         return Err(io::Error::new(
             io::ErrorKind::NotFound,
@@ -68,8 +68,8 @@ fn family(fonts: &fontdb::Database) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::chart::{Axis, Chart, Panel};
     use super::*;
+    use crate::chart::{Axis, Chart, Panel};
 
     /// Machines without fonts have their own answer.
     #[test]

@@ -16,7 +16,7 @@ const LONGEST: usize = 48;
 /// Where x never goes back, each pixel column keeps its first, lowest, highest and last point, so that no
 /// peak is lost; elsewhere points near to the last one kept are dropped. Of what is left, points on a
 /// straight line between their neighbours go too.
-pub(super) fn visible(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+pub(crate) fn visible(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let kept = if points.windows(2).all(|pair| pair[1][0] >= pair[0][0]) {
         columns(points)
     } else {

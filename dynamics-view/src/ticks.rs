@@ -7,13 +7,13 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-use super::text;
+use crate::text;
 
 /// The range of an axis, in axis coordinates, `lo < hi`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Range {
-    pub(super) lo: f64,
-    pub(super) hi: f64,
+pub(crate) struct Range {
+    pub(crate) lo: f64,
+    pub(crate) hi: f64,
 }
 
 /// Beyond this a linear axis cannot be padded without overflow.
@@ -24,7 +24,7 @@ const SMALLEST: f64 = 1e-290;
 impl Range {
     /// The range that holds `values` with a little air; a single value or none gets a range about it. Values
     /// are in axis coordinates; those that are not finite are passed over.
-    pub(super) fn around(values: impl Iterator<Item = f64>, log: bool) -> Self {
+    pub(crate) fn around(values: impl Iterator<Item = f64>, log: bool) -> Self {
         let (lo, hi) = values
             .filter(|value| value.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), value| (lo.min(value), hi.max(value)));
@@ -50,26 +50,26 @@ impl Range {
 
     /// The part of the range, 0 at `lo` and 1 at `hi`, at which a value lies. Halved, so that the widest
     /// range does not overflow.
-    pub(super) fn part(self, value: f64) -> f64 {
+    pub(crate) fn part(self, value: f64) -> f64 {
         (0.5 * value - 0.5 * self.lo) / (0.5 * self.hi - 0.5 * self.lo)
     }
 }
 
 /// Where ticks stand, in axis coordinates, and what they say.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Ticks {
+pub(crate) struct Ticks {
     /// Ticks with a label.
-    pub(super) major: Vec<(f64, String)>,
+    pub(crate) major: Vec<(f64, String)>,
     /// Ticks without.
-    pub(super) minor: Vec<f64>,
+    pub(crate) minor: Vec<f64>,
     /// What the labels are multiples of and what is to be added to them: `×10⁻⁹`, `+ 1.5`; empty if they are
     /// the values.
-    pub(super) factor: String,
+    pub(crate) factor: String,
 }
 
 impl Ticks {
     /// The largest part of the axis beyond its labels, at either end.
-    pub(super) fn bare(&self, range: Range) -> f64 {
+    pub(crate) fn bare(&self, range: Range) -> f64 {
         match (self.major.first(), self.major.last()) {
             (Some((first, _)), Some((last, _))) => range.part(*first).max(1.0 - range.part(*last)),
             _ => 1.0,
@@ -104,7 +104,7 @@ impl Step {
 }
 
 /// At most `count` (at least 1) round ticks of a linear axis.
-pub(super) fn linear(range: Range, count: usize) -> Ticks {
+pub(crate) fn linear(range: Range, count: usize) -> Ticks {
     let count = count.max(1) as f64;
     let step = Step::at_least(range.hi / count - range.lo / count);
     let value = step.value();
@@ -194,7 +194,7 @@ fn decimal(multiple: i64, exponent: i32) -> String {
 }
 
 /// At most about `count` ticks of a logarithmic axis whose range is in decades.
-pub(super) fn logarithmic(range: Range, count: usize) -> Ticks {
+pub(crate) fn logarithmic(range: Range, count: usize) -> Ticks {
     let count = count.max(1);
     let (first, last) = (libm::ceil(range.lo - 1e-9) as i32, libm::floor(range.hi + 1e-9) as i32);
     if first > last || (last - first < 2 && count > 2) {

@@ -4,7 +4,8 @@ use alloc::vec;
 use super::clock::Clock;
 use super::page::fill;
 use super::*;
-use crate::output::json_check::{self, Json};
+use crate::json_check::{self, Json};
+use crate::point::tests::Body;
 
 /// A disc that goes once around while `angle` counts.
 struct Wheel {
@@ -303,7 +304,8 @@ impl Film for Ball {
     fn play(&self, times: &[f64], show: &mut dyn FnMut(&Drawing, &[f64])) {
         for t in times {
             let stands = Drawing::new().dot([2.0, 1.0]).disc([*t, 1.0, -1.0], 0.5);
-            let solids = stands.cuboid(crate::Frame::world(), crate::Vec3::ZERO, [1.0, 2.0, 3.0]);
+            let world = Body { origin: [0.0; 3], about_x: 0.0, about_z: 0.0 };
+            let solids = stands.cuboid(world, [0.0; 3], [1.0, 2.0, 3.0]);
             show(&solids.cone([0.0; 3], [0.0, 0.0, 1.0], 0.2), &[]);
         }
     }

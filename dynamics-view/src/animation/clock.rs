@@ -4,8 +4,8 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::super::text::{self, readable};
 use super::Animation;
+use crate::text::{self, readable};
 
 /// Instants per second of playing.
 const FRAMES_PER_SECOND: f64 = 60.0;

@@ -5,11 +5,11 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
 
-use super::super::chart::Mark;
-use super::super::reduce;
-use super::super::text::{pixel, xml};
 use super::layout::{Curve, Look, Plot, ROW, SAMPLE, Sample, TICK};
 use super::{FONT, MARGIN};
+use crate::chart::Mark;
+use crate::reduce;
+use crate::text::{pixel, xml};
 
 /// Pixels beyond which a curve that leaves its axes is as good as at infinity.
 const FAR: f64 = 1e5;
