@@ -29,6 +29,8 @@
 mod dense;
 
 mod carry;
+#[cfg(feature = "alloc")]
+pub mod choice;
 mod composition;
 mod controller;
 mod differences;

@@ -28,7 +28,7 @@ pub use charts::{
     Atlas, AtlasError, AtlasErrorKind, AtlasMotion, AtlasSimulation, AtlasSummary, ChartChange, ChartError,
     Compared, Leg, Placed,
 };
-pub(crate) use erased_method::AnyDriver;
+pub use erased_method::AnyMethod;
 pub use events::action::{Change, Impact};
 pub use events::location::Flow;
 pub use failure::event_action::ChangeError;

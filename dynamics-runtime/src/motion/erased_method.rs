@@ -4,9 +4,10 @@ pub(crate) mod stepping;
 
 use alloc::boxed::Box;
 use alloc::sync::Arc;
+use core::fmt;
 
+use crate::integrate::choice::{Choice, Suits};
 use crate::integrate::{Dense, Method, Phase, Scheme, Step, StepOptions, Stepper, Tolerances};
-use crate::methods::{Choice, Suits};
 use crate::model::{Model, SimulationModel};
 use crate::motion::right_hand_side::Plant;
 use crate::motion::run::{Made, Steps};
@@ -139,6 +140,56 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<
 }
 
 pub(crate) type AnyDriver<M> = Arc<dyn Driver<M>>;
+
+/// Some method for model M, where a list of several is run through: `for method in
+/// &[AnyMethod::from(Rk4), Dop853.into()]`.
+pub struct AnyMethod<M: Model>(pub(crate) AnyDriver<M>);
+
+impl<M: Model> AnyMethod<M> {
+    /// Which one.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.0.method()
+    }
+
+    /// Whether it estimates its error, and so can choose its step; the others need
+    /// [`crate::motion::Simulation::fixed_step`].
+    #[must_use]
+    pub fn is_adaptive(&self) -> bool {
+        self.0.is_adaptive()
+    }
+}
+
+impl<M: Model, C: Choice> From<C> for AnyMethod<M> {
+    fn from(choice: C) -> Self {
+        Self(Arc::new(choice))
+    }
+}
+
+impl<M: Model> From<&AnyMethod<M>> for AnyMethod<M> {
+    fn from(method: &AnyMethod<M>) -> Self {
+        method.clone()
+    }
+}
+
+// By hand, because a derive would ask the same of the model.
+impl<M: Model> Clone for AnyMethod<M> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<M: Model> fmt::Display for AnyMethod<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.method(), f)
+    }
+}
+
+impl<M: Model> fmt::Debug for AnyMethod<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&self.method(), f)
+    }
+}
 
 impl<M: Model, C: Choice> Driver<M> for C {
     fn method(&self) -> Method {

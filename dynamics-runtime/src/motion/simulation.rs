@@ -14,10 +14,9 @@ use crate::motion::simulation::check::Checked;
 use crate::constrain::gradients::{is_positive, mass};
 use crate::constrain::solve_general;
 use crate::error::{SingularMassMatrix, SolveError};
+use crate::integrate::choice::Radau5;
 use crate::integrate::{Direction, Tolerances};
-use crate::methods::{Any, Radau5};
 use crate::model::{Branches, InputValues, Known, ModelState, SimulationModel, Vector};
-use crate::motion::diagnosis;
 use crate::motion::erased_method::AnyDriver;
 use crate::motion::events::action::Change;
 use crate::motion::events::functions::AdHoc;
@@ -37,6 +36,7 @@ use crate::motion::trajectory::motion::Motion;
 use crate::motion::trajectory::record::{Counts, Record, Trajectory};
 use crate::motion::verification::global_error::{between, compare};
 use crate::motion::verification::reference_run::{Probe, Second, places};
+use crate::motion::{AnyMethod, diagnosis};
 use crate::progress::Progress;
 
 /// Opens simulations of every derived model.
@@ -161,7 +161,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// Without it: RK4 where a fixed step is given, else Tsitouras 5(4) for tolerances above 1e-4, Verner
     /// 9(8) below 1e-6 without constraints, else DOP853; where the motion turns out to be stiff for these,
     /// Radau IIA goes on, and the summary says from when.
-    pub fn method(mut self, method: impl Into<Any<M>>) -> Self {
+    pub fn method(mut self, method: impl Into<AnyMethod<M>>) -> Self {
         self.method = Some(method.into().0);
         self
     }

@@ -9,9 +9,9 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
+use crate::integrate::choice::Radau5;
 use crate::integrate::{Kept, Method, Step, Tolerances};
 use crate::math;
-use crate::methods::Radau5;
 use crate::model::{Branches, ModelState as _, SimulationModel, Vector};
 use crate::motion::erased_method::stepping::Tally;
 use crate::motion::erased_method::{Driver, Maker};

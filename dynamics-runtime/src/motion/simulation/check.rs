@@ -5,10 +5,8 @@ use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use dynamics_view::suggest;
-
+use crate::integrate::choice::{Dop853, Rk4, Suits, Tsit5, Verner9};
 use crate::integrate::{Direction, StepOptions, Tolerances};
-use crate::methods::{Dop853, Rk4, Suits, Tsit5, Verner9};
 use crate::model::{Constraints, Expansion, Known, ModelState, Route, Vector};
 use crate::motion::erased_method::AnyDriver;
 use crate::motion::events::location::{Action, Rule};
@@ -19,6 +17,7 @@ use crate::motion::options::defaults::DEFAULT_TOLERANCE;
 use crate::motion::options::formulation::Formulation;
 use crate::motion::options::output_times::{every, intervals};
 use crate::motion::simulation::{Output, Simulate, Simulation};
+use dynamics_view::suggest;
 
 /// Above this tolerance Tsitouras 5(4) is chosen. Measured by time for the same error on double pendulum and
 /// Kepler (e = 0.9), all explicit methods lie within a quarter of each other at errors of 1e-3.

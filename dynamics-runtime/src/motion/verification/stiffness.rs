@@ -9,8 +9,8 @@
 //! that steps have on average thereabouts: where rounding decides what the error estimate says, as below
 //! 1e-12, one is nothing like the next.
 
+use crate::integrate::choice::Radau5;
 use crate::integrate::{Knot, Phase, Step, System as _, zip};
-use crate::methods::Radau5;
 use crate::model::{ModelState as _, SimulationModel, Vector};
 use crate::motion::erased_method::Driver;
 use crate::motion::run::longer;
