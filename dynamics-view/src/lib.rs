@@ -17,8 +17,6 @@ mod error;
 mod export;
 #[cfg(feature = "std")]
 pub mod file;
-#[cfg(test)]
-mod json_check;
 #[cfg(feature = "png")]
 mod png;
 mod point;

@@ -1,10 +1,11 @@
 use alloc::string::ToString;
 use alloc::vec;
 
+use serde_json::{Value, json};
+
 use super::clock::Clock;
 use super::page::fill;
 use super::*;
-use crate::json_check::{self, Json};
 use crate::point::tests::Body;
 
 /// A disc that goes once around while `angle` counts.
@@ -47,6 +48,10 @@ impl Film for Wheel {
             show(&drawing, &[*t, t / 6.0, f64::NAN]);
         }
     }
+}
+
+fn read(json: &str) -> Value {
+    serde_json::from_str(json).unwrap()
 }
 
 fn data(html: &str) -> &str {
@@ -181,54 +186,55 @@ fn templates_are_filled_once() {
 }
 
 /// What the page makes of a column: sums of differences.
-fn summed(column: &Json) -> Vec<f64> {
+fn summed(column: &Value) -> Vec<f64> {
     let mut sum = 0.0;
-    let mut add = |difference: &Json| match difference {
-        Json::Null => f64::NAN,
+    let mut add = |difference: &Value| match difference {
+        Value::Null => f64::NAN,
         difference => {
-            sum += difference.number();
+            sum += difference.as_f64().unwrap();
             sum
         }
     };
-    column.list().iter().map(&mut add).collect()
+    column.as_array().unwrap().iter().map(&mut add).collect()
 }
 
 #[test]
 fn the_page_holds_the_motion_to_a_part_of_a_pixel() {
     let html = Animation::new().add(&WHEEL, "<A>").plot(["angle", "bad"]).to_html().unwrap();
-    let page = json_check::read(data(&html));
-    let frames = page["frames"].number() as usize;
-    let times: Vec<_> =
-        (0..frames).map(|k| page["start"].number() + k as f64 * page["step"].number()).collect();
+    let page = read(data(&html));
+    let frames = page["frames"].as_f64().unwrap() as usize;
+    let times: Vec<_> = (0..frames)
+        .map(|k| page["start"].as_f64().unwrap() + k as f64 * page["step"].as_f64().unwrap())
+        .collect();
     assert!((times[frames - 1] - 10.0).abs() < 1e-12);
 
-    let reel = &page["films"].list()[0]["reel"];
-    let scene = &reel["scenes"].list()[0];
-    let kinds: Vec<_> = scene["figures"].list().iter().map(|figure| figure["k"].text()).collect();
+    let reel = &page["films"][0]["reel"];
+    let scene = &reel["scenes"][0];
+    let kinds: Vec<_> =
+        scene["figures"].as_array().unwrap().iter().map(|figure| figure["k"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["line", "trace", "disc", "text"]);
     // Numbers in order: the line's two points, the trace's, the disc's and its radius, the text's.
-    let place = |number: usize| &scene["columns"].list()[scene["places"].list()[number].number() as usize];
-    let quantum = page["quantum"].number();
-    let origin = page["origin"].list();
+    let place = |number: usize| &scene["columns"][scene["places"][number].as_f64().unwrap() as usize];
+    let quantum = page["quantum"].as_f64().unwrap();
+    let origin = page["origin"].as_array().unwrap();
     let (x, y) = (summed(place(2)), summed(place(3)));
-    let ids = scene["places"].list();
+    let ids = scene["places"].as_array().unwrap();
     assert_eq!(ids[2..4], ids[6..8], "rod and disc share their end");
     for (k, t) in times.iter().enumerate() {
         let (sin, cos) = libm::sincos(*t);
-        assert!((origin[0].number() + quantum * x[k] - cos).abs() < 0.51 * quantum);
-        assert!((origin[1].number() + quantum * y[k] - sin).abs() < 0.51 * quantum);
+        assert!((origin[0].as_f64().unwrap() + quantum * x[k] - cos).abs() < 0.51 * quantum);
+        assert!((origin[1].as_f64().unwrap() + quantum * y[k] - sin).abs() < 0.51 * quantum);
     }
-    assert!((quantum * place(8).number() - 0.1).abs() < 0.51 * quantum);
-    assert_eq!(scene["words"].list()[0].text(), "Wheel");
+    assert!((quantum * place(8).as_f64().unwrap() - 0.1).abs() < 0.51 * quantum);
+    assert_eq!(scene["words"][0], "Wheel");
 
-    let event = page["events"].list()[0].list();
-    assert_eq!((event[0].number(), event[1].text()), (150.0, "bump"), "2.5 of 10 s in 600 steps");
+    assert_eq!(page["events"][0], json!([150, "bump"]), "2.5 of 10 s in 600 steps");
 
-    let curves = page["strip"].list();
-    assert_eq!((curves[0]["color"].text(), curves[1]["color"].text()), ("blue", "red"));
-    assert_eq!(curves[0]["name"].text(), "angle");
+    let curves = &page["strip"];
+    assert_eq!([&curves[0]["color"], &curves[1]["color"]], ["blue", "red"]);
+    assert_eq!(curves[0]["name"], "angle");
     for (value, t) in summed(&curves[0]["values"]).iter().zip(&times) {
-        let value = curves[0]["lo"].number() + curves[0]["unit_of_values"].number() * value;
+        let value = curves[0]["lo"].as_f64().unwrap() + curves[0]["unit_of_values"].as_f64().unwrap() * value;
         assert!((value - t).abs() < 1e-4, "{value} {t}");
     }
     assert!(summed(&curves[1]["values"]).iter().all(|value| value.is_nan()));
@@ -244,36 +250,38 @@ fn data_are_json_whatever_happens() {
         Animation::new().add(Wheel { span: [2.0, 2.0], ..WHEEL }, ""),
     ] {
         let html = animation.frames(50).to_html().unwrap();
-        let page = json_check::read(data(&html));
-        assert!(page["speed"].number() > 0.0);
-        assert!(page["half"].list().iter().any(|half| half.number() > 0.0));
+        let page = read(data(&html));
+        assert!(page["speed"].as_f64().unwrap() > 0.0);
+        assert!(page["half"].as_array().unwrap().iter().any(|half| half.as_f64().unwrap() > 0.0));
     }
 }
 
 #[test]
 fn motions_in_space_are_seen_from_an_eye() {
     let planar = Animation::new().add(&WHEEL, "").frames(2).to_html().unwrap();
-    let page = json_check::read(data(&planar));
-    assert_eq!((page["origin"].list().len(), page["half"].list().len()), (2, 2));
+    let page = read(data(&planar));
+    assert_eq!((page["origin"].as_array().unwrap().len(), page["half"].as_array().unwrap().len()), (2, 2));
     assert!(!planar.contains("const makeSpace"));
 
     let ball = Ball;
     let html = Animation::new().add(&ball, "").frames(3).seen_from(30.0, 90.0).to_html().unwrap();
     assert!(html.contains("const makeSpace"));
-    let page = json_check::read(data(&html));
-    let scene = &page["films"].list()[0]["reel"]["scenes"].list()[0];
-    let kinds: Vec<_> = scene["figures"].list().iter().map(|figure| figure["k"].text()).collect();
+    let page = read(data(&html));
+    let scene = &page["films"][0]["reel"]["scenes"][0];
+    let kinds: Vec<_> =
+        scene["figures"].as_array().unwrap().iter().map(|figure| figure["k"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["dot", "disc", "cuboid", "cone"]);
     // A planar point stands in the plane of x and z.
-    assert_eq!(scene["places"].list().len(), 3 + 4 + 12 + 8);
-    let still =
-        |number: usize| scene["columns"].list()[scene["places"].list()[number].number() as usize].number();
-    let (origin, quantum) = (page["origin"].list(), page["quantum"].number());
+    assert_eq!(scene["places"].as_array().unwrap().len(), 3 + 4 + 12 + 8);
+    let still = |number: usize| {
+        scene["columns"][scene["places"][number].as_f64().unwrap() as usize].as_f64().unwrap()
+    };
+    let (origin, quantum) = (page["origin"].as_array().unwrap(), page["quantum"].as_f64().unwrap());
     for (axis, expected) in [2.0, 0.0, 1.0].into_iter().enumerate() {
-        assert!((origin[axis].number() + quantum * still(axis) - expected).abs() < quantum);
+        assert!((origin[axis].as_f64().unwrap() + quantum * still(axis) - expected).abs() < quantum);
     }
     assert!((quantum * still(25) - 0.2).abs() < quantum && still(26) == 0.0, "radii of a cone");
-    let eye: Vec<_> = page["eye"].list().iter().map(Json::number).collect();
+    let eye: Vec<_> = page["eye"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
     assert!((eye[0] - 30f64.to_radians()).abs() < 1e-12 && (eye[1] - 90f64.to_radians()).abs() < 1e-12);
 
     for [azimuth, elevation] in [[f64::NAN, 0.0], [0.0, 90.1], [0.0, f64::NAN]] {
