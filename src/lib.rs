@@ -183,6 +183,12 @@ mod guides {
     struct Vibration;
     #[doc = include_str!("../docs/guide/periodic-motions.md")]
     struct PeriodicMotions;
+    #[doc = include_str!("../docs/guide/parameters.md")]
+    struct Parameters;
+    #[doc = include_str!("../docs/guide/accuracy.md")]
+    struct Accuracy;
+    #[doc = include_str!("../docs/guide/bodies.md")]
+    struct Bodies;
     #[doc = include_str!("../docs/vocabulary.md")]
     struct Vocabulary;
 
