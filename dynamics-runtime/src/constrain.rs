@@ -9,6 +9,7 @@
 
 #[cfg(feature = "alloc")]
 mod compare;
+#[cfg(feature = "alloc")]
 pub(crate) mod conditioning;
 mod correct;
 mod embed;
