@@ -89,7 +89,7 @@ pub mod prelude {
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::motion::{
-        Atlas, Contact, Direction, Flow, Formulation, Method, Motion, Simulate, SimulationError,
+        ChartSwitching, Contact, Direction, Flow, Formulation, Method, Motion, Simulate, SimulationError,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Animation, Axis, Chart, Color, Drawing, Mark, Panel, Series};

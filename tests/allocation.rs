@@ -76,7 +76,7 @@ fn steps_of_unrolled_constraints_do_not_allocate() {
         let recorded =
             model.simulate(start).until(10.0).tolerance(1e-8).formulation(formulation).run().unwrap();
         assert_eq!(
-            recorded.summary().upkept.general,
+            recorded.summary().stabilization.general,
             0,
             "generated code alone is looked at: {}",
             recorded.summary()

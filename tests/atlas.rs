@@ -4,7 +4,7 @@
 #[path = "models/parametrised.rs"]
 mod parametrised;
 
-use dynamics::motion::{AtlasErrorKind, ChartError, Compared};
+use dynamics::motion::{ChartError, ChartSwitchingErrorKind, Compared};
 use dynamics::prelude::*;
 use parametrised::Parametrised;
 
@@ -54,8 +54,8 @@ macro_rules! heavy {
             fn new(g: f64, inertia: [f64; 3]) -> Self {
                 Self { m: 15.0, length: 1.0, inertia: inertia.into(), g, reference: 0.0 }
             }
-            fn atlas(self) -> Atlas<Self> {
-                Atlas::new(self).turning("angles[1]", |model, turn| model.reference = turn).expect("a set with a reference")
+            fn atlas(self) -> ChartSwitching<Self> {
+                ChartSwitching::new(self).turning("angles[1]", |model, turn| model.reference = turn).expect("a set with a reference")
             }
             fn start(&self, rotation: Mat3<f64>, omega: Vec3<f64>) -> State<Self> {
                 let read = rotation.to_euler(EulerSequence::$Sequence).expect("a rotation");
@@ -78,7 +78,7 @@ macro_rules! heavy {
 
 trait Heavy: Simulate + Clone {
     fn new(g: f64, inertia: [f64; 3]) -> Self;
-    fn atlas(self) -> Atlas<Self>;
+    fn atlas(self) -> ChartSwitching<Self>;
     fn start(&self, rotation: Mat3<f64>, omega: Vec3<f64>) -> State<Self>;
     fn rotation(&self, q: &Coordinates<Self>) -> Mat3<f64>;
 }
@@ -202,7 +202,7 @@ fn the_heavy_top_passes_its_pole() {
     assert!(summary.energy_drift < 1e-11 && summary.changes.len() >= 2, "{summary}");
     let text = summary.to_string();
     assert!(text.contains("the 3-1-2 set of `angles[1]`") && !text.contains("gimbal lock"), "{text}");
-    assert!(summary.legs.iter().all(|leg| leg.locking.is_none()), "{text}");
+    assert!(summary.segments.iter().all(|segment| segment.gimbal_lock.is_none()), "{text}");
 }
 
 /// Outputs, energy and events know of no chart: they go on where it changes, table and page included.
@@ -215,7 +215,7 @@ fn what_is_seen_goes_on() {
         atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-10)).run().expect("no chart locks");
     assert!(motion.changes().len() > 2, "{}", motion.summary());
     let mut jumps = 0;
-    for pair in motion.legs().windows(2) {
+    for pair in motion.segments().windows(2) {
         let [before, after] = [&pair[0].motion, &pair[1].motion];
         let t = after.start_time();
         assert_eq!(before.end_time(), t);
@@ -249,7 +249,7 @@ fn what_is_seen_goes_on() {
     assert!(table.starts_with("chart,t [s],"), "{}", table.lines().next().unwrap_or_default());
     assert_eq!(
         table.lines().count(),
-        1 + motion.legs().iter().map(|leg| leg.motion.steps().len()).sum::<usize>()
+        1 + motion.segments().iter().map(|segment| segment.motion.steps().len()).sum::<usize>()
     );
     assert!(motion.outputs_chart().to_svg().contains("change of chart"));
     let page = motion.animation().to_html().expect("a page");
@@ -294,7 +294,7 @@ fn a_start_in_gimbal_lock() {
     let error = model.simulate(start).until(1.0).run().expect_err("the angles are locked").to_string();
     assert!(
         error.contains("gimbal lock")
-            && error.contains("Atlas")
+            && error.contains("ChartSwitching")
             && error.contains("EulerParameters::new(q.e)"),
         "{error}"
     );
@@ -375,7 +375,7 @@ fn right(model: &mut Craft, turn: f64) {
 /// A law that asks the model where the body is goes on; angular momentum about all axes is what it was.
 #[test]
 fn a_wheel_with_a_law() {
-    let atlas = Atlas::new(CRAFT).turning("pitch", right).expect("a set with a reference");
+    let atlas = ChartSwitching::new(CRAFT).turning("pitch", right).expect("a set with a reference");
     let start = CRAFT
         .state()
         .yaw_rate(0.4)
@@ -410,7 +410,8 @@ fn a_wheel_with_a_law() {
     // One that reads the angles does not.
     let run = atlas.simulate(start).until(10.0);
     let error = run.with(|run, _| run.inputs(|_, state| [state.pitch()])).run().expect_err("the law jumps");
-    let AtlasErrorKind::Chart(ChartError::Disagree { what: Compared::Input, name: "motor", .. }) = error.kind
+    let ChartSwitchingErrorKind::Chart(ChartError::Disagree { what: Compared::Input, name: "motor", .. }) =
+        error.kind
     else {
         panic!("{error}");
     };
@@ -428,7 +429,7 @@ fn a_wheel_with_a_law() {
 #[test]
 fn charts_of_different_motions_are_refused() {
     let refused = |model: Craft, turn: fn(&mut Craft, f64)| {
-        let atlas = Atlas::new(model).turning("pitch", turn).expect("a set with a reference");
+        let atlas = ChartSwitching::new(model).turning("pitch", turn).expect("a set with a reference");
         let start = atlas.charts()[0]
             .state()
             .pitch(0.3)
@@ -440,7 +441,9 @@ fn charts_of_different_motions_are_refused() {
         let error = atlas.simulate(start).until(10.0).run().expect_err("the charts disagree");
         assert!(error.motion(&atlas).is_none() && error.time == 0.0);
         match error.kind {
-            AtlasErrorKind::Chart(ChartError::Disagree { what, name, .. }) => (what, name, error.to_string()),
+            ChartSwitchingErrorKind::Chart(ChartError::Disagree { what, name, .. }) => {
+                (what, name, error.to_string())
+            }
             _ => panic!("{error}"),
         }
     };
@@ -459,19 +462,19 @@ fn charts_of_different_motions_are_refused() {
 #[test]
 fn what_makes_no_atlas_is_refused() {
     let of = |model: Craft, name: &str, turn: fn(&mut Craft, f64)| {
-        Atlas::new(model).turning(name, turn).map(|_| ())
+        ChartSwitching::new(model).turning(name, turn).map(|_| ())
     };
     let error = of(CRAFT, "yaw", right).expect_err("it is the first");
     assert!(error.to_string().contains("those of this model are `pitch`"), "{error}");
     assert_eq!(of(CRAFT, "pitch", |_, _| ()), Err(ChartError::Unturned { name: "pitch" }));
     let turned = Craft { reference: 0.2, ..CRAFT };
     assert_eq!(of(turned, "pitch", right), Err(ChartError::NotAtZero { parameter: "reference", value: 0.2 }));
-    let atlas = Atlas::new(CRAFT).turning("pitch", right).expect("a set with a reference");
+    let atlas = ChartSwitching::new(CRAFT).turning("pitch", right).expect("a set with a reference");
     assert_eq!(atlas.clone().turning("pitch", right).map(|_| ()), Err(ChartError::Twice { name: "pitch" }));
     let start = CRAFT.state().pitch_rate(1.0).motor(0.0).build().expect("finite");
-    let refused = |error: AtlasErrorKind<Craft>| match error {
-        AtlasErrorKind::Chart(error) => error,
-        AtlasErrorKind::Run { error, .. } => panic!("{error}"),
+    let refused = |error: ChartSwitchingErrorKind<Craft>| match error {
+        ChartSwitchingErrorKind::Chart(error) => error,
+        ChartSwitchingErrorKind::Run { error, .. } => panic!("{error}"),
         _ => panic!("another kind"),
     };
     assert_eq!(refused(atlas.simulate(start).run().expect_err("no end").kind), ChartError::NoEnd);
@@ -493,16 +496,16 @@ fn what_makes_no_atlas_is_refused() {
         .run()
         .expect_err("few steps");
     assert!(
-        matches!(limited.kind, AtlasErrorKind::Run { .. })
+        matches!(limited.kind, ChartSwitchingErrorKind::Run { .. })
             && limited.to_string().contains("more than 2 steps"),
         "{limited}"
     );
     let motion = limited.motion(&atlas).expect("some steps were made");
     assert!(motion.end_time() == limited.time && limited.time > 0.0);
     // Without a set nothing changes.
-    let motion = Atlas::new(CRAFT);
+    let motion = ChartSwitching::new(CRAFT);
     let motion = motion.simulate(start).until(1.0).run().expect("it does not lock before");
-    assert!(motion.changes().is_empty() && motion.legs().len() == 1);
+    assert!(motion.changes().is_empty() && motion.segments().len() == 1);
 }
 
 /// Instants late in time are known less closely than the distance to locking: a chart changes all the same,
@@ -529,12 +532,13 @@ fn goes_on_from_a_place() {
     let atlas = model.atlas();
     let whole =
         atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
-    let turned = whole.legs().iter().find(|leg| leg.chart == 1).expect("a part in the turned chart");
+    let turned =
+        whole.segments().iter().find(|segment| segment.chart == 1).expect("a part in the turned chart");
     let time = 0.5 * (turned.motion.start_time() + turned.motion.end_time());
     let place = whole.at(time);
     let rest =
         atlas.resume(&place).until(10.0).with(|run, _| run.tolerance(1e-12)).run().expect("no chart locks");
-    assert_eq!((rest.legs()[0].chart, rest.start_time()), (1, time));
+    assert_eq!((rest.segments()[0].chart, rest.start_time()), (1, time));
     let wanted: Vec<f64> = whole.changes().iter().map(|change| change.time).filter(|t| *t > time).collect();
     let found: Vec<f64> = rest.changes().iter().map(|change| change.time).collect();
     assert!(
@@ -545,7 +549,7 @@ fn goes_on_from_a_place() {
         assert!((a - b).abs() < 1e-9, "{a} and {b}");
     }
     // Of an atlas without that chart it is no place.
-    let single = Atlas::new(place.model.clone());
+    let single = ChartSwitching::new(place.model.clone());
     let error = single.resume(&place).until(10.0).run().expect_err("another atlas").to_string();
     assert!(error.contains("resume a motion with the atlas that made it"), "{error}");
 }
@@ -554,7 +558,7 @@ fn goes_on_from_a_place() {
 /// for is seen from the parameter.
 #[test]
 fn another_turn_is_refused() {
-    let of = |turn: fn(&mut Craft, f64)| Atlas::new(CRAFT).turning("pitch", turn).map(|_| ());
+    let of = |turn: fn(&mut Craft, f64)| ChartSwitching::new(CRAFT).turning("pitch", turn).map(|_| ());
     for turn in
         [|m: &mut Craft, t: f64| m.reference = -t, |m: &mut Craft, t: f64| m.reference = t.to_degrees()]
     {
@@ -569,12 +573,12 @@ fn another_turn_is_refused() {
 /// others.
 #[test]
 fn closures_that_read_angles_are_refused() {
-    let atlas = Atlas::new(CRAFT).turning("pitch", right).expect("a set with a reference");
+    let atlas = ChartSwitching::new(CRAFT).turning("pitch", right).expect("a set with a reference");
     let start = CRAFT.state().pitch(0.3).pitch_rate(1.0).motor(0.0).build().expect("finite");
     let run = atlas.simulate(start).until(3.0).with(|run, _| run.event("steep", |state| state.pitch() - 0.7));
     let error = run.run().expect_err("the event depends on the chart");
     assert!(
-        matches!(&error.kind, AtlasErrorKind::Chart(ChartError::EventDisagrees { event, .. }) if event == "steep")
+        matches!(&error.kind, ChartSwitchingErrorKind::Chart(ChartError::EventDisagrees { event, .. }) if event == "steep")
     );
     assert!(error.to_string().contains("have it ask the model that `with` gives"), "{error}");
     let place = |model: &Craft, state: &State<Craft>| {
@@ -637,14 +641,15 @@ impl Pair {
 fn a_singular_mass_matrix_hides_nothing() {
     let model = Pair { inertia: Vec3::new(2.0, 3.0, 4.0), mass: 1.0, spring: 0.0, reference: 0.0 };
     let run = |model: Pair, small: f64| {
-        let atlas = Atlas::new(model).turning("pitch", |model, turn| model.reference = turn).expect("a set");
+        let atlas =
+            ChartSwitching::new(model).turning("pitch", |model, turn| model.reference = turn).expect("a set");
         let start =
             atlas.charts()[0].state().pitch(0.3).pitch_rate(1.0).yaw_rate(0.2).e([1.0, 0.0, 0.0, 0.0]);
         let start = start.e_rate([0.0, 0.2, 0.1, 0.0]).motor(0.0).push(0.0).build().expect("of norm 1");
         let law = move |_: f64, state: &State<Pair>| [small * state.pitch(), 1e6];
         let motion = atlas.simulate(start).until(3.0).with(|run, _| run.tolerance(1e-8).inputs(law)).run();
         motion.map(|motion| motion.changes().len()).map_err(|error| match error.kind {
-            AtlasErrorKind::Chart(ChartError::Disagree { what, name, .. }) => (what, name),
+            ChartSwitchingErrorKind::Chart(ChartError::Disagree { what, name, .. }) => (what, name),
             _ => panic!("{error}"),
         })
     };
@@ -720,7 +725,8 @@ fn what_acts_only_on_the_way_is_seen() {
     };
     // A law in time, with steps that meet it.
     let run = |model: Pushed, law: fn(f64, &State<Pushed>) -> [f64; 1]| {
-        let atlas = Atlas::new(model).turning("pitch", |model, turn| model.reference = turn).expect("a set");
+        let atlas =
+            ChartSwitching::new(model).turning("pitch", |model, turn| model.reference = turn).expect("a set");
         let start =
             atlas.charts()[0].state().pitch(0.3).yaw_rate(1.0).pitch_rate(0.1).roll_rate(0.2).motor(0.0);
         let start = start.build().expect("finite");
@@ -729,7 +735,7 @@ fn what_acts_only_on_the_way_is_seen() {
         motion.map(|motion| motion.changes().len()).map_err(|error| {
             let part = error.motion(&atlas).map_or(0.0, |motion| motion.end_time());
             match error.kind {
-                AtlasErrorKind::Chart(ChartError::Disagree { what, name, time, .. }) => {
+                ChartSwitchingErrorKind::Chart(ChartError::Disagree { what, name, time, .. }) => {
                     assert!(error.time == time && time > 0.0 && part >= time, "{time} of {part}");
                     (what, name, time)
                 }
@@ -762,7 +768,7 @@ fn what_acts_only_on_the_way_is_seen() {
 /// differs from chart to chart and is no disagreement.
 #[test]
 fn rounding_alone_is_no_disagreement() {
-    let atlas = Atlas::new(CRAFT).turning("pitch", right).expect("a set with a reference");
+    let atlas = ChartSwitching::new(CRAFT).turning("pitch", right).expect("a set with a reference");
     let law = |model: &Craft, state: &State<Craft>| {
         let q = Craft::coordinates_with(state, &nalgebra::SVector::zeros(), &[]);
         [0.2 * model.frame(&q).x().value().z]

@@ -309,7 +309,7 @@ fn it_runs_on_generated_code() {
             let start = start.build().expect("it rolls");
             let motion = model.simulate(start).until(2.0).tolerance(1e-10).run().expect("it rolls");
             let summary = motion.summary();
-            assert_eq!(summary.upkept.general, 0, "{heading}\n{summary}");
+            assert_eq!(summary.stabilization.general, 0, "{heading}\n{summary}");
         }
     }
 }

@@ -593,7 +593,7 @@ impl Press {
 mod squeezed {
     use super::*;
     use dynamics::error::SolveError;
-    use dynamics::motion::ChangeError;
+    use dynamics::motion::EventActionError;
 
     const PRESS: Press = Press { mass: 0.1, g: 9.81, gap: 1.0, speed: 0.2 };
 
@@ -614,7 +614,10 @@ mod squeezed {
                     panic!("{error}")
                 };
                 assert!(
-                    matches!(**change, ChangeError::Solve(SolveError::ImpactSqueezes { row: "lid", .. })),
+                    matches!(
+                        **change,
+                        EventActionError::Solve(SolveError::ImpactSqueezes { row: "lid", .. })
+                    ),
                     "{error}"
                 );
             }

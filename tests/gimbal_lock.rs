@@ -98,7 +98,7 @@ fn motions_through_gimbal_lock_are_told() {
         match FREE.simulate(start).until(2.0).tolerance(tolerance).run() {
             Ok(motion) => {
                 let summary = motion.summary();
-                let Some(locking) = summary.locking else { panic!("{rate} at {tolerance}: {summary}") };
+                let Some(locking) = summary.gimbal_lock else { panic!("{rate} at {tolerance}: {summary}") };
                 // The angular momentum about the vertical over that of the fall: the least distance.
                 let inertia = FREE.across + FREE.m * FREE.l * FREE.l;
                 let fall = (2.0 * FREE.m * FREE.g * FREE.l * (1.0 + 2.5f64.cos()) / inertia).sqrt();
@@ -138,7 +138,7 @@ fn slender_bodies_lock_as_well() {
     match slender.simulate(start).until(2.0).tolerance(1e-9).run() {
         Ok(motion) => {
             let summary = motion.summary();
-            let locking = summary.locking.as_ref().unwrap_or_else(|| panic!("{summary}"));
+            let locking = summary.gimbal_lock.as_ref().unwrap_or_else(|| panic!("{summary}"));
             assert!(locking.distance < 1e-3 && locking.conditioning > 1e3, "{summary}");
             assert_eq!(locking.doubtful, f64::EPSILON * locking.conditioning > 1e-9, "{summary}");
         }
@@ -153,13 +153,13 @@ fn what_does_not_suffer_is_not_told_of() {
     let start = ringed.state().theta(2.5).phi_rate(1e-3).build().unwrap();
     let motion = ringed.simulate(start).until(2.0).tolerance(1e-9).run().unwrap();
     let summary = motion.summary();
-    assert!(summary.locking.is_none(), "{summary}");
+    assert!(summary.gimbal_lock.is_none(), "{summary}");
     // In no way at any distance; nor is a mass that is missing elsewhere put down to it.
     for theta in [2e-3, 0.02, 0.04] {
         let still = Top { g: 0.0, ring: 0.5, ..FREE };
         let start = still.state().theta(theta).build().unwrap();
         let summary = still.simulate(start).until(0.1).run().unwrap().summary();
-        assert!(summary.locking.is_none(), "{summary}");
+        assert!(summary.gimbal_lock.is_none(), "{summary}");
     }
     let none = Top { across: 0.0, along: 0.0, l: 0.0, ..FREE };
     let error = none.simulate(none.state().build().unwrap()).until(1.0).run().unwrap_err();
@@ -167,7 +167,7 @@ fn what_does_not_suffer_is_not_told_of() {
     // And far from where it locks no set is told of.
     let start = FREE.state().theta(1.5).phi_rate(3.0).psi_rate(150.0).build().unwrap();
     let summary = FREE.simulate(start).until(1.0).run().unwrap().summary();
-    assert!(summary.locking.is_none(), "{summary}");
+    assert!(summary.gimbal_lock.is_none(), "{summary}");
 }
 
 /// A step from one side of the lock to the other sees nothing of it: the angles turn by half a turn within.
@@ -178,7 +178,8 @@ fn fixed_steps_that_pass_over_gimbal_lock_are_told() {
         match FREE.simulate(start).until(1.1).fixed_step(h).run() {
             Ok(motion) => {
                 let summary = motion.summary();
-                let locking = summary.locking.as_ref().unwrap_or_else(|| panic!("{rate} by {h}: {summary}"));
+                let locking =
+                    summary.gimbal_lock.as_ref().unwrap_or_else(|| panic!("{rate} by {h}: {summary}"));
                 assert!(locking.doubtful && locking.passed_over, "{rate} by {h}: {summary}");
                 let text = summary.to_string();
                 assert!(
@@ -196,7 +197,7 @@ fn fixed_steps_that_pass_over_gimbal_lock_are_told() {
     // Short enough for a wide berth, they are as good as any.
     let start = FREE.state().theta(2.5).phi_rate(0.5).build().unwrap();
     let summary = FREE.simulate(start).until(1.1).fixed_step(1e-4).run().unwrap().summary();
-    assert!(summary.locking.is_none_or(|locking| !locking.doubtful), "{summary}");
+    assert!(summary.gimbal_lock.is_none_or(|locking| !locking.doubtful), "{summary}");
 }
 
 /// A body about its centre, its energy written out in Euler parameters: ω = 2 G(p) ṗ.

@@ -314,7 +314,7 @@ mod heavy_top {
                     assert!(error < bound, "tolerance {tolerance:e}: off by {error:.1e}");
                     // It is named: which angle of which set, how near and when.
                     let summary = motion.summary();
-                    let locking = summary.locking.unwrap_or_else(|| panic!("{summary}"));
+                    let locking = summary.gimbal_lock.unwrap_or_else(|| panic!("{summary}"));
                     assert_eq!((locking.names[1], locking.set.to_string().as_str()), ("angles[1]", "3-1-2"));
                     assert!((locking.distance - 7.24e-7).abs() < 0.05 * 7.24e-7, "{summary}");
                     assert!((locking.time - 0.3726).abs() < 1e-4 && locking.doubtful, "{summary}");

@@ -1,7 +1,7 @@
 //! Mechanisms of micrometres and of kilometres: what decides at starts, contacts and slips knows their size,
 //! and all of them behave alike.
 
-use dynamics::motion::{ChangeError, SimulationErrorKind as Kind};
+use dynamics::motion::{EventActionError, SimulationErrorKind as Kind};
 use dynamics::prelude::*;
 
 /// Two masses at the ends of a rod that fall onto a rough floor, which falls away from a place on.
@@ -132,7 +132,7 @@ fn changes_are_judged_by_their_size() {
         };
         let error = run(1e-4).unwrap_err();
         let Kind::Change { error, .. } = &error.kind else { panic!("{size:e}: {error}") };
-        let ChangeError::ImpactApart { row: "first", residual } = **error else {
+        let EventActionError::ImpactApart { row: "first", residual } = **error else {
             panic!("{size:e}: {error}")
         };
         assert!((residual / size - 1e-4).abs() < 1e-8, "{size:e}: {residual:e}");

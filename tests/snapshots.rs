@@ -13,7 +13,7 @@ mod models;
 mod physics;
 
 use compare::snapshot;
-use dynamics::motion::Vanished;
+use dynamics::motion::PivotBreakdown;
 use dynamics::prelude::*;
 use models::*;
 // The prelude has one, too.
@@ -296,10 +296,13 @@ fn the_pivot_of_a_sleigh_that_vanishes_is_named() {
         model.simulate(start).until(1.0).run().unwrap().summary()
     };
     let (along, across) = (straight(0.0), straight(core::f64::consts::FRAC_PI_2));
-    assert!(along.upkept.general == 0 && along.vanished.is_none(), "{along}");
-    assert_eq!(across.upkept.general, across.evaluations, "{across}");
-    let wanted = Vanished { rows: vec!["edge"], coordinates: vec!["y"] };
-    assert_eq!((across.vanished.as_ref(), across.upkept.general_at), (Some(&wanted), Some(0.0)));
+    assert!(along.stabilization.general == 0 && along.pivot_breakdown.is_none(), "{along}");
+    assert_eq!(across.stabilization.general, across.evaluations, "{across}");
+    let wanted = PivotBreakdown { rows: vec!["edge"], coordinates: vec!["y"] };
+    assert_eq!(
+        (across.pivot_breakdown.as_ref(), across.stabilization.general_at),
+        (Some(&wanted), Some(0.0))
+    );
     let words = "a pivot of the generated code vanished: `y` from `edge`, first at t = 0; each takes several \
         times as long";
     assert!(across.to_string().contains(words), "{across}");

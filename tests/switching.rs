@@ -164,7 +164,10 @@ fn the_summary_says_why_the_general_solver_was_used() {
     let model = Gripped { m: 1.0 };
     let run = |start: GrippedState| model.simulate(start).until(0.1).run().unwrap().summary();
     let summary = run(model.state().x_rate(1.0).release("first").build().unwrap());
-    assert_eq!((&summary.released[..], summary.upkept.released), (&["first"][..], summary.upkept.general));
+    assert_eq!(
+        (&summary.released[..], summary.stabilization.released),
+        (&["first"][..], summary.stabilization.general)
+    );
     let text = summary.to_string();
     assert!(text.contains(" evaluations by the general solver (first released)"), "{text}");
     assert!(!text.contains("fell back") && !text.contains("vanished"), "{text}");
@@ -181,7 +184,7 @@ fn the_summary_says_why_the_general_solver_was_used() {
         run_pushed(state(1.3).release("stop").build().unwrap()),
         run_pushed(state(-1.1).build().unwrap()),
     ] {
-        assert_eq!((summary.upkept.released, summary.upkept.general), (0, 0));
+        assert_eq!((summary.stabilization.released, summary.stabilization.general), (0, 0));
         assert!(!summary.to_string().contains("general solver"), "{summary}");
     }
 }

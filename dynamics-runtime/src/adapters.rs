@@ -30,7 +30,7 @@ use core::cell::{Cell, RefCell};
 use core::fmt;
 
 use crate::error::{SingularMassMatrix, SolveError, StateError};
-use crate::integrate::{Knot, Phase, by_state};
+use crate::integrate::{Phase, StepNode, by_state};
 use crate::model::{InputValues, ModelState, Vector};
 use crate::motion::Simulate;
 use crate::motion::{InputLaw, with_inputs};
@@ -223,7 +223,7 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
         by_u.resize(squared, f64::NAN);
         let exact = self.law.is_none() && self.model.acceleration_derivatives(&at, by_q, by_u);
         if !exact {
-            let knot = Knot { t, y: Phase { q: *at.q(), u: *at.u() }, a: M::Vector::zeros() };
+            let knot = StepNode { t, y: Phase { q: *at.q(), u: *at.u() }, a: M::Vector::zeros() };
             let accelerations = |y: &Phase<M::Vector>| {
                 self.model.accelerations_with(&self.constants, &self.complete(t, y.q, y.u))
             };

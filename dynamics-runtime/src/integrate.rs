@@ -28,12 +28,13 @@
 #[macro_use]
 mod dense;
 
-mod carry;
 #[cfg(feature = "alloc")]
 pub mod choice;
+mod compensated_summation;
 mod composition;
 mod controller;
 mod differences;
+mod discontinuity;
 mod dop853;
 mod dop853_table;
 mod dormand_prince5;
@@ -45,7 +46,6 @@ mod fixed_point;
 mod gauss;
 mod generalized_alpha;
 mod gragg_bulirsch_stoer;
-mod landing;
 pub(crate) mod linear;
 mod radau5;
 mod rk4;
@@ -81,7 +81,7 @@ pub use gragg_bulirsch_stoer::{GraggBulirschStoer, Knots};
 pub use radau5::{Between, Collocation, Radau5};
 pub use rk4::Rk4;
 pub use semi_implicit_euler::SemiImplicitEuler;
-pub use stepper::{Kept, Step, StepError, StepOptions, Stepper};
+pub use stepper::{Step, StepError, StepFlags, StepOptions, Stepper};
 pub use stormer_verlet::{Rattle, StormerVerlet};
 #[cfg(feature = "alloc")]
 pub(crate) use tableau::zip;
@@ -203,13 +203,13 @@ pub trait System<V: Vector> {
     }
     /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for methods that solve for their stages. By differences,
     /// where the system knows no better.
-    fn jacobian(&mut self, at: &Knot<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {
+    fn jacobian(&mut self, at: &StepNode<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {
         differences::by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
     /// Is told before every attempt where the step starts and how long it is, with its sign. Where the
     /// accelerations depend on the step, those of the start, its first stage, become those of this one.
     #[inline(always)]
-    fn attempting(&mut self, _start: &mut Knot<V>, _h: f64) -> Result<(), Self::Error> {
+    fn attempting(&mut self, _start: &mut StepNode<V>, _h: f64) -> Result<(), Self::Error> {
         Ok(())
     }
     /// Whether something holds it: constraints.
@@ -218,7 +218,7 @@ pub trait System<V: Vector> {
         false
     }
     /// Whether what holds it nearly loses a direction at one of the ends of a step, or between them.
-    fn is_weak(&mut self, _start: &Knot<V>, _end: &Knot<V>) -> bool {
+    fn is_weak(&mut self, _start: &StepNode<V>, _end: &StepNode<V>) -> bool {
         false
     }
     /// Whether the ends of steps are settled.
@@ -271,7 +271,7 @@ pub trait System<V: Vector> {
     /// so that within it they are smooth, or no longer; those of the start become what they are on these
     /// branches.
     #[inline(always)]
-    fn hold_branches(&mut self, _start: &mut Knot<V>, _h: f64, _on: bool) -> Result<Hold, Self::Error> {
+    fn hold_branches(&mut self, _start: &mut StepNode<V>, _h: f64, _on: bool) -> Result<Hold, Self::Error> {
         Ok(Hold::Off)
     }
     /// No branch is held any more, and the next accelerations are those of a start.
@@ -288,7 +288,7 @@ pub trait System<V: Vector> {
     }
     /// Moves the position at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic constraints.
     #[inline(always)]
-    fn hold_end(&mut self, _start: &Knot<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
+    fn hold_end(&mut self, _start: &StepNode<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
         Ok(())
     }
     /// Whether constraints hold, which [`System::across`] and [`System::onto_constraints`] know.
@@ -425,7 +425,7 @@ pub struct Settled {
 
 /// Where a step starts: time, phase and the accelerations there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Knot<V> {
+pub struct StepNode<V> {
     /// Time.
     pub t: f64,
     /// q and u.
@@ -434,7 +434,7 @@ pub struct Knot<V> {
     pub a: V,
 }
 
-impl<V: Vector> Knot<V> {
+impl<V: Vector> StepNode<V> {
     /// (q̇, q̈): the first stage of every method here.
     #[inline(always)]
     pub(crate) fn derivative(&self) -> Phase<V> {
@@ -484,7 +484,7 @@ pub trait Scheme<V: Vector>: Clone {
     fn propose<S: System<V>>(
         &mut self,
         _system: &mut S,
-        _start: &Knot<V>,
+        _start: &StepNode<V>,
         _h: f64,
         _tolerances: &Tolerances,
     ) -> Option<f64> {
@@ -498,7 +498,7 @@ pub trait Scheme<V: Vector>: Clone {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error>;
@@ -508,7 +508,7 @@ pub trait Scheme<V: Vector>: Clone {
     fn attempt_again<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
@@ -527,8 +527,8 @@ pub trait Scheme<V: Vector>: Clone {
     fn dense<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
     ) -> Result<Self::Dense, S::Error>;
     /// The interpolant of a step that was made before, where its ends tell it, so that nothing has to be
@@ -537,8 +537,8 @@ pub trait Scheme<V: Vector>: Clone {
     fn by_ends<S: System<V>>(
         &mut self,
         _system: &mut S,
-        _start: &Knot<V>,
-        _end: &Knot<V>,
+        _start: &StepNode<V>,
+        _end: &StepNode<V>,
         _h: f64,
         _tolerances: &Tolerances,
     ) -> Result<Option<Self::Dense>, S::Error> {
@@ -569,7 +569,7 @@ pub trait Scheme<V: Vector>: Clone {
     }
     /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they
     /// coincide.
-    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64>;
+    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64>;
 }
 
 /// The integration methods.

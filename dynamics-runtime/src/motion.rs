@@ -25,32 +25,32 @@ pub(crate) mod verification;
 
 pub use crate::integrate::{Direction, Method};
 pub use charts::{
-    Atlas, AtlasError, AtlasErrorKind, AtlasMotion, AtlasSimulation, AtlasSummary, ChartChange, ChartError,
-    Compared, Leg, Placed,
+    ChartChange, ChartError, ChartState, ChartSwitching, ChartSwitchingError, ChartSwitchingErrorKind,
+    ChartSwitchingMotion, ChartSwitchingSimulation, ChartSwitchingSummary, Compared, Segment,
 };
 pub use erased_method::AnyMethod;
-pub use events::action::{Change, Impact};
+pub use events::action::{EventAction, Impact};
 pub use events::location::Flow;
-pub use failure::event_action::ChangeError;
-pub use failure::gimbal_lock::Locking;
+pub use failure::event_action::EventActionError;
+pub use failure::gimbal_lock::GimbalLock;
 pub use failure::{Jumping, Met, MotionError, OptionError, Over, SimulationErrorKind};
 pub use options::contact::Contact;
 pub use options::formulation::Formulation;
 pub use pilot_run::FewDigits;
 pub(crate) use right_hand_side::{InputLaw, with_inputs};
 pub use simulation::{Simulate, Simulation};
-pub use stabilization::Upkept;
-pub use stabilization::adaptive_gain::Turned;
+pub use stabilization::StabilizationCounts;
+pub use stabilization::adaptive_gain::DriftInfluence;
 pub use summary::{Drift, Summary};
 pub use trajectory::error::SimulationError;
-pub use trajectory::global_error::SecondRun;
+pub use trajectory::global_error::ReferenceSettings;
 pub use trajectory::global_error::{GlobalError, Largest, Shift};
 pub use trajectory::motion::{Motion, Sampler};
 pub use trajectory::record::{Counts, EventRecord};
 pub use trajectory::work::{WorkAccount, WorkRow};
-pub use verification::accuracy_diagnostics::{BelowRounding, Doubts, Unchecked};
+pub use verification::accuracy_diagnostics::{AccuracyDiagnostics, BelowRounding, Unchecked};
 pub use verification::conditioning::{Conditioning, Nearest};
 pub use verification::constraint_drift::ConstraintDrift;
-pub use verification::missed_instability::Outgrown;
-pub use verification::pivot_breakdown::Vanished;
-pub use verification::undersampled_force::Unseen;
+pub use verification::missed_instability::MissedInstability;
+pub use verification::pivot_breakdown::PivotBreakdown;
+pub use verification::undersampled_force::UndersampledForce;

@@ -324,12 +324,12 @@ fn the_summary_says_where_the_projection_made_the_motion() {
         run.run().unwrap().summary()
     };
     let (coarse, fine) = (run(0.1), run(2e-4));
-    assert_eq!(coarse.upkept.settled, 30);
-    assert!(coarse.upkept.largest_move > 1e3, "{:?}", coarse.upkept);
+    assert_eq!(coarse.stabilization.settled, 30);
+    assert!(coarse.stabilization.largest_move > 1e3, "{:?}", coarse.stabilization);
     let line = "30 ends of steps put back onto the constraints, by ";
     assert!(coarse.to_string().contains(line), "{coarse}");
     assert!(
-        fine.upkept.largest_move < 10.0 && !fine.to_string().contains("ends of steps put back"),
+        fine.stabilization.largest_move < 10.0 && !fine.to_string().contains("ends of steps put back"),
         "{fine}"
     );
 }

@@ -16,7 +16,7 @@ fn shown_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {
         !summary.to_string().contains("step doubling"),
         "what is measured is not shown otherwise: {summary}"
     );
-    [summary.doubts.halved_at_most.unwrap(), measured]
+    [summary.accuracy.step_doubling_at_most.unwrap(), measured]
 }
 
 /// Half steps leave a small part of the error, where order 5 is that of the method a thirtieth.
@@ -61,14 +61,14 @@ fn motions_that_keep_their_accuracy_raise_no_doubts() {
         assert!(!summary.to_string().contains("warning"), "{summary}");
         // Errors of an oscillator add up, and no more.
         let error = (motion.end().q[0] - 60f64.cos()).abs() / (tolerance * (1.0 + 60f64.cos().abs()));
-        let shown = summary.doubts.halved_at_most.unwrap();
+        let shown = summary.accuracy.step_doubling_at_most.unwrap();
         assert!(shown < summary.steps as f64 && shown > 0.3 * error, "{error} {summary}");
     }
     // What forgets its errors keeps those of a few steps.
     let damped = Closure(|_, q, u| -q - 2.0 * u);
     let motion = damped.simulate(at_rest_or_not([1.0], [0.0])).until(50.0).max_step(0.1).run().unwrap();
     let summary = motion.summary();
-    assert!(summary.steps >= 500 && summary.doubts.halved_at_most.unwrap() < 1.0, "{summary}");
+    assert!(summary.steps >= 500 && summary.accuracy.step_doubling_at_most.unwrap() < 1.0, "{summary}");
 }
 
 /// Up the separatrix of a pendulum: e²⁰ = 5e8 within the run.
@@ -81,7 +81,7 @@ fn growth_by_the_motion_is_found() {
     assert!(error > 1e3 * 1e-10, "{error:e}");
     let summary = motion.summary();
     assert!(summary.to_string().contains("warning      global error about"), "{summary}");
-    let shown = 1e-10 * summary.doubts.halved.unwrap();
+    let shown = 1e-10 * summary.accuracy.step_doubling.unwrap();
     assert!(shown > 0.3 * error && shown < 3.0 * error, "{shown:e} {error:e}");
 }
 
@@ -93,7 +93,7 @@ fn stiff_motions_raise_no_false_alarm() {
         let simulation = if let Some(method) = &method { simulation.method(method) } else { simulation };
         let summary = simulation.run().unwrap().summary();
         assert!(!summary.to_string().contains("warning      global error"), "{summary}");
-        assert!(summary.doubts.halved.unwrap() < 60.0, "{summary}");
+        assert!(summary.accuracy.step_doubling.unwrap() < 60.0, "{summary}");
     }
 }
 
@@ -114,7 +114,7 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
             let estimated = run().estimate_error().run().unwrap();
             let measured = estimated.global_error().unwrap().ratio.unwrap();
             let summary = run().run().unwrap().summary();
-            let shown = summary.doubts.halved.unwrap();
+            let shown = summary.accuracy.step_doubling.unwrap();
             println!("{method} {tolerance:e} to {until}: {shown:.1} shown, {measured:.1} measured");
             let warned = summary.to_string().contains("warning      global error about");
             assert_eq!(warned, shown > 60.0, "{summary}");
@@ -124,7 +124,7 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
                 2.0 => {
                     assert!(shown < 50.0 && measured > 1e3, "{shown} {measured}");
                     let peaks = summary.to_string().contains("warning      errors peak and pass");
-                    assert_eq!(peaks, summary.doubts.halved_at_most.unwrap() > 1e3, "{summary}");
+                    assert_eq!(peaks, summary.accuracy.step_doubling_at_most.unwrap() > 1e3, "{summary}");
                     assert!(peaks || measured < 2e3, "{measured} {summary}");
                 }
                 // Where a value passes zero little is permitted of it, for a moment; of its amplitude it is
@@ -164,7 +164,7 @@ fn half_steps_show_what_lasts_of_relaxation_oscillations() {
             let motion = model.simulate(start).until(11.0).tolerance(tolerance).method(method).run().unwrap();
             let summary = motion.summary();
             let (shown, lasts) =
-                (summary.doubts.halved.unwrap(), lasting(&motion, &reference, tolerance, 0.01));
+                (summary.accuracy.step_doubling.unwrap(), lasting(&motion, &reference, tolerance, 0.01));
             println!("{method} {tolerance:e}: {shown:.1} shown, {lasts:.1} true");
             assert!(
                 shown > 0.3 * lasts && shown < 3.0 * lasts,
@@ -213,7 +213,7 @@ fn tolerances_below_rounding_are_named() {
     let run =
         |absolute: f64| far.simulate(start).until(5.0).tolerances(absolute, 0.0).max_steps(20_000).run();
     let summary = run(1e-9).unwrap().summary();
-    let found = summary.doubts.below_rounding.unwrap();
+    let found = summary.accuracy.below_rounding.unwrap();
     assert_eq!((found.name, found.rate, found.permitted), ("x", false, 1e-9));
     assert!(
         summary.to_string().contains("tolerance below rounding: 1.0e-9 permitted of x = 1000001"),
@@ -223,7 +223,7 @@ fn tolerances_below_rounding_are_named() {
     assert!(said.iter().any(|warning| warning.starts_with("tolerance below rounding: 1.0e-9")), "{said:?}");
     assert_eq!(said.len(), summary.to_string().matches("\n  warning  ").count());
     let plain = run(1e-8).unwrap().summary();
-    assert!(plain.doubts.below_rounding.is_none(), "{plain}");
+    assert!(plain.accuracy.below_rounding.is_none(), "{plain}");
     let swing =
         Oscillator { omega: 2.0 }.simulate(at_rest_or_not([1.0], [0.0])).until(5.0).run().unwrap().summary();
     assert!(swing.warnings().is_empty(), "{swing}");
@@ -241,7 +241,7 @@ fn fixed_steps_that_lose_the_energy_are_too_long() {
     );
     let summary = run(0.05).summary();
     assert!(summary.energy_drift < 1e-3 && !summary.to_string().contains("warning"), "{summary}");
-    assert_eq!((summary.doubts.halved, summary.doubts.below_rounding), (None, None));
+    assert_eq!((summary.accuracy.step_doubling, summary.accuracy.below_rounding), (None, None));
 }
 
 /// What grows beyond all numbers is said to, and no part of it is infinite; runs of no length, stopped and
@@ -292,7 +292,7 @@ fn errors_beyond_ten_tolerances_are_told_plainly() {
         for method in [Any::from(methods::DormandPrince5), methods::Dop853.into()] {
             let run = Kepler.simulate(orbit).until(periods * std::f64::consts::TAU).tolerance(tolerance);
             let summary = run.method(&method).run().unwrap().summary();
-            let (text, shown) = (summary.to_string(), summary.doubts.halved.unwrap());
+            let (text, shown) = (summary.to_string(), summary.accuracy.step_doubling.unwrap());
             let plain = text.contains("\n  accuracy     global error about ");
             assert_eq!(plain, shown > 10.0 && shown <= 300.0, "{shown} {text}");
             assert_eq!(summary.warnings().is_empty(), shown <= 300.0, "{shown} {text}");
@@ -360,7 +360,7 @@ fn a_summary_takes_its_share_of_the_run() {
     let share = 8 * motion.counts().evaluations as usize / (60 * 60);
     assert!(looked <= share.max(8) + 9 && looked < all, "{looked} of {all}, {share}");
     assert!(summary.to_string().contains(&format!(", of {looked} of {all} states")), "{summary}");
-    assert!(summary.doubts.unchecked.stiffness && summary.warnings().is_empty(), "{summary}");
+    assert!(summary.accuracy.unchecked.stiffness && summary.warnings().is_empty(), "{summary}");
     assert!(
         summary.to_string().ends_with("not checked  whether it is stiff: it takes longer than the run"),
         "{summary}"
@@ -370,7 +370,9 @@ fn a_summary_takes_its_share_of_the_run() {
         DoublePendulum::UNIT.simulate(at_rest_or_not([1.0, 0.0], [0.0, 0.0])).until(20.0).run().unwrap();
     let summary = few.summary();
     assert!(summary.conditioning.looked_at.0 == few.steps().len(), "{summary}");
-    assert!(summary.doubts.unchecked == Unchecked::default() && !summary.to_string().contains("not checked"));
+    assert!(
+        summary.accuracy.unchecked == Unchecked::default() && !summary.to_string().contains("not checked")
+    );
 }
 
 /// Van der Pol's equation, μ = 1000, at tolerances at which an explicit method needs a million steps: an
@@ -432,7 +434,10 @@ fn small_and_damped_motions_raise_no_false_alarm() {
                 .tolerance(tolerance)
                 .method(&method);
             let summary = run.run().unwrap().summary();
-            assert!(summary.doubts.crawls.is_none() && summary.stiff_at.is_none(), "{size:e} {summary}");
+            assert!(
+                summary.accuracy.hidden_stiffness.is_none() && summary.stiff_at.is_none(),
+                "{size:e} {summary}"
+            );
         }
     }
     for c in [1e3, 1e5, 1e7] {

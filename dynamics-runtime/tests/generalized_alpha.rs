@@ -9,7 +9,7 @@ use common::{DoublePendulum, at_rest_or_not};
 use dynamics_runtime::integrate::{
     Dop853, GeneralizedAlpha, Phase, StepError, StepOptions, Stepper, System, Tolerances,
 };
-use dynamics_runtime::integrate::{Knot, Settled};
+use dynamics_runtime::integrate::{Settled, StepNode};
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::Simulate;
 use nalgebra::{Matrix3, SVector, Vector3};
@@ -282,7 +282,7 @@ fn steps_do_not_allocate() {
         }
     });
     assert_eq!(info.count_total, 0);
-    let Knot { t, .. } = *stepper.now();
+    let StepNode { t, .. } = *stepper.now();
     assert_eq!(t, 1.0);
 }
 

@@ -5,7 +5,9 @@ mod common;
 use common::*;
 use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::ModelState;
-use dynamics_runtime::motion::{Direction, Motion, OptionError, SecondRun, Simulate, SimulationErrorKind};
+use dynamics_runtime::motion::{
+    Direction, Motion, OptionError, ReferenceSettings, Simulate, SimulationErrorKind,
+};
 
 const OSCILLATOR: Oscillator = Oscillator { omega: 2.0 };
 
@@ -37,8 +39,9 @@ fn the_estimate_is_the_error_of_the_closed_form() {
             let simulation = OSCILLATOR.simulate(from_one()).until(30.0).tolerance(tolerance).method(method);
             let motion = simulation.estimate_error().run().unwrap();
             let estimate = motion.global_error().unwrap();
-            let tighter = SecondRun::Tighter { absolute: tolerance / 100.0, relative: tolerance / 100.0 };
-            assert_eq!(estimate.second, tighter);
+            let tighter =
+                ReferenceSettings::Tighter { absolute: tolerance / 100.0, relative: tolerance / 100.0 };
+            assert_eq!(estimate.reference, tighter);
             let found = [estimate.coordinates.error, estimate.velocities.error];
             println!("{method} {tolerance:e}: {found:?} for {:?}", true_errors(&motion));
             for (found, exact) in found.into_iter().zip(true_errors(&motion)) {
@@ -78,7 +81,7 @@ fn halved_steps_estimate_the_error_of_fixed_ones() {
         let motion =
             OSCILLATOR.simulate(from_one()).until(10.0).fixed_step(h).estimate_error().run().unwrap();
         let estimate = motion.global_error().unwrap();
-        assert_eq!((estimate.second, estimate.ratio), (SecondRun::HalfStep(0.5 * h), None));
+        assert_eq!((estimate.reference, estimate.ratio), (ReferenceSettings::HalfStep(0.5 * h), None));
         let exact = true_errors(&motion);
         for (found, exact) in [estimate.coordinates.error, estimate.velocities.error].into_iter().zip(exact) {
             assert!((found / exact - 1.0).abs() < 0.05, "h = {h}: {found:e} for {exact:e}");
@@ -92,7 +95,7 @@ fn halved_steps_estimate_the_error_of_fixed_ones() {
 fn at_the_finest_tolerance_the_estimate_is_a_bound() {
     let motion = OSCILLATOR.simulate(from_one()).until(30.0).tolerance(1e-14).estimate_error().run().unwrap();
     let estimate = motion.global_error().unwrap();
-    assert_eq!(estimate.second, SecondRun::Looser { absolute: 1e-13, relative: 1e-13 });
+    assert_eq!(estimate.reference, ReferenceSettings::Looser { absolute: 1e-13, relative: 1e-13 });
     let [q, u] = true_errors(&motion);
     assert!(
         estimate.coordinates.error > 0.5 * q && estimate.velocities.error > 0.5 * u,

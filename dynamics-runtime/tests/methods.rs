@@ -7,7 +7,7 @@ use std::convert::Infallible;
 use common::*;
 use dynamics_runtime::integrate::{
     Composition4, Composition6, Composition8, Dense, Dop853, DormandPrince5, Esdirk4, Gauss4, Gauss6,
-    GeneralizedAlpha, GraggBulirschStoer, Knot, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError,
+    GeneralizedAlpha, GraggBulirschStoer, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError, StepNode,
     StepOptions, Stepper, StormerVerlet, Tolerances, Tsit5, Verner9,
 };
 use dynamics_runtime::methods;
@@ -147,13 +147,13 @@ fn velocities_between_steps_keep_their_digits_far_from_the_origin() {
 fn tried<S: Scheme<V>>(again: bool) -> Vec<u64> {
     let (mut scheme, mut system, h) = (S::new(), problem, 0.2);
     let (y, tolerances) = (exact(0.3), Tolerances::both(1e-6));
-    let start = Knot { t: 0.3, y, a: problem(0.3, &y.q, &y.u).unwrap() };
+    let start = StepNode { t: 0.3, y, a: problem(0.3, &y.q, &y.u).unwrap() };
     let attempt = match again {
         true => scheme.attempt_again(&mut system, &start, h, &tolerances),
         false => scheme.attempt(&mut system, &start, h, &tolerances),
     };
     let (y, error) = attempt.unwrap();
-    let end = Knot { t: 0.5, y, a: scheme.finish(&mut system, 0.5, &y).unwrap() };
+    let end = StepNode { t: 0.5, y, a: scheme.finish(&mut system, 0.5, &y).unwrap() };
     let stiffness = scheme.stiffness(h, &end);
     let dense = scheme.dense(&mut system, &start, &end, h).unwrap();
     let mut phases = vec![y, scheme.error_vector(), dense.at(0.3), dense.at(0.7)];

@@ -4,7 +4,7 @@
 use std::convert::Infallible;
 
 use dynamics_runtime::integrate::{
-    Dense, Dop853, Esdirk4, GeneralizedAlpha, Kept, Knot, Phase, Radau5, Scheme, Step, StepError,
+    Dense, Dop853, Esdirk4, GeneralizedAlpha, Kept, Phase, Radau5, Scheme, Step, StepError, StepNode,
     StepOptions, Stepper, System, Tolerances,
 };
 use nalgebra::SVector;
@@ -79,7 +79,7 @@ impl System<V2> for Spring {
         Ok(V2::new(force * q[0], force * q[1] - 9.81))
     }
 
-    fn jacobian(&mut self, at: &Knot<V2>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Infallible> {
+    fn jacobian(&mut self, at: &StepNode<V2>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Infallible> {
         let Phase { q, u } = at.y;
         let r = q.norm();
         let (n, rate) = (q / r, q.dot(&u) / r);
@@ -238,7 +238,7 @@ fn steps_without_a_solution_have_no_end() {
     fn end<S: Scheme<V1>>(a: impl Fn(f64, &V1) -> f64, h: f64) -> Option<(Phase<V1>, f64)> {
         let mut system = |t: f64, _: &V1, u: &V1| Ok::<_, Infallible>(V1::new(a(t, u)));
         let y = Phase { q: V1::new(0.0), u: V1::new(1.0) };
-        let start = Knot { t: 0.0, y, a: system(0.0, &y.q, &y.u).unwrap() };
+        let start = StepNode { t: 0.0, y, a: system(0.0, &y.q, &y.u).unwrap() };
         let step = Step { start, end: start, h, kept: Kept::default() };
         Stepper::end_of(&mut S::new(), &mut system, &step, &Tolerances::both(1e-6)).unwrap()
     }

@@ -7,8 +7,8 @@ use std::convert::Infallible;
 
 use common::*;
 use dynamics_runtime::integrate::{
-    Composition4, Composition6, Composition8, EnergyMidpoint, Gauss4, Gauss6, Knot, OfPositions, Phase,
-    Rattle, Rk4, Scheme, SemiImplicitEuler, StepError, StepOptions, Stepper, StormerVerlet, System,
+    Composition4, Composition6, Composition8, EnergyMidpoint, Gauss4, Gauss6, OfPositions, Phase, Rattle,
+    Rk4, Scheme, SemiImplicitEuler, StepError, StepNode, StepOptions, Stepper, StormerVerlet, System,
     Tolerances,
 };
 use dynamics_runtime::methods;
@@ -27,7 +27,7 @@ fn go<S: Scheme<V>, Y: System<V>>(
     start: Phase<V>,
     h: f64,
     end: f64,
-    mut seen: impl FnMut(&Knot<V>),
+    mut seen: impl FnMut(&StepNode<V>),
 ) -> Phase<V>
 where
     Y::Error: std::fmt::Debug,

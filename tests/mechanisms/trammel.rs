@@ -62,8 +62,8 @@ fn embedded_trammels_are_as_accurate_as_their_angle_alone() {
             let errors = motions.each_ref().map(|motion| worst(&|t| motion.at(t).phi()));
             (0..2).for_each(|k| excess[k] += (errors[k] / of_angle).ln() / tolerances.len() as f64);
             let [projected, embedded] = motions.each_ref().map(Motion::summary);
-            let shown =
-                [&projected, &embedded].map(|summary| summary.doubts.halved_at_most.expect("adaptive steps"));
+            let shown = [&projected, &embedded]
+                .map(|summary| summary.accuracy.step_doubling_at_most.expect("adaptive steps"));
             println!(
                 "{tolerance:.0e}: alone {of_angle:.1e}, projected {:.1e}, embedded {:.1e}",
                 errors[0], errors[1]

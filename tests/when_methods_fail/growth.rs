@@ -53,7 +53,7 @@ fn implicit_methods_tell_of_chaos_in_models_that_choose() {
     {
         let motion = run().tolerance(tolerance).method(method).run().unwrap();
         let (times, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.summary());
-        let shown = summary.doubts.halved.unwrap();
+        let shown = summary.accuracy.step_doubling.unwrap();
         println!("{method} {tolerance:e}: {times:.0} permitted errors, half steps show {shown:.0}");
         assert!(times > 1e3 && shown > 0.2 * times, "{times} {summary}");
         assert!(summary.to_string().contains("warning      global error about"), "{summary}");
@@ -92,7 +92,7 @@ fn rests_that_are_unstable_are_not_stepped_over() {
             stayed += u32::from(motion.steps().all(|state| state.x().abs() < 0.1));
             told += u32::from(summary.to_string().contains("an unstable motion is stepped over"));
             let watched = run().tolerance(tolerance).method(method).max_step(1.0).run().unwrap().summary();
-            assert!(watched.doubts.outgrown.is_none(), "{method} {tolerance:e}\n{watched}");
+            assert!(watched.accuracy.missed_instability.is_none(), "{method} {tolerance:e}\n{watched}");
         }
         // Steps of a size of their own are no better.
         let fixed = run().fixed_step(10.0).method(methods::Radau5).run().unwrap();
@@ -115,7 +115,7 @@ fn rests_that_are_unstable_are_not_stepped_over() {
             let start = model.state().x(1e-3).build().unwrap();
             let summary =
                 model.simulate(start).until(0.5).tolerance(1e-4).method(method).run().unwrap().summary();
-            assert!(summary.doubts.outgrown.is_none(), "{summary}");
+            assert!(summary.accuracy.missed_instability.is_none(), "{summary}");
         }
     }
 }

@@ -80,7 +80,7 @@ fn pushes_that_last_are_told_where_the_stages_miss_them() {
         let watched = run().tolerance(tolerance).method(method).max_step(1.0).run().unwrap();
         let (off, summary) = ((watched.end().x_rate() - exact).abs() / tolerance, watched.summary());
         assert!(
-            summary.doubts.unseen.is_none() && off < 300.0,
+            summary.accuracy.undersampled_force.is_none() && off < 300.0,
             "{method} {tolerance:e}: {off:.0}\n{summary}"
         );
     }
@@ -111,12 +111,12 @@ fn wells_that_are_passed_over_are_told() {
             let tolerance = 10f64.powi(-k);
             let motion = run().tolerance(tolerance).method(method).run().unwrap();
             let (off, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.summary());
-            let told = summary.doubts.unseen.is_some();
+            let told = summary.accuracy.undersampled_force.is_some();
             assert!(told || off < 300.0, "{method} {tolerance:e}: {off:.0} permitted errors\n{summary}");
             let watched = run().tolerance(tolerance).method(method).max_step(0.02).run().unwrap();
             let (off, summary) = ((watched.end().x() - exact).abs() / tolerance, watched.summary());
             assert!(
-                summary.doubts.unseen.is_none() && off < 300.0,
+                summary.accuracy.undersampled_force.is_none() && off < 300.0,
                 "{method} {tolerance:e}: {off:.0}\n{summary}"
             );
         }

@@ -62,7 +62,7 @@ fn steps_collapse_at_a_singularity() {
     for tolerance in [1e-3, 1e-4, 1e-5, 1e-2] {
         if let Ok(motion) = model.simulate(start).until(2.0).tolerance(tolerance).run() {
             let summary = motion.summary().to_string();
-            println!("{tolerance:e} {:?}", motion.summary().doubts);
+            println!("{tolerance:e} {:?}", motion.summary().accuracy);
             assert!(summary.contains("warning"), "at {tolerance:e}: {summary}");
         }
     }

@@ -108,8 +108,11 @@ fn low_stages_lose_what_a_stiff_direction_turns() {
         let times = |(x, exact): (f64, f64)| (x - exact).abs() / (tolerance * (1.0 + exact.abs()));
         let error = found.into_iter().zip(end).map(times).fold(0.0, f64::max);
         let summary = motion.summary();
-        println!("{method} {tolerance:e}: {error:.1} times, {:.1} shown", summary.doubts.halved.unwrap());
-        (error, summary.doubts.halved.unwrap(), summary.to_string())
+        println!(
+            "{method} {tolerance:e}: {error:.1} times, {:.1} shown",
+            summary.accuracy.step_doubling.unwrap()
+        );
+        (error, summary.accuracy.step_doubling.unwrap(), summary.to_string())
     };
     for tolerance in [1e-4, 1e-5, 1e-6] {
         let (error, shown, said) = run(&methods::Esdirk4.into(), tolerance);
@@ -182,7 +185,11 @@ fn stiffness_is_told_at_small_tolerances() {
         let run = || guided.simulate(guided.on_guide()).until(1.0).tolerance(10f64.powi(-k));
         let summary = run().method(method).run().unwrap().summary();
         assert!(summary.steps > 1000 && summary.to_string().contains("stiff"), "1e-{k}: {summary}");
-        assert_eq!(summary.doubts.crawls.is_some(), summary.stiff_at.is_none(), "1e-{k}: {summary}");
+        assert_eq!(
+            summary.accuracy.hidden_stiffness.is_some(),
+            summary.stiff_at.is_none(),
+            "1e-{k}: {summary}"
+        );
     }
     // Where rounding decides what error estimates say, one step is nothing like the next; and in short runs.
     let bob = Sprung { mass: 1.0, stiffness: 1e8, damping: 2e4, length: 1.0, g: 9.81 };
@@ -206,7 +213,7 @@ fn stiffness_is_told_at_small_tolerances() {
         let run = || KEPLER.simulate(start).until(20.0).tolerance(10f64.powi(-k));
         for motion in [run().max_step(0.01).run(), run().method(methods::Tsit5).run(), run().run()] {
             let summary = motion.unwrap().summary();
-            assert!(summary.doubts.crawls.is_none(), "1e-{k}: {summary}");
+            assert!(summary.accuracy.hidden_stiffness.is_none(), "1e-{k}: {summary}");
         }
     }
 }

@@ -12,15 +12,15 @@
 //!   O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
 //! * **Stability**: oscillations to hω = 2.7, 2.5 and 3.1.
 //! * **Rounding**: what is lost when a step is added to the state is carried to the next step
-//!   ([`Carry`](super::carry::Carry)).
+//!   ([`Carry`](super::compensated_summation::Carry)).
 //! * **Cost**: 5, 9 or 17 evaluations of q̈ per step.
 //! * **Source**: Suzuki, Phys. Lett. A 146 (1990) 319; Kahan, Li, Math. Comp. 66 (1997) 1089; Hairer, Lubich,
 //!   Wanner, *Geometric Numerical Integration*, 2nd ed., §II.4 and §V.3.2.
 
-use super::carry::Carry;
+use super::compensated_summation::Carry;
 use super::stormer_verlet::verlet;
 use super::tableau::zip;
-use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 /// Suzuki's five steps, 1/(4 − ∛4): the first two, and the middle one.
@@ -103,7 +103,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
     fn attempt<Y: System<V>>(
         &mut self,
         system: &mut Y,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), Y::Error> {
@@ -115,7 +115,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
             let a = verlet(system, &start.y, &mut way, &knot, Self::share(i) * h)?;
             done += Self::share(i);
             let y = zip(&start.y, &way, |y, way| y + way);
-            knot = Knot { t: start.t + done * h, y, a };
+            knot = StepNode { t: start.t + done * h, y, a };
             if system.has_velocity_forces() {
                 knot.a = system.accelerations(knot.t, &y.q, &y.u)?;
             }
@@ -137,7 +137,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
         Phase::zeros()
     }
 
-    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         None
     }
 }

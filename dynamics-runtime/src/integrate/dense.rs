@@ -1,7 +1,7 @@
 //! Interpolants within one step: θ = 0 is its start, θ = 1 its end.
 
 use super::tableau::zip;
-use super::{Knot, Phase};
+use super::{Phase, StepNode};
 use crate::model::Vector;
 
 /// The solution within one step.
@@ -22,7 +22,7 @@ pub struct Nested<V, const K: usize>(pub [Phase<V>; K]);
 impl<V: Vector, const K: usize> Nested<V, K> {
     /// r₂, r₃ and r₄, which states and derivatives at both ends of a step of size h determine.
     #[inline(always)]
-    pub(crate) fn ends(start: &Knot<V>, end: &Knot<V>, h: f64) -> [Phase<V>; 3] {
+    pub(crate) fn ends(start: &StepNode<V>, end: &StepNode<V>, h: f64) -> [Phase<V>; 3] {
         let change = zip(&end.y, &start.y, |y1, y0| y1 - y0);
         let bend = zip(&start.derivative(), &change, |k, d| h * k - d);
         let twist = zip(&zip(&change, &end.derivative(), |d, k| d - h * k), &bend, |x, b| x - b);
@@ -113,7 +113,7 @@ impl<V: Vector> Hermite<V> {
 
     /// From the ends of a step of size h.
     #[must_use]
-    pub fn between(start: &Knot<V>, end: &Knot<V>, h: f64) -> Self {
+    pub fn between(start: &StepNode<V>, end: &StepNode<V>, h: f64) -> Self {
         Self::new(start.y, &start.a, &end.y, &end.a, h)
     }
 }
@@ -126,8 +126,8 @@ macro_rules! quintic {
         fn dense<D: crate::integrate::System<$vector>>(
             &mut self,
             _: &mut D,
-            start: &crate::integrate::Knot<$vector>,
-            end: &crate::integrate::Knot<$vector>,
+            start: &crate::integrate::StepNode<$vector>,
+            end: &crate::integrate::StepNode<$vector>,
             h: f64,
         ) -> Result<Self::Dense, D::Error> {
             Ok(crate::integrate::Hermite::between(start, end, h))
@@ -136,8 +136,8 @@ macro_rules! quintic {
         fn by_ends<D: crate::integrate::System<$vector>>(
             &mut self,
             _: &mut D,
-            start: &crate::integrate::Knot<$vector>,
-            end: &crate::integrate::Knot<$vector>,
+            start: &crate::integrate::StepNode<$vector>,
+            end: &crate::integrate::StepNode<$vector>,
             h: f64,
             _: &crate::integrate::Tolerances,
         ) -> Result<Option<Self::Dense>, D::Error> {
@@ -217,7 +217,7 @@ mod tests {
         for (origin, h, permitted) in
             [(0.0, 0.1, 1e-9), (1e8, 0.1, 1e-6), (1e8, 1e-3, 1e-14), (-1e12, 1e-3, 1e-14)]
         {
-            let knot = |t: f64| Knot { t, y: phase(origin + t.sin(), t.cos()), a: V::new(-t.sin()) };
+            let knot = |t: f64| StepNode { t, y: phase(origin + t.sin(), t.cos()), a: V::new(-t.sin()) };
             let (start, end) = (knot(0.7), knot(0.7 + h));
             let dense = Hermite::between(&start, &end, h);
             for theta in [0.1, 0.3, 0.5, 0.8] {

@@ -1,6 +1,6 @@
 //! Derivatives of accelerations by one-sided differences: for systems that do not know them.
 
-use super::{Knot, Phase};
+use super::{Phase, StepNode};
 use crate::linalg::max_abs;
 use crate::math;
 use crate::model::Vector;
@@ -20,7 +20,7 @@ pub(crate) fn increment(x: f64, largest: f64) -> f64 {
 
 /// ∂a/∂q and ∂a/∂u at a point, N×N by rows; 2N + 1 evaluations.
 pub(crate) fn by_state<V: Vector, E>(
-    at: &Knot<V>,
+    at: &StepNode<V>,
     by_q: &mut [f64],
     by_u: &mut [f64],
     mut accelerations: impl FnMut(&Phase<V>) -> Result<V, E>,

@@ -11,7 +11,7 @@
 
 use super::dop853_table::*;
 use super::tableau::{advance, stages, stiffness, sum, sum_by, zip};
-use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -71,11 +71,11 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
         let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
@@ -98,11 +98,11 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
     fn attempt_again<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         self.h = h;
         self.k[0] = start.derivative();
         self.twelfth = stages(system, (*t, y, h), (&ROWS[..11], &C, 1), &mut self.k)?;
@@ -117,11 +117,11 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
     fn dense<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
     ) -> Result<Nested<V, 8>, S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         let k = &mut self.k;
         k[12] = end.derivative();
         stages(system, (*t, y, h), (&ROWS[11..], &C, 13), k)?;
@@ -142,7 +142,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         zip(&error, &error, |e, _| self.h * e)
     }
 
-    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
         stiffness(h, (&end.y, &end.a), (&self.twelfth, &self.k[11].u))
     }
 }

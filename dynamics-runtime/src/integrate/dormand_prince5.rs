@@ -13,7 +13,7 @@
 //!   coefficients as in Hairer, Nørsett, Wanner, *Solving ODE I*, table II.5.2 and §II.6.
 
 use super::tableau::{Row, advance, stiffness, sum, zip};
-use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
@@ -82,11 +82,11 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
         let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
@@ -111,8 +111,8 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
     fn dense<S: System<V>>(
         &mut self,
         _: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
     ) -> Result<Nested<V, 5>, S::Error> {
         let [change, bend, twist] = Nested::<V, 5>::ends(start, end, h);
@@ -130,7 +130,7 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
         zip(&error, &error, |e, _| self.h * e)
     }
 
-    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
         stiffness(h, (&end.y, &end.a), (&self.sixth, &self.k[5].u))
     }
 }

@@ -20,7 +20,7 @@
 
 use super::fixed_point::{Course, FixedPoint, correction};
 use super::tableau::zip;
-use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 /// Below this part of the energy's size, motion is too slow to take up what is missing of it: at turning
@@ -37,12 +37,12 @@ const FIRST: u32 = 3;
 pub struct EnergyMidpoint<V> {
     k: [Phase<V>; 2],
     solved: bool,
-    kept: Option<Kept<V>>,
+    kept: Option<StepFlags<V>>,
 }
 
 /// What the last step kept.
 #[derive(Clone, Copy, Debug)]
-struct Kept<V> {
+struct StepFlags<V> {
     energy: f64,
     /// Where it started and ended, with the energies that these states have.
     states: [(Phase<V>, f64); 2],
@@ -77,7 +77,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
@@ -122,7 +122,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
             if next != Course::Again || !end.is_finite() {
                 let there = own.zip(system.energy(start.t + h, &end));
                 let states = there.map(|(own, there)| [(*y0, own), (end, there)]);
-                self.kept = energy.zip(states).map(|(energy, states)| Kept { energy, states });
+                self.kept = energy.zip(states).map(|(energy, states)| StepFlags { energy, states });
                 return Ok((end, 0.0));
             }
         }
@@ -148,7 +148,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
         self.solved
     }
 
-    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         None
     }
 }

@@ -32,7 +32,9 @@
 
 use super::linear::{Matrices, factor, solve};
 use super::tableau::zip;
-use super::{ControllerSettings, Dense as _, Hermite, Knot, Method, Phase, Scheme, Step, System, Tolerances};
+use super::{
+    ControllerSettings, Dense as _, Hermite, Method, Phase, Scheme, Step, StepNode, System, Tolerances,
+};
 use crate::math;
 use crate::model::Vector;
 
@@ -74,7 +76,7 @@ pub struct Esdirk4<V: Vector> {
     /// Velocities of the stages, where the step is made once more.
     foreseen: Option<[V; STAGES]>,
     /// The last accepted step: its end, its size, changes of the velocities to its stages.
-    last: Option<(Knot<V>, f64, [V; STAGES])>,
+    last: Option<(StepNode<V>, f64, [V; STAGES])>,
 }
 
 /// How the iterations of a stage ended.
@@ -86,7 +88,7 @@ enum Newton {
 }
 
 impl<V: Vector> Esdirk4<V> {
-    fn differentiate<S: System<V>>(&mut self, system: &mut S, at: &Knot<V>) -> Result<(), S::Error> {
+    fn differentiate<S: System<V>>(&mut self, system: &mut S, at: &StepNode<V>) -> Result<(), S::Error> {
         // Until it is complete there is none.
         (self.known, self.factored_for) = (false, 0.0);
         let n = V::LEN * V::LEN;
@@ -130,7 +132,7 @@ impl<V: Vector> Esdirk4<V> {
     /// Velocities at which the iterations of stage i begin: on the polynomial through those of the stages
     /// before.
     #[inline(always)]
-    fn predicted(&self, start: &Knot<V>, h: f64, i: usize) -> V {
+    fn predicted(&self, start: &StepNode<V>, h: f64, i: usize) -> V {
         let mut u = start.y.u;
         if let Some(foreseen) = &self.foreseen {
             return foreseen[i];
@@ -158,7 +160,7 @@ impl<V: Vector> Esdirk4<V> {
     fn stage<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         (h, i): (f64, usize),
         (scale, enough): (&Phase<V>, f64),
     ) -> Result<Newton, S::Error> {
@@ -169,7 +171,7 @@ impl<V: Vector> Esdirk4<V> {
             let q = zip(&Phase { q: from.q, u: from.u }, &Phase { q: u, u }, |x, u| x + step * u).q;
             let a = system.accelerations(t, &q, &u)?;
             if !self.known {
-                self.differentiate(system, &Knot { t, y: Phase { q, u }, a })?;
+                self.differentiate(system, &StepNode { t, y: Phase { q, u }, a })?;
                 renewed = true;
             }
             if !self.factor(h) {
@@ -231,7 +233,7 @@ impl<V: Vector> Esdirk4<V> {
     fn stages<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<Newton, S::Error> {
@@ -281,7 +283,7 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
@@ -347,7 +349,7 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         if error <= 1.0 && (1.0..=STEADY).contains(&factor) { 1.0 } else { factor }
     }
 
-    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         None
     }
 }

@@ -13,7 +13,7 @@
 //! size".
 
 use super::tableau::zip;
-use super::{Knot, Phase, System, Tolerances};
+use super::{Phase, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -23,7 +23,7 @@ const MOST: f64 = 100.0;
 /// |h| for a method of the given order, which makes `long` steps or not; costs one to four evaluations. `direction` is ±1, `most` an upper bound.
 pub(crate) fn first_step<V: Vector, S: System<V>>(
     system: &mut S,
-    start: &Knot<V>,
+    start: &StepNode<V>,
     (order, long): (u32, bool),
     direction: f64,
     most: f64,
@@ -62,7 +62,7 @@ pub(crate) fn first_step<V: Vector, S: System<V>>(
 
 /// The step by the times in which a mechanism moves, from its accelerations after an Euler step of length
 /// `h`; 0 where it has none.
-fn own_step<V: Vector>(start: &Knot<V>, later: &V, h: f64, order: u32, tolerances: &Tolerances) -> f64 {
+fn own_step<V: Vector>(start: &StepNode<V>, later: &V, h: f64, order: u32, tolerances: &Tolerances) -> f64 {
     let Phase { q, u } = start.y;
     // All of them in tolerances of q: only their ratios count.
     let size = |x: V| tolerances.norm(&Phase { q: x, u: V::zeros() }, &start.y, &start.y);
@@ -87,7 +87,7 @@ mod tests {
     /// The first step of order 14 of q̈ = a(t, q, u), short and long.
     fn steps(a: impl Fn(f64, f64, f64) -> f64, q: f64, u: f64) -> [f64; 2] {
         let mut system = |t: f64, q: &V, u: &V| Ok::<V, Infallible>(V::new(a(t, q[0], u[0])));
-        let start = Knot { t: 0.0, y: Phase { q: V::new(q), u: V::new(u) }, a: V::new(a(0.0, q, u)) };
+        let start = StepNode { t: 0.0, y: Phase { q: V::new(q), u: V::new(u) }, a: V::new(a(0.0, q, u)) };
         let tolerances = Tolerances::both(1e-6);
         [false, true].map(|long| first_step(&mut system, &start, (14, long), 1.0, 1e3, &tolerances))
     }

@@ -28,11 +28,11 @@
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §II.1.3, §VI.4, §VIII.6;
 //!   Butcher, Math. Comp. 18 (1964) 50.
 
-use super::carry::Carry;
+use super::compensated_summation::Carry;
 use super::fixed_point::{Course, FixedPoint, correction};
 use super::linear::{Matrices, factor, solve};
 use super::stormer_verlet::moved;
-use super::{ControllerSettings, Knot, Method, Phase, Scheme, Step, System, Tolerances};
+use super::{ControllerSettings, Method, Phase, Scheme, Step, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 /// √3 and √15.
@@ -118,8 +118,8 @@ impl<const S: usize> Table<S> {
 
 impl<V: Vector, const S: usize> Gauss<V, S> {
     /// Velocities of the stages to begin with.
-    fn predict(&mut self, start: &Knot<V>, h: f64) {
-        let Knot { y, a, .. } = start;
+    fn predict(&mut self, start: &StepNode<V>, h: f64) {
+        let StepNode { y, a, .. } = start;
         let last = self.last.filter(|(end, before, ..)| end == y && (h / before - 1.0).abs() < 1e-6);
         for i in 0..S {
             self.u[i] = moved(&y.u, Table::<S>::OF.c[i] * h, a);
@@ -146,7 +146,7 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
     fn evaluate<Y: System<V>>(
         &mut self,
         system: &mut Y,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         momenta: Option<&mut [V; S]>,
     ) -> Result<(), Y::Error> {
@@ -191,7 +191,12 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
     }
 
     /// The step in (q, u).
-    fn plain<Y: System<V>>(&mut self, system: &mut Y, start: &Knot<V>, h: f64) -> Result<Phase<V>, Y::Error> {
+    fn plain<Y: System<V>>(
+        &mut self,
+        system: &mut Y,
+        start: &StepNode<V>,
+        h: f64,
+    ) -> Result<Phase<V>, Y::Error> {
         let Table { a, b, .. } = Table::<S>::OF;
         self.iterate((&start.y, h), |this| {
             this.evaluate(system, start, h, None)?;
@@ -209,7 +214,7 @@ impl<V: Vector, const S: usize> Gauss<V, S> {
     fn canonical<Y: System<V>>(
         &mut self,
         system: &mut Y,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         from: &V,
     ) -> Result<Phase<V>, Y::Error> {
@@ -296,7 +301,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Gauss<V, S> {
     fn attempt<Y: System<V>>(
         &mut self,
         system: &mut Y,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), Y::Error> {
@@ -330,7 +335,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Gauss<V, S> {
         self.last = Some((step.end.y, step.h, self.u, step.start.y.u));
     }
 
-    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         None
     }
 }

@@ -32,7 +32,7 @@
 //!   & Cardona, SIAM J. Sci. Comput. 29 (2007) 397.
 
 use super::linear::{Matrices, factor, solve};
-use super::{ControllerSettings, Knot, Method, Phase, Scheme, Step, System, Tolerances};
+use super::{ControllerSettings, Method, Phase, Scheme, Step, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -150,7 +150,7 @@ struct Left<V> {
 /// The last accepted step.
 #[derive(Clone, Copy, Debug)]
 struct Last<V> {
-    end: Knot<V>,
+    end: StepNode<V>,
     h: f64,
     left: Left<V>,
     astray: V,
@@ -208,7 +208,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     }
 
     /// Goes on from the last step, or starts.
-    fn begin<S: System<V>>(&mut self, system: &mut S, start: &Knot<V>, h: f64) -> Result<(), S::Error> {
+    fn begin<S: System<V>>(&mut self, system: &mut S, start: &StepNode<V>, h: f64) -> Result<(), S::Error> {
         let last = self.last.filter(|last| {
             let ratio = h / last.h;
             last.end == *start && ratio > 0.0 && ratio <= LONGER
@@ -246,7 +246,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     }
 
     /// What the step just solved leaves: after a first one, what that reveals of q⃛ is made use of.
-    fn leave<S: System<V>>(&mut self, system: &mut S, start: &Knot<V>, h: f64) -> Result<(), S::Error> {
+    fn leave<S: System<V>>(&mut self, system: &mut S, start: &StepNode<V>, h: f64) -> Result<(), S::Error> {
         let own = self.k[1].u;
         self.left = Left { own, lag: plus(&self.a, -1.0, &own), astray: None };
         if self.from.before.is_some() {
@@ -268,7 +268,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     }
 
     /// Factors κ − P(hγ ∂q̈/∂u + h²β ∂q̈/∂q) at a point; false where that is singular.
-    fn factor<S: System<V>>(&mut self, system: &mut S, at: &Knot<V>, h: f64) -> Result<bool, S::Error> {
+    fn factor<S: System<V>>(&mut self, system: &mut S, at: &StepNode<V>, h: f64) -> Result<bool, S::Error> {
         let (n, Coefficients { beta, gamma, .. }) = (V::LEN, self.coefficients);
         self.factored_for = (0.0, 0.0);
         let (moved, rest) = self.matrices.all().split_at_mut(n * n);
@@ -293,7 +293,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     }
 
     /// The end of the step with this a.
-    fn end(&self, start: &Knot<V>, h: f64) -> Phase<V> {
+    fn end(&self, start: &StepNode<V>, h: f64) -> Phase<V> {
         let (Coefficients { beta, gamma, .. }, From { a, u, .. }) = (self.coefficients, &self.from);
         let mut end = Phase { q: start.y.q, u: *u };
         for l in 0..V::LEN {
@@ -304,7 +304,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     }
 
     /// The largest number that positions are summed from.
-    fn summands(&self, start: &Knot<V>, h: f64) -> f64 {
+    fn summands(&self, start: &StepNode<V>, h: f64) -> f64 {
         let From { a, u, .. } = &self.from;
         let of_a = h * h * math::max(largest(a), largest(&self.a));
         math::max(math::max(largest(&start.y.q), h.abs() * largest(u)), of_a)
@@ -323,7 +323,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     fn correction<S: System<V>>(
         &mut self,
         system: &mut S,
-        at: &Knot<V>,
+        at: &StepNode<V>,
         own: &V,
         h: f64,
     ) -> Result<(V, V), S::Error> {
@@ -347,7 +347,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     fn iterate<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         permitted: &Tolerances,
     ) -> Result<bool, S::Error> {
@@ -361,7 +361,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
             let (y, own) = (self.end, self.k[1].u);
             self.k[1].q = y.u;
             let a = system.accelerations(start.t + h, &y.q, &y.u)?;
-            let at = Knot { t: start.t + h, y, a };
+            let at = StepNode { t: start.t + h, y, a };
             if fresh && !self.factor(system, &at, h)? {
                 return Ok(false);
             }
@@ -403,7 +403,12 @@ impl<V: Vector> GeneralizedAlpha<V> {
 
     /// The error of the step, what constraints do not permit left out. It is not filtered: steps that pass
     /// over what is stiff at the start would pass with it.
-    fn estimate<S: System<V>>(&mut self, system: &mut S, start: &Knot<V>, h: f64) -> Result<(), S::Error> {
+    fn estimate<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &StepNode<V>,
+        h: f64,
+    ) -> Result<(), S::Error> {
         let (From { own, u, before, .. }, end, last) = (&self.from, &self.end, &self.k[1].u);
         let mut error = Phase::<V>::zeros();
         for l in 0..V::LEN {
@@ -446,7 +451,7 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
@@ -500,7 +505,7 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
         if error <= 1.0 && (1.0..=STEADY).contains(&factor) { 1.0 } else { factor }
     }
 
-    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         None
     }
 }

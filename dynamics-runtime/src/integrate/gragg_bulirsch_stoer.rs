@@ -27,7 +27,7 @@
 
 use super::dense::{is_rounding, smoothly};
 use super::tableau::{stiffness, zip};
-use super::{ControllerSettings, Dense, Knot, Method, Phase, Scheme, Stages, System, Tolerances};
+use super::{ControllerSettings, Dense, Method, Phase, Scheme, Stages, StepNode, System, Tolerances};
 use crate::lanes::{COUNT, Lanes, Wide};
 use crate::model::Vector;
 
@@ -321,7 +321,7 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
@@ -357,8 +357,8 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     fn dense<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
     ) -> Result<Knots<V>, S::Error> {
         let third = h / 3.0;
@@ -384,8 +384,8 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     fn by_ends<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
         _: &Tolerances,
     ) -> Result<Option<Knots<V>>, S::Error> {
@@ -400,7 +400,7 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         self.error
     }
 
-    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
         stiffness(h, (&end.y, &end.a), (&self.sixth.0, &self.sixth.1))
     }
 }
@@ -468,7 +468,7 @@ impl<V: Vector> Knots<V> {
     /// Through the ends of a step of size h and the places a third of it from its start and from its end;
     /// times are not read.
     #[must_use]
-    pub fn new([start, end]: [&Knot<V>; 2], [first, second]: &[Place<V>; 2], h: f64) -> Self {
+    pub fn new([start, end]: [&StepNode<V>; 2], [first, second]: &[Place<V>; 2], h: f64) -> Self {
         let (mut higher, mut rounding) = ([V::zeros(); CONDITIONS - 2], V::zeros());
         for i in 0..V::LEN {
             let slopes = [start.y.u[i], end.y.u[i], first.u[i], second.u[i]].map(|u| h * u);
@@ -562,9 +562,12 @@ mod tests {
         }
     }
 
-    fn between([start, first, second, end]: [Knot<V>; 4], h: f64) -> Knots<V> {
-        let place =
-            |knot: &Knot<V>, from: &Knot<V>| Place { way: knot.y.q - from.y.q, u: knot.y.u, a: knot.a };
+    fn between([start, first, second, end]: [StepNode<V>; 4], h: f64) -> Knots<V> {
+        let place = |knot: &StepNode<V>, from: &StepNode<V>| Place {
+            way: knot.y.q - from.y.q,
+            u: knot.y.u,
+            a: knot.a,
+        };
         Knots::new([&start, &end], &[place(&first, &start), place(&second, &end)], h)
     }
 
@@ -578,7 +581,7 @@ mod tests {
         let knot = |theta: f64| {
             let at = t0 + theta * h;
             let y = Phase { q: V::new(value(0, at)), u: V::new(value(1, at)) };
-            Knot { t: at, y, a: V::new(value(2, at)) }
+            StepNode { t: at, y, a: V::new(value(2, at)) }
         };
         let dense = between([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(knot), h);
         for theta in [0.0, 0.1, 1.0 / 3.0, 0.5, 0.77, 1.0] {
@@ -602,7 +605,7 @@ mod tests {
             (1e8, 1e-3, 3e-13),
             (-1e12, 1e-2, 3e-13),
         ] {
-            let knot = |t: f64, origin: f64| Knot {
+            let knot = |t: f64, origin: f64| StepNode {
                 t,
                 y: Phase { q: V::new(origin + t.sin()), u: V::new(t.cos()) },
                 a: V::new(-t.sin()),

@@ -43,7 +43,9 @@ use super::linear::{
     Matrices, factor, factor_blocks, factor_complex, product, reciprocal, solve, solve_blocks, solve_complex,
 };
 use super::tableau::zip;
-use super::{ControllerSettings, Dense as _, Hermite, Knot, Method, Phase, Scheme, Step, System, Tolerances};
+use super::{
+    ControllerSettings, Dense as _, Hermite, Method, Phase, Scheme, Step, StepNode, System, Tolerances,
+};
 use crate::math;
 use crate::model::Vector;
 
@@ -176,7 +178,7 @@ impl<V: Vector> Radau5<V> {
     fn factor_stages<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
     ) -> Result<bool, S::Error> {
         let n = V::LEN;
@@ -186,7 +188,7 @@ impl<V: Vector> Radau5<V> {
             let y = self.stage(start, h, i);
             let Phase { u: a, .. } = self.k[i + 1];
             let [_, _, _, by_q, by_u, large] = split(&mut self.matrices);
-            system.jacobian(&Knot { t: start.t + C[i] * h, y, a }, by_q, by_u)?;
+            system.jacobian(&StepNode { t: start.t + C[i] * h, y, a }, by_q, by_u)?;
             for row in 0..n {
                 let large = &mut large[(i * n + row) * 3 * n..][..3 * n];
                 for j in 0..3 {
@@ -219,7 +221,7 @@ impl<V: Vector> Radau5<V> {
         exchanges.is_some()
     }
 
-    fn differentiate<S: System<V>>(&mut self, system: &mut S, start: &Knot<V>) -> Result<(), S::Error> {
+    fn differentiate<S: System<V>>(&mut self, system: &mut S, start: &StepNode<V>) -> Result<(), S::Error> {
         let [by_q, by_u, ..] = split(&mut self.matrices);
         // Until it is complete there is none.
         (self.jacobian_at, self.factored_for) = (None, 0.0);
@@ -230,7 +232,7 @@ impl<V: Vector> Radau5<V> {
 
     /// Stage i: its phase, from the velocities of all stages.
     #[inline(always)]
-    fn stage(&self, start: &Knot<V>, h: f64, i: usize) -> Phase<V> {
+    fn stage(&self, start: &StepNode<V>, h: f64, i: usize) -> Phase<V> {
         let mut y = start.y;
         for l in 0..V::LEN {
             let along = A[i][0] * self.z[0][l] + A[i][1] * self.z[1][l] + A[i][2] * self.z[2][l];
@@ -245,7 +247,7 @@ impl<V: Vector> Radau5<V> {
     fn iterate<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         scale: &Phase<V>,
         (enough, staged): (f64, bool),
@@ -389,7 +391,7 @@ impl<V: Vector> Radau5<V> {
     fn estimate<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         end: &Phase<V>,
         h: f64,
         permitted: &Tolerances,
@@ -498,7 +500,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
@@ -571,8 +573,8 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
     fn dense<S: System<V>>(
         &mut self,
         _: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
     ) -> Result<Between<V>, S::Error> {
         let mut z = self.z;
@@ -588,8 +590,8 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
     fn by_ends<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<Option<Between<V>>, S::Error> {
@@ -664,7 +666,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         if self.staged.0 == 0 && self.rate <= FAST && (1.0..=STEADY).contains(&factor) { 1.0 } else { factor }
     }
 
-    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         None
     }
 }

@@ -10,7 +10,7 @@
 //! * **Source**: Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.
 
 use super::tableau::{Row, advance, stiffness, sum, zip};
-use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
@@ -45,11 +45,11 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
         let mut evaluate = |c: f64, y: &Phase<V>| system.derivative(t + c * h, y);
@@ -81,7 +81,7 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
         zip(&middle, &ends, |middle, ends| self.h / 6.0 * math::max(middle.abs(), ends.abs()))
     }
 
-    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
         stiffness(h, (&end.y, &end.a), (&self.last, &self.k[3].u))
     }
 }

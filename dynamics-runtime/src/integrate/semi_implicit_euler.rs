@@ -13,7 +13,7 @@
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §I.1.2 and §VI.3.
 
 use super::tableau::zip;
-use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 /// The semi-implicit Euler method, order 1.
@@ -40,7 +40,7 @@ impl<V: Vector> Scheme<V> for SemiImplicitEuler<V> {
     fn attempt<S: System<V>>(
         &mut self,
         _: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
@@ -63,7 +63,7 @@ impl<V: Vector> Scheme<V> for SemiImplicitEuler<V> {
         Phase::zeros()
     }
 
-    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         None
     }
 }

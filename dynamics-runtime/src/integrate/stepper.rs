@@ -1,17 +1,17 @@
 //! One accepted step after another.
 
+use super::discontinuity::Landing;
 use super::first_step::first_step;
-use super::landing::Landing;
-use super::{Controller, Hold, Knot, Phase, Scheme, Settled, System, Tolerances};
+use super::{Controller, Hold, Phase, Scheme, Settled, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 #[cfg(feature = "alloc")]
 mod between;
-mod made;
-mod passing;
-mod smooth;
+mod singularity_crossing;
+mod switching;
+mod truncation;
 
-use passing::{Passing, UNCERTAIN, Verdict};
+use singularity_crossing::{Passing, UNCERTAIN, Verdict};
 
 /// How steps are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,18 +30,18 @@ pub struct StepOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step<V> {
     /// Where it starts.
-    pub start: Knot<V>,
+    pub start: StepNode<V>,
     /// Where it ends.
-    pub end: Knot<V>,
+    pub end: StepNode<V>,
     /// Its size, with sign.
     pub h: f64,
     /// How it was kept where the system belongs.
-    pub kept: Kept,
+    pub kept: StepFlags,
 }
 
 /// How a step was kept where the system belongs, besides settling its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Kept {
+pub struct StepFlags {
     /// Its stages were settled: near a position where what holds them nearly loses a direction.
     pub stages: bool,
     /// States between its ends have to be settled: it is as long as it is because what settling its end
@@ -126,7 +126,7 @@ pub struct Stepper<V, S> {
     scheme: S,
     options: StepOptions,
     control: Option<Controller>,
-    now: Knot<V>,
+    now: StepNode<V>,
     /// Size proposed for the next step, positive.
     h: f64,
     /// Fixed steps are counted from here, so that their times carry no accumulated rounding.
@@ -169,7 +169,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             scheme,
             options,
             control: S::CONTROL.map(|settings| Controller::new(settings, S::ERROR_ORDER)),
-            now: Knot { t, y, a },
+            now: StepNode { t, y, a },
             h: 0.0,
             origin: (t, 0),
             accepted: 0,
@@ -191,7 +191,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     /// Where it stands.
     #[must_use]
-    pub fn now(&self) -> &Knot<V> {
+    pub fn now(&self) -> &StepNode<V> {
         &self.now
     }
 
@@ -392,7 +392,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         end_t: f64,
         h: f64,
     ) -> Result<Trial<V>, Failure<Y::Error>> {
-        let (mut kept, mut plain) = (Kept::default(), 0.0);
+        let (mut kept, mut plain) = (StepFlags::default(), 0.0);
         self.fruitless = self.fruitless.saturating_sub(1);
         let branches = self.hold_branches(system, h).map_err(Failure::Evaluation)? != Hold::Off;
         let begin = self.now;
@@ -443,7 +443,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 // Nothing moves it, and nothing of this is compiled.
             } else if let Some(Settled { by, violation, .. }) = moved {
                 if by > FAR && by > AMPLIFIED * violation && !kept.stages && Self::hold(system, tolerances) {
-                    (plain, kept) = (f64::INFINITY, Kept { stages: true, ..Kept::default() });
+                    (plain, kept) = (f64::INFINITY, StepFlags { stages: true, ..StepFlags::default() });
                     continue;
                 }
                 kept.between |= by > FAR;
@@ -471,7 +471,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 Some(coordinate) => Err(Failure::NotFinite(coordinate)),
                 None => {
                     kept.branches = branches;
-                    Ok(Trial { start: begin, end: Knot { t: end_t, y, a }, error, apart, noise, kept })
+                    Ok(Trial { start: begin, end: StepNode { t: end_t, y, a }, error, apart, noise, kept })
                 }
             };
         }
@@ -530,7 +530,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     /// Hairer's test: 15 steps at the border of stability, not interrupted by 6 away from it, mean stiffness.
-    fn suspect(&mut self, h: f64, end: &Knot<V>) {
+    fn suspect(&mut self, h: f64, end: &StepNode<V>) {
         let Some(size) = self.scheme.stiffness(h, end) else {
             return;
         };
@@ -571,15 +571,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 /// A step that could be made.
 struct Trial<V> {
     /// Where it starts, with the accelerations of its branches.
-    start: Knot<V>,
-    end: Knot<V>,
+    start: StepNode<V>,
+    end: StepNode<V>,
     /// Its error, 1: as much as the tolerance permits.
     error: f64,
     /// What its stages disagree by, in the same measure.
     apart: f64,
     /// What rounding errors leave open of its end, in the same measure.
     noise: f64,
-    kept: Kept,
+    kept: StepFlags,
 }
 
 /// Why an attempt was rejected.

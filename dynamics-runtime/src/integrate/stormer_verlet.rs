@@ -25,7 +25,7 @@
 //!   §IX; Andersen, J. Comput. Phys. 52 (1983) 24; Leimkuhler, Skeel, J. Comput. Phys. 112 (1994) 117.
 
 use super::tableau::zip;
-use super::{ControllerSettings, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 /// x + h·d, element by element.
@@ -43,7 +43,7 @@ pub(super) fn verlet<V: Vector, S: System<V>>(
     system: &mut S,
     y: &Phase<V>,
     way: &mut Phase<V>,
-    Knot { t, a, .. }: &Knot<V>,
+    StepNode { t, a, .. }: &StepNode<V>,
     h: f64,
 ) -> Result<V, S::Error> {
     let half = moved(&way.u, 0.5 * h, a);
@@ -58,7 +58,7 @@ pub(super) fn verlet<V: Vector, S: System<V>>(
 #[inline(always)]
 fn end<V: Vector, S: System<V>>(
     system: &mut S,
-    start: &Knot<V>,
+    start: &StepNode<V>,
     h: f64,
     q: V,
     half: V,
@@ -100,7 +100,7 @@ macro_rules! scheme {
             fn attempt<S: System<V>>(
                 &mut self,
                 system: &mut S,
-                start: &Knot<V>,
+                start: &StepNode<V>,
                 h: f64,
                 _: &Tolerances,
             ) -> Result<(Phase<V>, f64), S::Error> {
@@ -132,20 +132,20 @@ macro_rules! scheme {
                 Phase::zeros()
             }
 
-            fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+            fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
                 None
             }
         }
     };
 }
 
-scheme!(StormerVerlet, |system: &mut S, start: &Knot<V>, h: f64| {
+scheme!(StormerVerlet, |system: &mut S, start: &StepNode<V>, h: f64| {
     let mut way = Phase::zeros();
     let a = verlet(system, &start.y, &mut way, start, h)?;
     let y = zip(&start.y, &way, |y, way| y + way);
     Ok((y, Phase { q: y.u, u: a }))
 });
-scheme!(Rattle, |system: &mut S, start: &Knot<V>, h: f64| {
+scheme!(Rattle, |system: &mut S, start: &StepNode<V>, h: f64| {
     let mut half = moved(&start.y.u, 0.5 * h, &start.a);
     let free = moved(&start.y.q, h, &half);
     let mut q = free;

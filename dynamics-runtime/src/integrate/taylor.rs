@@ -27,9 +27,9 @@
 //!   Taylor methods*, Experimental Mathematics 14 (2005) 99; Corliss, Chang, ACM TOMS 8 (1982) 114; Biscani,
 //!   Izzo, MNRAS 504 (2021) 2614.
 
-use super::carry;
+use super::compensated_summation;
 use super::tableau::zip;
-use super::{ControllerSettings, Dense, Knot, Method, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::{MOST_SERIES_ORDER, Vector};
 
@@ -77,7 +77,7 @@ pub struct Taylor<V> {
     /// The series ends with the accelerations of its start: there are no more terms.
     short: bool,
     /// The start of the series, if there is one.
-    from: Option<Knot<V>>,
+    from: Option<StepNode<V>>,
     /// What the start of the series lost by rounding.
     lost: Phase<V>,
     /// The end of the last attempt and what it lost.
@@ -202,7 +202,7 @@ impl<V: Vector> Taylor<V> {
     fn expand<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         scale: f64,
         tolerances: &Tolerances,
     ) -> Result<(), S::Error> {
@@ -241,7 +241,7 @@ impl<V: Vector> Taylor<V> {
 
     /// Keeps the accelerations of the start, without further terms.
     #[cold]
-    fn shorten(&mut self, start: &Knot<V>, scale: f64) {
+    fn shorten(&mut self, start: &StepNode<V>, scale: f64) {
         let Series { q, u, .. } = &mut self.series;
         (q[0], u[0]) = (start.y.q, start.y.u);
         for i in 0..V::LEN {
@@ -256,7 +256,7 @@ impl<V: Vector> Taylor<V> {
     fn short_error<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         (s, h): (f64, f64),
         tolerances: &Tolerances,
     ) -> Result<f64, S::Error> {
@@ -373,7 +373,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
     fn propose<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Option<f64> {
@@ -391,7 +391,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
@@ -405,7 +405,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         let change = self.series.change(s);
         // The next step gets back what this sum loses.
         let change = zip(&change, &self.lost, |x, lost| x + lost);
-        let (end, lost) = carry::sum(&start.y, &change);
+        let (end, lost) = compensated_summation::sum(&start.y, &change);
         self.end = (end, lost);
         if !end.is_finite() {
             return Ok((end, f64::NAN));
@@ -441,8 +441,8 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
     fn dense<S: System<V>>(
         &mut self,
         _: &mut S,
-        _: &Knot<V>,
-        _: &Knot<V>,
+        _: &StepNode<V>,
+        _: &StepNode<V>,
         _: f64,
     ) -> Result<Series<V>, S::Error> {
         Ok(self.series)
@@ -463,7 +463,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
 
     /// |h λ| where one mode makes the last coefficients, as it does where stability bounds the step, against the border of stability (p!)^(1/p). Then
     /// xₖ = (h λ)ᵏ/k! times the mode; two orders are compared because those of one parity may vanish.
-    fn stiffness(&self, _: f64, _: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         if self.short {
             return None;
         }

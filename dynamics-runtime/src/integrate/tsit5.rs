@@ -14,7 +14,7 @@
 //!   rounded to the nearest `f64`.
 
 use super::tableau::{Row, advance, stages, stiffness, sum, sum_by, zip};
-use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 const C: [f64; 7] = [0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0];
@@ -89,11 +89,11 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
         let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
@@ -113,11 +113,11 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
     fn attempt_again<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         self.h = h;
         self.k[0] = start.derivative();
         let k = &mut self.k;
@@ -135,8 +135,8 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
     fn dense<S: System<V>>(
         &mut self,
         _: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
     ) -> Result<Nested<V, 5>, S::Error> {
         let [change, bend, twist] = Nested::<V, 5>::ends(start, end, h);
@@ -154,7 +154,7 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
         zip(&error, &error, |e, _| self.h * e)
     }
 
-    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
         stiffness(h, (&end.y, &end.a), (&self.sixth, &self.k[5].u))
     }
 }

@@ -13,7 +13,7 @@
 
 use super::tableau::{advance, stages, stiffness, sum, sum_by, zip};
 use super::verner9_table::*;
-use super::{ControllerSettings, Knot, Method, Nested, Phase, Scheme, System, Tolerances};
+use super::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 /// Verner's method of order 9(8).
@@ -62,11 +62,11 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     fn attempt<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
         let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
@@ -93,11 +93,11 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     fn attempt_again<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
+        start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         self.h = h;
         self.k[0] = start.derivative();
         self.sixteenth = stages(system, (*t, y, h), (&ROWS[..15], &C, 1), &mut self.k)?;
@@ -112,11 +112,11 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     fn dense<S: System<V>>(
         &mut self,
         system: &mut S,
-        start: &Knot<V>,
-        end: &Knot<V>,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
         h: f64,
     ) -> Result<Nested<V, 9>, S::Error> {
-        let Knot { t, y, .. } = start;
+        let StepNode { t, y, .. } = start;
         let k = &mut self.k;
         k[16] = end.derivative();
         stages(system, (*t, y, h), (&ROWS[15..], &C, 17), k)?;
@@ -137,7 +137,7 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         zip(&error, &error, |e, _| self.h * e)
     }
 
-    fn stiffness(&self, h: f64, end: &Knot<V>) -> Option<f64> {
+    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
         stiffness(h, (&end.y, &end.a), (&self.sixteenth, &self.k[15].u))
     }
 }

@@ -21,9 +21,11 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-pub use crate::motion::charts::error::{AtlasError, AtlasErrorKind, ChartError, Compared};
+pub use crate::motion::charts::error::{ChartError, ChartSwitchingError, ChartSwitchingErrorKind, Compared};
 use crate::motion::charts::reference::Reference;
-pub use crate::motion::charts::result::{AtlasMotion, AtlasSummary, ChartChange, Leg, Placed};
+pub use crate::motion::charts::result::{
+    ChartChange, ChartState, ChartSwitchingMotion, ChartSwitchingSummary, Segment,
+};
 
 use crate::integrate::Direction;
 use crate::model::ModelState;
@@ -47,26 +49,26 @@ const MOST: usize = 6;
 /// the angles themselves.
 ///
 /// ```
-/// use dynamics_runtime::motion::{Atlas, AtlasError, AtlasMotion, Simulate};
+/// use dynamics_runtime::motion::{ChartSwitching, ChartSwitchingError, ChartSwitchingMotion, Simulate};
 ///
 /// trait Turned {
 ///     fn set_reference(&mut self, turn: f64);
 /// }
-/// fn tumble<M: Simulate + Turned + Clone>(atlas: &Atlas<M>, start: M::State) -> Result<AtlasMotion<'_, M>, AtlasError<M>> {
+/// fn tumble<M: Simulate + Turned + Clone>(atlas: &ChartSwitching<M>, start: M::State) -> Result<ChartSwitchingMotion<'_, M>, ChartSwitchingError<M>> {
 ///     atlas.simulate(start).until(200.0).with(|run, _| run.tolerance(1e-10)).run()
 /// }
-/// fn charts<M: Simulate + Turned + Clone>(model: M) -> Result<Atlas<M>, dynamics_runtime::motion::ChartError> {
-///     Atlas::new(model).turning("angles[1]", |model, turn| model.set_reference(turn))
+/// fn charts<M: Simulate + Turned + Clone>(model: M) -> Result<ChartSwitching<M>, dynamics_runtime::motion::ChartError> {
+///     ChartSwitching::new(model).turning("angles[1]", |model, turn| model.set_reference(turn))
 /// }
 /// ```
 #[derive(Clone, Debug)]
-pub struct Atlas<M> {
+pub struct ChartSwitching<M> {
     /// Bit k of the index: the reference of set k is turned.
     charts: Vec<M>,
     references: Vec<Reference>,
 }
 
-impl<M: Simulate + Clone> Atlas<M> {
+impl<M: Simulate + Clone> ChartSwitching<M> {
     /// Of one chart, the model as it is.
     #[must_use]
     pub fn new(model: M) -> Self {
@@ -124,14 +126,14 @@ impl<M: Simulate + Clone> Atlas<M> {
     }
 
     /// Opens a simulation from a state of the model as it was given. A state of a motion may be one of
-    /// another chart: [`Atlas::resume`] goes on from it.
-    pub fn simulate(&self, start: M::State) -> AtlasSimulation<'_, M> {
-        AtlasSimulation { atlas: self, chart: 0, start, end: None, options: Box::new(|run, _| run) }
+    /// another chart: [`ChartSwitching::resume`] goes on from it.
+    pub fn simulate(&self, start: M::State) -> ChartSwitchingSimulation<'_, M> {
+        ChartSwitchingSimulation { atlas: self, chart: 0, start, end: None, options: Box::new(|run, _| run) }
     }
 
     /// Opens a simulation from a place of a motion of this atlas, in the chart of that place.
-    pub fn resume(&self, from: &Placed<'_, M>) -> AtlasSimulation<'_, M> {
-        AtlasSimulation { chart: from.chart, ..self.simulate(from.state) }
+    pub fn resume(&self, from: &ChartState<'_, M>) -> ChartSwitchingSimulation<'_, M> {
+        ChartSwitchingSimulation { chart: from.chart, ..self.simulate(from.state) }
     }
 
     /// The distance to locking of the set that is nearest to it in a chart, less the bound: a change is due
@@ -183,8 +185,8 @@ type Options<'a, M> = Box<dyn Fn(Simulation<'a, M>, &'a M) -> Simulation<'a, M> 
 
 /// A simulation that changes its chart where that is due, before it runs.
 #[must_use = "a simulation does nothing until `.run()`"]
-pub struct AtlasSimulation<'a, M: Simulate> {
-    atlas: &'a Atlas<M>,
+pub struct ChartSwitchingSimulation<'a, M: Simulate> {
+    atlas: &'a ChartSwitching<M>,
     /// That of the start.
     chart: usize,
     start: M::State,
@@ -192,7 +194,7 @@ pub struct AtlasSimulation<'a, M: Simulate> {
     options: Options<'a, M>,
 }
 
-impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
+impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
     /// End time; may lie before the start.
     pub fn until(mut self, t: f64) -> Self {
         self.end = Some(t);
@@ -219,9 +221,9 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
     /// # Errors
     /// Where a part does not come to its end, or charts do not describe the same motion; what was computed up
     /// to there is in the error.
-    pub fn run(self) -> Result<AtlasMotion<'a, M>, AtlasError<M>> {
+    pub fn run(self) -> Result<ChartSwitchingMotion<'a, M>, ChartSwitchingError<M>> {
         let (atlas, chart, start) = (self.atlas, self.chart, self.start);
-        let mut legs: Vec<Leg<'a, M>> = Vec::new();
+        let mut segments: Vec<Segment<'a, M>> = Vec::new();
         let end = self.end.unwrap_or(f64::NAN);
         let result = if end.is_nan() {
             Err(ChartError::NoEnd.into())
@@ -230,29 +232,29 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
         } else {
             let pairs = 0..atlas.references.len();
             let compared = pairs.into_iter().try_for_each(|k| self.compare(chart, chart ^ 1 << k, &start));
-            compared.map_err(Into::into).and_then(|()| self.parts(end, &mut legs))
+            compared.map_err(Into::into).and_then(|()| self.parts(end, &mut segments))
         };
         match result {
-            Ok(()) => Ok(AtlasMotion { atlas, first: chart, legs }),
-            Err(kind) => Err(AtlasError::new(kind, chart, &start, legs)),
+            Ok(()) => Ok(ChartSwitchingMotion { atlas, first: chart, segments }),
+            Err(kind) => Err(ChartSwitchingError::new(kind, chart, &start, segments)),
         }
     }
 
-    fn parts(&self, end: f64, legs: &mut Vec<Leg<'a, M>>) -> Result<(), AtlasErrorKind<M>> {
+    fn parts(&self, end: f64, segments: &mut Vec<Segment<'a, M>>) -> Result<(), ChartSwitchingErrorKind<M>> {
         let (mut chart, mut state) = self.atlas.change(self.chart, &self.start, false)?;
         loop {
             let motion = self.part(chart, state, end)?;
-            self.join(&motion, legs)?;
+            self.join(&motion, segments)?;
             let changes = motion.events().last().is_some_and(|event| event.stopped && event.name == CHANGE);
             let last = motion.trajectory.last().state;
-            legs.push(Leg { chart, motion });
-            self.along(chart, legs)?;
+            segments.push(Segment { chart, motion });
+            self.along(chart, segments)?;
             if !changes || last.t() == end {
                 return Ok(());
             }
             let (to, there) = self.atlas.change(chart, &last, true)?;
             // With the inputs that were in force.
-            let complete = legs.last().map_or(last, |leg| leg.motion.end());
+            let complete = segments.last().map_or(last, |segment| segment.motion.end());
             self.compare(chart, to, &complete)?;
             (chart, state) = (to, there);
         }
@@ -270,8 +272,8 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
     }
 
     /// Compares the chart of the last part with those beside it, at the end of every step.
-    fn along(&self, chart: usize, legs: &[Leg<'a, M>]) -> Result<(), ChartError> {
-        let Some(Leg { motion, .. }) = legs.last() else { return Ok(()) };
+    fn along(&self, chart: usize, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
+        let Some(Segment { motion, .. }) = segments.last() else { return Ok(()) };
         (0..self.atlas.references.len()).try_for_each(|k| {
             let charts = [chart, chart ^ 1 << k];
             let model = &self.atlas.charts[charts[1]];
@@ -281,16 +283,22 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
     }
 
     /// The motion in one chart up to the end or to where another is due.
-    fn part(&self, chart: usize, state: M::State, end: f64) -> Result<Motion<'a, M>, AtlasErrorKind<M>> {
+    fn part(
+        &self,
+        chart: usize,
+        state: M::State,
+        end: f64,
+    ) -> Result<Motion<'a, M>, ChartSwitchingErrorKind<M>> {
         let (atlas, model) = (self.atlas, &self.atlas.charts[chart]);
         let run = (self.options)(model.simulate(state), model).until(end);
         let run = if atlas.references.is_empty() {
             run
         } else {
-            run.event(CHANGE, |state: &M::State| Atlas::<M>::margin(&atlas.references, state))
+            run.event(CHANGE, |state: &M::State| ChartSwitching::<M>::margin(&atlas.references, state))
                 .stop_at(CHANGE, Direction::Falling)
         };
-        let motion = run.run().map_err(|error| AtlasErrorKind::Run { chart, error: Box::new(error) })?;
+        let motion =
+            run.run().map_err(|error| ChartSwitchingErrorKind::Run { chart, error: Box::new(error) })?;
         let refused = |option| Err(ChartError::NotByParts { option }.into());
         if motion.trajectory.output_times.is_some() {
             return refused("output times");
@@ -303,8 +311,8 @@ impl<'a, M: Simulate + Clone> AtlasSimulation<'a, M> {
 
     /// What cannot be told from one part alone: inputs that jump with the chart, and an event that is met
     /// twice.
-    fn join(&self, motion: &Motion<'a, M>, legs: &[Leg<'a, M>]) -> Result<(), ChartError> {
-        let Some(before) = legs.last() else { return Ok(()) };
+    fn join(&self, motion: &Motion<'a, M>, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
+        let Some(before) = segments.last() else { return Ok(()) };
         let time = motion.start_time();
         agree::same_inputs(&before.motion, motion)?;
         let at_the_start = motion.events().iter().take_while(|event| event.time() == time);

@@ -41,7 +41,7 @@ const WEAK: f64 = 1e5;
 
 /// How a motion was made, for what is said where it cannot go on: would another way have gone on?
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Way {
+pub(crate) struct RunMethod {
     method: Method,
     tightest: f64,
     fixed: bool,
@@ -49,7 +49,7 @@ pub(crate) struct Way {
     exact: bool,
 }
 
-impl Way {
+impl RunMethod {
     pub(crate) fn of(method: Method, options: &StepOptions, formulation: Option<Formulation>) -> Self {
         let Tolerances { absolute, relative } = options.tolerances;
         let tightest = if relative > 0.0 { absolute.min(relative) } else { absolute };
@@ -84,7 +84,7 @@ pub(crate) fn explain<M: Constraints>(
     start: &M::State,
     state: &M::State,
     (kind, h): (Kind, f64),
-    way: Way,
+    way: RunMethod,
 ) -> Kind {
     let creeps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
     if !(creeps || collapses(&kind)) {

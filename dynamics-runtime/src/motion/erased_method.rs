@@ -9,13 +9,13 @@ use core::fmt;
 use crate::integrate::choice::{Choice, Suits};
 use crate::integrate::{Dense, Method, Phase, Scheme, Step, StepOptions, Stepper, Tolerances};
 use crate::model::{Model, SimulationModel};
-use crate::motion::right_hand_side::Plant;
-use crate::motion::run::{Made, Steps};
+use crate::motion::right_hand_side::RightHandSide;
+use crate::motion::run::{ErasedStepper, StepResult};
 
 /// The interpolant of one step, of whatever method.
 pub(crate) type Interpolant<V> = Box<dyn Dense<V> + Send + Sync>;
 
-pub(crate) trait Driver<M: Model>: Send + Sync {
+pub(crate) trait ErasedMethod<M: Model>: Send + Sync {
     fn method(&self) -> Method;
     /// Whether it estimates its error, and so can choose its step.
     fn is_adaptive(&self) -> bool;
@@ -28,15 +28,15 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
     /// A stepper at time t and phase y, in direction of `limit`.
     fn begin(
         &self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         from: (f64, Phase<M::Vector>),
         limit: f64,
         options: StepOptions,
-    ) -> Made<Box<dyn Steps<M>>>
+    ) -> StepResult<Box<dyn ErasedStepper<M>>>
     where
         M: SimulationModel;
     /// What makes steps again.
-    fn maker(&self) -> Box<dyn Maker<M>>
+    fn step_replay(&self) -> Box<dyn StepReplay<M>>
     where
         M: SimulationModel;
     /// See [`Scheme::WEIGHTS`].
@@ -45,35 +45,35 @@ pub(crate) trait Driver<M: Model>: Send + Sync {
 
 /// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to
 /// the next.
-pub(crate) trait Maker<M: SimulationModel>: Send + Sync {
+pub(crate) trait StepReplay<M: SimulationModel>: Send + Sync {
     /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
     /// `judged`: as good as its ends, if need be in parts.
     fn interpolate(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
         judged: bool,
     ) -> Option<Interpolant<M::Vector>>;
-    /// Where the step with this start, size and upkeep ends, and its error, 1 where it is just permitted;
+    /// Where the step with this start, size and stabilization ends, and its error, 1 where it is just permitted;
     /// `None` where that fails.
     fn end_of(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)>;
-    /// The same on whatever branches the plant holds.
+    /// The same on whatever branches the right-hand side holds.
     fn end_on_branches(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)>;
     /// Makes the step again, with everything else as it is to be; whether that succeeds.
     fn attempt(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool;
@@ -83,21 +83,21 @@ pub(crate) trait Maker<M: SimulationModel>: Send + Sync {
     fn forget(&mut self);
 }
 
-struct Again<S>(S);
+struct SchemeReplay<S>(S);
 
-impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<S> {
+impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> StepReplay<M> for SchemeReplay<S> {
     fn interpolate(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
         judged: bool,
     ) -> Option<Interpolant<M::Vector>> {
-        let dense = Stepper::again(&mut self.0, plant, step, tolerances).ok()??;
-        if const { S::PROBES.is_empty() } || !judged || plant.upkeep.is_tied() {
+        let dense = Stepper::again(&mut self.0, rhs, step, tolerances).ok()??;
+        if const { S::PROBES.is_empty() } || !judged || rhs.stabilization.is_tied() {
             return Some(Box::new(dense));
         }
-        Some(match Stepper::in_parts(&mut self.0, plant, step, &dense, tolerances) {
+        Some(match Stepper::in_parts(&mut self.0, rhs, step, &dense, tolerances) {
             Some(parts) => Box::new(parts),
             None => Box::new(dense),
         })
@@ -105,29 +105,29 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<
 
     fn end_of(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)> {
-        Stepper::end_of(&mut self.0, plant, step, tolerances).ok()?
+        Stepper::end_of(&mut self.0, rhs, step, tolerances).ok()?
     }
 
     fn end_on_branches(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)> {
-        Stepper::end_on_branches(&mut self.0, plant, step, tolerances).ok()?
+        Stepper::end_on_branches(&mut self.0, rhs, step, tolerances).ok()?
     }
 
     fn attempt(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
-        Stepper::attempt_again(&mut self.0, plant, (&step.start, step.h), tolerances).is_ok()
+        Stepper::attempt_again(&mut self.0, rhs, (&step.start, step.h), tolerances).is_ok()
     }
 
     fn accepted(&mut self, step: &Step<M::Vector>) {
@@ -139,11 +139,11 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> Maker<M> for Again<
     }
 }
 
-pub(crate) type AnyDriver<M> = Arc<dyn Driver<M>>;
+pub(crate) type SharedMethod<M> = Arc<dyn ErasedMethod<M>>;
 
 /// Some method for model M, where a list of several is run through: `for method in
 /// &[AnyMethod::from(Rk4), Dop853.into()]`.
-pub struct AnyMethod<M: Model>(pub(crate) AnyDriver<M>);
+pub struct AnyMethod<M: Model>(pub(crate) SharedMethod<M>);
 
 impl<M: Model> AnyMethod<M> {
     /// Which one.
@@ -191,7 +191,7 @@ impl<M: Model> fmt::Debug for AnyMethod<M> {
     }
 }
 
-impl<M: Model, C: Choice> Driver<M> for C {
+impl<M: Model, C: Choice> ErasedMethod<M> for C {
     fn method(&self) -> Method {
         <C::Scheme<M::Vector> as Scheme<M::Vector>>::METHOD
     }
@@ -214,22 +214,22 @@ impl<M: Model, C: Choice> Driver<M> for C {
 
     fn begin(
         &self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         (t, y): (f64, Phase<M::Vector>),
         limit: f64,
         options: StepOptions,
-    ) -> Made<Box<dyn Steps<M>>>
+    ) -> StepResult<Box<dyn ErasedStepper<M>>>
     where
         M: SimulationModel,
     {
-        Ok(Box::new(Stepper::with(self.scheme::<M::Vector>(), plant, t, y, limit, options)?))
+        Ok(Box::new(Stepper::with(self.scheme::<M::Vector>(), rhs, t, y, limit, options)?))
     }
 
-    fn maker(&self) -> Box<dyn Maker<M>>
+    fn step_replay(&self) -> Box<dyn StepReplay<M>>
     where
         M: SimulationModel,
     {
-        Box::new(Again(self.scheme::<M::Vector>()))
+        Box::new(SchemeReplay(self.scheme::<M::Vector>()))
     }
 
     fn weights(&self) -> &'static [f64] {

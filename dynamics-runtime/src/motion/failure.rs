@@ -15,8 +15,8 @@ use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::integrate::Method;
 use crate::model::{ConstraintKind, Dynamics, Premise, Refuted, parameter_not_finite, refuted};
-use crate::motion::failure::event_action::ChangeError;
-use crate::motion::failure::gimbal_lock::Locking;
+use crate::motion::failure::event_action::EventActionError;
+use crate::motion::failure::gimbal_lock::GimbalLock;
 use crate::motion::options::formulation::Formulation;
 use crate::wording::Readable;
 
@@ -114,7 +114,7 @@ pub enum SimulationErrorKind {
         /// The event.
         event: String,
         /// Why.
-        error: Box<ChangeError>,
+        error: Box<EventActionError>,
     },
     /// The start does not fulfil the constraints.
     Start(Box<StateError>),
@@ -194,7 +194,7 @@ pub enum SimulationErrorKind {
     /// rates and accelerations without bounds.
     GimbalLock {
         /// The angles, and how near they are to locking.
-        at: Box<Locking>,
+        at: Box<GimbalLock>,
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
@@ -415,7 +415,7 @@ pub enum OptionError {
         why: Refuted,
     },
     /// A contact or sticking constraint cannot be what was asked for.
-    Constraint(Box<ChangeError>),
+    Constraint(Box<EventActionError>),
     /// A number of a contact's law is not admissible.
     Contact {
         /// The constraint.

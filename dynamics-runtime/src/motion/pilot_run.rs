@@ -22,7 +22,7 @@ use crate::math;
 use crate::model::{Constraints, Dynamics, Model, ModelState, Quantity, Vector};
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
-use crate::motion::right_hand_side::Plant;
+use crate::motion::right_hand_side::RightHandSide;
 use crate::motion::run::Sink;
 use crate::motion::trajectory::record::{EventRecord, Record};
 use crate::wording::Rounded;
@@ -44,12 +44,12 @@ const FEW_DIGITS: f64 = 100.0;
 
 /// The largest |qᵢ| and |q̇ᵢ| of the states of a motion.
 #[derive(Clone, Debug)]
-pub(crate) struct Sizes {
+pub(crate) struct CoordinateSizes {
     q: Vec<f64>,
     u: Vec<f64>,
 }
 
-impl Sizes {
+impl CoordinateSizes {
     pub(crate) fn of<M: Model>(state: &M::State) -> Self {
         let abs = |v: &M::Vector| v.as_slice().iter().map(|x| x.abs()).collect();
         Self { q: abs(state.q()), u: abs(state.u()) }
@@ -134,23 +134,23 @@ impl fmt::Display for FewDigits {
 }
 
 /// Sees how large a motion becomes in its first steps, and keeps nothing else.
-pub(crate) struct Pilot<M: Model> {
-    sizes: Sizes,
+pub(crate) struct PilotRun<M: Model> {
+    sizes: CoordinateSizes,
     left: usize,
     /// The last step: where it ended, and how long it was.
     last: Option<(M::State, f64)>,
 }
 
-impl<M: Constraints> Pilot<M> {
+impl<M: Constraints> PilotRun<M> {
     /// From a start; `None` where that is large enough for the tolerance as it stands, given what
     /// accelerations make of a start from rest.
-    pub(crate) fn of(plant: &mut Plant<'_, '_, M>, start: &M::State) -> Option<Self> {
-        let own = Sizes::of::<M>(start);
+    pub(crate) fn of(rhs: &mut RightHandSide<'_, '_, M>, start: &M::State) -> Option<Self> {
+        let own = CoordinateSizes::of::<M>(start);
         if !own.has_small::<M>() {
             return None;
         }
         let mut sizes = own.clone();
-        if let Ok(a) = plant.accelerations(start.t(), start.q(), start.u()) {
+        if let Ok(a) = rhs.accelerations(start.t(), start.q(), start.u()) {
             // What swings with amplitude q at q̈ = ω² q has velocities of ω q.
             for i in 0..M::Vector::LEN {
                 sizes.u[i] = sizes.u[i].max(math::sqrt(a[i].abs() * sizes.q[i]));
@@ -160,22 +160,22 @@ impl<M: Constraints> Pilot<M> {
     }
 
     /// The absolute tolerance that belongs to a tolerance, as far as has been seen.
-    pub(crate) fn absolute(&self, plant: &mut Plant<'_, '_, M>, tolerance: f64) -> f64 {
+    pub(crate) fn absolute(&self, rhs: &mut RightHandSide<'_, '_, M>, tolerance: f64) -> f64 {
         let (Some(size), Some((state, h))) = (self.sizes.smallest::<M>(), &self.last) else {
             return tolerance;
         };
         if size >= SMALL {
             return tolerance;
         }
-        let rounding = ROUNDINGS * rounding_of(plant, state) * h.abs();
+        let rounding = ROUNDINGS * rounding_of(rhs, state) * h.abs();
         (tolerance * size / SMALL).max(LEAST.max(rounding)).min(tolerance)
     }
 }
 
 /// What the last place of a state makes of its accelerations, at most.
-fn rounding_of<M: Constraints>(plant: &mut Plant<'_, '_, M>, state: &M::State) -> f64 {
+fn rounding_of<M: Constraints>(rhs: &mut RightHandSide<'_, '_, M>, state: &M::State) -> f64 {
     let (t, q, u) = (state.t(), state.q(), state.u());
-    let Ok(a) = plant.accelerations(t, q, u) else { return f64::INFINITY };
+    let Ok(a) = rhs.accelerations(t, q, u) else { return f64::INFINITY };
     let mut most = 0.0f64;
     for sign in [-1.0, 1.0] {
         let mut moved = (*q, *u);
@@ -185,13 +185,13 @@ fn rounding_of<M: Constraints>(plant: &mut Plant<'_, '_, M>, state: &M::State) -
             moved.0[i] += by * q[i];
             moved.1[i] += by * u[i];
         }
-        let Ok(b) = plant.accelerations(t, &moved.0, &moved.1) else { return f64::INFINITY };
+        let Ok(b) = rhs.accelerations(t, &moved.0, &moved.1) else { return f64::INFINITY };
         most = (0..M::Vector::LEN).fold(most, |most, i| most.max((a[i] - b[i]).abs()));
     }
     most
 }
 
-impl<M: Dynamics> Sink<M> for Pilot<M> {
+impl<M: Dynamics> Sink<M> for PilotRun<M> {
     fn step(
         &mut self,
         from: Record<M>,
@@ -201,7 +201,7 @@ impl<M: Dynamics> Sink<M> for Pilot<M> {
         self.sizes.add::<M>(to);
         self.last = Some((*to, from.h));
         self.left -= 1;
-        // Sizes only grow: what is no longer small asks for nothing.
+        // CoordinateSizes only grow: what is no longer small asks for nothing.
         let seen = self.left == 0 || !self.sizes.has_small::<M>();
         Ok(if seen { Flow::Stop } else { Flow::Continue })
     }

@@ -7,13 +7,13 @@ use alloc::boxed::Box;
 use crate::constrain::weakness::{condition, weakness};
 use crate::error::SolveError;
 use crate::integrate::{
-    Dense, Hold, Kept, Knot, Phase, Settled, Stages, Step, System, Tolerances, by_state, increment,
+    Dense, Hold, Phase, Settled, Stages, Step, StepFlags, StepNode, System, Tolerances, by_state, increment,
     one_by_one, zip,
 };
 use crate::lanes::{self, Lanes};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraints, Expansion, Known, Model, ModelState, Modes, Vector, WideOf};
-use crate::motion::stabilization::Upkeep;
+use crate::motion::stabilization::Stabilization;
 
 /// Input values as a function of time and state.
 pub(crate) type InputLaw<'m, M> =
@@ -44,7 +44,7 @@ const STRAYED: f64 = 10.0;
 const PROBES: [f64; 4] = [0.15, 0.4, 0.65, 0.85];
 
 /// q̈ of a model whose inputs are held or come from a law, and whose constraints are kept by a formulation.
-pub(crate) struct Plant<'r, 'm, M: Constraints> {
+pub(crate) struct RightHandSide<'r, 'm, M: Constraints> {
     pub(crate) model: &'m M,
     pub(crate) constants: &'r M::Constants,
     pub(crate) law: Option<&'r InputLaw<'m, M>>,
@@ -53,7 +53,7 @@ pub(crate) struct Plant<'r, 'm, M: Constraints> {
     /// Which switched constraints hold.
     pub(crate) modes: Modes,
     pub(crate) evaluations: u64,
-    pub(crate) upkeep: Upkeep<M>,
+    pub(crate) stabilization: Stabilization<M>,
     /// Branches that are held.
     pub(crate) branches: Branches,
     /// Those by which the accelerations where the stepper stands were found.
@@ -65,7 +65,7 @@ pub(crate) struct Plant<'r, 'm, M: Constraints> {
     pub(crate) listener: Option<Listener<'r, M>>,
 }
 
-impl<M: Constraints> Plant<'_, '_, M> {
+impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// The state with its inputs.
     #[inline(always)]
     pub(crate) fn state(&self, t: f64, q: &M::Vector, u: &M::Vector) -> M::State {
@@ -79,12 +79,12 @@ impl<M: Constraints> Plant<'_, '_, M> {
     #[inline(always)]
     pub(crate) fn stage(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::State, EvaluationError> {
         let state = self.state(t, &y.q, &y.u);
-        if M::IS_FREE || !self.upkeep.restores() { Ok(state) } else { self.restored(state) }
+        if M::IS_FREE || !self.stabilization.restores() { Ok(state) } else { self.restored(state) }
     }
 
     #[cold]
     fn restored(&mut self, mut state: M::State) -> Result<M::State, EvaluationError> {
-        self.held(&mut state, |upkeep, model, state| upkeep.restore(model, state))
+        self.held(&mut state, |stabilization, model, state| stabilization.restore(model, state))
             .map_err(EvaluationError::Solve)?;
         // The law sees the state that there is.
         Ok(with_inputs::<M>(self.law, state))
@@ -107,8 +107,9 @@ impl<M: Constraints> Plant<'_, '_, M> {
         let y = dense.at(theta);
         let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
         if step.kept.between && M::IS_HELD {
-            let _ = self
-                .held(&mut state, |upkeep, model, state| Ok(upkeep.settle_between(model, state, tolerances)));
+            let _ = self.held(&mut state, |stabilization, model, state| {
+                Ok(stabilization.settle_between(model, state, tolerances))
+            });
             state = with_inputs::<M>(self.law, state);
         }
         state
@@ -123,7 +124,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
-        let Kept { stages, between, .. } = step.kept;
+        let StepFlags { stages, between, .. } = step.kept;
         between || stages && self.off_between(dense, step, tolerances) > STRAYED
     }
 
@@ -140,7 +141,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         PROBES.iter().fold(0.0, |most: f64, &theta| {
             let y = dense.at(theta);
             let state = self.on_branches(&self.state(step.start.t + theta * step.h, &y.q, &y.u));
-            most.max(self.upkeep.violation(self.model, &state, tolerances))
+            most.max(self.stabilization.violation(self.model, &state, tolerances))
         })
     }
 
@@ -151,11 +152,11 @@ impl<M: Constraints> Plant<'_, '_, M> {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
-        if M::IS_FREE || self.upkeep.settles() {
+        if M::IS_FREE || self.stabilization.settles() {
             return false;
         }
         let ends = [&step.start, &step.end].map(|end| self.state(end.t, &end.y.q, &end.y.u));
-        let drift = ends.map(|end| self.upkeep.violation(self.model, &end, tolerances));
+        let drift = ends.map(|end| self.stabilization.violation(self.model, &end, tolerances));
         self.off_between(dense, step, tolerances) > STRAYED * drift[0].max(drift[1]).max(1.0)
     }
 
@@ -176,11 +177,11 @@ impl<M: Constraints> Plant<'_, '_, M> {
     fn held<R>(
         &mut self,
         state: &mut M::State,
-        moved: impl Fn(&mut Upkeep<M>, &M, &mut M::State) -> Result<R, SolveError>,
+        moved: impl Fn(&mut Stabilization<M>, &M, &mut M::State) -> Result<R, SolveError>,
     ) -> Result<R, SolveError> {
         if M::HAS_KINKS && self.branches != Branches::FREE {
             let mut held = self.on_branches(state);
-            if let Ok(found) = moved(&mut self.upkeep, self.model, &mut held)
+            if let Ok(found) = moved(&mut self.stabilization, self.model, &mut held)
                 && is_finite(held.q())
                 && is_finite(held.u())
             {
@@ -189,7 +190,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
                 return Ok(found);
             }
         }
-        moved(&mut self.upkeep, self.model, state)
+        moved(&mut self.stabilization, self.model, state)
     }
 
     #[inline(always)]
@@ -197,7 +198,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
         if M::IS_FREE {
             self.model.accelerations_with(self.constants, state)
         } else {
-            self.upkeep.accelerations(self.model, self.constants, state)
+            self.stabilization.accelerations(self.model, self.constants, state)
         }
     }
 
@@ -228,13 +229,13 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 }
 
-impl<M: Constraints> Plant<'_, '_, M> {
+impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// Writes q̈ of four stages at once, where that is what each of them by itself would give: nobody is
     /// shown them, inputs are held, and nothing is solved for or added.
     #[inline(always)]
     fn accelerations_in_lanes(&mut self, t: Lanes, y: &Stages<M::Vector>, a: &mut WideOf<M>) -> bool {
         let plain = self.law.is_none() && self.listener.is_none() && self.branches == Branches::FREE;
-        if !M::HAS_LANES || !plain || !(M::IS_FREE || self.upkeep.is_bare()) {
+        if !M::HAS_LANES || !plain || !(M::IS_FREE || self.stabilization.is_bare()) {
             return false;
         }
         let mut state = M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), self.held);
@@ -268,16 +269,16 @@ pub(crate) fn with_inputs<M: Model>(law: Option<&InputLaw<'_, M>>, mut state: M:
     state
 }
 
-impl<M: Constraints> Plant<'_, '_, M> {
+impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// ∂q̈/∂q and ∂q̈/∂q̇ from generated code, with what an inputs law adds; false where there is none for
     /// what is integrated.
     fn exact_jacobian(
         &mut self,
-        at: &Knot<M::Vector>,
+        at: &StepNode<M::Vector>,
         by_q: &mut [f64],
         by_u: &mut [f64],
     ) -> Result<bool, EvaluationError> {
-        if !self.upkeep.is_plain() {
+        if !self.stabilization.is_plain() {
             return Ok(false);
         }
         let state = self.stage(at.t, &at.y)?;
@@ -325,13 +326,13 @@ impl<M: Constraints> Plant<'_, '_, M> {
 
 /// What is asked of models with constraints at every stage or step: one copy of it for every method, a call
 /// among hundreds of nanoseconds.
-impl<M: Constraints> Plant<'_, '_, M> {
+impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// (q̇, q̈) at a stage.
     #[inline(never)]
     fn held_derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
         // Copies of a state are calls where it is long.
         let mut state = self.state(t, &y.q, &y.u);
-        if self.upkeep.restores() {
+        if self.stabilization.restores() {
             state = self.restored(state)?;
         }
         self.show(&state);
@@ -340,9 +341,9 @@ impl<M: Constraints> Plant<'_, '_, M> {
 
     /// See [`System::attempting`], of motions that are tied to their constraints.
     #[inline(never)]
-    fn push_back(&mut self, start: &mut Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
+    fn push_back(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
         let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
-        self.upkeep.push_back(self.model, &state, h).map_err(EvaluationError::Solve)?;
+        self.stabilization.push_back(self.model, &state, h).map_err(EvaluationError::Solve)?;
         // What the step before took back is none of this one's.
         start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
         Ok(())
@@ -358,18 +359,20 @@ impl<M: Constraints> Plant<'_, '_, M> {
     ) -> Result<Settled, EvaluationError> {
         let before = self.state(t, &y.q, &y.u);
         let mut state = before;
-        let settle = |upkeep: &mut Upkeep<M>, model: &M, state: &mut M::State| upkeep.settle(model, state);
+        let settle = |stabilization: &mut Stabilization<M>, model: &M, state: &mut M::State| {
+            stabilization.settle(model, state)
+        };
         let noise = self.held(&mut state, settle).map_err(EvaluationError::Solve)?;
         let settled = Phase { q: *state.q(), u: *state.u() };
         let moved = zip(&settled, y, |to, from| to - from);
         let by = tolerances.norm(&moved, y, &settled);
-        self.upkeep.moved = Some(by);
+        self.stabilization.moved = Some(by);
         let mut violation = by;
         if by > FAR {
             // Near a singular position a small violation takes a large move, along the direction that the
             // constraints lose.
             let before = self.on_branches(&before);
-            violation = self.upkeep.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
+            violation = self.stabilization.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }
         *y = settled;
         let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u.as_slice());
@@ -377,7 +380,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 }
 
-impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
+impl<M: Constraints> System<M::Vector> for RightHandSide<'_, '_, M> {
     type Error = EvaluationError;
     const IS_FREE: bool = M::IS_FREE;
     const IS_SMOOTH: bool = M::IS_SMOOTH;
@@ -395,7 +398,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     fn jacobian(
         &mut self,
-        at: &Knot<M::Vector>,
+        at: &StepNode<M::Vector>,
         by_q: &mut [f64],
         by_u: &mut [f64],
     ) -> Result<(), EvaluationError> {
@@ -433,8 +436,8 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn attempting(&mut self, start: &mut Knot<M::Vector>, h: f64) -> Result<(), EvaluationError> {
-        if M::IS_FREE || !self.upkeep.is_tied() {
+    fn attempting(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
+        if M::IS_FREE || !self.stabilization.is_tied() {
             return Ok(());
         }
         self.push_back(start, h)
@@ -446,7 +449,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     }
 
     #[cold]
-    fn is_weak(&mut self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> bool {
+    fn is_weak(&mut self, start: &StepNode<M::Vector>, end: &StepNode<M::Vector>) -> bool {
         let between = zip(&start.y, &end.y, |a, b| 0.5 * (a + b));
         let places = [(start.t, &start.y), (0.5 * (start.t + end.t), &between), (end.t, &end.y)];
         places.iter().any(|(t, y)| condition(self.model, &self.state(*t, &y.q, &y.u)) >= NEARLY_SINGULAR)
@@ -454,12 +457,12 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn settles(&self) -> bool {
-        M::IS_HELD && self.upkeep.settles()
+        M::IS_HELD && self.stabilization.settles()
     }
 
     #[inline(always)]
     fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
-        M::IS_HELD && self.upkeep.hold_stages(on, tolerances)
+        M::IS_HELD && self.stabilization.hold_stages(on, tolerances)
     }
 
     fn lasting(
@@ -468,11 +471,11 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         y: &Phase<M::Vector>,
         error: &Phase<M::Vector>,
     ) -> Result<Option<Phase<M::Vector>>, EvaluationError> {
-        if M::IS_FREE || !self.upkeep.settles() {
+        if M::IS_FREE || !self.stabilization.settles() {
             return Ok(None);
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
-        self.upkeep.along(self.model, &state, error).map(Some).map_err(EvaluationError::Solve)
+        self.stabilization.along(self.model, &state, error).map(Some).map_err(EvaluationError::Solve)
     }
 
     #[inline(always)]
@@ -482,7 +485,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         y: &mut Phase<M::Vector>,
         tolerances: &Tolerances,
     ) -> Result<Option<Settled>, EvaluationError> {
-        if M::IS_FREE || !self.upkeep.settles() {
+        if M::IS_FREE || !self.stabilization.settles() {
             return Ok(None);
         }
         self.settled(t, y, tolerances).map(Some)
@@ -496,7 +499,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     fn hold_end(
         &mut self,
-        start: &Knot<M::Vector>,
+        start: &StepNode<M::Vector>,
         h: f64,
         q: &mut M::Vector,
     ) -> Result<(), EvaluationError> {
@@ -505,7 +508,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         }
         let from = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
         let mut end = self.state(start.t + h, q, &start.y.u);
-        self.held(&mut end, |upkeep, model, end| upkeep.move_along(model, &from, end))
+        self.held(&mut end, |stabilization, model, end| stabilization.move_along(model, &from, end))
             .map_err(EvaluationError::Solve)?;
         *q = *end.q();
         Ok(())
@@ -528,7 +531,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
         let rows = if holonomic { M::Residual::LEN } else { M::Rows::LEN };
-        self.upkeep.across(self.model, &state, v, rows).map_err(EvaluationError::Solve)
+        self.stabilization.across(self.model, &state, v, rows).map_err(EvaluationError::Solve)
     }
 
     fn onto_constraints(
@@ -541,7 +544,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
             return Ok(M::Vector::zeros());
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
-        self.upkeep.onto(self.model, &state, rate).map_err(EvaluationError::Solve)
+        self.stabilization.onto(self.model, &state, rate).map_err(EvaluationError::Solve)
     }
 
     fn momenta(
@@ -630,7 +633,7 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
     #[inline(always)]
     fn hold_branches(
         &mut self,
-        start: &mut Knot<M::Vector>,
+        start: &mut StepNode<M::Vector>,
         h: f64,
         on: bool,
     ) -> Result<Hold, EvaluationError> {
@@ -649,8 +652,8 @@ impl<M: Constraints> System<M::Vector> for Plant<'_, '_, M> {
 
     #[inline(always)]
     fn accepted(&mut self) {
-        if let Some(by) = self.upkeep.moved.take() {
-            self.upkeep.upkept.note_move(by);
+        if let Some(by) = self.stabilization.moved.take() {
+            self.stabilization.counts.note_move(by);
         }
     }
 }

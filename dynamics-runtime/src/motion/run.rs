@@ -16,20 +16,20 @@ use crate::constrain::Involved;
 use crate::constrain::held::active_rows;
 use crate::constrain::nearby::at_time;
 use crate::constrain::weakness::{Weakness, weakness};
-use crate::integrate::{Dense, Hermite, Knot, Method, Phase, Step, StepError, StepOptions, Tolerances};
+use crate::integrate::{Dense, Hermite, Method, Phase, Step, StepError, StepNode, StepOptions, Tolerances};
 use crate::math;
 use crate::model::{Dynamics, Known, Model, ModelState, SimulationModel, Vector};
-use crate::motion::diagnosis::{self, Corner, Way, singular_position};
-use crate::motion::erased_method::Driver;
-pub(crate) use crate::motion::erased_method::stepping::{Made, Steps, Tally};
+use crate::motion::diagnosis::{self, Corner, RunMethod, singular_position};
+use crate::motion::erased_method::ErasedMethod;
+pub(crate) use crate::motion::erased_method::stepping::{ErasedStepper, StepResult, StepStatistics};
 use crate::motion::events::contact_corner;
-use crate::motion::events::location::{Flow, Watch};
-use crate::motion::events::slip_direction::{self, Slipping, Turned};
+use crate::motion::events::location::{EventLocator, Flow};
+use crate::motion::events::slip_direction::{self, SlipDirection, SlipReversal};
 use crate::motion::failure::SimulationErrorKind as Kind;
-use crate::motion::right_hand_side::{EvaluationError, Plant};
-use crate::motion::run::branch_identification::{Touch, Touching};
-use crate::motion::run::sliding_mode::Slide;
-use crate::motion::run::step_size_collapse::Creep;
+use crate::motion::right_hand_side::{EvaluationError, RightHandSide};
+use crate::motion::run::branch_identification::{BranchContact, BranchIdentification};
+use crate::motion::run::sliding_mode::SlidingMode;
+use crate::motion::run::step_size_collapse::StepSizeCollapse;
 use crate::motion::run::stiffness_detection::Stiffness;
 pub(crate) use crate::motion::run::stiffness_detection::longer;
 use crate::motion::stabilization::singular_start::least_distance;
@@ -46,14 +46,14 @@ const TURNED: f64 = 0.1;
 const RESTS: f64 = 1e-3;
 
 /// What a run needs to know.
-pub(crate) struct Plan<'r, 'm, M: SimulationModel> {
-    pub(crate) plant: Plant<'r, 'm, M>,
+pub(crate) struct RunPlan<'r, 'm, M: SimulationModel> {
+    pub(crate) rhs: RightHandSide<'r, 'm, M>,
     pub(crate) start: M::State,
     pub(crate) end: f64,
     pub(crate) options: StepOptions,
     pub(crate) most_steps: u64,
     pub(crate) cancel: Option<&'m AtomicBool>,
-    pub(crate) watch: Watch<'m, M>,
+    pub(crate) locator: EventLocator<'m, M>,
     pub(crate) progress: crate::progress::Progress,
     /// Where the motion turns out to be stiff for its method, another one is to go on.
     pub(crate) hands_over: bool,
@@ -61,19 +61,19 @@ pub(crate) struct Plan<'r, 'm, M: SimulationModel> {
     pub(crate) resumes: Option<(M::State, u64)>,
 }
 
-impl<'r, 'm, M: SimulationModel> Plan<'r, 'm, M> {
+impl<'r, 'm, M: SimulationModel> RunPlan<'r, 'm, M> {
     /// Puts everything back to the start, for another run with other options that shows no progress.
-    pub(crate) fn restart(&mut self, plant: Plant<'r, 'm, M>, options: StepOptions, hands_over: bool) {
-        (self.plant, self.options, self.hands_over) = (plant, options, hands_over);
+    pub(crate) fn restart(&mut self, rhs: RightHandSide<'r, 'm, M>, options: StepOptions, hands_over: bool) {
+        (self.rhs, self.options, self.hands_over) = (rhs, options, hands_over);
         self.resumes = None;
-        self.watch.restart();
+        self.locator.restart();
         self.progress = crate::progress::Progress::none();
     }
 }
 
 /// How a run ended that did not break off.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Ended<S> {
+pub(crate) enum RunEnd<S> {
     /// At its end, or where it was stopped.
     Arrived,
     /// Here, because it is stiff for the method.
@@ -102,75 +102,80 @@ pub(crate) trait Sink<M: Model> {
 }
 
 /// Why and where a run broke off.
-pub(crate) struct Halt {
+pub(crate) struct Failure {
     pub(crate) kind: Kind,
     pub(crate) h: f64,
 }
 
 /// Runs a plan with one method. What was computed before a failure is in the sink.
 pub(crate) fn run<M: SimulationModel>(
-    driver: &dyn Driver<M>,
-    plan: &mut Plan<'_, '_, M>,
+    erased_method: &dyn ErasedMethod<M>,
+    plan: &mut RunPlan<'_, '_, M>,
     sink: &mut dyn Sink<M>,
-) -> (Counts, Result<Ended<M::State>, Halt>) {
+) -> (Counts, Result<RunEnd<M::State>, Failure>) {
     let from = plan.resumes.map_or(plan.start, |(state, _)| state);
     let y = Phase { q: *from.q(), u: *from.u() };
-    let mut stepper = match driver.begin(&mut plan.plant, (from.t(), y), plan.end, plan.options) {
+    let mut stepper = match erased_method.begin(&mut plan.rhs, (from.t(), y), plan.end, plan.options) {
         Ok(stepper) => stepper,
         Err(error) => {
             sink.stand(Record::unmoved(from));
-            let counts = Counts { evaluations: plan.plant.evaluations, ..Counts::default() };
+            let counts = Counts { evaluations: plan.rhs.evaluations, ..Counts::default() };
             return (
                 counts,
-                Err(explained(plan, &from, Halt { h: 0.0, ..halt::<M>(error) }, driver.method())),
+                Err(explained(plan, &from, Failure { h: 0.0, ..halt::<M>(error) }, erased_method.method())),
             );
         }
     };
     let stepper = &mut *stepper;
     let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, stepper) };
-    plan.plant.upkeep.under_way = true;
+    plan.rhs.stabilization.under_way = true;
     let result = match begun {
         Ok(()) => {
-            let touching = Touching::from(&mut plan.plant, &from);
-            let (slide, stiffness) = (Slide::from(from.t()), Stiffness::from(from.t(), driver.method()));
-            Flight { plan, stepper, creep: Creep::new(), slide, touching, stiffness }.fly(sink)
+            let touching = BranchIdentification::from(&mut plan.rhs, &from);
+            let (slide, stiffness) =
+                (SlidingMode::from(from.t()), Stiffness::from(from.t(), erased_method.method()));
+            RunState { plan, stepper, creep: StepSizeCollapse::new(), slide, touching, stiffness }
+                .execute(sink)
         }
-        Err(kind) => Err(Halt { kind, h: 0.0 }),
+        Err(kind) => Err(Failure { kind, h: 0.0 }),
     };
-    let now = |plan: &Plan<'_, '_, M>, Knot { t, y, .. }: &Knot<M::Vector>| plan.plant.state(*t, &y.q, &y.u);
-    let result = result.map_err(|halt| explained(plan, &now(plan, stepper.now()), halt, driver.method()));
-    let Tally { accepted, rejected, stiff_at, slides_at, .. } = stepper.tally();
+    let now = |plan: &RunPlan<'_, '_, M>, StepNode { t, y, .. }: &StepNode<M::Vector>| {
+        plan.rhs.state(*t, &y.q, &y.u)
+    };
+    let result =
+        result.map_err(|halt| explained(plan, &now(plan, stepper.now()), halt, erased_method.method()));
+    let StepStatistics { accepted, rejected, stiff_at, slides_at, .. } = stepper.statistics();
     let counts = Counts {
         steps: accepted,
         rejected,
-        evaluations: plan.plant.evaluations,
+        evaluations: plan.rhs.evaluations,
         wall_time: None,
         stiff_at,
         slides_at,
         parted: stepper.parted(),
     };
     // The next record is made by the method that goes on.
-    if !matches!(result, Ok(Ended::Stiff(_))) {
-        sink.stand(Record::new(stepper.now(), plan.plant.held, plan.plant.modes));
+    if !matches!(result, Ok(RunEnd::Stiff(_))) {
+        sink.stand(Record::new(stepper.now(), plan.rhs.held, plan.rhs.modes));
     }
     (counts, result)
 }
 
 /// At a singular start the accelerations are those of the branch on which the velocities are.
 fn begin_singular<'m, M: SimulationModel>(
-    plan: &mut Plan<'_, 'm, M>,
-    stepper: &mut dyn Steps<M>,
+    plan: &mut RunPlan<'_, 'm, M>,
+    stepper: &mut dyn ErasedStepper<M>,
 ) -> Result<(), Kind> {
     if M::IS_FREE {
         return Ok(());
     }
-    let plant = &mut plan.plant;
-    if plant.upkeep.upkept.dependent == 0 {
+    let rhs = &mut plan.rhs;
+    if rhs.stabilization.counts.dependent == 0 {
         return Ok(());
     }
     let now = stepper.now();
-    let (start, found) = (plant.state(now.t, &now.y.q, &now.y.u), now.a);
-    if let Some(a) = plant.upkeep.singular_start(plant.model, plant.constants, &start, &found)? {
+    let (start, found) = (rhs.state(now.t, &now.y.q, &now.y.u), now.a);
+    if let Some(a) = rhs.stabilization.singular_start(rhs.model, rhs.constants, &start, &found)? {
         let Tolerances { absolute, relative } = plan.options.tolerances;
         stepper.leave_with(a, least_distance(&start, absolute + relative));
     }
@@ -178,27 +183,27 @@ fn begin_singular<'m, M: SimulationModel>(
 }
 
 /// What a run does beside its steps, compiled once for all methods.
-struct Flight<'f, 'r, 'm, M: SimulationModel> {
-    plan: &'f mut Plan<'r, 'm, M>,
-    stepper: &'f mut dyn Steps<M>,
-    creep: Creep,
-    slide: Slide,
-    touching: Touching<M>,
+struct RunState<'f, 'r, 'm, M: SimulationModel> {
+    plan: &'f mut RunPlan<'r, 'm, M>,
+    stepper: &'f mut dyn ErasedStepper<M>,
+    creep: StepSizeCollapse,
+    slide: SlidingMode,
+    touching: BranchIdentification<M>,
     stiffness: Stiffness<M>,
 }
 
-impl<M: SimulationModel> Flight<'_, '_, '_, M> {
-    fn fly(mut self, sink: &mut dyn Sink<M>) -> Result<Ended<M::State>, Halt> {
-        let at = |kind| Halt { kind, h: 0.0 };
+impl<M: SimulationModel> RunState<'_, '_, '_, M> {
+    fn execute(mut self, sink: &mut dyn Sink<M>) -> Result<RunEnd<M::State>, Failure> {
+        let at = |kind| Failure { kind, h: 0.0 };
         if self.plan.resumes.is_none() {
             self.begin(sink)?;
         }
         loop {
-            let tally = self.stepper.tally();
-            if tally.t == self.plan.end {
+            let statistics = self.stepper.statistics();
+            if statistics.t == self.plan.end {
                 break;
             }
-            self.check(&tally).map_err(|kind| Halt { kind, h: tally.proposed })?;
+            self.check(&statistics).map_err(|kind| Failure { kind, h: statistics.proposed })?;
             let mut step = self.advance()?;
             let corner = self.end_before_corner(&mut step)?;
             if let Err(kind) = self.check_drift(&step) {
@@ -207,11 +212,11 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
                     Flow::Stop => break,
                 }
             }
-            let flow = if self.plan.watch.is_empty() {
+            let flow = if self.plan.locator.is_empty() {
                 self.check_sides(sink, &step)?;
                 self.hand_over(sink, &step).map_err(at)?
             } else {
-                self.watched(sink, step)?
+                self.step_with_events(sink, step)?
             };
             let flow = match corner {
                 // No event before it has acted.
@@ -227,25 +232,25 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
                 break;
             }
             if self.is_stiff() {
-                return Ok(Ended::Stiff(self.now()));
+                return Ok(RunEnd::Stiff(self.now()));
             }
         }
-        Ok(Ended::Arrived)
+        Ok(RunEnd::Arrived)
     }
 
     /// Looks at the start: a contact that would have to pull lifts off there, what sticks and would break
     /// away slips.
-    fn begin(&mut self, sink: &mut dyn Sink<M>) -> Result<(), Halt> {
-        let at = |kind| Halt { kind, h: 0.0 };
+    fn begin(&mut self, sink: &mut dyn Sink<M>) -> Result<(), Failure> {
+        let at = |kind| Failure { kind, h: 0.0 };
         let start = self.now();
-        self.plan.watch.begin(&start).map_err(at)?;
+        self.plan.locator.begin(&start).map_err(at)?;
         let (mut after, mut events) = (start, Vec::new());
         self.switch_back(&mut after, &mut events).map_err(at)?;
         if !events.is_empty() {
             self.go_on_from(sink, &start, &after)?;
             events.into_iter().for_each(|event| sink.event(event));
             let resumed = self.now();
-            self.plan.watch.begin(&resumed).map_err(at)?;
+            self.plan.locator.begin(&resumed).map_err(at)?;
         }
         self.rests_in_corner().map_or(Ok(()), |kind| Err(at(kind)))
     }
@@ -259,38 +264,40 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         let now = self.now();
         let mut later = at_time(&now, now.t() + RESTS * (1.0 + now.t().abs()));
         (0..M::Vector::LEN).for_each(|i| later.q_mut()[i] += (later.t() - now.t()) * now.u()[i]);
-        let Plan { plant, watch, .. } = &mut *self.plan;
-        let ruled = |row: &usize| watch.guards().any(|(_, guard)| guard.constraint.first == *row);
+        let RunPlan { rhs, locator, .. } = &mut *self.plan;
+        let ruled =
+            |row: &usize| locator.unilaterals().any(|(_, unilateral)| unilateral.constraint.first == *row);
         let rows = active_rows::<M>(now.modes(), true).filter(|row| !ruled(row));
-        let upkeep = (plant.constants, &mut plant.upkeep);
-        let (row, leads_away) = contact_corner::rests_in(plant.model, upkeep, [&now, &later], rows)?;
+        let stabilization = (rhs.constants, &mut rhs.stabilization);
+        let (row, leads_away) = contact_corner::rests_in(rhs.model, stabilization, [&now, &later], rows)?;
         Some(Kind::RestsInCorner { row: M::ROWS[row].name, leads_away })
     }
 
     /// Ends the motion where branches of a constraint touch and it went over to another one, or may have: see
     /// [`crate::motion::run::branch_identification`].
     #[inline]
-    pub(crate) fn check_branch(&mut self, sink: &mut dyn Sink<M>, last: bool) -> Result<(), Halt> {
+    pub(crate) fn check_branch(&mut self, sink: &mut dyn Sink<M>, last: bool) -> Result<(), Failure> {
         if M::IS_FREE || self.touching.is_idle() {
             return Ok(());
         }
-        let found = self.touching.reached(&mut self.plan.plant, self.stepper.now(), last);
-        let Some(Touch { rows, at, changed, before }) = found else { return Ok(()) };
-        let h = self.stepper.tally().proposed;
+        let found = self.touching.reached(&mut self.plan.rhs, self.stepper.now(), last);
+        let Some(BranchContact { rows, at, changed, before }) = found else { return Ok(()) };
+        let h = self.stepper.statistics().proposed;
         self.stepper.go_back(&before);
         sink.go_back(before.t);
-        Err(Halt { kind: Kind::BranchesTouch { rows, at, changed }, h })
+        Err(Failure { kind: Kind::BranchesTouch { rows, at, changed }, h })
     }
 
     fn now(&self) -> M::State {
         let knot = self.stepper.now();
-        self.plan.plant.state(knot.t, &knot.y.q, &knot.y.u)
+        self.plan.rhs.state(knot.t, &knot.y.q, &knot.y.u)
     }
 
-    fn check(&mut self, tally: &Tally) -> Result<(), Kind> {
+    fn check(&mut self, statistics: &StepStatistics) -> Result<(), Kind> {
         let limit = self.plan.most_steps;
         let before = self.plan.resumes.as_ref().map_or(0, |(_, steps)| *steps);
-        let Tally { t: now, accepted, rejected, proposed, stiff_at, slides_at, slides } = *tally;
+        let StepStatistics { t: now, accepted, rejected, proposed, stiff_at, slides_at, slides } =
+            *statistics;
         let made = before + accepted + rejected;
         // Where it is stiff or slides, that is what is to be said.
         if let Some(at) = self.creep.note(made, now, self.plan.end)
@@ -304,15 +311,15 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
             && fixed.is_none()
             && proposed < most
             && self.creep.runs_out(took, (made, limit), (now, self.plan.end))
-            && singular_position::crawls(self.plan.plant.model, &self.now(), took)
+            && singular_position::stalls_before_singular_position(self.plan.rhs.model, &self.now(), took)
         {
             return Err(self.vanish(now));
         }
         let slides = slides > 0 && self.slide.outlasts((made, limit), (now, self.plan.end), slides);
         if made >= limit || slides {
             let way = [self.plan.start.t(), now];
-            let stiff_at = stiff_at.or_else(|| self.is_held_by_stability(tally).then_some(now));
-            let gain = adaptive_gain::bounding_gain(self.plan.plant.upkeep.formulation, way, made);
+            let stiff_at = stiff_at.or_else(|| self.is_held_by_stability(statistics).then_some(now));
+            let gain = adaptive_gain::bounding_gain(self.plan.rhs.stabilization.formulation, way, made);
             return Err(Kind::TooManySteps { limit, stiff_at, slides_at, gain });
         }
         match self.plan.cancel {
@@ -328,13 +335,13 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         let accelerations = self.stepper.now().a;
         let coordinates =
             Involved::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
-        let Plan { plant, .. } = &mut *self.plan;
-        let Plant { model, constants, upkeep, .. } = plant;
+        let RunPlan { rhs, .. } = &mut *self.plan;
+        let RightHandSide { model, constants, stabilization, .. } = rhs;
         let mut pulls = Vec::new();
         if M::IS_FREE {
             // Nothing holds it.
-        } else if let Ok(reactions) = upkeep.reactions(model, constants, &state) {
-            let gradients = upkeep.gradients(model, &state);
+        } else if let Ok(reactions) = stabilization.reactions(model, constants, &state) {
+            let gradients = stabilization.gradients(model, &state);
             pulls.extend((0..M::Rows::LEN).map(|row| {
                 let length = gradients.row(row).iter().map(|x| x * x).sum::<f64>();
                 (row, reactions[row] * math::sqrt(length))
@@ -351,55 +358,55 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         sink: &mut dyn Sink<M>,
         step: &Step<M::Vector>,
         kind: Kind,
-    ) -> Result<Flow, Halt> {
+    ) -> Result<Flow, Failure> {
         let Step { start, end, h, .. } = step;
         if M::IS_FREE {
-            return Err(Halt { kind, h: *h });
+            return Err(Failure { kind, h: *h });
         }
-        let Plan { plant, .. } = &mut *self.plan;
+        let RunPlan { rhs, .. } = &mut *self.plan;
         let between = Hermite::between(start, end, *h);
-        let corner = diagnosis::corner_within(plant.model, |theta| {
+        let corner = diagnosis::corner_within(rhs.model, |theta| {
             let y = between.at(theta);
-            plant.state(start.t + theta * h, &y.q, &y.u)
+            rhs.state(start.t + theta * h, &y.q, &y.u)
         });
         let Some(Corner { row, what, jump, at }) = corner.filter(|_| matches!(kind, Kind::Drift { .. }))
         else {
-            return Err(Halt { kind, h: *h });
+            return Err(Failure { kind, h: *h });
         };
         let kind = Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };
         let end_t = start.t + at * h;
         if end_t == start.t {
-            return Err(self.take_back(step, Halt { kind, h: *h }));
+            return Err(self.take_back(step, Failure { kind, h: *h }));
         }
-        let up_to = match self.stepper.shorten(plant, step, end_t) {
+        let up_to = match self.stepper.shorten(rhs, step, end_t) {
             Ok(up_to) => up_to,
-            Err(_) => return Err(self.take_back(step, Halt { kind, h: *h })),
+            Err(_) => return Err(self.take_back(step, Failure { kind, h: *h })),
         };
-        let flow = if self.plan.watch.is_empty() {
-            self.hand_over(sink, &up_to).map_err(|kind| Halt { kind, h: *h })?
+        let flow = if self.plan.locator.is_empty() {
+            self.hand_over(sink, &up_to).map_err(|kind| Failure { kind, h: *h })?
         } else {
-            self.watched(sink, up_to)?
+            self.step_with_events(sink, up_to)?
         };
         // An event before it has acted.
         let acted = flow == Flow::Stop || self.stepper.now().t != end_t;
-        if acted { Ok(flow) } else { Err(Halt { kind, h: *h }) }
+        if acted { Ok(flow) } else { Err(Failure { kind, h: *h }) }
     }
 
     /// Formulations that let constraints drift may do so within limits.
     fn check_drift(&mut self, step: &Step<M::Vector>) -> Result<(), Kind> {
-        let plant = &mut self.plan.plant;
-        if M::IS_FREE || plant.upkeep.settles() {
+        let rhs = &mut self.plan.rhs;
+        if M::IS_FREE || rhs.stabilization.settles() {
             return Ok(());
         }
-        let state = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
-        let (part, shortened) = match plant.upkeep.look(plant.model, &state, step.h)? {
+        let state = rhs.state(step.end.t, &step.end.y.q, &step.end.y.u);
+        let (part, shortened) = match rhs.stabilization.look(rhs.model, &state, step.h)? {
             Drift::Harmless => return Ok(()),
             Drift::TooFar(Drifted { what, row, residual, distance, limit }) => {
                 return Err(Kind::Drift { what, row, residual, distance, limit });
             }
             Drift::Decides { part, shortened } => (part, shortened),
         };
-        let Weakness { condition, rows, coordinates } = weakness(plant.model, &state);
+        let Weakness { condition, rows, coordinates } = weakness(rhs.model, &state);
         // Plain drift of constraints that are far from losing rank has a limit of its own.
         if condition < WEAK && (part < TURNED || shortened < WEAK) {
             return Ok(());
@@ -410,37 +417,40 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
 
     /// Gives a finished step to the sink.
     fn hand_over(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
-        let Plan { plant, options: StepOptions { tolerances, .. }, .. } = &mut *self.plan;
-        let from = Record::of(step, plant.held, plant.modes, (plant.upkeep.usual, plant.upkeep.pace()));
-        let to = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
+        let RunPlan { rhs, options: StepOptions { tolerances, .. }, .. } = &mut *self.plan;
+        let from = Record::of(step, rhs.held, rhs.modes, (rhs.stabilization.usual, rhs.stabilization.pace()));
+        let to = rhs.state(step.end.t, &step.end.y.q, &step.end.y.u);
         let (mut dense, mut step) = (None, *step);
         let flow = sink.step(from, &to, &mut |theta| {
             if dense.is_none() {
-                let built = self.stepper.dense(plant, &step, true).map_err(evaluation::<M>)?;
-                step.kept.between = plant.settles_between(&*built, &step, tolerances);
+                let built = self.stepper.dense(rhs, &step, true).map_err(evaluation::<M>)?;
+                step.kept.between = rhs.settles_between(&*built, &step, tolerances);
                 dense = Some(built);
             }
             let dense = dense.as_deref().expect("built just above");
-            Ok(plant.within(dense, &step, tolerances, theta))
+            Ok(rhs.within(dense, &step, tolerances, theta))
         });
-        self.plan.plant.upkeep.learn();
+        self.plan.rhs.stabilization.learn();
         flow
     }
 
     /// Ends the motion where a released constraint begins to slip against the side by which it rubs: see
     /// [`sides`].
     #[inline]
-    fn check_sides(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<(), Halt> {
+    fn check_sides(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<(), Failure> {
         if M::IS_UNSWITCHED {
             return Ok(());
         }
-        let Plan { plant, watch, .. } = &mut *self.plan;
-        if plant.modes.all_hold() {
+        let RunPlan { rhs, locator, .. } = &mut *self.plan;
+        if rhs.modes.all_hold() {
             return Ok(());
         }
-        let unfollowed = slip_direction::unfollowed::<M>(plant.modes, watch.guards().map(|(_, guard)| guard));
-        let suspects = unfollowed
-            .filter_map(|slipping| Some((slipping, slip_direction::suspect(plant, step, slipping)?)));
+        let unfollowed = slip_direction::unfollowed::<M>(
+            rhs.modes,
+            locator.unilaterals().map(|(_, unilateral)| unilateral),
+        );
+        let suspects =
+            unfollowed.filter_map(|slipping| Some((slipping, slip_direction::suspect(rhs, step, slipping)?)));
         let suspects: Vec<_> = suspects.collect();
         if suspects.is_empty() { Ok(()) } else { self.check_suspects(sink, step, &suspects) }
     }
@@ -450,33 +460,33 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         &mut self,
         sink: &mut dyn Sink<M>,
         step: &Step<M::Vector>,
-        suspects: &[(Slipping, usize)],
-    ) -> Result<(), Halt> {
-        let Plan { plant, options, .. } = &mut *self.plan;
-        let at = |kind| Halt { kind, h: step.h };
-        let dense = match self.stepper.dense(plant, step, false) {
+        suspects: &[(SlipDirection, usize)],
+    ) -> Result<(), Failure> {
+        let RunPlan { rhs, options, .. } = &mut *self.plan;
+        let at = |kind| Failure { kind, h: step.h };
+        let dense = match self.stepper.dense(rhs, step, false) {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(step, at(evaluation::<M>(error)))),
         };
         let turned = suspects.iter().filter_map(|(slipping, place)| {
-            slip_direction::turned(plant, step, &*dense, &options.tolerances, *slipping, *place)
+            slip_direction::turned(rhs, step, &*dense, &options.tolerances, *slipping, *place)
         });
         let Some(first) = turned.min_by(|a, b| a.theta.total_cmp(&b.theta)) else { return Ok(()) };
-        let Turned { constraint, side, slip, theta, at: when, sticks } = first;
+        let SlipReversal { constraint, side, slip, theta, at: when, sticks } = first;
         let halt = at(Kind::SlipsBack { constraint: constraint.name, side, slip, at: when, sticks });
         let end_t = step.start.t + theta * step.h;
         if theta == 0.0 || end_t == step.start.t {
             return Err(self.take_back(step, halt));
         }
         // What comes before is right, and belongs to the motion.
-        match self.stepper.shorten(plant, step, end_t) {
+        match self.stepper.shorten(rhs, step, end_t) {
             Ok(up_to) => self.hand_over(sink, &up_to).map_err(at).and(Err(halt)),
             Err(_) => Err(self.take_back(step, halt)),
         }
     }
 
     /// Takes back a step that the sink has not seen: what it got ends where the step begins.
-    fn take_back(&mut self, step: &Step<M::Vector>, halt: Halt) -> Halt {
+    fn take_back(&mut self, step: &Step<M::Vector>, halt: Failure) -> Failure {
         self.stepper.undo(step);
         halt
     }
@@ -489,32 +499,32 @@ fn evaluation<M: Dynamics>(error: EvaluationError) -> Kind {
     }
 }
 
-fn halt<M: Dynamics>(error: StepError<EvaluationError>) -> Halt {
+fn halt<M: Dynamics>(error: StepError<EvaluationError>) -> Failure {
     let name = |i: usize| M::COORDINATES[i].name;
     match error {
-        StepError::Evaluation(error) => Halt { kind: evaluation::<M>(error), h: 0.0 },
+        StepError::Evaluation(error) => Failure { kind: evaluation::<M>(error), h: 0.0 },
         StepError::NotFinite { coordinate, h } => {
-            Halt { kind: Kind::AccelerationNotFinite { coordinate: name(coordinate) }, h }
+            Failure { kind: Kind::AccelerationNotFinite { coordinate: name(coordinate) }, h }
         }
         StepError::StepTooSmall { coordinate, h } => {
-            Halt { kind: Kind::StepSizeTooSmall { coordinate: name(coordinate) }, h }
+            Failure { kind: Kind::StepSizeTooSmall { coordinate: name(coordinate) }, h }
         }
         StepError::Displaced { coordinate, h } => {
-            Halt { kind: Kind::StepDisplaced { coordinate: name(coordinate) }, h }
+            Failure { kind: Kind::StepDisplaced { coordinate: name(coordinate) }, h }
         }
         StepError::NotSolved { coordinate, h } => {
-            Halt { kind: Kind::StepNotSolved { coordinate: name(coordinate) }, h }
+            Failure { kind: Kind::StepNotSolved { coordinate: name(coordinate) }, h }
         }
     }
 }
 
 /// Keeps records for a [`crate::motion::Motion`].
-pub(crate) struct Keep<M: Model> {
+pub(crate) struct RecordingSink<M: Model> {
     pub(crate) records: Vec<Record<M>>,
     pub(crate) events: Vec<EventRecord<M::State>>,
 }
 
-impl<M: Model> Sink<M> for Keep<M> {
+impl<M: Model> Sink<M> for RecordingSink<M> {
     #[inline]
     fn step(
         &mut self,
@@ -548,7 +558,7 @@ impl<M: Model> Sink<M> for Keep<M> {
 }
 
 /// Shows states to an observer and keeps nothing but the last.
-pub(crate) struct Show<'o, M: Model> {
+pub(crate) struct ObserverSink<'o, M: Model> {
     pub(crate) observer: &'o mut dyn FnMut(&M::State) -> Flow,
     /// Output times after `next`, in the order of the motion; all accepted steps where `None`.
     pub(crate) times: Option<alloc::vec::IntoIter<f64>>,
@@ -556,7 +566,7 @@ pub(crate) struct Show<'o, M: Model> {
     pub(crate) last: Option<Record<M>>,
 }
 
-impl<M: Model> Sink<M> for Show<'_, M> {
+impl<M: Model> Sink<M> for ObserverSink<'_, M> {
     fn step(
         &mut self,
         from: Record<M>,
@@ -588,14 +598,14 @@ impl<M: Model> Sink<M> for Show<'_, M> {
 
 /// What a run stopped with, and what it comes from, where that shows.
 pub(crate) fn explained<M: SimulationModel>(
-    plan: &Plan<'_, '_, M>,
+    plan: &RunPlan<'_, '_, M>,
     at: &M::State,
-    Halt { kind, h }: Halt,
+    Failure { kind, h }: Failure,
     method: Method,
-) -> Halt {
-    let way = Way::of(method, &plan.options, plan.plant.upkeep.formulation);
+) -> Failure {
+    let way = RunMethod::of(method, &plan.options, plan.rhs.stabilization.formulation);
     // What an evaluation met has no step of its own.
     let direction = if plan.end < at.t() { -1.0 } else { 1.0 };
     let h = if h == 0.0 { plan.options.fixed.map_or(0.0, |fixed| direction * fixed.abs()) } else { h };
-    Halt { kind: diagnosis::explain(plan.plant.model, &plan.start, at, (kind, h), way), h }
+    Failure { kind: diagnosis::explain(plan.rhs.model, &plan.start, at, (kind, h), way), h }
 }

@@ -17,25 +17,25 @@ use crate::error::{SingularMassMatrix, SolveError};
 use crate::integrate::choice::Radau5;
 use crate::integrate::{Direction, Tolerances};
 use crate::model::{Branches, InputValues, Known, ModelState, SimulationModel, Vector};
-use crate::motion::erased_method::AnyDriver;
-use crate::motion::events::action::Change;
-use crate::motion::events::functions::AdHoc;
-use crate::motion::events::location::{Action, Flow, Watch};
-use crate::motion::events::unilateral::Guard;
+use crate::motion::erased_method::SharedMethod;
+use crate::motion::events::action::EventAction;
+use crate::motion::events::functions::AddedEvent;
+use crate::motion::events::location::{Action, EventLocator, Flow};
+use crate::motion::events::unilateral::UnilateralConstraint;
 use crate::motion::failure::{OptionError, SimulationErrorKind};
 use crate::motion::options::contact::Contact;
 use crate::motion::options::defaults::{DEFAULT_DRIFT_LIMIT, DEFAULT_MAX_STEPS};
 use crate::motion::options::formulation::Formulation;
-use crate::motion::pilot_run::Pilot;
-use crate::motion::right_hand_side::{InputLaw, Plant, with_inputs};
-use crate::motion::run::{Ended, Halt, Keep, Plan, Show, Sink, run};
-use crate::motion::stabilization::{PlaceError, Upkeep};
+use crate::motion::pilot_run::PilotRun;
+use crate::motion::right_hand_side::{InputLaw, RightHandSide, with_inputs};
+use crate::motion::run::{Failure, ObserverSink, RecordingSink, RunEnd, RunPlan, Sink, run};
+use crate::motion::stabilization::{PlaceError, Stabilization};
 use crate::motion::trajectory::error::SimulationError;
-use crate::motion::trajectory::global_error::SecondRun;
+use crate::motion::trajectory::global_error::ReferenceSettings;
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::trajectory::record::{Counts, Record, Trajectory};
 use crate::motion::verification::global_error::{between, compare};
-use crate::motion::verification::reference_run::{Probe, Second, places};
+use crate::motion::verification::reference_run::{ReferenceRun, ReferenceSink, places};
 use crate::motion::{AnyMethod, diagnosis};
 use crate::progress::Progress;
 
@@ -55,7 +55,7 @@ pub struct Simulation<'m, M: SimulationModel> {
     model: &'m M,
     start: M::State,
     end: Option<f64>,
-    method: Option<AnyDriver<M>>,
+    method: Option<SharedMethod<M>>,
     /// With the option that gave them.
     tolerances: Option<(Tolerances, &'static str)>,
     fixed: Option<f64>,
@@ -64,7 +64,7 @@ pub struct Simulation<'m, M: SimulationModel> {
     most_steps: u64,
     output: Output,
     law: Option<InputLaw<'m, M>>,
-    ad_hoc: Vec<AdHoc<'m, M::State>>,
+    added_events: Vec<AddedEvent<'m, M::State>>,
     actions: Vec<(String, Direction, Action<'m, M>)>,
     contacts: Vec<(String, Contact)>,
     /// Constraint and breakaway event.
@@ -98,7 +98,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             most_steps: DEFAULT_MAX_STEPS,
             output: Output::Steps,
             law: None,
-            ad_hoc: Vec::new(),
+            added_events: Vec::new(),
             actions: Vec::new(),
             contacts: Vec::new(),
             sticking: Vec::new(),
@@ -218,7 +218,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
 
     /// Declares an event function beside those of the model: its zero crossings are located and listed.
     pub fn event(mut self, name: &str, function: impl Fn(&M::State) -> f64 + 'm) -> Self {
-        self.ad_hoc.push(AdHoc { name: name.into(), function: Box::new(function) });
+        self.added_events.push(AddedEvent { name: name.into(), function: Box::new(function) });
         self
     }
 
@@ -267,7 +267,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         mut self,
         name: &str,
         direction: Direction,
-        mut action: impl FnMut(&mut Change<'_, M>) -> R + 'm,
+        mut action: impl FnMut(&mut EventAction<'_, M>) -> R + 'm,
     ) -> Self {
         let action = Action::Reset(Box::new(move |change| action(change).into()));
         self.actions.push((name.into(), direction, action));
@@ -355,22 +355,22 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// The functions of the events given here, at a state with its inputs, by name.
     pub(crate) fn ad_hoc_at(&self, state: &M::State) -> Vec<(String, f64)> {
         let state = with_inputs::<M>(self.law.as_ref(), *state);
-        self.ad_hoc.iter().map(|event| (event.name.clone(), (event.function)(&state))).collect()
+        self.added_events.iter().map(|event| (event.name.clone(), (event.function)(&state))).collect()
     }
 
     /// Runs the simulation and keeps its motion.
     pub fn run(mut self) -> Result<Motion<'m, M>, SimulationError<M>> {
         let checked = self.check()?;
         let room = self.place(&checked)?;
-        let mut keep = Keep { records: Vec::new(), events: Vec::new() };
-        let (run, result) = self.fly(checked, room, &mut keep)?;
+        let mut keep = RecordingSink { records: Vec::new(), events: Vec::new() };
+        let (run, result) = self.execute(checked, room, &mut keep)?;
         let trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
         if let Err(halt) = result {
             return Err(broken_off(halt, trajectory));
         }
         let mut motion = Motion::new(run.model, run.constants, run.law, trajectory);
-        if let (Some(mut second), Some(driver)) = (run.second, &motion.trajectory.driver) {
-            let mut error = compare(&motion.trajectory, &mut second, driver.method().order());
+        if let (Some(mut second), Some(erased_method)) = (run.second, &motion.trajectory.erased_method) {
+            let mut error = compare(&motion.trajectory, &mut second, erased_method.method().order());
             error.between = error.ratio.map(|_| between(&motion, &second.middles));
             motion.trajectory.error = Some(Arc::new(error));
         }
@@ -402,8 +402,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         }
         let mut times = times.map(|mut times| times.split_off(at_start).into_iter());
         let next = times.as_mut().and_then(Iterator::next);
-        let mut show = Show { observer: &mut observer, times, next, last: None };
-        let (run, result) = self.fly(checked, room, &mut show)?;
+        let mut show = ObserverSink { observer: &mut observer, times, next, last: None };
+        let (run, result) = self.execute(checked, room, &mut show)?;
         let last = show.last.unwrap_or_else(|| Record::unmoved(start));
         match result {
             Ok(()) => Ok(with_inputs::<M>(run.law.as_ref(), last.state)),
@@ -412,23 +412,25 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     }
 
     /// Runs into a sink, with the options checked.
-    fn fly(
+    fn execute(
         mut self,
         checked: Checked<'m, M>,
         mut room: Vec<f64>,
         sink: &mut dyn Sink<M>,
-    ) -> Result<Landed<'m, M>, SimulationError<M>> {
+    ) -> Result<RunResult<'m, M>, SimulationError<M>> {
         let constants = self.constants()?;
         self.check_inertia(&mut room)?;
         let law = self.law.take();
-        let (driver, reason) = checked.method;
-        let contacts: Vec<_> = checked.guards.iter().filter_map(Guard::closing::<M>).collect();
-        let plant = |room| {
+        let (erased_method, reason) = checked.method;
+        let contacts: Vec<_> =
+            checked.unilaterals.iter().filter_map(UnilateralConstraint::closing::<M>).collect();
+        let rhs = |room| {
             let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
             let run = (self.start.t(), checked.end);
-            let mut upkeep = Upkeep::within(formulation, self.drift_limit, constants, run, room);
-            upkeep.contacts.clone_from(&contacts);
-            Plant {
+            let mut stabilization =
+                Stabilization::within(formulation, self.drift_limit, constants, run, room);
+            stabilization.contacts.clone_from(&contacts);
+            RightHandSide {
                 model: self.model,
                 constants: &constants,
                 law: law.as_ref(),
@@ -439,37 +441,43 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
                 known: Branches::FREE,
                 memory: None,
                 listener: None,
-                upkeep,
+                stabilization,
             }
         };
         let mut options = checked.options;
-        let pilot = checked.by_size.then(|| Pilot::of(&mut plant(Vec::new()), &self.start)).flatten();
+        let pilot = checked.by_size.then(|| PilotRun::of(&mut rhs(Vec::new()), &self.start)).flatten();
         let looked = pilot.map(|mut pilot| {
-            let mut plan = Plan {
-                plant: plant(Vec::new()),
+            let mut plan = RunPlan {
+                rhs: rhs(Vec::new()),
                 start: self.start,
                 end: checked.end,
                 options,
                 most_steps: self.most_steps,
                 cancel: self.cancel,
-                watch: Watch::new(self.model, constants, Vec::new(), Vec::new(), Vec::new()),
+                locator: EventLocator::new(self.model, constants, Vec::new(), Vec::new(), Vec::new()),
                 progress: Progress::none(),
                 hands_over: false,
                 resumes: None,
             };
             // What ends it early ends the run itself, too, or has been put right there by an event.
-            let (counts, _) = run(&*driver, &mut plan, &mut pilot);
-            options.tolerances.absolute = pilot.absolute(&mut plant(Vec::new()), options.tolerances.absolute);
-            (counts.evaluations, plan.plant.upkeep.upkept)
+            let (counts, _) = run(&*erased_method, &mut plan, &mut pilot);
+            options.tolerances.absolute = pilot.absolute(&mut rhs(Vec::new()), options.tolerances.absolute);
+            (counts.evaluations, plan.rhs.stabilization.counts)
         });
-        let mut plan = Plan {
-            plant: plant(room),
+        let mut plan = RunPlan {
+            rhs: rhs(room),
             start: self.start,
             end: checked.end,
             options,
             most_steps: self.most_steps,
             cancel: self.cancel,
-            watch: Watch::new(self.model, constants, self.ad_hoc, checked.guards, checked.rules),
+            locator: EventLocator::new(
+                self.model,
+                constants,
+                self.added_events,
+                checked.unilaterals,
+                checked.rules,
+            ),
             #[cfg(feature = "progress")]
             progress: if self.progress {
                 Progress::new(self.start.t(), checked.end)
@@ -481,28 +489,28 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             hands_over: checked.hands_over,
             resumes: None,
         };
-        let (mut counts, relay, result) = sail(&driver, &mut plan, sink);
-        let (mut upkept, kept) = (plan.plant.upkeep.upkept, plan.watch.kept());
+        let (mut counts, relay, result) = run_method(&erased_method, &mut plan, sink);
+        let (mut stabilization, kept) = (plan.rhs.stabilization.counts, plan.locator.kept());
         if let Some((evaluations, before)) = looked {
             counts.evaluations += evaluations;
-            upkept.add_evaluations(&before);
+            stabilization.add_evaluations(&before);
         }
         let second = (self.estimates && result.is_ok()).then(|| {
-            let second = SecondRun::of(&options, driver.method());
-            plan.restart(plant(Vec::new()), second.options(options), checked.hands_over);
-            plan.most_steps = self.most_steps.saturating_mul(SecondRun::MORE_STEPS);
+            let second = ReferenceSettings::of(&options, erased_method.method());
+            plan.restart(rhs(Vec::new()), second.options(options), checked.hands_over);
+            plan.most_steps = self.most_steps.saturating_mul(ReferenceSettings::MORE_STEPS);
             let (times, is_middle) = places(&sink.times(), checked.options.fixed.is_some());
-            let mut probe = Probe::at(times);
-            let (counts, _, result) = sail(&driver, &mut plan, &mut probe);
+            let mut probe = ReferenceSink::at(times);
+            let (counts, _, result) = run_method(&erased_method, &mut plan, &mut probe);
             let broken_off = result.err().map(|halt| (probe.reached, halt.kind.to_string()));
             let (mut states, mut middles) = (Vec::new(), Vec::new());
             for (state, is_middle) in probe.states.into_iter().zip(is_middle) {
                 if is_middle { &mut middles } else { &mut states }.push(state);
             }
-            Second { run: second, states, middles, events: probe.events, counts, broken_off }
+            ReferenceRun { run: second, states, middles, events: probe.events, counts, broken_off }
         });
         let trajectory = Trajectory {
-            driver: Some(driver),
+            erased_method: Some(erased_method),
             relay,
             reason,
             tolerances: options.tolerances,
@@ -512,14 +520,14 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             counts,
             has_law: law.is_some(),
             formulation: checked.formulation,
-            upkept,
+            stabilization,
             kept,
             consistent: self.consistent,
             error: None,
             fixed: options.fixed.is_some(),
         };
         drop(plan);
-        Ok((Ran { model: self.model, constants, law, trajectory, second }, result))
+        Ok((FinishedRun { model: self.model, constants, law, trajectory, second }, result))
     }
 
     fn constants(&self) -> Result<M::Constants, SimulationError<M>> {
@@ -563,11 +571,11 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         // Constraints may contain inputs; what is held stays what it was.
         let (mut start, held) = (with_inputs::<M>(self.law.as_ref(), self.start), *self.start.inputs());
         let run = (self.start.t(), checked.end);
-        let mut upkeep = Upkeep::new(formulation, self.drift_limit, self.constants()?, run);
-        for guard in &checked.guards {
-            guard.turn(start.modes(), self.model, &mut start, &mut upkeep);
+        let mut stabilization = Stabilization::new(formulation, self.drift_limit, self.constants()?, run);
+        for unilateral in &checked.unilaterals {
+            unilateral.turn(start.modes(), self.model, &mut start, &mut stabilization);
         }
-        match upkeep.begin(self.model, &mut start) {
+        match stabilization.begin(self.model, &mut start) {
             Ok(()) => {
                 *start.inputs_mut() = held;
                 self.start = start;
@@ -577,7 +585,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             }
             Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),
         }
-        Ok(upkeep.into_memory())
+        Ok(stabilization.into_memory())
     }
 
     fn check(&mut self) -> Result<Checked<'m, M>, SimulationError<M>> {
@@ -599,23 +607,23 @@ fn huge_and_negative<M: SimulationModel>(
 }
 
 /// Counts, when which method took over, how it ended.
-type Sailed<M> = (Counts, Option<(f64, AnyDriver<M>)>, Result<(), Halt>);
+type RunOutcome<M> = (Counts, Option<(f64, SharedMethod<M>)>, Result<(), Failure>);
 
 /// Runs a plan to its end; over to an implicit method where it is stiff. From when and with which is told.
-fn sail<M: SimulationModel>(
-    driver: &AnyDriver<M>,
-    plan: &mut Plan<'_, '_, M>,
+fn run_method<M: SimulationModel>(
+    erased_method: &SharedMethod<M>,
+    plan: &mut RunPlan<'_, '_, M>,
     sink: &mut dyn Sink<M>,
-) -> Sailed<M> {
+) -> RunOutcome<M> {
     #[cfg(feature = "std")]
     let (begun, _watch) = (std::time::Instant::now(), crate::slow::Watch::start());
     #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
-    let (mut counts, mut result) = run(&**driver, plan, sink);
+    let (mut counts, mut result) = run(&**erased_method, plan, sink);
     let mut relay = None;
-    if let Ok(Ended::Stiff(state)) = &result {
-        let implicit: AnyDriver<M> = Arc::new(Radau5);
+    if let Ok(RunEnd::Stiff(state)) = &result {
+        let implicit: SharedMethod<M> = Arc::new(Radau5);
         relay = Some((state.t(), Arc::clone(&implicit)));
-        (counts, result) = go_on(&implicit, plan, *state, &counts, sink);
+        (counts, result) = resume(&implicit, plan, *state, &counts, sink);
     }
     #[cfg(feature = "std")]
     {
@@ -625,19 +633,19 @@ fn sail<M: SimulationModel>(
 }
 
 /// Goes on with another method from where one stopped; counts are those of both.
-fn go_on<M: SimulationModel>(
-    driver: &AnyDriver<M>,
-    plan: &mut Plan<'_, '_, M>,
+fn resume<M: SimulationModel>(
+    erased_method: &SharedMethod<M>,
+    plan: &mut RunPlan<'_, '_, M>,
     state: M::State,
     before: &Counts,
     sink: &mut dyn Sink<M>,
-) -> (Counts, Result<Ended<M::State>, Halt>) {
+) -> (Counts, Result<RunEnd<M::State>, Failure>) {
     plan.resumes = Some((state, before.steps + before.rejected));
     plan.hands_over = false;
     // What was asked for the first step is over.
     plan.options.first = None;
-    let (after, result) = run(&**driver, plan, sink);
-    // The plant has counted its evaluations all along.
+    let (after, result) = run(&**erased_method, plan, sink);
+    // The right-hand side has counted its evaluations all along.
     let (steps, rejected) = (before.steps + after.steps, before.rejected + after.rejected);
     (
         Counts {
@@ -652,19 +660,19 @@ fn go_on<M: SimulationModel>(
 }
 
 /// What is left of a simulation that has run; the trajectory's records are in the sink.
-struct Ran<'m, M: SimulationModel> {
+struct FinishedRun<'m, M: SimulationModel> {
     model: &'m M,
     constants: M::Constants,
     law: Option<InputLaw<'m, M>>,
     trajectory: Trajectory<M>,
     /// The run that tells its error, where one was asked for.
-    second: Option<Second<M>>,
+    second: Option<ReferenceRun<M>>,
 }
 
 /// A run with how it ended.
-type Landed<'m, M> = (Ran<'m, M>, Result<(), Halt>);
+type RunResult<'m, M> = (FinishedRun<'m, M>, Result<(), Failure>);
 
-fn broken_off<M: SimulationModel>(halt: Halt, trajectory: Trajectory<M>) -> SimulationError<M> {
+fn broken_off<M: SimulationModel>(halt: Failure, trajectory: Trajectory<M>) -> SimulationError<M> {
     let state = trajectory.last().state;
     SimulationError {
         kind: halt.kind,

@@ -10,7 +10,7 @@ pub(crate) mod singular_start;
 
 use alloc::vec::Vec;
 
-pub(crate) use crate::motion::stabilization::contacts::Closing;
+pub(crate) use crate::motion::stabilization::contacts::ContactHistory;
 pub(crate) use crate::motion::stabilization::drift_monitor::{Drift, Drifted};
 pub(crate) use crate::motion::stabilization::initial_consistency::PlaceError;
 
@@ -24,11 +24,11 @@ use crate::math;
 use crate::model::{Constraint, Constraints, Known, ModelState, Vector};
 use crate::motion::failure::SimulationErrorKind;
 use crate::motion::options::formulation::Formulation;
-use crate::motion::stabilization::adaptive_gain::{Pace, Turned};
+use crate::motion::stabilization::adaptive_gain::{DriftInfluence, Pace};
 
 /// How often a run had to leave the straight way to keep its constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Upkept {
+pub struct StabilizationCounts {
     /// Evaluations by the general solver where generated code did not apply: a pivot was too small, a
     /// constraint was released.
     pub general: u64,
@@ -59,10 +59,10 @@ pub struct Upkept {
     pub conditioning: Option<(f64, f64)>,
     /// Where drift turned the motion most: where constraints drift, at the ends of those steps that may be
     /// near a singular position, and of every fourth to thirteenth of the others.
-    pub turned: Option<Turned>,
+    pub turned: Option<DriftInfluence>,
 }
 
-impl Upkept {
+impl StabilizationCounts {
     /// A contact came to rest that approached, or moved away, with a speed.
     fn rest(&mut self, speed: f64) {
         self.rests += 1;
@@ -89,9 +89,9 @@ impl Upkept {
 /// Relative difference from accelerations of least norm from which on a limit along a branch is another
 /// value: at a distance x its rounding is ε/x³.
 const LIMIT: f64 = 1e-5;
-/// What steps leave in an [`Upkeep`].
-pub(crate) struct Noted<M: Constraints> {
-    upkept: Upkept,
+/// What steps leave in an [`Stabilization`].
+pub(crate) struct StabilizationNotes<M: Constraints> {
+    counts: StabilizationCounts,
     push: M::Vector,
     pace: Pace,
     look: Option<drift_monitor::Look<M::Rows>>,
@@ -102,9 +102,9 @@ pub(crate) struct Noted<M: Constraints> {
 }
 
 /// Keeps the constraints of one run; what it works in is allocated once.
-pub(crate) struct Upkeep<M: Constraints> {
+pub(crate) struct Stabilization<M: Constraints> {
     pub(crate) formulation: Option<Formulation>,
-    pub(crate) upkept: Upkept,
+    pub(crate) counts: StabilizationCounts,
     /// α and β where they are fixed, α with the sign of the run.
     gains: (f64, f64),
     /// What the step being made adds to the accelerations, where gains follow the step.
@@ -116,7 +116,7 @@ pub(crate) struct Upkeep<M: Constraints> {
     /// The last close look at what has drifted.
     look: Option<drift_monitor::Look<M::Rows>>,
     /// The contacts of the run, which take part in every impact where they touch.
-    pub(crate) contacts: Vec<Closing>,
+    pub(crate) contacts: Vec<ContactHistory>,
     /// Mean of the sensitivities of the projections that ended steps so far, on a logarithmic scale. It is
     /// the same in all of a step, in every attempt to make it and in its interpolant, so that it can be made
     /// again.
@@ -134,7 +134,7 @@ pub(crate) struct Upkeep<M: Constraints> {
     workspace: Vec<f64>,
 }
 
-impl<M: Constraints> Upkeep<M> {
+impl<M: Constraints> Stabilization<M> {
     /// For a run from the first of two times to the second.
     pub(crate) fn new(
         formulation: Option<Formulation>,
@@ -145,7 +145,7 @@ impl<M: Constraints> Upkeep<M> {
         Self::within(formulation, drift_limit, constants, run, Vec::new())
     }
 
-    /// As [`Upkeep::new`], in memory that another one [left](Upkeep::into_memory).
+    /// As [`Stabilization::new`], in memory that another one [left](Stabilization::into_memory).
     pub(crate) fn within(
         formulation: Option<Formulation>,
         drift_limit: f64,
@@ -163,7 +163,7 @@ impl<M: Constraints> Upkeep<M> {
         workspace.resize(if M::IS_FREE { 0 } else { len }, 0.0);
         Self {
             formulation,
-            upkept: Upkept::default(),
+            counts: StabilizationCounts::default(),
             gains,
             push: M::Vector::zeros(),
             pace: Pace::default(),
@@ -182,15 +182,15 @@ impl<M: Constraints> Upkeep<M> {
     }
 
     /// What steps have left in it so far.
-    pub(crate) fn noted(&self) -> Noted<M> {
-        let Self { upkept, push, pace, look, usual, latest, moved, held, .. } = *self;
-        Noted { upkept, push, pace, look, usual, latest, moved, held }
+    pub(crate) fn noted(&self) -> StabilizationNotes<M> {
+        let Self { counts, push, pace, look, usual, latest, moved, held, .. } = *self;
+        StabilizationNotes { counts, push, pace, look, usual, latest, moved, held }
     }
 
     /// Forgets what steps have left in it since.
-    pub(crate) fn put_back(&mut self, noted: Noted<M>) {
-        let Noted { upkept, push, pace, look, usual, latest, moved, held } = noted;
-        (self.upkept, self.push, self.pace, self.look) = (upkept, push, pace, look);
+    pub(crate) fn put_back(&mut self, noted: StabilizationNotes<M>) {
+        let StabilizationNotes { counts, push, pace, look, usual, latest, moved, held } = noted;
+        (self.counts, self.push, self.pace, self.look) = (counts, push, pace, look);
         (self.usual, self.latest, self.moved, self.held) = (usual, latest, moved, held);
     }
 
@@ -448,19 +448,19 @@ impl<M: Constraints> Upkeep<M> {
 
     #[cold]
     fn note(&mut self, t: f64, diagnosis: &Diagnosis) {
-        let upkept = &mut self.upkept;
-        upkept.general += 1;
+        let counts = &mut self.counts;
+        counts.general += 1;
         let released = diagnosis.active < M::ROWS.len();
-        upkept.released += u64::from(released);
+        counts.released += u64::from(released);
         if !released {
-            upkept.general_at.get_or_insert(t);
+            counts.general_at.get_or_insert(t);
         }
         if diagnosis.rank < diagnosis.active {
-            upkept.dependent += 1;
-            upkept.dependent_at.get_or_insert(t);
+            counts.dependent += 1;
+            counts.dependent_at.get_or_insert(t);
         }
-        if upkept.conditioning.is_none_or(|worst| diagnosis.condition > worst.0) {
-            upkept.conditioning = Some((diagnosis.condition, t));
+        if counts.conditioning.is_none_or(|worst| diagnosis.condition > worst.0) {
+            counts.conditioning = Some((diagnosis.condition, t));
         }
     }
 

@@ -9,18 +9,18 @@ use core::time::Duration;
 use crate::integrate::{Method, Tolerances};
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, Route, SimulationModel};
 use crate::motion::events::action::Impact;
-use crate::motion::failure::gimbal_lock::Locking;
+use crate::motion::failure::gimbal_lock::GimbalLock;
 use crate::motion::options::defaults::DEFAULT_TOLERANCE;
 use crate::motion::options::formulation::Formulation;
-use crate::motion::pilot_run::{FewDigits, Sizes};
-use crate::motion::stabilization::Upkept;
-use crate::motion::stabilization::adaptive_gain::Turned;
+use crate::motion::pilot_run::{CoordinateSizes, FewDigits};
+use crate::motion::stabilization::StabilizationCounts;
+use crate::motion::stabilization::adaptive_gain::DriftInfluence;
 use crate::motion::trajectory::global_error::GlobalError;
 use crate::motion::trajectory::motion::Motion;
-use crate::motion::verification::accuracy_diagnostics::Doubts;
+use crate::motion::verification::accuracy_diagnostics::AccuracyDiagnostics;
 use crate::motion::verification::conditioning::{Conditioning, Nearest};
 use crate::motion::verification::constraint_drift::ConstraintDrift;
-use crate::motion::verification::pivot_breakdown::Vanished;
+use crate::motion::verification::pivot_breakdown::PivotBreakdown;
 use crate::wording::{Grouped, Part, Rounded};
 
 /// How much a quantity that should stay constant has changed.
@@ -75,12 +75,12 @@ pub struct Summary {
     /// Drift of every row of the constraints.
     pub constraints: Vec<ConstraintDrift>,
     /// What it took to keep them.
-    pub upkept: Upkept,
+    pub stabilization: StabilizationCounts,
     /// There is generated code for accelerations and reactions, so that evaluations by the general solver
     /// with all constraints on are fallbacks.
     pub falls_back: bool,
     /// What no longer followed from its constraints where that came about first, if it is known.
-    pub vanished: Option<Vanished>,
+    pub pivot_breakdown: Option<PivotBreakdown>,
     /// Switched constraints that were released at some time.
     pub released: Vec<&'static str>,
     /// Where the motion came nearest to a singular position of its constraints, and how many it passed.
@@ -96,7 +96,7 @@ pub struct Summary {
     /// Worst conditioning of the mass matrix over the accepted states.
     pub conditioning: Conditioning,
     /// Where angles came nearest to gimbal lock, if that is felt.
-    pub locking: Option<Locking>,
+    pub gimbal_lock: Option<GimbalLock>,
     /// Names of the events and how often each happened.
     pub events: Vec<(String, usize)>,
     /// Events whose functions constraints held at zero while they were engaged: crossings there are rounding,
@@ -120,7 +120,7 @@ pub struct Summary {
     /// Coordinates and velocities that stay within a thousand absolute tolerances, and so have few digits.
     pub few_digits: Vec<FewDigits>,
     /// What makes its accuracy doubtful.
-    pub doubts: Doubts,
+    pub accuracy: AccuracyDiagnostics,
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
@@ -168,9 +168,9 @@ impl<M: SimulationModel> Motion<'_, M> {
             conserved: self.drifts().into_iter().filter(|drift| !is_energy(&drift.name)).collect(),
             formulation: self.trajectory.formulation.clone(),
             constraints: self.constraint_drift(),
-            upkept: self.trajectory.upkept,
+            stabilization: self.trajectory.stabilization,
             falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
-            vanished: self.vanished(),
+            pivot_breakdown: self.pivot_breakdown(),
             released: self.released(),
             nearest: self.nearest(&conditions),
             impacts: self
@@ -182,7 +182,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             energy_lost: self.events().iter().fold(0.0, |lost, event| lost + event.energy_lost()),
             stuck_in_impact: self.stuck_in_impact(),
             conditioning: self.conditioning(),
-            locking: self.locking(),
+            gimbal_lock: self.gimbal_lock(),
             events,
             kept: self.trajectory.kept.clone(),
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
@@ -192,19 +192,19 @@ impl<M: SimulationModel> Motion<'_, M> {
             parted: counts.parted,
             tolerances: self.kept_tolerances(),
             few_digits: self.few_digits(),
-            doubts: self.doubts(worst, history.scale),
+            accuracy: self.accuracy(worst, history.scale),
         }
     }
 
     /// The tolerances of its steps, if they depended on any.
     fn kept_tolerances(&self) -> Option<Tolerances> {
-        let kept = !self.trajectory.fixed && self.trajectory.driver.is_some();
+        let kept = !self.trajectory.fixed && self.trajectory.erased_method.is_some();
         kept.then_some(self.trajectory.tolerances)
     }
 
     fn few_digits(&self) -> Vec<FewDigits> {
         let Some(tolerances) = self.kept_tolerances() else { return Vec::new() };
-        let mut sizes = Sizes::of::<M>(&self.trajectory.records[0].state);
+        let mut sizes = CoordinateSizes::of::<M>(&self.trajectory.records[0].state);
         self.trajectory.records.iter().for_each(|record| sizes.add::<M>(&record.state));
         sizes.few_digits::<M>(&tolerances)
     }
@@ -311,7 +311,7 @@ impl fmt::Display for Summary {
                 write!(f, ", of {} of {} states", Grouped(seen as u64), Grouped(all as u64))?;
             }
         }
-        if let Some(locking) = &self.locking {
+        if let Some(locking) = &self.gimbal_lock {
             write!(f, "\n               {}, at t = {}", locking.describe(), Rounded(locking.time))?;
         }
         for (k, few) in self.few_digits.iter().enumerate() {
@@ -402,7 +402,9 @@ impl Summary {
                 Rounded(t)
             )?;
         }
-        if let Some(Turned { part, time }) = self.upkept.turned.filter(|turned| turned.part > TURNED) {
+        if let Some(DriftInfluence { part, time }) =
+            self.stabilization.turned.filter(|turned| turned.part > TURNED)
+        {
             write!(
                 f,
                 "\n  warning      drift of the constraints turned the motion by up to {} at t = {}; use \
@@ -411,12 +413,12 @@ impl Summary {
                 Rounded(time)
             )?;
         }
-        if let Some(locking) = self.locking.as_ref().filter(|locking| locking.doubtful) {
+        if let Some(locking) = self.gimbal_lock.as_ref().filter(|locking| locking.doubtful) {
             write!(
                 f,
                 "\n  warning      gimbal lock at t = {}: {}; use Euler parameters (`#[coordinates(e: [_; \
                  4])]`, `EulerParameters::new(q.e).rotation()` and its `norm_constraint()` under \
-                 `#[holonomic]`), change charts (`Atlas`), or take a set whose middle angle stays away from \
+                 `#[holonomic]`), change charts (`ChartSwitching`), or take a set whose middle angle stays away from \
                  its singular values, such as {}",
                 Rounded(locking.time),
                 locking.what_it_takes(),
@@ -424,7 +426,7 @@ impl Summary {
             )?;
         }
         if let Some((by, time)) = self.nearest.as_ref().and_then(|nearest| nearest.missed) {
-            let remedy = match self.doubts.fixed {
+            let remedy = match self.accuracy.fixed {
                 true => "with this fixed step; give a tolerance well below that in its place",
                 false => "at this tolerance; give one well below that",
             };
@@ -435,7 +437,7 @@ impl Summary {
                 Rounded(time)
             )?;
         }
-        self.doubts.write(f, self.error.is_some())?;
+        self.accuracy.write(f, self.error.is_some())?;
         Ok(())
     }
 
@@ -472,7 +474,7 @@ impl Summary {
                 Rounded(time)
             )?;
         }
-        let Upkept { rests, fastest_rest, .. } = self.upkept;
+        let StabilizationCounts { rests, fastest_rest, .. } = self.stabilization;
         if rests > 0 {
             let times = if rests == 1 { String::new() } else { alloc::format!(", {} times", Grouped(rests)) };
             write!(
@@ -487,7 +489,7 @@ impl Summary {
     /// Where evaluations were left to the general solver, and what of it where these are many.
     fn words_of_fallen(&self, fallen: u64) -> String {
         let mut words = String::from(" by the general solver, where a pivot of the generated code vanished");
-        if let Some((vanished, t)) = self.vanished.as_ref().zip(self.upkept.general_at) {
+        if let Some((vanished, t)) = self.pivot_breakdown.as_ref().zip(self.stabilization.general_at) {
             words += &alloc::format!(": {vanished}, first at t = {}", Rounded(t));
         }
         if fallen as f64 > MANY * self.evaluations as f64 {
@@ -498,8 +500,9 @@ impl Summary {
 
     /// What it took to keep the constraints.
     fn write_upkeep(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Upkept { general, released, dependent, dependent_at, repartitions, .. } = self.upkept;
-        let Upkept { settled, largest_move, .. } = self.upkept;
+        let StabilizationCounts { general, released, dependent, dependent_at, repartitions, .. } =
+            self.stabilization;
+        let StabilizationCounts { settled, largest_move, .. } = self.stabilization;
         // Where the general solver is the route it is no fallback.
         let (released, fallen) = if self.falls_back { (released, general - released) } else { (0, 0) };
         let mut line = |count: u64, what: &str, how: &str| match count {
@@ -526,7 +529,7 @@ impl Summary {
                 "\n               {} ends of steps put back onto the constraints, by ",
                 Grouped(settled)
             )?;
-            match self.doubts.fixed {
+            match self.accuracy.fixed {
                 true => write!(
                     f,
                     "{largest_move:.1e} of what a tolerance of {DEFAULT_TOLERANCE:e} permits at most; \
@@ -562,7 +565,7 @@ impl Summary {
                 Rounded(*time),
                 rows.rank_loss()
             )?;
-        } else if let Some((largest, time)) = self.upkept.conditioning
+        } else if let Some((largest, time)) = self.stabilization.conditioning
             && largest > 1e3
         {
             write!(f, "\n               conditioning {largest:.1e} at most, at t = {}", Rounded(time))?;

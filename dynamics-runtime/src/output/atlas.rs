@@ -16,17 +16,21 @@ use super::csv::header;
 use super::motion::{chart, panels};
 use crate::model::names::{self, Column};
 use crate::model::{Draw, ModelState};
-use crate::motion::{AtlasMotion, EventRecord, Simulate};
+use crate::motion::{ChartSwitchingMotion, EventRecord, Simulate};
 
-impl<M: Simulate> AtlasMotion<'_, M> {
+impl<M: Simulate> ChartSwitchingMotion<'_, M> {
     /// The declared outputs over time, those with the same unit in the same panel; without panels where none
     /// is declared. Lines mark the changes of charts.
     #[must_use]
     pub fn outputs_chart(&self) -> Chart {
         let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
-        for leg in self.legs() {
+        for segment in self.segments() {
             rows.extend(
-                leg.motion.fine_states().iter().map(|state| (state.t(), leg.motion.outputs_of(state))),
+                segment
+                    .motion
+                    .fine_states()
+                    .iter()
+                    .map(|state| (state.t(), segment.motion.outputs_of(state))),
             );
         }
         let changes: Vec<f64> = self.changes().iter().map(|change| change.time).collect();
@@ -43,12 +47,12 @@ impl<M: Simulate> AtlasMotion<'_, M> {
         let mut out = String::from("chart,");
         out.push_str(&header::<M>());
         let mut line = String::new();
-        for leg in self.legs() {
-            let table = leg.motion.csv();
-            for state in leg.motion.steps() {
+        for segment in self.segments() {
+            let table = segment.motion.csv();
+            for state in segment.motion.steps() {
                 line.clear();
                 table.row(&state, &mut line);
-                let _ = write!(out, "{},{line}", leg.chart);
+                let _ = write!(out, "{},{line}", segment.chart);
             }
         }
         out
@@ -57,13 +61,13 @@ impl<M: Simulate> AtlasMotion<'_, M> {
 
 /// As files; the folders that a path needs are made.
 #[cfg(feature = "std")]
-impl<M: Simulate> AtlasMotion<'_, M> {
-    /// Writes [`outputs_chart`](AtlasMotion::outputs_chart) as `.svg` or `.png`, as [`Chart::write`] does.
+impl<M: Simulate> ChartSwitchingMotion<'_, M> {
+    /// Writes [`outputs_chart`](ChartSwitchingMotion::outputs_chart) as `.svg` or `.png`, as [`Chart::write`] does.
     pub fn plot_outputs(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         Ok(self.outputs_chart().write(path)?)
     }
 
-    /// Writes [`to_csv`](AtlasMotion::to_csv) to a file, `.csv` or without an extension.
+    /// Writes [`to_csv`](ChartSwitchingMotion::to_csv) to a file, `.csv` or without an extension.
     pub fn write_csv(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         use std::io::Write as _;
         let mut file = file::create(path.as_ref(), Content::Table)?;
@@ -79,7 +83,7 @@ impl<M: Simulate> AtlasMotion<'_, M> {
     }
 }
 
-impl<M: Simulate + Draw> AtlasMotion<'_, M> {
+impl<M: Simulate + Draw> ChartSwitchingMotion<'_, M> {
     /// The motion as an animation that can still be changed.
     #[must_use]
     pub fn animation(&self) -> Animation<'_> {
@@ -87,13 +91,13 @@ impl<M: Simulate + Draw> AtlasMotion<'_, M> {
     }
 }
 
-impl<M: Simulate + Draw> Film for AtlasMotion<'_, M> {
+impl<M: Simulate + Draw> Film for ChartSwitchingMotion<'_, M> {
     fn title(&self) -> String {
         M::NAME.to_string()
     }
 
     fn method(&self) -> String {
-        self.legs()[0].motion.method().to_string()
+        self.segments()[0].motion.method().to_string()
     }
 
     fn summary(&self) -> String {
@@ -118,18 +122,20 @@ impl<M: Simulate + Draw> Film for AtlasMotion<'_, M> {
     }
 
     fn events(&self) -> Vec<(f64, String)> {
-        AtlasMotion::events(self).map(|event| (EventRecord::time(event), event.name.clone())).collect()
+        ChartSwitchingMotion::events(self)
+            .map(|event| (EventRecord::time(event), event.name.clone()))
+            .collect()
     }
 
     fn play(&self, times: &[f64], show: &mut dyn FnMut(&Drawing, &[f64])) {
         // Times follow each other: one sampler lasts as long as its part.
         let mut rest = times;
         while let Some(first) = rest.first() {
-            let leg = self.leg_at(*first);
-            let here = rest.iter().take_while(|t| core::ptr::eq(self.leg_at(**t), leg)).count();
-            for state in leg.motion.sample(rest[..here].iter().copied()) {
-                let picture = leg.motion.model().draw(&leg.motion.coordinates_of(&state));
-                show(&picture, &leg.motion.outputs_of(&state));
+            let segment = self.leg_at(*first);
+            let here = rest.iter().take_while(|t| core::ptr::eq(self.leg_at(**t), segment)).count();
+            for state in segment.motion.sample(rest[..here].iter().copied()) {
+                let picture = segment.motion.model().draw(&segment.motion.coordinates_of(&state));
+                show(&picture, &segment.motion.outputs_of(&state));
             }
             rest = &rest[here..];
         }

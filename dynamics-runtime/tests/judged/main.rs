@@ -76,7 +76,10 @@ fn singular_positions_are_no_unstable_rests() {
         let motion =
             parallelogram.simulate(start).until(3.0).tolerance(tolerance).run().expect("it goes through");
         let summary = motion.summary();
-        assert!(summary.doubts.outgrown.is_none() && summary.doubts.unseen.is_none(), "{summary}");
+        assert!(
+            summary.accuracy.missed_instability.is_none() && summary.accuracy.undersampled_force.is_none(),
+            "{summary}"
+        );
     }
 }
 
@@ -106,7 +109,7 @@ fn errors_of_attitudes_are_told() {
             let (error, steps) = (verdict::apart(&motion.end(), &exact, tolerance), motion.counts().steps);
             println!("{name} at {tolerance:e}: {error:.1} tolerances, {steps} steps");
             let summary = motion.summary();
-            let (shown, text) = (summary.doubts.halved.expect("half steps"), summary.to_string());
+            let (shown, text) = (summary.accuracy.step_doubling.expect("half steps"), summary.to_string());
             assert!(error < 2.0 * shown, "{name} at {tolerance:e}: {error:.1} tolerances\n{text}");
             assert_eq!(text.contains("global error about"), shown > 10.0, "{text}");
             assert_eq!(

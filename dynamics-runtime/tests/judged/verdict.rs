@@ -58,7 +58,7 @@ pub fn judge<M: Simulate>(scene: &Scene<M>, dice: &mut Dice) -> Option<Judged> {
         evaluations: summary.evaluations,
         error,
         uncertain,
-        shown: summary.doubts.halved_at_most.unwrap_or(f64::NAN),
+        shown: summary.accuracy.step_doubling_at_most.unwrap_or(f64::NAN),
         warnings: summary.warnings(),
         told,
     })

@@ -14,7 +14,7 @@ use dynamics_runtime::model::{
     Route, Solved, Terms,
 };
 use dynamics_runtime::motion::{
-    Change, ChangeError, Contact, Direction, Flow, Formulation, Motion, OptionError, Simulate,
+    Contact, Direction, EventAction, EventActionError, Flow, Formulation, Motion, OptionError, Simulate,
     SimulationErrorKind,
 };
 use nalgebra::{SMatrix, SVector};
@@ -100,7 +100,10 @@ fn a_ball_bounces_and_comes_to_rest() {
     assert!(summary.energy_drift < 1e-8, "{summary}");
     assert!(summary.to_string().contains("impacts      21, "), "{summary}");
     let slowest = speed * e.powi(20);
-    assert!(summary.upkept.rests == 1 && (summary.upkept.fastest_rest - slowest).abs() < 1e-8, "{summary}");
+    assert!(
+        summary.stabilization.rests == 1 && (summary.stabilization.fastest_rest - slowest).abs() < 1e-8,
+        "{summary}"
+    );
     assert!(
         summary.to_string().contains(&format!("too slow to rebound at {slowest:.1e} or less")),
         "{summary}"
@@ -341,7 +344,7 @@ fn a_reset_that_leaves_the_constraints_is_refused_in_every_formulation() {
     let formulations =
         [Formulation::Projected, Formulation::Embedded, Formulation::Augmented, Formulation::BaumgarteTied];
     for formulation in formulations {
-        let run = |action: fn(&mut Change<'_, Dome>)| {
+        let run = |action: fn(&mut EventAction<'_, Dome>)| {
             let start = released(at_rest_or_not([0.0, dome.r], [0.5, 0.0]), [1]);
             let run =
                 dome.simulate(start).until(0.4).formulation(formulation).event("mark", |s| s.q[0] - 0.1);
@@ -349,13 +352,13 @@ fn a_reset_that_leaves_the_constraints_is_refused_in_every_formulation() {
         };
         // Along the dome, as fast again.
         assert!(run(|change| change.state_mut().u *= 2.0).is_ok(), "{formulation}");
-        let faster: fn(&mut Change<'_, Dome>) = |change| change.state_mut().u[1] += 1.6;
-        let higher: fn(&mut Change<'_, Dome>) = |change| change.state_mut().q[1] += 0.1;
+        let faster: fn(&mut EventAction<'_, Dome>) = |change| change.state_mut().u[1] += 1.6;
+        let higher: fn(&mut EventAction<'_, Dome>) = |change| change.state_mut().q[1] += 0.1;
         for action in [faster, higher] {
             match run(action).unwrap_err().kind {
                 SimulationErrorKind::Change { event, error } => {
                     assert!(
-                        event == "mark" && matches!(*error, ChangeError::State(_)),
+                        event == "mark" && matches!(*error, EventActionError::State(_)),
                         "{formulation}: {error}"
                     );
                 }
@@ -395,7 +398,7 @@ held!(Carts, 2 coordinates ["front", "back"], 1 + 0 = 1 rows ["coupling"],
 
 fn meet<'m>(
     carts: &'m Carts,
-    action: impl FnMut(&mut Change<'_, Carts>) + 'm,
+    action: impl FnMut(&mut EventAction<'_, Carts>) + 'm,
 ) -> Result<Motion<'m, Carts>, SimulationErrorKind> {
     let start = released(at_rest_or_not([0.0, 3.0], [2.0, -1.0]), [0]);
     let run = carts.simulate(start).until(4.0).event("meet", |s| s.q[1] - s.q[0]);
@@ -410,7 +413,7 @@ fn carts_couple_where_they_meet_and_are_released_again() {
         change.engage("coupling");
         assert_eq!((change.holds("coupling"), change.impacts().len()), (Ok(true), 1));
         // To ask for what there is not ends nothing.
-        assert!(matches!(change.holds("couplin"), Err(ChangeError::UnknownConstraint { .. })));
+        assert!(matches!(change.holds("couplin"), Err(EventActionError::UnknownConstraint { .. })));
     })
     .unwrap();
     let event = &motion.events()[0];
@@ -441,7 +444,7 @@ fn carts_couple_where_they_meet_and_are_released_again() {
 #[test]
 fn changes_that_cannot_be_made_end_the_run_and_say_why() {
     let carts = Carts { m: [1.0, 3.0] };
-    let why = |action: fn(&mut Change<'_, Carts>)| match meet(&carts, action) {
+    let why = |action: fn(&mut EventAction<'_, Carts>)| match meet(&carts, action) {
         Err(SimulationErrorKind::Change { event, error }) => {
             assert_eq!(event, "meet");
             *error
@@ -451,26 +454,26 @@ fn changes_that_cannot_be_made_end_the_run_and_say_why() {
     let unknown = why(|change| change.engage("couplin"));
     assert_eq!(
         unknown,
-        ChangeError::UnknownConstraint { name: "couplin".into(), suggestion: Some("coupling".into()) }
+        EventActionError::UnknownConstraint { name: "couplin".into(), suggestion: Some("coupling".into()) }
     );
-    assert_eq!(why(|change| change.impact("coupling", 1.5)), ChangeError::Restitution { value: 1.5 });
+    assert_eq!(why(|change| change.impact("coupling", 1.5)), EventActionError::Restitution { value: 1.5 });
     let apart = why(|change| {
         change.state_mut().q[1] += 0.25;
         change.engage("coupling");
     });
     assert!(
-        matches!(apart, ChangeError::EngagedApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9)
+        matches!(apart, EventActionError::EngagedApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9)
     );
     let apart = why(|change| {
         change.state_mut().q[1] += 0.25;
         change.impact("coupling", 0.5);
     });
     assert!(
-        matches!(apart, ChangeError::ImpactApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9)
+        matches!(apart, EventActionError::ImpactApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9)
     );
     // The mode alone, without the impact: the velocities do not fit.
     let state = why(|change| change.state_mut().modes_mut().engage(0));
-    assert!(matches!(state, ChangeError::State(_)), "{state:?}");
+    assert!(matches!(state, EventActionError::State(_)), "{state:?}");
 }
 
 #[test]
@@ -566,7 +569,7 @@ fn stopping_in_a_change_stops() {
 #[test]
 fn a_release_without_a_reaction_names_no_side() {
     let block = |sliding: f64| Block { m: 2.0, k: 0.0, v: 0.3, n: 20.0, resting: 0.6, sliding };
-    let run = |sliding: f64, action: fn(&mut Change<'_, Block>)| {
+    let run = |sliding: f64, action: fn(&mut EventAction<'_, Block>)| {
         let block = block(sliding);
         let run = block.simulate(at_rest_or_not([0.0], [block.v])).until(1.0).event("mark", |s| s.q[0] - 0.1);
         run.on_event_with("mark", Direction::Rising, action)
@@ -584,7 +587,7 @@ fn a_release_without_a_reaction_names_no_side() {
     assert!(run(0.0, |change| change.release("stick")).unwrap().modes.side(0) != 0.0);
     match run(0.4, |change| change.release("stick")).unwrap_err() {
         SimulationErrorKind::Change { error, .. } => {
-            assert_eq!(*error, ChangeError::NoSide { constraint: "stick" })
+            assert_eq!(*error, EventActionError::NoSide { constraint: "stick" })
         }
         other => panic!("{other:?}"),
     }

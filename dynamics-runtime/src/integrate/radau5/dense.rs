@@ -114,7 +114,7 @@ impl<V: Vector> Dense<V> for Collocation<V> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Knot, Radau5, Scheme};
+    use super::super::{Radau5, Scheme, StepNode};
     use super::*;
     use core::convert::Infallible;
     use nalgebra::SVector;
@@ -131,7 +131,7 @@ mod tests {
         };
         let knot = |t: f64, off: f64| {
             let (sine, cosine) = t.sin_cos();
-            Knot { t, y: Phase { q: V::new(cosine), u: V::new(off - sine) }, a: V::new(-cosine) }
+            StepNode { t, y: Phase { q: V::new(cosine), u: V::new(off - sine) }, a: V::new(-cosine) }
         };
         let (start, end) = (knot(0.0, 0.0), knot(0.1, off));
         let found = Radau5::<V>::new().by_ends(&mut oscillator, &start, &end, 0.1, &Tolerances::both(1e-6));

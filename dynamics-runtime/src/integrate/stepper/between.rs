@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 
 use super::super::dense::smoothly;
 use super::super::tableau::zip;
-use super::super::{Dense, Knot, Phase, Scheme, System, Tolerances};
+use super::super::{Dense, Phase, Scheme, StepNode, System, Tolerances};
 use super::{Step, Stepper};
 use crate::model::Vector;
 
@@ -94,7 +94,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 fn off<V: Vector, S: Scheme<V>, Y: System<V>>(
     system: &mut Y,
     dense: &S::Dense,
-    (start, end, h): (&Knot<V>, &Phase<V>, f64),
+    (start, end, h): (&StepNode<V>, &Phase<V>, f64),
     tolerances: &Tolerances,
 ) -> f64 {
     let mut most = 0.0f64;
@@ -135,7 +135,7 @@ fn parts<V: Vector, S: Scheme<V>, Y: System<V>>(
         let (mut y, _) = Stepper::<V, S>::attempt_again(scheme, system, (&start, h), tolerances)?;
         let moved = if system.settles() { system.settle(t, &mut y, tolerances)?.is_some() } else { false };
         let a = if moved { system.accelerations(t, &y.q, &y.u)? } else { scheme.finish(system, t, &y)? };
-        let end = Knot { t, y, a };
+        let end = StepNode { t, y, a };
         if !(y.is_finite() && a.as_slice().iter().all(|a| a.is_finite())) {
             return Ok(None);
         }

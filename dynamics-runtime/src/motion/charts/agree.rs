@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use crate::constrain::conditioning::condition_number;
 use crate::model::{ModelState, Vector};
-use crate::motion::charts::Atlas;
+use crate::motion::charts::ChartSwitching;
 use crate::motion::charts::error::{ChartError, Compared};
 use crate::motion::simulation::Simulate;
 use crate::motion::trajectory::motion::Motion;
@@ -44,7 +44,7 @@ impl Pair {
     }
 }
 
-impl<M: Simulate + Clone> Atlas<M> {
+impl<M: Simulate + Clone> ChartSwitching<M> {
     /// Compares two charts near a state of the first one. Returns where, in both; `None` of a state that is
     /// not a number.
     pub(crate) fn agree(

@@ -4,7 +4,7 @@
 use alloc::vec::Vec;
 
 use crate::model::{ModelState, Vector};
-use crate::motion::charts::Atlas;
+use crate::motion::charts::ChartSwitching;
 use crate::motion::charts::agree::{GIVEN, Pair};
 use crate::motion::charts::error::{ChartError, Compared};
 use crate::motion::simulation::{Simulate, Simulation};
@@ -17,9 +17,9 @@ const LEAST: f64 = 0.02;
 const BESIDE: f64 = 1e-3;
 
 /// The largest size met of each quantity: what vanishes for a while is rounding of what it is otherwise.
-struct Sizes(Vec<(Compared, &'static str, f64)>);
+struct CoordinateSizes(Vec<(Compared, &'static str, f64)>);
 
-impl Sizes {
+impl CoordinateSizes {
     fn meet(&mut self, pair: &Pair) {
         let known = self.0.iter_mut().find(|(what, name, _)| (*what, *name) == (pair.what, pair.name));
         match known {
@@ -37,7 +37,7 @@ impl Sizes {
 
 /// A part of a motion and the chart that it is compared with.
 pub(crate) struct Along<'b, 'a, M: Simulate> {
-    pub(crate) atlas: &'b Atlas<M>,
+    pub(crate) atlas: &'b ChartSwitching<M>,
     pub(crate) motion: &'b Motion<'a, M>,
     pub(crate) charts: [usize; 2],
     /// The simulation in the other chart, for its inputs.
@@ -48,7 +48,7 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
     /// Compares both charts at the end of every step.
     pub(crate) fn agree(&self) -> Result<(), ChartError> {
         let records = &self.motion.trajectory.records;
-        let mut sizes = Sizes(Vec::new());
+        let mut sizes = CoordinateSizes(Vec::new());
         // At rest or in balance much is zero all along; beside it is not.
         let beside = records.first().and_then(|first| self.atlas.beside(self.charts, &first.state));
         for pair in beside.map(|states| self.pairs(states)).unwrap_or_default() {
@@ -74,7 +74,7 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
     }
 
     /// Whether a disagreement at the end of step k is one right before or right after it, too.
-    fn lasts(&self, k: usize, found: &Pair, sizes: &Sizes) -> bool {
+    fn lasts(&self, k: usize, found: &Pair, sizes: &CoordinateSizes) -> bool {
         let records = &self.motion.trajectory.records;
         let here = &records[k].state;
         let neighbours = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|i| records.get(i));

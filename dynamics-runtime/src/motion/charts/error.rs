@@ -7,8 +7,8 @@ use core::fmt;
 
 use crate::attitude::NotARotation;
 use crate::model::{Dynamics, Model, ModelState};
-use crate::motion::charts::Atlas;
-use crate::motion::charts::result::{AtlasMotion, Leg};
+use crate::motion::charts::ChartSwitching;
+use crate::motion::charts::result::{ChartSwitchingMotion, Segment};
 use crate::motion::simulation::Simulate;
 use crate::motion::trajectory::error::SimulationError;
 use crate::motion::trajectory::motion::Motion;
@@ -228,7 +228,7 @@ impl core::error::Error for ChartError {}
 
 /// What ended a motion before its end.
 #[non_exhaustive]
-pub enum AtlasErrorKind<M: Model> {
+pub enum ChartSwitchingErrorKind<M: Model> {
     /// The charts.
     Chart(ChartError),
     /// The run in one chart.
@@ -240,68 +240,69 @@ pub enum AtlasErrorKind<M: Model> {
     },
 }
 
-impl<M: Model> From<ChartError> for AtlasErrorKind<M> {
+impl<M: Model> From<ChartError> for ChartSwitchingErrorKind<M> {
     fn from(error: ChartError) -> Self {
         Self::Chart(error)
     }
 }
 
 /// A motion in several charts that stopped before its end. What was computed up to there is still in hand:
-/// [`AtlasError::motion`].
-pub struct AtlasError<M: Model> {
+/// [`ChartSwitchingError::motion`].
+pub struct ChartSwitchingError<M: Model> {
     /// What happened.
-    pub kind: AtlasErrorKind<M>,
+    pub kind: ChartSwitchingErrorKind<M>,
     /// Time of the last good state; the start's where nothing has moved. Where charts disagree it is when
     /// they are first seen to: what the motion says after that is said in one chart only.
     pub time: f64,
     first: usize,
-    legs: Vec<(usize, Trajectory<M>)>,
+    segments: Vec<(usize, Trajectory<M>)>,
 }
 
-impl<M: Simulate> AtlasError<M> {
+impl<M: Simulate> ChartSwitchingError<M> {
     pub(crate) fn new(
-        kind: AtlasErrorKind<M>,
+        kind: ChartSwitchingErrorKind<M>,
         first: usize,
         start: &M::State,
-        legs: Vec<Leg<'_, M>>,
+        segments: Vec<Segment<'_, M>>,
     ) -> Self {
-        let mut legs: Vec<_> = legs.into_iter().map(|leg| (leg.chart, leg.motion.trajectory)).collect();
-        if let AtlasErrorKind::Run { chart, error } = &kind
+        let mut segments: Vec<_> =
+            segments.into_iter().map(|segment| (segment.chart, segment.motion.trajectory)).collect();
+        if let ChartSwitchingErrorKind::Run { chart, error } = &kind
             && let Some(trajectory) = &error.trajectory
         {
-            legs.push((*chart, (**trajectory).clone()));
+            segments.push((*chart, (**trajectory).clone()));
         }
-        let reached = legs.last().map_or(start.t(), |(_, trajectory)| trajectory.last().state.t());
+        let reached = segments.last().map_or(start.t(), |(_, trajectory)| trajectory.last().state.t());
         let time = match &kind {
             // The part went on, but from there on it is the motion of one chart alone.
-            AtlasErrorKind::Chart(ChartError::Disagree { time, .. }) => *time,
+            ChartSwitchingErrorKind::Chart(ChartError::Disagree { time, .. }) => *time,
             _ => reached,
         };
-        Self { kind, time, first, legs }
+        Self { kind, time, first, segments }
     }
 
     /// What was computed, in the charts of the atlas that it was computed with. Inputs closures are gone with
     /// the simulation, as of [`SimulationError::motion`]. `None` where nothing was computed.
     #[must_use]
-    pub fn motion<'a>(&self, atlas: &'a Atlas<M>) -> Option<AtlasMotion<'a, M>> {
-        let mut legs = Vec::new();
-        for (chart, trajectory) in &self.legs {
+    pub fn motion<'a>(&self, atlas: &'a ChartSwitching<M>) -> Option<ChartSwitchingMotion<'a, M>> {
+        let mut segments = Vec::new();
+        for (chart, trajectory) in &self.segments {
             let model = atlas.charts.get(*chart)?;
             let motion = Motion::new(model, model.constants().ok()?, None, trajectory.clone());
-            legs.push(Leg { chart: *chart, motion });
+            segments.push(Segment { chart: *chart, motion });
         }
-        (!legs.is_empty()).then_some(AtlasMotion { atlas, first: self.first, legs })
+        (!segments.is_empty()).then_some(ChartSwitchingMotion { atlas, first: self.first, segments })
     }
 }
 
-impl<M: Dynamics> fmt::Display for AtlasError<M> {
+impl<M: Dynamics> fmt::Display for ChartSwitchingError<M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
-            AtlasErrorKind::Chart(error) => error.fmt(f),
-            AtlasErrorKind::Run { error, .. } => error.fmt(f),
+            ChartSwitchingErrorKind::Chart(error) => error.fmt(f),
+            ChartSwitchingErrorKind::Run { error, .. } => error.fmt(f),
         }
     }
 }
 
-crate::error::sentence_for_debugging!(AtlasError<M: Dynamics>);
-impl<M: Dynamics> core::error::Error for AtlasError<M> {}
+crate::error::sentence_for_debugging!(ChartSwitchingError<M: Dynamics>);
+impl<M: Dynamics> core::error::Error for ChartSwitchingError<M> {}

@@ -8,7 +8,7 @@ use core::time::Duration;
 use dynamics_view::suggest;
 
 use crate::model::AngleSet;
-use crate::motion::charts::{Atlas, CHANGE};
+use crate::motion::charts::{CHANGE, ChartSwitching};
 use crate::motion::failure::MotionError;
 use crate::motion::simulation::Simulate;
 use crate::motion::summary::Summary;
@@ -18,8 +18,8 @@ use crate::wording::{Grouped, Rounded};
 
 /// A part of a motion, in one chart.
 #[derive(Debug)]
-pub struct Leg<'a, M: Simulate> {
-    /// The chart: an index of [`Atlas::charts`].
+pub struct Segment<'a, M: Simulate> {
+    /// The chart: an index of [`ChartSwitching::charts`].
     pub chart: usize,
     /// The motion of the model in that chart.
     pub motion: Motion<'a, M>,
@@ -29,20 +29,20 @@ pub struct Leg<'a, M: Simulate> {
 /// what the model says by the frames of its bodies, outputs, drawings and energies, goes on as if there were
 /// none.
 #[derive(Debug)]
-pub struct AtlasMotion<'a, M: Simulate> {
-    pub(crate) atlas: &'a Atlas<M>,
+pub struct ChartSwitchingMotion<'a, M: Simulate> {
+    pub(crate) atlas: &'a ChartSwitching<M>,
     /// The chart of the start as it was given.
     pub(crate) first: usize,
     /// In the order of the motion; never empty.
-    pub(crate) legs: Vec<Leg<'a, M>>,
+    pub(crate) segments: Vec<Segment<'a, M>>,
 }
 
 /// A state with the model in whose chart it is one.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed<'a, M: Simulate> {
+pub struct ChartState<'a, M: Simulate> {
     /// The model in the chart.
     pub model: &'a M,
-    /// The chart: an index of [`Atlas::charts`].
+    /// The chart: an index of [`ChartSwitching::charts`].
     pub chart: usize,
     /// The state.
     pub state: M::State,
@@ -57,49 +57,49 @@ pub struct ChartChange {
     pub sets: Vec<(AngleSet, &'static str)>,
 }
 
-impl<'a, M: Simulate> AtlasMotion<'a, M> {
+impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
     /// The parts, each a motion of the model in one chart.
     #[must_use]
-    pub fn legs(&self) -> &[Leg<'a, M>] {
-        &self.legs
+    pub fn segments(&self) -> &[Segment<'a, M>] {
+        &self.segments
     }
 
     /// Time of the start.
     #[must_use]
     pub fn start_time(&self) -> f64 {
-        self.legs[0].motion.start_time()
+        self.segments[0].motion.start_time()
     }
 
     /// Time of the end.
     #[must_use]
     pub fn end_time(&self) -> f64 {
-        self.legs[self.legs.len() - 1].motion.end_time()
+        self.segments[self.segments.len() - 1].motion.end_time()
     }
 
     /// The part that a time belongs to; after a change where it is the time of one. The last one for times
     /// outside.
-    pub(crate) fn leg_at(&self, t: f64) -> &Leg<'a, M> {
+    pub(crate) fn leg_at(&self, t: f64) -> &Segment<'a, M> {
         let forward = self.end_time() >= self.start_time();
-        let begun = |leg: &&Leg<'a, M>| {
-            let start = leg.motion.start_time();
+        let begun = |segment: &&Segment<'a, M>| {
+            let start = segment.motion.start_time();
             if forward { start <= t } else { start >= t }
         };
-        self.legs.iter().rev().find(begun).unwrap_or(&self.legs[0])
+        self.segments.iter().rev().find(begun).unwrap_or(&self.segments[0])
     }
 
     /// The state at time t with the model in its chart, after a change where t is the time of one; NaN
     /// outside the motion, as of [`Motion::at`].
     #[must_use]
-    pub fn at(&self, t: f64) -> Placed<'a, M> {
-        let Leg { chart, motion } = self.leg_at(t);
-        Placed { model: motion.model(), chart: *chart, state: motion.at(t) }
+    pub fn at(&self, t: f64) -> ChartState<'a, M> {
+        let Segment { chart, motion } = self.leg_at(t);
+        ChartState { model: motion.model(), chart: *chart, state: motion.at(t) }
     }
 
-    /// The state at the end with the model in its chart: [`Atlas::resume`] goes on from there.
+    /// The state at the end with the model in its chart: [`ChartSwitching::resume`] goes on from there.
     #[must_use]
-    pub fn end(&self) -> Placed<'a, M> {
-        let Leg { chart, motion } = &self.legs[self.legs.len() - 1];
-        Placed { model: motion.model(), chart: *chart, state: motion.end() }
+    pub fn end(&self) -> ChartState<'a, M> {
+        let Segment { chart, motion } = &self.segments[self.segments.len() - 1];
+        ChartState { model: motion.model(), chart: *chart, state: motion.end() }
     }
 
     /// Time jets of the coordinates at time t, for helper functions of `at(t).model`.
@@ -139,7 +139,7 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
 
     /// The events that happened, without the changes of charts; states are those of their charts.
     pub fn events(&self) -> impl Iterator<Item = &EventRecord<M::State>> {
-        self.legs.iter().flat_map(|leg| leg.motion.events()).filter(|event| event.name != CHANGE)
+        self.segments.iter().flat_map(|segment| segment.motion.events()).filter(|event| event.name != CHANGE)
     }
 
     /// When charts changed, those changed before the first step included.
@@ -147,7 +147,7 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
     pub fn changes(&self) -> Vec<ChartChange> {
         let mut before = self.first;
         let mut changes = Vec::new();
-        for Leg { chart, motion } in &self.legs {
+        for Segment { chart, motion } in &self.segments {
             let changed =
                 self.atlas.references.iter().enumerate().filter(|(k, _)| (chart ^ before) >> k & 1 == 1);
             let sets: Vec<_> = changed.map(|(_, at)| (at.set, at.names[1])).collect();
@@ -161,11 +161,11 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
 
     /// Costs, drift and doubts of all parts. Costs as much as their summaries.
     #[must_use]
-    pub fn summary(&self) -> AtlasSummary {
-        let legs: Vec<Summary> = self.legs.iter().map(|leg| leg.motion.summary()).collect();
-        let scale = legs.iter().map(|leg| leg.energy_scale).fold(0.0, larger);
-        let mut drift: f64 = legs.iter().map(|leg| leg.energy_drift * leg.energy_scale).sum();
-        for pair in self.legs.windows(2) {
+    pub fn summary(&self) -> ChartSwitchingSummary {
+        let segments: Vec<Summary> = self.segments.iter().map(|segment| segment.motion.summary()).collect();
+        let scale = segments.iter().map(|segment| segment.energy_scale).fold(0.0, larger);
+        let mut drift: f64 = segments.iter().map(|segment| segment.energy_drift * segment.energy_scale).sum();
+        for pair in self.segments.windows(2) {
             let [before, after] = [pair[0].motion.end(), pair[1].motion.start()];
             let [before, after] = [
                 pair[0].motion.model().energy_function(&before),
@@ -173,17 +173,17 @@ impl<'a, M: Simulate> AtlasMotion<'a, M> {
             ];
             drift += (after - before).abs();
         }
-        let sum = |of: fn(&Summary) -> u64| legs.iter().map(of).sum();
-        AtlasSummary {
+        let sum = |of: fn(&Summary) -> u64| segments.iter().map(of).sum();
+        ChartSwitchingSummary {
             model: M::NAME,
             interval: (self.start_time(), self.end_time()),
             changes: self.changes(),
-            steps: sum(|leg| leg.steps),
-            rejected: sum(|leg| leg.rejected),
-            evaluations: sum(|leg| leg.evaluations),
-            wall_time: legs.iter().map(|leg| leg.wall_time).sum(),
+            steps: sum(|segment| segment.steps),
+            rejected: sum(|segment| segment.rejected),
+            evaluations: sum(|segment| segment.evaluations),
+            wall_time: segments.iter().map(|segment| segment.wall_time).sum(),
             energy_drift: if drift == 0.0 { 0.0 } else { drift / scale },
-            legs,
+            segments,
         }
     }
 }
@@ -195,7 +195,7 @@ fn larger(a: f64, b: f64) -> f64 {
 
 /// The summary of a motion in several charts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct AtlasSummary {
+pub struct ChartSwitchingSummary {
     /// Name of the model.
     pub model: &'static str,
     /// The simulated interval.
@@ -214,10 +214,10 @@ pub struct AtlasSummary {
     /// of each, and what the changes added.
     pub energy_drift: f64,
     /// The summary of each part.
-    pub legs: Vec<Summary>,
+    pub segments: Vec<Summary>,
 }
 
-impl fmt::Display for AtlasSummary {
+impl fmt::Display for ChartSwitchingSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (start, end) = self.interval;
         writeln!(f, "{} from t = {} to {}", self.model, Rounded(start), Rounded(end))?;
@@ -238,8 +238,8 @@ impl fmt::Display for AtlasSummary {
         for (set, name) in self.sets() {
             write!(f, "\n               the {set} set of `{name}`")?;
         }
-        if let Some(leg) = self.legs.first() {
-            write!(f, "\n  method       {}, {}", leg.method, leg.reason)?;
+        if let Some(segment) = self.segments.first() {
+            write!(f, "\n  method       {}, {}", segment.method, segment.reason)?;
         }
         let [steps, rejected, evaluations] = [self.steps, self.rejected, self.evaluations].map(Grouped);
         write!(
@@ -258,12 +258,12 @@ impl fmt::Display for AtlasSummary {
         } else {
             write!(f, "\n  drift        energy at most {:.1e}, all parts together", self.energy_drift)?;
         }
-        for leg in &self.legs {
-            for warning in leg.warnings() {
+        for segment in &self.segments {
+            for warning in segment.warnings() {
                 write!(
                     f,
                     "\n  warning      {warning} (in the part from t = {} on)",
-                    Rounded(leg.interval.0)
+                    Rounded(segment.interval.0)
                 )?;
             }
         }
@@ -271,7 +271,7 @@ impl fmt::Display for AtlasSummary {
     }
 }
 
-impl AtlasSummary {
+impl ChartSwitchingSummary {
     /// Every set that changed its chart, once.
     fn sets(&self) -> Vec<(AngleSet, &'static str)> {
         let mut sets = vec![];

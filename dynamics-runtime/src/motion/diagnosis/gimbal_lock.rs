@@ -5,7 +5,7 @@ use alloc::boxed::Box;
 use crate::constrain::conditioning::condition_number;
 use crate::model::{AngleSet, Constraints, ModelState, Vector};
 use crate::motion::failure::SimulationErrorKind as Kind;
-use crate::motion::failure::gimbal_lock::Locking;
+use crate::motion::failure::gimbal_lock::GimbalLock;
 
 /// Angles farther from locking than this are not told of.
 pub(crate) const NEAR: f64 = 0.05;
@@ -18,7 +18,7 @@ const LOCKED: f64 = 1e-3;
 const WORSE: f64 = 2.0;
 
 /// A set at a state, where the mass matrix is the worse for it.
-pub(crate) fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option<Locking> {
+pub(crate) fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option<GimbalLock> {
     let q = state.q().as_slice();
     let (distance, middle) = (set.distance(q), q[set.angles[1]]);
     if distance > NEAR || distance.is_nan() {
@@ -28,7 +28,7 @@ pub(crate) fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet
     away.q_mut().as_mut_slice()[set.angles[1]] = lock + (2.0 * distance).max(LOCKED).copysign(middle - lock);
     let [conditioning, elsewhere] = [state, &away].map(|state| condition_number(model, state));
     let names = set.angles.map(|i| M::COORDINATES[i].name);
-    let found = Locking {
+    let found = GimbalLock {
         set,
         names,
         distance,

@@ -17,7 +17,7 @@ use crate::error::SolveError;
 use crate::golden_section::golden;
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
-use crate::motion::diagnosis::Way;
+use crate::motion::diagnosis::RunMethod;
 use crate::motion::failure::{Met, SimulationErrorKind as Kind};
 use crate::motion::stabilization::singular_start::SINGULAR;
 
@@ -39,7 +39,7 @@ const AHEAD: f64 = 1.5;
 /// the tolerance they come nearer and nearer.
 const CREEPS: f64 = 1e5;
 
-/// Way of a step, in parts of what is left to a singular position, below which that makes it so short:
+/// RunMethod of a step, in parts of what is left to a singular position, below which that makes it so short:
 /// without it steps are of its size.
 const SHORT: f64 = 1e-3;
 
@@ -50,7 +50,7 @@ pub(crate) fn explain<M: Constraints>(
     start: &M::State,
     state: &M::State,
     (kind, h): (Kind, f64),
-    way: Way,
+    way: RunMethod,
 ) -> Kind {
     let creeps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
     if M::IS_FREE {
@@ -119,7 +119,11 @@ fn way_in<S: ModelState>(state: &S, time: f64) -> f64 {
 const COMES: f64 = 0.05;
 
 /// Whether many steps that took this time do not come past the singular position that is near.
-pub(crate) fn crawls<M: Constraints>(model: &M, state: &M::State, took: f64) -> bool {
+pub(crate) fn stalls_before_singular_position<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    took: f64,
+) -> bool {
     let way = way_in(state, took);
     M::IS_HELD && way * CREEPS < COMES && {
         let condition = condition_of(model, state);

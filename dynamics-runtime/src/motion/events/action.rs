@@ -10,8 +10,8 @@ use crate::error::SolveError;
 use crate::integrate::StepOptions;
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::contact_corner;
-use crate::motion::failure::event_action::ChangeError;
-use crate::motion::stabilization::{PlaceError, Upkeep};
+use crate::motion::failure::event_action::EventActionError;
+use crate::motion::stabilization::{PlaceError, Stabilization};
 
 /// What a constraint took in an impact: a jump of the velocities, M Δu = Φ_qᵀΛ, with all constraints that act
 /// in it together.
@@ -52,7 +52,7 @@ enum Blow {
     Hold,
 }
 
-impl From<PlaceError> for ChangeError {
+impl From<PlaceError> for EventActionError {
     fn from(error: PlaceError) -> Self {
         match error {
             PlaceError::State(error) => Self::State(Box::new(error)),
@@ -61,40 +61,49 @@ impl From<PlaceError> for ChangeError {
     }
 }
 
-impl From<SolveError> for ChangeError {
+impl From<SolveError> for EventActionError {
     fn from(error: SolveError) -> Self {
         Self::Solve(error)
     }
 }
 
-crate::error::sentence_for_debugging!(ChangeError);
+crate::error::sentence_for_debugging!(EventActionError);
 
 /// What an action at an event works on: the state, and the constraints that can be hit, engaged and released.
 ///
 /// What cannot be done (a name that is not known, a constraint engaged where it does not hold) ends the
 /// simulation with an error at this event; the changes after it are not made.
-pub struct Change<'c, M: SimulationModel> {
+pub struct EventAction<'c, M: SimulationModel> {
     model: &'c M,
     constants: &'c M::Constants,
     /// The state at the event, before the first action there.
     instant: M::State,
     state: &'c mut M::State,
-    upkeep: &'c mut Upkeep<M>,
+    stabilization: &'c mut Stabilization<M>,
     /// What the steps are made to that end at the events; `None` where none do.
     steps: Option<StepOptions>,
     impacts: Vec<Impact>,
-    error: Option<ChangeError>,
+    error: Option<EventActionError>,
 }
 
-impl<'c, M: SimulationModel> Change<'c, M> {
+impl<'c, M: SimulationModel> EventAction<'c, M> {
     pub(crate) fn new(
         model: &'c M,
         constants: &'c M::Constants,
         instant: M::State,
         state: &'c mut M::State,
-        upkeep: &'c mut Upkeep<M>,
+        stabilization: &'c mut Stabilization<M>,
     ) -> Self {
-        Self { model, constants, instant, state, upkeep, steps: None, impacts: Vec::new(), error: None }
+        Self {
+            model,
+            constants,
+            instant,
+            state,
+            stabilization,
+            steps: None,
+            impacts: Vec::new(),
+            error: None,
+        }
     }
 
     /// At the end of steps of these options.
@@ -105,7 +114,7 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     /// By which part of its size a constraint may be met late, where steps end at events.
     fn permitted(&mut self, constraint: &Constraint) -> f64 {
         let Some(StepOptions { fixed, tolerances, .. }) = self.steps else { return CONSISTENT };
-        let size = self.upkeep.length(self.model, self.state, constraint);
+        let size = self.stabilization.length(self.model, self.state, constraint);
         let adaptive = MET * (tolerances.relative + tolerances.absolute / size);
         if fixed.is_some() { FIXED } else { adaptive.clamp(CONSISTENT, FIXED) }
     }
@@ -139,7 +148,7 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     ///
     /// # Errors
     /// Where there is no constraint of this name, or it is not one that can be switched.
-    pub fn holds(&self, name: &str) -> Result<bool, ChangeError> {
+    pub fn holds(&self, name: &str) -> Result<bool, EventActionError> {
         self.switched(name).map(|(_, index)| self.state.modes().holds(index))
     }
 
@@ -148,7 +157,7 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     pub fn reaction(&mut self, name: &str) -> Vec<f64> {
         self.attempt(|change| {
             let constraint = find::<M>(name)?;
-            let solved = change.upkeep.reactions(change.model, change.constants, change.state)?;
+            let solved = change.stabilization.reactions(change.model, change.constants, change.state)?;
             Ok(rows_of(constraint, solved.as_slice()))
         })
         .unwrap_or_default()
@@ -167,14 +176,14 @@ impl<'c, M: SimulationModel> Change<'c, M> {
         self.attempt(|change| {
             let constraint = find::<M>(name)?;
             if let Some((row, residual)) = change.far(constraint, CONSISTENT) {
-                return Err(ChangeError::ImpactApart { row, residual });
+                return Err(EventActionError::ImpactApart { row, residual });
             }
             let pushes = constraint.kind == ConstraintKind::Holonomic && constraint.rows == 1;
             let free = constraint.switched.is_some_and(|switch| !change.state.modes().holds(switch));
-            let least = CONSISTENT * change.upkeep.speed(change.model, change.state, constraint);
-            if pushes && free && change.upkeep.slip(change.model, change.state, constraint) > least {
+            let least = CONSISTENT * change.stabilization.speed(change.model, change.state, constraint);
+            if pushes && free && change.stabilization.slip(change.model, change.state, constraint) > least {
                 let rate = change.model.velocity_residual(change.state)[constraint.first];
-                return Err(ChangeError::ImpactAway { row: M::ROWS[constraint.first].name, rate });
+                return Err(EventActionError::ImpactAway { row: M::ROWS[constraint.first].name, rate });
             }
             change.strike(constraint, Blow::Rebound(restitution))
         });
@@ -186,15 +195,20 @@ impl<'c, M: SimulationModel> Change<'c, M> {
             if let Some((row, residual)) = change.far(constraint, CONSISTENT) {
                 // Only in a corner a gap jumps: where it is another one on the other branch.
                 if contact_corner::jumps(change.model, change.state, constraint.first, residual) {
-                    return Err(ChangeError::ContactJumps { row, residual });
+                    return Err(EventActionError::ContactJumps { row, residual });
                 }
                 change.lift(constraint)?;
             }
             let later = change.beside(BESIDE);
             if M::HAS_KINKS
-                && contact_corner::is_hit(change.model, change.upkeep, [change.state, &later], constraint)
+                && contact_corner::is_hit(
+                    change.model,
+                    change.stabilization,
+                    [change.state, &later],
+                    constraint,
+                )
             {
-                return Err(ChangeError::ContactEdge { row: M::ROWS[constraint.first].name });
+                return Err(EventActionError::ContactEdge { row: M::ROWS[constraint.first].name });
             }
             Ok(())
         });
@@ -203,14 +217,14 @@ impl<'c, M: SimulationModel> Change<'c, M> {
 
     /// What is met late, for where another one was met the step ended elsewhere, to within its tolerance, is
     /// put onto its ground.
-    fn lift(&mut self, constraint: &'static Constraint) -> Result<(), ChangeError> {
+    fn lift(&mut self, constraint: &'static Constraint) -> Result<(), EventActionError> {
         let permitted = self.permitted(constraint);
         if let Some((row, residual)) = self.far(constraint, permitted) {
-            return Err(ChangeError::ContactMissed { row, residual });
+            return Err(EventActionError::ContactMissed { row, residual });
         }
         let mut there = *self.state;
         constraint.switched.iter().for_each(|switch| there.modes_mut().engage(*switch));
-        self.upkeep.lift(self.model, &mut there)?;
+        self.stabilization.lift(self.model, &mut there)?;
         *self.state.q_mut() = *there.q();
         Ok(())
     }
@@ -223,8 +237,8 @@ impl<'c, M: SimulationModel> Change<'c, M> {
             let index = position_of::<M>(constraint);
             let rates = change.model.velocity_residual(change.state);
             let is_back = rates[constraint.first] > 0.0
-                && (change.is_unresolved(constraint) && change.upkeep.rests_unresolved(index, &rates)
-                    || change.upkeep.rests_unseen(index, &rates));
+                && (change.is_unresolved(constraint) && change.stabilization.rests_unresolved(index, &rates)
+                    || change.stabilization.rests_unseen(index, &rates));
             change.strike(constraint, if is_back { Blow::Hold } else { Blow::Contact })
         });
     }
@@ -233,8 +247,8 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     fn is_unresolved(&mut self, constraint: &Constraint) -> bool {
         let steps = self.steps.filter(|steps| steps.fixed.is_none());
         let part = steps.map_or(CONSISTENT, |steps| steps.tolerances.relative);
-        self.upkeep.slip(self.model, self.state, constraint).abs()
-            <= part * self.upkeep.speed(self.model, self.state, constraint)
+        self.stabilization.slip(self.model, self.state, constraint).abs()
+            <= part * self.stabilization.speed(self.model, self.state, constraint)
     }
 
     /// Whether what a released constraint of one row slips on jumps here, and its slip with it from this side
@@ -242,10 +256,10 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     pub(crate) fn leaps_from(&mut self, constraint: &'static Constraint, side: f64) -> bool {
         let mut slip = |part: f64| {
             let beside = self.beside(part);
-            self.upkeep.slip(self.model, &beside, constraint)
+            self.stabilization.slip(self.model, &beside, constraint)
         };
         let (before, after) = (slip(-BESIDE), slip(BESIDE));
-        let least = CONSISTENT * self.upkeep.speed(self.model, self.state, constraint);
+        let least = CONSISTENT * self.stabilization.speed(self.model, self.state, constraint);
         (after - before).abs() > least && -side * after > least
     }
 
@@ -264,7 +278,7 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     pub(crate) fn side_ahead(&mut self, constraint: &'static Constraint) -> Option<f64> {
         let ahead = self.beside(BESIDE);
         let mut reaction = |state: &M::State| {
-            let solved = self.upkeep.reactions(self.model, self.constants, state).ok()?;
+            let solved = self.stabilization.reactions(self.model, self.constants, state).ok()?;
             Some(solved[constraint.first])
         };
         let (now, ahead) = (reaction(self.state)?, reaction(&ahead)?);
@@ -280,14 +294,18 @@ impl<'c, M: SimulationModel> Change<'c, M> {
             change.check_place(constraint)?;
             if !change.state.modes().holds(index) {
                 change.state.modes_mut().engage(index);
-                change.upkeep.impact(change.model, change.state, &[(position_of::<M>(constraint), 0.0)])?;
+                change.stabilization.impact(
+                    change.model,
+                    change.state,
+                    &[(position_of::<M>(constraint), 0.0)],
+                )?;
             }
             Ok(())
         });
     }
 
     /// Lets a switched constraint hold from here on, after a plastic impact that stops its rows, pushing or
-    /// pulling. Contacts take part as in [`Change::impact`].
+    /// pulling. Contacts take part as in [`EventAction::impact`].
     pub fn engage(&mut self, name: &str) {
         self.attempt(|change| {
             let (constraint, index) = change.switched(name)?;
@@ -302,7 +320,7 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     /// Releases a switched constraint that holds: a holonomic one to the side where Φ grows, a nonholonomic
     /// one of one row to the side from which its reaction held it back, against the sign of λ. Several rows,
     /// or λ = 0 where the side counts (friction by it acts), name no side: that ends the simulation, and
-    /// [`Change::release_to`] is what to use.
+    /// [`EventAction::release_to`] is what to use.
     pub fn release(&mut self, name: &str) {
         self.attempt(|change| {
             let (constraint, index) = change.switched(name)?;
@@ -312,12 +330,13 @@ impl<'c, M: SimulationModel> Change<'c, M> {
             let side = match constraint.kind {
                 ConstraintKind::Holonomic => 1.0,
                 ConstraintKind::Nonholonomic => {
-                    let solved = change.upkeep.reactions(change.model, change.constants, change.state)?;
+                    let solved =
+                        change.stabilization.reactions(change.model, change.constants, change.state)?;
                     match solved[constraint.first] {
                         reaction if constraint.rows == 1 && reaction.abs() > 0.0 => -reaction.signum(),
                         // Nothing held it, and nothing will brake it: either side is right.
                         _ if constraint.rows == 1
-                            && !change.upkeep.side_counts(
+                            && !change.stabilization.side_counts(
                                 change.model,
                                 change.constants,
                                 change.state,
@@ -327,7 +346,7 @@ impl<'c, M: SimulationModel> Change<'c, M> {
                         {
                             1.0
                         }
-                        _ => return Err(ChangeError::NoSide { constraint: constraint.name }),
+                        _ => return Err(EventActionError::NoSide { constraint: constraint.name }),
                     }
                 }
             };
@@ -341,9 +360,9 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     pub(crate) fn slips_either_way(&mut self, constraint: &'static Constraint) -> bool {
         let (model, constants, first) = (self.model, self.constants, constraint.first);
         let either = |change: &mut Self| {
-            let idle = change.upkeep.reactions(model, constants, change.state)?[first] == 0.0;
+            let idle = change.stabilization.reactions(model, constants, change.state)?[first] == 0.0;
             let mut counts =
-                |switch| change.upkeep.side_counts(model, constants, change.state, switch, NEGLIGIBLE);
+                |switch| change.stabilization.side_counts(model, constants, change.state, switch, NEGLIGIBLE);
             Ok(idle && constraint.switched.is_some_and(|switch| !counts(switch)))
         };
         self.attempt(either).unwrap_or(false)
@@ -360,32 +379,32 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     }
 
     /// Does nothing after the first error, and keeps it.
-    fn attempt<R>(&mut self, act: impl FnOnce(&mut Self) -> Result<R, ChangeError>) -> Option<R> {
+    fn attempt<R>(&mut self, act: impl FnOnce(&mut Self) -> Result<R, EventActionError>) -> Option<R> {
         if self.error.is_some() {
             return None;
         }
         act(self).map_err(|error| self.error = Some(error)).ok()
     }
 
-    fn switched(&self, name: &str) -> Result<(&'static Constraint, usize), ChangeError> {
+    fn switched(&self, name: &str) -> Result<(&'static Constraint, usize), EventActionError> {
         let constraint = find::<M>(name)?;
         match constraint.switched {
             Some(index) => Ok((constraint, index)),
-            None => Err(ChangeError::NotSwitched { constraint: constraint.name }),
+            None => Err(EventActionError::NotSwitched { constraint: constraint.name }),
         }
     }
 
     /// One impact on a constraint and on all contacts that touch: none of those pulls, and those that end at
     /// rest hold.
-    fn strike(&mut self, constraint: &'static Constraint, blow: Blow) -> Result<(), ChangeError> {
+    fn strike(&mut self, constraint: &'static Constraint, blow: Blow) -> Result<(), EventActionError> {
         if let Blow::Rebound(value) = blow
             && !(0.0..=1.0).contains(&value)
         {
-            return Err(ChangeError::Restitution { value });
+            return Err(EventActionError::Restitution { value });
         }
         let index = position_of::<M>(constraint);
         let held = self.state.modes();
-        let touching = self.upkeep.touching(self.model, self.state, held)?;
+        let touching = self.stabilization.touching(self.model, self.state, held)?;
         let (start, before) = (*self.state, self.model.velocity_residual(self.state));
         let mut hits = Vec::with_capacity(touching.len() + 1);
         match blow {
@@ -394,11 +413,11 @@ impl<'c, M: SimulationModel> Change<'c, M> {
                 constraint.switched.iter().for_each(|switch| self.state.modes_mut().engage(*switch));
                 hits.push((index, 0.0));
             }
-            Blow::Contact => hits.push((index, self.upkeep.restitution(index, &before))),
+            Blow::Contact => hits.push((index, self.stabilization.restitution(index, &before))),
         }
         for contact in touching.iter().copied().filter(|contact| *contact != index) {
             let holds = M::CONSTRAINTS[contact].switched.is_none_or(|switch| held.holds(switch));
-            hits.push((contact, if holds { 0.0 } else { self.upkeep.restitution(contact, &before) }));
+            hits.push((contact, if holds { 0.0 } else { self.stabilization.restitution(contact, &before) }));
         }
         let closing =
             |contact: usize| contact == index && blow == Blow::Contact || touching.contains(&contact);
@@ -410,14 +429,16 @@ impl<'c, M: SimulationModel> Change<'c, M> {
             contacts.filter_map(|hit| Some((hit, M::CONSTRAINTS[hit].switched?))).collect();
         // Rocking comes to rest as bouncing does: where all are slow they hold, and nothing parts any more.
         let settles = blow == Blow::Contact
-            && contacts.iter().all(|(hit, switch)| held.holds(*switch) || self.upkeep.is_slow(*hit, &before));
+            && contacts
+                .iter()
+                .all(|(hit, switch)| held.holds(*switch) || self.stabilization.is_slow(*hit, &before));
         for (_, switch) in &contacts {
             match settles {
                 true => self.state.modes_mut().engage(*switch),
                 false => self.state.modes_mut().release(*switch, 1.0),
             }
         }
-        let jump = self.upkeep.impact(self.model, self.state, &hits)?;
+        let jump = self.stabilization.impact(self.model, self.state, &hits)?;
         // What was at rest takes its part of the impact of others, and has no speed but for the rounding of
         // that.
         let fastest = hits.iter().map(|hit| before[M::CONSTRAINTS[hit.0].first].abs()).fold(0.0, f64::max);
@@ -434,7 +455,7 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     /// were hit with it.
     fn rests(&mut self, before: &M::State, row: usize, fastest: f64) -> bool {
         let rate = self.model.velocity_residual(self.state)[row];
-        let gradients = self.upkeep.gradients(self.model, self.state);
+        let gradients = self.stabilization.gradients(self.model, self.state);
         let speeds =
             before.u().as_slice().iter().zip(self.state.u().as_slice()).map(|(a, b)| a.abs().max(b.abs()));
         let largest =
@@ -444,7 +465,7 @@ impl<'c, M: SimulationModel> Change<'c, M> {
 
     /// Records what was struck, and what else took an impulse with it.
     fn record(&mut self, start: &M::State, struck: &'static Constraint, before: &[f64], impulses: &[f64]) {
-        let gradients = self.upkeep.gradients(self.model, start);
+        let gradients = self.stabilization.gradients(self.model, start);
         let (u, v) = (start.u().as_slice(), self.state.u().as_slice());
         let twice_mean =
             |row: usize| gradients.row(row).iter().zip(u.iter().zip(v)).map(|(x, (u, v))| x * (u + v));
@@ -470,9 +491,9 @@ impl<'c, M: SimulationModel> Change<'c, M> {
     }
 
     /// A holonomic constraint can hold only where its Φ is 0.
-    fn check_place(&mut self, constraint: &'static Constraint) -> Result<(), ChangeError> {
+    fn check_place(&mut self, constraint: &'static Constraint) -> Result<(), EventActionError> {
         match self.far(constraint, CONSISTENT) {
-            Some((row, residual)) => Err(ChangeError::EngagedApart { row, residual }),
+            Some((row, residual)) => Err(EventActionError::EngagedApart { row, residual }),
             None => Ok(()),
         }
     }
@@ -483,23 +504,23 @@ impl<'c, M: SimulationModel> Change<'c, M> {
         let holds = constraint.switched.is_none_or(|switch| self.state.modes().holds(switch));
         match constraint.kind {
             ConstraintKind::Holonomic if !holds => {
-                self.upkeep.apart(self.model, self.state, constraint, part)
+                self.stabilization.apart(self.model, self.state, constraint, part)
             }
             _ => None,
         }
     }
 
     /// The impacts, or why the changes cannot be made.
-    pub(crate) fn finish(self) -> Result<Vec<Impact>, ChangeError> {
+    pub(crate) fn finish(self) -> Result<Vec<Impact>, EventActionError> {
         self.error.map_or(Ok(self.impacts), Err)
     }
 }
 
 /// The constraint of a name.
-pub(crate) fn find<M: SimulationModel>(name: &str) -> Result<&'static Constraint, ChangeError> {
+pub(crate) fn find<M: SimulationModel>(name: &str) -> Result<&'static Constraint, EventActionError> {
     M::CONSTRAINTS.iter().find(|constraint| constraint.name == name).ok_or_else(|| {
         let suggestion = suggest(name, M::CONSTRAINTS.iter().map(|constraint| constraint.name));
-        ChangeError::UnknownConstraint { name: name.into(), suggestion }
+        EventActionError::UnknownConstraint { name: name.into(), suggestion }
     })
 }
 

@@ -5,7 +5,7 @@
 use crate::constrain::solve_once;
 use crate::linalg::{max_abs, norm};
 use crate::model::{Branches, Constraint, Kink, MOST_KINKS, ModelState, SimulationModel, Vector};
-use crate::motion::stabilization::Upkeep;
+use crate::motion::stabilization::Stabilization;
 
 /// Nearer to an edge than this part of 1 + |q| nothing says on which side of it a state is.
 const NEAR: f64 = 1e-12;
@@ -18,18 +18,18 @@ const BESIDE: f64 = 1e-6;
 /// later.
 pub(crate) fn is_hit<M: SimulationModel>(
     model: &M,
-    upkeep: &mut Upkeep<M>,
+    stabilization: &mut Stabilization<M>,
     [now, later]: [&M::State; 2],
     constraint: &Constraint,
 ) -> bool {
-    undecided(model, now, later).any(|kink| is_bent(model, upkeep, now, (kink, constraint.first)))
+    undecided(model, now, later).any(|kink| is_bent(model, stabilization, now, (kink, constraint.first)))
 }
 
 /// The row among these in a corner of which a motion rests, and whether accelerations lead away from it on
 /// both of its sides, or back to it from both. `None` where they say to which side it goes.
 pub(crate) fn rests_in<M: SimulationModel>(
     model: &M,
-    (constants, upkeep): (&M::Constants, &mut Upkeep<M>),
+    (constants, stabilization): (&M::Constants, &mut Stabilization<M>),
     [now, later]: [&M::State; 2],
     rows: impl Iterator<Item = usize> + Clone,
 ) -> Option<(usize, bool)> {
@@ -55,7 +55,7 @@ pub(crate) fn rests_in<M: SimulationModel>(
         }
     };
     undecided(model, now, later).find_map(|kink| {
-        let row = rows.clone().find(|row| is_bent(model, upkeep, now, (kink, *row)))?;
+        let row = rows.clone().find(|row| is_bent(model, stabilization, now, (kink, *row)))?;
         Some((row, leads_away(kink)?))
     })
 }
@@ -93,14 +93,14 @@ fn on_side<S: ModelState>(state: &S, kink: usize, below: bool) -> S {
 /// Whether a row has another gradient on either side of a kink.
 fn is_bent<M: SimulationModel>(
     model: &M,
-    upkeep: &mut Upkeep<M>,
+    stabilization: &mut Stabilization<M>,
     now: &M::State,
     (kink, row): (usize, usize),
 ) -> bool {
     let mut face = |below: bool| {
         let mut gradient = M::Vector::zeros();
         let state = on_side(now, kink, below);
-        gradient.as_mut_slice().copy_from_slice(upkeep.gradients(model, &state).row(row));
+        gradient.as_mut_slice().copy_from_slice(stabilization.gradients(model, &state).row(row));
         gradient
     };
     let (one, mut other) = (face(false), face(true));

@@ -17,8 +17,8 @@
 //!   and goes on holding for as long as that takes: neither a gap nor a pull of that size is resolved.
 //! * What crosses zero because a constraint that holds keeps it there, but for rounding, has not crossed: see
 //!   `kept.rs`.
-//! * A guard (see `guard.rs`) acts where its function falls through zero. Where its constraint was switched,
-//!   the function is another one, and starts afresh; a guard that leaves zero to the wrong side acts again at
+//! * A unilateral constraint (see `unilateral constraint.rs`) acts where its function falls through zero. Where its constraint was switched,
+//!   the function is another one, and starts afresh; a unilateral constraint that leaves zero to the wrong side acts again at
 //!   once, and doing so twice at one instant is an error.
 
 use alloc::boxed::Box;
@@ -27,14 +27,14 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::model::{Known, ModelState, SimulationModel, Vector};
-use crate::motion::events::action::Change;
-use crate::motion::events::functions::{AdHoc, Functions};
-use crate::motion::events::restart::{Leave, leave};
-use crate::motion::events::unilateral::{Guard, Guards};
+use crate::motion::events::action::EventAction;
+use crate::motion::events::functions::{AddedEvent, EventFunctions};
+use crate::motion::events::restart::{Departure, leave};
+use crate::motion::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
 use crate::motion::failure::SimulationErrorKind;
 
 use crate::constrain::assemble::CONSISTENT;
-use crate::integrate::{Crossing, Direction, Knot, Scan, ScanError, Step, place};
+use crate::integrate::{Crossing, Direction, Scan, ScanError, Step, StepNode, place};
 use crate::linalg::max_abs;
 use crate::motion::events::zeno::Zeno;
 
@@ -57,12 +57,12 @@ impl From<()> for Flow {
 pub(crate) enum Action<'m, M: SimulationModel> {
     Stop,
     Reset(Box<Reset<'m, M>>),
-    /// The guard with this index does what is due.
-    Guard(usize),
+    /// The unilateral constraint with this index does what is due.
+    UnilateralConstraint(usize),
 }
 
 /// An action given by the user.
-pub(crate) type Reset<'m, M> = dyn FnMut(&mut Change<'_, M>) -> Flow + 'm;
+pub(crate) type Reset<'m, M> = dyn FnMut(&mut EventAction<'_, M>) -> Flow + 'm;
 
 /// An action with the crossings it is meant for.
 pub(crate) struct Rule<'m, M: SimulationModel> {
@@ -76,7 +76,7 @@ pub(crate) const SIMULTANEOUS: f64 = 1e-12;
 /// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what
 /// [`early_noise`] adds.
 const NOISE: f64 = 4.0 * f64::EPSILON;
-/// A guard whose function stays below this is at zero throughout a step, held there by others.
+/// A unilateral constraint whose function stays below this is at zero throughout a step, held there by others.
 const RESTLESS: f64 = 1e-11;
 
 /// What an open contact may close further, in parts of the size of what it involves, where it has just opened
@@ -97,8 +97,8 @@ enum Standing {
 }
 
 /// The event functions of a run with their actions.
-pub(crate) struct Watch<'m, M: SimulationModel> {
-    functions: Functions<'m, M>,
+pub(crate) struct EventLocator<'m, M: SimulationModel> {
+    functions: EventFunctions<'m, M>,
     pub(crate) rules: Vec<Rule<'m, M>>,
     standing: Vec<Standing>,
     zeno: Vec<Zeno>,
@@ -116,21 +116,21 @@ pub(crate) struct Watch<'m, M: SimulationModel> {
     signs: Vec<f64>,
     /// Crossings of the step, in order.
     pub(crate) found: Vec<Crossing>,
-    /// Functions that constraints were found to hold at zero.
+    /// EventFunctions that constraints were found to hold at zero.
     kept: Vec<bool>,
 }
 
 type Fault = SimulationErrorKind;
 
-impl<'m, M: SimulationModel> Watch<'m, M> {
+impl<'m, M: SimulationModel> EventLocator<'m, M> {
     pub(crate) fn new(
         model: &'m M,
         constants: M::Constants,
-        ad_hoc: Vec<AdHoc<'m, M::State>>,
-        guards: Guards,
+        added_events: Vec<AddedEvent<'m, M::State>>,
+        unilaterals: UnilateralConstraints,
         rules: Vec<Rule<'m, M>>,
     ) -> Self {
-        let functions = Functions::new(model, constants, ad_hoc, guards);
+        let functions = EventFunctions::new(model, constants, added_events, unilaterals);
         let count = functions.count();
         Self {
             functions,
@@ -157,20 +157,20 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
         self.functions.name(index)
     }
 
-    /// The guards with the indices of their functions.
-    pub(crate) fn guards(&self) -> impl Iterator<Item = (usize, &Guard)> + Clone {
-        (self.functions.first_guard()..).zip(&self.functions.guards)
+    /// The unilateral constraints with the indices of their functions.
+    pub(crate) fn unilaterals(&self) -> impl Iterator<Item = (usize, &UnilateralConstraint)> + Clone {
+        (self.functions.first_guard()..).zip(&self.functions.unilaterals)
     }
 
-    /// A guard that cannot stay as it is at a state at which constraints were switched: its function's index.
+    /// A unilateral constraint that cannot stay as it is at a state at which constraints were switched: its function's index.
     pub(crate) fn untenable(&mut self, state: &M::State) -> Result<Option<usize>, Fault> {
-        if self.functions.guards.is_empty() {
+        if self.functions.unilaterals.is_empty() {
             return Ok(None);
         }
         self.evaluate(state)?;
         Ok(self
-            .guards()
-            .find(|(index, guard)| guard.is_untenable::<M>(state, self.values[*index]))
+            .unilaterals()
+            .find(|(index, unilateral)| unilateral.is_untenable::<M>(state, self.values[*index]))
             .map(|(index, _)| index))
     }
 
@@ -183,7 +183,7 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
     pub(crate) fn restart(&mut self) {
         self.zeno.fill(Zeno::default());
         self.kept.fill(false);
-        self.functions.guards.iter_mut().for_each(Guard::restart);
+        self.functions.unilaterals.iter_mut().for_each(UnilateralConstraint::restart);
         self.found.clear();
     }
 
@@ -246,7 +246,7 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
         }
     }
 
-    /// Whether a function is zero all over a step because constraints hold, see [`Functions::is_kept`].
+    /// Whether a function is zero all over a step because constraints hold, see [`EventFunctions::is_kept`].
     #[cold]
     fn is_kept(&mut self, index: usize, state: &impl Fn(f64) -> M::State) -> Result<bool, Fault> {
         if M::IS_FREE || index >= self.functions.first_guard() {
@@ -320,7 +320,7 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
     fn departure(
         &mut self,
         index: usize,
-        knot: &Knot<M::Vector>,
+        knot: &StepNode<M::Vector>,
         state: &impl Fn(f64) -> M::State,
     ) -> Result<(Option<(f64, f64)>, f64), Fault> {
         let value = self.start_values[index];
@@ -343,7 +343,7 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
             };
             self.functions.graze(index, knot.t, state(until).t());
         }
-        let (Leave::Slope { theta, value: now } | Leave::Tangent { theta, value: now }) = left else {
+        let (Departure::Slope { theta, value: now } | Departure::Tangent { theta, value: now }) = left else {
             return self.hidden_departure(index, left);
         };
         let direction = if now > 0.0 { Direction::Rising } else { Direction::Falling };
@@ -356,13 +356,13 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
             }
             // With a slope it passes on, as a reset that only slows it may want. Without one it was brought
             // to rest at the event.
-            Standing::JustFired(fired) if fired == direction && matches!(left, Leave::Tangent { .. }) => {
+            Standing::JustFired(fired) if fired == direction && matches!(left, Departure::Tangent { .. }) => {
                 return Err(self.repeats(index));
             }
             Standing::ZeroAtStart if self.resets_on(index, direction) => {
                 self.found.push(Crossing { index, theta: 0.0, direction });
                 // With a slope it passes on there, too.
-                if matches!(left, Leave::Slope { .. }) {
+                if matches!(left, Departure::Slope { .. }) {
                     self.standing[index] = Standing::Zero;
                 }
             }
@@ -390,18 +390,22 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
 
     /// A function that is not seen to leave zero. An open contact that does not rise, or is back before that
     /// is seen, touches again at once.
-    fn hidden_departure(&mut self, index: usize, left: Leave) -> Result<(Option<(f64, f64)>, f64), Fault> {
+    fn hidden_departure(
+        &mut self,
+        index: usize,
+        left: Departure,
+    ) -> Result<(Option<(f64, f64)>, f64), Fault> {
         let is_guard = index >= self.functions.first_guard();
         match left {
-            Leave::Hidden { sign } if is_guard && sign > 0.0 => {
+            Departure::Hidden { sign } if is_guard && sign > 0.0 => {
                 self.found.push(Crossing { index, theta: 0.0, direction: Direction::Falling });
                 Ok((None, 0.0))
             }
-            Leave::Hidden { .. } if matches!(self.standing[index], Standing::JustFired(_)) => {
+            Departure::Hidden { .. } if matches!(self.standing[index], Standing::JustFired(_)) => {
                 Err(self.repeats(index))
             }
             // It moves, if not regularly: where it is seen below zero it has fallen.
-            Leave::Constant if is_guard && self.sizes[index] > RESTLESS => Ok((None, 1.0)),
+            Departure::Constant if is_guard && self.sizes[index] > RESTLESS => Ok((None, 1.0)),
             _ => Ok((None, 0.0)),
         }
     }
@@ -450,7 +454,7 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
     }
 
     /// Calls the actions for a crossing. Returns whether the simulation stops.
-    pub(crate) fn act(&mut self, crossing: &Crossing, change: &mut Change<'_, M>) -> bool {
+    pub(crate) fn act(&mut self, crossing: &Crossing, change: &mut EventAction<'_, M>) -> bool {
         let mut stop = false;
         for rule in &mut self.rules {
             if rule.index != crossing.index || !rule.direction.admits(crossing.direction) {
@@ -459,8 +463,8 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
             stop |= match &mut rule.action {
                 Action::Stop => true,
                 Action::Reset(reset) => reset(change) == Flow::Stop,
-                Action::Guard(guard) => {
-                    self.functions.guards[*guard].act(change);
+                Action::UnilateralConstraint(unilateral) => {
+                    self.functions.unilaterals[*unilateral].act(change);
                     false
                 }
             };
@@ -532,24 +536,24 @@ impl<'m, M: SimulationModel> Watch<'m, M> {
         Ok(())
     }
 
-    /// Where a guard stands at a state that an action left; `values` are those there. What fell to zero and
-    /// was released or thrown back starts anew from there, see [`Watch::departure`].
+    /// Where a unilateral constraint stands at a state that an action left; `values` are those there. What fell to zero and
+    /// was released or thrown back starts anew from there, see [`EventLocator::departure`].
     fn guard_after(&mut self, index: usize, after: &M::State, fired: bool) -> Result<Standing, Fault> {
         let value = self.values[index];
         let holds = self.functions.holds(index, after);
         if value < 0.0 && !holds {
             self.functions.check_open(index, after)?;
         }
-        let guard = &self.functions.guards[index - self.functions.first_guard()];
+        let unilateral = &self.functions.unilaterals[index - self.functions.first_guard()];
         // What slips to the other side since a jump, or stands over the ground that was left, is not about
         // zero.
-        let leapt = match guard.is_contact() {
+        let leapt = match unilateral.is_contact() {
             true => value > 0.0 && !holds && self.functions.is_apart(index, after),
             false => value > CONSISTENT * self.sizes[index],
         };
         let at_zero = !holds && (fired && !leapt || value <= 0.0 || value.abs() <= 1e-13 * self.sizes[index]);
         // About zero, whatever rounding makes of it.
-        Ok(if holds && guard.grazes_at(after.t()) {
+        Ok(if holds && unilateral.grazes_at(after.t()) {
             Standing::Sign(-1.0)
         } else if at_zero || value == 0.0 {
             Standing::JustFired(Direction::Falling)
@@ -606,7 +610,7 @@ fn lifts(drift: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<L
 
 /// Rounding errors of a function near the start of a step, of positions alone or of velocities too: what it
 /// is taken of is rounded, and so are the times.
-fn early_noise<V: Vector>(Knot { t, y, a }: &Knot<V>, is_position: bool) -> f64 {
+fn early_noise<V: Vector>(StepNode { t, y, a }: &StepNode<V>, is_position: bool) -> f64 {
     let [q, u, a] = [&y.q, &y.u, a].map(|values| max_abs(values.as_slice()));
     NOISE * if is_position { q + t.abs() * u } else { q + u + t.abs() * u.max(a) }
 }
@@ -616,7 +620,7 @@ fn sort(crossings: &mut [Crossing]) {
 }
 
 /// [`leave`], compiled once and not with every model.
-fn left(start: f64, noise: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<Leave, Fault> {
+fn left(start: f64, noise: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<Departure, Fault> {
     leave(start, noise, gap)
 }
 

@@ -14,7 +14,7 @@ use crate::constrain::held::active_rows;
 use crate::linalg::{dot, max_abs};
 use crate::math;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
-use crate::motion::events::functions::Functions;
+use crate::motion::events::functions::EventFunctions;
 use crate::motion::failure::SimulationErrorKind as Fault;
 
 /// Displacements for differences, in parts of 1 + |x|.
@@ -26,7 +26,7 @@ const ROUNDED: f64 = 1e-13;
 /// Times that of the drift of the constraints.
 const DRIFTED: f64 = 10.0;
 
-impl<M: SimulationModel> Functions<'_, M> {
+impl<M: SimulationModel> EventFunctions<'_, M> {
     /// Whether a function is zero at a state, and stays so, because constraints hold.
     pub(crate) fn is_kept(&self, index: usize, state: &M::State, scratch: &mut [f64]) -> Result<bool, Fault> {
         let value = self.value(index, state, scratch)?;

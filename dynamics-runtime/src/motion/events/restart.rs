@@ -8,7 +8,7 @@
 
 /// How a function leaves zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Leave {
+pub(crate) enum Departure {
     /// With a slope; at θ it has a value of that sign.
     Slope { theta: f64, value: f64 },
     /// With slope zero; at θ it has a value of the sign to which it bends.
@@ -19,7 +19,7 @@ pub(crate) enum Leave {
     Constant,
 }
 
-impl Leave {
+impl Departure {
     /// Whether it is seen on the positive side.
     pub(crate) fn is_seen_to_rise(self) -> bool {
         matches!(self, Self::Slope { value, .. } | Self::Tangent { value, .. } if value > 0.0)
@@ -33,7 +33,11 @@ const FARTHEST: f64 = 0.125;
 
 /// Looks at `g`, which is `start` (zero up to rounding) at θ = 0, and whose changes up to `noise` are
 /// rounding.
-pub(crate) fn leave<E>(start: f64, noise: f64, mut g: impl FnMut(f64) -> Result<f64, E>) -> Result<Leave, E> {
+pub(crate) fn leave<E>(
+    start: f64,
+    noise: f64,
+    mut g: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<Departure, E> {
     let mut theta = NEAREST;
     let mut past = [0.0; 2];
     while theta <= FARTHEST {
@@ -48,12 +52,12 @@ pub(crate) fn leave<E>(start: f64, noise: f64, mut g: impl FnMut(f64) -> Result<
             continue;
         }
         return Ok(match seen(0.5 * theta, value, moved.signum(), g)? {
-            Some((theta, value)) if slope => Leave::Slope { theta, value },
-            Some((theta, value)) => Leave::Tangent { theta, value },
-            None => Leave::Hidden { sign: moved.signum() },
+            Some((theta, value)) if slope => Departure::Slope { theta, value },
+            Some((theta, value)) => Departure::Tangent { theta, value },
+            None => Departure::Hidden { sign: moved.signum() },
         });
     }
-    Ok(Leave::Constant)
+    Ok(Departure::Constant)
 }
 
 /// The first place from θ on where the function has the sign to which it moves: at the start it may be on the
@@ -80,21 +84,21 @@ fn seen<E>(
 mod tests {
     use super::*;
 
-    fn look(g: impl Fn(f64) -> f64) -> Leave {
+    fn look(g: impl Fn(f64) -> f64) -> Departure {
         leave(g(0.0), 0.0, |theta| Ok::<f64, ()>(g(theta))).unwrap()
     }
 
     #[test]
     fn slopes_are_seen_through_offsets_and_short_flights() {
-        assert!(matches!(look(|x| 3.0 * x), Leave::Slope { value, .. } if value > 0.0));
-        assert!(matches!(look(|x| -3.0 * x + 1e-16), Leave::Slope { value, .. } if value < 0.0));
+        assert!(matches!(look(|x| 3.0 * x), Departure::Slope { value, .. } if value > 0.0));
+        assert!(matches!(look(|x| -3.0 * x + 1e-16), Departure::Slope { value, .. } if value < 0.0));
         // Up and down again within 10⁻⁸ of the step.
         assert!(
-            matches!(look(|x| 1e-8 * x - x * x), Leave::Slope { theta, value } if value > 0.0 && theta < 1e-8)
+            matches!(look(|x| 1e-8 * x - x * x), Departure::Slope { theta, value } if value > 0.0 && theta < 1e-8)
         );
         // The same above an offset that rounds away a part of it.
-        assert!(matches!(look(|x| (5.0 + 1e-3 * x) - 5.0), Leave::Slope { value, .. } if value > 0.0));
-        assert!(matches!(look(|x| 1e-6 * x - x * x - 1e-9), Leave::Hidden { sign: 1.0 }));
+        assert!(matches!(look(|x| (5.0 + 1e-3 * x) - 5.0), Departure::Slope { value, .. } if value > 0.0));
+        assert!(matches!(look(|x| 1e-6 * x - x * x - 1e-9), Departure::Hidden { sign: 1.0 }));
     }
 
     /// Steps of rounding that double a few times by chance, before a slope of zero bends upwards.
@@ -102,14 +106,14 @@ mod tests {
     fn rounding_that_looks_regular_is_no_slope() {
         let g = |x: f64| if x < 1e-9 { -1e-3 * x } else { x * x };
         let look = |noise| leave(0.0, noise, |theta| Ok::<f64, ()>(g(theta))).unwrap();
-        assert!(matches!(look(0.0), Leave::Slope { value, .. } if value < 0.0));
-        assert!(matches!(look(1e-12), Leave::Tangent { value, .. } if value > 0.0));
+        assert!(matches!(look(0.0), Departure::Slope { value, .. } if value < 0.0));
+        assert!(matches!(look(1e-12), Departure::Tangent { value, .. } if value > 0.0));
     }
 
     #[test]
     fn rest_is_tangential_and_a_constant_is_constant() {
-        assert!(matches!(look(|x| -x * x), Leave::Tangent { value, .. } if value < 0.0));
-        assert!(matches!(look(|x| x * x * x), Leave::Tangent { value, .. } if value > 0.0));
-        assert_eq!(look(|_| 0.0), Leave::Constant);
+        assert!(matches!(look(|x| -x * x), Departure::Tangent { value, .. } if value < 0.0));
+        assert!(matches!(look(|x| x * x * x), Departure::Tangent { value, .. } if value > 0.0));
+        assert_eq!(look(|_| 0.0), Departure::Constant);
     }
 }

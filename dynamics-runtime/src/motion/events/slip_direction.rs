@@ -11,15 +11,15 @@
 
 use crate::integrate::{Dense, Hermite, Step, Tolerances};
 use crate::model::{Constraint, ConstraintKind, ModelState, Modes, SimulationModel};
-use crate::motion::events::unilateral::Guard;
-use crate::motion::right_hand_side::Plant;
-use crate::motion::stabilization::Upkeep;
+use crate::motion::events::unilateral::UnilateralConstraint;
+use crate::motion::right_hand_side::RightHandSide;
+use crate::motion::stabilization::Stabilization;
 
 /// A released constraint without a rule, with its index among the switched ones.
-pub(crate) type Slipping = (&'static Constraint, usize);
+pub(crate) type SlipDirection = (&'static Constraint, usize);
 
 /// Where a constraint was found to slip against its side.
-pub(crate) struct Turned {
+pub(crate) struct SlipReversal {
     pub(crate) constraint: &'static Constraint,
     /// The side by which it goes on rubbing.
     pub(crate) side: f64,
@@ -38,15 +38,15 @@ const PLACES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// Halvings of the interval in which a slip turns round.
 const HALVINGS: usize = 48;
 
-/// The released nonholonomic constraints of one row that no guard follows.
+/// The released nonholonomic constraints of one row that no unilateral constraint follows.
 pub(crate) fn unfollowed<'g, M: SimulationModel>(
     modes: Modes,
-    guards: impl Iterator<Item = &'g Guard> + Clone,
-) -> impl Iterator<Item = Slipping> {
+    unilaterals: impl Iterator<Item = &'g UnilateralConstraint> + Clone,
+) -> impl Iterator<Item = SlipDirection> {
     let slips = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.rows == 1;
     let released =
         move |c: &'static Constraint| Some((c, c.switched.filter(|switch| !modes.holds(*switch))?));
-    let followed = move |c: &Constraint| guards.clone().any(|guard| guard.constraint == c);
+    let followed = move |c: &Constraint| unilaterals.clone().any(|unilateral| unilateral.constraint == c);
     M::CONSTRAINTS.iter().filter(slips).filter_map(released).filter(move |(c, _)| !followed(c))
 }
 
@@ -54,13 +54,13 @@ pub(crate) fn unfollowed<'g, M: SimulationModel>(
 /// have turned it; not where the change itself said the side.
 pub(crate) fn turn<M: SimulationModel>(
     model: &M,
-    upkeep: &mut Upkeep<M>,
-    (constraint, switch): Slipping,
+    stabilization: &mut Stabilization<M>,
+    (constraint, switch): SlipDirection,
     before: Modes,
     state: &mut M::State,
 ) {
     if before.side(switch) == state.modes().side(switch)
-        && let Some(side) = upkeep.slip_side(model, state, constraint)
+        && let Some(side) = stabilization.slip_side(model, state, constraint)
     {
         state.modes_mut().release(switch, side);
     }
@@ -69,66 +69,66 @@ pub(crate) fn turn<M: SimulationModel>(
 /// Whether a constraint slips against its side in a step, by the quintic through the ends of the step, and
 /// the side counts there: at which place.
 pub(crate) fn suspect<M: SimulationModel>(
-    plant: &mut Plant<'_, '_, M>,
+    rhs: &mut RightHandSide<'_, '_, M>,
     step: &Step<M::Vector>,
-    slipping: Slipping,
+    slipping: SlipDirection,
 ) -> Option<usize> {
     let Step { start, end, h, .. } = step;
     let between = Hermite::between(start, end, *h);
     (0..PLACES.len()).find(|place| {
         let theta = PLACES[*place];
         let y = if theta < 1.0 { between.at(theta) } else { end.y };
-        let state = plant.state(start.t + theta * h, &y.q, &y.u);
-        against(plant, &state, slipping).is_some() && counts(plant, &state, slipping.1)
+        let state = rhs.state(start.t + theta * h, &y.q, &y.u);
+        against(rhs, &state, slipping).is_some() && counts(rhs, &state, slipping.1)
     })
 }
 
 /// Where a constraint that is suspected to slip against its side at a place turns round, if the interpolant
 /// of the step says so too.
 pub(crate) fn turned<M: SimulationModel>(
-    plant: &mut Plant<'_, '_, M>,
+    rhs: &mut RightHandSide<'_, '_, M>,
     step: &Step<M::Vector>,
     dense: &dyn Dense<M::Vector>,
     tolerances: &Tolerances,
-    slipping: Slipping,
+    slipping: SlipDirection,
     place: usize,
-) -> Option<Turned> {
+) -> Option<SlipReversal> {
     let (constraint, switch) = slipping;
-    let side = plant.modes.side(switch);
-    let found = plant.within(dense, step, tolerances, PLACES[place]);
-    let slip = against(plant, &found, slipping)?;
+    let side = rhs.modes.side(switch);
+    let found = rhs.within(dense, step, tolerances, PLACES[place]);
+    let slip = against(rhs, &found, slipping)?;
     let (mut low, mut high) = (place.checked_sub(1).map_or(0.0, |before| PLACES[before]), PLACES[place]);
     for _ in 0..HALVINGS {
         let theta = 0.5 * (low + high);
-        let state = plant.within(dense, step, tolerances, theta);
-        let agrees = plant.model.velocity_residual(&state)[constraint.first] * side > 0.0;
+        let state = rhs.within(dense, step, tolerances, theta);
+        let agrees = rhs.model.velocity_residual(&state)[constraint.first] * side > 0.0;
         *(if agrees { &mut low } else { &mut high }) = theta;
     }
-    let at_zero = plant.within(dense, step, tolerances, low);
+    let at_zero = rhs.within(dense, step, tolerances, low);
     let rate = slip / (found.t() - at_zero.t());
-    let Plant { model, constants, upkeep, .. } = plant;
+    let RightHandSide { model, constants, stabilization, .. } = rhs;
     // Released to the other side, it would be driven to this one.
-    let sticks = upkeep
+    let sticks = stabilization
         .change_of_side(model, constants, &at_zero, slipping)
         .is_some_and(|change| side * (rate + change) > 0.0);
-    Some(Turned { constraint, side, slip, theta: low, at: found.t(), sticks })
+    Some(SlipReversal { constraint, side, slip, theta: low, at: found.t(), sticks })
 }
 
 /// The slip of a constraint that slips against its side, by more than a start may.
 fn against<M: SimulationModel>(
-    plant: &mut Plant<'_, '_, M>,
+    rhs: &mut RightHandSide<'_, '_, M>,
     state: &M::State,
-    (constraint, switch): Slipping,
+    (constraint, switch): SlipDirection,
 ) -> Option<f64> {
-    let (slip, side) = (plant.model.velocity_residual(state)[constraint.first], state.modes().side(switch));
+    let (slip, side) = (rhs.model.velocity_residual(state)[constraint.first], state.modes().side(switch));
     if slip * side >= 0.0 {
         return None;
     }
-    plant.upkeep.slip_side(plant.model, state, constraint).map(|_| slip)
+    rhs.stabilization.slip_side(rhs.model, state, constraint).map(|_| slip)
 }
 
 /// Whether accelerations depend on the side to which a constraint was released.
-fn counts<M: SimulationModel>(plant: &mut Plant<'_, '_, M>, state: &M::State, switch: usize) -> bool {
-    let Plant { model, constants, upkeep, .. } = plant;
-    upkeep.side_counts(model, constants, state, switch, 0.0)
+fn counts<M: SimulationModel>(rhs: &mut RightHandSide<'_, '_, M>, state: &M::State, switch: usize) -> bool {
+    let RightHandSide { model, constants, stabilization, .. } = rhs;
+    stabilization.side_counts(model, constants, state, switch, 0.0)
 }

@@ -1,9 +1,9 @@
 //! Constraints that switch by rules of their own: contacts that push and never pull, and sticking that breaks
 //! away.
 //!
-//! A guard has one function, which is positive where nothing happens, and acts where it falls through zero:
+//! A unilateral constraint has one function, which is positive where nothing happens, and acts where it falls through zero:
 //!
-//! | guard | while it holds | while it is released |
+//! | unilateral constraint | while it holds | while it is released |
 //! |---|---|---|
 //! | contact | λ: lifts off | Φ: impact, rebound or hold |
 //! | stick–slip | the breakaway event: slips | ±(A q̇ + b) on the side to which it slips: sticks |
@@ -16,14 +16,14 @@ use alloc::vec::Vec;
 use crate::constrain::OutcomeOf;
 use crate::error::SolveError;
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, Modes, SimulationModel};
-use crate::motion::events::action::{Change, find};
+use crate::motion::events::action::{EventAction, find};
 use crate::motion::failure::OptionError;
 use crate::motion::options::contact::Contact;
-use crate::motion::stabilization::{Closing, Upkeep};
+use crate::motion::stabilization::{ContactHistory, Stabilization};
 
-/// What a guard watches.
+/// What a unilateral constraint watches.
 #[derive(Clone, Copy, Debug)]
-enum Law {
+enum ComplementarityRule {
     Contact(Contact),
     /// Index of the breakaway event among those of the model and of the simulation.
     Stick {
@@ -33,12 +33,12 @@ enum Law {
 
 /// A constraint that switches by a rule of its own.
 #[derive(Clone, Debug)]
-pub(crate) struct Guard {
+pub(crate) struct UnilateralConstraint {
     pub(crate) name: String,
     pub(crate) constraint: &'static Constraint,
     /// Its index among the switched constraints.
     switch: usize,
-    law: Law,
+    law: ComplementarityRule,
     /// What the reaction has become a little after the instant at which sticking breaks away, where it may be
     /// zero.
     later: Option<f64>,
@@ -51,7 +51,7 @@ pub(crate) struct Guard {
     grazes: Option<f64>,
 }
 
-impl Guard {
+impl UnilateralConstraint {
     pub(crate) fn contact<M: SimulationModel>(name: &str, contact: Contact) -> Result<Self, OptionError> {
         let Contact { restitution, rest_speed } = contact;
         let number = |option, value, good: bool, admissible| match good {
@@ -62,7 +62,7 @@ impl Guard {
         number("restitution", restitution, (0.0..=1.0).contains(&restitution), coefficient)?;
         let speed = rest_speed.unwrap_or(0.0);
         number("rest_speed", speed, speed >= 0.0 && speed.is_finite(), "a speed of 0 or more")?;
-        Self::new::<M>(name, "contact", ConstraintKind::Holonomic, Law::Contact(contact))
+        Self::new::<M>(name, "contact", ConstraintKind::Holonomic, ComplementarityRule::Contact(contact))
     }
 
     /// What is wrong with the constraint is said before what is wrong with the event.
@@ -70,21 +70,25 @@ impl Guard {
         name: &str,
         breakaway: impl FnOnce() -> Result<usize, OptionError>,
     ) -> Result<Self, OptionError> {
-        let guard =
-            Self::new::<M>(name, "stick_slip", ConstraintKind::Nonholonomic, Law::Stick { breakaway: 0 })?;
-        Ok(Self { law: Law::Stick { breakaway: breakaway()? }, ..guard })
+        let unilateral = Self::new::<M>(
+            name,
+            "stick_slip",
+            ConstraintKind::Nonholonomic,
+            ComplementarityRule::Stick { breakaway: 0 },
+        )?;
+        Ok(Self { law: ComplementarityRule::Stick { breakaway: breakaway()? }, ..unilateral })
     }
 
     fn new<M: SimulationModel>(
         name: &str,
         option: &'static str,
         kind: ConstraintKind,
-        law: Law,
+        law: ComplementarityRule,
     ) -> Result<Self, OptionError> {
         let constraint = find::<M>(name).map_err(|error| OptionError::Constraint(Box::new(error)))?;
         match constraint.switched {
             Some(switch) if constraint.kind == kind && constraint.rows == 1 => {
-                let what = if matches!(law, Law::Contact(_)) { "contact" } else { "slip" };
+                let what = if matches!(law, ComplementarityRule::Contact(_)) { "contact" } else { "slip" };
                 Ok(Self {
                     name: format!("{name} {what}"),
                     constraint,
@@ -105,7 +109,7 @@ impl Guard {
         }
     }
 
-    /// The function of the guard; `event` gives the values of other events there, `reactions` solves for λ.
+    /// The function of the unilateral constraint; `event` gives the values of other events there, `reactions` solves for λ.
     pub(crate) fn value<M: SimulationModel>(
         &self,
         model: &M,
@@ -116,10 +120,12 @@ impl Guard {
         let row = self.constraint.first;
         let modes = state.modes();
         Ok(match self.law {
-            Law::Contact(_) if modes.holds(self.switch) => reactions()?.multipliers[row],
-            Law::Contact(_) => model.residual(state)[row],
-            Law::Stick { breakaway } if modes.holds(self.switch) => event(breakaway)?,
-            Law::Stick { .. } => model.velocity_residual(state)[row] * modes.side(self.switch),
+            ComplementarityRule::Contact(_) if modes.holds(self.switch) => reactions()?.multipliers[row],
+            ComplementarityRule::Contact(_) => model.residual(state)[row],
+            ComplementarityRule::Stick { breakaway } if modes.holds(self.switch) => event(breakaway)?,
+            ComplementarityRule::Stick { .. } => {
+                model.velocity_residual(state)[row] * modes.side(self.switch)
+            }
         })
     }
 
@@ -145,7 +151,7 @@ impl Guard {
 
     /// Whether it is a contact, which has to be open where it is released.
     pub(crate) fn is_contact(&self) -> bool {
-        matches!(self.law, Law::Contact(_))
+        matches!(self.law, ComplementarityRule::Contact(_))
     }
 
     /// What slipped before a change and slips after it slips to the side of its velocity, to which the change
@@ -155,7 +161,7 @@ impl Guard {
         before: Modes,
         model: &M,
         state: &mut M::State,
-        upkeep: &mut Upkeep<M>,
+        stabilization: &mut Stabilization<M>,
     ) {
         if M::IS_UNSWITCHED {
             return;
@@ -164,19 +170,19 @@ impl Guard {
         if self.is_contact() || !is_released(before) || !is_released(state.modes()) {
             return;
         }
-        if let Some(side) = upkeep.slip_side(model, state, self.constraint) {
+        if let Some(side) = stabilization.slip_side(model, state, self.constraint) {
             state.modes_mut().release(self.switch, side);
         }
     }
 
     /// A contact with its law, for the impacts of a run.
-    pub(crate) fn closing<M: SimulationModel>(&self) -> Option<Closing> {
-        let Law::Contact(law) = self.law else { return None };
+    pub(crate) fn closing<M: SimulationModel>(&self) -> Option<ContactHistory> {
+        let ComplementarityRule::Contact(law) = self.law else { return None };
         let constraint = M::CONSTRAINTS.iter().position(|known| known == self.constraint)?;
-        Some(Closing { constraint, law, hardest: 0.0 })
+        Some(ContactHistory { constraint, law, hardest: 0.0 })
     }
 
-    /// Notes the reaction a little after the instant at which the guard is about to act.
+    /// Notes the reaction a little after the instant at which the unilateral constraint is about to act.
     pub(crate) fn look_ahead(&mut self, reaction: f64) {
         self.later = Some(reaction);
     }
@@ -189,7 +195,7 @@ impl Guard {
         }
     }
 
-    /// Up to when a contact that holds may pull, see [`Guard::graze`].
+    /// Up to when a contact that holds may pull, see [`UnilateralConstraint::graze`].
     pub(crate) fn grazes_until(&self) -> Option<f64> {
         self.grazes
     }
@@ -207,7 +213,7 @@ impl Guard {
     /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt
     /// with it: contacts that close together are hit together, and whether one that was to lift off still
     /// does when velocities have jumped is for its new reaction to say.
-    pub(crate) fn act<M: SimulationModel>(&mut self, change: &mut Change<'_, M>) {
+    pub(crate) fn act<M: SimulationModel>(&mut self, change: &mut EventAction<'_, M>) {
         if M::IS_UNSWITCHED {
             return;
         }
@@ -221,29 +227,33 @@ impl Guard {
             self.side = change.state().modes().side(self.switch);
         }
         match self.law {
-            Law::Contact(_) if holds && jumped => {}
-            Law::Stick { .. } if holds && !jumped && later.is_some_and(|reaction| reaction != 0.0) => {
+            ComplementarityRule::Contact(_) if holds && jumped => {}
+            ComplementarityRule::Stick { .. }
+                if holds && !jumped && later.is_some_and(|reaction| reaction != 0.0) =>
+            {
                 change.release_to(name, -later.unwrap_or_default());
             }
-            Law::Stick { .. } if holds && let Some(side) = change.side_ahead(self.constraint) => {
+            ComplementarityRule::Stick { .. }
+                if holds && let Some(side) = change.side_ahead(self.constraint) =>
+            {
                 change.release_to(name, side);
             }
             // Nothing held it, and nothing will brake it: as where the contact that bears it lifts off.
-            Law::Stick { .. } if holds && change.slips_either_way(self.constraint) => {
+            ComplementarityRule::Stick { .. } if holds && change.slips_either_way(self.constraint) => {
                 change.release_to(name, self.side)
             }
-            Law::Contact(_) | Law::Stick { .. } if holds => {
+            ComplementarityRule::Contact(_) | ComplementarityRule::Stick { .. } if holds => {
                 (self.lifted, self.grazes) = (Some(change.state().t()), None);
                 change.release(name);
             }
-            Law::Contact(_) if self.grazes_at(change.state().t()) => change.catch(name),
+            ComplementarityRule::Contact(_) if self.grazes_at(change.state().t()) => change.catch(name),
             // Friction takes no impulse: it goes on slipping.
-            Law::Stick { .. } if change.leaps_from(self.constraint, self.side) => {
+            ComplementarityRule::Stick { .. } if change.leaps_from(self.constraint, self.side) => {
                 change.release_to(name, -self.side)
             }
-            Law::Stick { .. } if jumped => change.engage(name),
-            Law::Stick { .. } => change.catch(name),
-            Law::Contact(_) => {
+            ComplementarityRule::Stick { .. } if jumped => change.engage(name),
+            ComplementarityRule::Stick { .. } => change.catch(name),
+            ComplementarityRule::Contact(_) => {
                 self.grazes = None;
                 let rate = change.model().velocity_residual(change.state())[self.constraint.first];
                 if rate < 0.0 || !jumped {
@@ -260,5 +270,5 @@ impl Guard {
     }
 }
 
-/// The guards of a run in the order of their declaration.
-pub(crate) type Guards = Vec<Guard>;
+/// The unilateral constraints of a run in the order of their declaration.
+pub(crate) type UnilateralConstraints = Vec<UnilateralConstraint>;

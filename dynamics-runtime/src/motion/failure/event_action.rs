@@ -8,7 +8,7 @@ use crate::error::{SolveError, StateError};
 /// Why a change cannot be made.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
-pub enum ChangeError {
+pub enum EventActionError {
     /// There is no constraint of this name.
     UnknownConstraint {
         /// What was given.
@@ -97,7 +97,7 @@ fn left(error: &StateError, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Resu
     }
 }
 
-impl core::fmt::Display for ChangeError {
+impl core::fmt::Display for EventActionError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::UnknownConstraint { name, suggestion: Some(near) } => {
@@ -159,4 +159,4 @@ impl core::fmt::Display for ChangeError {
     }
 }
 
-impl core::error::Error for ChangeError {}
+impl core::error::Error for EventActionError {}

@@ -7,7 +7,7 @@ use crate::model::AngleSet;
 
 /// Where three angles of a motion came nearest to locking.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Locking {
+pub struct GimbalLock {
     /// The angles.
     pub set: AngleSet,
     /// Their names, in the order of the turns.
@@ -28,7 +28,7 @@ pub struct Locking {
     pub passed_over: bool,
 }
 
-impl Locking {
+impl GimbalLock {
     /// A set that locks elsewhere.
     pub(crate) fn other_set(&self) -> &'static str {
         if self.set.axes[0] == self.set.axes[2] { "1-2-3" } else { "3-1-3" }

@@ -188,7 +188,7 @@ impl fmt::Display for SimulationErrorKind {
                     f,
                     "gimbal lock: {}, where `{first}` and `{last}` turn about one axis; use Euler parameters \
                      (`#[coordinates(e: [_; 4])]`, `EulerParameters::new(q.e).rotation()` and its \
-                     `norm_constraint()` under `#[holonomic]`), change charts (`Atlas`), or take a set whose \
+                     `norm_constraint()` under `#[holonomic]`), change charts (`ChartSwitching`), or take a set whose \
                      middle angle stays away from its singular values, such as {}. The method met: {cause}",
                     at.describe(),
                     at.other_set()

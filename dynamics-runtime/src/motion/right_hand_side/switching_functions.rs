@@ -1,10 +1,10 @@
 //! Where within a step the accelerations of a model stop being smooth, and the branches that they keep up to
 //! there.
 
-use crate::integrate::{Hold, Knot, Phase, Scan, ScanError, System, place};
+use crate::integrate::{Hold, Phase, Scan, ScanError, StepNode, System, place};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraints, Kink, Known, MOST_KINKS, ModelState, Vector};
-use crate::motion::right_hand_side::{EvaluationError, Plant};
+use crate::motion::right_hand_side::{EvaluationError, RightHandSide};
 
 /// Where the branches of a step are looked up, as a part of it: its start may stand a rounding error before
 /// the place at which the last one was made to end.
@@ -30,12 +30,12 @@ const FARTHEST: f64 = 1e-6;
 
 type Kinks = [Kink; MOST_KINKS];
 
-impl<M: Constraints> Plant<'_, '_, M> {
+impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// See [`System::hold_branches`].
     #[cold]
     pub(crate) fn follow_branches(
         &mut self,
-        start: &mut Knot<M::Vector>,
+        start: &mut StepNode<M::Vector>,
         h: f64,
         on: bool,
     ) -> Result<Hold, EvaluationError> {
@@ -69,7 +69,7 @@ impl<M: Constraints> Plant<'_, '_, M> {
     }
 
     /// The branches just after the start of a step.
-    pub(crate) fn branches_after(&self, start: &Knot<M::Vector>, h: f64) -> Branches {
+    pub(crate) fn branches_after(&self, start: &StepNode<M::Vector>, h: f64) -> Branches {
         let by = h * begin(start.t, h);
         let (mut q, mut u) = (start.y.q, start.y.u);
         for i in 0..M::Vector::LEN {
@@ -163,7 +163,8 @@ impl<M: Constraints> Plant<'_, '_, M> {
                     let (y, mut kinks) = (path(theta), [Kink::NONE; MOST_KINKS]);
                     let state = self.on_branches(&self.state(t + theta * h, &y.q, &y.u));
                     self.evaluations += 1;
-                    if let Ok(multipliers) = self.upkeep.reactions(self.model, self.constants, &state) {
+                    if let Ok(multipliers) = self.stabilization.reactions(self.model, self.constants, &state)
+                    {
                         self.model.reaction_kinks(&state, &multipliers, &mut kinks);
                         kinks.iter_mut().for_each(|kink| kink.decides = false);
                     }

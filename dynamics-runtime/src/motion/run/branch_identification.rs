@@ -1,7 +1,7 @@
 //! Whether a motion has gone on along its own branch where branches of a constraint touch.
 //!
 //! The gradient of a constraint of one row vanishes where branches of it meet, and so does, of several rows,
-//! that of the combination that loses rank there ([`strand`]). Where they cross, Φ ≈ ½ ξᵀHξ with Hτ ≠ 0 along
+//! that of the combination that loses rank there ([`degenerate`]). Where they cross, Φ ≈ ½ ξᵀHξ with Hτ ≠ 0 along
 //! the motion's direction τ: gradients vanish with the first power of the distance, and velocities tell the
 //! branches apart. Where they touch, Hτ = 0, as with y² = x⁴, y² = x⁶: gradients vanish with a higher power,
 //! branches are apart by as much, and steps that come near go on along any of them, with every digit of
@@ -20,21 +20,23 @@
 //! Source: M. Golubitsky & D. G. Schaeffer, Singularities and Groups in Bifurcation Theory I, Springer 1985,
 //! ch. II (contact of branches, x^k: A₁ crossing, A₃ tacnode, A₅ …).
 
+pub(crate) mod degenerate_rows;
 pub(crate) mod path;
-pub(crate) mod strand;
 
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
-use crate::motion::run::branch_identification::path::Path;
-use crate::motion::run::branch_identification::strand::{Lengths, Strand, Strands, rows_of};
+use crate::motion::run::branch_identification::degenerate_rows::{
+    DegenerateRowSet, DegenerateRows, Lengths, rows_of,
+};
+use crate::motion::run::branch_identification::path::BranchPath;
 
 use crate::constrain::Involved;
-use crate::integrate::{Dense, Hermite, Knot};
+use crate::integrate::{Dense, Hermite, StepNode};
 use crate::linalg::norm;
 use crate::math;
 use crate::model::{Constraints, Known, ModelState, Vector};
-use crate::motion::right_hand_side::Plant;
+use crate::motion::right_hand_side::RightHandSide;
 
 /// Part of the largest gradient met below which its row may be about to vanish on the way between steps.
 const VANISHES: f64 = 1e-3;
@@ -76,21 +78,21 @@ const BEGINS: f64 = 1e-3;
 const RESTS: (f64, f64) = (1e-6, 1e-2);
 
 /// Branches of a constraint that touch on the way of a motion.
-pub(crate) struct Touch<V> {
+pub(crate) struct BranchContact<V> {
     pub(crate) rows: Involved,
     /// When.
     pub(crate) at: f64,
     /// It is known that the motion has gone over to another branch; else it could not be decided.
     pub(crate) changed: bool,
     /// The last state before.
-    pub(crate) before: Knot<V>,
+    pub(crate) before: StepNode<V>,
 }
 
 /// A place where the gradient of a row vanishes, behind which it is not decided yet on which branch the
 /// motion is.
 #[derive(Clone, Copy)]
 struct Pending {
-    strand: Strand,
+    degenerate: DegenerateRows,
     at: f64,
     /// The distance from which on it is tried next.
     next: f64,
@@ -100,13 +102,13 @@ struct Pending {
 
 /// A state that was reached, with the lengths of the gradients there.
 struct Seen<M: Constraints> {
-    knot: Knot<M::Vector>,
+    knot: StepNode<M::Vector>,
     lengths: Lengths<M::Rows>,
 }
 
 /// Follows the gradients of constraints along a run.
-pub(crate) struct Touching<M: Constraints> {
-    strands: Strands<M>,
+pub(crate) struct BranchIdentification<M: Constraints> {
+    degenerates: DegenerateRowSet<M>,
     seen: VecDeque<Seen<M>>,
     /// The longest gradients and the largest speed met.
     most: (Lengths<M::Rows>, f64),
@@ -115,68 +117,69 @@ pub(crate) struct Touching<M: Constraints> {
     pending: Option<Pending>,
 }
 
-impl<M: Constraints> Touching<M> {
+impl<M: Constraints> BranchIdentification<M> {
     /// Of a run that starts at a state.
-    pub(crate) fn from(plant: &mut Plant<'_, '_, M>, start: &M::State) -> Self {
-        let mut strands = Strands::none();
+    pub(crate) fn from(rhs: &mut RightHandSide<'_, '_, M>, start: &M::State) -> Self {
+        let mut degenerates = DegenerateRowSet::none();
         if M::IS_FREE {
             // Nothing to follow, and nothing of it compiled.
-        } else if plant.upkeep.settles() {
-            strands.workspace = plant.upkeep.lend();
-            strands.follow(plant.model, start);
-            plant.upkeep.take_back(core::mem::take(&mut strands.workspace));
+        } else if rhs.stabilization.settles() {
+            degenerates.workspace = rhs.stabilization.lend();
+            degenerates.follow(rhs.model, start);
+            rhs.stabilization.take_back(core::mem::take(&mut degenerates.workspace));
         }
-        let seen = VecDeque::with_capacity(if strands.all.is_empty() { 0 } else { MOST + 1 });
-        Self { strands, seen, most: (Lengths::zeros(), 0.0), longest: 0.0, pending: None }
+        let seen = VecDeque::with_capacity(if degenerates.all.is_empty() { 0 } else { MOST + 1 });
+        Self { degenerates, seen, most: (Lengths::zeros(), 0.0), longest: 0.0, pending: None }
     }
 
     /// Whether there is nothing to follow: no constraint, or one that may drift.
     pub(crate) fn is_idle(&self) -> bool {
-        self.strands.all.is_empty()
+        self.degenerates.all.is_empty()
     }
 
     /// A step has ended here, the `last` of the motion or before it jumps. What touches, where the motion is
     /// known not to go on along its branch, or where it cannot be known.
     pub(crate) fn reached(
         &mut self,
-        plant: &mut Plant<'_, '_, M>,
-        now: &Knot<M::Vector>,
+        rhs: &mut RightHandSide<'_, '_, M>,
+        now: &StepNode<M::Vector>,
         last: bool,
-    ) -> Option<Touch<M::Vector>> {
-        self.strands.workspace = plant.upkeep.lend();
-        let found = self.look(plant, now, last);
-        plant.upkeep.take_back(core::mem::take(&mut self.strands.workspace));
+    ) -> Option<BranchContact<M::Vector>> {
+        self.degenerates.workspace = rhs.stabilization.lend();
+        let found = self.look(rhs, now, last);
+        rhs.stabilization.take_back(core::mem::take(&mut self.degenerates.workspace));
         found
     }
 
     fn look(
         &mut self,
-        plant: &Plant<'_, '_, M>,
-        now: &Knot<M::Vector>,
+        rhs: &RightHandSide<'_, '_, M>,
+        now: &StepNode<M::Vector>,
         last: bool,
-    ) -> Option<Touch<M::Vector>> {
-        self.add(plant, now);
+    ) -> Option<BranchContact<M::Vector>> {
+        self.add(rhs, now);
         if self.pending.is_none() {
-            self.suspect(plant, last);
+            self.suspect(rhs, last);
         }
         let pending = self.pending.as_mut()?;
         let gone = (now.t - pending.at).abs();
-        let part = self.seen[self.seen.len() - 1].lengths.of(pending.strand) / self.most.0.of(pending.strand);
+        let part = self.seen[self.seen.len() - 1].lengths.of(pending.degenerate)
+            / self.most.0.of(pending.degenerate);
         if part <= SMALL {
             pending.small = math::max(pending.small, gone);
         }
         let pending = *pending;
-        let rests = self.rests(plant, &pending);
+        let rests = self.rests(rhs, &pending);
         if gone < pending.next && !last && !rests {
             return None;
         }
-        let Pending { strand, at, .. } = pending;
+        let Pending { degenerate, at, .. } = pending;
         let before = self.before(at);
         let touch = |changed| {
-            let state = plant.state(before.t, &before.y.q, &before.y.u);
-            Touch { rows: rows_of(plant.model, &state, strand), at, changed, before }
+            let state = rhs.state(before.t, &before.y.q, &before.y.u);
+            BranchContact { rows: rows_of(rhs.model, &state, degenerate), at, changed, before }
         };
-        match self.decide(plant, &pending) {
+        match self.decide(rhs, &pending) {
             Some(true) => {
                 self.pending = None;
                 None
@@ -198,9 +201,9 @@ impl<M: Constraints> Touching<M> {
         self.pending = None;
     }
 
-    fn add(&mut self, plant: &Plant<'_, '_, M>, now: &Knot<M::Vector>) {
-        let state = plant.state(now.t, &now.y.q, &now.y.u);
-        let lengths = self.strands.lengths(plant.model, plant.constants, &state);
+    fn add(&mut self, rhs: &RightHandSide<'_, '_, M>, now: &StepNode<M::Vector>) {
+        let state = rhs.state(now.t, &now.y.q, &now.y.u);
+        let lengths = self.degenerates.lengths(rhs.model, rhs.constants, &state);
         self.most.0.at_least(&lengths);
         self.most.1 = math::max(self.most.1, self.length(&now.y.u));
         if let Some(last) = self.seen.back() {
@@ -218,46 +221,46 @@ impl<M: Constraints> Touching<M> {
     }
 
     fn length(&self, x: &M::Vector) -> f64 {
-        let weights = self.strands.weights.as_slice();
+        let weights = self.degenerates.weights.as_slice();
         math::sqrt(x.as_slice().iter().zip(weights).map(|(x, w)| (x * w) * (x * w)).sum())
     }
 
     /// Looks whether a gradient vanishes around the last state but one, or around the last one where no other
     /// follows.
-    fn suspect(&mut self, plant: &Plant<'_, '_, M>, last: bool) {
+    fn suspect(&mut self, rhs: &RightHandSide<'_, '_, M>, last: bool) {
         let n = self.seen.len();
-        for k in 0..self.strands.all.len() {
-            let strand = self.strands.all[k];
-            let Some(i) = self.shortest(strand, last) else { continue };
-            let Knot { t, y, .. } = self.seen[n - 1].knot;
-            if !self.strands.holds(&plant.state(t, &y.q, &y.u), strand) {
+        for k in 0..self.degenerates.all.len() {
+            let degenerate = self.degenerates.all[k];
+            let Some(i) = self.shortest(degenerate, last) else { continue };
+            let StepNode { t, y, .. } = self.seen[n - 1].knot;
+            if !self.degenerates.holds(&rhs.state(t, &y.q, &y.u), degenerate) {
                 continue;
             }
             let (from, to) = (i.saturating_sub(1), (i + 1).min(n - 1));
-            let found = (from..to).map(|i| self.least_between(plant, strand, i));
+            let found = (from..to).map(|i| self.least_between(rhs, degenerate, i));
             let found = found.collect::<Vec<_>>().into_iter().reduce(|a, b| if b.1 < a.1 { b } else { a });
             let Some((place, least)) = found else { continue };
             // A start in such a place has been looked at.
             let begins = (place.t() - self.seen[0].knot.t).abs() <= BEGINS * self.longest;
-            if least > VANISHES * self.most.0.of(strand) || begins {
+            if least > VANISHES * self.most.0.of(degenerate) || begins {
                 continue;
             }
             let (one, other) = (self.seen[from].knot.y.q, self.seen[to].knot.y.q);
             let mut way = other;
             (0..M::Vector::LEN).for_each(|i| way[i] -= one[i]);
             let way = self.length(&way);
-            if !self.strands.is_plain((plant.model, plant.constants), &place, strand, way) {
+            if !self.degenerates.is_plain((rhs.model, rhs.constants), &place, degenerate, way) {
                 let next = FIRST * self.longest;
-                self.pending = Some(Pending { strand, at: place.t(), next, small: 0.0 });
+                self.pending = Some(Pending { degenerate, at: place.t(), next, small: 0.0 });
                 return;
             }
         }
     }
 
     /// The state beside which a gradient is least: the last but one, or the last.
-    fn shortest(&self, strand: Strand, last: bool) -> Option<usize> {
+    fn shortest(&self, degenerate: DegenerateRows, last: bool) -> Option<usize> {
         let n = self.seen.len();
-        let at = |i: usize| self.seen[i].lengths.of(strand);
+        let at = |i: usize| self.seen[i].lengths.of(degenerate);
         let least = |i: &usize| {
             let (before, after) = (i.checked_sub(1).map(at), (i + 1 < n).then(|| at(i + 1)));
             let beside = math::max(before.unwrap_or(0.0), after.unwrap_or(0.0));
@@ -265,26 +268,31 @@ impl<M: Constraints> Touching<M> {
                 && after.is_none_or(|x| x >= at(*i))
                 && at(*i) < (1.0 - RISES) * beside
         };
-        let most = self.most.0.of(strand);
+        let most = self.most.0.of(degenerate);
         let suspects = [n.checked_sub(2), if last { n.checked_sub(1) } else { None }];
         // One that only fades, and nobody comes to rest, does not vanish.
         let stops = at(n - 1) <= RESTS.0 * most && self.is_slow(&self.seen[n - 1].knot);
         let here = if stops { Some(n - 1) } else { None };
-        let may_vanish = |i: &usize| strand != Strand::All || at(*i) <= MAY_VANISH * most;
+        let may_vanish = |i: &usize| degenerate != DegenerateRows::All || at(*i) <= MAY_VANISH * most;
         suspects.into_iter().flatten().find(least).or(here).filter(may_vanish)
     }
 
     /// Where a gradient is least in a step, along the quintic through its ends, and how long it is there.
-    fn least_between(&mut self, plant: &Plant<'_, '_, M>, strand: Strand, step: usize) -> (M::State, f64) {
+    fn least_between(
+        &mut self,
+        rhs: &RightHandSide<'_, '_, M>,
+        degenerate: DegenerateRows,
+        step: usize,
+    ) -> (M::State, f64) {
         let (start, end) = (self.seen[step].knot, self.seen[step + 1].knot);
         let h = end.t - start.t;
         let between = Hermite::between(&start, &end, h);
         let state = |theta: f64| {
             let y = between.at(theta);
-            plant.state(start.t + theta * h, &y.q, &y.u)
+            rhs.state(start.t + theta * h, &y.q, &y.u)
         };
         let mut value = |theta: f64| {
-            let gradient = self.strands.gradient(plant.model, plant.constants, &state(theta), strand);
+            let gradient = self.degenerates.gradient(rhs.model, rhs.constants, &state(theta), degenerate);
             norm(gradient.as_slice())
         };
         let places = (0..=PLACES).map(|k| k as f64 / PLACES as f64);
@@ -306,30 +314,30 @@ impl<M: Constraints> Touching<M> {
     }
 
     /// Whether it has come to rest in the place.
-    fn rests(&self, plant: &Plant<'_, '_, M>, pending: &Pending) -> bool {
+    fn rests(&self, rhs: &RightHandSide<'_, '_, M>, pending: &Pending) -> bool {
         let Some(now) = self.seen.back() else { return false };
-        let state = plant.state(now.knot.t, &now.knot.y.q, &now.knot.y.u);
-        let short = now.lengths.of(pending.strand) <= RESTS.0 * self.most.0.of(pending.strand);
-        short && self.strands.holds(&state, pending.strand) && self.is_slow(&now.knot)
+        let state = rhs.state(now.knot.t, &now.knot.y.q, &now.knot.y.u);
+        let short = now.lengths.of(pending.degenerate) <= RESTS.0 * self.most.0.of(pending.degenerate);
+        short && self.degenerates.holds(&state, pending.degenerate) && self.is_slow(&now.knot)
     }
 
-    fn is_slow(&self, now: &Knot<M::Vector>) -> bool {
+    fn is_slow(&self, now: &StepNode<M::Vector>) -> bool {
         self.length(&now.y.u) <= RESTS.1 * self.most.1
     }
 
     /// The last state before a time.
-    fn before(&self, t: f64) -> Knot<M::Vector> {
+    fn before(&self, t: f64) -> StepNode<M::Vector> {
         let direction = self.seen[self.seen.len() - 1].knot.t - self.seen[0].knot.t;
         let before = self.seen.iter().rev().find(|seen| (t - seen.knot.t) * direction > 0.0);
         before.unwrap_or(&self.seen[0]).knot
     }
 
     /// Whether the motion is on its branch behind the place; `None` where that is not decided yet.
-    fn decide(&mut self, plant: &Plant<'_, '_, M>, pending: &Pending) -> Option<bool> {
-        let least = LEAST * self.most.0.of(pending.strand);
-        let Self { seen, strands, .. } = self;
+    fn decide(&mut self, rhs: &RightHandSide<'_, '_, M>, pending: &Pending) -> Option<bool> {
+        let least = LEAST * self.most.0.of(pending.degenerate);
+        let Self { seen, degenerates, .. } = self;
         let knots = seen.iter().map(|seen| seen.knot).collect::<Vec<_>>();
-        let mut path = Path::new(plant, &knots, (pending.at, pending.strand), strands);
+        let mut path = BranchPath::new(rhs, &knots, (pending.at, pending.degenerate), degenerates);
         let most = (knots[knots.len() - 1].t - pending.at).abs();
         let most = most.min(math::max(SPAN * self.longest, pending.small));
         let mut found = None;

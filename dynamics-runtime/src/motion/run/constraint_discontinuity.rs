@@ -13,14 +13,14 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::constrain::held::holds;
-use crate::integrate::{Crossing, Direction, Knot, Phase, Step, zip};
+use crate::integrate::{Crossing, Direction, Phase, Step, StepNode, zip};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraint, Known, ModelState, SimulationModel, Vector};
-use crate::motion::events::action::Change;
+use crate::motion::events::action::EventAction;
 use crate::motion::events::location::Flow;
 use crate::motion::failure::{Jumping, SimulationErrorKind as Kind};
 use crate::motion::run::event_handling::check_reset;
-use crate::motion::run::{Flight, Halt, Plan, Plant, Sink, halt};
+use crate::motion::run::{Failure, RightHandSide, RunPlan, RunState, Sink, halt};
 use crate::motion::trajectory::record::EventRecord;
 
 /// Jumps of what a row asks for above this part of 1 + |q| or 1 + |q̇| are no rounding.
@@ -34,7 +34,7 @@ const FARTHER: f64 = 16.0;
 
 /// How a constraint that holds by a rule meets its corner.
 #[derive(Clone, Copy, PartialEq)]
-enum Way {
+enum CornerKind {
     /// It slips, to this side.
     Slips(f64),
     /// It opens.
@@ -45,18 +45,18 @@ enum Way {
     Met(f64),
 }
 
-/// A guard at its corner: the index of its function.
+/// A unilateral constraint at its corner: the index of its function.
 #[derive(Clone, Copy)]
-struct Turn {
+struct CornerEvent {
     index: usize,
     constraint: &'static Constraint,
-    way: Way,
+    way: CornerKind,
 }
 
-impl Turn {
+impl CornerEvent {
     /// The row that is met from the side, and its gap.
     fn meets(&self) -> Option<(usize, f64)> {
-        if let Way::Met(gap) = self.way { Some((self.constraint.first, gap)) } else { None }
+        if let CornerKind::Met(gap) = self.way { Some((self.constraint.first, gap)) } else { None }
     }
 }
 
@@ -69,29 +69,29 @@ struct Jump {
     after: f64,
 }
 
-impl<M: SimulationModel> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     /// The next step. One of fixed size that meets a corner ends there.
     #[inline]
-    pub(crate) fn advance(&mut self) -> Result<Step<M::Vector>, Halt> {
-        // Only guards have rules for corners.
+    pub(crate) fn advance(&mut self) -> Result<Step<M::Vector>, Failure> {
+        // Only unilateral constraints have rules for corners.
         if M::IS_UNSWITCHED {
-            return self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>);
+            return self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(halt::<M>);
         }
         match self.plan.options.fixed {
             Some(h) if M::HAS_KINKS && self.follows_corners() => self.advance_by(h),
-            _ => self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>),
+            _ => self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(halt::<M>),
         }
     }
 
     #[cold]
-    fn advance_by(&mut self, h: f64) -> Result<Step<M::Vector>, Halt> {
+    fn advance_by(&mut self, h: f64) -> Result<Step<M::Vector>, Failure> {
         let start = *self.stepper.now();
         // Stages may stand beyond a corner that the end does not reach.
         let holds = self.meets_corner(&start, &ahead(&start, STAGES * h));
         if holds {
             self.stepper.end_at_branch(None);
         }
-        let made = self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>);
+        let made = self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(halt::<M>);
         let meets = match &made {
             Ok(step) if !holds => self.meets_corner(&start, &step.end),
             _ => false,
@@ -100,22 +100,25 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
             return made;
         }
         self.stepper.end_at_branch(made.as_ref().ok());
-        self.stepper.step(&mut self.plan.plant, self.plan.end).map_err(halt::<M>)
+        self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(halt::<M>)
     }
 
     /// Whether there is a constraint that has a rule for its corners.
     fn follows_corners(&self) -> bool {
-        let modes = self.plan.plant.modes;
-        self.plan.watch.guards().any(|(_, guard)| !guard.is_contact() || guard.holds_in(modes))
+        let modes = self.plan.rhs.modes;
+        self.plan
+            .locator
+            .unilaterals()
+            .any(|(_, unilateral)| !unilateral.is_contact() || unilateral.holds_in(modes))
     }
 
     /// Whether a constraint that holds by a rule asks for something else on the branches on which a step ends
     /// than on those on which it began.
     #[cold]
-    fn meets_corner(&mut self, start: &Knot<M::Vector>, end: &Knot<M::Vector>) -> bool {
-        let (plant, h) = (&self.plan.plant, end.t - start.t);
-        let (before, after) = (plant.branches_after(start, h), plant.branches_after(end, h));
-        let state = plant.state(end.t, &end.y.q, &end.y.u);
+    fn meets_corner(&mut self, start: &StepNode<M::Vector>, end: &StepNode<M::Vector>) -> bool {
+        let (rhs, h) = (&self.plan.rhs, end.t - start.t);
+        let (before, after) = (rhs.branches_after(start, h), rhs.branches_after(end, h));
+        let state = rhs.state(end.t, &end.y.q, &end.y.u);
         // One after the other: what two of them change may be the same again.
         let mut changed = (0..M::KINKS).filter(|i| before.holds(*i) && !after.agrees(before.alone(*i)));
         changed.any(|i| {
@@ -136,7 +139,10 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     /// Ends a step that has come just behind a corner just before it, as a rule knows how to go on there: the
     /// branches behind it.
     #[inline]
-    pub(crate) fn end_before_corner(&mut self, step: &mut Step<M::Vector>) -> Result<Option<Branches>, Halt> {
+    pub(crate) fn end_before_corner(
+        &mut self,
+        step: &mut Step<M::Vector>,
+    ) -> Result<Option<Branches>, Failure> {
         if M::IS_UNSWITCHED
             || M::IS_SMOOTH
             || !step.kept.branches
@@ -145,9 +151,9 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         {
             return Ok(None);
         }
-        let plant = &self.plan.plant;
+        let rhs = &self.plan.rhs;
         let (before, after) =
-            (plant.branches, plant.branches_after(&step.end, self.stepper.tally().proposed));
+            (rhs.branches, rhs.branches_after(&step.end, self.stepper.statistics().proposed));
         if before.agrees(after) { Ok(None) } else { self.end_before(step, before, after) }
     }
 
@@ -157,28 +163,28 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         step: &mut Step<M::Vector>,
         before: Branches,
         after: Branches,
-    ) -> Result<Option<Branches>, Halt> {
+    ) -> Result<Option<Branches>, Failure> {
         let whole = *step;
         let state = self.now();
         if !self.rule_jumps(&state, before, after) {
             return Ok(None);
         }
-        let Some((_, off)) = self.plan.plant.shifted_onto(&state, before, -1.0) else { return Ok(None) };
+        let Some((_, off)) = self.plan.rhs.shifted_onto(&state, before, -1.0) else { return Ok(None) };
         let mut back = 2.0 * off;
         for _ in 0..MOST_ATTEMPTS {
             let end_t = whole.end.t - back;
             if end_t <= whole.start.t {
                 break;
             }
-            let Ok(shorter) = self.stepper.shorten(&mut self.plan.plant, &whole, end_t) else { break };
+            let Ok(shorter) = self.stepper.shorten(&mut self.plan.rhs, &whole, end_t) else { break };
             *step = shorter;
-            if self.plan.plant.is_on(&self.now(), before) {
+            if self.plan.rhs.is_on(&self.now(), before) {
                 return Ok(Some(after));
             }
             back *= FARTHER;
         }
         // As far as it went, it says what it has met.
-        *step = self.stepper.shorten(&mut self.plan.plant, &whole, whole.end.t).map_err(halt::<M>)?;
+        *step = self.stepper.shorten(&mut self.plan.rhs, &whole, whole.end.t).map_err(halt::<M>)?;
         Ok(None)
     }
 
@@ -189,17 +195,17 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         sink: &mut dyn Sink<M>,
         after: Branches,
         h: f64,
-    ) -> Result<Flow, Halt> {
+    ) -> Result<Flow, Failure> {
         if M::IS_UNSWITCHED {
             return Ok(Flow::Continue);
         }
-        let at = |kind| Halt { kind, h };
+        let at = |kind| Failure { kind, h };
         let now = self.now();
-        let Some((behind, _)) = self.plan.plant.shifted_onto(&now, after, 1.0) else {
+        let Some((behind, _)) = self.plan.rhs.shifted_onto(&now, after, 1.0) else {
             return Ok(Flow::Continue);
         };
-        let before = self.plan.plant.branches;
-        if self.plan.plant.is_cut_between(&now, before, after) {
+        let before = self.plan.rhs.branches;
+        if self.plan.rhs.is_cut_between(&now, before, after) {
             // Where an angle jumps by a turn nothing that moves does: the next step says what it meets.
             return Ok(Flow::Continue);
         }
@@ -212,42 +218,44 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         if turns.is_empty() {
             return Ok(Flow::Continue);
         }
-        if let Some((row, gap)) = turns.iter().find_map(Turn::meets) {
+        if let Some((row, gap)) = turns.iter().find_map(CornerEvent::meets) {
             return Err(at(Kind::ContactJumps { row: M::ROWS[row].name, gap }));
         }
         let mut left = behind;
         let events = self.turned(&turns, &now, &behind, &mut left).map_err(at)?;
         let crossing =
-            |turn: &Turn| Crossing { index: turn.index, theta: 1.0, direction: Direction::Falling };
-        self.plan.watch.found = turns.iter().map(crossing).collect();
-        let place = self.plan.plant.state(now.t(), now.q(), left.u());
+            |turn: &CornerEvent| Crossing { index: turn.index, theta: 1.0, direction: Direction::Falling };
+        self.plan.locator.found = turns.iter().map(crossing).collect();
+        let place = self.plan.rhs.state(now.t(), now.q(), left.u());
         self.conclude(sink, (behind, left), events, (0, Some(&place), h))
     }
 
     /// What is to be done at a corner between two states; `None` where it is one of a constraint without a
     /// rule, so that the next step says what it meets.
-    fn turns(&mut self, now: &M::State, behind: &M::State) -> Option<Vec<Turn>> {
-        let Plan { plant, watch, .. } = &mut *self.plan;
+    fn turns(&mut self, now: &M::State, behind: &M::State) -> Option<Vec<CornerEvent>> {
+        let RunPlan { rhs, locator, .. } = &mut *self.plan;
         let mut turns = Vec::new();
-        for Jump { row, position, velocity, after } in jumps(plant, now, behind) {
-            let Some((index, guard)) = watch.guards().find(|(_, guard)| guard.constraint.first == row) else {
+        for Jump { row, position, velocity, after } in jumps(rhs, now, behind) {
+            let Some((index, unilateral)) =
+                locator.unilaterals().find(|(_, unilateral)| unilateral.constraint.first == row)
+            else {
                 if holds::<M>(now.modes(), row) {
                     return None;
                 }
                 continue;
             };
-            let way = match (guard.is_contact(), guard.holds(now)) {
-                (false, true) => Way::Slips(velocity.signum()),
+            let way = match (unilateral.is_contact(), unilateral.holds(now)) {
+                (false, true) => CornerKind::Slips(velocity.signum()),
                 // What slips to the other side from there.
-                (false, false) if velocity != 0.0 && after * guard.side_of(now) < 0.0 => {
-                    Way::Slips(after.signum())
+                (false, false) if velocity != 0.0 && after * unilateral.side_of(now) < 0.0 => {
+                    CornerKind::Slips(after.signum())
                 }
                 (_, false) => continue,
-                (true, true) if position < 0.0 => Way::Met(position),
-                (true, true) if position > 0.0 || velocity > 0.0 => Way::Opens,
-                (true, true) => Way::Struck,
+                (true, true) if position < 0.0 => CornerKind::Met(position),
+                (true, true) if position > 0.0 || velocity > 0.0 => CornerKind::Opens,
+                (true, true) => CornerKind::Struck,
             };
-            turns.push(Turn { index, constraint: guard.constraint, way });
+            turns.push(CornerEvent { index, constraint: unilateral.constraint, way });
         }
         Some(turns)
     }
@@ -255,22 +263,23 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     /// Does what is to be done at a corner; the events of it.
     fn turned(
         &mut self,
-        turns: &[Turn],
+        turns: &[CornerEvent],
         now: &M::State,
         behind: &M::State,
         left: &mut M::State,
     ) -> Result<Vec<EventRecord<M::State>>, Kind> {
-        let Plan { plant, watch, .. } = &mut *self.plan;
-        let name = |turn: &Turn| String::from(watch.name(turn.index));
-        for Turn { index, way, .. } in turns {
-            let side = if let Way::Slips(side) = way { *side } else { 1.0 };
-            let (_, guard) = watch.guards().find(|(known, _)| known == index).expect("found among them");
-            guard.let_go(left, side);
+        let RunPlan { rhs, locator, .. } = &mut *self.plan;
+        let name = |turn: &CornerEvent| String::from(locator.name(turn.index));
+        for CornerEvent { index, way, .. } in turns {
+            let side = if let CornerKind::Slips(side) = way { *side } else { 1.0 };
+            let (_, unilateral) =
+                locator.unilaterals().find(|(known, _)| known == index).expect("found among them");
+            unilateral.let_go(left, side);
         }
-        let mut change = Change::new(plant.model, plant.constants, *behind, left, &mut plant.upkeep);
-        for turn in turns.iter().filter(|turn| turn.way == Way::Struck) {
+        let mut change = EventAction::new(rhs.model, rhs.constants, *behind, left, &mut rhs.stabilization);
+        for turn in turns.iter().filter(|turn| turn.way == CornerKind::Struck) {
             // One that is struck may be hit along with another one.
-            if plant.model.velocity_residual(change.state())[turn.constraint.first] < 0.0 {
+            if rhs.model.velocity_residual(change.state())[turn.constraint.first] < 0.0 {
                 change.close(turn.constraint);
             }
         }
@@ -284,16 +293,17 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
             direction: Direction::Falling,
             before: *behind,
             after: *left,
-            impacts: if turn.way == Way::Struck { core::mem::take(&mut impacts) } else { Vec::new() },
+            impacts: if turn.way == CornerKind::Struck { core::mem::take(&mut impacts) } else { Vec::new() },
             stopped: false,
         });
         let records: Vec<_> = records.collect();
-        let thrown = plant.state(now.t(), now.q(), left.u());
-        let rates = plant.model.velocity_residual(&thrown);
-        for Turn { constraint, way, .. } in turns {
+        let thrown = rhs.state(now.t(), now.q(), left.u());
+        let rates = rhs.model.velocity_residual(&thrown);
+        for CornerEvent { constraint, way, .. } in turns {
             // The face along which it came is in the way, too: what each of the two gives the corner does not
             // say.
-            if *way == Way::Struck && rates[constraint.first] <= JUMPS * (1.0 + max_abs(left.u().as_slice()))
+            if *way == CornerKind::Struck
+                && rates[constraint.first] <= JUMPS * (1.0 + max_abs(left.u().as_slice()))
             {
                 let (row, jump) = (M::ROWS[constraint.first].name, rates[constraint.first]);
                 let (what, cause) = (Jumping::Velocities, Box::new(Kind::EventRepeats { event }));
@@ -306,9 +316,9 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
 }
 
 /// The step that goes on as it is accelerated at its start.
-fn ahead<V: Vector>(start: &Knot<V>, h: f64) -> Knot<V> {
+fn ahead<V: Vector>(start: &StepNode<V>, h: f64) -> StepNode<V> {
     let rates = Phase { q: zip_vectors(&start.y.u, &start.a, 0.5 * h), u: start.a };
-    Knot { t: start.t + h, y: zip(&start.y, &rates, |y, rate| y + h * rate), a: start.a }
+    StepNode { t: start.t + h, y: zip(&start.y, &rates, |y, rate| y + h * rate), a: start.a }
 }
 
 /// x + factor y.
@@ -320,11 +330,15 @@ fn zip_vectors<V: Vector>(x: &V, y: &V, factor: f64) -> V {
 
 /// The rows that ask for something else at the second of two states that are the same but for rounding, and
 /// for the branches by which they are judged.
-fn jumps<M: SimulationModel>(plant: &mut Plant<'_, '_, M>, one: &M::State, other: &M::State) -> Vec<Jump> {
-    let model = plant.model;
+fn jumps<M: SimulationModel>(
+    rhs: &mut RightHandSide<'_, '_, M>,
+    one: &M::State,
+    other: &M::State,
+) -> Vec<Jump> {
+    let model = rhs.model;
     let [(p, v), (r, w)] = [one, other].map(|state| (model.residual(state), model.velocity_residual(state)));
     let [of_q, of_u] = [one.q(), one.u()].map(|values| JUMPS * (1.0 + max_abs(values.as_slice())));
-    let gradients = plant.upkeep.gradients(model, other);
+    let gradients = rhs.stabilization.gradients(model, other);
     let jumps = (0..M::Rows::LEN).filter_map(|row| {
         let far = |jump: f64, least: f64| if gradients.distance(row, jump) > least { jump } else { 0.0 };
         let position = if row < M::Residual::LEN { far(r[row] - p[row], of_q) } else { 0.0 };

@@ -6,20 +6,20 @@ use alloc::vec::Vec;
 
 use crate::integrate::{Crossing, Direction, Phase};
 use crate::model::{Known, ModelState, SimulationModel, Vector};
-use crate::motion::events::action::Change;
+use crate::motion::events::action::EventAction;
 use crate::motion::events::location::Flow;
 use crate::motion::events::slip_direction;
 use crate::motion::failure::SimulationErrorKind as Kind;
-use crate::motion::run::{Flight, Halt, Plan, Sink, halt};
+use crate::motion::run::{Failure, RunPlan, RunState, Sink, halt};
 use crate::motion::trajectory::record::{EventRecord, Record};
 
-impl<M: SimulationModel> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     /// Calls the actions at the state reached and goes on from what they leave.
-    pub(crate) fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, Halt> {
-        let at = |kind| Halt { kind, h };
+    pub(crate) fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, Failure> {
+        let at = |kind| Failure { kind, h };
         let before = self.now();
         let mut after = before;
-        let crossings: Vec<Crossing> = self.plan.watch.found[acting..].to_vec();
+        let crossings: Vec<Crossing> = self.plan.locator.found[acting..].to_vec();
         let mut events = Vec::with_capacity(crossings.len());
         for crossing in &crossings {
             events.push(self.change(crossing, &before, &mut after).map_err(at)?);
@@ -35,8 +35,8 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         (before, mut after): (M::State, M::State),
         mut events: Vec<EventRecord<M::State>>,
         (acting, place, h): (usize, Option<&M::State>, f64),
-    ) -> Result<Flow, Halt> {
-        let at = |kind| Halt { kind, h };
+    ) -> Result<Flow, Failure> {
+        let at = |kind| Failure { kind, h };
         self.switch_back(&mut after, &mut events).map_err(at)?;
         let flow = if events.iter().any(|event| event.stopped) { Flow::Stop } else { Flow::Continue };
         if before != after {
@@ -49,7 +49,7 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         }
         events.into_iter().for_each(|event| sink.event(event));
         if flow == Flow::Continue {
-            self.plan.watch.resume(acting, &before, &resumed, place, h).map_err(at)?;
+            self.plan.locator.resume(acting, &before, &resumed, place, h).map_err(at)?;
         }
         Ok(flow)
     }
@@ -61,12 +61,12 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         before: &M::State,
         after: &mut M::State,
     ) -> Result<EventRecord<M::State>, Kind> {
-        let Plan { plant, watch, options, .. } = &mut *self.plan;
-        let name: String = watch.name(crossing.index).into();
+        let RunPlan { rhs, locator, options, .. } = &mut *self.plan;
+        let name: String = locator.name(crossing.index).into();
         let from = *after;
-        let change = Change::new(plant.model, plant.constants, *before, after, &mut plant.upkeep);
+        let change = EventAction::new(rhs.model, rhs.constants, *before, after, &mut rhs.stabilization);
         let mut change = change.after(options);
-        let stopped = watch.act(crossing, &mut change);
+        let stopped = locator.act(crossing, &mut change);
         let impacts =
             change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
         check_reset::<M>(&name, before, after)?;
@@ -78,29 +78,30 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     /// What slipped before a change slips to the side of its velocity after it; and the state that it left is
     /// put onto the constraints.
     pub(crate) fn put(&mut self, event: &str, from: &M::State, after: &mut M::State) -> Result<(), Kind> {
-        let Plan { plant, watch, .. } = &mut *self.plan;
-        for (_, guard) in watch.guards() {
-            guard.turn(from.modes(), plant.model, after, &mut plant.upkeep);
+        let RunPlan { rhs, locator, .. } = &mut *self.plan;
+        for (_, unilateral) in locator.unilaterals() {
+            unilateral.turn(from.modes(), rhs.model, after, &mut rhs.stabilization);
         }
         if M::IS_UNSWITCHED {
             // Nothing slips.
         } else if from != after {
-            for slipping in
-                slip_direction::unfollowed::<M>(after.modes(), watch.guards().map(|(_, guard)| guard))
-            {
-                slip_direction::turn(plant.model, &mut plant.upkeep, slipping, from.modes(), after);
+            for slipping in slip_direction::unfollowed::<M>(
+                after.modes(),
+                locator.unilaterals().map(|(_, unilateral)| unilateral),
+            ) {
+                slip_direction::turn(rhs.model, &mut rhs.stabilization, slipping, from.modes(), after);
             }
         }
         if M::IS_FREE {
             // Nothing to put it onto.
         } else if from != after {
-            let placed = plant.upkeep.place(plant.model, from, after);
+            let placed = rhs.stabilization.place(rhs.model, from, after);
             placed.map_err(|error| Kind::Change { event: event.into(), error: Box::new(error.into()) })?;
         }
         Ok(())
     }
 
-    /// Guards that cannot stay as the actions left them act at once: a contact that would pull lifts off,
+    /// UnilateralConstraints that cannot stay as the actions left them act at once: a contact that would pull lifts off,
     /// what sticks and would break away slips.
     pub(crate) fn switch_back(
         &mut self,
@@ -110,9 +111,9 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         if M::IS_UNSWITCHED {
             return Ok(());
         }
-        let most = 2 * self.plan.watch.guards().count();
+        let most = 2 * self.plan.locator.unilaterals().count();
         for _ in 0..=most {
-            let Some(index) = self.plan.watch.untenable(after)? else {
+            let Some(index) = self.plan.locator.untenable(after)? else {
                 return Ok(());
             };
             let crossing = Crossing { index, theta: 1.0, direction: Direction::Falling };
@@ -129,15 +130,15 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         sink: &mut dyn Sink<M>,
         before: &M::State,
         after: &M::State,
-    ) -> Result<(), Halt> {
+    ) -> Result<(), Failure> {
         self.check_branch(sink, true)?;
         self.touching.restart();
-        let Plan { plant, end, .. } = &mut *self.plan;
-        let stand = Record::new(self.stepper.now(), plant.held, plant.modes);
-        hold(&mut plant.held, before.inputs(), after.inputs());
-        plant.modes = after.modes();
+        let RunPlan { rhs, end, .. } = &mut *self.plan;
+        let stand = Record::new(self.stepper.now(), rhs.held, rhs.modes);
+        hold(&mut rhs.held, before.inputs(), after.inputs());
+        rhs.modes = after.modes();
         let y = Phase { q: *after.q(), u: *after.u() };
-        self.stepper.restart(plant, before.t(), y, *end).map_err(halt::<M>)?;
+        self.stepper.restart(rhs, before.t(), y, *end).map_err(halt::<M>)?;
         sink.stand(stand);
         Ok(())
     }

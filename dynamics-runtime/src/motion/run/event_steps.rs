@@ -13,12 +13,12 @@
 use alloc::vec::Vec;
 use core::cell::RefCell;
 
-use crate::integrate::{Crossing, Dense, Direction, Knot, Step};
+use crate::integrate::{Crossing, Dense, Direction, Step, StepNode};
 use crate::model::{Model, ModelState, SimulationModel};
 use crate::motion::erased_method::Interpolant;
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
-use crate::motion::run::{Flight, Halt, Plan, Sink, Steps, evaluation, halt};
+use crate::motion::run::{ErasedStepper, Failure, RunPlan, RunState, Sink, evaluation, halt};
 use crate::motion::trajectory::record::EventRecord;
 
 /// Deviation of an event function half-way from the secant, in parts of its change, from which on it jumps.
@@ -49,15 +49,15 @@ enum Reached {
 /// The interpolant of a step, and the events before the first one that acts.
 type Looked<M> = (Interpolant<<M as Model>::Vector>, Vec<EventRecord<<M as Model>::State>>);
 
-impl<M: SimulationModel> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     /// A step with its events: ends it at the first one that calls for an action.
-    pub(crate) fn watched(
+    pub(crate) fn step_with_events(
         &mut self,
         sink: &mut dyn Sink<M>,
         mut step: Step<M::Vector>,
-    ) -> Result<Flow, Halt> {
+    ) -> Result<Flow, Failure> {
         let h = step.h;
-        let at = |kind| Halt { kind, h };
+        let at = |kind| Failure { kind, h };
         // Crossings that are known to be at the end of the step, as it was made again to end there.
         let mut known: Vec<Crossing> = Vec::new();
         loop {
@@ -65,16 +65,16 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
             if !events.is_empty() {
                 self.sharpen(&step, &*dense, &mut events);
             }
-            let watch = &mut self.plan.watch;
-            let Some(acting) = watch.first_acting() else {
-                watch.carry_on();
+            let locator = &mut self.plan.locator;
+            let Some(acting) = locator.first_acting() else {
+                locator.carry_on();
                 self.check_sides(sink, &step)?;
                 in_order(&mut events, h);
                 events.into_iter().for_each(|event| sink.event(event));
                 return self.hand_over(sink, &step).map_err(at);
             };
-            watch.cut_after(acting);
-            let crossing = watch.found[acting];
+            locator.cut_after(acting);
+            let crossing = locator.found[acting];
             let whole = step;
             let reached = if known.contains(&crossing) {
                 Reached::Near
@@ -86,7 +86,7 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
             };
             if matches!(reached, Reached::Far) {
                 known =
-                    self.plan.watch.found.iter().filter(|found| is_at(found, &crossing)).copied().collect();
+                    self.plan.locator.found.iter().filter(|found| is_at(found, &crossing)).copied().collect();
                 known.iter_mut().for_each(|crossing| crossing.theta = 1.0);
                 continue;
             }
@@ -99,7 +99,7 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
                 self.stepper.reject(&whole);
             }
             let end = self.now();
-            let places = self.plan.watch.found.iter().map(|found| is_at(found, &crossing));
+            let places = self.plan.locator.found.iter().map(|found| is_at(found, &crossing));
             for (event, at_once) in events.iter_mut().zip(places) {
                 // Where the interpolant has it at the same instant, or later than the end that the method
                 // itself has found.
@@ -117,30 +117,30 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
 
     /// Looks for the crossings of a step, and gives its interpolant and the events before the first one that
     /// acts.
-    fn look(&mut self, step: &mut Step<M::Vector>, known: &[Crossing]) -> Result<Looked<M>, Halt> {
+    fn look(&mut self, step: &mut Step<M::Vector>, known: &[Crossing]) -> Result<Looked<M>, Failure> {
         let h = step.h;
-        let at = |kind| Halt { kind, h };
-        let Plan { plant, watch, options, .. } = &mut *self.plan;
+        let at = |kind| Failure { kind, h };
+        let RunPlan { rhs, locator, options, .. } = &mut *self.plan;
         // What the interpolant or the scan objects to lies within this step: the motion ends before it.
         // It tells whether there is a crossing. Where one that acts is, the method itself tells; by implicit
         // methods all of them.
-        let dense = match self.stepper.dense(plant, step, false) {
+        let dense = match self.stepper.dense(rhs, step, false) {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(step, at(evaluation::<M>(error)))),
         };
-        step.kept.between = plant.settles_between(&*dense, step, &options.tolerances);
-        let plant = RefCell::new(plant);
+        step.kept.between = rhs.settles_between(&*dense, step, &options.tolerances);
+        let rhs = RefCell::new(rhs);
         let step = &*step;
-        let state = |theta: f64| plant.borrow_mut().within(&*dense, step, &options.tolerances, theta);
-        if let Err(kind) = watch.scan(step, self.stepper.scan(), state) {
+        let state = |theta: f64| rhs.borrow_mut().within(&*dense, step, &options.tolerances, theta);
+        if let Err(kind) = locator.scan(step, self.stepper.scan(), state) {
             return Err(self.take_back(step, at(kind)));
         }
-        watch.end_with(known);
-        let acting = watch.first_acting();
-        let passive = &watch.found[..acting.unwrap_or(watch.found.len())];
+        locator.end_with(known);
+        let acting = locator.first_acting();
+        let passive = &locator.found[..acting.unwrap_or(locator.found.len())];
         let events = passive
             .iter()
-            .map(|crossing| passed(watch.name(crossing.index), crossing, state(crossing.theta)));
+            .map(|crossing| passed(locator.name(crossing.index), crossing, state(crossing.theta)));
         let events = events.collect();
         Ok((dense, events))
     }
@@ -153,42 +153,42 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
         dense: &dyn Dense<M::Vector>,
         events: &mut [EventRecord<M::State>],
     ) {
-        let found = &self.plan.watch.found;
-        let acting = self.plan.watch.first_acting().map(|acting| found[acting]);
+        let found = &self.plan.locator.found;
+        let acting = self.plan.locator.first_acting().map(|acting| found[acting]);
         let apart = |crossing: &Crossing| !acting.is_some_and(|acting| is_at(crossing, &acting));
         let found: Vec<Crossing> = found[..events.len()].to_vec();
         let Some(mut twin) = self.stepper.twin() else { return };
-        let Plan { plant, .. } = &mut *self.plan;
+        let RunPlan { rhs, .. } = &mut *self.plan;
         let (branches, noted, listener) =
-            ((plant.branches, plant.known), plant.upkeep.noted(), plant.listener.take());
+            ((rhs.branches, rhs.known), rhs.stabilization.noted(), rhs.listener.take());
         for (event, crossing) in events.iter_mut().zip(&found).filter(|(_, crossing)| apart(crossing)) {
             let mut step = *whole;
             // Where no step ends there, what the interpolant says is all that is known.
             if let Ok(Reached::Near | Reached::Far) =
                 end_at(&mut *twin, self.plan, (&mut step, dense), crossing)
             {
-                let Knot { t, y, .. } = step.end;
-                let state = self.plan.plant.state(t, &y.q, &y.u);
+                let StepNode { t, y, .. } = step.end;
+                let state = self.plan.rhs.state(t, &y.q, &y.u);
                 (event.before, event.after) = (state, state);
             }
         }
-        let Plan { plant, .. } = &mut *self.plan;
-        (plant.branches, plant.known) = branches;
-        plant.upkeep.put_back(noted);
-        plant.listener = listener;
+        let RunPlan { rhs, .. } = &mut *self.plan;
+        (rhs.branches, rhs.known) = branches;
+        rhs.stabilization.put_back(noted);
+        rhs.listener = listener;
     }
 }
 
 /// Ends the step at the crossing, by the method itself and not by its interpolant: a few corrections put the
 /// event function to zero at the state that results.
 fn end_at<M: SimulationModel>(
-    stepper: &mut dyn Steps<M>,
-    plan: &mut Plan<'_, '_, M>,
+    stepper: &mut dyn ErasedStepper<M>,
+    plan: &mut RunPlan<'_, '_, M>,
     (step, dense): (&mut Step<M::Vector>, &dyn Dense<M::Vector>),
     crossing: &Crossing,
-) -> Result<Reached, Halt> {
+) -> Result<Reached, Failure> {
     let whole = *step;
-    let at = |kind| Halt { kind, h: whole.h };
+    let at = |kind| Failure { kind, h: whole.h };
     let mut search = Search::new(crossing);
     let (mut theta, mut stands) = (crossing.theta, true);
     loop {
@@ -196,8 +196,8 @@ fn end_at<M: SimulationModel>(
         if theta <= 0.0 || end_t == whole.start.t {
             return Ok(Reached::Start);
         }
-        let Plan { plant, watch, .. } = &mut *plan;
-        *step = match stepper.shorten(plant, &whole, end_t) {
+        let RunPlan { rhs, locator, .. } = &mut *plan;
+        *step = match stepper.shorten(rhs, &whole, end_t) {
             Ok(step) => step,
             // What was found before counts.
             Err(_) if search.best.is_some() => {
@@ -206,8 +206,8 @@ fn end_at<M: SimulationModel>(
             }
             Err(error) => return Err(halt::<M>(error)),
         };
-        let reached = plant.state(step.end.t, &step.end.y.q, &step.end.y.u);
-        let miss = watch.value(crossing.index, &reached).map_err(at)?;
+        let reached = rhs.state(step.end.t, &step.end.y.q, &step.end.y.u);
+        let miss = locator.value(crossing.index, &reached).map_err(at)?;
         if !search.note(theta, miss) {
             break;
         }
@@ -219,7 +219,7 @@ fn end_at<M: SimulationModel>(
     let theta = search.found().unwrap_or(theta);
     let end_t = whole.start.t + theta * whole.h;
     if !stands || end_t != step.end.t {
-        *step = stepper.shorten(&mut plan.plant, &whole, end_t).map_err(halt::<M>)?;
+        *step = stepper.shorten(&mut plan.rhs, &whole, end_t).map_err(halt::<M>)?;
     }
     Ok(if (theta - crossing.theta).abs() <= NEAR { Reached::Near } else { Reached::Far })
 }
@@ -228,16 +228,16 @@ fn end_at<M: SimulationModel>(
 /// jumps, a secant leads away from the place: half-way it is on one side of the jump. A kink whose slopes are
 /// less than five to one apart bends less; of a sharper one the interpolant's place is taken.
 fn slope<M: SimulationModel>(
-    plan: &mut Plan<'_, '_, M>,
+    plan: &mut RunPlan<'_, '_, M>,
     (whole, dense): (&Step<M::Vector>, &dyn Dense<M::Vector>),
     crossing: &Crossing,
     theta: f64,
-) -> Result<Option<f64>, Halt> {
-    let Plan { plant, watch, options, .. } = plan;
+) -> Result<Option<f64>, Failure> {
+    let RunPlan { rhs, locator, options, .. } = plan;
     let (a, b) = ((theta - NEAR).max(0.0), (theta + NEAR).min(1.0));
     let mut g = |theta| {
-        let state = plant.within(dense, whole, &options.tolerances, theta);
-        watch.value(crossing.index, &state).map_err(|kind: Kind| Halt { kind, h: whole.h })
+        let state = rhs.within(dense, whole, &options.tolerances, theta);
+        locator.value(crossing.index, &state).map_err(|kind: Kind| Failure { kind, h: whole.h })
     };
     let (from, to) = (g(a)?, g(b)?);
     let jumps = (g(0.5 * (a + b))? - 0.5 * (from + to)).abs() > JUMPS * (to - from).abs();

@@ -14,13 +14,13 @@ const MARGIN: f64 = 2.0;
 
 /// Where the last part of the permitted steps began.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slide {
+pub(crate) struct SlidingMode {
     made: u64,
     t: f64,
     found: u64,
 }
 
-impl Slide {
+impl SlidingMode {
     pub(crate) fn from(t: f64) -> Self {
         Self { made: 0, t, found: 0 }
     }
@@ -43,12 +43,12 @@ impl Slide {
 
 #[cfg(test)]
 mod tests {
-    use super::Slide;
+    use super::SlidingMode;
 
     /// Steps of this size, of which every n-th is found to slide, on the way from 0 to 10: after how many of
     /// a million it is given up.
     fn given_up(h: impl Fn(u64) -> f64, slides: impl Fn(u64) -> bool) -> Option<u64> {
-        let (mut slide, mut t, mut found) = (Slide::from(0.0), 0.0, 0);
+        let (mut slide, mut t, mut found) = (SlidingMode::from(0.0), 0.0, 0);
         (1..1_000_000).find(|made| {
             t += h(*made);
             found += u64::from(slides(*made));

@@ -18,7 +18,7 @@ const IN_A_ROW: u32 = 5;
 const CRAWLS: u64 = 512;
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Creep {
+pub(crate) struct StepSizeCollapse {
     next: u64,
     last: Option<f64>,
     won: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Creep {
     look: (u64, f64),
 }
 
-impl Creep {
+impl StepSizeCollapse {
     pub(crate) fn new() -> Self {
         Self { next: FIRST, last: None, won: 0.0, row: 0, look: (CRAWLS, f64::NEG_INFINITY) }
     }
@@ -72,12 +72,12 @@ impl Creep {
 mod tests {
     use alloc::vec::Vec;
 
-    use super::Creep;
+    use super::StepSizeCollapse;
 
     /// Steps of this size at these times: the number after which it is seen that they do not reach 10, and
     /// the time they approach.
     fn seen(h: impl Fn(f64) -> f64) -> Option<(u64, f64)> {
-        let (mut creep, mut t) = (Creep::new(), 0.0);
+        let (mut creep, mut t) = (StepSizeCollapse::new(), 0.0);
         (1..1_000_000).find_map(|made| {
             t += h(t);
             assert!(t < 10.0 || made > 1000);
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn what_many_steps_took_is_told() {
-        let mut creep = Creep::new();
+        let mut creep = StepSizeCollapse::new();
         let took: Vec<f64> = (1..=2048).filter_map(|made| creep.took(made, 0.5 * made as f64)).collect();
         assert_eq!(took, [f64::INFINITY, 256.0, 256.0, 256.0]);
     }

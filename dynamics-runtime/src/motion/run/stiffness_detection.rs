@@ -10,14 +10,14 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use crate::integrate::choice::Radau5;
-use crate::integrate::{Kept, Method, Step, Tolerances};
+use crate::integrate::{Method, Step, StepFlags, Tolerances};
 use crate::math;
 use crate::model::{Branches, ModelState as _, SimulationModel, Vector};
-use crate::motion::erased_method::stepping::Tally;
-use crate::motion::erased_method::{Driver, Maker};
-use crate::motion::right_hand_side::Plant;
-use crate::motion::run::Flight;
-use crate::motion::stabilization::Upkeep;
+use crate::motion::erased_method::stepping::StepStatistics;
+use crate::motion::erased_method::{ErasedMethod, StepReplay};
+use crate::motion::right_hand_side::RightHandSide;
+use crate::motion::run::RunState;
+use crate::motion::stabilization::Stabilization;
 
 /// Steps between two trials: one costs as much as some dozens of them, and of many coordinates as much as so
 /// many for the square of their number (1,500 of a chain of 45 masses).
@@ -62,7 +62,7 @@ pub(crate) struct Stiffness<M> {
     explicit: bool,
     /// What makes the trials and the memory that constraints take in them: made for the first one,
     /// so that a run allocates no more the longer it is.
-    trials: Option<(Box<dyn Maker<M>>, Vec<f64>)>,
+    trials: Option<(Box<dyn StepReplay<M>>, Vec<f64>)>,
 }
 
 impl<M> Stiffness<M> {
@@ -70,45 +70,46 @@ impl<M> Stiffness<M> {
         Self { accepted: 0, t, passed: 0, more: 0, explicit: !method.is_for_stiff(), trials: None }
     }
 
-    fn is_due(&self, tally: &Tally, every: u64) -> bool {
-        tally.accepted >= self.accepted + every
+    fn is_due(&self, statistics: &StepStatistics, every: u64) -> bool {
+        statistics.accepted >= self.accepted + every
     }
 }
 
-impl<M: SimulationModel> Flight<'_, '_, '_, M> {
+impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     /// Whether the motion is stiff for its method, and an implicit one is to go on.
     #[inline]
     pub(crate) fn is_stiff(&mut self) -> bool {
-        let tally = self.stepper.tally();
-        if tally.t == self.plan.end {
+        let statistics = self.stepper.statistics();
+        if statistics.t == self.plan.end {
             return false;
         }
         let Tolerances { absolute, relative } = self.plan.options.tolerances;
         let tolerance = absolute.max(relative);
         if !self.plan.hands_over || tolerance < FINEST {
             // Steps count that were made of late: a motion may be stiff at its end alone.
-            if self.stiffness.is_due(&tally, every::<M>()) {
-                (self.stiffness.accepted, self.stiffness.t) = (tally.accepted, tally.t);
+            if self.stiffness.is_due(&statistics, every::<M>()) {
+                (self.stiffness.accepted, self.stiffness.t) = (statistics.accepted, statistics.t);
             }
             return false;
         }
-        tally.stiff_at.is_some() && tolerance >= TIGHT
-            || self.stiffness.is_due(&tally, every::<M>()) && self.steps_over(&tally, tolerance < TIGHT)
+        statistics.stiff_at.is_some() && tolerance >= TIGHT
+            || self.stiffness.is_due(&statistics, every::<M>())
+                && self.steps_over(&statistics, tolerance < TIGHT)
     }
 
     /// Of a run that ends because its steps are too many: whether implicit steps that are worth their while
     /// would pass over what keeps these short.
     #[cold]
-    pub(crate) fn is_held_by_stability(&mut self, tally: &Tally) -> bool {
+    pub(crate) fn is_held_by_stability(&mut self, statistics: &StepStatistics) -> bool {
         if !self.stiffness.explicit || self.plan.options.fixed.is_some() {
             return false;
         }
-        let usual = self.usual(tally);
+        let usual = self.usual(statistics);
         // What is asked for bounds these, not stability.
         if usual > 0.5 * self.plan.options.most {
             return false;
         }
-        let (usual, left) = (longer(M::Vector::LEN) * usual, self.plan.end - tally.t);
+        let (usual, left) = (longer(M::Vector::LEN) * usual, self.plan.end - statistics.t);
         MORE.iter().any(|more| {
             TWO.iter().all(|part| {
                 let h = more * part * usual;
@@ -118,19 +119,19 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     }
 
     /// The length that steps have had since they were last counted, or have now.
-    fn usual(&self, tally: &Tally) -> f64 {
-        let steps = (tally.accepted - self.stiffness.accepted).max(1);
-        let mean = (tally.t - self.stiffness.t).abs() / steps as f64;
-        mean.max(tally.proposed)
+    fn usual(&self, statistics: &StepStatistics) -> f64 {
+        let steps = (statistics.accepted - self.stiffness.accepted).max(1);
+        let mean = (statistics.t - self.stiffness.t).abs() / steps as f64;
+        mean.max(statistics.proposed)
     }
 
     /// Whether implicit steps that are worth their while pass over what keeps these short; of several lengths
     /// in turn, where `tight`.
     #[cold]
-    fn steps_over(&mut self, tally: &Tally, tight: bool) -> bool {
-        let left = self.plan.end - tally.t;
-        let usual = self.usual(tally);
-        (self.stiffness.accepted, self.stiffness.t) = (tally.accepted, tally.t);
+    fn steps_over(&mut self, statistics: &StepStatistics, tight: bool) -> bool {
+        let left = self.plan.end - statistics.t;
+        let usual = self.usual(statistics);
+        (self.stiffness.accepted, self.stiffness.t) = (statistics.accepted, statistics.t);
         // What is asked for bounds these, or little is left to be gained.
         if usual > 0.5 * self.plan.options.most || left.abs() < EVERY.0 as f64 * usual {
             return false;
@@ -148,14 +149,16 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
     /// is touched by it but the count of evaluations.
     fn would_pass(&mut self, h: f64) -> bool {
         let now = *self.stepper.now();
-        let Plant { model, constants, law, held, modes, ref upkeep, .. } = self.plan.plant;
+        let RightHandSide { model, constants, law, held, modes, ref stabilization, .. } = self.plan.rhs;
         let run = (self.plan.start.t(), self.plan.end);
         let trials = self.stiffness.trials.take();
-        let (mut maker, memory) = trials.unwrap_or_else(|| (Driver::<M>::maker(&Radau5), Vec::new()));
-        let mut upkeep = Upkeep::within(upkeep.formulation, f64::INFINITY, *constants, run, memory);
-        upkeep.under_way = true;
+        let (mut step_replay, memory) =
+            trials.unwrap_or_else(|| (ErasedMethod::<M>::step_replay(&Radau5), Vec::new()));
+        let mut stabilization =
+            Stabilization::within(stabilization.formulation, f64::INFINITY, *constants, run, memory);
+        stabilization.under_way = true;
         let free = Branches::FREE;
-        let mut plant = Plant {
+        let mut rhs = RightHandSide {
             model,
             constants,
             law,
@@ -166,15 +169,15 @@ impl<M: SimulationModel> Flight<'_, '_, '_, M> {
             known: free,
             memory: None,
             listener: None,
-            upkeep,
+            stabilization,
         };
-        let step = Step { start: now, end: now, h, kept: Kept::default() };
+        let step = Step { start: now, end: now, h, kept: StepFlags::default() };
         // Trials lie far apart: each begins as if it were the first.
-        maker.forget();
-        let end = maker.end_of(&mut plant, &step, &self.plan.options.tolerances);
-        let (evaluations, memory) = (plant.evaluations, plant.upkeep.into_memory());
-        self.plan.plant.evaluations += evaluations;
-        self.stiffness.trials = Some((maker, memory));
+        step_replay.forget();
+        let end = step_replay.end_of(&mut rhs, &step, &self.plan.options.tolerances);
+        let (evaluations, memory) = (rhs.evaluations, rhs.stabilization.into_memory());
+        self.plan.rhs.evaluations += evaluations;
+        self.stiffness.trials = Some((step_replay, memory));
         end.is_some_and(|(_, error)| error <= 1.0)
     }
 }

@@ -8,9 +8,9 @@ use alloc::vec::Vec;
 use crate::integrate::choice::{Dop853, Rk4, Suits, Tsit5, Verner9};
 use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::model::{Constraints, Expansion, Known, ModelState, Route, Vector};
-use crate::motion::erased_method::AnyDriver;
+use crate::motion::erased_method::SharedMethod;
 use crate::motion::events::location::{Action, Rule};
-use crate::motion::events::unilateral::{Guard, Guards};
+use crate::motion::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
 use crate::motion::failure::OptionError;
 use crate::motion::options::contact::Contact;
 use crate::motion::options::defaults::DEFAULT_TOLERANCE;
@@ -43,12 +43,12 @@ pub(crate) struct Checked<'m, M: Simulate> {
     pub(crate) options: StepOptions,
     /// The absolute tolerance is to be that of a motion of this size.
     pub(crate) by_size: bool,
-    pub(crate) method: (AnyDriver<M>, String),
+    pub(crate) method: (SharedMethod<M>, String),
     /// An implicit method is to go on where the motion is stiff.
     pub(crate) hands_over: bool,
     pub(crate) output_times: Option<Vec<f64>>,
     pub(crate) formulation: Option<(Formulation, String)>,
-    pub(crate) guards: Guards,
+    pub(crate) unilaterals: UnilateralConstraints,
     pub(crate) rules: Vec<Rule<'m, M>>,
 }
 
@@ -66,10 +66,20 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         self.check_series(&method.0, formulation.as_ref().map(|(formulation, _)| *formulation))?;
         let hands_over = self.method.is_none() && self.fixed.is_none() && M::Vector::LEN <= LARGE;
         number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
-        let guards = self.check_guards(end)?;
-        let rules = self.check_events(&guards)?;
+        let unilaterals = self.check_guards(end)?;
+        let rules = self.check_events(&unilaterals)?;
         let by_size = self.fixed.is_none() && self.tolerances.is_none_or(|(_, option)| option == "tolerance");
-        Ok(Checked { end, options, by_size, method, hands_over, output_times, formulation, guards, rules })
+        Ok(Checked {
+            end,
+            options,
+            by_size,
+            method,
+            hands_over,
+            output_times,
+            formulation,
+            unilaterals,
+            rules,
+        })
     }
 
     fn check_start(&self) -> Result<(), OptionError> {
@@ -113,9 +123,9 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         Ok(StepOptions { tolerances, fixed: self.fixed, first: self.first, most })
     }
 
-    fn choose_method(&self, tolerances: &Tolerances) -> Result<(AnyDriver<M>, String), OptionError> {
+    fn choose_method(&self, tolerances: &Tolerances) -> Result<(SharedMethod<M>, String), OptionError> {
         let loosest = tolerances.absolute.max(tolerances.relative);
-        let chosen = |driver: AnyDriver<M>, reason: String| (driver, reason);
+        let chosen = |erased_method: SharedMethod<M>, reason: String| (erased_method, reason);
         Ok(match (self.method.clone(), self.fixed) {
             (Some(method), None) if !method.is_adaptive() => {
                 return Err(OptionError::NeedsFixedStep { method: method.method() });
@@ -138,7 +148,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     fn check_series(
         &self,
-        method: &AnyDriver<M>,
+        method: &SharedMethod<M>,
         formulation: Option<Formulation>,
     ) -> Result<(), OptionError> {
         if !method.needs_series() {
@@ -161,7 +171,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Methods that preserve something are refused where they would not.
-    fn check_suits(&self, method: &AnyDriver<M>) -> Result<(), OptionError> {
+    fn check_suits(&self, method: &SharedMethod<M>) -> Result<(), OptionError> {
         let option = method.option(M::IS_HELD);
         let (suits, method) = (method.suits(), method.method());
         if let Some((option, value, false, admissible)) = option {
@@ -245,37 +255,41 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Names of the events of the model and of the simulation.
     fn event_names(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = Vec::with_capacity(M::EVENTS.len() + self.ad_hoc.len());
+        let mut names: Vec<&str> = Vec::with_capacity(M::EVENTS.len() + self.added_events.len());
         for event in M::EVENTS {
             names.push(event.name);
         }
-        for event in &self.ad_hoc {
+        for event in &self.added_events {
             names.push(&event.name);
         }
         names
     }
 
-    fn check_guards(&self, end: f64) -> Result<Guards, OptionError> {
+    fn check_guards(&self, end: f64) -> Result<UnilateralConstraints, OptionError> {
         check_guarded(&self.contacts, &self.sticking, end < self.start.t())?;
-        let mut guards = Vec::with_capacity(self.contacts.len() + self.sticking.len());
+        let mut unilaterals = Vec::with_capacity(self.contacts.len() + self.sticking.len());
         for (name, contact) in &self.contacts {
-            guards.push(Guard::contact::<M>(name, *contact)?);
+            unilaterals.push(UnilateralConstraint::contact::<M>(name, *contact)?);
         }
         for (name, breakaway) in &self.sticking {
-            guards.push(Guard::stick::<M>(name, || self.event_index(breakaway))?);
+            unilaterals.push(UnilateralConstraint::stick::<M>(name, || self.event_index(breakaway))?);
         }
-        Ok(guards)
+        Ok(unilaterals)
     }
 
-    /// The rules: what guards do comes before what was asked for at their events.
-    fn check_events(&mut self, guards: &Guards) -> Result<Vec<Rule<'m, M>>, OptionError> {
+    /// The rules: what unilateral constraints do comes before what was asked for at their events.
+    fn check_events(&mut self, unilaterals: &UnilateralConstraints) -> Result<Vec<Rule<'m, M>>, OptionError> {
         let actions = core::mem::take(&mut self.actions);
         let mut names = self.event_names();
-        names.extend(guards.iter().map(|guard| guard.name.as_str()));
+        names.extend(unilaterals.iter().map(|unilateral| unilateral.name.as_str()));
         check_names(&names, M::EVENTS.len())?;
-        let first = M::EVENTS.len() + self.ad_hoc.len();
-        let guard = |i| Rule { index: first + i, direction: Direction::Falling, action: Action::Guard(i) };
-        let mut rules: Vec<Rule<'m, M>> = (0..guards.len()).map(guard).collect();
+        let first = M::EVENTS.len() + self.added_events.len();
+        let unilateral = |i| Rule {
+            index: first + i,
+            direction: Direction::Falling,
+            action: Action::UnilateralConstraint(i),
+        };
+        let mut rules: Vec<Rule<'m, M>> = (0..unilaterals.len()).map(unilateral).collect();
         for (name, direction, action) in actions {
             rules.push(Rule { index: place_of(&name, &names)?, direction, action });
         }
@@ -283,7 +297,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 }
 
-/// No guard runs backwards, and none is asked for twice.
+/// No unilateral constraint runs backwards, and none is asked for twice.
 fn check_guarded(
     contacts: &[(String, Contact)],
     sticking: &[(String, String)],

@@ -57,7 +57,7 @@ pub(crate) fn bounding_gain(
 /// What drift made of a motion: constraints that are missed by a little lead a little elsewhere, near
 /// positions where they nearly lose rank by much.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turned {
+pub struct DriftInfluence {
     /// Part of the velocity by which the way back to the constraints changes.
     pub part: f64,
     /// When.

@@ -7,11 +7,11 @@ use crate::constrain::assemble::size_along;
 use crate::error::SolveError;
 use crate::model::{Constraint, Constraints, ModelState, Modes, Vector};
 use crate::motion::options::contact::Contact;
-use crate::motion::stabilization::{Distances, Upkeep};
+use crate::motion::stabilization::{Distances, Stabilization};
 
 /// A contact of a run.
 #[derive(Clone)]
-pub(crate) struct Closing {
+pub(crate) struct ContactHistory {
     /// Its constraint, by index.
     pub(crate) constraint: usize,
     pub(crate) law: Contact,
@@ -22,7 +22,7 @@ pub(crate) struct Closing {
 /// Contacts closer than this, in parts of their [size](size_along), touch: they are hit at the same instant.
 const TOUCHING: f64 = 1e-11;
 
-impl<M: Constraints> Upkeep<M> {
+impl<M: Constraints> Stabilization<M> {
     /// The contacts that hold, and those that touch; by index of their constraints. What holds comes to rest
     /// before, where it has drifted.
     pub(crate) fn touching(
@@ -59,7 +59,7 @@ impl<M: Constraints> Upkeep<M> {
             return restitution;
         }
         if restitution > 0.0 && contact.law.rest_speed.is_none() {
-            self.upkept.rest(approach);
+            self.counts.rest(approach);
         }
         0.0
     }
@@ -73,9 +73,10 @@ impl<M: Constraints> Upkeep<M> {
     /// ask for, where none was given.
     pub(crate) fn rests_unseen(&mut self, constraint: usize, rates: &M::Rows) -> bool {
         let rests = self.is_below_rest(constraint, rates, 0.1);
-        let given = |contact: &Closing| contact.constraint == constraint && contact.law.rest_speed.is_some();
+        let given =
+            |contact: &ContactHistory| contact.constraint == constraint && contact.law.rest_speed.is_some();
         if rests && !self.contacts.iter().any(given) {
-            self.upkept.rest(rates[M::CONSTRAINTS[constraint].first]);
+            self.counts.rest(rates[M::CONSTRAINTS[constraint].first]);
         }
         rests
     }
@@ -83,11 +84,12 @@ impl<M: Constraints> Upkeep<M> {
     /// The same of one that is within what its velocity is known to, however gently it has been hit so far. A
     /// speed that was given decides alone.
     pub(crate) fn rests_unresolved(&mut self, constraint: usize, rates: &M::Rows) -> bool {
-        let given = |contact: &Closing| contact.constraint == constraint && contact.law.rest_speed.is_some();
+        let given =
+            |contact: &ContactHistory| contact.constraint == constraint && contact.law.rest_speed.is_some();
         if self.contacts.iter().any(given) {
             return false;
         }
-        self.upkept.rest(rates[M::CONSTRAINTS[constraint].first]);
+        self.counts.rest(rates[M::CONSTRAINTS[constraint].first]);
         true
     }
 

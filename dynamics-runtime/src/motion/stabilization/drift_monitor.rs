@@ -15,9 +15,9 @@ use crate::error::SolveError;
 use crate::linalg::{max_abs, norm};
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Vector};
-use crate::motion::stabilization::adaptive_gain::Turned;
-use crate::motion::stabilization::near_singular::{DECIDED, Here, Probe};
-use crate::motion::stabilization::{Distances, Upkeep};
+use crate::motion::stabilization::adaptive_gain::DriftInfluence;
+use crate::motion::stabilization::near_singular::{DECIDED, DriftProbe, ProbedState};
+use crate::motion::stabilization::{Distances, Stabilization};
 
 /// Steps without a close look: directions change. Twice as many after each that found no more than [`SURE`]
 /// times what was foretold.
@@ -56,7 +56,7 @@ pub(crate) enum Drift {
 #[derive(Clone, Copy)]
 pub(crate) struct Look<R> {
     modes: Modes,
-    /// Lengths of the gradients, and those of [`Probe::usual`].
+    /// Lengths of the gradients, and those of [`DriftProbe::usual`].
     lengths: R,
     usual: R,
     /// Part of the motion that drift decides, for |δ|²/|r| of this.
@@ -98,7 +98,7 @@ struct Reach {
     reach: f64,
 }
 
-impl<M: Constraints> Upkeep<M> {
+impl<M: Constraints> Stabilization<M> {
     /// What the constraints have drifted up to the end of a step of length `h`: how far, and whether that
     /// decides where the motion goes on, see [`crate::motion::stabilization::singular`].
     #[inline]
@@ -154,8 +154,8 @@ impl<M: Constraints> Upkeep<M> {
         missed: &(M::Residual, M::Rows),
         last: Option<(Look<M::Rows>, Reach)>,
     ) -> Result<Drift, SolveError> {
-        let mut here: Here<M> =
-            Here { residual: missed.0, lengths: M::Rows::zeros(), weights: M::Vector::zeros() };
+        let mut here: ProbedState<M> =
+            ProbedState { residual: missed.0, lengths: M::Rows::zeros(), weights: M::Vector::zeros() };
         let (limit, least) = (self.drift_limit, self.least_size(model));
         let distances = Distances::of(model, state, &mut self.workspace);
         (0..M::Rows::LEN).for_each(|row| here.lengths[row] = norm(distances.gradients.row(row)));
@@ -170,12 +170,12 @@ impl<M: Constraints> Upkeep<M> {
         let n = M::Vector::LEN;
         (0..n).for_each(|i| here.weights[i] = self.workspace[i * (n + 1)]);
         weigh(here.weights.as_mut_slice());
-        let mut probe = Probe::new(model, &self.constants, state, &here, &mut self.workspace);
+        let mut probe = DriftProbe::new(model, &self.constants, state, &here, &mut self.workspace);
         let kept = last.filter(|(look, _)| look.is_alike(&here.lengths));
         let usual = kept.map_or_else(|| probe.usual(), |(look, _)| look.usual);
         let part = probe.part(&usual)?;
-        if self.upkept.turned.is_none_or(|turned| part > turned.part) {
-            self.upkept.turned = Some(Turned { part, time: state.t() });
+        if self.counts.turned.is_none_or(|turned| part > turned.part) {
+            self.counts.turned = Some(DriftInfluence { part, time: state.t() });
         }
         let steps = last
             .map_or(FEWEST, |(look, Reach { reach, .. })| look.trust(part <= SURE * look.foretells(reach)));

@@ -6,9 +6,9 @@ use crate::constrain::held::active_rows;
 use crate::error::{SolveError, StateError};
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
-use crate::motion::stabilization::{Distances, Upkeep};
+use crate::motion::stabilization::{Distances, Stabilization};
 
-impl<M: Constraints> Upkeep<M> {
+impl<M: Constraints> Stabilization<M> {
     /// Checks a start, and puts it onto the constraints where the formulation keeps it there.
     pub(crate) fn begin(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
         if M::IS_FREE {
@@ -48,9 +48,9 @@ impl<M: Constraints> Upkeep<M> {
     /// violated by before, where it held.
     fn check_worse(&mut self, model: &M, before: &M::State, state: &M::State) -> Result<(), StateError> {
         let held = before.modes();
-        let distances = |upkeep: &mut Self, state: &M::State, row: usize| {
+        let distances = |stabilization: &mut Self, state: &M::State, row: usize| {
             let (velocity, of) =
-                (model.velocity_residual(state), Distances::of(model, state, &mut upkeep.workspace));
+                (model.velocity_residual(state), Distances::of(model, state, &mut stabilization.workspace));
             let position = if row < M::Residual::LEN { model.residual(state)[row] } else { 0.0 };
             [(position, of.along(row, position)), (velocity[row], of.along(row, velocity[row]))]
         };

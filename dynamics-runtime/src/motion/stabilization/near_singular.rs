@@ -19,7 +19,7 @@ pub(crate) const DECIDED: f64 = 0.02;
 const PROBE: f64 = 1e-4;
 
 /// What is known of a state of which it is asked what drift decides there.
-pub(crate) struct Here<M: Constraints> {
+pub(crate) struct ProbedState<M: Constraints> {
     /// Φ.
     pub(crate) residual: M::Residual,
     /// Lengths of the rows' gradients.
@@ -29,20 +29,20 @@ pub(crate) struct Here<M: Constraints> {
 }
 
 /// What drift decides at a state.
-pub(crate) struct Probe<'p, M: Constraints> {
+pub(crate) struct DriftProbe<'p, M: Constraints> {
     model: &'p M,
     constants: &'p M::Constants,
     state: &'p M::State,
-    here: &'p Here<M>,
+    here: &'p ProbedState<M>,
     workspace: &'p mut [f64],
 }
 
-impl<'p, M: Constraints> Probe<'p, M> {
+impl<'p, M: Constraints> DriftProbe<'p, M> {
     pub(crate) fn new(
         model: &'p M,
         constants: &'p M::Constants,
         state: &'p M::State,
-        here: &'p Here<M>,
+        here: &'p ProbedState<M>,
         workspace: &'p mut [f64],
     ) -> Self {
         Self { model, constants, state, here, workspace }

@@ -5,13 +5,13 @@ use crate::integrate::Tolerances;
 use crate::linalg::max_abs;
 use crate::model::{Constraints, ModelState, Route, Vector};
 use crate::motion::options::formulation::Formulation;
-use crate::motion::stabilization::Upkeep;
+use crate::motion::stabilization::Stabilization;
 use crate::{constrain, math};
 
 /// Weight of the last step in the mean sensitivity.
 const FADE: f64 = 0.1;
 
-impl<M: Constraints> Upkeep<M> {
+impl<M: Constraints> Stabilization<M> {
     /// Puts a stage onto the constraints.
     pub(crate) fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
         match self.held {
@@ -50,7 +50,7 @@ impl<M: Constraints> Upkeep<M> {
         let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
         let velocities = constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
         let anew = self.embeds() && matches!(M::ROUTE, Route::Unrolled { .. });
-        self.upkept.repartitions += u64::from(anew && positions.general + velocities.general > 0);
+        self.counts.repartitions += u64::from(anew && positions.general + velocities.general > 0);
         Ok(positions.sensitivity.max(velocities.sensitivity))
     }
 
@@ -114,7 +114,7 @@ impl<M: Constraints> Upkeep<M> {
     }
 }
 
-/// See [`Upkeep::noise`].
+/// See [`Stabilization::noise`].
 fn noise_beside<S: ModelState>(state: &S, sensitivity: f64, usual: f64) -> f64 {
     let amplified = (sensitivity / usual).max(1.0);
     let (q, u) = (max_abs(state.q().as_slice()), max_abs(state.u().as_slice()));

@@ -36,7 +36,7 @@ pub struct Shift {
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalError {
     /// What the second run did otherwise.
-    pub second: SecondRun,
+    pub second: ReferenceSettings,
     /// Largest error of a coordinate.
     pub coordinates: Largest,
     /// Largest error of a velocity.
@@ -78,7 +78,7 @@ const LOOSER: f64 = 10.0;
 
 /// What the second run did otherwise than the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SecondRun {
+pub enum ReferenceSettings {
     /// It kept smaller tolerances, 100 times where rounding permits. The difference is the error of the first
     /// run.
     Tighter {
@@ -99,7 +99,7 @@ pub enum SecondRun {
     HalfStep(f64),
 }
 
-impl SecondRun {
+impl ReferenceSettings {
     pub(crate) fn of(first: &StepOptions, method: Method) -> Self {
         if let Some(h) = first.fixed {
             return Self::HalfStep(0.5 * h);

@@ -7,14 +7,14 @@ use alloc::vec::Vec;
 use dynamics_view::suggest;
 
 use crate::constrain;
-use crate::integrate::{Dense as _, Hermite, Knot, Method, Phase, Step, System as _};
+use crate::integrate::{Dense as _, Hermite, Method, Phase, Step, StepNode, System as _};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Known, Model, ModelState, SimulationModel, Vector};
-use crate::motion::erased_method::{Interpolant, Maker};
+use crate::motion::erased_method::{Interpolant, StepReplay};
 use crate::motion::failure::MotionError;
 use crate::motion::options::formulation::Formulation;
-use crate::motion::right_hand_side::{InputLaw, Plant, with_inputs};
-use crate::motion::stabilization::Upkeep;
+use crate::motion::right_hand_side::{InputLaw, RightHandSide, with_inputs};
+use crate::motion::stabilization::Stabilization;
 use crate::motion::trajectory::global_error::GlobalError;
 use crate::motion::trajectory::record::{Counts, EventRecord, Record, Trajectory};
 
@@ -101,7 +101,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// other.
     #[must_use]
     pub fn sampler(&self) -> Sampler<'_, 'm, M> {
-        Sampler { motion: self, cached: None, upkeep: None, memory: None }
+        Sampler { motion: self, cached: None, stabilization: None, memory: None }
     }
 
     /// A sampler for looks at all steps in turn: what makes them again remembers one for the next, which
@@ -243,14 +243,17 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// The method that computed it, or its first part: see [`Motion::switched`].
     #[must_use]
     pub fn method(&self) -> Method {
-        self.trajectory.driver.as_ref().map_or(Method::PositionAnalysis, |driver| driver.method())
+        self.trajectory
+            .erased_method
+            .as_ref()
+            .map_or(Method::PositionAnalysis, |erased_method| erased_method.method())
     }
 
     /// When and to which method the run went over, because the motion was stiff for the one that was chosen
     /// by itself.
     #[must_use]
     pub fn switched(&self) -> Option<(f64, Method)> {
-        self.trajectory.relay.as_ref().map(|(from, driver)| (*from, driver.method()))
+        self.trajectory.relay.as_ref().map(|(from, erased_method)| (*from, erased_method.method()))
     }
 
     /// What it cost.
@@ -297,17 +300,17 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         &self.constants
     }
 
-    /// The plant as it was during the step that leaves a record.
-    pub(crate) fn plant(&self, index: usize) -> Plant<'_, 'm, M> {
-        self.plant_in(index, Vec::new())
+    /// The right-hand side as it was during the step that leaves a record.
+    pub(crate) fn rhs(&self, index: usize) -> RightHandSide<'_, 'm, M> {
+        self.rhs_in(index, Vec::new())
     }
 
-    /// The same in memory that another one left: see [`Upkeep::into_memory`].
-    pub(crate) fn plant_in(&self, index: usize, memory: Vec<f64>) -> Plant<'_, 'm, M> {
+    /// The same in memory that another one left: see [`Stabilization::into_memory`].
+    pub(crate) fn rhs_in(&self, index: usize, memory: Vec<f64>) -> RightHandSide<'_, 'm, M> {
         let Record { state, usual, pace, .. } = &self.trajectory.records[index];
-        let mut upkeep = self.upkeep(*usual, memory);
-        upkeep.replay(*pace);
-        Plant {
+        let mut stabilization = self.stabilization(*usual, memory);
+        stabilization.replay(*pace);
+        RightHandSide {
             model: self.model,
             constants: &self.constants,
             law: self.law.as_ref(),
@@ -318,16 +321,17 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             known: Branches::FREE,
             memory: None,
             listener: None,
-            upkeep,
+            stabilization,
         }
     }
 
-    fn upkeep(&self, usual: Option<f64>, memory: Vec<f64>) -> Upkeep<M> {
+    fn stabilization(&self, usual: Option<f64>, memory: Vec<f64>) -> Stabilization<M> {
         let run = (self.start_time(), self.end_time());
-        let mut upkeep = Upkeep::within(self.formulation(), f64::INFINITY, self.constants, run, memory);
-        upkeep.usual = usual;
-        upkeep.under_way = true;
-        upkeep
+        let mut stabilization =
+            Stabilization::within(self.formulation(), f64::INFINITY, self.constants, run, memory);
+        stabilization.usual = usual;
+        stabilization.under_way = true;
+        stabilization
     }
 
     /// How constraints were kept; `None` for models without constraints.
@@ -350,32 +354,35 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// remembered.
     fn interpolant(&self, index: usize, memory: &mut Option<Memory<M>>) -> Cached<M::Vector> {
         let step = self.step(index);
-        let (mut maker, room) = match memory.take() {
-            Some(Memory { maker, next, room }) => (maker.filter(|_| next == index), room),
+        let (mut step_replay, room) = match memory.take() {
+            Some(Memory { step_replay, next, room }) => (step_replay.filter(|_| next == index), room),
             None => (None, Vec::new()),
         };
-        let mut plant = self.plant_in(index, room);
+        let mut rhs = self.rhs_in(index, room);
         let tolerances = &self.trajectory.tolerances;
-        let driver = self.trajectory.driver_of(index).filter(|_| self.is_repeatable());
-        let again = driver.and_then(|driver| {
+        let erased_method = self.trajectory.erased_method_of(index).filter(|_| self.is_repeatable());
+        let again = erased_method.and_then(|erased_method| {
             let judged = !self.trajectory.fixed;
-            maker.get_or_insert_with(|| driver.maker()).interpolate(&mut plant, &step, tolerances, judged)
+            step_replay
+                .get_or_insert_with(|| erased_method.step_replay())
+                .interpolate(&mut rhs, &step, tolerances, judged)
         });
         // After a reset, other constraints or another method nothing of before counts.
-        let maker = maker.filter(|_| again.is_some() && self.goes_on(index));
+        let step_replay = step_replay.filter(|_| again.is_some() && self.goes_on(index));
         let interpolant = match again {
-            Some(again) if !plant.strays(&*again, &step, tolerances) => again,
-            again => self.by_its_ends(&mut plant, &step, again),
+            Some(again) if !rhs.strays(&*again, &step, tolerances) => again,
+            again => self.by_its_ends(&mut rhs, &step, again),
         };
-        let settles = M::IS_HELD && plant.settles_between(&*interpolant, &step, tolerances);
-        *memory = Some(Memory { maker, next: index + 1, room: plant.upkeep.into_memory() });
+        let settles = M::IS_HELD && rhs.settles_between(&*interpolant, &step, tolerances);
+        *memory = Some(Memory { step_replay, next: index + 1, room: rhs.stabilization.into_memory() });
         Cached { index, interpolant, settles }
     }
 
     /// Whether the step that leaves a record is followed by another of the same kind.
     fn goes_on(&self, index: usize) -> bool {
         let [here, next] = [0, 1].map(|i| &self.trajectory.records[index + i]);
-        let drivers = [0, 1].map(|i| self.trajectory.driver_of(index + i).map(|driver| driver.method()));
+        let drivers = [0, 1]
+            .map(|i| self.trajectory.erased_method_of(index + i).map(|erased_method| erased_method.method()));
         next.h != 0.0 && here.state.modes() == next.state.modes() && drivers[0] == drivers[1]
     }
 
@@ -385,21 +392,21 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     #[cold]
     fn by_its_ends(
         &self,
-        plant: &mut Plant<'_, '_, M>,
+        rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         again: Option<Interpolant<M::Vector>>,
     ) -> Interpolant<M::Vector> {
         let Step { start, end, h, .. } = step;
         let mut first = *start;
-        if !self.is_repeatable() || plant.attempting(&mut first, *h).is_err() {
+        if !self.is_repeatable() || rhs.attempting(&mut first, *h).is_err() {
             first = *start;
         }
         let quintic = Hermite::between(&first, end, *h);
         let tolerances = &self.trajectory.tolerances;
         match again {
             Some(again)
-                if plant.off_between(&*again, step, tolerances)
-                    <= plant.off_between(&quintic, step, tolerances) =>
+                if rhs.off_between(&*again, step, tolerances)
+                    <= rhs.off_between(&quintic, step, tolerances) =>
             {
                 again
             }
@@ -426,7 +433,7 @@ pub struct Sampler<'a, 'm, M: SimulationModel> {
     motion: &'a Motion<'m, M>,
     cached: Option<Cached<M::Vector>>,
     /// Puts states onto the constraints, where `.consistent_output()` or the step asks for it.
-    upkeep: Option<Upkeep<M>>,
+    stabilization: Option<Stabilization<M>>,
     /// What made the last step again, if it is to be remembered and is.
     memory: Option<Option<Memory<M>>>,
 }
@@ -434,7 +441,7 @@ pub struct Sampler<'a, 'm, M: SimulationModel> {
 /// What made a step again, if it may go on with another one, and which; and what constraints are kept in,
 /// whoever makes the next.
 struct Memory<M: SimulationModel> {
-    maker: Option<Box<dyn Maker<M>>>,
+    step_replay: Option<Box<dyn StepReplay<M>>>,
     next: usize,
     room: Vec<f64>,
 }
@@ -492,12 +499,13 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         if !(trajectory.consistent || *settles) || M::IS_FREE {
             return (between, true);
         }
-        let upkeep = self.upkeep.get_or_insert_with(|| self.motion.upkeep(usual, Vec::new()));
-        upkeep.usual = usual;
+        let stabilization =
+            self.stabilization.get_or_insert_with(|| self.motion.stabilization(usual, Vec::new()));
+        stabilization.usual = usual;
         // Constraints may contain inputs; the law sees those that are held.
         let mut settled = self.motion.complete(between);
-        let mut done = upkeep.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
-        if trajectory.driver.is_none() {
+        let mut done = stabilization.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
+        if trajectory.erased_method.is_none() {
             // Driven throughout, velocities are solved for: right in a bifurcation that was passed, rounding
             // decides them.
             let speed = max_abs(y.u.as_slice()) + max_abs(state.u().as_slice());
@@ -519,7 +527,7 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
             let [from, to] = [a, b].map(|part| {
                 let (state, settled) = self.between(index, start.t() + part * h);
                 let state = self.motion.complete(state);
-                let knot = Knot {
+                let knot = StepNode {
                     t: state.t(),
                     y: Phase { q: *state.q(), u: *state.u() },
                     a: self.motion.accelerations_of(&state),

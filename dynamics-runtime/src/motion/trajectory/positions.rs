@@ -4,11 +4,11 @@ use alloc::string::ToString;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::integrate::{Kept, Tolerances};
+use crate::integrate::{StepFlags, Tolerances};
 use crate::model::{ModelState, SimulationModel};
 use crate::motion::options::formulation::Formulation;
 use crate::motion::options::output_times::every;
-use crate::motion::stabilization::Upkept;
+use crate::motion::stabilization::StabilizationCounts;
 use crate::motion::trajectory::motion::{Motion, Sampler};
 use crate::motion::trajectory::record::{Counts, Record, Trajectory};
 
@@ -36,14 +36,14 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             state,
             accelerations,
             h: step(i),
-            kept: Kept::default(),
+            kept: StepFlags::default(),
             usual: None,
             pace: 0.0,
         };
         let reason = "because the constraints leave no freedom".to_string();
         let (start, end) = (times[0], times[times.len() - 1]);
         let trajectory = Trajectory {
-            driver: None,
+            erased_method: None,
             relay: None,
             reason: reason.clone(),
             // No error is estimated: states are put onto the constraints wherever these can be solved.
@@ -54,7 +54,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             counts,
             has_law: false,
             formulation: Some((Formulation::Projected, reason)),
-            upkept: Upkept::default(),
+            stabilization: StabilizationCounts::default(),
             kept: Vec::new(),
             consistent: true,
             error: None,

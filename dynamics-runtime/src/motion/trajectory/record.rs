@@ -5,12 +5,12 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use crate::integrate::{Direction, Kept, Knot, Phase, Step, Tolerances};
+use crate::integrate::{Direction, Phase, Step, StepFlags, StepNode, Tolerances};
 use crate::model::{Model, ModelState, Modes, Vector};
-use crate::motion::erased_method::AnyDriver;
+use crate::motion::erased_method::SharedMethod;
 use crate::motion::events::action::Impact;
 use crate::motion::options::formulation::Formulation;
-use crate::motion::stabilization::Upkept;
+use crate::motion::stabilization::StabilizationCounts;
 use crate::motion::trajectory::global_error::GlobalError;
 
 /// An accepted state and the step that leaves it.
@@ -21,7 +21,7 @@ pub(crate) struct Record<M: Model> {
     /// Size of the step from here to the next record; 0 where none leaves: at a reset and at the end.
     pub(crate) h: f64,
     /// How that step was kept on the constraints.
-    pub(crate) kept: Kept,
+    pub(crate) kept: StepFlags,
     /// How much projections amplified residuals before it, in the mean: what was settled in it, and is when
     /// it is made again, follows from that.
     pub(crate) usual: Option<f64>,
@@ -39,10 +39,10 @@ impl<M: Model> Clone for Record<M> {
 impl<M: Model> Copy for Record<M> {}
 
 impl<M: Model> Record<M> {
-    pub(crate) fn new(knot: &Knot<M::Vector>, held: M::Inputs, modes: Modes) -> Self {
+    pub(crate) fn new(knot: &StepNode<M::Vector>, held: M::Inputs, modes: Modes) -> Self {
         let mut state = M::State::new(knot.t, knot.y.q, knot.y.u, held);
         *state.modes_mut() = modes;
-        Self { state, accelerations: knot.a, h: 0.0, kept: Kept::default(), usual: None, pace: 0.0 }
+        Self { state, accelerations: knot.a, h: 0.0, kept: StepFlags::default(), usual: None, pace: 0.0 }
     }
 
     /// Where a step starts.
@@ -59,11 +59,22 @@ impl<M: Model> Record<M> {
     pub(crate) fn unmoved(start: M::State) -> Self {
         let mut unknown = M::Vector::zeros();
         unknown.as_mut_slice().fill(f64::NAN);
-        Self { state: start, accelerations: unknown, h: 0.0, kept: Kept::default(), usual: None, pace: 0.0 }
+        Self {
+            state: start,
+            accelerations: unknown,
+            h: 0.0,
+            kept: StepFlags::default(),
+            usual: None,
+            pace: 0.0,
+        }
     }
 
-    pub(crate) fn knot(&self) -> Knot<M::Vector> {
-        Knot { t: self.state.t(), y: Phase { q: *self.state.q(), u: *self.state.u() }, a: self.accelerations }
+    pub(crate) fn knot(&self) -> StepNode<M::Vector> {
+        StepNode {
+            t: self.state.t(),
+            y: Phase { q: *self.state.q(), u: *self.state.u() },
+            a: self.accelerations,
+        }
     }
 }
 
@@ -128,9 +139,9 @@ pub struct Counts {
 /// A run without its model: everything that an error can carry.
 pub(crate) struct Trajectory<M: Model> {
     /// `None` where positions were solved instead of integrated.
-    pub(crate) driver: Option<AnyDriver<M>>,
+    pub(crate) erased_method: Option<SharedMethod<M>>,
     /// The method that went on from a time at which the motion was stiff for the first one.
-    pub(crate) relay: Option<(f64, AnyDriver<M>)>,
+    pub(crate) relay: Option<(f64, SharedMethod<M>)>,
     pub(crate) reason: String,
     pub(crate) tolerances: Tolerances,
     /// Its steps were as long as was asked for, and not as long as the tolerances permit.
@@ -143,7 +154,7 @@ pub(crate) struct Trajectory<M: Model> {
     pub(crate) has_law: bool,
     /// How constraints were kept, and why so.
     pub(crate) formulation: Option<(Formulation, String)>,
-    pub(crate) upkept: Upkept,
+    pub(crate) stabilization: StabilizationCounts,
     /// Events whose functions constraints held at zero.
     pub(crate) kept: Vec<String>,
     /// States between steps are put onto the constraints.
@@ -155,7 +166,7 @@ pub(crate) struct Trajectory<M: Model> {
 impl<M: Model> Clone for Trajectory<M> {
     fn clone(&self) -> Self {
         Self {
-            driver: self.driver.clone(),
+            erased_method: self.erased_method.clone(),
             relay: self.relay.clone(),
             reason: self.reason.clone(),
             kept: self.kept.clone(),
@@ -180,11 +191,15 @@ impl<M: Model> Trajectory<M> {
 
     /// The method that made the step which leaves a record; `None` where positions were solved instead of
     /// integrated.
-    pub(crate) fn driver_of(&self, index: usize) -> Option<&AnyDriver<M>> {
-        let after = |(from, _): &&(f64, AnyDriver<M>)| {
+    pub(crate) fn erased_method_of(&self, index: usize) -> Option<&SharedMethod<M>> {
+        let after = |(from, _): &&(f64, SharedMethod<M>)| {
             (self.records[index].state.t() - from) * self.direction() >= 0.0
         };
-        self.relay.as_ref().filter(after).map(|(_, driver)| driver).or(self.driver.as_ref())
+        self.relay
+            .as_ref()
+            .filter(after)
+            .map(|(_, erased_method)| erased_method)
+            .or(self.erased_method.as_ref())
     }
 
     /// +1 forwards, −1 backwards in time.

@@ -12,7 +12,7 @@ use core::fmt;
 
 use crate::integrate::System as _;
 use crate::model::{ModelState, SimulationModel};
-use crate::motion::erased_method::{AnyDriver, Maker};
+use crate::motion::erased_method::{SharedMethod, StepReplay};
 use crate::motion::right_hand_side::on;
 use crate::motion::trajectory::motion::{Motion, Sampler};
 
@@ -154,8 +154,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             return;
         }
         let done = self.is_repeatable()
-            && match self.trajectory.driver_of(index) {
-                Some(driver) => self.meter(driver, sampler, index, work),
+            && match self.trajectory.erased_method_of(index) {
+                Some(erased_method) => self.meter(erased_method, sampler, index, work),
                 // Steps are as long as Newton's method permits, up to a radian of a crank: on quarters of
                 // them the quadrature leaves about 10⁻¹² of the energy (slider-crank, Jansen's leg).
                 None => sampler.meter_by_quadrature(index, 4, work),
@@ -168,44 +168,44 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// Adds the work done during a step that a method made; false where it cannot be made again.
     fn meter(
         &self,
-        driver: &AnyDriver<M>,
+        erased_method: &SharedMethod<M>,
         sampler: &mut Sampler<'_, '_, M>,
         index: usize,
         work: &mut [f64],
     ) -> bool {
-        let weights = driver.weights();
+        let weights = erased_method.weights();
         if weights.is_empty() {
             // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make
             // of powers. Series have higher orders, and longer steps.
-            let long = driver.needs_series();
+            let long = erased_method.needs_series();
             sampler.meter_by_quadrature(index, if long { PARTS_OF_LONG_STEPS } else { 1 }, work)
         } else if self.step(index).kept.between {
             // Its stages are off by what was taken back at its end, and so are their reactions; states
             // between are settled.
             sampler.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
         } else {
-            self.meter_by_stages(&mut *driver.maker(), weights, index, work)
+            self.meter_by_stages(&mut *erased_method.step_replay(), weights, index, work)
         }
     }
 
     /// Makes a step again and sums h bᵢ Pᵢ over its stages; false where it cannot be made again.
     pub(crate) fn meter_by_stages(
         &self,
-        maker: &mut dyn Maker<M>,
+        step_replay: &mut dyn StepReplay<M>,
         weights: &'static [f64],
         index: usize,
         work: &mut [f64],
     ) -> bool {
         let mut step = self.step(index);
-        let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
-        plant.hold_stages(step.kept.stages, tolerances);
-        if plant.hold_branches(&mut step.start, step.h, step.kept.branches).is_err() {
+        let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);
+        rhs.hold_stages(step.kept.stages, tolerances);
+        if rhs.hold_branches(&mut step.start, step.h, step.kept.branches).is_err() {
             return false;
         }
-        if plant.attempting(&mut step.start, step.h).is_err() {
+        if rhs.attempting(&mut step.start, step.h).is_err() {
             return false;
         }
-        let (model, branches, h) = (plant.model, plant.branches, step.h);
+        let (model, branches, h) = (rhs.model, rhs.branches, step.h);
         let (mut stages, mut powers) = (weights.iter().copied(), vec![0.0; work.len()]);
         let mut read = move |state: &M::State| {
             let weight = stages.next().unwrap_or(0.0);
@@ -217,9 +217,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
                 *work += h * weight * power;
             }
         };
-        read(&plant.state(step.start.t, &step.start.y.q, &step.start.y.u));
-        plant.listener = Some(Box::new(read));
-        maker.attempt(&mut plant, &step, tolerances)
+        read(&rhs.state(step.start.t, &step.start.y.q, &step.start.y.u));
+        rhs.listener = Some(Box::new(read));
+        step_replay.attempt(&mut rhs, &step, tolerances)
     }
 }
 

@@ -4,7 +4,7 @@
 //! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded
 //! steps: tolerances that are finer than the rounding of the values they are kept for; energy that drifts by
 //! more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long
-//! steps pass over (`outgrown.rs`); and what errors of steps add up to, with what the motion makes of them
+//! steps pass over (`missed_instability.rs`); and what errors of steps add up to, with what the motion makes of them
 //! (`halves.rs`). The last is an estimate of the error, as a rule no smaller and at most four times as large:
 //! [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error), by a second run that chooses its own
 //! steps, depends on less.
@@ -14,9 +14,9 @@ use core::fmt;
 use crate::integrate::{Method, Tolerances};
 use crate::model::{ModelState, SimulationModel, Vector};
 use crate::motion::trajectory::motion::Motion;
-use crate::motion::verification::missed_instability::Outgrown;
-use crate::motion::verification::step_doubling::Apart;
-use crate::motion::verification::undersampled_force::Unseen;
+use crate::motion::verification::missed_instability::MissedInstability;
+use crate::motion::verification::step_doubling::StepDoubling;
+use crate::motion::verification::undersampled_force::UndersampledForce;
 use crate::wording::{Part, Rounded, Times};
 
 /// More permitted errors than this are warned of.
@@ -57,7 +57,7 @@ pub struct BelowRounding {
 
 /// What makes the accuracy of a motion doubtful.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Doubts {
+pub struct AccuracyDiagnostics {
     /// The value that is furthest below rounding with its permitted error; `None` with a fixed step or where
     /// there is none.
     pub below_rounding: Option<BelowRounding>,
@@ -70,10 +70,10 @@ pub struct Doubts {
     pub fixed: bool,
     /// How far the motion is from one in half steps, in permitted errors, where that lasts or at the end: as
     /// a rule most of its error. `None` with a fixed step.
-    pub halved: Option<f64>,
+    pub step_doubling: Option<f64>,
     /// The same at its largest, which may last for a moment only, as where something jumps a little late;
     /// warned of by itself from a thousand on. `None` with a fixed step.
-    pub halved_at_most: Option<f64>,
+    pub step_doubling_at_most: Option<f64>,
     /// The motion is stiff, or its method is for stiff ones.
     pub stiff: bool,
     /// The method has stages of too low an order to follow a stiff direction that turns.
@@ -84,12 +84,12 @@ pub struct Doubts {
     /// The model has constraints, which a motion may go on along the wrong branch of.
     pub held: bool,
     /// A force that is over between the stages of a step; `None` with a fixed step.
-    pub unseen: Option<Unseen>,
+    pub undersampled_force: Option<UndersampledForce>,
     /// When the motion was first found stiff for a method whose steps do not show it, by implicit steps more
     /// than twenty times as long; `None` where they do, and of fewer than 120 steps.
-    pub crawls: Option<f64>,
+    pub hidden_stiffness: Option<f64>,
     /// An instability that long steps pass over.
-    pub outgrown: Option<Outgrown>,
+    pub missed_instability: Option<MissedInstability>,
     /// What was not looked for.
     pub unchecked: Unchecked,
 }
@@ -126,7 +126,7 @@ impl fmt::Display for Unchecked {
 
 impl<M: SimulationModel> Motion<'_, M> {
     /// `drift` of the energy at most, of `scale`.
-    pub(crate) fn doubts(&self, drift: f64, scale: f64) -> Doubts {
+    pub(crate) fn accuracy(&self, drift: f64, scale: f64) -> AccuracyDiagnostics {
         // What has grown beyond all numbers has no scale.
         let energy_part = (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() {
             drift / scale
@@ -134,19 +134,19 @@ impl<M: SimulationModel> Motion<'_, M> {
             f64::INFINITY
         });
         let (fixed, repeatable) = (self.trajectory.fixed, self.is_repeatable());
-        let outgrown = repeatable.then(|| self.outgrown()).flatten();
-        if fixed || self.trajectory.driver.is_none() {
-            let outgrown = outgrown.filter(|_| fixed);
+        let missed_instability = repeatable.then(|| self.missed_instability()).flatten();
+        if fixed || self.trajectory.erased_method.is_none() {
+            let missed_instability = missed_instability.filter(|_| fixed);
             let unchecked = Unchecked {
                 instability: fixed && repeatable && !self.affords_growth(),
                 ..Unchecked::default()
             };
-            return Doubts {
+            return AccuracyDiagnostics {
                 energy_part: energy_part.filter(|_| fixed),
                 fixed,
-                outgrown,
+                missed_instability,
                 unchecked,
-                ..Doubts::default()
+                ..AccuracyDiagnostics::default()
             };
         }
         let permitted = self.permitted_energy();
@@ -158,22 +158,22 @@ impl<M: SimulationModel> Motion<'_, M> {
             instability: repeatable && !self.affords_growth(),
             half_steps: apart.and_then(|apart| apart.given_up),
         };
-        Doubts {
+        AccuracyDiagnostics {
             below_rounding: self.below_rounding(),
             // What rounds the energy is no drift.
             energy: (permitted > 0.0).then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
             energy_part,
             fixed,
-            halved: apart.map(|Apart { lasting, .. }| lasting),
-            halved_at_most: apart.map(|Apart { largest, .. }| largest),
+            step_doubling: apart.map(|StepDoubling { lasting, .. }| lasting),
+            step_doubling_at_most: apart.map(|StepDoubling { largest, .. }| largest),
             stiff,
             low_stages: self.method() == Method::Esdirk4,
             works: !M::POWERS.is_empty() && M::CONSTRAINTS.is_empty(),
             held: !M::CONSTRAINTS.is_empty(),
-            crawls: (asks && affords).then(|| self.crawls()).flatten(),
-            outgrown,
+            hidden_stiffness: (asks && affords).then(|| self.hidden_stiffness()).flatten(),
+            missed_instability,
             unchecked,
-            unseen: repeatable.then(|| self.unseen(stiff)).flatten(),
+            undersampled_force: repeatable.then(|| self.undersampled_force(stiff)).flatten(),
         }
     }
 
@@ -227,7 +227,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 }
 
-impl Doubts {
+impl AccuracyDiagnostics {
     /// The warnings, each line after an end of line. Where the error was estimated nothing is guessed of it.
     pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>, estimated: bool) -> fmt::Result {
         if let Some(BelowRounding { name, rate, value, time, permitted }) = &self.below_rounding {
@@ -239,11 +239,11 @@ impl Doubts {
                  = {time}; give a larger relative one"
             )?;
         }
-        if let Some(unseen) = &self.unseen {
+        if let Some(undersampled_force) = &self.undersampled_force {
             f.write_str(WARNING)?;
-            unseen.write(f)?;
+            undersampled_force.write(f)?;
         }
-        if let Some(t) = self.crawls {
+        if let Some(t) = self.hidden_stiffness {
             write!(
                 f,
                 "{WARNING}stiff at t = {}: steps that are more than twenty times as long keep the tolerance \
@@ -251,9 +251,9 @@ impl Doubts {
                 Rounded(t)
             )?;
         }
-        if let Some(outgrown) = &self.outgrown {
+        if let Some(missed_instability) = &self.missed_instability {
             f.write_str(WARNING)?;
-            outgrown.write(f, self.fixed)?;
+            missed_instability.write(f, self.fixed)?;
         }
         self.write_energy(f)?;
         fmt::Display::fmt(&self.unchecked, f)?;
@@ -268,7 +268,7 @@ impl Doubts {
     /// needs does not resolve, and what they miss in a moment stays. With constraints it is asked always:
     /// whole and half steps may agree on the wrong branch.
     fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.works && self.halved.is_some_and(|times| times <= TOLD) {
+        if self.works && self.step_doubling.is_some_and(|times| times <= TOLD) {
             return Ok(());
         }
         if let Some(times) = self.energy.filter(|times| *times > MUCH) {
@@ -295,7 +295,9 @@ impl Doubts {
 
     /// What half steps show: a warning where it is much, or a plain line; another where it passes.
     fn write_halved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Some(times), Some(most)) = (self.halved, self.halved_at_most) else { return Ok(()) };
+        let (Some(times), Some(most)) = (self.step_doubling, self.step_doubling_at_most) else {
+            return Ok(());
+        };
         let much = if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 };
         let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
         let remedy = format_args!("; `.estimate_error()` measures it, or {instead}");

@@ -4,7 +4,7 @@ use crate::golden_section::golden;
 use crate::integrate::Tolerances;
 use crate::model::{AngleSet, ModelState, SimulationModel, Vector};
 use crate::motion::diagnosis::gimbal_lock::{NEAR, locking};
-use crate::motion::failure::gimbal_lock::Locking;
+use crate::motion::failure::gimbal_lock::GimbalLock;
 use crate::motion::trajectory::motion::Motion;
 
 /// Part of the accelerations that may be rounding where no tolerance was given.
@@ -17,7 +17,7 @@ const COARSE: f64 = 2.0;
 
 impl<M: SimulationModel> Motion<'_, M> {
     /// The nearest approach of any set of angles to gimbal lock, where the mass matrix suffers from it.
-    pub(crate) fn locking(&self) -> Option<Locking> {
+    pub(crate) fn gimbal_lock(&self) -> Option<GimbalLock> {
         if const { M::ANGLE_SETS.is_empty() } {
             return None;
         }
@@ -25,7 +25,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         nearest.reduce(|a, b| if b.distance < a.distance { b } else { a })
     }
 
-    fn locking_of(&self, set: AngleSet) -> Option<Locking> {
+    fn locking_of(&self, set: AngleSet) -> Option<GimbalLock> {
         let at = |state: &M::State| set.distance(state.q().as_slice());
         let (mut times, mut best) = ([self.start_time(); 3], None::<(f64, f64)>);
         let mut around = [f64::INFINITY; 3];
@@ -72,7 +72,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         let permitted = if self.trajectory.fixed { FIXED } else { absolute.max(relative) };
         let swing = if self.trajectory.fixed { self.swing(set, time) } else { 0.0 };
         let passed_over = COARSE * swing > found.distance;
-        Some(Locking {
+        Some(GimbalLock {
             doubtful: passed_over || f64::EPSILON * found.conditioning > permitted,
             passed_over,
             ..found

@@ -12,10 +12,10 @@ use crate::motion::verification::global_error::events::Matched;
 
 use crate::math;
 use crate::model::{ModelState, SimulationModel, Vector};
-use crate::motion::trajectory::global_error::{GlobalError, Largest, SecondRun};
+use crate::motion::trajectory::global_error::{GlobalError, Largest, ReferenceSettings};
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::trajectory::record::Trajectory;
-use crate::motion::verification::reference_run::Second;
+use crate::motion::verification::reference_run::ReferenceRun;
 
 /// Errors of this part of the range of a coordinate or velocity leave no digit.
 const LOST: f64 = 0.1;
@@ -29,12 +29,12 @@ const FEWEST: usize = 16;
 /// The error of a trajectory by a second run, with steps of order p.
 pub(crate) fn compare<M: SimulationModel>(
     first: &Trajectory<M>,
-    second: &mut Second<M>,
+    second: &mut ReferenceRun<M>,
     order: u32,
 ) -> GlobalError {
     let Matched { shift, unmatched, between } = Matched::of(first, second);
     second.middles.retain(|state| !between.iter().any(|[a, b]| *a <= state.t() && state.t() <= *b));
-    let fixed = matches!(second.run, SecondRun::HalfStep(_));
+    let fixed = matches!(second.run, ReferenceSettings::HalfStep(_));
     let factor = if fixed { 1.0 / (1.0 - math::powi(0.5, order as i32)) } else { 1.0 };
     let [of_q, of_u] = ranges(first);
     let mut apart = Differences::new::<M>(first.first().state.t());

@@ -19,10 +19,10 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use crate::integrate::linear::{factor, solve};
-use crate::integrate::{Knot, Phase, Step, System as _, Tolerances, zip};
+use crate::integrate::{Phase, Step, StepNode, System as _, Tolerances, zip};
 use crate::math;
 use crate::model::{SimulationModel, Vector};
-use crate::motion::right_hand_side::Plant;
+use crate::motion::right_hand_side::RightHandSide;
 use crate::motion::trajectory::motion::Motion;
 use crate::wording::Rounded;
 
@@ -58,7 +58,7 @@ struct InParts<V: Vector> {
 
 /// Growth of differences that the steps of a motion have passed over.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outgrown {
+pub struct MissedInstability {
     /// The longest step in which: from here to there.
     pub during: (f64, f64),
     /// By how much differences grow in it.
@@ -67,7 +67,7 @@ pub struct Outgrown {
     pub shown: f64,
 }
 
-impl Outgrown {
+impl MissedInstability {
     /// The warning, without label.
     pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>, fixed: bool) -> fmt::Result {
         let Self { during: (from, to), by, shown } = self;
@@ -90,14 +90,14 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 
     /// What grows in the longest steps more than they show.
-    pub(crate) fn outgrown(&self) -> Option<Outgrown> {
+    pub(crate) fn missed_instability(&self) -> Option<MissedInstability> {
         if M::Vector::LEN == 0 || !self.affords_growth() {
             return None;
         }
         let records = &self.trajectory.records;
         let mut longest: Vec<usize> = (0..records.len()).filter(|&i| records[i].h != 0.0).collect();
         longest.sort_by(|&i, &j| records[j].h.abs().total_cmp(&records[i].h.abs()).then(i.cmp(&j)));
-        let (mut all, mut lost, mut worst) = (1.0f64, 1.0f64, None::<Outgrown>);
+        let (mut all, mut lost, mut worst) = (1.0f64, 1.0f64, None::<MissedInstability>);
         for index in longest.into_iter().take(STEPS) {
             let Some(found) = self.outgrown_in(index) else { continue };
             (all, lost) = (all * found.by, lost * (found.by / found.shown).max(1.0));
@@ -109,35 +109,35 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 
     /// By how much differences grow in the step that leaves a record; `None` where that is little.
-    fn outgrown_in(&self, index: usize) -> Option<Outgrown> {
+    fn outgrown_in(&self, index: usize) -> Option<MissedInstability> {
         let step = self.step(index);
         let tolerances = &self.trajectory.tolerances;
-        let mut plant = self.plant(index);
+        let mut rhs = self.rhs(index);
         let mut apart = nearby::<M::Vector>(&step.start.y);
-        if let Some(along) = plant.lasting(step.start.t, &step.start.y, &apart).ok()? {
+        if let Some(along) = rhs.lasting(step.start.t, &step.start.y, &apart).ok()? {
             apart = along;
         }
         let mut by = f64::INFINITY;
         for at in [&step.start, &step.end] {
-            by = by.min(self.growth(&mut plant, at, (&apart, step.h))?);
+            by = by.min(self.growth(&mut rhs, at, (&apart, step.h))?);
             if by < GROWS {
                 return None;
             }
         }
         let y = zip(&step.start.y, &apart, |y, by| y + by);
-        let a = plant.accelerations(step.start.t, &y.q, &y.u).ok()?;
-        let beside = Step { start: Knot { t: step.start.t, y, a }, ..step };
-        let mut maker = self.trajectory.driver_of(index)?.maker();
-        let (end, _) = maker.end_of(&mut plant, &beside, tolerances)?;
+        let a = rhs.accelerations(step.start.t, &y.q, &y.u).ok()?;
+        let beside = Step { start: StepNode { t: step.start.t, y, a }, ..step };
+        let mut step_replay = self.trajectory.erased_method_of(index)?.step_replay();
+        let (end, _) = step_replay.end_of(&mut rhs, &beside, tolerances)?;
         let shown =
             size(tolerances, &zip(&end, &step.end.y, |a, b| a - b), &step) / size(tolerances, &apart, &step);
         if !shown.is_finite() || by / shown <= LOST {
-            return Some(Outgrown { during: (step.start.t, step.end.t), by, shown })
+            return Some(MissedInstability { during: (step.start.t, step.end.t), by, shown })
                 .filter(|_| shown.is_finite());
         }
         // Coefficients that are as they are for a moment, as beside a singular position, grow nothing.
         let Some(parts) = self.in_parts(index, &beside) else {
-            return Some(Outgrown { during: (step.start.t, step.end.t), by, shown });
+            return Some(MissedInstability { during: (step.start.t, step.end.t), by, shown });
         };
         let by = match parts.fills {
             false => by.min(size(tolerances, &parts.apart, &step) / size(tolerances, &apart, &step)),
@@ -149,22 +149,24 @@ impl<M: SimulationModel> Motion<'_, M> {
                 if missed < spread / LOST { shown } else { by }
             }
         };
-        (by >= GROWS).then_some(Outgrown { during: (step.start.t, step.end.t), by, shown })
+        (by >= GROWS).then_some(MissedInstability { during: (step.start.t, step.end.t), by, shown })
     }
 
     /// A step and one beside it by the method in small steps; `None` where these cannot be made.
     fn in_parts(&self, index: usize, beside: &Step<M::Vector>) -> Option<InParts<M::Vector>> {
         let step = self.step(index);
-        let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
-        let mut makers =
-            [self.trajectory.driver_of(index)?.maker(), self.trajectory.driver_of(index)?.maker()];
+        let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);
+        let mut makers = [
+            self.trajectory.erased_method_of(index)?.step_replay(),
+            self.trajectory.erased_method_of(index)?.step_replay(),
+        ];
         let (mut ends, mut fills) = ([step.start, beside.start], false);
         let h = step.h / PARTS[0] as f64;
         for _ in 0..PARTS[0] {
-            for (at, maker) in ends.iter_mut().zip(&mut makers) {
+            for (at, step_replay) in ends.iter_mut().zip(&mut makers) {
                 let part = Step { start: *at, end: *at, h, kept: step.kept };
-                let (y, _) = maker.end_of(&mut plant, &part, tolerances)?;
-                *at = Knot { t: at.t + h, y, a: plant.accelerations(at.t + h, &y.q, &y.u).ok()? };
+                let (y, _) = step_replay.end_of(&mut rhs, &part, tolerances)?;
+                *at = StepNode { t: at.t + h, y, a: rhs.accelerations(at.t + h, &y.q, &y.u).ok()? };
             }
             let elements = |y: &Phase<M::Vector>, i| (y.q[i], y.u[i]);
             fills |= (0..M::Vector::LEN).any(|i| {
@@ -183,13 +185,13 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// units.
     fn growth(
         &self,
-        plant: &mut Plant<'_, '_, M>,
-        at: &Knot<M::Vector>,
+        rhs: &mut RightHandSide<'_, '_, M>,
+        at: &StepNode<M::Vector>,
         (apart, h): (&Phase<M::Vector>, f64),
     ) -> Option<f64> {
         let n = M::Vector::LEN;
         let (mut by_q, mut by_u) = (vec![0.0; n * n], vec![0.0; n * n]);
-        plant.jacobian(at, &mut by_q, &mut by_u).ok()?;
+        rhs.jacobian(at, &mut by_q, &mut by_u).ok()?;
         let tolerances = &self.trajectory.tolerances;
         let first = tolerances.norm(apart, &at.y, &at.y);
         // λ² v = K v + λ B v, so that |λ| ≤ ‖B‖ + √‖K‖ by sums of rows.

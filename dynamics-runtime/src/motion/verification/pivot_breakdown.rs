@@ -14,21 +14,21 @@ use crate::model::{Block, Quantity, SimulationModel, Vector};
 use crate::motion::trajectory::motion::Motion;
 use crate::wording::names;
 
-/// Determinant of a block beside the norms of its columns and rows, below which it is named: guards of
+/// Determinant of a block beside the norms of its columns and rows, below which it is named: unilateral constraints of
 /// generated code call at 10⁻² and less.
 const SMALL: f64 = 2e-2;
 
 /// Coordinates that no longer follow from their constraints where generated code, which has it that way, was
 /// left for the general solver.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Vanished {
+pub struct PivotBreakdown {
     /// Rows of the constraints.
     pub rows: Vec<&'static str>,
     /// The coordinates that follow from them elsewhere.
     pub coordinates: Vec<&'static str>,
 }
 
-impl fmt::Display for Vanished {
+impl fmt::Display for PivotBreakdown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         names(f, &self.coordinates)?;
         f.write_str(" from ")?;
@@ -39,15 +39,15 @@ impl fmt::Display for Vanished {
 impl<M: SimulationModel> Motion<'_, M> {
     /// The block that was nearest to being singular when generated code was left first; `None` where none was
     /// near it.
-    pub(crate) fn vanished(&self) -> Option<Vanished> {
-        let time = self.trajectory.upkept.general_at.filter(|_| !M::BLOCKS.is_empty())?;
+    pub(crate) fn pivot_breakdown(&self) -> Option<PivotBreakdown> {
+        let time = self.trajectory.stabilization.general_at.filter(|_| !M::BLOCKS.is_empty())?;
         let (from, to) = (self.start_time(), self.end_time());
         let state = self.at(time.clamp(math::min(from, to), math::max(from, to)));
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let mut workspace = vec![0.0; workspace_len(n, r)];
         let at = weakest(M::BLOCKS, Gradients::of(self.model(), &state, &mut workspace).rows, n)?;
         let of = |all: &'static [Quantity], some: &[usize]| some.iter().map(|i| all[*i].name).collect();
-        Some(Vanished { rows: of(M::ROWS, at.rows), coordinates: of(M::COORDINATES, at.coordinates) })
+        Some(PivotBreakdown { rows: of(M::ROWS, at.rows), coordinates: of(M::COORDINATES, at.coordinates) })
     }
 }
 

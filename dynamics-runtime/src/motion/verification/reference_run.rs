@@ -7,7 +7,7 @@ use crate::model::{Model, ModelState};
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
 use crate::motion::run::Sink;
-use crate::motion::trajectory::global_error::SecondRun;
+use crate::motion::trajectory::global_error::ReferenceSettings;
 use crate::motion::trajectory::record::{Counts, EventRecord, Record};
 
 /// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with
@@ -32,8 +32,8 @@ pub(crate) fn places(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
 }
 
 /// What the second run left.
-pub(crate) struct Second<M: Model> {
-    pub(crate) run: SecondRun,
+pub(crate) struct ReferenceRun<M: Model> {
+    pub(crate) run: ReferenceSettings,
     /// At the times of the first one's records, as far as it went.
     pub(crate) states: Vec<M::State>,
     /// In the middle of some of the first one's steps.
@@ -45,14 +45,14 @@ pub(crate) struct Second<M: Model> {
 }
 
 /// Keeps the states at given times, in the order of the motion, and the events.
-pub(crate) struct Probe<M: Model> {
+pub(crate) struct ReferenceSink<M: Model> {
     times: Vec<f64>,
     pub(crate) states: Vec<M::State>,
     pub(crate) events: Vec<EventRecord<M::State>>,
     pub(crate) reached: f64,
 }
 
-impl<M: Model> Probe<M> {
+impl<M: Model> ReferenceSink<M> {
     pub(crate) fn at(times: Vec<f64>) -> Self {
         let states = Vec::with_capacity(times.len());
         let reached = times.first().copied().unwrap_or(f64::NAN);
@@ -60,7 +60,7 @@ impl<M: Model> Probe<M> {
     }
 }
 
-impl<M: Model> Sink<M> for Probe<M> {
+impl<M: Model> Sink<M> for ReferenceSink<M> {
     fn step(
         &mut self,
         from: Record<M>,

@@ -16,9 +16,9 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use crate::integrate::{Kept, Knot, Phase, Step, System as _, zip};
+use crate::integrate::{Phase, Step, StepFlags, StepNode, System as _, zip};
 use crate::model::{ModelState, SimulationModel, Vector};
-use crate::motion::erased_method::Maker;
+use crate::motion::erased_method::StepReplay;
 use crate::motion::trajectory::motion::Motion;
 
 /// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps
@@ -32,7 +32,7 @@ const MOST_STEPS: usize = 8;
 
 /// A motion beside one in half steps, in permitted errors.
 #[derive(Clone, Copy)]
-pub(crate) struct Apart {
+pub(crate) struct StepDoubling {
     /// The largest difference that lasts, or that at the end.
     pub(crate) lasting: f64,
     /// The largest of all.
@@ -44,7 +44,7 @@ pub(crate) struct Apart {
 
 impl<M: SimulationModel> Motion<'_, M> {
     /// How far it is from a motion in half steps.
-    pub(crate) fn apart_from_halves(&self) -> Apart {
+    pub(crate) fn apart_from_halves(&self) -> StepDoubling {
         let records = &self.trajectory.records;
         let (mut y, mut apart) = (records[0].knot().y, Vec::with_capacity(records.len()));
         self.unsettle(&mut y);
@@ -54,14 +54,15 @@ impl<M: SimulationModel> Motion<'_, M> {
         let change = self.trajectory.relay.as_ref().map_or(records.len(), relayed);
         let mut given_up = None;
         for part in [0..change, change..records.len()] {
-            if let Some(driver) = (!part.is_empty()).then(|| self.trajectory.driver_of(part.start)).flatten()
+            if let Some(erased_method) =
+                (!part.is_empty()).then(|| self.trajectory.erased_method_of(part.start)).flatten()
             {
-                let ended = self.halve(driver.maker(), part, &mut y, &mut apart);
+                let ended = self.halve(erased_method.step_replay(), part, &mut y, &mut apart);
                 given_up = given_up.or(ended);
             }
         }
         let largest = apart.iter().fold(0.0f64, |most, (_, apart)| most.max(*apart));
-        Apart { lasting: lasting(&mut apart), largest, given_up }
+        StepDoubling { lasting: lasting(&mut apart), largest, given_up }
     }
 
     /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a
@@ -79,14 +80,14 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// of each and the difference at its end, in permitted errors. When that took too many steps is returned.
     fn halve(
         &self,
-        maker: Box<dyn Maker<M>>,
+        step_replay: Box<dyn StepReplay<M>>,
         part: Range<usize>,
         y: &mut Phase<M::Vector>,
         apart: &mut Vec<(f64, f64)>,
     ) -> Option<f64> {
         let records = &self.trajectory.records;
         let left = MOST_STEPS * part.len() + 1000;
-        let (mut a, mut second) = (None, Second { maker, room: Vec::new(), left, given_up: None });
+        let (mut a, mut second) = (None, HalvedRun { step_replay, room: Vec::new(), left, given_up: None });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
             if records[index].kept.branches {
@@ -101,7 +102,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             *y = end.map_or_else(
                 || {
                     // A reset changes both alike, and so does what cannot be made in halves.
-                    second.maker.forget();
+                    second.step_replay.forget();
                     zip(y, &zip(&there.y, &here.y, |after, before| after - before), |y, change| y + change)
                 },
                 |end| end.y,
@@ -117,11 +118,11 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// made as one step is made as several.
     fn follow(
         &self,
-        second: &mut Second<M>,
+        second: &mut HalvedRun<M>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
-    ) -> Option<Knot<M::Vector>> {
+    ) -> Option<StepNode<M::Vector>> {
         let middle = t + 0.5 * (end_t - t);
         if second.left < 2 {
             second.given_up = second.given_up.or(Some(t));
@@ -133,46 +134,46 @@ impl<M: SimulationModel> Motion<'_, M> {
         let mut half = |(t, y, a), end_t| {
             second.left = second.left.saturating_sub(1);
             self.one(second, index, (t, y, a), end_t).or_else(|| {
-                second.maker.forget();
+                second.step_replay.forget();
                 self.follow(second, index, (t, y, a), end_t)
             })
         };
-        let Knot { t, y, a } = half((t, y, a), middle)?;
+        let StepNode { t, y, a } = half((t, y, a), middle)?;
         half((t, y, Some(a)), end_t)
     }
 
     /// The end of one step, from accelerations `a`, where they are known.
     fn one(
         &self,
-        second: &mut Second<M>,
+        second: &mut HalvedRun<M>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
-    ) -> Option<Knot<M::Vector>> {
-        let Second { maker, room, .. } = second;
-        let mut plant = self.plant_in(index, core::mem::take(room));
+    ) -> Option<StepNode<M::Vector>> {
+        let HalvedRun { step_replay, room, .. } = second;
+        let mut rhs = self.rhs_in(index, core::mem::take(room));
         let record = &self.trajectory.records[index];
-        let kept = Kept { stages: record.kept.stages, ..Kept::default() };
+        let kept = StepFlags { stages: record.kept.stages, ..StepFlags::default() };
         let mut make = || {
             if record.kept.branches {
-                plant.hold_branches(&mut record.knot(), record.h, true).ok()?;
+                rhs.hold_branches(&mut record.knot(), record.h, true).ok()?;
             }
             let a = match a {
                 Some(a) => a,
-                None => plant.accelerations(t, &y.q, &y.u).ok()?,
+                None => rhs.accelerations(t, &y.q, &y.u).ok()?,
             };
-            let start = Knot { t, y, a };
+            let start = StepNode { t, y, a };
             let mut step = Step { start, end: start, h: end_t - t, kept };
-            let (y, error) = maker.end_on_branches(&mut plant, &step, &self.trajectory.tolerances)?;
+            let (y, error) = step_replay.end_on_branches(&mut rhs, &step, &self.trajectory.tolerances)?;
             if error > 1.0 {
                 return None;
             }
-            step.end = Knot { t: end_t, y, a: plant.accelerations(end_t, &y.q, &y.u).ok()? };
-            maker.accepted(&step);
+            step.end = StepNode { t: end_t, y, a: rhs.accelerations(end_t, &y.q, &y.u).ok()? };
+            step_replay.accepted(&step);
             Some(step.end)
         };
         let end = make();
-        *room = plant.upkeep.into_memory();
+        *room = rhs.stabilization.into_memory();
         end
     }
 
@@ -186,8 +187,8 @@ impl<M: SimulationModel> Motion<'_, M> {
 }
 
 /// What makes the second motion, and how many more steps of it are worth while.
-struct Second<M: SimulationModel> {
-    maker: Box<dyn Maker<M>>,
+struct HalvedRun<M: SimulationModel> {
+    step_replay: Box<dyn StepReplay<M>>,
     /// What the constraints are kept in.
     room: Vec<f64>,
     left: usize,

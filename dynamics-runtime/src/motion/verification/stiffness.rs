@@ -10,9 +10,9 @@
 //! 1e-12, one is nothing like the next.
 
 use crate::integrate::choice::Radau5;
-use crate::integrate::{Knot, Phase, Step, System as _, zip};
+use crate::integrate::{Phase, Step, StepNode, System as _, zip};
 use crate::model::{ModelState as _, SimulationModel, Vector};
-use crate::motion::erased_method::Driver;
+use crate::motion::erased_method::ErasedMethod;
 use crate::motion::run::longer;
 use crate::motion::trajectory::motion::Motion;
 
@@ -59,7 +59,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 
     /// The first place at which implicit steps pass over what keeps those of its method short.
-    pub(crate) fn crawls(&self) -> Option<f64> {
+    pub(crate) fn hidden_stiffness(&self) -> Option<f64> {
         if !self.could_crawl() {
             return None;
         }
@@ -81,12 +81,13 @@ impl<M: SimulationModel> Motion<'_, M> {
         step.h != 0.0
             && lengths.into_iter().filter(|h| *h <= left).any(|h| {
                 let tried = |h: f64| Step { end: step.start, h: h.copysign(step.h), ..step };
-                let own = self.trajectory.driver_of(index).map(|driver| driver.maker());
                 let own =
-                    own.and_then(|mut own| own.end_of(&mut self.plant(index), &tried(OWN * h), tolerances));
-                let mut implicit = Driver::<M>::maker(&Radau5);
+                    self.trajectory.erased_method_of(index).map(|erased_method| erased_method.step_replay());
+                let own =
+                    own.and_then(|mut own| own.end_of(&mut self.rhs(index), &tried(OWN * h), tolerances));
+                let mut implicit = ErasedMethod::<M>::step_replay(&Radau5);
                 !keeps(own)
-                    && self.follows(index, h, implicit.end_of(&mut self.plant(index), &tried(h), tolerances))
+                    && self.follows(index, h, implicit.end_of(&mut self.rhs(index), &tried(h), tolerances))
                     && (self.moves(index, h) || self.forgets(index, h))
             })
     }
@@ -120,20 +121,22 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// steps, as whole ones may damp what swings.
     fn forgets(&self, index: usize, h: f64) -> bool {
         let (step, tolerances) = (self.step(index), &self.trajectory.tolerances);
-        let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else {
+        let Some(mut step_replay) =
+            self.trajectory.erased_method_of(index).map(|erased_method| erased_method.step_replay())
+        else {
             return false;
         };
-        let (mut plant, part) = (self.plant(index), (0.25 * self.usual(index)).copysign(step.h));
-        let mut next = |at: &Knot<M::Vector>| {
+        let (mut rhs, part) = (self.rhs(index), (0.25 * self.usual(index)).copysign(step.h));
+        let mut next = |at: &StepNode<M::Vector>| {
             let step = Step { start: *at, end: *at, h: part, ..step };
-            let (y, _) = maker.end_of(&mut plant, &step, tolerances)?;
-            Some(Knot { t: at.t + part, y, a: plant.accelerations(at.t + part, &y.q, &y.u).ok()? })
+            let (y, _) = step_replay.end_of(&mut rhs, &step, tolerances)?;
+            Some(StepNode { t: at.t + part, y, a: rhs.accelerations(at.t + part, &y.q, &y.u).ok()? })
         };
         let (mut at, mut beside) = (step.start, step.start);
         for values in [&mut beside.y.q, &mut beside.y.u] {
             values.as_mut_slice().iter_mut().for_each(|x| *x += NEAR * (1.0 + x.abs()));
         }
-        let apart = |at: &Knot<M::Vector>, beside: &Knot<M::Vector>| {
+        let apart = |at: &StepNode<M::Vector>, beside: &StepNode<M::Vector>| {
             tolerances.norm(&zip(&at.y, &beside.y, |a, b| a - b), &at.y, &at.y)
         };
         let before = apart(&at, &beside);

@@ -15,9 +15,9 @@ use alloc::vec;
 use core::fmt;
 
 use crate::integrate::linear::{factor, solve};
-use crate::integrate::{Dense as _, Hermite, Knot, Method, Step, System as _};
+use crate::integrate::{Dense as _, Hermite, Method, Step, StepNode, System as _};
 use crate::model::{SimulationModel, Vector};
-use crate::motion::right_hand_side::Plant;
+use crate::motion::right_hand_side::RightHandSide;
 use crate::motion::trajectory::motion::Motion;
 use crate::wording::Rounded;
 
@@ -42,7 +42,7 @@ const EFFORT: (u64, u64, u64) = (2, 4000, 8000);
 
 /// What the steps of a motion have not seen of a force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unseen {
+pub struct UndersampledForce {
     /// The coordinate that it should have changed.
     pub name: &'static str,
     /// Whether it is missed most in the velocity, as an impulse is, or in the place, as what pushes and pulls
@@ -54,7 +54,7 @@ pub struct Unseen {
     pub times: f64,
 }
 
-impl Unseen {
+impl UndersampledForce {
     /// The warning, without label.
     pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, of_velocity, during: (from, to), times } = self;
@@ -70,7 +70,7 @@ impl Unseen {
 
 impl<M: SimulationModel> Motion<'_, M> {
     /// The largest impulse that one of the longer steps has not seen, if it matters.
-    pub(crate) fn unseen(&self, stiff: bool) -> Option<Unseen> {
+    pub(crate) fn undersampled_force(&self, stiff: bool) -> Option<UndersampledForce> {
         let records = &self.trajectory.records;
         let least = LONG * (self.end_time() - self.start_time()).abs();
         let long = || (0..records.len()).filter(|&i| records[i].h != 0.0 && records[i].h.abs() >= least);
@@ -88,30 +88,32 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// looked for is not the motion, and in a long step may swing where that does not.
     fn apart_from_parts(&self, index: usize, parts: usize) -> f64 {
         let step = self.step(index);
-        let (mut plant, tolerances) = (self.plant(index), &self.trajectory.tolerances);
-        let Some(mut maker) = self.trajectory.driver_of(index).map(|driver| driver.maker()) else {
+        let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);
+        let Some(mut step_replay) =
+            self.trajectory.erased_method_of(index).map(|erased_method| erased_method.step_replay())
+        else {
             return 0.0;
         };
         let (mut at, h) = (step.start, step.h / parts as f64);
         for _ in 0..parts {
             let part = Step { start: at, end: at, h, kept: step.kept };
-            let made = maker.end_of(&mut plant, &part, tolerances);
-            let made = made.and_then(|(y, _)| Some((y, plant.accelerations(at.t + h, &y.q, &y.u).ok()?)));
+            let made = step_replay.end_of(&mut rhs, &part, tolerances);
+            let made = made.and_then(|(y, _)| Some((y, rhs.accelerations(at.t + h, &y.q, &y.u).ok()?)));
             // What cannot be made in parts is not refuted by them.
             let Some((y, a)) = made else { return f64::INFINITY };
-            at = Knot { t: at.t + h, y, a };
+            at = StepNode { t: at.t + h, y, a };
         }
         self.most_permitted_errors(&at.y, &step.end.y)
     }
 
     /// What the step that leaves a record has not seen; `None` where it cannot be evaluated.
-    fn unseen_in(&self, index: usize, parts: [usize; 2], stiff: bool) -> Option<Unseen> {
+    fn unseen_in(&self, index: usize, parts: [usize; 2], stiff: bool) -> Option<UndersampledForce> {
         let Step { mut start, mut end, h, kept } = self.step(index);
-        let mut plant = self.plant(index);
-        plant.hold_branches(&mut start, h, kept.branches).ok()?;
+        let mut rhs = self.rhs(index);
+        rhs.hold_branches(&mut start, h, kept.branches).ok()?;
         if kept.branches {
             // The step that follows may have found others there.
-            end.a = plant.accelerations(end.t, &end.y.q, &end.y.u).ok()?;
+            end.a = rhs.accelerations(end.t, &end.y.q, &end.y.u).ok()?;
         }
         let path = Hermite::between(&start, &end, h);
         let mut impulse = |parts: usize| {
@@ -119,7 +121,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             for (k, (node, weight)) in (0..parts).flat_map(|k| NODES.map(|node| (k, node))) {
                 let theta = part * (k as f64 + node);
                 let y = path.at(theta);
-                let a = plant.accelerations(start.t + theta * h, &y.q, &y.u).ok()?;
+                let a = rhs.accelerations(start.t + theta * h, &y.q, &y.u).ok()?;
                 let weight = part * weight * h;
                 let sums = sum.as_mut_slice().iter_mut().zip(carried.as_mut_slice());
                 for ((sum, carried), a) in sums.zip(a.as_slice()) {
@@ -144,21 +146,21 @@ impl<M: SimulationModel> Motion<'_, M> {
         let (mut i, mut times) = largest(&missed)?;
         let (mut much, mut of_velocity) = (MUCH, true);
         if stiff && times > MUCH {
-            lasting(&mut plant, (&start, h), &mut missed)?;
+            lasting(&mut rhs, (&start, h), &mut missed)?;
             (i, times) = largest(&missed)?;
             much = MUCH_LEFT;
         }
         if times <= much {
             if stiff && off(&carried)?.1 > MUCH {
                 // What holds and damps a stiff motion holds its place, too.
-                lasting(&mut plant, (&start, h), &mut carried)?;
+                lasting(&mut rhs, (&start, h), &mut carried)?;
             }
             let (k, off) = off(&carried)?;
             if off > MUCH {
                 (i, times, much, of_velocity) = (k, off, MUCH, false);
             }
         }
-        (times.is_finite() && times > much).then_some(Unseen {
+        (times.is_finite() && times > much).then_some(UndersampledForce {
             name: M::COORDINATES[i].name,
             of_velocity,
             during: (start.t, end.t),
@@ -169,13 +171,13 @@ impl<M: SimulationModel> Motion<'_, M> {
 
 /// What is left of an impulse at the end of a step in which it is damped and held.
 fn lasting<M: SimulationModel>(
-    plant: &mut Plant<'_, '_, M>,
-    (start, h): (&Knot<M::Vector>, f64),
+    rhs: &mut RightHandSide<'_, '_, M>,
+    (start, h): (&StepNode<M::Vector>, f64),
     impulse: &mut M::Vector,
 ) -> Option<()> {
     let n = M::Vector::LEN;
     let (mut by_q, mut by_u) = (vec![0.0; n * n], vec![0.0; n * n]);
-    plant.jacobian(start, &mut by_q, &mut by_u).ok()?;
+    rhs.jacobian(start, &mut by_q, &mut by_u).ok()?;
     for (k, (x, by_u)) in by_q.iter_mut().zip(&by_u).enumerate() {
         *x = f64::from(u8::from(k % (n + 1) == 0)) - h * (by_u + h * *x);
     }

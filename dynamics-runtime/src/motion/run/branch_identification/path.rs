@@ -3,11 +3,11 @@
 
 use alloc::vec::Vec;
 
-use crate::integrate::{Knot, Phase};
+use crate::integrate::{Phase, StepNode};
 use crate::linalg::norm;
 use crate::model::{Constraints, ModelState, Vector};
-use crate::motion::right_hand_side::Plant;
-use crate::motion::run::branch_identification::strand::{Strand, Strands};
+use crate::motion::right_hand_side::RightHandSide;
+use crate::motion::run::branch_identification::degenerate_rows::{DegenerateRowSet, DegenerateRows};
 use crate::{constrain, math};
 
 /// Distances before the place at which the motion is read.
@@ -25,25 +25,25 @@ const AGREE: f64 = 0.25;
 /// Part of its length by which the gradient that is met may differ from what is foretold.
 const KEEPS: f64 = 0.5;
 
-pub(crate) struct Path<'p, 'r, 'm, M: Constraints> {
-    plant: &'p Plant<'r, 'm, M>,
-    knots: &'p [Knot<M::Vector>],
+pub(crate) struct BranchPath<'p, 'r, 'm, M: Constraints> {
+    rhs: &'p RightHandSide<'r, 'm, M>,
+    knots: &'p [StepNode<M::Vector>],
     /// When the motion is in the place, and what vanishes there.
     at: f64,
-    strand: Strand,
+    degenerate: DegenerateRows,
     direction: f64,
-    strands: &'p mut Strands<M>,
+    degenerates: &'p mut DegenerateRowSet<M>,
 }
 
-impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
+impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
     pub(crate) fn new(
-        plant: &'p Plant<'r, 'm, M>,
-        knots: &'p [Knot<M::Vector>],
-        (at, strand): (f64, Strand),
-        strands: &'p mut Strands<M>,
+        rhs: &'p RightHandSide<'r, 'm, M>,
+        knots: &'p [StepNode<M::Vector>],
+        (at, degenerate): (f64, DegenerateRows),
+        degenerates: &'p mut DegenerateRowSet<M>,
     ) -> Self {
         let direction = (knots[knots.len() - 1].t - knots[0].t).signum();
-        Self { plant, knots, at, strand, direction, strands }
+        Self { rhs, knots, at, degenerate, direction, degenerates }
     }
 
     /// The power of the distance with which the gradient vanishes on both sides; `None` where they do not
@@ -99,8 +99,8 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
 
     /// The gradient, in weighted coordinates.
     fn gradient(&mut self, side: f64, distance: f64, y: &Phase<M::Vector>) -> M::Vector {
-        let state = self.plant.state(self.time(side, distance), &y.q, &y.u);
-        self.strands.gradient(self.plant.model, self.plant.constants, &state, self.strand)
+        let state = self.rhs.state(self.time(side, distance), &y.q, &y.u);
+        self.degenerates.gradient(self.rhs.model, self.rhs.constants, &state, self.degenerate)
     }
 
     fn time(&self, side: f64, distance: f64) -> f64 {
@@ -111,9 +111,9 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
     /// what lies nearer to the place is less certain.
     fn state(&mut self, side: f64, distance: f64) -> Option<Phase<M::Vector>> {
         let t = self.time(side, distance);
-        let beyond = |knot: &&Knot<M::Vector>| (knot.t - t) * self.direction * side >= 0.0;
+        let beyond = |knot: &&StepNode<M::Vector>| (knot.t - t) * self.direction * side >= 0.0;
         let ends = if side < 0.0 { &self.knots[0] } else { &self.knots[self.knots.len() - 1] };
-        let near = |knot: &&Knot<M::Vector>| (knot.t - t).abs();
+        let near = |knot: &&StepNode<M::Vector>| (knot.t - t).abs();
         let from =
             self.knots.iter().filter(beyond).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(ends);
         let steps = (t - from.t).abs() / distance * STEPS;
@@ -140,20 +140,20 @@ impl<'p, 'r, 'm, M: Constraints> Path<'p, 'r, 'm, M> {
             end.q = sum(&end.q, &k.q, h * weight / 6.0);
             end.u = sum(&end.u, &k.u, h * weight / 6.0);
         }
-        let (model, constants) = (self.plant.model, self.plant.constants);
-        let mut state = self.plant.state(t + h, &end.q, &end.u);
-        constrain::project_positions(model, constants, &mut state, &mut self.strands.workspace).ok()?;
-        constrain::project_velocities(model, constants, &mut state, &mut self.strands.workspace).ok()?;
+        let (model, constants) = (self.rhs.model, self.rhs.constants);
+        let mut state = self.rhs.state(t + h, &end.q, &end.u);
+        constrain::project_positions(model, constants, &mut state, &mut self.degenerates.workspace).ok()?;
+        constrain::project_velocities(model, constants, &mut state, &mut self.degenerates.workspace).ok()?;
         Some(Phase { q: *state.q(), u: *state.u() })
     }
 
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Option<Phase<M::Vector>> {
-        let state = self.plant.state(t, &y.q, &y.u);
+        let state = self.rhs.state(t, &y.q, &y.u);
         let solved = constrain::accelerate(
-            self.plant.model,
-            self.plant.constants,
+            self.rhs.model,
+            self.rhs.constants,
             &state,
-            &mut self.strands.workspace,
+            &mut self.degenerates.workspace,
         )
         .ok()?;
         Some(Phase { q: y.u, u: solved.accelerations })

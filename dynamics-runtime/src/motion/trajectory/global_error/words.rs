@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::motion::trajectory::global_error::{GlobalError, MUCH, SecondRun, Shift};
+use crate::motion::trajectory::global_error::{GlobalError, MUCH, ReferenceSettings, Shift};
 use crate::wording::{Grouped, Rounded, Times};
 
 impl GlobalError {
@@ -38,11 +38,13 @@ impl fmt::Display for GlobalError {
         }
         let evaluations = Grouped(self.evaluations);
         match self.second {
-            SecondRun::HalfStep(h) => write!(f, "\n               by a second run with a step of {h:e}")?,
-            SecondRun::Tighter { absolute, relative } => {
+            ReferenceSettings::HalfStep(h) => {
+                write!(f, "\n               by a second run with a step of {h:e}")?
+            }
+            ReferenceSettings::Tighter { absolute, relative } => {
                 write!(f, "\n               by a second run at tolerance {:.1e}", absolute.max(relative))?;
             }
-            SecondRun::Looser { absolute, relative } => {
+            ReferenceSettings::Looser { absolute, relative } => {
                 let second = absolute.max(relative);
                 write!(
                     f,

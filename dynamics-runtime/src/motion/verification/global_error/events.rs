@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use crate::model::{ModelState, SimulationModel};
 use crate::motion::trajectory::global_error::Shift;
 use crate::motion::trajectory::record::{EventRecord, Trajectory};
-use crate::motion::verification::reference_run::Second;
+use crate::motion::verification::reference_run::ReferenceRun;
 
 /// Events that happen at one instant may differ by this part of their time.
 const SAME: f64 = 1e-12;
@@ -21,7 +21,7 @@ pub(crate) struct Matched {
 
 impl Matched {
     /// Compares the events of two runs, name by name.
-    pub(crate) fn of<M: SimulationModel>(first: &Trajectory<M>, second: &Second<M>) -> Self {
+    pub(crate) fn of<M: SimulationModel>(first: &Trajectory<M>, second: &ReferenceRun<M>) -> Self {
         let direction = first.direction();
         let end = second.broken_off.as_ref().map_or(f64::INFINITY, |(t, _)| direction * t);
         let mut names: Vec<&str> = Vec::new();

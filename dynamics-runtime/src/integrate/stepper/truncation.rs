@@ -2,7 +2,7 @@
 //! once more.
 
 use super::super::tableau::zip;
-use super::super::{Controller, Knot, Phase, Scheme, System, Tolerances};
+use super::super::{Controller, Phase, Scheme, StepNode, System, Tolerances};
 use super::{Step, StepError, Stepper, Trial, start_accelerations};
 use crate::model::Vector;
 
@@ -45,7 +45,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     /// Stands again where it stood some steps before. They remain counted.
-    pub fn go_back(&mut self, to: &Knot<V>) {
+    pub fn go_back(&mut self, to: &StepNode<V>) {
         self.now = *to;
         self.origin = (to.t, 0);
         self.scheme.forget();
@@ -77,7 +77,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         limit: f64,
     ) -> Result<(), StepError<Y::Error>> {
         let a = start_accelerations(system, t, &y)?;
-        self.now = Knot { t, y, a };
+        self.now = StepNode { t, y, a };
         self.scheme.forget();
         self.origin = (t, 0);
         self.control.iter_mut().for_each(Controller::restart);
@@ -90,7 +90,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// The interpolant of the step just made.
     pub fn dense<Y: System<V>>(&mut self, system: &mut Y, step: &Step<V>) -> Result<S::Dense, Y::Error> {
         // The first stage may be the step's own: see `System::attempting`.
-        let start = Knot { a: self.scheme.stages()[0].u, ..step.start };
+        let start = StepNode { a: self.scheme.stages()[0].u, ..step.start };
         system.hold_stages(step.kept.stages, &self.options.tolerances);
         self.scheme.dense(system, &start, &step.end, step.h)
     }
@@ -132,7 +132,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     pub(crate) fn attempt_again<Y: System<V>>(
         scheme: &mut S,
         system: &mut Y,
-        (start, h): (&Knot<V>, f64),
+        (start, h): (&StepNode<V>, f64),
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), Y::Error> {
         scheme.attempt_again(system, start, h, tolerances)
@@ -145,7 +145,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         mut end: Phase<V>,
         tolerances: &Tolerances,
     ) -> Result<bool, Y::Error> {
-        let Step { start, end: Knot { t, y, .. }, .. } = step;
+        let Step { start, end: StepNode { t, y, .. }, .. } = step;
         let apart = |end: &Phase<V>| tolerances.norm(&zip(end, y, |found, known| found - known), &start.y, y);
         if apart(&end) > SAME && system.settles() {
             system.settle(*t, &mut end, tolerances)?;

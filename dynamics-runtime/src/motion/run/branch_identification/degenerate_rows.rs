@@ -37,7 +37,7 @@ const MOST: usize = 32;
 
 /// What may vanish.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Strand {
+pub(crate) enum DegenerateRows {
     /// The gradient of a constraint of one row.
     Row(usize),
     /// That of a combination of rows.
@@ -56,17 +56,17 @@ impl<R: Vector> Lengths<R> {
         Self { rows: R::zeros(), all: 0.0 }
     }
 
-    pub(crate) fn of(&self, strand: Strand) -> f64 {
-        match strand {
-            Strand::Row(row) => self.rows[row],
-            Strand::All => self.all,
+    pub(crate) fn of(&self, degenerate: DegenerateRows) -> f64 {
+        match degenerate {
+            DegenerateRows::Row(row) => self.rows[row],
+            DegenerateRows::All => self.all,
         }
     }
 
-    fn set(&mut self, strand: Strand, to: f64) {
-        match strand {
-            Strand::Row(row) => self.rows[row] = to,
-            Strand::All => self.all = to,
+    fn set(&mut self, degenerate: DegenerateRows, to: f64) {
+        match degenerate {
+            DegenerateRows::Row(row) => self.rows[row] = to,
+            DegenerateRows::All => self.all = to,
         }
     }
 
@@ -77,8 +77,8 @@ impl<R: Vector> Lengths<R> {
 }
 
 /// What is followed, and how it is measured.
-pub(crate) struct Strands<M: Constraints> {
-    pub(crate) all: Vec<Strand>,
+pub(crate) struct DegenerateRowSet<M: Constraints> {
+    pub(crate) all: Vec<DegenerateRows>,
     /// √Mᵢᵢ at the start.
     pub(crate) weights: M::Vector,
     /// r.
@@ -87,7 +87,7 @@ pub(crate) struct Strands<M: Constraints> {
     pub(crate) workspace: Vec<f64>,
 }
 
-impl<M: Constraints> Strands<M> {
+impl<M: Constraints> DegenerateRowSet<M> {
     /// Nothing.
     pub(crate) fn none() -> Self {
         Self { all: Vec::new(), weights: M::Vector::zeros(), right: M::Rows::zeros(), workspace: Vec::new() }
@@ -97,16 +97,19 @@ impl<M: Constraints> Strands<M> {
     pub(crate) fn follow(&mut self, model: &M, start: &M::State) {
         let single =
             M::CONSTRAINTS.iter().filter(|one| one.kind == ConstraintKind::Holonomic && one.rows == 1);
-        self.all.extend(single.map(|one| Strand::Row(one.first)));
+        self.all.extend(single.map(|one| DegenerateRows::Row(one.first)));
         // Rows that repeat others have no rank of theirs to lose.
         if M::Residual::LEN > 1 && M::Vector::LEN <= MOST && !M::CONSTRAINTS.iter().any(|one| one.redundant) {
-            self.all.push(Strand::All);
+            self.all.push(DegenerateRows::All);
         }
         if self.all.is_empty() {
             return;
         }
-        self.weights =
-            crate::motion::run::branch_identification::strand::weights(model, start, &mut self.workspace);
+        self.weights = crate::motion::run::branch_identification::degenerate_rows::weights(
+            model,
+            start,
+            &mut self.workspace,
+        );
         let gradients = Gradients::alone(model, start, &mut self.workspace);
         for row in 0..M::Residual::LEN {
             let usual = length(gradients.row(row), self.weights.as_slice());
@@ -117,10 +120,10 @@ impl<M: Constraints> Strands<M> {
     }
 
     /// Whether it holds: a slack rope leads nobody, wherever its gradient is.
-    pub(crate) fn holds(&self, state: &M::State, strand: Strand) -> bool {
-        match strand {
-            Strand::Row(row) => holds::<M>(state.modes(), row),
-            Strand::All => active_rows::<M>(state.modes(), true).nth(1).is_some(),
+    pub(crate) fn holds(&self, state: &M::State, degenerate: DegenerateRows) -> bool {
+        match degenerate {
+            DegenerateRows::Row(row) => holds::<M>(state.modes(), row),
+            DegenerateRows::All => active_rows::<M>(state.modes(), true).nth(1).is_some(),
         }
     }
 
@@ -132,18 +135,21 @@ impl<M: Constraints> Strands<M> {
     ) -> Lengths<M::Rows> {
         let mut lengths = Lengths::<M::Rows>::zeros();
         let gradients = match self.all[0] {
-            Strand::Row(_) => Some(Gradients::alone(model, state, &mut self.workspace)),
-            Strand::All => None,
+            DegenerateRows::Row(_) => Some(Gradients::alone(model, state, &mut self.workspace)),
+            DegenerateRows::All => None,
         };
-        for strand in &self.all {
-            if let (Strand::Row(row), Some(gradients)) = (*strand, &gradients)
+        for degenerate in &self.all {
+            if let (DegenerateRows::Row(row), Some(gradients)) = (*degenerate, &gradients)
                 && holds::<M>(state.modes(), row)
             {
                 lengths.rows[row] = length(gradients.row(row), self.weights.as_slice());
             }
         }
-        if self.all.contains(&Strand::All) && self.holds(state, Strand::All) {
-            lengths.set(Strand::All, norm(self.gradient(model, constants, state, Strand::All).as_slice()));
+        if self.all.contains(&DegenerateRows::All) && self.holds(state, DegenerateRows::All) {
+            lengths.set(
+                DegenerateRows::All,
+                norm(self.gradient(model, constants, state, DegenerateRows::All).as_slice()),
+            );
         }
         lengths
     }
@@ -154,15 +160,15 @@ impl<M: Constraints> Strands<M> {
         model: &M,
         constants: &M::Constants,
         state: &M::State,
-        strand: Strand,
+        degenerate: DegenerateRows,
     ) -> M::Vector {
         let mut out = M::Vector::zeros();
-        match strand {
-            Strand::Row(row) => {
+        match degenerate {
+            DegenerateRows::Row(row) => {
                 let gradients = Gradients::alone(model, state, &mut self.workspace);
                 (0..M::Vector::LEN).for_each(|i| out[i] = gradients.row(row)[i] / self.weights[i]);
             }
-            Strand::All => {
+            DegenerateRows::All => {
                 let mut right = M::Rows::zeros();
                 active_rows::<M>(state.modes(), true).for_each(|row| right[row] = self.right[row]);
                 let Ok(delta) = constrain::correct(model, constants, state, &right, &mut self.workspace)
@@ -184,7 +190,7 @@ impl<M: Constraints> Strands<M> {
         &mut self,
         (model, constants): (&M, &M::Constants),
         place: &M::State,
-        strand: Strand,
+        degenerate: DegenerateRows,
         way: f64,
     ) -> bool {
         let mut along = *place.u();
@@ -199,7 +205,7 @@ impl<M: Constraints> Strands<M> {
             let mut state = *place;
             (0..M::Vector::LEN).for_each(|i| state.q_mut()[i] += forward * along[i] / self.weights[i]);
             state.q_mut()[axis] += other / self.weights[axis];
-            norm(self.gradient(model, constants, &state, strand).as_slice())
+            norm(self.gradient(model, constants, &state, degenerate).as_slice())
         };
         let (here, near, sides) = (at(0.0, (0, 0.0)), NEAR * way, [1.0, -1.0]);
         // What is not a number is none of both.
@@ -221,10 +227,10 @@ impl<M: Constraints> Strands<M> {
 }
 
 /// The rows of what vanishes at a state.
-pub(crate) fn rows_of<M: Constraints>(model: &M, state: &M::State, strand: Strand) -> Involved {
-    match strand {
-        Strand::Row(row) => Involved::ranked(M::ROWS, core::iter::once((row, 1.0))),
-        Strand::All => weakness(model, state).rows,
+pub(crate) fn rows_of<M: Constraints>(model: &M, state: &M::State, degenerate: DegenerateRows) -> Involved {
+    match degenerate {
+        DegenerateRows::Row(row) => Involved::ranked(M::ROWS, core::iter::once((row, 1.0))),
+        DegenerateRows::All => weakness(model, state).rows,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::dense::Hermite;
 use super::super::first_step::first_step;
-use super::super::{Controller, Dense, Hold, Knot, Scheme, System};
+use super::super::{Controller, Dense, Hold, Scheme, StepNode, System};
 use super::{Stepper, Trial};
 use crate::model::Vector;
 
@@ -21,7 +21,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
         let h = end.t - start.t;
         // The first stage may be the step's own: see `System::attempting`.
-        let begin = Knot { a: self.scheme.stages()[0].u, ..*start };
+        let begin = StepNode { a: self.scheme.stages()[0].u, ..*start };
         let (step, fails) = ((start.t, h), *error > 1.0 && !self.is_fixed());
         let part = if system.finds_kinks_by_ends() {
             let path = Hermite::between(&begin, end, h);

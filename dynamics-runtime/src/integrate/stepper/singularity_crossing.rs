@@ -17,7 +17,7 @@
 //! far as was tried.
 
 use super::super::tableau::zip;
-use super::super::{Knot, Method, Phase, Scheme, Settled, System};
+use super::super::{Method, Phase, Scheme, Settled, StepNode, System};
 use super::{Failure, SURPRISE, Stepper, Trial};
 use crate::math;
 use crate::model::Vector;
@@ -200,7 +200,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let (start, tolerances) = (&self.now, &self.options.tolerances);
         let violated = moved.violation / MOST_MOVE;
         let tolerance = math::max(tolerances.absolute, tolerances.relative);
-        let end = Knot { t: end_t, y: *to, a: start.a };
+        let end = StepNode { t: end_t, y: *to, a: start.a };
         let rounding = moved.noise > 1.0;
         if !rounding || moved.by * moved.by * tolerance > BENT || !system.is_weak(start, &end) {
             return Ok(violated);
@@ -230,7 +230,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             Err(Failure::Displaced(_) | Failure::Evaluation(_) | Failure::NotSolved) => {
                 let ahead = |x: f64, u: f64| x + h * u;
                 let y = zip(&start.y, &Phase { q: start.y.u, u: start.a }, ahead);
-                let end = Knot { t: start.t + h, y, a: start.a };
+                let end = StepNode { t: start.t + h, y, a: start.a };
                 self.passing.judge(attempt, f64::INFINITY, || system.is_weak(start, &end))
             }
             Err(_) => Verdict::Good,
@@ -390,7 +390,7 @@ mod tests {
     fn of_uncertain_ends_the_longest_is_taken_that_is_not_much_worse() {
         let trial = |t: f64, error: f64, noise: f64| {
             let zeros = nalgebra::SVector::<f64, 1>::zeros();
-            let at = |t| Knot { t, y: Phase::zeros(), a: zeros };
+            let at = |t| StepNode { t, y: Phase::zeros(), a: zeros };
             Trial { start: at(0.0), end: at(t), error, apart: error, noise, kept: Default::default() }
         };
         let taken = |tried: &[(f64, f64, f64)]| {
