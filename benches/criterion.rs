@@ -1,5 +1,5 @@
 //! Accelerations and motions, timed by Criterion: what has changed since the last run on this machine.
-//! `cargo bench --bench criterion`.
+//! `cargo bench -p dynamics-benches --bench criterion`.
 //!
 //! Ratios beside code by hand, with errors, are in `evaluation`, which takes its candidates in turn; error
 //! against cost of the methods is in `examples/work_precision.rs`; what does not depend on the machine's
@@ -130,7 +130,9 @@ fn vibration(criterion: &mut Criterion) {
 
 criterion_group! {
     name = all;
-    config = Criterion::default().warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
+    config = Criterion::default()
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
     targets = evaluation, integration, vibration
 }
 criterion_main!(all);

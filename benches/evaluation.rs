@@ -1,6 +1,6 @@
 //! Accelerations of derived models beside hand-written Rust: nanoseconds per call and the error of the
-//! results in units of rounding. `cargo bench --bench evaluation`; with `RUSTFLAGS="-C target-cpu=native"`
-//! what the machine at hand can do.
+//! results in units of rounding. `cargo bench -p dynamics-benches --bench evaluation`; with
+//! `RUSTFLAGS="-C target-cpu=native"` what the machine at hand can do.
 //!
 //! The machine decides the nanoseconds; the ratios inside one run are what can be compared. Other people's
 //! work disturbs one way only, so that the quickest of many passes counts, taken in turn with those of the

@@ -1,7 +1,7 @@
 //! Deriving models, checks and texts included, timed by Criterion: what a macro costs while a program is
-//! compiled. `cargo bench -p dynamics-symbolic`.
+//! compiled. `cargo bench -p dynamics-benches --bench derivation`.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../dynamics-symbolic/tests/common/mod.rs"]
 mod common;
 
 use std::hint::black_box;
@@ -36,7 +36,10 @@ fn derivation(criterion: &mut Criterion) {
 
 criterion_group! {
     name = all;
-    config = Criterion::default().sample_size(10).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(3));
+    config = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(3));
     targets = derivation
 }
 criterion_main!(all);
