@@ -4,7 +4,7 @@
 use std::convert::Infallible;
 
 use dynamics_runtime::integrate::{
-    Dense, Dop853, Esdirk4, GeneralizedAlpha, Kept, Phase, Radau5, Scheme, Step, StepError, StepNode,
+    Dense, Dop853, Esdirk4, GeneralizedAlpha, Phase, Radau5, Scheme, Step, StepError, StepFlags, StepNode,
     StepOptions, Stepper, System, Tolerances,
 };
 use nalgebra::SVector;
@@ -239,7 +239,7 @@ fn steps_without_a_solution_have_no_end() {
         let mut system = |t: f64, _: &V1, u: &V1| Ok::<_, Infallible>(V1::new(a(t, u)));
         let y = Phase { q: V1::new(0.0), u: V1::new(1.0) };
         let start = StepNode { t: 0.0, y, a: system(0.0, &y.q, &y.u).unwrap() };
-        let step = Step { start, end: start, h, kept: Kept::default() };
+        let step = Step { start, end: start, h, kept: StepFlags::default() };
         Stepper::end_of(&mut S::new(), &mut system, &step, &Tolerances::both(1e-6)).unwrap()
     }
     fn check<S: Scheme<V1>>() {

@@ -21,10 +21,10 @@ macro_rules! unconstrained {
                 Self::Rows::default()
             }
             fn jacobian(&self, _: &Self::State) -> Self::Jacobian {
-                Self::Jacobian::default()
+                Self::Jacobian::zeros()
             }
             fn velocity_jacobian(&self, _: &Self::State) -> Self::VelocityJacobian {
-                Self::VelocityJacobian::default()
+                Self::VelocityJacobian::zeros()
             }
             fn velocity_offset(&self, _: &Self::State) -> Self::VelocityOffset {
                 Self::VelocityOffset::default()
