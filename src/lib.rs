@@ -55,24 +55,37 @@
 //! without `std` the crate is `no_std`, and without `alloc` it does not allocate.
 #![cfg_attr(not(feature = "std"), no_std)]
 
+#[cfg(feature = "analysis")]
+#[doc(inline)]
+pub use dynamics_analysis as analysis;
 pub use dynamics_macros::{Dynamics, dynamics};
-pub use dynamics_runtime::*;
+#[cfg(feature = "alloc")]
+pub use dynamics_runtime::{
+    CubicSpline, MeshError, SplineError, adapters, kinematics, methods, motion, output, spline,
+};
+pub use dynamics_runtime::{
+    Cylindrical, EulerAngles, EulerParameters, EulerSequence, Expr, Force, Frame, Inertia, Joint,
+    MassProperties, Mat3, NotARotation, PlanarBody, PlanarFrame, PlanarJoint, Polar, PrincipalAxes,
+    RigidBody, SmoothFunction, Spherical, TimeDerivative, UnphysicalInertia, Vec2, Vec3, attitude, bodies,
+    constrain, derivative, error, expr, force, integrate, lanes, mass_properties, math, matrix, model,
+    reaction, rotation, scalar, series, sin_cos, smooth, unconstrained, vec2, vec3, vector,
+};
 
 /// Everything that a model and its use need: `use dynamics::prelude::*;`.
 pub mod prelude {
+    #[cfg(feature = "analysis")]
+    pub use dynamics_analysis::{
+        Analyze as _, BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
+        FitError, Linearization, LinearizeError, Loss, NonlinearModes as _, PeriodicError,
+        PeriodicMotions as _, SensitivityError, SmallMotions as _, Stability, StabilityVerdict, StateSpace,
+        Undecided, Vary as _, Vibration as _, VibrationError, continuation, fold_curve, hopf_curve,
+    };
     pub use dynamics_macros::{Dynamics, dynamics};
     pub use dynamics_macros::{
         dissipation, drawing, event, force, holonomic, kinematic, kinetic, lagrangian, nonholonomic, output,
         potential, redundant,
     };
     pub use dynamics_runtime::TimeDerivative as _;
-    #[cfg(feature = "std")]
-    pub use dynamics_runtime::analysis::{
-        Analyze as _, BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
-        FitError, Linearization, LinearizeError, Loss, NonlinearModes as _, PeriodicError,
-        PeriodicMotions as _, SensitivityError, SmallMotions as _, Stability, StabilityVerdict, StateSpace,
-        Undecided, Vary as _, Vibration as _, VibrationError, continuation, fold_curve, hopf_curve,
-    };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::constrain::Mechanism;
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
@@ -163,7 +176,7 @@ pub mod __private {
 }
 
 /// The code in the README and in the guides is compiled and run.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "analysis"))]
 mod guides {
     #[doc = include_str!("../README.md")]
     struct Readme;

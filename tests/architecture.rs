@@ -75,6 +75,19 @@ fn the_runtime_knows_no_engine() {
     assert!(!manifest.contains("dynamics-symbolic") && !manifest.contains("dynamics-macros"));
 }
 
+/// Analyses stand above all but the façade: whoever only simulates does not compile them.
+#[test]
+fn nothing_but_the_root_uses_the_analysis() {
+    for name in ["dynamics-symbolic", "dynamics-macros", "dynamics-view", "dynamics-runtime"] {
+        let why = "an analysis asks a model, and no model, motion or picture asks an analysis";
+        forbid(&format!("{name}/src"), &["dynamics_analysis"], why);
+        let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join(name).join("Cargo.toml");
+        let manifest = fs::read_to_string(manifest).expect("every crate has a manifest");
+        assert!(!manifest.contains("dynamics-analysis"), "{name} depends on the analysis: {why}");
+    }
+    forbid("dynamics-analysis/src", &["dynamics_symbolic", "dynamics_macros"], "it asks what is emitted");
+}
+
 #[test]
 fn pictures_know_no_mechanics() {
     forbid(
@@ -196,7 +209,9 @@ fn every_method_runs_without_an_allocator() {
 /// through their folder's own file. A circle is told with the names that tie its modules.
 #[test]
 fn modules_of_a_folder_use_each_other_in_one_direction() {
-    for name in ["dynamics-symbolic", "dynamics-macros", "dynamics-view", "dynamics-runtime"] {
+    for name in
+        ["dynamics-symbolic", "dynamics-macros", "dynamics-view", "dynamics-runtime", "dynamics-analysis"]
+    {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(name).join("src");
         let read = modules::Crate::read(&source);
         for circle in read.circles() {

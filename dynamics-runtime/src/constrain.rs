@@ -32,11 +32,14 @@ pub use compare::{Comparison, Formulated};
 pub use correct::{correct, solve_baumgarte};
 pub use embed::Embedding;
 pub(crate) use gradients::{Gradients, distance};
+pub use held::{ActiveRows, active_rows};
 pub use impact::{Impact, impact};
 #[cfg(feature = "alloc")]
 pub use mechanism::{Mechanism, Reaction};
+pub use nearby::at_time;
 pub use project::{Projection, project_along, project_positions, project_velocities};
 pub use speeds::move_by_speeds;
+pub use system::RANK_TOLERANCE;
 
 use held::holds;
 use system::{Miss, Names, Read, System};

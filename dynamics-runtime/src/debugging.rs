@@ -1,6 +1,8 @@
 //! What errors print where a program prints them for debugging.
 
 /// `Debug` of an error is its sentence: that is what `main` and `unwrap` print.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! sentence_for_debugging {
     ($error:ident $(<$model:ident: $bound:path>)?) => {
         impl $(<$model: $bound>)? core::fmt::Debug for $error $(<$model>)? {

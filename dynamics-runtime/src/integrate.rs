@@ -58,7 +58,7 @@ mod taylor;
 pub(crate) mod trees;
 mod tsit5;
 mod verner9;
-pub(crate) mod verner9_table;
+pub mod verner9_table;
 
 use core::fmt;
 

@@ -9,8 +9,6 @@ extern crate alloc;
 
 #[cfg(feature = "alloc")]
 pub mod adapters;
-#[cfg(feature = "std")]
-pub mod analysis;
 pub mod attitude;
 pub mod bodies;
 pub mod constrain;
@@ -40,20 +38,20 @@ pub mod motion;
 #[cfg(feature = "alloc")]
 pub mod output;
 #[cfg(feature = "alloc")]
-mod progress;
+pub mod progress;
 pub mod reaction;
 pub mod rotation;
 pub mod scalar;
 pub mod series;
 pub mod sin_cos;
 #[cfg(feature = "std")]
-mod slow;
+pub mod slow;
 pub mod smooth;
 #[cfg(feature = "alloc")]
 pub mod spline;
 pub mod vector;
 #[cfg(feature = "alloc")]
-mod wording;
+pub mod wording;
 
 pub use attitude::{EulerAngles, NotARotation};
 pub use bodies::{

@@ -9,7 +9,7 @@ mod kinks;
 mod known;
 mod modes;
 #[cfg(feature = "alloc")]
-pub(crate) mod names;
+pub mod names;
 mod vector;
 
 use core::fmt::{self, Debug};

@@ -25,5 +25,3 @@ pub use dynamics_view::{
     Animation, Axis, Chart, Color, Drawing, Figure, Film, Mark, Number, OutputError, Panel, Placement,
     Places, Point, Scale, Series, Shape,
 };
-#[cfg(feature = "std")]
-pub(crate) use dynamics_view::{file, text};

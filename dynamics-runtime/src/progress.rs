@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 /// Shows how far a run has come.
-pub(crate) struct Progress {
+pub struct Progress {
     #[cfg(feature = "progress")]
     bar: Option<Bar>,
 }
@@ -21,7 +21,8 @@ struct Bar {
 
 impl Progress {
     /// Shows nothing.
-    pub(crate) fn none() -> Self {
+    #[must_use]
+    pub fn none() -> Self {
         Self {
             #[cfg(feature = "progress")]
             bar: None,
@@ -36,14 +37,15 @@ impl Progress {
 
     /// For what counts from start to end.
     #[cfg(feature = "progress")]
-    pub(crate) fn of(what: &'static str, start: f64, end: f64) -> Self {
+    #[must_use]
+    pub fn of(what: &'static str, start: f64, end: f64) -> Self {
         let now = Instant::now();
         Self { bar: Some(Bar { start, end, what, begun: now, looked: now, bar: None }) }
     }
 
     /// Notes that a run has come to time t.
     #[inline]
-    pub(crate) fn at(&mut self, t: f64) {
+    pub fn at(&mut self, t: f64) {
         #[cfg(feature = "progress")]
         if let Some(bar) = &mut self.bar {
             bar.at(t);

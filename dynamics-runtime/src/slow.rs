@@ -6,13 +6,15 @@
 //! that it names, or run with `DYNAMICS_QUIET` in their environment.
 
 /// Watches how long something takes, to its end of life.
-pub(crate) struct Watch {
+pub struct Watch {
     #[cfg(unoptimized)]
     begun: std::time::Instant,
 }
 
 impl Watch {
-    pub(crate) fn start() -> Self {
+    /// From here on.
+    #[must_use]
+    pub fn start() -> Self {
         Self {
             #[cfg(unoptimized)]
             begun: std::time::Instant::now(),

@@ -10,7 +10,7 @@ fn is_plain(x: f64) -> bool {
 }
 
 /// A number with all its digits, and a power of ten where it is very large or small.
-pub(crate) struct Readable(pub(crate) f64);
+pub struct Readable(pub f64);
 
 impl fmt::Display for Readable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -44,7 +44,7 @@ impl fmt::Display for Grouped {
 }
 
 /// How many times, in two digits.
-pub(crate) struct Times(pub(crate) f64);
+pub struct Times(pub f64);
 
 impl fmt::Display for Times {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

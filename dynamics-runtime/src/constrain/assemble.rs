@@ -206,7 +206,7 @@ pub fn assemble<M: Constraints>(
 
 /// Solves the positions that are not given, and leaves velocities as they are.
 #[cfg(feature = "alloc")]
-pub(crate) fn positions_of<M: Constraints>(
+pub fn positions_of<M: Constraints>(
     model: &M,
     mut state: M::State,
     given: &[bool],

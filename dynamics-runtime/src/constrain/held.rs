@@ -13,8 +13,8 @@ pub(crate) fn active<M: Constraints>(modes: Modes, holonomic: bool) -> Active {
     Active { rest: M::CONSTRAINTS, modes, holonomic }
 }
 
-/// The rows of [`active`].
-pub(crate) fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveRows {
+/// The rows of the constraints that hold; those of the holonomic ones alone where `holonomic`.
+pub fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveRows {
     ActiveRows { constraints: active::<M>(modes, holonomic), rows: 0..0 }
 }
 
@@ -52,7 +52,7 @@ impl Active {
 
 /// See [`active_rows`].
 #[derive(Clone)]
-pub(crate) struct ActiveRows {
+pub struct ActiveRows {
     constraints: Active,
     rows: Range<usize>,
 }

@@ -8,7 +8,7 @@
 use super::tableau::Row;
 
 /// Nodes.
-pub(crate) const C: [f64; 21] = [
+pub const C: [f64; 21] = [
     0.0,
     0.03462,
     0.09702435063878044,
@@ -125,6 +125,9 @@ pub(crate) const A15: Row<9> = [
     (11, -34.26354448030452),
     (12, 1.2647565216956427),
 ];
+/// The rows of all stages of a step, that of stage 0 first.
+pub const ROWS: [&[(usize, f64)]; 16] =
+    [&[], &A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A12, &A13, &A14, &A15];
 /// Row of stage 17.
 pub(crate) const A17: Row<10> = [
     (0, 0.015499736681895594),
@@ -184,7 +187,7 @@ pub(crate) const A20: Row<13> = [
     (19, -0.11507507129585039),
 ];
 /// Weights of the result, order 9.
-pub(crate) const B: Row<9> = [
+pub const B: Row<9> = [
     (0, 0.014611976858423152),
     (7, -0.3915211862331339),
     (8, 0.23109325002895065),
@@ -196,7 +199,7 @@ pub(crate) const B: Row<9> = [
     (14, 0.030570139830827976),
 ];
 /// Weights of the embedded result of order 8, less [`B`].
-pub(crate) const E: Row<10> = [
+pub const E: Row<10> = [
     (0, -0.005357988290444578),
     (7, -2.583020491182464),
     (8, 0.14252253154686625),

@@ -9,9 +9,11 @@ use super::{Constraints, Dynamics, Outputs, Quantity, Vector};
 
 /// A named sequence of numbers.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Column {
-    pub(crate) name: String,
-    pub(crate) unit: String,
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// Its unit, empty where it is not known or 1.
+    pub unit: String,
 }
 
 impl Column {
@@ -22,7 +24,8 @@ impl Column {
 }
 
 /// The unit of time: seconds in every coherent system; none where the model has no units at all.
-pub(crate) fn time_unit<M: Outputs>() -> &'static str {
+#[must_use]
+pub fn time_unit<M: Outputs>() -> &'static str {
     let any = [M::COORDINATES, M::INPUTS, M::PARAMETERS, M::OUTPUTS]
         .into_iter()
         .flatten()
@@ -35,7 +38,8 @@ pub(crate) fn time<M: Outputs>() -> Column {
 }
 
 /// The unit of lengths; none where the model has no units at all.
-pub(crate) fn length_unit<M: Constraints + Outputs>() -> &'static str {
+#[must_use]
+pub fn length_unit<M: Constraints + Outputs>() -> &'static str {
     match (time_unit::<M>().is_empty(), is_english::<M>()) {
         (true, _) => "",
         (false, true) => "ft",
@@ -44,7 +48,8 @@ pub(crate) fn length_unit<M: Constraints + Outputs>() -> &'static str {
 }
 
 /// The unit of energies; none where the model has no units at all.
-pub(crate) fn energy_unit<M: Constraints + Outputs>() -> &'static str {
+#[must_use]
+pub fn energy_unit<M: Constraints + Outputs>() -> &'static str {
     match (time_unit::<M>().is_empty(), is_english::<M>()) {
         (true, _) => "",
         (false, true) => "ft*lb",
@@ -57,19 +62,23 @@ pub(crate) fn energy<M: Constraints + Outputs>() -> Column {
     Column { name: "energy".into(), unit: energy_unit::<M>().into() }
 }
 
-pub(crate) fn coordinates<M: Dynamics>() -> impl Iterator<Item = Column> {
+/// The coordinates.
+pub fn coordinates<M: Dynamics>() -> impl Iterator<Item = Column> {
     plain(M::COORDINATES)
 }
 
-pub(crate) fn velocities<M: Outputs>() -> impl Iterator<Item = Column> {
+/// Their rates.
+pub fn velocities<M: Outputs>() -> impl Iterator<Item = Column> {
     derivatives::<M>("_rate", "")
 }
 
-pub(crate) fn accelerations<M: Outputs>() -> impl Iterator<Item = Column> {
+/// Their accelerations.
+pub fn accelerations<M: Outputs>() -> impl Iterator<Item = Column> {
     derivatives::<M>("_acceleration", "^2")
 }
 
-pub(crate) fn plain(quantities: &'static [Quantity]) -> impl Iterator<Item = Column> {
+/// Quantities as they are declared.
+pub fn plain(quantities: &'static [Quantity]) -> impl Iterator<Item = Column> {
     quantities.iter().map(|quantity| Column { name: quantity.name.into(), unit: quantity.unit.into() })
 }
 
@@ -86,7 +95,7 @@ pub(crate) fn multipliers<M: Constraints + Outputs>() -> impl Iterator<Item = Co
 
 /// Generalized forces, each called by the coordinate along which it does work.
 #[cfg(feature = "std")]
-pub(crate) fn forces<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
+pub fn forces<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
     let (english, known) = (is_english::<M>(), !time_unit::<M>().is_empty());
     M::COORDINATES.iter().map(move |quantity| {
         let unit = if known { force(quantity.unit, false, english) } else { String::new() };
@@ -123,7 +132,8 @@ fn derivatives<M: Outputs>(suffix: &str, power: &str) -> impl Iterator<Item = Co
 }
 
 /// `theta_rate`, `theta_rate[3]`: the accessors' names.
-pub(crate) fn suffixed(name: &str, suffix: &str) -> String {
+#[must_use]
+pub fn suffixed(name: &str, suffix: &str) -> String {
     match name.split_once('[') {
         Some((name, index)) => format!("{name}{suffix}[{index}"),
         None => format!("{name}{suffix}"),

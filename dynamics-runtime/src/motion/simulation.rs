@@ -140,10 +140,10 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// This tolerance, of what is near zero another, unless tolerances or a fixed step were asked for. What
-    /// is none is said in either case.
+    /// This tolerance, of what is near zero another, unless tolerances or a fixed step were asked for. Both
+    /// cases report tolerances that are not positive.
     #[cfg(feature = "std")]
-    pub(crate) fn or_tolerance(mut self, tolerance: f64, absolute: Option<f64>) -> Self {
+    pub fn or_tolerance(mut self, tolerance: f64, absolute: Option<f64>) -> Self {
         let known = self.tolerances.is_some() || self.fixed.is_some();
         match absolute {
             _ if !(tolerance > 0.0 && tolerance < 1.0) => {

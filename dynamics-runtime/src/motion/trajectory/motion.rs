@@ -275,7 +275,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     }
 
     /// Adds the inputs of the law.
-    pub(crate) fn complete(&self, mut state: M::State) -> M::State {
+    pub fn complete(&self, mut state: M::State) -> M::State {
         if self.trajectory.has_law && self.law.is_none() {
             state.inputs_mut().as_mut_slice().fill(f64::NAN);
         }
@@ -284,19 +284,19 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
 
     /// Whether inputs come from a law.
     #[cfg(feature = "std")]
-    pub(crate) fn has_law(&self) -> bool {
+    pub fn has_law(&self) -> bool {
         self.trajectory.has_law
     }
 
     /// Whether its steps were of a fixed size, so that none of them ends where the model changes its branch.
     #[cfg(feature = "std")]
-    pub(crate) fn is_fixed(&self) -> bool {
+    pub fn is_fixed(&self) -> bool {
         self.trajectory.fixed
     }
 
     /// What depends on parameters alone.
     #[cfg(feature = "std")]
-    pub(crate) fn constants(&self) -> &M::Constants {
+    pub fn constants(&self) -> &M::Constants {
         &self.constants
     }
 

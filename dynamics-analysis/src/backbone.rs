@@ -1,0 +1,283 @@
+//! Nonlinear modes: how a mode of small motions goes on to large ones.
+//!
+//! Beside an equilibrium of a conservative system there is, for every natural frequency of which no other one
+//! is a whole multiple (ω_j ≠ n ω_k), a family of closed motions that begins with the linear mode and is
+//! ordered by energy (A. M. Lyapunov, *The General Problem of the Stability of Motion*, 1892; J. Moser, Comm.
+//! Pure Appl. Math. 29 (1976) 727). Its frequency over its energy is the backbone curve of forced vibration.
+//! The family is followed in s = √(E − E₀), by which amplitudes grow as s does, from one closed motion to the
+//! next: by secants, and by shooting with the energy held (`periodic/`; G. Kerschen et al., Mech. Syst.
+//! Signal Process. 23 (2009) 170; M. Peeters et al., ibid. 195). Where the energy turns round on the family
+//! it ends here, and says so.
+//!
+//! Internal resonances, where the motion of another frequency joins, are met on the way: what is found too
+//! far beside the secant is another family, and not taken.
+
+mod error;
+mod show;
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::f64::consts::TAU;
+
+use dynamics_runtime::constrain::{project_positions, project_velocities, with_workspace};
+use dynamics_runtime::error::SolveError;
+use dynamics_runtime::model::names;
+use dynamics_runtime::model::{ModelState, Powers, Vector};
+use dynamics_runtime::motion::Simulate;
+use nalgebra::DVector;
+
+pub use error::BackboneError;
+
+use super::equilibria::{Equilibria, scales};
+use super::linearize::{Mode, SmallMotions};
+use super::periodic::{PeriodicError, PeriodicMotions, PeriodicOrbit};
+
+/// The first energy of a family, of its last.
+const FIRST: f64 = 1e-6;
+/// What is found beside the secant by more than this part of the step is another family.
+const BESIDE: f64 = 0.5;
+/// The shortest step, of √(E_last − E₀).
+const SHORTEST: f64 = 1e-4;
+
+/// Models whose linear modes can be followed to large motions: all that can be moved and rest.
+pub trait NonlinearModes: Simulate + Powers {
+    /// A nonlinear mode: the family of closed motions that begins with the mode of this number, by growing
+    /// frequency from 0, beside an equilibrium. Options follow, [`Backbone::run`] runs it. One energy has to
+    /// belong to one motion of the family: where a momentum is conserved, too (two masses that nothing
+    /// holds), and where directions are alike (a pendulum that swings any way), it stops at once and says so.
+    /// Where another frequency is a whole multiple of this one there need not be a family, and what is found
+    /// may be one that both have part in.
+    fn nonlinear_mode(&self, equilibrium: &Self::State, mode: usize) -> Backbone<'_, Self> {
+        Backbone { model: self, rest: *equilibrium, mode, energy: f64::NAN, points: 40 }
+    }
+}
+
+impl<M: Simulate + Powers> NonlinearModes for M {}
+
+/// A family of closed motions with its options, before it is followed.
+#[must_use = "a nonlinear mode is not followed until `.run()`"]
+pub struct Backbone<'m, M: Simulate> {
+    model: &'m M,
+    rest: M::State,
+    mode: usize,
+    energy: f64,
+    points: usize,
+}
+
+/// A family of closed motions, from a linear mode on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BackboneCurve<S: ModelState> {
+    /// The linear mode with which it begins.
+    pub mode: Mode,
+    /// The energy in the equilibrium, E₀.
+    pub rest_energy: f64,
+    /// The unit of energies: `J` or `ft*lb`, empty where the model has no units.
+    pub energy_unit: &'static str,
+    /// Its motions, by growing distance from the equilibrium along the family.
+    pub points: Vec<BackbonePoint<S>>,
+}
+
+/// One closed motion of a family.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BackbonePoint<S: ModelState> {
+    /// Energy function above that of the equilibrium.
+    pub energy: f64,
+    /// 2π over the period, in rad/s.
+    pub frequency: f64,
+    /// The motion, with its multipliers.
+    pub orbit: PeriodicOrbit<S>,
+}
+
+impl<S: ModelState> BackboneCurve<S> {
+    /// Pairs of neighbours between which the motion gains or loses stability, as far as multipliers say:
+    /// indices of the second of each.
+    #[must_use]
+    pub fn changes(&self) -> Vec<usize> {
+        let stable = |k: usize| self.points[k].orbit.floquet.is_stable();
+        (1..self.points.len()).filter(|k| stable(*k) != stable(k - 1)).collect()
+    }
+}
+
+/// q and q̇ of a start, with its period.
+#[derive(Clone)]
+struct Member {
+    start: DVector<f64>,
+    period: f64,
+    s: f64,
+}
+
+impl<M: Simulate + Powers> Backbone<'_, M> {
+    /// Up to this energy above that of the equilibrium.
+    pub fn until(mut self, energy: f64) -> Self {
+        self.energy = energy;
+        self
+    }
+
+    /// About so many motions, four or more, where no step has to be shorter: 40 unless given.
+    pub fn points(mut self, count: usize) -> Self {
+        self.points = count;
+        self
+    }
+
+    /// Follows the family.
+    ///
+    /// # Errors
+    /// An energy that makes no sense, a mode that is not there or does not swing, a model whose energy is not
+    /// conserved; a family that could not be followed up to the energy, with what there is of it.
+    pub fn run(&self) -> Result<BackboneCurve<M::State>, BackboneError<M::State>> {
+        if !(self.energy.is_finite() && self.energy > 0.0) || self.points < 4 {
+            return Err(BackboneError::Option { energy: self.energy, points: self.points });
+        }
+        let mode = self.linear()?;
+        let omega = mode.eigenvalue.im;
+        let rest_energy = self.model.energy_function(&self.rest);
+        let last = self.energy.sqrt();
+        let mut curve =
+            BackboneCurve { mode, rest_energy, energy_unit: names::energy_unit::<M>(), points: Vec::new() };
+        let mut known: Vec<Member> = Vec::new();
+        // The first from the mode itself, with the energy to which it belongs.
+        let first = last * FIRST.sqrt();
+        let guess = self.small(&curve.mode, rest_energy, first)?;
+        let resting = Member { start: joined(&self.rest), period: TAU / omega, s: 0.0 };
+        match self.closed(&guess, TAU / omega, rest_energy + first * first) {
+            Ok(orbit) => self.take(&mut curve, &mut known, orbit),
+            Err(reason) => return Err(stopped(curve, Some(reason))),
+        }
+        let mut h = last / (self.points - 1) as f64;
+        while let Some(here) = known.last().cloned() {
+            if here.s >= last * (1.0 - 1e-12) {
+                return Ok(curve);
+            }
+            let before = if known.len() < 2 { &resting } else { &known[known.len() - 2] };
+            let s = (here.s + h).min(last);
+            match self.next(before, &here, s, rest_energy) {
+                Ok(orbit) => {
+                    self.take(&mut curve, &mut known, orbit);
+                    h = (1.5 * h).min(last / (self.points - 1) as f64);
+                }
+                Err(reason) => {
+                    h *= 0.5;
+                    if h < SHORTEST * last {
+                        return Err(stopped(curve, reason));
+                    }
+                }
+            }
+        }
+        Ok(curve)
+    }
+
+    /// The mode, of a system that conserves energy.
+    fn linear(&self) -> Result<Mode, BackboneError<M::State>> {
+        if !M::CONSERVED.iter().any(|quantity| matches!(quantity.name, "energy" | "energy function")) {
+            return Err(BackboneError::NotConserved);
+        }
+        self.model.stability(&self.rest).map_err(BackboneError::Rest)?;
+        let modes = self.model.linearize(&self.rest).and_then(|linear| linear.modes());
+        let modes = modes.map_err(|error| BackboneError::Rest(error.into()))?;
+        let count = modes.len();
+        let mode =
+            modes.into_iter().nth(self.mode).ok_or(BackboneError::NoMode { mode: self.mode, count })?;
+        let swings = mode.eigenvalue.im > 0.0 && mode.eigenvalue.re.abs() <= 1e-9 * mode.eigenvalue.im;
+        if swings { Ok(mode) } else { Err(BackboneError::DoesNotSwing { eigenvalue: mode.eigenvalue }) }
+    }
+
+    /// A state in the shape of the mode at an energy of about s².
+    fn small(&self, mode: &Mode, rest_energy: f64, s: f64) -> Result<M::State, BackboneError<M::State>> {
+        let scales = scales(M::COORDINATES, self.rest.q().as_slice());
+        let measure = scales.iter().fold(f64::INFINITY, |least: f64, x| least.min(*x));
+        let mut size = 1e-3 * measure;
+        let mut state = self.rest;
+        for _ in 0..4 {
+            state = self.rest;
+            // Re(shape) at rest where all swing together; a shape that turns moves on with −ω Im(shape).
+            for (i, x) in mode.shape.iter().enumerate() {
+                state.q_mut().as_mut_slice()[i] += size * x.re;
+                state.u_mut().as_mut_slice()[i] -= size * mode.eigenvalue.im * x.im;
+            }
+            self.place(&mut state).map_err(|error| BackboneError::Rest(error.into()))?;
+            let energy = self.model.energy_function(&state) - rest_energy;
+            if energy.is_nan() || energy <= 0.0 {
+                return Err(BackboneError::NoEnergy { energy });
+            }
+            size *= s / energy.sqrt();
+        }
+        Ok(state)
+    }
+
+    fn place(&self, state: &mut M::State) -> Result<(), SolveError> {
+        let constants = self.model.constants().map_err(SolveError::from)?;
+        with_workspace::<M, _>(|memory| {
+            project_positions(self.model, &constants, state, memory)?;
+            project_velocities(self.model, &constants, state, memory)
+        })?;
+        Ok(())
+    }
+
+    fn closed(
+        &self,
+        guess: &M::State,
+        period: f64,
+        energy: f64,
+    ) -> Result<PeriodicOrbit<M::State>, PeriodicError> {
+        self.model.periodic(*guess, period).hold_energy(energy).run()
+    }
+
+    /// The motion of the family at s; `None` where what is found is of another family.
+    fn next(
+        &self,
+        before: &Member,
+        here: &Member,
+        s: f64,
+        rest_energy: f64,
+    ) -> Result<PeriodicOrbit<M::State>, Option<PeriodicError>> {
+        let part = (s - here.s) / (here.s - before.s);
+        let step = (&here.start - &before.start) * part;
+        let mut guess = self.state(&(&here.start + &step));
+        self.place(&mut guess).map_err(PeriodicError::Solve)?;
+        let period = here.period + part * (here.period - before.period);
+        match self.closed(&guess, period, rest_energy + s * s) {
+            Ok(orbit) if belongs(here, &step, period, &orbit) => Ok(orbit),
+            Ok(_) => Err(None),
+            Err(error) => Err(Some(error)),
+        }
+    }
+
+    fn state(&self, joined: &DVector<f64>) -> M::State {
+        let n = M::Vector::LEN;
+        let mut state = self.rest;
+        state.q_mut().as_mut_slice().copy_from_slice(&joined.as_slice()[..n]);
+        state.u_mut().as_mut_slice().copy_from_slice(&joined.as_slice()[n..]);
+        state
+    }
+
+    fn take(
+        &self,
+        curve: &mut BackboneCurve<M::State>,
+        known: &mut Vec<Member>,
+        orbit: PeriodicOrbit<M::State>,
+    ) {
+        let energy = self.model.energy_function(&orbit.start) - curve.rest_energy;
+        known.push(Member { start: joined(&orbit.start), period: orbit.period, s: energy.max(0.0).sqrt() });
+        curve.points.push(BackbonePoint { energy, frequency: TAU / orbit.period, orbit });
+    }
+}
+
+fn stopped<S: ModelState>(curve: BackboneCurve<S>, reason: Option<PeriodicError>) -> BackboneError<S> {
+    let energy = curve.points.last().map_or(0.0, |last| last.energy);
+    BackboneError::Stopped { energy, reason: reason.map(Box::new), curve: Box::new(curve) }
+}
+
+fn joined<S: ModelState>(state: &S) -> DVector<f64> {
+    let all: Vec<f64> = state.q().as_slice().iter().chain(state.u().as_slice()).copied().collect();
+    DVector::from_vec(all)
+}
+
+/// Whether a motion lies where the secant led, and no other family does.
+fn belongs<S: ModelState>(here: &Member, step: &DVector<f64>, period: f64, orbit: &PeriodicOrbit<S>) -> bool {
+    let off = joined(&orbit.start) - &here.start - step;
+    let n = step.len() / 2;
+    // Rates count by what they make of coordinates in a radian.
+    let rate = TAU / period;
+    let size = |x: &DVector<f64>| x.rows(0, n).norm().hypot(x.rows(n, n).norm() / rate);
+    size(&off) <= BESIDE * size(step).max(1e-6) && (orbit.period / period - 1.0).abs() < 0.1
+}

@@ -1,0 +1,122 @@
+//! Why a nonlinear mode could not be followed, and how far it went.
+
+use alloc::boxed::Box;
+use core::fmt;
+
+use dynamics_runtime::model::ModelState;
+use nalgebra::Complex;
+
+use super::BackboneCurve;
+use crate::{EquilibriumError, PeriodicError};
+
+/// Why a nonlinear mode was not followed to its end. What was computed up to there is in the error.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub enum BackboneError<S: ModelState> {
+    /// The energy is not positive and finite, or less than four motions are asked for.
+    Option {
+        /// The energy.
+        energy: f64,
+        /// How many motions.
+        points: usize,
+    },
+    /// Energy is not known to be conserved: closed motions then stand alone, and there is no family.
+    NotConserved,
+    /// The state is no equilibrium, or has no modes.
+    Rest(EquilibriumError),
+    /// There is no such mode.
+    NoMode {
+        /// Which was asked for.
+        mode: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The mode does not swing: it is free to move, damped, or leaves the equilibrium.
+    DoesNotSwing {
+        /// σ, in 1/s.
+        eigenvalue: Complex<f64>,
+    },
+    /// The mode has no positive energy, as of what is stabilised by gyroscopic forces.
+    NoEnergy {
+        /// That of a small motion in it.
+        energy: f64,
+    },
+    /// No closed motion of the family was found beyond an energy.
+    Stopped {
+        /// The last energy above that of the equilibrium.
+        energy: f64,
+        /// What shooting said of the next one; `None` where it found one of another family.
+        reason: Option<Box<PeriodicError>>,
+        /// The family up to there.
+        curve: Box<BackboneCurve<S>>,
+    },
+}
+
+impl<S: ModelState> fmt::Display for BackboneError<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Option { energy, points } => write!(
+                f,
+                "`.until({energy})` with `.points({points})` makes no sense; give a positive energy above \
+                 that of the equilibrium, and four motions or more"
+            ),
+            Self::NotConserved => f.write_str(
+                "energy is not known to be conserved, so that closed motions form no family; take dampers, \
+                 forces and inputs out, write dead loads as potentials, and look at single motions with \
+                 `.periodic(..)`",
+            ),
+            Self::Rest(error) => write!(f, "there is no equilibrium with modes to begin with: {error}"),
+            Self::NoMode { mode, count } => {
+                write!(f, "there is no mode {mode}; they are counted from 0, and there are {count}")
+            }
+            Self::DoesNotSwing { eigenvalue } => write!(
+                f,
+                "the mode does not swing (its eigenvalue is {:.3e} + {:.3e}i per second), so that no closed \
+                 motions begin with it; choose another one",
+                eigenvalue.re, eigenvalue.im
+            ),
+            Self::NoEnergy { energy } => write!(
+                f,
+                "a small motion in the mode has {energy:.3e} of energy above rest, which does not order a \
+                 family; the equilibrium is stable by gyroscopic forces alone, or unstable"
+            ),
+            Self::Stopped { energy, reason: Some(reason), .. }
+                if matches!(**reason, PeriodicError::NotIsolated { .. }) =>
+            {
+                write!(
+                    f,
+                    "the family was followed up to {energy:.6e} of energy; beyond it closed motions of one \
+                 energy lie side by side, as where a momentum is conserved, too, or two directions are \
+                 alike: hold what moves freely by a constraint or in other coordinates, or look at single \
+                 motions with `.periodic(..)`"
+                )
+            }
+            Self::Stopped { energy, reason: Some(reason), .. } => {
+                write!(
+                    f,
+                    "the family was followed up to {energy:.6e} of energy, where it ends or turns: {reason}"
+                )
+            }
+            Self::Stopped { energy, reason: None, .. } => write!(
+                f,
+                "the family was followed up to {energy:.6e} of energy; what is found beyond is a motion of \
+                 another family, as where two frequencies come into resonance; take more points, or look at \
+                 what `.periodic(..)` finds there"
+            ),
+        }
+    }
+}
+
+dynamics_runtime::sentence_for_debugging!(BackboneError<S: ModelState>);
+impl<S: ModelState> core::error::Error for BackboneError<S> {}
+
+impl<S: ModelState> BackboneError<S> {
+    /// What was computed before it failed, if anything was.
+    #[must_use]
+    pub fn curve(&self) -> Option<&BackboneCurve<S>> {
+        match self {
+            Self::Stopped { curve, .. } => Some(curve),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! Branches of equilibria as a parameter changes: folds, branch points, the beginnings of flutter, and what
+//! happens between them.
+//!
+//! ```text
+//! let arch = continuation(|load| Truss { load, ..truss.clone() }).from(&start, 0.0).until(0.0..=50.0);
+//! let branch = arch.run()?;                          // through every limit point
+//! let diagram = arch.branches(10)?;                  // and on all branches that cross it, and those that cross them
+//! arch.load_controlled().run()?;                     // the error says where the load can no more be carried
+//! ```
+//!
+//! Parameters are fields of the model, so a closure makes it from a value of the parameter: any field,
+//! several together, a length as well as a load. Along the branch the equilibria are those of
+//! [`super::Equilibria`], constraints and reactions included, by the same coordinates and exact derivatives.
+//! By the parameter, which only the closure knows, derivatives are differences of exact forces, with a
+//! measured error; they steer steps and say in which direction branches go, but where an equilibrium is, and
+//! where its stiffness is singular, is told by forces and stiffness alone.
+//!
+//! Time stands still: where forces change with it, and be it at later times alone, there is no equilibrium,
+//! and branches and curves end. Three times are looked at in each point, all those of
+//! [`super::Equilibria::equilibrium`] in the last one and in special ones.
+//!
+//! Terms are those of AUTO, MatCont and BifurcationKit: folds (limit points), branch points, Hopf points;
+//! natural continuation is load control. Switched constraints are as the start has them. R. Seydel,
+//! *Practical Bifurcation and Stability Analysis*; E. L. Allgower & K. Georg, *Introduction to Numerical
+//! Continuation Methods*.
+
+mod branch;
+mod buckling;
+mod curve;
+mod error;
+mod flutter;
+mod fold_curve;
+mod followed_curves;
+mod hopf_curve;
+mod hopf_test_function;
+mod locate;
+mod measure;
+mod meet;
+mod newton;
+mod problem;
+mod several;
+mod show;
+mod switch;
+mod trace;
+mod watch;
+
+use alloc::borrow::ToOwned;
+use alloc::string::String;
+use core::ops::RangeInclusive;
+
+use dynamics_runtime::constrain::active_rows;
+use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
+use nalgebra::DMatrix;
+
+pub use branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, Stays};
+pub use buckling::{Buckling, CriticalLoad};
+pub use curve::PlaneCurve;
+pub use error::ContinuationError;
+pub use fold_curve::{FoldCurves, OfFolds, fold_curve};
+pub use followed_curves::{FoldCurve, HopfCurve};
+pub use hopf_curve::{HopfCurves, OfHopfPoints, hopf_curve};
+
+use super::equilibria::{Asked, find, periodic, scales};
+use locate::null_plane;
+use problem::{Direction, Place, Problem, is_range};
+use trace::{Options, Sample, Tracer, check_near};
+
+/// A family of models: one for each value of a parameter.
+#[must_use = "a family does nothing by itself; go on with `.from(&start, value)`"]
+pub struct Family<F> {
+    make: F,
+}
+
+/// Opens the continuation of a family of models.
+///
+/// ```text
+/// continuation(|stiffness| Truss { stiffness, ..truss.clone() }).from(&start, 10.0).until(1.0..=10.0).run()?
+/// ```
+pub fn continuation<M: Constraints + Powers, F: Fn(f64) -> M>(make: F) -> Family<F> {
+    Family { make }
+}
+
+impl<F> Family<F> {
+    /// From an equilibrium at a value of the parameter. Velocities other than 0 belong to coordinates on
+    /// which nothing depends, and stay: a steady motion.
+    pub fn from<M: Constraints + Powers>(self, start: &M::State, value: f64) -> Continuation<M, F>
+    where
+        F: Fn(f64) -> M,
+    {
+        let options = Options {
+            name: "parameter".to_owned(),
+            range: [f64::NAN; 2],
+            first: 0.01,
+            longest: 0.05,
+            shortest: 1e-9,
+            points: 2000,
+            load_control: false,
+            #[cfg(feature = "progress")]
+            progress: false,
+        };
+        Continuation { make: self.make, start: *start, value, forward: None, options }
+    }
+}
+
+/// A continuation with its options, before it runs.
+#[must_use = "a continuation does nothing until `.run()`"]
+pub struct Continuation<M: Constraints, F> {
+    make: F,
+    start: M::State,
+    value: f64,
+    forward: Option<bool>,
+    options: Options,
+}
+
+impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
+    /// The range of the parameter: the branch ends exactly at its ends. Its width is what the parameter is
+    /// measured by.
+    pub fn until(mut self, range: RangeInclusive<f64>) -> Self {
+        self.options.range = [*range.start(), *range.end()];
+        self
+    }
+
+    /// What the parameter is called, with its unit, in charts and messages: `load in N`.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.options.name = name.into();
+        self
+    }
+
+    /// First toward smaller values of the parameter; else toward larger ones, unless the start is at the
+    /// upper end of the range. From a start in a fold the branch goes to one side with it, and to the other
+    /// without; that fold is its first special point.
+    pub fn backward(mut self) -> Self {
+        self.forward = Some(false);
+        self
+    }
+
+    /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other
+    /// coordinates by the largest of their unit at the start, or, where that says nothing, by how far they go
+    /// before the stiffness is another one.
+    pub fn longest_step(mut self, length: f64) -> Self {
+        self.options.longest = length;
+        self
+    }
+
+    /// The first step, 0.01 unless given.
+    pub fn first_step(mut self, length: f64) -> Self {
+        self.options.first = length;
+        self
+    }
+
+    /// Most points of a branch, two or more: 2,000 unless given.
+    pub fn points(mut self, count: usize) -> Self {
+        self.options.points = count;
+        self
+    }
+
+    /// Changes the parameter alone, as a testing machine does that applies weights: fails at the first limit
+    /// point, with the limit load and all that was computed.
+    pub fn load_controlled(mut self) -> Self {
+        self.options.load_control = true;
+        self
+    }
+
+    /// Shows a progress bar on the error stream, by points of the most that are allowed, where a branch takes
+    /// longer than a second.
+    #[cfg(feature = "progress")]
+    pub fn progress(mut self) -> Self {
+        self.options.progress = true;
+        self
+    }
+
+    /// Follows the branch.
+    ///
+    /// # Errors
+    /// A start that is no equilibrium, or one of many side by side; options that make no sense; a model that
+    /// stops being one, and, under load control, the limit load, both with the branch up to there.
+    pub fn run(&self) -> Result<Branch<M::State>, ContinuationError<M::State>> {
+        let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
+        self.traced(|problem, periodic| self.one_way(problem, periodic, forward))
+    }
+
+    fn one_way(
+        &self,
+        problem: &Problem<'_, M>,
+        periodic: &[bool],
+        forward: bool,
+    ) -> Result<Branch<M::State>, ContinuationError<M::State>> {
+        let tracer = Tracer::new(problem, &self.options, periodic);
+        tracer.run(self.begin(problem, if forward { 1.0 } else { -1.0 })?, false)
+    }
+
+    /// With the problem that the options pose.
+    fn traced<R>(
+        &self,
+        f: impl FnOnce(&Problem<'_, M>, &[bool]) -> Result<R, ContinuationError<M::State>>,
+    ) -> Result<R, ContinuationError<M::State>> {
+        let range @ [lo, hi] = self.options.range;
+        if !is_range(range, self.value) {
+            return Err(ContinuationError::Range { range, start: self.value });
+        }
+        for (name, value) in [("first_step", self.options.first), ("longest_step", self.options.longest)] {
+            if !(value.is_finite() && value > self.options.shortest) {
+                return Err(ContinuationError::Option { name, value });
+            }
+        }
+        if self.options.points < 2 {
+            return Err(ContinuationError::Points { count: self.options.points });
+        }
+        if rolls::<M>(&self.start) {
+            return Err(ContinuationError::Nonholonomic);
+        }
+        let make = |p: [f64; 2]| (self.make)(p[0]);
+        let model = make([self.value, 0.0]);
+        let scales = scales(M::COORDINATES, self.start.q().as_slice());
+        let mut problem =
+            Problem { make: &make, count: 1, scales, widths: [hi - lo, 1.0], held: alloc::vec::Vec::new() };
+        let place = self.settled(&model, &problem)?;
+        let periodic = periodic(&model, &place.state);
+        problem.prepare(&place)?;
+        f(&problem, &periodic)
+    }
+
+    /// The start, in balance to rounding.
+    fn settled(
+        &self,
+        model: &M,
+        problem: &Problem<'_, M>,
+    ) -> Result<Place<M::State>, ContinuationError<M::State>> {
+        let moving = self.start.u().as_slice().iter().any(|u| *u != 0.0);
+        let found = find(model, &self.start, Asked { moving, ..Asked::REST })?;
+        let uncertainty = found.uncertainty.as_slice();
+        check_near(&self.start, &found.state, &problem.scales, uncertainty, M::COORDINATES)?;
+        Ok(Place { state: found.state, p: [self.value, 0.0] })
+    }
+
+    /// The first point, with its direction.
+    fn begin(&self, problem: &Problem<'_, M>, sign: f64) -> Result<Sample<M>, ContinuationError<M::State>> {
+        let model = problem.model([self.value, 0.0])?;
+        let place = self.settled(&model, problem)?;
+        let balance = problem.balance(&place, &[])?;
+        let lost = || ContinuationError::NotIsolated { coordinate: M::COORDINATES[0].name };
+        let [way, _] = null_plane(problem, &balance).ok_or_else(lost)?;
+        let along = way.scaled(if way.p[0] * sign < 0.0 { -1.0 } else { 1.0 });
+        let tracer = Tracer::new(problem, &self.options, &[]);
+        tracer.sample(balance, &along).map_err(|missed| match missed {
+            newton::Missed::Model(error) => ContinuationError::Start(error),
+            newton::Missed::Far => lost(),
+        })
+    }
+}
+
+impl<M: Constraints> Problem<'_, M> {
+    /// Finds what stands still, and what coordinates are measured by that are 0 at the start.
+    fn prepare(&mut self, place: &Place<M::State>) -> Result<(), ContinuationError<M::State>> {
+        let balance = self.balance(place, &[])?;
+        self.held = self.ignorable(&balance);
+        let balance = self.balance(place, &[])?;
+        if balance.size() == 0 {
+            return Err(ContinuationError::NothingMoves);
+        }
+        let (_, singular) = self.singular_values(&balance);
+        if let Some(soft) = singular {
+            return Err(ContinuationError::NotIsolated { coordinate: M::COORDINATES[soft].name });
+        }
+        let still = self.measure_zeros(place, &balance);
+        self.measure_lengths(&balance, &still);
+        Ok(())
+    }
+
+    /// The smallest singular value of [K, F_p], weighed by inertia, against the largest, and the coordinate
+    /// that it lets move where that is none.
+    fn singular_values(&self, balance: &problem::Balance<M>) -> (f64, Option<usize>) {
+        let Some(weighed) = balance.weighed() else { return (0.0, None) };
+        let (n, unknowns) = weighed.shape();
+        let scaled = DMatrix::from_fn(n, unknowns, |i, j| weighed[(i, j)] * self.measure(balance, j));
+        if !scaled.iter().all(|x| x.is_finite()) {
+            return (0.0, None);
+        }
+        let values = scaled.clone().svd(false, false).singular_values;
+        let part = values.min() / values.max().max(f64::MIN_POSITIVE);
+        let soft = (part <= 1e-12).then(|| {
+            let square = (&scaled * scaled.transpose()).symmetric_eigen();
+            let left = square.eigenvectors.column(square.eigenvalues.imin()).iamax();
+            balance.statics.tangent.coordinates[balance.free[left]]
+        });
+        (part, soft)
+    }
+
+    /// Independent coordinates along and on which no force acts, here and elsewhere, whatever the parameter.
+    fn ignorable(&self, balance: &problem::Balance<M>) -> alloc::vec::Vec<usize> {
+        let coordinates = &balance.statics.tangent.coordinates;
+        let mut places = alloc::vec![balance.place];
+        for (part, of_p) in [(0.037, 1e-3), (-0.071, -1e-3)] {
+            let by = nalgebra::DVector::from_fn(balance.lift.ncols(), |j, _| match j < balance.size() {
+                true => part * self.measure(balance, j) / (1.0 + j as f64),
+                false => of_p * self.widths[j - balance.size()],
+            });
+            let beside = self.moved(&balance.place, &balance.direction(&by, self.count));
+            places.extend(self.placed(&beside, &balance.statics));
+        }
+        let there: alloc::vec::Vec<_> =
+            places.iter().filter_map(|place| self.balance(place, coordinates).ok()).collect();
+        let nothing = |k: &usize| {
+            there.len() >= 2
+                && there.iter().all(|one| {
+                    let most = one.jacobian.amax();
+                    one.statics.tangent.coordinates == *coordinates
+                        && one.jacobian.row(*k).amax() <= 1e-14 * most
+                        && one.jacobian.column(*k).amax() <= 1e-14 * most
+                })
+        };
+        (0..coordinates.len()).filter(nothing).map(|k| coordinates[k]).collect()
+    }
+}
+
+/// Whether a row on velocities holds, which leaves more positions than velocities.
+fn rolls<M: Constraints>(state: &M::State) -> bool {
+    active_rows::<M>(state.modes(), false).any(|row| row >= M::Residual::LEN)
+}
+
+/// No direction at all.
+fn none(n: usize) -> Direction {
+    Direction { q: nalgebra::DVector::zeros(n), p: [0.0; 2] }
+}

@@ -1,0 +1,185 @@
+//! What a continuation gives.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use dynamics_runtime::model::{ModelState, Quantity};
+
+use super::problem::Direction;
+use crate::{EquilibriumError, Stability};
+
+/// A branch of equilibria, or of steady motions, in the order in which it was followed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Branch<S: ModelState> {
+    /// Its points; never empty.
+    pub points: Vec<BranchPoint<S>>,
+    /// Folds, branch points and the beginnings of flutter on it, in the same order.
+    pub special: Vec<Special<S>>,
+    /// Why it ends.
+    pub end: BranchEnd,
+    /// What the parameter is called.
+    pub parameter: String,
+    /// The coordinates.
+    pub coordinates: &'static [Quantity],
+    /// Steps that were tried and made shorter.
+    pub rejected: usize,
+    /// How far derivatives by the parameter, which are differences, may be off at worst, relative. They
+    /// steer; no point and no special point depends on them, but for the condition that tells branch points
+    /// from near misses.
+    pub derivative_error: f64,
+}
+
+/// A point of a branch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BranchPoint<S: ModelState> {
+    /// The parameter.
+    pub parameter: f64,
+    /// The equilibrium, or steady motion.
+    pub state: S,
+    /// The length of the branch up to here, with coordinates and the parameter by what they are measured by.
+    pub arclength: f64,
+    /// The verdict, or why there is none.
+    pub stability: Result<Stability, EquilibriumError>,
+}
+
+/// Which way it goes on in a point, as far as linear theory says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stays {
+    /// Small disturbances stay small.
+    Stable,
+    /// Some grow.
+    Unstable,
+    /// Linear theory does not decide, or there is no verdict.
+    Undecided,
+}
+
+impl<S: ModelState> BranchPoint<S> {
+    /// Whether it stays there.
+    #[must_use]
+    pub fn stays(&self) -> Stays {
+        match &self.stability {
+            Ok(verdict) if verdict.is_stable() => Stays::Stable,
+            Ok(verdict) if verdict.is_unstable() => Stays::Unstable,
+            _ => Stays::Undecided,
+        }
+    }
+}
+
+/// A point in which the number of equilibria, or their stability, changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Special<S: ModelState> {
+    /// What it is.
+    pub kind: SpecialKind,
+    /// The parameter.
+    pub parameter: f64,
+    /// By how much that was last corrected, or where it could only be enclosed, the width of that.
+    pub uncertainty: f64,
+    /// The equilibrium.
+    pub state: S,
+    /// The length of the branch up to here.
+    pub arclength: f64,
+    /// How all coordinates move where nothing resists: the buckling mode, largest 1. Zero where something
+    /// swings.
+    pub shape: S::Vector,
+    /// Directions of this branch and of the one that crosses it, for branch points.
+    pub(super) ways: Option<[Direction; 2]>,
+}
+
+/// What changes in a special point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SpecialKind {
+    /// The parameter turns round: a limit point, where two equilibria meet and vanish.
+    Fold,
+    /// Two more branches, mirror images of each other to first order, leave to one side of the parameter:
+    /// where they take stability over it is supercritical, where they only lose it, subcritical.
+    Pitchfork {
+        /// Which of the two.
+        supercritical: bool,
+    },
+    /// Two branches cross, and exchange stability.
+    Transcritical,
+    /// Branches meet, but none could be followed far enough to say how, or both turn round.
+    BranchPoint,
+    /// Several stiffnesses vanish at once, or too close together to be told apart.
+    Several {
+        /// How many.
+        count: usize,
+    },
+    /// A damped pair of eigenvalues passes the imaginary axis: oscillations begin to grow.
+    Hopf {
+        /// In rad/s.
+        frequency: f64,
+    },
+    /// Two frequencies of an undamped system meet and leave the imaginary axis: flutter begins.
+    FrequenciesMeet {
+        /// In rad/s.
+        frequency: f64,
+    },
+    /// What grew swinging grows without swinging from here on, or the other way round.
+    FlutterDivergence {
+        /// As e^(growth t), in 1/s.
+        growth: f64,
+    },
+}
+
+impl SpecialKind {
+    /// Whether branches meet there, so that [`super::Continuation::switch`] can leave this one.
+    #[must_use]
+    pub fn is_branch_point(&self) -> bool {
+        matches!(self, Self::Pitchfork { .. } | Self::Transcritical | Self::BranchPoint)
+    }
+}
+
+/// Why a branch ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BranchEnd {
+    /// The parameter reached an end of its range.
+    Range,
+    /// It came back to its first point.
+    Closed,
+    /// The frequency of a curve of Hopf points became zero.
+    ZeroFrequency,
+    /// It has as many points as were allowed.
+    Points,
+}
+
+impl<S: ModelState> Branch<S> {
+    /// Special points of which this is true.
+    pub fn special_where(
+        &self,
+        is_meant: impl Fn(&SpecialKind) -> bool,
+    ) -> impl Iterator<Item = &Special<S>> {
+        self.special.iter().filter(move |one| is_meant(&one.kind))
+    }
+
+    /// Its folds: limit points.
+    pub fn folds(&self) -> impl Iterator<Item = &Special<S>> {
+        self.special_where(|kind| matches!(kind, SpecialKind::Fold))
+    }
+
+    /// Its branch points: pitchforks, transcritical points, and those that could not be told.
+    pub fn branch_points(&self) -> impl Iterator<Item = &Special<S>> {
+        self.special_where(SpecialKind::is_branch_point)
+    }
+
+    /// Least and greatest parameter on it.
+    #[must_use]
+    pub fn range(&self) -> [f64; 2] {
+        let all = self.points.iter().map(|point| point.parameter);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], p| [lo.min(p), hi.max(p)])
+    }
+}
+
+/// Several branches that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagram<S: ModelState> {
+    /// The branches, each once, the one that was asked for first.
+    pub branches: Vec<Branch<S>>,
+    /// Why others could not be followed: the parameter where they leave, and the reason.
+    pub failures: Vec<(f64, String)>,
+    /// Branch points at which the limit of branches left no more to be followed.
+    pub left_out: usize,
+}

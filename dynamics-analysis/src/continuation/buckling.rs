@@ -1,0 +1,160 @@
+//! Buckling loads as an eigenvalue problem.
+//!
+//! Along the branch through the start the stiffness is K₀ + (p − p₀) K₁ to first order, with K₁ = dK/dp on
+//! the way that the branch goes; where it vanishes along x,
+//!
+//! ```text
+//! K₀ x = −(p − p₀) K₁ x
+//! ```
+//!
+//! (linear buckling analysis: Z. P. Bažant & L. Cedolin, *Stability of Structures*, chapter 4). K₀ is exact,
+//! K₁ a difference of exact stiffnesses. The loads are those of the branch points themselves where K changes
+//! with the parameter as a straight line does, as in columns that stay straight; how far it does not is
+//! measured for each load. Located branch points ([`super::Continuation::run`]) need none of this.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity};
+use nalgebra::{DMatrix, DVector};
+
+use super::locate::null_plane;
+use super::problem::{Balance, Direction, Problem, difference};
+use super::trace::{Tracer, shape};
+use super::{Continuation, ContinuationError};
+use crate::equilibria::EquilibriumError;
+
+/// Parts of the way to the first load at which forces must not change with time.
+const ON_THE_WAY: [f64; 3] = [1e-3, 0.5, 1.0];
+
+/// Loads at which a structure buckles, by linear theory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Buckling<S: ModelState> {
+    /// Those in the direction in which the parameter is followed, the nearest first.
+    pub loads: Vec<CriticalLoad<S>>,
+    /// What the parameter is called.
+    pub parameter: String,
+    /// The coordinates.
+    pub coordinates: &'static [Quantity],
+}
+
+/// One of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CriticalLoad<S: ModelState> {
+    /// The value of the parameter.
+    pub parameter: f64,
+    /// How all coordinates move, largest 1.
+    pub shape: S::Vector,
+    /// ‖K(p) x‖ ∞ against ‖K₀ x‖ ∞ at this load, on the straight continuation of the branch: rounding where
+    /// linear theory is exact, 0.1 where it is worth little.
+    pub nonlinearity: f64,
+}
+
+impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
+    /// The loads at which the structure buckles, from stiffness and its change with the parameter at the
+    /// start.
+    ///
+    /// # Errors
+    /// A start that is no equilibrium, or none that is stable; forces without a potential, or that change
+    /// with time on the way; no buckling in this direction.
+    pub fn buckling(&self) -> Result<Buckling<M::State>, ContinuationError<M::State>> {
+        let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
+        self.traced(|problem, _| {
+            let first = self.begin(problem, if forward { 1.0 } else { -1.0 })?;
+            let loads = critical(problem, &first.balance, if forward { 1.0 } else { -1.0 })?;
+            if let Err(reason) = timeless(problem, &first.balance, loads[0].parameter) {
+                let mut tracer = Tracer::new(problem, &self.options, &[]);
+                tracer.push(&first, 0.0);
+                return Err(tracer.ends_in_time(1, reason));
+            }
+            Ok(Buckling { loads, parameter: self.options.name.clone(), coordinates: M::COORDINATES })
+        })
+    }
+}
+
+/// That forces do not change with time on the way to the first load: on the branch, or where that is not
+/// found, on its straight continuation.
+fn timeless<M: Constraints>(
+    problem: &Problem<'_, M>,
+    balance: &Balance<M>,
+    load: f64,
+) -> Result<(), EquilibriumError> {
+    if !M::EXPLICIT_TIME {
+        return Ok(());
+    }
+    let Some([way, _]) = null_plane(problem, balance) else { return Ok(()) };
+    let whole = way.scaled((load - balance.place.p[0]) / way.p[0]);
+    let normal = Direction { q: &way.q * 0.0, p: [1.0, 0.0] };
+    for part in ON_THE_WAY {
+        let step = whole.scaled(part);
+        let guess = problem.moved(&balance.place, &step);
+        let coordinates = &balance.statics.tangent.coordinates;
+        let found =
+            problem.solve(&guess, coordinates, Some((&normal, &guess)), None, 0.5 * problem.norm(&step));
+        let straight = || problem.placed(&guess, &balance.statics);
+        let Some(place) = found.ok().map(|found| found.balance.place).or_else(straight) else { continue };
+        problem.check_times(&place)?;
+    }
+    Ok(())
+}
+
+fn critical<M: Constraints>(
+    problem: &Problem<'_, M>,
+    balance: &Balance<M>,
+    sign: f64,
+) -> Result<Vec<CriticalLoad<M::State>>, ContinuationError<M::State>> {
+    let none = |reason: &'static str| ContinuationError::NoBuckling { reason };
+    let [way, _] = null_plane(problem, balance).ok_or_else(|| none("the start is singular"))?;
+    if way.p[0] == 0.0 {
+        return Err(none("the start is a fold"));
+    }
+    let way = way.scaled(1.0 / way.p[0]);
+    let n = balance.size();
+    let here = balance.stiffness();
+    // The straight continuation of the branch, back on the constraints.
+    let at = |change: f64| {
+        let place = problem.placed(&problem.moved(&balance.place, &way.scaled(change)), &balance.statics)?;
+        let there = problem.statics(&place, &balance.statics.tangent.coordinates).ok()?;
+        let same = there.tangent.coordinates == balance.statics.tangent.coordinates;
+        same.then(|| there.stiffness.select_rows(&balance.free).select_columns(&balance.free))
+    };
+    let column = |k: DMatrix<f64>| DVector::from_column_slice(k.as_slice());
+    let (slope, _) = difference(0.0, problem.widths[0], |change| at(change).map(column))?;
+    let slope = DMatrix::from_column_slice(n, n, slope.as_slice());
+    let skew = |k: &DMatrix<f64>| (k - k.transpose()).amax() > 1e-9 * k.amax();
+    if skew(&here) || skew(&slope) {
+        return Err(none(
+            "the loads have no potential, and flutter may come first; follow the branch with `.run()`",
+        ));
+    }
+    let even = |k: &DMatrix<f64>| 0.5 * (k + k.transpose());
+    let lower = even(&here).cholesky().map(nalgebra::Cholesky::unpack);
+    let lower = lower.ok_or_else(|| none("the start is not stable; start below the first buckling load"))?;
+    let solve = |right: &DMatrix<f64>| lower.solve_lower_triangular(right);
+    let reduced = solve(&even(&slope)).and_then(|half| solve(&half.transpose()));
+    let reduced = even(&reduced.ok_or_else(|| none("the start is singular"))?);
+    let eigen = reduced.symmetric_eigen();
+    let most = eigen.eigenvalues.amax();
+    let mut loads = Vec::new();
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        let change = -1.0 / value;
+        if value.abs() <= 1e-12 * most || change * sign <= 0.0 {
+            continue;
+        }
+        let Some(x) = lower.tr_solve_lower_triangular(&vector.into_owned()) else { continue };
+        let nonlinearity = at(change).map_or(f64::NAN, |k| (k * &x).amax() / (&here * &x).amax());
+        let mut unknowns = DVector::zeros(n + problem.count);
+        unknowns.rows_mut(0, n).copy_from(&x);
+        let mode: Direction = balance.direction(&unknowns, problem.count);
+        loads.push(CriticalLoad {
+            parameter: balance.place.p[0] + change,
+            shape: shape(&mode),
+            nonlinearity,
+        });
+    }
+    if loads.is_empty() {
+        return Err(none("stiffness does not become less as the parameter goes this way"));
+    }
+    loads.sort_by(|a, b| (a.parameter * sign).total_cmp(&(b.parameter * sign)));
+    Ok(loads)
+}

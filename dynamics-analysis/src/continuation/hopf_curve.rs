@@ -1,0 +1,97 @@
+//! Where flutter begins, as a second parameter changes: the edge of a region in which a system swings ever
+//! more.
+//!
+//! Beside balance the test function of `hopf_test_function.rs` is zero. A curve of Hopf points ends where its
+//! frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974; R. I. Bogdanov, 1975).
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::cell::Cell;
+
+use dynamics_runtime::model::{Constraints, Powers};
+
+use super::ContinuationError;
+use super::branch::{BranchEnd, Special, SpecialKind};
+use super::curve::{Curve, Plan, PlaneCurve};
+use super::followed_curves::HopfCurve;
+use super::hopf_test_function::Swings;
+use super::newton::Singular;
+use super::problem::{Balance, Place};
+
+/// A curve that cannot be followed any further, whose frequency is below this part of its largest and falls,
+/// ends where the frequency is zero.
+const SLOW: f64 = 0.1;
+
+/// The kind of curve that [`hopf_curve`] opens.
+#[derive(Clone, Copy, Debug)]
+pub struct OfHopfPoints(SpecialKind);
+
+/// A curve of Hopf points with its options, before it is followed.
+pub type HopfCurves<M, F> = PlaneCurve<M, F, OfHopfPoints>;
+
+/// Opens a curve of Hopf points of a family with two parameters, from one of its first parameter at the value
+/// `second` of the other; of an undamped system, of points in which two frequencies meet.
+///
+/// ```text
+/// let hopf = branch.special.iter().find(|one| matches!(one.kind, SpecialKind::Hopf { .. })).unwrap();
+/// hopf_curve(|load, damping| Column { load, damping, ..column.clone() }, hopf, 0.1).until(0.0..=6.0, 0.0..=2.0).run()?
+/// ```
+pub fn hopf_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
+    make: F,
+    hopf: &Special<M::State>,
+    second: f64,
+) -> HopfCurves<M, F> {
+    let place = Place { state: hopf.state, p: [hopf.parameter, second] };
+    PlaneCurve { make, plan: Plan::at(place), kind: OfHopfPoints(hopf.kind) }
+}
+
+impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
+    /// Follows the curve.
+    ///
+    /// # Errors
+    /// Ranges that are empty or without the start; no Hopf point at the start; a curve that cannot be
+    /// followed any further before its frequency is zero.
+    pub fn run(&self) -> Result<HopfCurve<M::State>, ContinuationError<M::State>> {
+        let (frequency, meet) = match self.kind.0 {
+            SpecialKind::Hopf { frequency } => (frequency, false),
+            SpecialKind::FrequenciesMeet { frequency } => (frequency, true),
+            _ => return Err(ContinuationError::NoHopf),
+        };
+        let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
+        // The frequency of the last place: the next one is near it.
+        let last = Cell::new(frequency);
+        let swings = |balance: &Balance<M>| {
+            let now =
+                Swings { frequency: last.get(), meet }.frequency(&balance.model, &balance.place.state)?;
+            last.set(now);
+            Some(Singular::swinging(balance, Swings { frequency: now, meet }))
+        };
+        let (curve, lost) = self.plan.run::<M>(&make, &swings, ContinuationError::NoHopf)?;
+        let mut frequencies = Vec::with_capacity(curve.points.len());
+        let mut now = frequency;
+        for (p, state) in &curve.points {
+            now = Swings { frequency: now, meet }.frequency(&make(*p), state).unwrap_or(f64::NAN);
+            frequencies.push(now);
+        }
+        let most = frequencies.iter().fold(0.0, |most: f64, x| most.max(*x));
+        let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < SLOW * most);
+        let of = |curve: Curve<M::State>, end| HopfCurve {
+            points: curve.points,
+            frequencies,
+            end,
+            coordinates: M::COORDINATES,
+        };
+        match lost {
+            None => {
+                let end = curve.end;
+                Ok(of(curve, end))
+            }
+            Some(None) if slow => Ok(of(curve, BranchEnd::ZeroFrequency)),
+            Some(reason) => Err(ContinuationError::HopfCurve {
+                at: curve.points.last().map_or([f64::NAN; 2], |(p, _)| *p),
+                reason,
+                curve: Box::new(of(curve, BranchEnd::Points)),
+            }),
+        }
+    }
+}

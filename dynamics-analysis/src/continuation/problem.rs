@@ -1,0 +1,312 @@
+//! Balance as equations for coordinates and parameters together.
+//!
+//! At a place (q, p) that need not be in balance, nor quite on the constraints, the equations are F = Eᵀr = 0
+//! for the independent coordinates z and the parameters, with r = −Q − Φ_qᵀλ at q̈ = 0
+//! (`equilibria/statics.rs`). To first order
+//!
+//! ```text
+//! δq = D δz + P δp + c        P = the dependent coordinates' answer to Φ_p,        c = that to Φ itself: the way back to the constraints
+//! δF = K δz + F_p δp + Eᵀr_q c        F_p = Eᵀ(r_p + r_q P)
+//! ```
+//!
+//! K, D and Eᵀr_q are exact. What the parameter does, r_p and Φ_p, is known to nobody but the closure that
+//! makes the model: these are central differences, extrapolated (Richardson), of exact forces and residuals,
+//! with an error measured beside them. They steer; whether a place is in balance, and whether its stiffness
+//! is singular, is said by F and K alone.
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::constrain::active_rows;
+use dynamics_runtime::error::StateError;
+use dynamics_runtime::model::{Constraints, ModelState, Vector};
+use nalgebra::{DMatrix, DVector};
+
+use crate::equilibria::{EquilibriumError, Statics, check_time};
+
+/// Parts of a parameter's range by which it is moved for differences.
+const STEPS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
+/// Differences that are known to this part are good enough.
+const KNOWN: f64 = 1e-11;
+/// The narrowest range, as a part of the parameter.
+const NARROW: f64 = 1e-8;
+
+/// A position at values of the parameters; the second one of models that have one parameter is 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place<S> {
+    pub(super) state: S,
+    pub(super) p: [f64; 2],
+}
+
+/// A direction in all coordinates and parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Direction {
+    pub(super) q: DVector<f64>,
+    pub(super) p: [f64; 2],
+}
+
+impl Direction {
+    pub(super) fn scaled(&self, by: f64) -> Self {
+        Self { q: &self.q * by, p: self.p.map(|p| by * p) }
+    }
+}
+
+/// A family of models, and what its coordinates and parameters are measured by.
+pub(super) struct Problem<'f, M: Constraints> {
+    pub(super) make: &'f dyn Fn([f64; 2]) -> M,
+    /// How many parameters it has: 1, or 2.
+    pub(super) count: usize,
+    /// What coordinates are measured by.
+    pub(super) scales: Vec<f64>,
+    /// What parameters are measured by.
+    pub(super) widths: [f64; 2],
+    /// Coordinates on which nothing depends: they stand still.
+    pub(super) held: Vec<usize>,
+}
+
+/// The equations at a place.
+pub(super) struct Balance<M: Constraints> {
+    pub(super) place: Place<M::State>,
+    pub(super) model: M,
+    pub(super) statics: Statics<M::Rows>,
+    /// Which of the independent coordinates are free, by their place among them.
+    pub(super) free: Vec<usize>,
+    /// F + Eᵀr_q c, n: what the unknowns have to answer for.
+    pub(super) force: DVector<f64>,
+    /// [K, F_p], n × (n + parameters).
+    pub(super) jacobian: DMatrix<f64>,
+    /// [D, P], N × (n + parameters): what the unknowns do to all coordinates.
+    pub(super) lift: DMatrix<f64>,
+    /// c, N.
+    pub(super) offset: DVector<f64>,
+    /// How far F_p may be off, relative.
+    pub(super) unsure: f64,
+}
+
+impl<M: Constraints> Problem<'_, M> {
+    /// A distance between neighbours, in what coordinates and parameters are measured by.
+    pub(super) fn distance(&self, a: &Place<M::State>, b: &Place<M::State>) -> f64 {
+        self.norm(&self.between(a, b))
+    }
+
+    pub(super) fn between(&self, a: &Place<M::State>, b: &Place<M::State>) -> Direction {
+        let of = |place: &Place<M::State>| DVector::from_column_slice(place.state.q().as_slice());
+        Direction { q: of(b) - of(a), p: [b.p[0] - a.p[0], b.p[1] - a.p[1]] }
+    }
+
+    pub(super) fn dot(&self, a: &Direction, b: &Direction) -> f64 {
+        let of_q: f64 = self.scales.iter().enumerate().map(|(i, s)| a.q[i] * b.q[i] / (s * s)).sum();
+        of_q + (0..self.count).map(|k| a.p[k] * b.p[k] / (self.widths[k] * self.widths[k])).sum::<f64>()
+    }
+
+    pub(super) fn norm(&self, a: &Direction) -> f64 {
+        self.dot(a, a).sqrt()
+    }
+
+    pub(super) fn moved(&self, place: &Place<M::State>, by: &Direction) -> Place<M::State> {
+        let mut next = *place;
+        next.state.q_mut().as_mut_slice().iter_mut().zip(by.q.iter()).for_each(|(q, d)| *q += d);
+        (0..self.count).for_each(|k| next.p[k] += by.p[k]);
+        next
+    }
+
+    /// The model at values of the parameters, if these are numbers.
+    pub(super) fn model(&self, p: [f64; 2]) -> Result<M, EquilibriumError> {
+        let model = (self.make)(p);
+        StateError::check_parameters(&model)?;
+        Ok(model)
+    }
+
+    /// Forces and stiffness alone; `preferred` coordinates are independent where they can be.
+    pub(super) fn statics(
+        &self,
+        place: &Place<M::State>,
+        preferred: &[usize],
+    ) -> Result<Statics<M::Rows>, EquilibriumError> {
+        Statics::of(&self.model(place.p)?, &place.state, preferred)
+    }
+
+    /// That forces which balance at a place do so at all times that are looked at of an equilibrium.
+    pub(super) fn check_times(&self, place: &Place<M::State>) -> Result<(), EquilibriumError> {
+        if !M::EXPLICIT_TIME {
+            return Ok(());
+        }
+        check_time(&self.model(place.p)?, &place.state, &self.statics(place, &[])?, true)
+    }
+
+    /// Positions among the independent coordinates of those that are not held.
+    pub(super) fn free(&self, statics: &Statics<M::Rows>) -> Vec<usize> {
+        let is_free = |k: &usize| !self.held.contains(&statics.tangent.coordinates[*k]);
+        (0..statics.tangent.coordinates.len()).filter(is_free).collect()
+    }
+
+    pub(super) fn balance(
+        &self,
+        place: &Place<M::State>,
+        preferred: &[usize],
+    ) -> Result<Balance<M>, EquilibriumError> {
+        let model = self.model(place.p)?;
+        let statics = Statics::of(&model, &place.state, preferred)?;
+        let free = self.free(&statics);
+        let n = free.len();
+        let rows: Vec<usize> = active_rows::<M>(place.state.modes(), false).collect();
+        let residual = model.residual(&place.state);
+        let left = |values: &M::Residual| DMatrix::from_fn(rows.len(), 1, |i, _| values.as_slice()[rows[i]]);
+        let offset = statics.tangent.particular(&left(&residual)).column(0).into_owned();
+        let mut force = &statics.force + &statics.by_all * &offset;
+        force = DVector::from_fn(n, |i, _| force[free[i]]);
+        let mut jacobian = DMatrix::zeros(n, n + self.count);
+        let mut lift = DMatrix::zeros(M::Vector::LEN, n + self.count);
+        for (j, k) in free.iter().enumerate() {
+            (0..n).for_each(|i| jacobian[(i, j)] = statics.stiffness[(free[i], *k)]);
+            lift.set_column(j, &statics.tangent.positions.column(*k));
+        }
+        let mut unsure: f64 = 0.0;
+        for k in 0..self.count {
+            let at = |value: f64| {
+                let mut p = place.p;
+                p[k] = value;
+                self.model(p).ok()
+            };
+            let of_rows = difference(place.p[k], self.widths[k], |value| {
+                let moved = at(value)?.residual(&place.state);
+                Some(left(&moved).column(0).into_owned())
+            })?;
+            let of_force = difference(place.p[k], self.widths[k], |value| {
+                statics.force_beside(&at(value)?, &place.state).ok()
+            })?;
+            let answer =
+                statics.tangent.particular(&DMatrix::from_columns(&[of_rows.0])).column(0).into_owned();
+            let total = of_force.0 + &statics.by_all * &answer;
+            (0..n).for_each(|i| jacobian[(i, n + k)] = total[free[i]]);
+            lift.set_column(n + k, &answer);
+            unsure = unsure.max(of_rows.1).max(of_force.1);
+        }
+        Ok(Balance { place: *place, model, statics, free, force, jacobian, lift, offset, unsure })
+    }
+
+    /// Back to the constraints, with the independent coordinates of `like` as they are; `None` where they
+    /// cannot be followed.
+    pub(super) fn placed(&self, place: &Place<M::State>, like: &Statics<M::Rows>) -> Option<Place<M::State>> {
+        if M::Residual::LEN == 0 {
+            return Some(*place);
+        }
+        let (model, mut next) = (self.model(place.p).ok()?, *place);
+        let mut last = f64::INFINITY;
+        for _ in 0..20 {
+            let rows: Vec<usize> = active_rows::<M>(next.state.modes(), false).collect();
+            let residual = model.residual(&next.state);
+            let left = DMatrix::from_fn(rows.len(), 1, |i, _| residual.as_slice()[rows[i]]);
+            let change =
+                Statics::of(&model, &next.state, &like.tangent.coordinates).ok()?.tangent.particular(&left);
+            let change = Direction { q: change.column(0).into_owned(), p: [0.0; 2] };
+            let size = self.norm(&change);
+            if size <= f64::EPSILON || (size <= 1e-10 && size >= 0.5 * last) {
+                return Some(next);
+            }
+            next = self.moved(&next, &change);
+            last = size;
+        }
+        None
+    }
+}
+
+impl<M: Constraints> Balance<M> {
+    /// n.
+    pub(super) fn size(&self) -> usize {
+        self.free.len()
+    }
+
+    /// What changes of the unknowns do.
+    pub(super) fn direction(&self, unknowns: &DVector<f64>, count: usize) -> Direction {
+        let n = self.size();
+        let part = unknowns.rows(0, n + count);
+        let p = core::array::from_fn(|k| if k < count { unknowns[n + k] } else { 0.0 });
+        Direction { q: &self.lift * part, p }
+    }
+
+    /// K of the free coordinates, n × n.
+    pub(super) fn stiffness(&self) -> DMatrix<f64> {
+        self.jacobian.columns(0, self.size()).into_owned()
+    }
+
+    /// L of M = L Lᵀ, and L⁻¹ K L⁻ᵀ, of the free coordinates.
+    pub(super) fn per_inertia(&self) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+        let mass = self.statics.mass.select_rows(&self.free).select_columns(&self.free);
+        let lower = mass.cholesky()?.unpack();
+        let half = lower.solve_lower_triangular(&self.stiffness())?;
+        let reduced = lower.solve_lower_triangular(&half.transpose())?.transpose();
+        Some((lower, reduced))
+    }
+
+    /// L⁻¹ [K, F_p]: forces of all units weighed alike.
+    pub(super) fn weighed(&self) -> Option<DMatrix<f64>> {
+        let mass = self.statics.mass.select_rows(&self.free).select_columns(&self.free);
+        mass.cholesky()?.unpack().solve_lower_triangular(&self.jacobian)
+    }
+
+    /// F_p of a parameter.
+    pub(super) fn by_parameter(&self, k: usize) -> DVector<f64> {
+        self.jacobian.column(self.size() + k).into_owned()
+    }
+
+    /// That it does not change with time, at a few times or at `all` that are looked at of an equilibrium.
+    pub(super) fn check_time(&self, all: bool) -> Result<(), EquilibriumError> {
+        check_time(&self.model, &self.place.state, &self.statics, all)
+    }
+
+    /// That balance is left by no more than rounding of the forces.
+    pub(super) fn is_balanced(&self, change: f64) -> Result<bool, EquilibriumError> {
+        let noise = self.statics.noise(&self.model, &self.place.state)?;
+        let rounded = |k: &usize| self.statics.force[*k].abs() <= 1e3 * noise[*k];
+        Ok(change <= 1e-11 || self.free.iter().all(rounded))
+    }
+}
+
+/// Whether a range is one over which a parameter can be followed from a value: narrower than this part of the
+/// parameter, differences are rounding.
+pub(super) fn is_range([lo, hi]: [f64; 2], start: f64) -> bool {
+    let width = hi - lo;
+    lo.is_finite()
+        && width.is_finite()
+        && width > NARROW * lo.abs().max(hi.abs())
+        && (lo..=hi).contains(&start)
+}
+
+/// The derivative of a function of one number, and how far it may be off, relative: differences of the best
+/// of some steps, to both sides where the function is defined there.
+pub(super) fn difference(
+    at: f64,
+    width: f64,
+    f: impl Fn(f64) -> Option<DVector<f64>>,
+) -> Result<(DVector<f64>, f64), EquilibriumError> {
+    let f = |x: f64| f(x).filter(|value| value.iter().all(|x| x.is_finite()));
+    let mut best: Option<(DVector<f64>, f64)> = None;
+    for part in STEPS {
+        let h = part * width;
+        if at + 0.5 * h == at - 0.5 * h {
+            continue;
+        }
+        let two = [h, 0.5 * h].map(|h| {
+            if let (Some(above), Some(below)) = (f(at + h), f(at - h)) {
+                return Some((&above - &below) / ((at + h) - (at - h)));
+            }
+            let side = |h: f64| Some((f(at + h)? * 4.0 - f(at + 2.0 * h)? - f(at)? * 3.0) / (2.0 * h));
+            side(h).or_else(|| side(-h))
+        });
+        let [Some(coarse), Some(fine)] = two else { continue };
+        let found = (&fine * 4.0 - &coarse) / 3.0;
+        if !found.iter().all(|x| x.is_finite()) {
+            continue;
+        }
+        let size = found.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let off = (&found - &fine).iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let error = if size > 0.0 { off / size } else { 0.0 };
+        if best.as_ref().is_none_or(|(_, least)| error < *least) {
+            best = Some((found, error));
+        }
+        if error <= KNOWN {
+            break;
+        }
+    }
+    best.ok_or(EquilibriumError::NotDefined { parameter: at })
+}

@@ -1,0 +1,275 @@
+//! Steady rolling: independent velocities that stay, under constraints on velocities.
+//!
+//! ```text
+//! v̇(z, v) = 0        for z, with v as it is given: the lean of a disk that rolls in a circle, with its turning and its spin
+//! ```
+//!
+//! The velocities that depend follow from the constraints, and so do their rates, which need not vanish: the
+//! contact of a disk goes round. The equations are EᵀM E v̇ = 0 of small motions (`linearize.rs`), whose
+//! stiffness is their exact derivative by z at held v. They say nothing of where it rolls, and which way:
+//! steps are the shortest ones. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark & N.
+//! A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::constrain::active_rows;
+use dynamics_runtime::constrain::at_time;
+use dynamics_runtime::constrain::{Mechanism, project_positions, with_workspace};
+use dynamics_runtime::error::SolveError;
+use dynamics_runtime::model::{Constraints, ModelState, Vector};
+use nalgebra::{DMatrix, DVector};
+
+use super::rounding::NOISES;
+use super::statics::excess;
+use super::{Equilibrium, EquilibriumError, conditioning, many_times, vector};
+use crate::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, assemble, scales};
+
+/// Most iterations.
+const MOST: usize = 60;
+/// Corrections from here on, of what coordinates are measured by, are the last ones.
+const NEAR: f64 = 1e-7;
+/// Most corrections of coordinates that depend on others.
+const CORRECTIONS: usize = 12;
+/// Columns below this part of the largest are zero.
+const NOTHING: f64 = 1e-9;
+/// The longest step that is taken whatever becomes of forces.
+const STRIDE: f64 = 0.2;
+/// Singular values below this part of the largest are zero.
+const VANISHED: f64 = 1e-11;
+
+/// A motion under constraints, with the coordinates that are to be independent.
+struct Rolling<'m, M: Constraints> {
+    model: &'m M,
+    constants: M::Constants,
+    preferred: Vec<usize>,
+}
+
+/// What is known at a state.
+struct Here {
+    linear: Linearization,
+    tangent: Tangent,
+    /// EᵀM E v̇.
+    force: DVector<f64>,
+}
+
+/// The steady motion near a state that rolls; the velocities of `held` coordinates stay, or those that are
+/// chosen where there are none.
+pub(super) fn find<M: Constraints>(
+    model: &M,
+    start: &M::State,
+    held: &[usize],
+) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    let constants = model.constants().map_err(SolveError::from)?;
+    let mut rolling = Rolling { model, constants, preferred: held.to_vec() };
+    let all = if held.is_empty() { choices::<M>(start).to_vec() } else { alloc::vec![held.to_vec()] };
+    let mut why = None;
+    for preferred in all {
+        rolling.preferred = preferred;
+        // Those that are independent at first stay so.
+        let rates = rolling.at(start)?.tangent.rates;
+        if let Some(dependent) = held.iter().find(|i| !rates.contains(i)) {
+            return Err(LinearizeError::Dependent { name: M::COORDINATES[*dependent].name }.into());
+        }
+        rolling.preferred = rates;
+        for falls in [true, false] {
+            match rolling.search(start, falls) {
+                Ok(found) => return Ok(found),
+                Err(error) => why = why.or(Some(error)),
+            }
+        }
+    }
+    Err(why.unwrap_or(EquilibriumError::NotSteady { name: M::COORDINATES[0].name, left: f64::NAN }))
+}
+
+/// Velocities that may stay: of angles, then those that no force changes now, then whichever.
+fn choices<M: Constraints>(start: &M::State) -> [Vec<usize>; 3] {
+    let angles = (0..M::Vector::LEN).filter(|i| M::COORDINATES[*i].unit == "rad").collect();
+    let moving = (0..M::Vector::LEN).filter(|i| start.u().as_slice()[*i] != 0.0).collect();
+    [angles, moving, Vec::new()]
+}
+
+impl<M: Constraints> Rolling<'_, M> {
+    fn at(&self, state: &M::State) -> Result<Here, EquilibriumError> {
+        let read = Read::of(self.model, state)?;
+        let tangent =
+            Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
+        let linear = assemble::<M>(&read, &tangent);
+        let force = &linear.mass * &linear.accelerations;
+        Ok(Here { linear, tangent, force })
+    }
+
+    /// The state with its coordinates moved, back on the constraints, with the same independent velocities.
+    fn moved(&self, state: &M::State, here: &Here, by: &DVector<f64>) -> Result<M::State, EquilibriumError> {
+        let mut next = *state;
+        let step = &here.tangent.positions * by;
+        next.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
+        self.place(&mut next)?;
+        let read = Read::of(self.model, &next)?;
+        let tangent =
+            Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
+        let missed = self.model.velocity_residual(&next);
+        let held = active_rows::<M>(next.modes(), false).map(|row| missed.as_slice()[row]);
+        let change = tangent.particular(&DMatrix::from_iterator(tangent.row_count(), 1, held));
+        next.u_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(u, d)| *u += d);
+        Ok(next)
+    }
+
+    /// Back on the holonomic constraints, by coordinates that depend on the others: the shortest way back
+    /// would move the place and the heading along.
+    fn place(&self, state: &mut M::State) -> Result<(), EquilibriumError> {
+        for _ in 0..CORRECTIONS {
+            let read = Read::of(self.model, state)?;
+            if read.holonomic == 0 {
+                break;
+            }
+            let rows = read.jacobian.rows(0, read.holonomic).into_owned();
+            let tangent = Tangent::new(&rows, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
+            let residual = self.model.residual(state);
+            let missed = active_rows::<M>(state.modes(), true).map(|row| residual.as_slice()[row]);
+            let change = tangent.particular(&DMatrix::from_iterator(read.holonomic, 1, missed));
+            state.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
+            if self.relative(state, &change.column(0).into_owned()) <= f64::EPSILON {
+                break;
+            }
+        }
+        // What is left is rounding, unless that went too far.
+        let taken =
+            with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, state, memory))?;
+        if taken.change > 1e-6 {
+            let (row, distance) = (M::ROWS[0].name, taken.change);
+            return Err(
+                SolveError::OffConstraint { what: "positions", row, residual: distance, distance }.into()
+            );
+        }
+        Ok(())
+    }
+
+    /// Newton's method, with steps halved until forces become smaller, or, where that leads nowhere, only so
+    /// far that angles move by a fifth of a radian.
+    fn search(&self, start: &M::State, falls: bool) -> Result<Equilibrium<M::State>, EquilibriumError> {
+        let mut state =
+            self.moved(start, &self.at(start)?, &DVector::zeros(self.at(start)?.tangent.coordinates.len()))?;
+        let mut last = f64::INFINITY;
+        for iterations in 0..MOST {
+            let here = self.at(&state)?;
+            let newton = self.newton(&here);
+            let change = self.relative(&state, &(&here.tangent.positions * &newton));
+            if change <= NEAR && (change <= f64::EPSILON * f64::EPSILON || change > 0.5 * last) {
+                return self.accept(state, &here, iterations, &newton);
+            }
+            last = if change <= NEAR { change } else { f64::INFINITY };
+            let mut part = (if falls { 0.5 } else { STRIDE } / change).min(1.0);
+            let norm = here.force.norm();
+            state = loop {
+                let next = self.moved(&state, &here, &(&newton * part));
+                if let Ok(next) = next
+                    && self.at(&next).is_ok_and(|there| !falls || change <= NEAR || there.force.norm() < norm)
+                {
+                    break next;
+                }
+                part *= 0.5;
+                if part < 1e-6 {
+                    return Err(self.none(&here));
+                }
+            };
+        }
+        Err(self.none(&self.at(&state)?))
+    }
+
+    /// The shortest δz that takes what accelerates.
+    fn newton(&self, here: &Here) -> DVector<f64> {
+        self.solve(here, &here.force)
+    }
+
+    fn solve(&self, here: &Here, force: &DVector<f64>) -> DVector<f64> {
+        // Of coordinates on which nothing depends, as its place, columns are rounding: they stand still.
+        let mut stiffness = here.linear.stiffness.clone();
+        let most = stiffness.amax();
+        stiffness
+            .column_iter_mut()
+            .filter(|column| column.amax() <= NOTHING * most)
+            .for_each(|mut column| column.fill(0.0));
+        let svd = stiffness.svd(true, true);
+        let least = VANISHED * svd.singular_values.amax();
+        svd.solve(force, least.max(f64::MIN_POSITIVE))
+            .unwrap_or_else(|_| DVector::zeros(here.tangent.coordinates.len()))
+    }
+
+    fn relative(&self, state: &M::State, change: &DVector<f64>) -> f64 {
+        let scales = scales(M::COORDINATES, state.q().as_slice());
+        change.iter().zip(scales).fold(0.0, |most, (d, scale)| most.max(d.abs() / scale))
+    }
+
+    /// What goes on for ever is a steady motion: its coefficients do not change either.
+    fn accept(
+        &self,
+        state: M::State,
+        here: &Here,
+        iterations: usize,
+        last: &DVector<f64>,
+    ) -> Result<Equilibrium<M::State>, EquilibriumError> {
+        if let Some(reason) = self.model.linearize(&state)?.unsteady {
+            return Err(match reason {
+                LinearizeError::Accelerates { .. } if here.force.amax() > 0.0 => self.none(here),
+                reason => reason.into(),
+            });
+        }
+        let mut noise = here.force.abs();
+        for sample in 0..4_u32 {
+            let mut beside = state;
+            for (j, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+                let sign = if (sample >> (j % 2)).is_multiple_of(2) { 1.0 } else { -1.0 };
+                *q += sign * f64::from(1 + (sample + j as u32) % 4) * f64::EPSILON * *q;
+            }
+            let change = (self.at(&beside)?.force - &here.force).abs();
+            noise.zip_apply(&change, |most, change| *most = most.max(change));
+        }
+        self.check_times(&state, here, &noise)?;
+        let reach = self.solve(here, &noise).abs() + 3.0 * last.abs();
+        let reach = here.tangent.positions.abs() * reach;
+        let uncertainty: Vec<f64> = reach.iter().copied().collect();
+        Ok(Equilibrium {
+            reactions: self.model.reactions(&state)?,
+            force_left: here.force.amax(),
+            iterations,
+            conditioning: conditioning::<M>(&state, &uncertainty),
+            uncertainty: vector(&uncertainty),
+            contains_time: M::EXPLICIT_TIME,
+            coordinates: M::COORDINATES,
+            state,
+        })
+    }
+
+    /// That no force changes with time, at the times at which balance is looked at elsewhere: in this very
+    /// place, as where it will be by then says nothing.
+    fn check_times(
+        &self,
+        state: &M::State,
+        here: &Here,
+        noise: &DVector<f64>,
+    ) -> Result<(), EquilibriumError> {
+        if !M::EXPLICIT_TIME {
+            return Ok(());
+        }
+        let measures = |indices: &[usize], of: &[f64]| {
+            DVector::from_iterator(indices.len(), indices.iter().map(|i| of[*i].abs()))
+        };
+        let places = measures(&here.tangent.coordinates, &scales(M::COORDINATES, state.q().as_slice()));
+        let rates = measures(&here.tangent.rates, state.u().as_slice());
+        let usual = here.linear.stiffness.abs() * places + here.linear.damping.abs() * rates;
+        let allowed = (noise + usual * f64::EPSILON) * NOISES;
+        for after in many_times() {
+            let there = self.at(&at_time(state, state.t() + after))?;
+            if let Some((i, force)) = excess(&(&there.force - &here.force), &allowed) {
+                let coordinate = M::COORDINATES[here.tangent.rates[i]].name;
+                return Err(EquilibriumError::DependsOnTime { coordinate, force });
+            }
+        }
+        Ok(())
+    }
+
+    fn none(&self, here: &Here) -> EquilibriumError {
+        let i = here.force.iamax();
+        EquilibriumError::NotSteady { name: M::COORDINATES[here.tangent.rates[i]].name, left: here.force[i] }
+    }
+}

@@ -1,0 +1,70 @@
+//! Derivatives that are rounding: elements of stiffness or damping that would be 0 if their terms cancelled
+//! exactly.
+//!
+//! How a model is written decides what is left. An angle about the vertical on which nothing depends has
+//! stiffnesses of exactly 0 where only its rate is written, and some 1e-17 where positions are turned by it.
+//! What is left of terms that cancel changes by as much as its own size where coordinates move by their last
+//! bits. A stiffness, however weak, does not (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011)
+//! 1292).
+
+use dynamics_runtime::model::{Constraints, ModelState, Vector};
+use nalgebra::{DMatrix, DVector};
+
+use crate::linearize::scales;
+
+/// Forces up to this many times their noise, the most that some moves by last bits show of it, are rounding.
+pub(super) const NOISES: f64 = 1e3;
+/// Elements above this part of the largest are not looked at, all by units of inertia: rounding is smaller by
+/// far.
+const SUSPECT: f64 = 1e-10;
+/// Elements up to this many times what they change by are rounding.
+const CHANGES: f64 = 8.0;
+/// How many states beside are looked at, and how many last bits away at most.
+const SAMPLES: u32 = 8;
+const BITS: u32 = 16;
+
+/// Sets the elements of a matrix to 0 that are rounding; `inertias` of its rows and of its columns make
+/// elements of different units comparable, and `beside` gives the matrix at another state, where it can.
+pub(super) fn clear_rounding<M: Constraints>(
+    matrix: &mut DMatrix<f64>,
+    inertias: [&DVector<f64>; 2],
+    state: &M::State,
+    beside: impl Fn(&M::State) -> Option<DMatrix<f64>>,
+) {
+    let [of_rows, of_columns] =
+        inertias.map(|of| of.map(|inertia| if inertia > 0.0 { inertia.sqrt() } else { 1.0 }));
+    let size = |i: usize, j: usize| matrix[(i, j)].abs() / (of_rows[i] * of_columns[j]);
+    let sizes = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), size);
+    let most = if sizes.is_empty() { 0.0 } else { sizes.amax() };
+    // How much each suspect changes; NaN marks what is none, and stays.
+    let mut changes =
+        matrix.zip_map(&sizes, |x, size| if x != 0.0 && size <= SUSPECT * most { 0.0 } else { f64::NAN });
+    if changes.iter().all(|change| change.is_nan()) {
+        return;
+    }
+    for there in (0..SAMPLES).filter_map(|sample| beside(&by_last_bits::<M>(state, sample))) {
+        if there.shape() == matrix.shape() {
+            changes.zip_zip_apply(matrix, &there, |change, x, y| {
+                *change = if change.is_nan() { *change } else { change.max((x - y).abs()) };
+            });
+        }
+    }
+    matrix.zip_apply(&changes, |x, change| {
+        if x.abs() <= CHANGES * change {
+            *x = 0.0;
+        }
+    });
+}
+
+/// A state whose coordinates differ by some last bits, those that are 0 by bits of what they are measured by.
+fn by_last_bits<M: Constraints>(state: &M::State, sample: u32) -> M::State {
+    let scales = scales(M::COORDINATES, state.q().as_slice());
+    let mut beside = *state;
+    for (j, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+        // Signs of a Walsh function, so that no two samples are alike, and different numbers of bits.
+        let sign = if (sample >> (j % 3)).is_multiple_of(2) { 1.0 } else { -1.0 };
+        let bits = f64::from(1 + (7 * sample + 5 * j as u32) % BITS);
+        *q += sign * bits * f64::EPSILON * if *q == 0.0 { scales[j] } else { *q };
+    }
+    beside
+}

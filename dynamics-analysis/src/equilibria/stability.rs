@@ -1,0 +1,447 @@
+//! Whether a system stays in an equilibrium, or in a steady motion.
+//!
+//! Where energy is conserved an equilibrium in which the stiffness K is positive definite is stable, whatever
+//! gyroscopic terms there are (Lagrange, Dirichlet), the work of dead loads included (`conserved.rs`); K is
+//! that of the potential that counts, of turning frames and reactions included, on what the constraints
+//! leave. Coordinates on which nothing depends are eliminated with their momenta held (Routh): what is then
+//! judged is the motion beside all that only count what happens. Elsewhere the eigenvalues of small motions
+//! decide. Where dampers take energy out, and none puts it in, what rests where K is positive definite stays
+//! there all the same, and comes to rest unless a mode reaches no damper (Kelvin, Tait & Chetaev: damping is
+//! pervasive if all eigenvalues are clear of the axis; D. R. Merkin, *Introduction to the Theory of
+//! Stability*, §6.4). Where eigenvalues are not clear of the imaginary axis otherwise, linear theory does not
+//! decide: I. G. Malkin, *Theory of Stability of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter
+//! Stability Theory with Mechanical Applications*, chapters 1 and 7.
+//!
+//! Nothing is called zero, or not zero, that rounding could have made so. Stiffnesses are set beside those of
+//! positions around, whose terms do not cancel, and beside what they change by where the position may be off:
+//! in a fold none is known. Eigenvalues are set beside the changes |yᵀ||A||x| ε/|yᵀx| that rounding of each
+//! element could make of them (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal. Appl. 20 (1998) 493).
+
+mod conserved;
+mod show;
+mod verdict;
+
+use alloc::vec::Vec;
+use core::ops::AddAssign;
+
+use dynamics_runtime::constrain::{project_positions, with_workspace};
+use dynamics_runtime::error::SolveError;
+use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Terms, Vector};
+use nalgebra::{Complex, DMatrix, DVector};
+
+use conserved::{Energy, energy};
+pub use verdict::{Stability, StabilityVerdict, Undecided};
+
+use super::newton::distance;
+use super::rounding::clear_rounding;
+use super::statics::{Statics, scales};
+use super::{EquilibriumError, check_stays};
+use crate::linearize::{Linearization, LinearizeError, SmallMotions, eigenvector, general};
+
+/// M v̇ + D v + K z = 0, ż = v, and the names of z.
+struct Linear {
+    mass: DMatrix<f64>,
+    damping: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    /// How far each element of the stiffness may be off.
+    unsure: DMatrix<f64>,
+    names: Vec<Quantity>,
+}
+
+pub(super) fn judge<M: Constraints + Powers>(
+    model: &M,
+    state: &M::State,
+) -> Result<Stability, EquilibriumError> {
+    let mut linear = model.linearize(state)?;
+    if let Some(reason) = linear.unsteady {
+        return Err(reason.into());
+    }
+    clear(model, state, &mut linear);
+    check_stays(model, state)?;
+    refuse_pole(model, state)?;
+    let ignorable = ignorable(model, state, &linear);
+    let mut found = match routh(model, state, &linear, &ignorable)? {
+        Some(reduced) => {
+            of_second_order(&reduced, energy(model, state, &indices::<M>(&linear), &linear.damping))?
+        }
+        None => of_first_order(&linear, &ignorable)?,
+    };
+    found.ignorable = ignorable.iter().map(|j| linear.coordinates[*j]).collect();
+    if found.eigenvalues.is_empty() {
+        // Nothing is left that could be stable, or nothing moves at all.
+        found.verdict = match found.ignorable.first() {
+            Some(free) => StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: free.name }),
+            None => StabilityVerdict::Stable,
+        };
+    }
+    Ok(found)
+}
+
+/// Sets stiffnesses and dampings that are rounding to 0: how a model is written does not decide what resists.
+fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization) {
+    let of_rows = linear.mass.diagonal();
+    let of_columns = linear.coordinates.iter().map(|coordinate| {
+        let rate = linear.velocities.iter().position(|velocity| velocity == coordinate);
+        rate.map_or(0.0, |i| of_rows[i])
+    });
+    let of_columns = DVector::from_iterator(linear.coordinates.len(), of_columns);
+    let names: Vec<&str> = linear.coordinates.iter().map(|coordinate| coordinate.name).collect();
+    let beside = |state: &M::State| {
+        let there = model.linearize_in(state, &names).ok()?;
+        (there.velocities == linear.velocities && there.coordinates == linear.coordinates).then_some(there)
+    };
+    let (mut stiffness, mut damping) = (linear.stiffness.clone(), linear.damping.clone());
+    clear_rounding::<M>(&mut stiffness, [&of_rows, &of_columns], state, |at| Some(beside(at)?.stiffness));
+    clear_rounding::<M>(&mut damping, [&of_rows, &of_rows], state, |at| Some(beside(at)?.damping));
+    (linear.stiffness, linear.damping) = (stiffness, damping);
+}
+
+/// Refuses to judge what turns in a pole of its coordinates, or next to it by rounding, as a spherical
+/// pendulum upright: no momentum of a coordinate that has no inertia holds anything, and the same place at
+/// rest may be unstable.
+fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
+    if state.u().as_slice().iter().all(|u| *u == 0.0) {
+        return Ok(());
+    }
+    let here = Statics::of(model, state, &[])?;
+    let constants = model.constants().map_err(SolveError::from)?;
+    let scales = scales(M::COORDINATES, state.q().as_slice());
+    for part in [0.1, -0.17] {
+        let mut beside = *state;
+        let spread = |i: usize| part * (1.0 + 0.618 * i as f64).sin();
+        beside.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += scales[i] * spread(i));
+        let placed =
+            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+        // Where there is no position nothing is learnt.
+        let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &[]).ok()) else { continue };
+        if let Some(along) = here.pole(&there) {
+            return Err(EquilibriumError::Pole { coordinate: M::COORDINATES[along.iamax()].name });
+        }
+    }
+    Ok(())
+}
+
+/// The independent coordinates among all.
+fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
+    let index = |q: &Quantity| M::COORDINATES.iter().position(|known| known == q);
+    linear.coordinates.iter().filter_map(index).collect()
+}
+
+/// Independent coordinates on which nothing depends, here and elsewhere: moved by finite amounts, alone, they
+/// leave mass, forces and constraints as they are.
+fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization) -> Vec<usize> {
+    let order = indices::<M>(linear);
+    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+    let read = |state: &M::State| {
+        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
+        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
+        let mut terms =
+            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        model.terms(state, &mut terms);
+        [mass, force, jacobian, gamma]
+    };
+    // A state beside this one, in motion, so that no symmetry of it hides a dependence.
+    let mut beside = *state;
+    let spread = |i: usize| 0.1 + 0.7 * (1.0 + 0.618 * i as f64).sin();
+    beside
+        .q_mut()
+        .as_mut_slice()
+        .iter_mut()
+        .enumerate()
+        .for_each(|(i, q)| *q += 0.01 * spread(i) * (1.0 + q.abs()));
+    beside.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
+    // What cancels here, as forces in balance, does not there.
+    let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let (near, far) = (read(state), read(&beside));
+    let sizes: Vec<f64> = near.iter().zip(&far).map(|(a, b)| most(a).max(most(b))).collect();
+    let depends = |at: &M::State, i: usize| {
+        let here = read(at);
+        [0.37, -1.71, 2.93].into_iter().any(|by| {
+            let mut moved = *at;
+            moved.q_mut().as_mut_slice()[i] += by;
+            here.iter().zip(&read(&moved)).zip(&sizes).any(|((a, b), size)| {
+                a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-13 * size || (x - y).is_nan())
+            })
+        })
+    };
+    let free = |j: &usize| {
+        let i = order[*j];
+        let alone = linear.shape.column(*j).iter().enumerate().all(|(k, x)| (k == i) == (*x != 0.0));
+        let resists = linear.stiffness.column(*j).iter().any(|x| *x != 0.0);
+        alone && !resists && !depends(state, i) && !depends(&beside, i)
+    };
+    (0..linear.coordinates.len()).filter(free).collect()
+}
+
+/// The equations without the coordinates on which nothing depends, their momenta held; `None` where these are
+/// not kept, and where velocities are not the rates of coordinates.
+fn routh<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    linear: &Linearization,
+    ignorable: &[usize],
+) -> Result<Option<Linear>, EquilibriumError> {
+    if linear.coordinates != linear.velocities {
+        return Ok(None);
+    }
+    let kept: Vec<usize> = (0..linear.coordinates.len()).filter(|j| !ignorable.contains(j)).collect();
+    let part =
+        |m: &DMatrix<f64>, rows: &[usize], columns: &[usize]| m.select_rows(rows).select_columns(columns);
+    let (m, d, k) = (&linear.mass, &linear.damping, &linear.stiffness);
+    let is_lost = part(k, ignorable, &kept).amax() > 0.0 || part(d, ignorable, ignorable).amax() > 0.0;
+    if !ignorable.is_empty() && is_lost {
+        return Ok(None);
+    }
+    let mut unsure = unsure(model, state, linear)?;
+    unsure = part(&unsure, &kept, &kept);
+    // v = −m⁻¹ (M v + D z) of what is left out.
+    let inertia = part(m, ignorable, ignorable).cholesky().ok_or(LinearizeError::Inertia)?;
+    let by_v = inertia.solve(&part(m, ignorable, &kept));
+    let by_z = inertia.solve(&part(d, ignorable, &kept));
+    let (m_out, d_out) = (part(m, &kept, ignorable), part(d, &kept, ignorable));
+    Ok(Some(Linear {
+        mass: part(m, &kept, &kept) - &m_out * &by_v,
+        damping: part(d, &kept, &kept) - &m_out * &by_z - &d_out * &by_v,
+        stiffness: part(k, &kept, &kept) - &d_out * &by_z,
+        unsure: unsure + (d_out.abs() * by_z.abs()) * (8.0 * f64::EPSILON),
+        names: kept.iter().map(|j| linear.coordinates[*j]).collect(),
+    }))
+}
+
+/// How far elements of K may be off: by rounding of terms that cancel here, seen from positions around where
+/// they do not, and for what the position may be off.
+fn unsure<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    linear: &Linearization,
+) -> Result<DMatrix<f64>, EquilibriumError> {
+    let order = indices::<M>(linear);
+    let here = Statics::of(model, state, &order)?;
+    if here.tangent.coordinates != order {
+        return Ok(linear.stiffness.abs() * (16.0 * f64::EPSILON));
+    }
+    let distance = distance(model, state, &here)?;
+    let constants = model.constants().map_err(SolveError::from)?;
+    let scales = scales(M::COORDINATES, state.q().as_slice());
+    let (mut sizes, mut drift) = (here.stiffness.abs(), here.stiffness.map(|_| 0.0));
+    for (j, coordinate) in order.iter().enumerate() {
+        let mut slope = here.stiffness.map(|_| 0.0);
+        // Not so far that a radius ends where its force has a pole.
+        let reach = if M::COORDINATES[*coordinate].unit == "rad" { 1.0 } else { 0.5 };
+        for part in [-reach, -0.3, -0.01, 0.01, 0.3, reach] {
+            let step = part * scales[*coordinate];
+            let mut beside = *state;
+            let change = here.tangent.positions.column(j) * step;
+            beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
+            let placed =
+                with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+            // Where there is no position, or no force, nothing is learnt.
+            let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &order).ok()) else {
+                continue;
+            };
+            if there.tangent.coordinates != order {
+                continue;
+            }
+            sizes.zip_apply(&there.stiffness, |size, x| *size = size.max(x.abs()));
+            if part.abs() < 0.1 {
+                let change = (&there.stiffness - &here.stiffness).abs() / step.abs();
+                slope.zip_apply(&change, |slope, x| *slope = f64::max(*slope, x));
+            }
+        }
+        drift += slope * distance[j];
+    }
+    Ok(sizes * (16.0 * f64::EPSILON) + drift)
+}
+
+/// The verdict on M v̇ + D v + K z = 0.
+fn of_second_order(linear: &Linear, energy: Energy) -> Result<Stability, EquilibriumError> {
+    let conservative = energy == Energy::Kept;
+    let n = linear.mass.nrows();
+    let squares = squares(linear)?;
+    let is_rest = linear.damping.iter().all(|x| *x == 0.0);
+    let mut a = DMatrix::zeros(2 * n, 2 * n);
+    let factors = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
+    a.view_mut((0, n), (n, n)).fill_with_identity();
+    a.view_mut((n, 0), (n, n)).copy_from(&-factors.solve(&linear.stiffness));
+    a.view_mut((n, n), (n, n)).copy_from(&-factors.solve(&linear.damping));
+    let mut off = rounding(&a);
+    let inverse = factors.solve(&DMatrix::identity(n, n)).abs();
+    off.view_mut((n, 0), (n, n)).add_assign(inverse * &linear.unsure);
+    let spectrum = if conservative && is_rest { undamped(&squares) } else { spectrum(&a, &off)? };
+    let along = |shape: &DVector<f64>| {
+        let weigh = |i: usize| shape[i].abs() * linear.mass[(i, i)].sqrt();
+        let most = (0..n).fold(0, |best, i| if weigh(i) > weigh(best) { i } else { best });
+        linear.names[most].name
+    };
+    let least = squares.first().map(|one| one.value);
+    // Of forces that follow, the symmetric part of K may vanish where K does not: zero eigenvalues tell.
+    let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
+    let is_even = skew.iter().zip(linear.unsure.iter()).all(|(x, off)| *x <= 4.0 * off);
+    let soft = match is_even {
+        true => squares.iter().find(|one| one.value.abs() <= one.unsure).map(|one| along(&one.shape)),
+        false => spectrum
+            .iter()
+            .find(|one| one.value.norm() <= one.unsure)
+            .map(|one| along(&one.shape.rows(0, n).into())),
+    };
+    // Two zero eigenvalues of a direction that nothing resists are as near to zero as the iteration leaves
+    // them, whatever is known of the elements.
+    let zero = if soft.is_some() { 16.0 * n as f64 * f64::EPSILON * a.norm() } else { 0.0 };
+    let worst = spectrum.iter().filter(|one| one.value.re > one.unsure.max(zero));
+    let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
+    let definite = squares.iter().all(|one| one.value > one.unsure);
+    let verdict = if conservative && definite {
+        StabilityVerdict::Stable
+    } else if let Some(one) = worst {
+        let coordinate = along(&one.shape.rows(0, n).into_owned());
+        unstable(one, coordinate)
+    } else if let Some(coordinate) = soft {
+        StabilityVerdict::Marginal(Undecided::NothingResists { coordinate })
+    } else if let Some(one) = undamped_mode(&spectrum).filter(|_| definite && energy == Energy::Falls) {
+        let coordinate = along(&one.shape.rows(0, n).into_owned());
+        StabilityVerdict::PartlyDamped { frequency: one.value.im.abs(), coordinate }
+    } else {
+        on_the_axis(&spectrum, conservative)
+    };
+    Ok(Stability::new(verdict, least, &spectrum))
+}
+
+/// What to first order is not told to die out: of the least damping.
+fn undamped_mode(spectrum: &[Eigenvalue]) -> Option<&Eigenvalue> {
+    let on_axis = spectrum.iter().filter(|one| one.value.re >= -one.unsure);
+    on_axis.max_by(|x, y| (x.value.re / x.unsure).total_cmp(&(y.value.re / y.unsure)))
+}
+
+/// The verdict on what is left of ẋ = A x without coordinates on which nothing depends.
+fn of_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stability, EquilibriumError> {
+    let c = linear.coordinates.len();
+    let kept: Vec<usize> = (0..c + linear.velocities.len()).filter(|j| !ignorable.contains(j)).collect();
+    let a = linear.state_matrix()?.select_rows(&kept).select_columns(&kept);
+    // Elements that should cancel leave rounding of what the others are made of.
+    let off = rounding(&a).add_scalar(16.0 * f64::EPSILON * a.amax());
+    let spectrum = spectrum(&a, &off)?;
+    let name = |k: usize| match kept[k].checked_sub(c) {
+        None => linear.coordinates[kept[k]].name,
+        Some(v) => linear.velocities[v].name,
+    };
+    let worst = spectrum.iter().filter(|one| one.value.re > one.unsure);
+    let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
+    let zero = spectrum.iter().find(|one| one.value.norm() <= one.unsure);
+    let verdict = match (worst, zero) {
+        (Some(one), _) => unstable(one, name(one.shape.iamax())),
+        (None, Some(zero)) => {
+            StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: name(zero.shape.iamax()) })
+        }
+        (None, None) => on_the_axis(&spectrum, false),
+    };
+    Ok(Stability::new(verdict, None, &spectrum))
+}
+
+fn unstable(one: &Eigenvalue, coordinate: &'static str) -> StabilityVerdict {
+    let Complex { re: growth, im } = one.value;
+    match im.abs() <= one.unsure {
+        true => StabilityVerdict::Divergence { growth, coordinate },
+        false => StabilityVerdict::Flutter { growth, frequency: im.abs(), coordinate },
+    }
+}
+
+/// Nothing grows, and nothing is without resistance.
+fn on_the_axis(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict {
+    if spectrum.iter().all(|one| one.value.re < -one.unsure) {
+        return StabilityVerdict::AsymptoticallyStable;
+    }
+    let on_axis = spectrum.iter().filter(|one| one.value.re.abs() <= one.unsure);
+    let worst = on_axis.max_by(|x, y| x.conditioning.total_cmp(&y.conditioning));
+    let (frequency, conditioning) = worst.map_or((0.0, 1.0), |one| (one.value.im.abs(), one.conditioning));
+    if conditioning > COALESCED {
+        return StabilityVerdict::Marginal(Undecided::FrequenciesMeet { frequency, conditioning });
+    }
+    match conservative {
+        true => StabilityVerdict::GyroscopicallyStabilised,
+        false => StabilityVerdict::Marginal(Undecided::Swings { frequency }),
+    }
+}
+
+/// Eigenvalues that move by so many times more than the matrix are two in one.
+const COALESCED: f64 = 1e6;
+
+/// An eigenvalue, or a square of a frequency, with how far it may be off.
+struct Found<T> {
+    value: T,
+    unsure: f64,
+    conditioning: f64,
+    shape: DVector<f64>,
+}
+
+type Eigenvalue = Found<Complex<f64>>;
+
+/// ω² of the symmetric part of K against M, ascending.
+fn squares(linear: &Linear) -> Result<Vec<Found<f64>>, EquilibriumError> {
+    let n = linear.mass.nrows();
+    if n == 0 {
+        return Ok(Vec::new());
+    }
+    let lower = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?.unpack();
+    let stiffness = 0.5 * (&linear.stiffness + linear.stiffness.transpose());
+    let half = lower.solve_lower_triangular(&stiffness).ok_or(LinearizeError::Inertia)?;
+    let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?;
+    let reduced = 0.5 * (&reduced + reduced.transpose());
+    let sizes = reduced.abs();
+    let eigen = reduced
+        .try_symmetric_eigen(f64::EPSILON, 300 * n)
+        .ok_or(LinearizeError::NoConvergence { size: n })?;
+    let mut found = Vec::with_capacity(n);
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        let v = vector.abs();
+        let shape = lower.tr_solve_lower_triangular(&vector.into_owned()).ok_or(LinearizeError::Inertia)?;
+        // Rounding of the iteration, and what K itself may be off by, on shapes of unit inertia.
+        let of_k = shape.abs().dot(&(&linear.unsure * shape.abs()));
+        let unsure = n as f64 * 4.0 * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
+        found.push(Found { value: *value, unsure, conditioning: 1.0, shape });
+    }
+    found.sort_by(|a, b| a.value.total_cmp(&b.value));
+    Ok(found)
+}
+
+/// Eigenvalues ±√(−ω²), exact pairs.
+fn undamped(squares: &[Found<f64>]) -> Vec<Eigenvalue> {
+    let pair = |one: &Found<f64>| {
+        let root = one.value.abs().sqrt();
+        // √(ω² ± δ) is off by δ/2ω, and by √δ at most.
+        let unsure = (one.unsure / (2.0 * root).max(f64::MIN_POSITIVE)).min(one.unsure.sqrt());
+        let value = if one.value < 0.0 { Complex::new(root, 0.0) } else { Complex::new(0.0, root) };
+        [value, -value].map(|value| Found { value, unsure, conditioning: 1.0, shape: one.shape.clone() })
+    };
+    squares.iter().flat_map(pair).collect()
+}
+
+/// What rounding makes of each element of a matrix whose elements are known to rounding, and of the
+/// iteration.
+fn rounding(a: &DMatrix<f64>) -> DMatrix<f64> {
+    a.abs() * (8.0 * a.nrows() as f64 * f64::EPSILON)
+}
+
+/// Eigenvalues of a matrix whose elements may be `off`.
+fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, EquilibriumError> {
+    let n = a.nrows();
+    let mut found = Vec::with_capacity(n);
+    for (k, value) in general(a.clone())?.into_iter().enumerate() {
+        let right = eigenvector(a, value, k)?;
+        let left = eigenvector(&a.transpose(), value.conj(), k)?;
+        let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
+        let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
+        let bound = of(&left).dot(&(off * of(&right))) / product;
+        // Eigenvalues that meet are off by a root of that; beyond it the vectors say nothing (Elsner, Linear
+        // Algebra Appl. 71 (1985) 77).
+        let part = 1.0 / n as f64;
+        let unsure = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
+        let largest =
+            right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
+        let shape = right.map(|x| (x / largest).norm());
+        // Of relative changes of elements, so that it is the same in all units.
+        let size = of(&left).dot(&(a.abs() * of(&right)));
+        let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
+        found.push(Found { value, unsure, conditioning, shape });
+    }
+    Ok(found)
+}

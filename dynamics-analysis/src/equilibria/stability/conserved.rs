@@ -1,0 +1,333 @@
+//! Whether energy is conserved beside an equilibrium, or never grows, the work of dead loads included.
+//!
+//! The compiler knows it where no force is declared. Where forces are, as a dead load or a spring written as
+//! a force, it is asked of numbers: their power is linear in the velocities, so that they depend on positions
+//! alone, and the derivatives of what is left in independent coordinates are symmetric, so that it is a
+//! gradient, at every one of some positions around that nothing singles out. Force fields made of smooth
+//! functions that pass are gradients, but for chance; a follower force and an explicit time do not pass, nor
+//! does a moving constraint, unless it turns along with a steady motion that it leaves alone in time.
+//!
+//! Dampers take energy out: what is left of the power is then even in the velocities, and nowhere positive.
+//! That no element of the damping matrix puts any in, however little beside the others, is asked of the
+//! matrix (its pivots, each beside its own size); that it stays so beside the equilibrium, of numbers. Energy
+//! never grows (Kelvin, Tait & Chetaev).
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::constrain::active_rows;
+use dynamics_runtime::constrain::at_time;
+use dynamics_runtime::constrain::{project_positions, with_workspace};
+use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
+use nalgebra::{DMatrix, DVector};
+
+use super::super::statics::{Statics, scales};
+
+/// Parts of what coordinates are measured by: positions near and far.
+const AROUND: [f64; 4] = [1e-2, -0.1, 0.4, -0.9];
+/// Rounding of powers, against the largest, and of elements of matrices, against each other.
+const ROUNDED: f64 = 1e-13;
+
+/// Likewise of what is turned.
+const TURNED: f64 = 1e-12;
+/// Sizes of velocities, in 1/s, at which power is looked at.
+const SPEEDS: [f64; 3] = [1e-3, 0.1, 1.0];
+
+/// What becomes of energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Energy {
+    Kept,
+    /// It is lost, or kept, and never won.
+    Falls,
+    Unknown,
+}
+
+/// Of a model all of whose independent velocities are rates of these coordinates.
+pub(super) fn energy<M: Constraints + Powers>(
+    model: &M,
+    state: &M::State,
+    order: &[usize],
+    damping: &DMatrix<f64>,
+) -> Energy {
+    if M::CONSERVED.iter().any(|quantity| matches!(quantity.name, "energy" | "energy function")) {
+        return Energy::Kept;
+    }
+    let undamped = undamped(damping);
+    let mut found = if is_even(damping, -1.0) { Energy::Kept } else { Energy::Falls };
+    // Of motions only the power of disturbances counts, which is not told apart from that of the motion; and
+    // what damps now may drive later.
+    let changes = M::EXPLICIT_TIME || state.u().as_slice().iter().any(|u| *u != 0.0);
+    if found == Energy::Falls && (changes || undamped.is_none()) {
+        return Energy::Unknown;
+    }
+    let Ok(constants) = model.constants() else { return Energy::Unknown };
+    let scales = scales(M::COORDINATES, state.q().as_slice());
+    let Ok(here) = Statics::of(model, state, order) else { return Energy::Unknown };
+    let mut looked = 0;
+    for (sample, part) in AROUND.into_iter().enumerate() {
+        let step = DVector::from_fn(order.len(), |k, _| part * scales[order[k]] * number(7 * sample + k));
+        let change = &here.tangent.positions * step;
+        let mut beside = at_time(state, state.t() + 0.73 * (1 + sample) as f64);
+        beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
+        let placed =
+            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+        // Where the mechanism cannot go nothing is to be asked.
+        if placed.is_err() {
+            continue;
+        }
+        let Ok(there) = Statics::of(model, &beside, order) else { return Energy::Unknown };
+        let Ok(before) = Statics::of(model, &at_time(&beside, state.t()), order) else {
+            return Energy::Unknown;
+        };
+        if !is_same(&before, &there) {
+            return Energy::Unknown;
+        }
+        let k = &there.stiffness;
+        if there.tangent.coordinates != order || !k.is_square() {
+            continue;
+        }
+        if !is_even(k, 1.0)
+            || (moves(model, &beside) && !turns_along(model, state, (&beside, &there), sample))
+        {
+            return Energy::Unknown;
+        }
+        let velocities = &there.tangent.velocities;
+        // What no damper reaches is asked by itself.
+        let unreached = undamped.as_ref().map(|free| velocities * free);
+        let power = Power { model, state: &beside, velocities, unreached, sample };
+        // Damping that begins with a higher power than the first is none in the matrix.
+        if found == Energy::Kept && !power.is_linear() {
+            found = if changes { Energy::Unknown } else { Energy::Falls };
+        }
+        if found == Energy::Unknown || (found == Energy::Falls && !power.falls()) {
+            return Energy::Unknown;
+        }
+        looked += 1;
+    }
+    if looked >= 2 { found } else { Energy::Unknown }
+}
+
+/// Directions that a damping matrix does nothing in, by columns, if its symmetric part takes out energy in
+/// all others: if in what is damped by itself no eigenvalue is negative, each element beside the diagonal
+/// ones of its row and column.
+fn undamped(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = damping.nrows();
+    let c = 0.5 * (damping + damping.transpose());
+    // An element that gyroscopic terms of both sides cancel in leaves rounding of these.
+    let rounding = |i: usize, j: usize| 4.0 * f64::EPSILON * damping[(i, j)].abs().max(damping[(j, i)].abs());
+    let is_clean =
+        |i: usize| c[(i, i)] > 0.0 || (c[(i, i)] == 0.0 && (0..n).all(|j| c[(i, j)].abs() <= rounding(i, j)));
+    if !(0..n).all(is_clean) {
+        return None;
+    }
+    let damped: Vec<usize> = (0..n).filter(|i| c[(*i, *i)] > 0.0).collect();
+    let root = |i: usize| c[(damped[i], damped[i])].sqrt();
+    let unit =
+        DMatrix::from_fn(damped.len(), damped.len(), |i, j| c[(damped[i], damped[j])] / (root(i) * root(j)));
+    let least = 64.0 * n as f64 * f64::EPSILON;
+    let mut free: Vec<DVector<f64>> = Vec::new();
+    for i in (0..n).filter(|i| !damped.contains(i)) {
+        free.push(DVector::from_fn(n, |j, _| if i == j { 1.0 } else { 0.0 }));
+    }
+    if !unit.is_empty() {
+        let eigen = unit.symmetric_eigen();
+        for (k, value) in eigen.eigenvalues.iter().enumerate() {
+            if *value < -least {
+                return None;
+            }
+            if *value <= least {
+                let mut along = DVector::zeros(n);
+                damped.iter().enumerate().for_each(|(i, j)| along[*j] = eigen.eigenvectors[(i, k)] / root(i));
+                free.push(along);
+            }
+        }
+    }
+    Some(if free.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&free) })
+}
+
+/// Whether a matrix is symmetric (sign 1) or skew (−1), element by element, so that nothing is lost beside
+/// what is stiff.
+fn is_even(m: &DMatrix<f64>, sign: f64) -> bool {
+    let pair = |i: usize, j: usize| {
+        let (x, y) = (m[(i, j)], sign * m[(j, i)]);
+        let size = if i == j { m.row(i).amax() } else { x.abs().max(y.abs()) };
+        (x - y).abs() <= ROUNDED * size + 16.0 * f64::EPSILON * (m[(i, i)] * m[(j, j)]).abs().sqrt()
+    };
+    (0..m.nrows()).all(|i| (0..=i).all(|j| pair(i, j)))
+}
+
+/// Whether forces and stiffnesses at two times are the same, each element beside its own size.
+fn is_same<R: Vector>(one: &Statics<R>, other: &Statics<R>) -> bool {
+    let force =
+        |i: usize| (one.force[i] - other.force[i]).abs() <= 16.0 * (one.rounding[i] + other.rounding[i]);
+    let (k, l) = (&one.stiffness, &other.stiffness);
+    let stiffness = |(i, j): (usize, usize)| (k[(i, j)] - l[(i, j)]).abs() <= ROUNDED * k.row(i).amax();
+    let elements = (0..k.nrows()).flat_map(|i| (0..k.ncols()).map(move |j| (i, j)));
+    one.force.len() == other.force.len()
+        && k.shape() == l.shape()
+        && (0..one.force.len()).all(force)
+        && elements.into_iter().all(stiffness)
+}
+
+/// Numbers in ±(0.3, 1), the same always.
+fn number(k: usize) -> f64 {
+    let wave = (1.7 + 2.399_963 * k as f64).sin();
+    (0.3 + 0.7 * wave.abs()).copysign(wave)
+}
+
+/// Of a steady motion under rows that move, as φ − Ωt = 0: whether time leaves the equations in independent
+/// coordinates alone, so that with the rows put in they have the energy integral of Jacobi, T₂ + V − T₀ (E.
+/// T. Whittaker, *Analytical Dynamics*, §41). Inertia, forces and what changes them, at rest beside the
+/// motion and moving, are set beside those of the same place before.
+fn turns_along<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    (later, there): (&M::State, &Statics<M::Rows>),
+    sample: usize,
+) -> bool {
+    let rates = model.velocity_residual(later);
+    let fastest = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    if active_rows::<M>(state.modes(), false)
+        .any(|row| row >= M::Residual::LEN || rates[row].abs() > ROUNDED * fastest)
+    {
+        return false;
+    }
+    // The place where the independent coordinates are the same: the others follow from the rows.
+    let order = &there.tangent.coordinates;
+    let mut before = at_time(later, state.t());
+    for _ in 0..8 {
+        let Ok(here) = Statics::of(model, &before, order) else { return false };
+        let missed = model.residual(&before);
+        let rows = active_rows::<M>(state.modes(), false).map(|row| missed[row]);
+        let change = here.tangent.particular(&DMatrix::from_iterator(here.tangent.row_count(), 1, rows));
+        before.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
+    }
+    let moving = |at: &M::State| {
+        let mut at = *at;
+        let e = &there.tangent.velocities;
+        let by = e * DVector::from_fn(e.ncols(), |k, _| number(13 * sample + k));
+        at.u_mut().as_mut_slice().iter_mut().zip(by.iter()).for_each(|(u, d)| *u += d);
+        Statics::of(model, &at, order)
+    };
+    let (Ok(here), Ok(swift), Ok(swift_later)) =
+        (Statics::of(model, &before, order), moving(&before), moving(later))
+    else {
+        return false;
+    };
+    let scales = scales(M::COORDINATES, later.q().as_slice());
+    let rows = model.residual(&before);
+    let holds = active_rows::<M>(state.modes(), false).all(|row| {
+        let jacobian = model.jacobian(&before);
+        let along: f64 = scales.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size).sum();
+        rows[row].abs() <= ROUNDED * along
+    });
+    // What turns is added up of terms that cancel, by sines and cosines that are others at each time: a
+    // motion by 1 per second is the measure.
+    let rate = fastest.max(1.0);
+    let alike = |one: &Statics<M::Rows>, other: &Statics<M::Rows>| {
+        let (k, size) = (&one.stiffness, |i: usize| one.mass.row(i).amax() * rate * rate);
+        let resists = |i: usize| {
+            k.row(i).amax().max(size(i)) * order.iter().fold(1.0, |most: f64, j| most.max(scales[*j]))
+        };
+        (0..order.len()).all(|i| {
+            let inertia = (one.mass.row(i) - other.mass.row(i)).amax() <= TURNED * one.mass.row(i).amax();
+            let stiffness =
+                (k.row(i) - other.stiffness.row(i)).amax() <= TURNED * k.row(i).amax().max(size(i));
+            inertia && stiffness && (one.force[i] - other.force[i]).abs() <= TURNED * resists(i)
+        })
+    };
+    holds && alike(&here, there) && alike(&swift, &swift_later)
+}
+
+/// Whether a row that holds moves while everything rests.
+fn moves<M: Constraints>(model: &M, state: &M::State) -> bool {
+    let mut rest = *state;
+    rest.u_mut().as_mut_slice().fill(0.0);
+    let rates = model.velocity_residual(&rest);
+    active_rows::<M>(state.modes(), false).any(|row| rates[row] != 0.0)
+}
+
+/// The power of all forces that are not derived from energies, at a position.
+struct Power<'a, M: Constraints + Powers> {
+    model: &'a M,
+    state: &'a M::State,
+    /// A basis of admissible velocities.
+    velocities: &'a DMatrix<f64>,
+    /// Of those that the damping matrix does nothing to.
+    unreached: Option<DMatrix<f64>>,
+    sample: usize,
+}
+
+impl<M: Constraints + Powers> Power<'_, M> {
+    fn velocity(&self, first: usize) -> DVector<f64> {
+        let e = self.velocities;
+        e * DVector::from_fn(e.ncols(), |k, _| number(31 * self.sample + first + k))
+    }
+
+    /// At a velocity, and the largest of its parts.
+    fn at(&self, u: &DVector<f64>) -> (f64, f64) {
+        let mut values = alloc::vec![0.0; M::POWERS.len()];
+        let mut moving = *self.state;
+        moving.u_mut().as_mut_slice().copy_from_slice(u.as_slice());
+        self.model.powers(&moving, &mut values);
+        // Rows that move are turned along with: their power is none of the disturbance.
+        let is_row = |name: &str| M::CONSTRAINTS.iter().any(|constraint| constraint.name == name);
+        values
+            .iter_mut()
+            .zip(M::POWERS)
+            .filter(|(_, power)| is_row(power.name))
+            .for_each(|(value, _)| *value = 0.0);
+        (values.iter().sum(), values.iter().fold(0.0, |most: f64, x| most.max(x.abs())))
+    }
+
+    /// Whether it is linear in admissible velocities.
+    fn is_linear(&self) -> bool {
+        let (u, w) = (self.velocity(3), self.velocity(17));
+        self.adds_up(&u, &w, |u| self.at(u)) && {
+            let ((p, size), (q, _)) = (self.at(&u), self.at(&-&u));
+            (p + q).abs() <= ROUNDED * size
+        }
+    }
+
+    /// Whether a function of velocities is linear, by two of them.
+    fn adds_up(
+        &self,
+        u: &DVector<f64>,
+        w: &DVector<f64>,
+        power: impl Fn(&DVector<f64>) -> (f64, f64),
+    ) -> bool {
+        let ((of_u, a), (of_w, b), (of_both, c), (of_more, d)) =
+            (power(u), power(w), power(&(u + w)), power(&(3.0 * w)));
+        let size = a.max(b).max(c).max(d);
+        (of_both - of_u - of_w).abs() <= ROUNDED * size && (of_more - 3.0 * of_w).abs() <= ROUNDED * size
+    }
+
+    /// Whether its odd part is linear, as that of dead loads, and its even part takes energy out, or does
+    /// nothing.
+    fn falls(&self) -> bool {
+        let odd = |u: &DVector<f64>| {
+            let ((p, a), (q, b)) = (self.at(u), self.at(&-u));
+            (0.5 * (p - q), a.max(b))
+        };
+        let takes = |u: &DVector<f64>| {
+            let ((p, a), (q, b)) = (self.at(u), self.at(&-u));
+            p + q <= ROUNDED * a.max(b)
+        };
+        SPEEDS.into_iter().enumerate().all(|(k, speed)| {
+            let (u, w) = (self.velocity(3 + 5 * k) * speed, self.velocity(17 + 7 * k) * speed);
+            let each =
+                core::iter::once(self.velocities).chain(&self.unreached).filter(|basis| basis.ncols() > 0);
+            let each = each.flat_map(|basis| {
+                let mixed = basis * DVector::from_fn(basis.ncols(), |k, _| number(11 * self.sample + k));
+                basis
+                    .column_iter()
+                    .map(|column| column / column.amax())
+                    .chain([&mixed / mixed.amax()])
+                    .collect::<Vec<_>>()
+            });
+            self.adds_up(&u, &w, odd)
+                && takes(&u)
+                && takes(&w)
+                && each.into_iter().all(|u| takes(&(u * speed)))
+        })
+    }
+}

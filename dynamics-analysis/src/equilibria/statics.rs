@@ -1,0 +1,328 @@
+//! What a model says of balance at a position: the forces that are left, and how they change.
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::constrain::active_rows;
+use dynamics_runtime::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Terms, Vector};
+use nalgebra::{DMatrix, DVector};
+
+use super::EquilibriumError;
+use super::rounding::clear_rounding;
+pub(crate) use crate::linearize::scales;
+use crate::linearize::{LinearizeError, Tangent};
+
+/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr of r = −Q − Φ_qᵀλ at q̈ =
+/// 0, and K = ∂F/∂z.
+///
+/// λ is chosen so that r vanishes on all dependent coordinates. What the change of E would contribute,
+/// (∂E)ᵀr, is then 0, as E is constant on the independent ones: K is the exact derivative of F along the
+/// constraints at every position, not only in equilibrium.
+pub(crate) struct Statics<R> {
+    pub(crate) tangent: Tangent,
+    /// F, one for each velocity that is independent.
+    pub(crate) force: DVector<f64>,
+    /// K: a row for each of these, a column for each independent coordinate.
+    pub(crate) stiffness: DMatrix<f64>,
+    /// Eᵀ ∂r/∂q by all coordinates: what is left of them where they leave the constraints.
+    pub(crate) by_all: DMatrix<f64>,
+    /// λ, 0 in rows that are released.
+    pub(super) multipliers: R,
+    /// EᵀM E of the independent velocities.
+    pub(crate) mass: DMatrix<f64>,
+    /// Its diagonal.
+    pub(super) inertia: DVector<f64>,
+    /// That of M, of all coordinates: what forces of different units are weighed by.
+    pub(super) masses: DVector<f64>,
+    /// What rounding of Eᵀ(Q + Φ_qᵀλ) leaves, from the sizes of what is added up.
+    pub(super) rounding: DVector<f64>,
+}
+
+/// Inertia of less than this part has vanished.
+const POLE: f64 = 1e-12;
+
+/// M, Q and the rows of Φ_q that hold.
+struct Read {
+    mass: DMatrix<f64>,
+    force: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    rows: Vec<usize>,
+}
+
+impl Read {
+    fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, EquilibriumError> {
+        let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
+        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
+        let mut terms =
+            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        model.terms(state, &mut terms);
+        finite::<M>(state, &force)?;
+        if !mass.iter().chain(&jacobian).all(|x| x.is_finite()) {
+            return Err(LinearizeError::NotFinite.into());
+        }
+        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        Ok(Self {
+            mass: DMatrix::from_row_slice(n, n, &mass),
+            force: DVector::from_vec(force),
+            jacobian: DMatrix::from_row_slice(r, n, &jacobian).select_rows(&rows),
+            rows,
+        })
+    }
+}
+
+/// That forces are numbers, or which input is missing.
+fn finite<M: Constraints>(state: &M::State, force: &[f64]) -> Result<(), EquilibriumError> {
+    let Some(bad) = force.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+    match state.inputs().as_slice().iter().position(|x| x.is_nan()) {
+        Some(input) => Err(EquilibriumError::InputNotSet { input: M::INPUTS[input].name }),
+        None => Err(EquilibriumError::NotFinite { coordinate: M::COORDINATES[bad].name }),
+    }
+}
+
+impl<R: Vector> Statics<R> {
+    /// Of a position on the constraints, at the velocities of the state; `preferred` coordinates are
+    /// independent where they can be. Stiffnesses that are rounding are 0.
+    pub(crate) fn of<M: Constraints<Rows = R>>(
+        model: &M,
+        state: &M::State,
+        preferred: &[usize],
+    ) -> Result<Self, EquilibriumError> {
+        let mut found = Self::as_computed(model, state, preferred)?;
+        found.stiffness = found.without_rounding::<M>(found.stiffness.clone(), state, |beside| {
+            Self::as_computed(model, beside, &found.tangent.coordinates).ok().map(|there| there.stiffness)
+        });
+        Ok(found)
+    }
+
+    /// A stiffness matrix without elements that are rounding; `beside` gives it at another state.
+    fn without_rounding<M: Constraints>(
+        &self,
+        mut stiffness: DMatrix<f64>,
+        state: &M::State,
+        beside: impl Fn(&M::State) -> Option<DMatrix<f64>>,
+    ) -> DMatrix<f64> {
+        let of_columns = self.tangent.coordinates.iter().map(|i| self.masses[*i]);
+        let of_columns = DVector::from_iterator(self.tangent.coordinates.len(), of_columns);
+        clear_rounding::<M>(&mut stiffness, [&self.inertia, &of_columns], state, beside);
+        stiffness
+    }
+
+    fn as_computed<M: Constraints<Rows = R>>(
+        model: &M,
+        state: &M::State,
+        preferred: &[usize],
+    ) -> Result<Self, EquilibriumError> {
+        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+        let read = Read::of(model, state)?;
+        let holonomic = read.rows.iter().filter(|row| **row < M::Residual::LEN).count();
+        let tangent = Tangent::new(&read.jacobian, holonomic, &read.mass, [preferred, preferred]);
+        let rows = read.rows.len();
+        let of_rows = tangent.particular(&DMatrix::identity(rows, rows)).tr_mul(&read.force);
+        let mut multipliers = M::Rows::zeros();
+        read.rows.iter().zip(of_rows.iter()).for_each(|(row, x)| multipliers[*row] = *x);
+        let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
+        if !model.variations(state, &M::Vector::zeros(), &multipliers, &mut values) {
+            return Err(LinearizeError::NoDerivatives.into());
+        }
+        let by_q = DMatrix::from_row_slice(n, n, &values[..n * n]);
+        if !by_q.iter().all(|x| x.is_finite()) {
+            return Err(LinearizeError::NotFinite.into());
+        }
+        let (d, e) = (&tangent.positions, &tangent.velocities);
+        let sizes = read.force.abs() + read.jacobian.abs().tr_mul(&of_rows.abs());
+        let mass = e.tr_mul(&(&read.mass * e));
+        let by_all = e.tr_mul(&by_q);
+        Ok(Self {
+            force: -e.tr_mul(&read.force),
+            stiffness: e.tr_mul(&(by_q * d)),
+            by_all,
+            inertia: mass.diagonal(),
+            mass,
+            masses: read.mass.diagonal(),
+            rounding: e.abs().tr_mul(&sizes) * f64::EPSILON,
+            multipliers,
+            tangent,
+        })
+    }
+
+    /// The derivative of F in a metric G that is one number for each coordinate: that of r when λ is chosen
+    /// so that r has the least size rᵀG⁻¹r. With A = EᵀG E the slope of that size, FᵀA⁻¹F, along δz is 2
+    /// FᵀA⁻¹K δz, whichever coordinates are independent; in equilibrium K is [`Self::stiffness`].
+    pub(super) fn covariant<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+        metric: &[f64],
+    ) -> Result<DMatrix<f64>, EquilibriumError> {
+        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        if rows.is_empty() {
+            return Ok(self.stiffness.clone());
+        }
+        let here = self.covariant_as_computed(model, state, metric, &rows)?;
+        Ok(self.without_rounding::<M>(here, state, |beside| {
+            let there = Self::as_computed(model, beside, &self.tangent.coordinates).ok()?;
+            there.covariant_as_computed(model, beside, metric, &rows).ok()
+        }))
+    }
+
+    fn covariant_as_computed<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+        metric: &[f64],
+        rows: &[usize],
+    ) -> Result<DMatrix<f64>, EquilibriumError> {
+        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+        let (d, e) = (&self.tangent.positions, &self.tangent.velocities);
+        let metric = DMatrix::from_diagonal(&DVector::from_column_slice(metric));
+        let square = e.tr_mul(&(&metric * e));
+        let read = Read::of(model, state)?;
+        let held = DVector::from_iterator(rows.len(), rows.iter().map(|row| self.multipliers[*row]));
+        let left = -(&read.force + read.jacobian.tr_mul(&held));
+        let along = square.cholesky().ok_or(LinearizeError::Inertia)?.solve(&self.force);
+        let tangential = metric * (e * along);
+        let by =
+            -self.tangent.particular(&DMatrix::identity(rows.len(), rows.len())).tr_mul(&(left - tangential));
+        let mut multipliers = self.multipliers;
+        rows.iter().zip(by.iter()).for_each(|(row, by)| multipliers[*row] += by);
+        let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
+        if !model.variations(state, &M::Vector::zeros(), &multipliers, &mut values) {
+            return Err(LinearizeError::NoDerivatives.into());
+        }
+        let by_q = DMatrix::from_row_slice(n, n, &values[..n * n]);
+        if !by_q.iter().all(|x| x.is_finite()) {
+            return Err(LinearizeError::NotFinite.into());
+        }
+        Ok(e.tr_mul(&(by_q * d)))
+    }
+
+    /// F at another state, in the directions and with the reactions of this one: what small changes make of
+    /// it.
+    pub(crate) fn force_beside<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+    ) -> Result<DVector<f64>, EquilibriumError> {
+        let read = Read::of(model, state)?;
+        let held =
+            DVector::from_iterator(read.rows.len(), read.rows.iter().map(|row| self.multipliers[*row]));
+        Ok(-self.tangent.velocities.tr_mul(&(read.force + read.jacobian.tr_mul(&held))))
+    }
+
+    /// How far F can be told: what the rounding of coordinates and of its terms makes of it, measured by
+    /// moving the coordinates by their last bits (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33
+    /// (2011) 1292).
+    pub(crate) fn noise<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+    ) -> Result<DVector<f64>, EquilibriumError> {
+        self.noise_by(model, state, state.q().as_slice())
+    }
+
+    /// As [`Self::noise`], where coordinates are added to others of their unit, whose last bits are then
+    /// theirs: far out along one of them.
+    pub(super) fn noise_of_sums<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+    ) -> Result<DVector<f64>, EquilibriumError> {
+        self.noise_by(model, state, &scales(M::COORDINATES, state.q().as_slice()))
+    }
+
+    /// What F changes by where each coordinate moves by the last bits of a number of this size.
+    fn noise_by<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+        sizes: &[f64],
+    ) -> Result<DVector<f64>, EquilibriumError> {
+        let here = self.force_beside(model, state)?;
+        let mut most = self.rounding.clone();
+        for sample in 0..8_u32 {
+            let mut beside = *state;
+            for (j, (q, size)) in beside.q_mut().as_mut_slice().iter_mut().zip(sizes).enumerate() {
+                // Signs of a Walsh function, so that no two samples are alike, and different numbers of bits.
+                let sign = if (sample >> (j % 3)).is_multiple_of(2) { 1.0 } else { -1.0 };
+                *q += sign * f64::from(1 + (sample + j as u32) % 4) * f64::EPSILON * size;
+            }
+            let change = (self.force_beside(model, &beside)? - &here).abs();
+            most.zip_apply(&change, |most, change| *most = most.max(change));
+        }
+        Ok(most)
+    }
+
+    /// The force by which a branch that changes at this very state differs most from balance, against what is
+    /// allowed: the index of a coordinate, and the force.
+    pub(super) fn at_corners<M: Constraints<Rows = R>>(
+        &self,
+        model: &M,
+        state: &M::State,
+        allowed: &DVector<f64>,
+    ) -> Result<Option<(usize, f64)>, EquilibriumError> {
+        let mut kinks = [Kink::NONE; MOST_KINKS];
+        model.kinks(state, &mut kinks);
+        for (index, _) in kinks.iter().enumerate().filter(|(_, kink)| kink.decides && kink.value == 0.0) {
+            for below in [true, false] {
+                let (mut held, mut branches) = (*state, Branches::FREE);
+                branches.hold(index, below);
+                held.hold(branches);
+                let force = self.force_beside(model, &held)?;
+                if let Some((i, force)) = excess(&force, allowed) {
+                    return Ok(Some((self.tangent.rates[i], force)));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// The direction along which inertia vanishes here and did not where the search began, by all
+    /// coordinates: forces do so there too, whatever acts.
+    pub(super) fn pole(&self, first: &Self) -> Option<DVector<f64>> {
+        let had = |k: &usize| {
+            let at = first.tangent.rates.iter().position(|i| *i == self.tangent.rates[*k]);
+            at.is_some_and(|at| first.inertia[at] > 0.0)
+        };
+        let usual = |k: usize| first.tangent.rates.iter().position(|i| *i == self.tangent.rates[k]);
+        let gone = |k: &usize| usual(*k).is_some_and(|at| self.inertia[*k] <= POLE * first.inertia[at]);
+        let heavy: Vec<usize> = (0..self.inertia.len()).filter(had).collect();
+        if let Some(k) = heavy.iter().copied().find(gone) {
+            return Some(self.tangent.velocities.column(k).into_owned());
+        }
+        let scale = |k: usize| 1.0 / self.inertia[heavy[k]].sqrt();
+        let scaled = DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| {
+            self.mass[(heavy[i], heavy[j])] * scale(i) * scale(j)
+        });
+        if scaled.is_empty() {
+            return None;
+        }
+        let eigen = scaled.symmetric_eigen();
+        let least = eigen.eigenvalues.imin();
+        let mut along = DVector::zeros(self.inertia.len());
+        heavy.iter().enumerate().for_each(|(i, k)| along[*k] = eigen.eigenvectors[(i, least)] * scale(i));
+        (eigen.eigenvalues[least] <= POLE).then(|| &self.tangent.velocities * along)
+    }
+
+    /// The largest |F| and the coordinate it acts on.
+    pub(super) fn worst(&self) -> (usize, f64) {
+        if self.force.is_empty() {
+            return (0, 0.0);
+        }
+        let (i, force) = largest(&self.force);
+        (self.tangent.rates[i], force)
+    }
+}
+
+fn largest(force: &DVector<f64>) -> (usize, f64) {
+    let one = |best: (usize, f64), (i, x): (usize, &f64)| if x.abs() > best.1.abs() { (i, *x) } else { best };
+    force.iter().enumerate().fold((0, 0.0), one)
+}
+
+/// The force that exceeds by most what is allowed of it: its index, and the force.
+pub(super) fn excess(force: &DVector<f64>, allowed: &DVector<f64>) -> Option<(usize, f64)> {
+    let beyond =
+        force.iter().zip(allowed.iter()).enumerate().filter(|(_, (force, allowed))| force.abs() > **allowed);
+    let most =
+        beyond.max_by(|(_, (x, of_x)), (_, (y, of_y))| (x.abs() / **of_x).total_cmp(&(y.abs() / **of_y)));
+    most.map(|(i, (force, _))| (i, *force))
+}

@@ -1,0 +1,164 @@
+//! The runs, and what they say about each other.
+
+use alloc::boxed::Box;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+use dynamics_runtime::motion::Counts;
+
+use super::comparison::{Compared, Comparison, Difference, RungReport};
+use super::error::LadderError;
+use super::rung::AnyMotion;
+use super::{AnyRung, Ladder};
+use crate::runs::{self, Median};
+
+/// Tolerance of the runs that tell errors, as a part of the others'.
+const TIGHTER: f64 = 1e-2;
+/// The part of an output that an uncertainty may be, whatever the difference: three digits.
+const THREE_DIGITS: f64 = 1e-3;
+
+/// One rung as it ran.
+struct Ran {
+    counts: Counts,
+    /// Outputs at the common times, from the run at the tighter tolerance.
+    values: Vec<Vec<f64>>,
+    /// What they were off by in the run at the ladder's tolerance, by output.
+    errors: Vec<f64>,
+}
+
+/// Runs all rungs and compares them.
+pub(super) fn climb(
+    ladder: &Ladder<'_>,
+    mut outputs: Vec<Compared>,
+    interval: (f64, f64),
+) -> Result<Comparison, LadderError> {
+    let runs: Vec<Box<dyn AnyMotion + '_>> = ladder
+        .rungs
+        .iter()
+        .map(|rung| rung.run(interval.1, ladder.tolerance, false))
+        .collect::<Result<_, _>>()?;
+    let times = common_times(interval, ladder.intervals, runs.iter().flat_map(|run| run.knots()));
+    let names: Vec<&str> = outputs.iter().map(|output| output.name.as_str()).collect();
+    let ran: Vec<Ran> = ladder
+        .rungs
+        .iter()
+        .zip(&runs)
+        .map(|(rung, run)| ran(&**rung, &**run, interval.1, TIGHTER * ladder.tolerance, &times, &names))
+        .collect::<Result<_, _>>()?;
+    let [.., full] = &*ran else { return Err(LadderError::TooFew { rungs: 0 }) };
+    for (output, values) in outputs.iter_mut().zip(&full.values) {
+        if output.scale.is_nan() {
+            output.scale = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        }
+        if output.scale == 0.0 {
+            return Err(LadderError::NoScale { output: output.name.clone() });
+        }
+    }
+    let about: Vec<Option<Duration>> =
+        ran.iter().map(|ran| Some(ran.counts.wall_time.unwrap_or_default())).collect();
+    let medians =
+        runs::medians(&about, ladder.effort, |i| ladder.rungs[i].time(interval.1, ladder.tolerance));
+    let mut rungs = Vec::with_capacity(ran.len());
+    for (k, (rung, own)) in ladder.rungs.iter().zip(&ran).enumerate() {
+        let is_full = k + 1 == ran.len();
+        let once = Median { time: own.counts.wall_time.unwrap_or_default(), repeats: 0 };
+        let time = medians[k].unwrap_or(once);
+        rungs.push(report(&**rung, own, full, is_full, &times, &outputs, time)?);
+    }
+    Ok(Comparison {
+        scene: ladder.scene.clone(),
+        interval,
+        tolerance: ladder.tolerance,
+        times,
+        outputs,
+        rungs,
+    })
+}
+
+/// Equal intervals joined by the steps, in the order of the motion.
+fn common_times((start, end): (f64, f64), intervals: usize, knots: impl Iterator<Item = f64>) -> Vec<f64> {
+    let part = |k: usize| k as f64 / intervals as f64;
+    let at = |k: usize| if k == intervals { end } else { start + part(k) * (end - start) };
+    let mut times: Vec<f64> = (0..=intervals).map(at).chain(knots).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    if end < start {
+        times.reverse();
+    }
+    times
+}
+
+fn ran(
+    rung: &dyn AnyRung,
+    run: &dyn AnyMotion,
+    end: f64,
+    tighter: f64,
+    times: &[f64],
+    outputs: &[&str],
+) -> Result<Ran, LadderError> {
+    let loose = run.sample(times, outputs)?;
+    let values = rung.run(end, tighter, true)?.sample(times, outputs)?;
+    let apart =
+        |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let rounding =
+        |values: &Vec<f64>| f64::EPSILON * values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let errors = loose.iter().zip(&values).map(|pair| apart(pair).max(rounding(pair.1))).collect();
+    Ok(Ran { counts: run.counts(), values, errors })
+}
+
+fn report(
+    rung: &dyn AnyRung,
+    own: &Ran,
+    full: &Ran,
+    is_full: bool,
+    times: &[f64],
+    outputs: &[Compared],
+    median: Median,
+) -> Result<RungReport, LadderError> {
+    let mut differences = Vec::with_capacity(outputs.len());
+    for (o, output) in outputs.iter().enumerate() {
+        let uncertainty = if is_full { own.errors[o] } else { own.errors[o] + full.errors[o] };
+        let difference = difference(times, &own.values[o], &full.values[o], uncertainty);
+        let hidden = difference.uncertainty > 0.5 * difference.largest;
+        if hidden && difference.uncertainty > THREE_DIGITS * output.scale {
+            return Err(LadderError::NotConverged {
+                rung: rung.name().to_string(),
+                output: output.name.clone(),
+                difference: difference.largest,
+                uncertainty: difference.uncertainty,
+                scale: output.scale,
+            });
+        }
+        differences.push(difference);
+    }
+    let facts = rung.facts();
+    Ok(RungReport {
+        name: rung.name().to_string(),
+        coordinates: facts.coordinates,
+        constraints: facts.constraints,
+        operations: facts.operations,
+        evaluations: own.counts.evaluations,
+        steps: own.counts.steps,
+        time: median.time,
+        repeats: median.repeats,
+        values: own.values.clone(),
+        differences,
+    })
+}
+
+fn difference(times: &[f64], own: &[f64], full: &[f64], uncertainty: f64) -> Difference {
+    let apart: Vec<f64> = own.iter().zip(full).map(|(a, b)| a - b).collect();
+    let (mut largest, mut at) = (0.0, times[0]);
+    for (t, d) in times.iter().zip(&apart) {
+        if d.abs() > largest {
+            (largest, at) = (d.abs(), *t);
+        }
+    }
+    // Straight lines between the times: the integral of their squares is exact.
+    let square = |d: &[f64]| (d[0] * d[0] + d[0] * d[1] + d[1] * d[1]) / 3.0;
+    let integral: f64 =
+        times.windows(2).zip(apart.windows(2)).map(|(t, d)| (t[1] - t[0]).abs() * square(d)).sum();
+    let span = (times[times.len() - 1] - times[0]).abs();
+    Difference { largest, at, rms: libm::sqrt(integral / span), at_start: apart[0].abs(), uncertainty }
+}

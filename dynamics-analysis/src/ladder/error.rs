@@ -1,0 +1,217 @@
+//! Why there is no comparison.
+
+use alloc::string::String;
+use core::fmt;
+
+/// There is nothing to be compared that could be trusted, or the options make no sense.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub enum LadderError {
+    /// `.until(..)` is missing.
+    NoEnd,
+    /// The end is the start or no finite time.
+    End {
+        /// What was given.
+        end: f64,
+    },
+    /// There are fewer than two rungs.
+    TooFew {
+        /// How many.
+        rungs: usize,
+    },
+    /// Two rungs have one name.
+    SameName {
+        /// The name.
+        name: String,
+    },
+    /// Two rungs start at different times.
+    Starts {
+        /// The first rung.
+        first: String,
+        /// When it starts.
+        start: f64,
+        /// Another one.
+        other: String,
+        /// When that starts.
+        other_start: f64,
+    },
+    /// The tolerance leaves no room for a run at a hundredth of it, or is none.
+    Tolerance {
+        /// What was given.
+        tolerance: f64,
+    },
+    /// There are no intervals between common times, or more than memory holds.
+    Intervals {
+        /// What was given.
+        intervals: usize,
+    },
+    /// No output is common to all rungs.
+    NoOutputs,
+    /// A rung does not have an output.
+    UnknownOutput {
+        /// The rung.
+        rung: String,
+        /// The output.
+        output: String,
+        /// One that it has and that may be meant.
+        suggestion: Option<String>,
+    },
+    /// An output is declared in different units.
+    Units {
+        /// The output.
+        output: String,
+        /// The units.
+        units: [String; 2],
+        /// The rungs that declare them.
+        rungs: [String; 2],
+    },
+    /// The scale of an output is no positive number.
+    Scale {
+        /// The output.
+        output: String,
+        /// What was given.
+        scale: f64,
+    },
+    /// A scale was given for what is not compared.
+    ScaleOfNothing {
+        /// The output.
+        output: String,
+    },
+    /// An output is 0 on the last rung all the time: there is nothing that its differences could be parts of.
+    NoScale {
+        /// The output.
+        output: String,
+    },
+    /// A run failed.
+    Fails {
+        /// The rung.
+        rung: String,
+        /// At which tolerance.
+        tolerance: f64,
+        /// Why.
+        reason: String,
+    },
+    /// An output has no value somewhere.
+    NotFinite {
+        /// The rung.
+        rung: String,
+        /// The output.
+        output: String,
+        /// Where.
+        time: f64,
+        /// What it is there.
+        value: f64,
+    },
+    /// The numerical errors of a rung and of the last one are as large as what they differ by, and not small.
+    NotConverged {
+        /// The rung.
+        rung: String,
+        /// The output.
+        output: String,
+        /// Its largest difference from the last rung.
+        difference: f64,
+        /// The errors of both together.
+        uncertainty: f64,
+        /// The largest value of the output, or what was set as its scale.
+        scale: f64,
+    },
+    /// An accuracy is no positive number.
+    Accuracy {
+        /// What was given.
+        accuracy: f64,
+    },
+    /// The runs themselves may be wrong by as much as the accuracy that was asked for.
+    TooFine {
+        /// What was asked for, as a part of the outputs.
+        accuracy: f64,
+        /// A rung.
+        rung: String,
+        /// What it may be wrong by, likewise.
+        uncertainty: f64,
+    },
+}
+
+impl fmt::Display for LadderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoEnd => f.write_str("the comparison has no end; say `.until(..)`"),
+            Self::End { end } => {
+                write!(f, "motions until {end} cannot be compared; give a finite time beside the start's")
+            }
+            Self::TooFew { rungs } => {
+                write!(f, "a ladder of {rungs} rungs compares nothing; add models with `.rung(..)`")
+            }
+            Self::SameName { name } => {
+                write!(f, "two rungs are called `{name}`; give each a name of its own")
+            }
+            Self::Starts { first, start, other, other_start } => write!(
+                f,
+                "`{first}` starts at t = {start} and `{other}` at t = {other_start}; let all rungs start at \
+                 the same time"
+            ),
+            Self::Tolerance { tolerance } => write!(
+                f,
+                "at tolerance {tolerance:e} errors cannot be told by a run at a hundredth of it; give one \
+                 from 1e-12 to below 1"
+            ),
+            Self::Intervals { intervals } => {
+                write!(f, "{intervals} intervals are no common times; give from 1 to 10,000,000")
+            }
+            Self::NoOutputs => f.write_str(
+                "no output is common to all rungs; declare it with `#[output]` in every model, or add it \
+                 with `Rung::output(..)`",
+            ),
+            Self::UnknownOutput { rung, output, suggestion } => {
+                write!(f, "`{rung}` has no output `{output}`")?;
+                match suggestion {
+                    Some(name) => write!(f, "; `{name}` is there"),
+                    None => f.write_str("; declare it with `#[output]` or add it with `Rung::output(..)`"),
+                }
+            }
+            Self::Units { output, units: [one, other], rungs: [first, second] } => write!(
+                f,
+                "`{output}` is in {one} in `{first}` and in {other} in `{second}`; give it one unit, or \
+                 another name"
+            ),
+            Self::Scale { output, scale } => {
+                write!(f, "{scale} is no scale for `{output}`; give a positive number in its unit")
+            }
+            Self::ScaleOfNothing { output } => {
+                write!(f, "`{output}` has a scale and is not compared; name it in `.outputs([..])`")
+            }
+            Self::NoScale { output } => write!(
+                f,
+                "`{output}` is 0 on the last rung, so that no difference is a part of it; say \
+                 `.scale(\"{output}\", ..)`"
+            ),
+            Self::Fails { rung, tolerance, reason } => write!(
+                f,
+                "`{rung}` at tolerance {tolerance:e} fails: {reason}; choose its method with \
+                 `Rung::with(..)`, or compare a shorter motion"
+            ),
+            Self::NotFinite { rung, output, time, value } => {
+                write!(f, "`{output}` of `{rung}` is {value} at t = {time}; compare it where it has a value")
+            }
+            Self::NotConverged { rung, output, difference, uncertainty, scale } => write!(
+                f,
+                "`{rung}` differs in `{output}` by {difference:.1e}, and the runs may be wrong by \
+                 {uncertainty:.1e} where it is {scale:.1e}; give a tighter tolerance or compare a shorter \
+                 motion"
+            ),
+            Self::Accuracy { accuracy } => {
+                write!(
+                    f,
+                    "{accuracy} is no accuracy; give a positive part of the outputs, 0.01 for one percent"
+                )
+            }
+            Self::TooFine { accuracy, rung, uncertainty } => write!(
+                f,
+                "whether a rung suffices for {accuracy:.1e} cannot be told while the run of `{rung}` may be \
+                 wrong by {uncertainty:.1e}; give the ladder a tighter tolerance"
+            ),
+        }
+    }
+}
+
+dynamics_runtime::sentence_for_debugging!(LadderError);
+impl core::error::Error for LadderError {}

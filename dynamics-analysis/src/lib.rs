@@ -1,0 +1,74 @@
+//! The analyses of `dynamics`: what answers questions about methods and models.
+//!
+//! By many runs: which method is the fastest for the accuracy that is wanted, and which model of a scene
+//! suffices for it ([`compare`]). By exact derivatives: how a model moves beside an equilibrium or a steady
+//! motion ([`SmallMotions`]), how equilibria change with a parameter ([`continuation`]), and what becomes of
+//! motions that repeat or never do ([`PeriodicMotions`]). Users name only the façade crate, which has this one
+//! as `dynamics::analysis`.
+//!
+//! ```text
+//! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
+//! println!("{study}");
+//! study.write_html("work_precision.html")?;
+//! ```
+
+extern crate alloc;
+
+mod backbone;
+mod continuation;
+mod equilibria;
+mod ladder;
+mod linearize;
+mod numbers;
+mod page;
+mod parameters;
+mod periodic;
+mod runs;
+mod table;
+mod vibration;
+mod work_precision;
+
+pub use backbone::{Backbone, BackboneCurve, BackboneError, BackbonePoint, NonlinearModes};
+pub use continuation::{
+    Branch, BranchEnd, BranchPoint, Buckling, Continuation, ContinuationError, CriticalLoad, Diagram, Family,
+    FoldCurve, FoldCurves, HopfCurve, HopfCurves, OfFolds, OfHopfPoints, PlaneCurve, Special, SpecialKind,
+    Stays, continuation, fold_curve, hopf_curve,
+};
+pub use equilibria::{
+    Equilibria, Equilibrium, EquilibriumError, Found, Search, Stability, StabilityVerdict, Undecided,
+};
+pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
+pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
+pub use page::Page;
+pub use parameters::{
+    EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Gradient, Loss, Objective, Outlier,
+    Resampled, Residuals, RunFailure, Sensitivities, Sensitivity, SensitivityError, Sweep, SweepAxis,
+    SweepError, Sweeping, Variable, VariableError, Vary,
+};
+pub use periodic::{
+    Exponent, ExponentSign, Floquet, FloquetVerdict, Lyapunov, LyapunovExponents, Multiplier, PeriodicError,
+    PeriodicMotions, PeriodicOrbit, Poincare, Return, Section, Shooting, Threshold, Trivial,
+};
+pub use work_precision::{
+    Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision,
+    WorkPrecisionError,
+};
+
+pub use vibration::{
+    Banded, BandedModel, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes,
+    Lqr, LqrDesign, ModeFilm, NormalModes, Onset, Peak, Reach, RotorMode, Signal, Spectrum, StateSpace,
+    TimeResponse, Vibration, VibrationError, Window, Withheld, frequencies, lowest_modes,
+};
+
+use dynamics_runtime::motion::Simulate;
+
+/// Models that can be studied: all that can be moved.
+pub trait Analyze: Simulate {
+    /// Opens a study of methods on this model, from a start state; options follow, [`WorkPrecision::run`]
+    /// runs it.
+    fn work_precision(&self, start: Self::State) -> WorkPrecision<'_, Self> {
+        WorkPrecision::new(self, start)
+    }
+}
+
+impl<M: Simulate> Analyze for M {}

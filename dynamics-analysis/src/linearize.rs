@@ -1,0 +1,371 @@
+//! Small motions beside an equilibrium or a steady motion, constraints included.
+//!
+//! Beside a motion of M q̈ = Q + Φ_qᵀλ with holonomic rows Φ = 0 and nonholonomic rows A q̇ + b = 0 the
+//! deviations δq, δλ fulfil, to first order,
+//!
+//! ```text
+//! M δq̈ + r_u δq̇ + r_q δq − Φ_qᵀ δλ = Q_w δw        r = M q̈ − Q − Φ_qᵀλ, differentiated at the q̈ and λ of the motion
+//! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)        Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
+//! ```
+//!
+//! all from the graph, none by differences. The holonomic rows leave independent coordinates z, all rows
+//! independent velocities v, a part of the rates of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G v + H z.
+//! What is projected on Eᵀ contains no δλ:
+//!
+//! ```text
+//! EᵀM E v̇ + Eᵀ(M G + r_u E) v + Eᵀ(M H + r_q D + r_u F) z = EᵀQ_w δw        ż = S v + T z
+//! mass         damping             stiffness                 input
+//! ```
+//!
+//! Without nonholonomic rows S = 1 and T = 0. Rows that repeat others need no care: D and E come from a
+//! rank-revealing elimination, and λ, which is then not unique, enters only along the constraints, where it
+//! is. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955, appendix B; R. von Schwerin, *Multibody System
+//! Simulation*, §2.
+
+mod error;
+mod modes;
+mod reduce;
+mod spectrum;
+mod steady;
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::constrain::active_rows;
+use dynamics_runtime::constrain::{check_start, solve_once};
+use dynamics_runtime::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
+use nalgebra::{Complex, DMatrix, DVector};
+
+pub use error::LinearizeError;
+pub use modes::Mode;
+
+pub(super) use modes::eigenvector;
+pub(super) use reduce::{Tangent, indices, scales};
+pub(super) use spectrum::{drop_rounding, general, symmetric as undamped, with_potential};
+pub(super) use steady::later;
+
+/// Models whose small motions can be asked for: all.
+pub trait SmallMotions: Constraints {
+    /// The linear equations of small motions beside the motion through a state; the independent coordinates
+    /// are chosen.
+    ///
+    /// # Errors
+    /// A state that is not on the constraints or singular, forces that depend on reactions, a model too large
+    /// for exact derivatives.
+    fn linearize(&self, state: &Self::State) -> Result<Linearization, LinearizeError> {
+        linearize(self, state, &[])
+    }
+
+    /// As [`SmallMotions::linearize`], with these coordinates among the independent ones, and their
+    /// velocities among the independent velocities as far as the nonholonomic constraints leave them: names
+    /// as in [`dynamics_runtime::model::Dynamics::COORDINATES`].
+    ///
+    /// # Errors
+    /// Also where a name is not a coordinate, or the constraints do not leave all of the coordinates
+    /// independent.
+    fn linearize_in(
+        &self,
+        state: &Self::State,
+        independent: &[&str],
+    ) -> Result<Linearization, LinearizeError> {
+        linearize(self, state, independent)
+    }
+}
+
+impl<M: Constraints> SmallMotions for M {}
+
+/// Linear equations of small motions, in independent coordinates z (C of them) and velocities v (F of them, F
+/// ≤ C); W inputs.
+///
+/// ```text
+/// mass v̇ + damping v + stiffness z = input δw        ż = S v + T z        δq = shape z
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Linearization {
+    /// The independent coordinates z, by name and unit.
+    pub coordinates: Vec<Quantity>,
+    /// The independent velocities v, by the coordinates that they are rates of.
+    pub velocities: Vec<Quantity>,
+    /// F×F, symmetric and positive definite.
+    pub mass: DMatrix<f64>,
+    /// F×F: damping and gyroscopic terms.
+    pub damping: DMatrix<f64>,
+    /// F×C: stiffness and circulatory terms.
+    pub stiffness: DMatrix<f64>,
+    /// F×W: generalized forces of unit inputs.
+    pub input: DMatrix<f64>,
+    /// S, C×F; the unit matrix without nonholonomic constraints.
+    pub rates_by_velocities: DMatrix<f64>,
+    /// T, C×C; zero without nonholonomic constraints.
+    pub rates_by_coordinates: DMatrix<f64>,
+    /// N×C: what all coordinates do where the independent ones move by 1.
+    pub shape: DMatrix<f64>,
+    /// All coordinates, N.
+    pub all: &'static [Quantity],
+    /// v̇ of the motion itself: 0 in an equilibrium and in steady motions.
+    pub accelerations: DVector<f64>,
+    /// How nearly the constraints depend on each other: the largest over the smallest pivot of their
+    /// elimination; 1 without any.
+    pub conditioning: f64,
+    /// Why the coefficients are not those of an equilibrium or a steady motion; `None` where they are.
+    pub unsteady: Option<LinearizeError>,
+}
+
+impl Linearization {
+    /// The damping matrix without its gyroscopic part: C = ½(D + Dᵀ), which takes energy out or puts it in.
+    #[must_use]
+    pub fn dissipative(&self) -> DMatrix<f64> {
+        0.5 * (&self.damping + self.damping.transpose())
+    }
+
+    /// The gyroscopic part: G = ½(D − Dᵀ), which does no work.
+    #[must_use]
+    pub fn gyroscopic(&self) -> DMatrix<f64> {
+        0.5 * (&self.damping - self.damping.transpose())
+    }
+
+    /// The stiffness matrix without its circulatory part, K = ½(K + Kᵀ); `None` where there are more
+    /// coordinates than velocities.
+    #[must_use]
+    pub fn conservative(&self) -> Option<DMatrix<f64>> {
+        self.stiffness.is_square().then(|| 0.5 * (&self.stiffness + self.stiffness.transpose()))
+    }
+
+    /// The circulatory part, N = ½(K − Kᵀ), as of follower forces; `None` where there are more coordinates
+    /// than velocities.
+    #[must_use]
+    pub fn circulatory(&self) -> Option<DMatrix<f64>> {
+        self.stiffness.is_square().then(|| 0.5 * (&self.stiffness - self.stiffness.transpose()))
+    }
+
+    /// A of ẋ = A x + B δw for x = (z, v), (C + F)×(C + F).
+    ///
+    /// # Errors
+    /// A mass matrix that is not positive definite.
+    pub fn state_matrix(&self) -> Result<DMatrix<f64>, LinearizeError> {
+        let (c, f) = (self.coordinates.len(), self.velocities.len());
+        let solve = |right: &DMatrix<f64>| self.solve(right);
+        let (by_z, by_v) = (solve(&self.stiffness)?, solve(&self.damping)?);
+        let mut a = DMatrix::zeros(c + f, c + f);
+        a.view_mut((0, 0), (c, c)).copy_from(&self.rates_by_coordinates);
+        a.view_mut((0, c), (c, f)).copy_from(&self.rates_by_velocities);
+        a.view_mut((c, 0), (f, c)).copy_from(&-by_z);
+        a.view_mut((c, c), (f, f)).copy_from(&-by_v);
+        Ok(a)
+    }
+
+    /// B of ẋ = A x + B δw, (C + F)×W.
+    ///
+    /// # Errors
+    /// A mass matrix that is not positive definite.
+    pub fn input_matrix(&self) -> Result<DMatrix<f64>, LinearizeError> {
+        let (c, f) = (self.coordinates.len(), self.velocities.len());
+        let mut b = DMatrix::zeros(c + f, self.input.ncols());
+        b.view_mut((c, 0), (f, self.input.ncols())).copy_from(&self.solve(&self.input)?);
+        Ok(b)
+    }
+
+    /// The eigenvalues σ of small motions e^{σt}, in 1/s, C + F of them, by growing real part, then imaginary
+    /// part.
+    ///
+    /// Coordinates on which nothing depends, as the place of a vehicle on a plane, have exact zeros.
+    ///
+    /// # Errors
+    /// Where the motion is neither an equilibrium nor steady; a mass matrix that is not positive definite; an
+    /// iteration that does not settle.
+    pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, LinearizeError> {
+        if let Some(reason) = &self.unsteady {
+            return Err(reason.clone());
+        }
+        spectrum::eigenvalues(self)
+    }
+
+    /// Eigenvalues with what moves in each: one for a pair of complex conjugates, by growing frequency.
+    ///
+    /// # Errors
+    /// As [`Linearization::eigenvalues`].
+    pub fn modes(&self) -> Result<Vec<Mode>, LinearizeError> {
+        modes::modes(self)
+    }
+
+    /// mass⁻¹ `right`; what rounding leaves of terms that cancel is 0, as of a push that leaves a coordinate
+    /// at rest: balancing would make much of it.
+    pub(super) fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
+        let factors = self.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
+        let terms = factors.inverse().abs() * right.abs();
+        let least = 4.0 * self.mass.nrows() as f64 * f64::EPSILON;
+        let found =
+            factors.solve(right).zip_map(&terms, |x, size| if x.abs() <= least * size { 0.0 } else { x });
+        if found.iter().all(|x| x.is_finite()) { Ok(found) } else { Err(LinearizeError::NotFinite) }
+    }
+}
+
+/// All that is read of a model at a state; matrices N×N where nothing else is said.
+pub(super) struct Read {
+    pub(super) mass: DMatrix<f64>,
+    /// ∂r/∂q and ∂r/∂q̇.
+    pub(super) force_by: [DMatrix<f64>; 2],
+    /// ∂r/∂w, N×W.
+    pub(super) force_by_inputs: DMatrix<f64>,
+    /// Φ_q joined by A, of the rows that hold.
+    pub(super) jacobian: DMatrix<f64>,
+    /// ∂Φ̈/∂q and ∂Φ̈/∂q̇ of those rows.
+    pub(super) gamma_by: [DMatrix<f64>; 2],
+    /// ∂Φ̇/∂q of those rows.
+    pub(super) velocity_by: DMatrix<f64>,
+    /// How many of them are holonomic.
+    pub(super) holonomic: usize,
+    pub(super) accelerations: DVector<f64>,
+    /// λ of all rows.
+    pub(super) multipliers: DVector<f64>,
+}
+
+impl Read {
+    pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, LinearizeError> {
+        let solved =
+            solve_once(model, &model.constants().map_err(dynamics_runtime::error::SolveError::from)?, state)?;
+        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+        let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
+        if !model.variations(state, &solved.accelerations, &solved.multipliers, &mut values) {
+            return Err(LinearizeError::NoDerivatives);
+        }
+        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
+        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
+        let mut terms =
+            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+        model.terms(state, &mut terms);
+        let accelerations = solved.accelerations.as_slice();
+        if !values.iter().chain(&mass).chain(&jacobian).chain(accelerations).all(|x| x.is_finite()) {
+            let unset = state.inputs().as_slice().iter().position(|input| input.is_nan());
+            return Err(unset.map_or(LinearizeError::NotFinite, |i| LinearizeError::InputNotSet {
+                input: M::INPUTS[i].name,
+            }));
+        }
+        let mut rest = values.as_slice();
+        let mut take = |rows: usize, columns: usize| {
+            let (matrix, after) = rest.split_at(rows * columns);
+            rest = after;
+            DMatrix::from_row_slice(rows, columns, matrix)
+        };
+        let (by_q, by_u, by_w, velocity_by) = (take(n + r, n), take(n + r, n), take(n + r, w), take(r, n));
+        let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        let of_rows = |m: &DMatrix<f64>| m.rows(n, r).select_rows(&active);
+        Ok(Self {
+            mass: DMatrix::from_row_slice(n, n, &mass),
+            force_by: [by_q.rows(0, n).into_owned(), by_u.rows(0, n).into_owned()],
+            force_by_inputs: by_w.rows(0, n).into_owned(),
+            jacobian: DMatrix::from_row_slice(r, n, &jacobian).select_rows(&active),
+            gamma_by: [of_rows(&by_q), of_rows(&by_u)],
+            velocity_by: velocity_by.select_rows(&active),
+            holonomic: active.iter().filter(|row| **row < M::Residual::LEN).count(),
+            accelerations: DVector::from_column_slice(accelerations),
+            multipliers: DVector::from_column_slice(solved.multipliers.as_slice()),
+        })
+    }
+
+    /// The equations projected on what the constraints leave.
+    fn project(&self, tangent: &Tangent) -> [DMatrix<f64>; 4] {
+        let (d, e) = (&tangent.positions, &tangent.velocities);
+        let f = tangent.particular(&(&self.velocity_by * d));
+        let second = |by_z: DMatrix<f64>| tangent.particular(&by_z);
+        let [gamma_q, gamma_u] = &self.gamma_by;
+        let (g, h) = (second(gamma_u * e), second(gamma_q * d + gamma_u * &f));
+        let [r_q, r_u] = &self.force_by;
+        let mass = e.tr_mul(&(&self.mass * e));
+        let damping = e.tr_mul(&(&self.mass * g + r_u * e));
+        let stiffness = e.tr_mul(&(&self.mass * h + r_q * d + r_u * &f));
+        [0.5 * (&mass + mass.transpose()), damping, stiffness, f]
+    }
+}
+
+/// Refuses states at which a choice of the model changes, unless both sides have the same derivatives there,
+/// as drag by |v| v at rest.
+fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), LinearizeError> {
+    let mut kinks = [Kink::NONE; MOST_KINKS];
+    model.kinks(state, &mut kinks);
+    let at_zero = |(_, kink): &(usize, &Kink)| kink.decides && kink.value == 0.0;
+    let side = |below: bool| {
+        let (mut held, mut branches) = (*state, Branches::FREE);
+        kinks.iter().enumerate().filter(at_zero).for_each(|(index, _)| branches.hold(index, below));
+        held.hold(branches);
+        Read::of(model, &held)
+    };
+    if !kinks.iter().enumerate().any(|kink| at_zero(&kink)) {
+        return Ok(());
+    }
+    let (below, above) = (side(true)?, side(false)?);
+    let same = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= 1e-12 * a.amax().max(b.amax());
+    let smooth = (0..2).all(|k| same(&below.force_by[k], &above.force_by[k]))
+        && same(&below.force_by_inputs, &above.force_by_inputs)
+        && (&below.accelerations - &above.accelerations).amax() <= 1e-12 * below.accelerations.amax();
+    if smooth { Ok(()) } else { Err(LinearizeError::Corner) }
+}
+
+fn linearize<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    wanted: &[&str],
+) -> Result<Linearization, LinearizeError> {
+    if M::FRICTION {
+        return Err(LinearizeError::Friction);
+    }
+    check_start(model, state)?;
+    refuse_corner(model, state)?;
+    let preferred = indices::<M>(wanted)?;
+    let read = Read::of(model, state)?;
+    if !preferred.is_empty() {
+        return in_coordinates(model, state, &read, [&preferred; 2]);
+    }
+    // A steady motion is one in velocities that stay: on a circle those of the place do not, though one of
+    // them may stand still for an instant.
+    let staying = reduce::staying(state, &read.accelerations);
+    let found = in_coordinates(model, state, &read, [&[], &staying])?;
+    if found.unsteady.is_some() && found.coordinates.len() > found.velocities.len() {
+        for without in &found.velocities {
+            let others: Vec<usize> =
+                staying.iter().copied().filter(|i| M::COORDINATES[*i] != *without).collect();
+            let other = in_coordinates(model, state, &read, [&[], &others])?;
+            if other.unsteady.is_none() {
+                return Ok(other);
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The linear equations with these coordinates and velocities independent where they can be.
+fn in_coordinates<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    read: &Read,
+    preferred: [&[usize]; 2],
+) -> Result<Linearization, LinearizeError> {
+    let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, preferred);
+    if let Some(dependent) = preferred[0].iter().find(|i| !tangent.coordinates.contains(i)) {
+        return Err(LinearizeError::Dependent { name: M::COORDINATES[*dependent].name });
+    }
+    reduce::refuse_singular(model, state, &tangent)?;
+    let mut found = assemble::<M>(read, &tangent);
+    found.unsteady = steady::judge(model, state, &found, &tangent);
+    Ok(found)
+}
+
+/// The linear equations in the coordinates of a tangent space.
+pub(super) fn assemble<M: Constraints>(read: &Read, tangent: &Tangent) -> Linearization {
+    let [mass, damping, stiffness, particular] = read.project(tangent);
+    let named = |indices: &[usize]| indices.iter().map(|i| M::COORDINATES[*i]).collect::<Vec<_>>();
+    Linearization {
+        coordinates: named(&tangent.coordinates),
+        velocities: named(&tangent.rates),
+        mass,
+        damping,
+        stiffness,
+        input: -tangent.velocities.tr_mul(&read.force_by_inputs),
+        rates_by_velocities: tangent.velocities.select_rows(&tangent.coordinates),
+        rates_by_coordinates: particular.select_rows(&tangent.coordinates),
+        shape: tangent.positions.clone(),
+        all: M::COORDINATES,
+        accelerations: read.accelerations.select_rows(&tangent.rates),
+        conditioning: tangent.conditioning,
+        unsteady: None,
+    }
+}

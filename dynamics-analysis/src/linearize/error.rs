@@ -1,0 +1,176 @@
+//! Why there are no linear equations, or no eigenvalues.
+
+use alloc::string::String;
+use core::fmt;
+
+use dynamics_runtime::error::{SolveError, StateError};
+
+/// Why small motions cannot be told.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub enum LinearizeError {
+    /// The state is not one of the model.
+    State(StateError),
+    /// There are no accelerations or reactions at the state.
+    Solve(SolveError),
+    /// The equations depend on an input that has no value.
+    InputNotSet {
+        /// The input.
+        input: &'static str,
+    },
+    /// A derivative is not finite at the state.
+    NotFinite,
+    /// A choice of the model (`if`, min, max, abs, signum) changes at this very state: each side has
+    /// derivatives of its own.
+    Corner,
+    /// The model changes its branch in more places than are followed, so that jumps on the way of a motion
+    /// are not seen.
+    BranchesNotFollowed,
+    /// The model was written by hand, its derivatives are too large to be generated, or they take a fourth
+    /// derivative of a function given by its values.
+    NoDerivatives,
+    /// Applied forces depend on reactions.
+    Friction,
+    /// A name is not that of a coordinate.
+    UnknownCoordinate {
+        /// What was asked for.
+        name: String,
+        /// A coordinate of a similar name, if there is one.
+        nearest: Option<String>,
+    },
+    /// A coordinate that was asked for follows from others that were, or from the constraints alone.
+    Dependent {
+        /// Its name.
+        name: &'static str,
+    },
+    /// The position is singular: beside it more rows are independent, or there is no other position, so that
+    /// the constraints have no tangent here.
+    SingularPosition {
+        /// Independent rows here.
+        rank: usize,
+        /// Independent rows beside it; `None` where nothing can be assembled there.
+        beside: Option<usize>,
+    },
+    /// The mass matrix is not positive definite on what the constraints leave.
+    Inertia,
+    /// The motion is neither an equilibrium nor steady: an independent velocity changes.
+    Accelerates {
+        /// The coordinate.
+        name: &'static str,
+        /// Its acceleration.
+        acceleration: f64,
+    },
+    /// The coefficients change along the motion.
+    Varies {
+        /// By how much over a short part of it, relative to the largest.
+        change: f64,
+    },
+    /// A little later the motion that these velocities lead has no linear equations in the same coordinates,
+    /// so that nobody knows whether the coefficients stay: an end of the assembly or of where the model is
+    /// defined, or rows that change their rank.
+    Ends,
+    /// The iteration for eigenvalues did not settle.
+    NoConvergence {
+        /// Size of the matrix.
+        size: usize,
+    },
+}
+
+impl fmt::Display for LinearizeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::State(error) => error.fmt(f),
+            Self::Solve(error) => error.fmt(f),
+            Self::InputNotSet { input } => {
+                write!(f, "the equations depend on inputs, and `{input}` has no value; set it in the state")
+            }
+            Self::NotFinite => f.write_str(
+                "a derivative of the equations of motion is not finite at this state; move it off the place \
+                 where a function has a corner or a pole",
+            ),
+            Self::BranchesNotFollowed => write!(
+                f,
+                "choices of the model (`if`, min, max, abs, signum) are more than the {} that are followed, \
+                 or depend on accelerations, so that jumps on the way are not seen; smooth some of them",
+                dynamics_runtime::model::MOST_KINKS
+            ),
+            Self::Corner => f.write_str(
+                "a choice of the model (`if`, min, max, abs, signum) changes at this very state, so that \
+                 each side has small motions of its own; move it to the side that is meant",
+            ),
+            Self::NoDerivatives => f.write_str(
+                "the model has no exact derivatives: it is written by hand, they are too large to be \
+                 generated, or they take fourth derivatives of a curve; use fewer coordinates, or no slopes \
+                 of curves",
+            ),
+            Self::Friction => f.write_str(
+                "forces that depend on reactions are not smooth where slip turns round; leave the friction \
+                 out, or linearise the model with it as a damper",
+            ),
+            Self::UnknownCoordinate { name, nearest: None } => {
+                write!(f, "no coordinate is called `{name}`; array elements are written `theta[0]`")
+            }
+            Self::UnknownCoordinate { name, nearest: Some(nearest) } => {
+                write!(f, "no coordinate is called `{name}`; did you mean `{nearest}`?")
+            }
+            Self::Dependent { name } => write!(
+                f,
+                "`{name}` is not independent of the other coordinates that were asked for; leave it out, or \
+                 ask for it alone"
+            ),
+            Self::SingularPosition { rank, beside: None } => write!(
+                f,
+                "the position is singular: {rank} rows of the constraints are independent here, which leaves \
+                 a direction, in which nothing can be assembled; leave a row out that only repeats others, \
+                 or change a dimension"
+            ),
+            Self::SingularPosition { rank, beside: Some(beside) } => write!(
+                f,
+                "the position is singular: {rank} rows of the constraints are independent here, {beside} \
+                 beside it, so that small motions have no tangent space; linearise beside it"
+            ),
+            Self::Inertia => f.write_str(
+                "the mass matrix is not positive definite on what the constraints leave; give every \
+                 coordinate inertia, or constrain it",
+            ),
+            Self::Accelerates { name, acceleration } => write!(
+                f,
+                "the state is neither an equilibrium nor a steady motion: the velocity of `{name}` changes \
+                 by {acceleration:.3e} per second; eigenvalues say nothing there"
+            ),
+            Self::Varies { change } => write!(
+                f,
+                "the coefficients of small motions change along the motion (by {change:.1e} of the largest \
+                 over a hundredth of its time scale), so that eigenvalues say nothing; choose coordinates \
+                 that turn along, or use the equations with coefficients that vary"
+            ),
+            Self::Ends => f.write_str(
+                "a little later the motion has no linear equations in these coordinates, so that nobody \
+                 knows whether the coefficients stay, and eigenvalues say nothing; choose other coordinates, \
+                 or a state farther from where the constraints or the model end",
+            ),
+            Self::NoConvergence { size } => {
+                write!(
+                    f,
+                    "the eigenvalues of a {size} x {size} matrix were not found; scale the parameters \
+                    to similar sizes"
+                )
+            }
+        }
+    }
+}
+
+dynamics_runtime::sentence_for_debugging!(LinearizeError);
+impl core::error::Error for LinearizeError {}
+
+impl From<StateError> for LinearizeError {
+    fn from(error: StateError) -> Self {
+        Self::State(error)
+    }
+}
+
+impl From<SolveError> for LinearizeError {
+    fn from(error: SolveError) -> Self {
+        Self::Solve(error)
+    }
+}

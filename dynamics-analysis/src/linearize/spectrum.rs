@@ -1,0 +1,194 @@
+//! Eigenvalues of small motions.
+//!
+//! What is undamped and conservative has the real eigenvalues of a symmetric problem, by Cholesky and Jacobi
+//! or QR: pairs ±iω are exact pairs. Any other state matrix is balanced, and cut into the blocks of its block
+//! triangular form: a coordinate on which nothing depends, as the place of a vehicle on a plane, then has the
+//! eigenvalue 0, and not the root of rounding that a defective double 0 gives (Duff, Erisman & Reid, *Direct
+//! Methods for Sparse Matrices*, chapter 6). Elements below n ε of the matrix count as zero, which changes it
+//! no more than the QR iteration does that follows.
+
+use alloc::vec::Vec;
+
+use nalgebra::linalg::{Schur, SymmetricEigen, balancing};
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::{Linearization, LinearizeError};
+
+/// Most sweeps of an iteration, for each row.
+const SWEEPS: usize = 300;
+
+pub(super) fn eigenvalues(linear: &Linearization) -> Result<Vec<Complex<f64>>, LinearizeError> {
+    let mut found = match symmetric(linear)? {
+        Some((squares, _)) => squares.iter().flat_map(|square| pair(*square)).collect(),
+        None => general(linear.state_matrix()?)?,
+    };
+    // Equal to rounding counts as equal, so that conjugates stand beside each other.
+    let size = found.iter().map(|x: &Complex<f64>| x.norm()).fold(0.0, f64::max);
+    let key = |x: f64| if size > 0.0 { (x / (1e-12 * size)).round() } else { 0.0 };
+    found.sort_by(|a, b| key(a.re).total_cmp(&key(b.re)).then(a.im.total_cmp(&b.im)));
+    Ok(found)
+}
+
+/// The two eigenvalues of ẍ + `square` x = 0.
+fn pair(square: f64) -> [Complex<f64>; 2] {
+    let root = square.abs().sqrt();
+    let one = if square < 0.0 { Complex::new(root, 0.0) } else { Complex::new(0.0, root) };
+    // Never −0.
+    [one, Complex::new(0.0 - one.re, 0.0 - one.im)]
+}
+
+/// ω², ascending, and the vectors of K x = ω² M x, orthonormal in M.
+pub(crate) type Undamped = (DVector<f64>, DMatrix<f64>);
+
+/// The stiffness, where it is that of a potential, symmetric but for rounding, and nothing rolls.
+pub(crate) fn with_potential(linear: &Linearization) -> Option<DMatrix<f64>> {
+    let (stiffness, circulatory) = (linear.conservative()?, linear.circulatory()?);
+    let n = stiffness.nrows();
+    let rounding = n as f64 * 4.0 * f64::EPSILON;
+    let skew = |i: usize, j: usize| {
+        circulatory[(i, j)].abs()
+            > rounding * (stiffness[(i, i)] * stiffness[(j, j)]).abs().sqrt().max(stiffness[(i, j)].abs())
+    };
+    let rolls = linear.rates_by_coordinates.iter().any(|x| *x != 0.0);
+    let none = n == 0 || rolls || (0..n).any(|i| (0..n).any(|j| skew(i, j)));
+    (!none).then_some(stiffness)
+}
+
+/// The eigenvalues of what is undamped and conservative; `None` where there is more.
+pub(crate) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, LinearizeError> {
+    let Some(stiffness) = with_potential(linear).filter(|_| linear.damping.iter().all(|x| *x == 0.0)) else {
+        return Ok(None);
+    };
+    let n = stiffness.nrows();
+    let rounding = n as f64 * 4.0 * f64::EPSILON;
+    let lower = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?.unpack();
+    let half = lower.solve_lower_triangular(&stiffness).ok_or(LinearizeError::Inertia)?;
+    let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?;
+    let reduced = 0.5 * (&reduced + reduced.transpose());
+    let sizes = reduced.abs();
+    let (values, vectors) = by_blocks(&reduced)?;
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|i, j| values[*i].total_cmp(&values[*j]));
+    // Rounding of what is free to move is no frequency: that of the terms of vᵀKv, which is not that of what
+    // is stiff beside it.
+    let square = |i: usize| {
+        let v = vectors.column(i).abs();
+        if values[i].abs() <= rounding * v.dot(&(&sizes * &v)) { 0.0 } else { values[i] }
+    };
+    let squares = DVector::from_fn(n, |k, _| square(order[k]));
+    let vectors = vectors.select_columns(&order);
+    let vectors = lower.tr_solve_lower_triangular(&vectors).ok_or(LinearizeError::Inertia)?;
+    Ok(Some((squares, vectors)))
+}
+
+/// Eigenvalues and vectors of a symmetric matrix, its uncoupled parts apart: beside what is 1/ε times as
+/// stiff the QR iteration drops what couples soft ones, and mixes their vectors.
+fn by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
+    let n = of.nrows();
+    let (mut values, mut vectors) = (DVector::zeros(n), DMatrix::zeros(n, n));
+    let mut k = 0;
+    for block in blocks(of) {
+        let part = of.select_rows(&block).select_columns(&block);
+        let eigen = SymmetricEigen::try_new(part, f64::EPSILON, SWEEPS * block.len());
+        let eigen = eigen.ok_or(LinearizeError::NoConvergence { size: block.len() })?;
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            values[k] = *value;
+            block.iter().zip(vector.iter()).for_each(|(i, x)| vectors[(*i, k)] = *x);
+            k += 1;
+        }
+    }
+    Ok((values, vectors))
+}
+
+/// The eigenvalues of any matrix. Parts that do not know of each other are taken apart first: what is
+/// rounding beside something stiff is not beside what is coupled. All are balanced as one: beside nothing but
+/// rounding, balancing would make that as large as the rest.
+pub(crate) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
+    if a.is_empty() {
+        return Ok(Vec::new());
+    }
+    balancing::balance_parlett_reinsch(&mut a);
+    let mut found = Vec::with_capacity(a.nrows());
+    for block in blocks(&a) {
+        let part = DMatrix::from_fn(block.len(), block.len(), |i, j| a[(block[i], block[j])]);
+        found.extend(coupled(part)?);
+    }
+    Ok(found)
+}
+
+/// The eigenvalues of a balanced matrix whose rows are coupled, if only by rounding.
+fn coupled(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
+    drop_rounding(&mut a);
+    let mut found = Vec::with_capacity(a.nrows());
+    for block in blocks(&a) {
+        if let [i] = block[..] {
+            found.push(Complex::new(a[(i, i)], 0.0));
+            continue;
+        }
+        let part = DMatrix::from_fn(block.len(), block.len(), |i, j| a[(block[i], block[j])]);
+        let schur = Schur::try_new(part, f64::EPSILON, SWEEPS * block.len());
+        let schur = schur.ok_or(LinearizeError::NoConvergence { size: block.len() })?;
+        found.extend(schur.complex_eigenvalues().iter());
+    }
+    Ok(found)
+}
+
+/// Elements that are rounding beside the others become zero.
+pub(crate) fn drop_rounding(a: &mut DMatrix<f64>) {
+    let least = a.nrows() as f64 * f64::EPSILON * a.norm();
+    a.iter_mut().filter(|x| x.abs() <= least).for_each(|x| *x = 0.0);
+}
+
+/// The strongly connected parts of a matrix: those of its block triangular form.
+pub(super) fn blocks(a: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    let n = a.nrows();
+    let mut reaches = DMatrix::from_fn(n, n, |i, j| i == j || a[(i, j)] != 0.0);
+    for k in 0..n {
+        for i in 0..n {
+            if reaches[(i, k)] {
+                for j in 0..n {
+                    reaches[(i, j)] |= reaches[(k, j)];
+                }
+            }
+        }
+    }
+    let together = |i: usize, j: usize| reaches[(i, j)] && reaches[(j, i)];
+    let first = |i: &usize| (0..*i).all(|j| !together(*i, j));
+    (0..n).filter(first).map(|i| (i..n).filter(|j| together(i, *j)).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sorted(mut values: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+        values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
+        values
+    }
+
+    #[test]
+    fn defective_matrices_come_to_an_end() {
+        // A Jordan block of four zeros, triangular: exact. A similar one that is full: the fourth root of
+        // rounding, and an end.
+        let jordan = DMatrix::from_fn(4, 4, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
+        assert!(general(jordan.clone()).expect("blocks of one").iter().all(|x| *x == Complex::new(0.0, 0.0)));
+        let q = DMatrix::from_fn(4, 4, |i, j| 1.0 / (1.0 + i as f64 + j as f64)).qr().q();
+        let full = &q * jordan * q.transpose();
+        let found = general(full).expect("it settles");
+        assert_eq!(found.len(), 4);
+        assert!(found.iter().all(|x| x.norm() < 1e-3), "{found:?}");
+    }
+
+    #[test]
+    fn blocks_are_solved_apart() {
+        // Two oscillators, the first drives the second; and a coordinate on which nothing depends.
+        let mut a = DMatrix::zeros(5, 5);
+        (a[(0, 1)], a[(1, 0)], a[(2, 3)], a[(3, 2)], a[(3, 0)], a[(4, 2)]) = (1.0, -4.0, 1.0, -9.0, 0.5, 7.0);
+        assert_eq!(blocks(&a), [vec![0, 1], vec![2, 3], vec![4]]);
+        let found =
+            sorted(general(a).expect("small blocks").into_iter().map(|x| Complex::new(x.im, x.re)).collect());
+        for (x, wanted) in found.iter().zip([-3.0, -2.0, 0.0, 2.0, 3.0]) {
+            assert!((x - Complex::new(wanted, 0.0)).norm() < 1e-14, "{found:?}");
+        }
+    }
+}

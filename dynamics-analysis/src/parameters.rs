@@ -1,0 +1,81 @@
+//! What motions, equilibria and frequencies make of parameters and starts: by many runs ([`Sweep`]), by exact
+//! derivatives ([`Sensitivities`], and [`Gradient`] where they are many), and the other way round, parameters
+//! from measured motion ([`Fit`]).
+//!
+//! Parameters are named as in [`Dynamics::PARAMETERS`](dynamics_runtime::model::Dynamics::PARAMETERS) (`m1`,
+//! `stiffness[2]`, `track.x`), starts by the coordinate (`theta1`) or its velocity (`theta1_rate`,
+//! `x_rate[3]`), everywhere alike.
+
+mod equations;
+mod fit;
+mod gradient;
+mod parallel;
+mod sensitivity;
+mod sensitivity_error;
+mod statics;
+mod sweep;
+mod variable;
+
+pub use fit::{Fit, FitError, Fitted, Fitting, Loss, Outlier, Resampled, Residuals};
+pub use gradient::{Gradient, Objective};
+pub use sensitivity::{Sensitivities, Sensitivity};
+pub use sensitivity_error::SensitivityError;
+pub use statics::{EquilibriumChange, FrequencyChange};
+pub use sweep::{RunFailure, Sweep, SweepAxis, SweepError, Sweeping};
+pub use variable::{Variable, VariableError};
+
+use dynamics_runtime::model::Parameters;
+use dynamics_runtime::motion::Simulate;
+
+/// Models whose parameters and starts can be varied: every derived model that is `Clone`.
+pub trait Vary: Simulate + Parameters + Clone {
+    /// Opens a sweep over a grid of parameters and starts, beside this model and this start.
+    fn sweep(&self, start: Self::State) -> Sweeping<'_, Self> {
+        Sweeping::new(self, start)
+    }
+
+    /// Opens the sensitivities of the motion from a start; options follow, [`Sensitivity::run`] runs it.
+    fn sensitivities(&self, start: Self::State) -> Sensitivity<'_, Self> {
+        Sensitivity::new(self, start)
+    }
+
+    /// Opens a number that is made of the motion from a start, for its derivatives by all parameters and
+    /// starts at once; terms follow, [`Objective::run`] runs it.
+    fn objective(&self, start: Self::State) -> Objective<'_, Self> {
+        Objective::new(self, start)
+    }
+
+    /// Opens a fit of parameters and starts to measured motion, which begins with those of this model and
+    /// this start.
+    fn fit(&self, start: Self::State) -> Fitting<'_, Self> {
+        Fitting::new(self, start)
+    }
+
+    /// How an equilibrium moves with a parameter.
+    ///
+    /// # Errors
+    /// A name that is none; a state that is no equilibrium; one that has no derivative, as in a fold; forces
+    /// that change with time, there or with values of the parameter beside it.
+    fn equilibrium_by(
+        &self,
+        state: &Self::State,
+        parameter: &str,
+    ) -> Result<EquilibriumChange, SensitivityError> {
+        statics::equilibrium_by(self, state, parameter)
+    }
+
+    /// How the natural frequencies of undamped small motions beside an equilibrium change with a parameter,
+    /// the equilibrium's own way included.
+    ///
+    /// # Errors
+    /// As [`Vary::equilibrium_by`]; also where small motions are damped, gyroscopic or circulatory.
+    fn frequencies_by(
+        &self,
+        state: &Self::State,
+        parameter: &str,
+    ) -> Result<Vec<FrequencyChange>, SensitivityError> {
+        statics::frequencies_by(self, state, parameter)
+    }
+}
+
+impl<M: Simulate + Parameters + Clone> Vary for M {}

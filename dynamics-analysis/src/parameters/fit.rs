@@ -1,0 +1,390 @@
+//! Parameters and starts from measured motion: least squares with exact derivatives.
+//!
+//! The sum of squares χ² = Σ ((yᵢ − f(tᵢ; p))/σᵢ)² is made smallest by the method of Levenberg and Marquardt
+//! (`levenberg.rs`), its Jacobian from the variational equations ([`Sensitivity`](super::Sensitivity)),
+//! within bounds. At the minimum the covariance of what was found is s² (JᵀJ)⁻¹, J weighted by 1/σ, with s² =
+//! 1 where the σ of the noise are given and χ²/(data − parameters) where they are not (Y. Bard, *Nonlinear
+//! Parameter Estimation*, 1974, §§5-7, 7-5; W. H. Press et al., *Numerical Recipes*, §15.4–15.6).
+//!
+//! What the data cannot tell apart has no minimum but a valley: columns of J that depend on each other are
+//! found by elimination with column pivoting, and the fit is an error that names them.
+
+mod data;
+mod error;
+mod experiment;
+mod levenberg;
+mod resample;
+mod result;
+mod robust;
+mod show;
+mod statistics;
+
+use alloc::borrow::ToOwned;
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use dynamics_runtime::model::Parameters;
+use dynamics_runtime::motion::{Simulate, Simulation};
+use nalgebra::{DMatrix, DVector};
+
+use data::{Given, Series, named};
+pub use error::FitError;
+use experiment::{Experiment, Told};
+use levenberg::{Levenberg, Outcome};
+pub use resample::Resampled;
+pub use result::{Fit, Fitted, Outlier, Residuals};
+pub use robust::Loss;
+use robust::Weighed;
+
+use super::sensitivity_error::SensitivityError;
+use super::variable::{Variable, VariableError};
+
+/// Columns of J, free of their sizes, whose pivot is below this part of the largest cannot be told apart: the
+/// error of derivatives lies near 1e-8.
+const RANK: f64 = 1e-6;
+/// Tolerance of motions where none is given: noise is never as small.
+const TOLERANCE: f64 = 1e-9;
+/// Measured motions may be smaller than others by this part for their tolerance to follow.
+const SPAN: f64 = 1e-6;
+/// An unknown has run away where its standard error is more than so many times its value and what it began
+/// with: data that hardly know an unknown leave it some times its value, an outlier that drew it away 1e9
+/// times and more.
+const NOTHING: f64 = 1e3;
+/// Errors of motions, in tolerances: what is gained below the square of them is gained by chance.
+const BLUR: f64 = 10.0;
+
+/// What is to be found.
+#[derive(Clone, Debug)]
+pub(super) struct Unknown {
+    pub(super) name: String,
+    pub(super) variable: Variable,
+    /// The experiment whose start it is of; of a parameter, that in which it was named.
+    pub(super) experiment: usize,
+    pub(super) bounds: [f64; 2],
+    /// Where it begins.
+    pub(super) first: f64,
+}
+
+/// A fit with its options, before it runs.
+///
+/// ```text
+/// let fit = model
+///     .fit(start)
+///     .find(["damping", "x"])                              // a parameter, and a coordinate of the start
+///     .find_within("stiffness", [1e3, 1e6])
+///     .data("travel", measured)                            // (t, value) of an output, a coordinate or a velocity
+///     .experiment(other_start).find(["x"])                 // another run of the same model, with a start of its own
+///     .data("travel", measured_there)
+///     .run()?;
+/// println!("{fit}");                                       // values ± standard errors with units, correlations, residuals
+/// ```
+#[must_use = "a fit does nothing until `.run()`"]
+pub struct Fitting<'m, M: Simulate> {
+    model: &'m M,
+    /// All but the last, which is the one that is being told.
+    before: Vec<Told<'m, M>>,
+    told: Told<'m, M>,
+    tolerance: Option<f64>,
+    most: usize,
+    loss: Loss,
+}
+
+/// A fit that was checked.
+pub(super) struct Problem<'a, M: Simulate> {
+    pub(super) experiments: Vec<Experiment<'a, M>>,
+    pub(super) unknowns: Vec<Unknown>,
+    pub(super) tolerance: f64,
+    pub(super) most: usize,
+    /// Whether the noise was given.
+    pub(super) absolute: bool,
+    pub(super) loss: Loss,
+}
+
+impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
+    pub(super) fn new(model: &'m M, start: M::State) -> Self {
+        Self {
+            model,
+            before: Vec::new(),
+            told: Told::new(start),
+            tolerance: None,
+            most: 200,
+            loss: Loss::Squares,
+        }
+    }
+
+    /// Parameters, coordinates and velocities of the start that are to be found; they begin with the values
+    /// of the model and the start that the fit was opened with.
+    pub fn find<S: AsRef<str>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
+        let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
+        self.told.asked.extend(names.into_iter().map(|name| (name.as_ref().to_owned(), anywhere)));
+        self
+    }
+
+    /// One that is to be found within bounds, both included.
+    pub fn find_within(mut self, name: &str, bounds: [f64; 2]) -> Self {
+        self.told.asked.push((name.to_owned(), bounds));
+        self
+    }
+
+    /// Measured values of an output, a coordinate or a velocity: (t, value), in the unit of the quantity.
+    /// Times may come in any order and several times.
+    ///
+    /// All data without a σ of their own count as equally noisy, each in its unit: give σ by
+    /// [`Fitting::data_with`] where quantities differ.
+    pub fn data(mut self, name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        self.told.data.push(Given {
+            name: name.to_owned(),
+            points: points.into_iter().collect(),
+            sigma: None,
+        });
+        self
+    }
+
+    /// As [`Fitting::data`], with the standard deviation of the noise, in the unit of the quantity.
+    pub fn data_with(mut self, name: &str, sigma: f64, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        self.told.data.push(Given {
+            name: name.to_owned(),
+            points: points.into_iter().collect(),
+            sigma: Some(sigma),
+        });
+        self
+    }
+
+    /// Tolerance of the motions, absolute and relative alike. Without it 1e-9, absolute of measured
+    /// coordinates and velocities that are smaller than 1 by their size: errors of motions are not in the
+    /// standard errors. Where only outputs are measured, of a motion much smaller than its units, it is to be
+    /// set.
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = Some(tolerance);
+        self
+    }
+
+    /// Opens another experiment, from a start of its own: data, options and what is found of starts from here
+    /// on are its; its names stand with `(experiment 2)` behind them in the result. Parameters that are to be
+    /// found are the same in all.
+    pub fn experiment(mut self, start: M::State) -> Self {
+        self.before.push(core::mem::replace(&mut self.told, Told::new(start)));
+        self
+    }
+
+    /// A parameter that is known to be another in this experiment than in the model: a load that was put on.
+    /// Where it is to be found elsewhere, it is not here.
+    pub fn known(mut self, name: &str, value: f64) -> Self {
+        self.told.known.push((name.to_owned(), value));
+        self
+    }
+
+    /// Options of all simulations of the experiment: a method, its law of inputs.
+    pub fn with(
+        mut self,
+        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
+    ) -> Self {
+        self.told.options = Some(Box::new(options));
+        self
+    }
+
+    /// What residuals count for: [`Loss::HUBER`] or [`Loss::CAUCHY`] for data with outliers, which decide
+    /// least squares. The scale beyond which data count for less is the σ of [`Fitting::data_with`] where it
+    /// is given, and else taken from the median of the residuals. Standard errors are those of the residuals
+    /// in either case.
+    pub fn loss(mut self, loss: Loss) -> Self {
+        self.loss = loss;
+        self
+    }
+
+    /// Most iterations, 200 unless set.
+    pub fn iterations(mut self, most: usize) -> Self {
+        self.most = most;
+        self
+    }
+
+    /// Finds them.
+    ///
+    /// # Errors
+    /// Names and data that make no sense; fewer data than unknowns; motions that fail at the start of the
+    /// search; unknowns that the data cannot tell apart, or that ran away; iterations that do not settle.
+    /// What was found up to there is in the error.
+    pub fn run(&self) -> Result<Fit, FitError> {
+        self.problem()?.solve()
+    }
+
+    /// Finds them, and how they would scatter if the measurement were repeated: by so many fits of data whose
+    /// residuals are drawn anew, with replacement, from those that the fit left of the same quantity (B.
+    /// Efron & R. J. Tibshirani, *An Introduction to the Bootstrap*, §9.4). On all cores with the feature
+    /// `parallel`; the same numbers for the same seed, however many those are.
+    ///
+    /// # Errors
+    /// As [`Fitting::run`].
+    pub fn resample(&self, count: usize, seed: u64) -> Result<(Fit, Resampled), FitError>
+    where
+        M: Sync,
+    {
+        let problem = self.problem()?;
+        let fit = problem.solve()?;
+        let resampled = resample::resample(&problem, &fit, count, seed)?;
+        Ok((fit, resampled))
+    }
+
+    fn problem(&self) -> Result<Problem<'_, M>, FitError> {
+        let told: Vec<&Told<'m, M>> = self.before.iter().chain([&self.told]).collect();
+        let unknowns = self.unknowns(&told)?;
+        let own_tolerance = self.tolerance.is_some();
+        let experiments =
+            told.iter().enumerate().map(|(k, told)| Experiment::of(self.model, told, k, own_tolerance));
+        let experiments = experiments.collect::<Result<Vec<_>, _>>()?;
+        let absolute = data::all_or_none(told.iter().flat_map(|told| &told.data))?;
+        let (count, needed) = (experiments.iter().map(Experiment::count).sum::<usize>(), unknowns.len());
+        // Without the noise one more is needed to tell it.
+        if count < needed + usize::from(!absolute) {
+            return Err(FitError::TooFewData { data: count, unknowns: needed, noise: !absolute });
+        }
+        if let Some(limit) = self.loss.limit().filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
+            return Err(FitError::Loss { limit });
+        }
+        let tolerance = self.tolerance.unwrap_or(TOLERANCE);
+        Ok(Problem { experiments, unknowns, tolerance, most: self.most, absolute, loss: self.loss })
+    }
+
+    fn unknowns(&self, told: &[&Told<'m, M>]) -> Result<Vec<Unknown>, FitError> {
+        let mut unknowns: Vec<Unknown> = Vec::new();
+        let asked = told
+            .iter()
+            .enumerate()
+            .flat_map(|(k, told)| told.asked.iter().map(move |asked| (k, told, asked)));
+        for (experiment, told, (name, bounds)) in asked {
+            let variable = Variable::of::<M>(name)?;
+            let shared = matches!(variable, Variable::Parameter(_));
+            let same =
+                |other: &Unknown| other.variable == variable && (shared || other.experiment == experiment);
+            if unknowns.iter().any(same) {
+                return Err(VariableError::Twice { name: name.clone() }.into());
+            }
+            let first = variable
+                .value(self.model, &told.start)
+                .ok_or_else(|| FitError::NotTold { name: name.clone() })?;
+            if !first.is_finite() {
+                return Err(VariableError::NotFinite { name: name.clone(), value: first }.into());
+            }
+            variable.check(self.model, &told.start, first)?;
+            // Also false where a bound is not a number.
+            if !(bounds[0] < bounds[1] && bounds[0] <= first && first <= bounds[1]) {
+                return Err(FitError::Bounds { name: name.clone(), bounds: *bounds, first });
+            }
+            let name = if shared { name.clone() } else { named(name, experiment) };
+            unknowns.push(Unknown { name, variable, experiment, bounds: *bounds, first });
+        }
+        if unknowns.is_empty() { Err(FitError::NothingToFind) } else { Ok(unknowns) }
+    }
+}
+
+impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
+    /// All that was measured.
+    pub(super) fn series(&self) -> impl Iterator<Item = &Series> {
+        self.experiments.iter().flat_map(|experiment| &experiment.series)
+    }
+
+    /// Residuals (f − y)/σ, and their Jacobian where it is asked for, experiment by experiment.
+    pub(super) fn evaluate(
+        &self,
+        values: &DVector<f64>,
+        jacobian: bool,
+    ) -> Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError> {
+        let count = self.experiments.iter().map(Experiment::count).sum();
+        let mut residuals = DVector::zeros(count);
+        let mut all = DMatrix::zeros(if jacobian { count } else { 0 }, self.unknowns.len());
+        let mut row = 0;
+        for experiment in &self.experiments {
+            let (own, by) = experiment.evaluate((&self.unknowns, values), self.tolerance, jacobian)?;
+            residuals.rows_mut(row, own.len()).copy_from(&own);
+            if jacobian {
+                all.rows_mut(row, own.len()).copy_from(&by);
+            }
+            row += own.len();
+        }
+        Ok((residuals, jacobian.then_some(all)))
+    }
+
+    /// Root of the sum of squares of the modelled values, each by its σ.
+    pub(super) fn modelled(&self, residuals: &DVector<f64>) -> f64 {
+        let measured = self.series().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
+        residuals.iter().zip(measured).map(|(r, y)| (r + y).powi(2)).sum::<f64>().sqrt()
+    }
+
+    pub(super) fn solve(&self) -> Result<Fit, FitError> {
+        let first =
+            DVector::from_iterator(self.unknowns.len(), self.unknowns.iter().map(|unknown| unknown.first));
+        self.solve_from(&first)
+    }
+
+    pub(super) fn solve_from(&self, first: &DVector<f64>) -> Result<Fit, FitError> {
+        self.search_from(first).map_err(|error| self.explained(error, first))
+    }
+
+    /// A failure of the search with what it comes from: values at which there is no motion, or a datum that
+    /// stands out.
+    fn explained(&self, error: FitError, first: &DVector<f64>) -> FitError {
+        use SensitivityError::{Motion, NotFinite, OutOfRange, Solve, StepTooSmall};
+        let outlier = match &error {
+            FitError::Motion(
+                Motion(_) | NotFinite { .. } | OutOfRange { .. } | Solve { .. } | StepTooSmall { .. },
+            ) if self.evaluate(first, true).is_err() => {
+                let values = self.unknowns.iter().zip(first).map(|(unknown, x)| (unknown.name.clone(), *x));
+                let FitError::Motion(cause) = error else { return error };
+                return FitError::FirstValues { values: values.collect(), cause: Box::new(cause) };
+            }
+            FitError::NotSettled { so_far, .. } | FitError::NothingFound { so_far, .. } => so_far.outlier(),
+            _ => None,
+        };
+        match outlier.or_else(|| statistics::outlier_at(self, first)).filter(|_| self.loss == Loss::Squares) {
+            Some(outlier) => FitError::Outlier { outlier: Box::new(outlier), cause: Box::new(error) },
+            None => error,
+        }
+    }
+
+    fn search_from(&self, first: &DVector<f64>) -> Result<Fit, FitError> {
+        let bounds: Vec<[f64; 2]> = self.unknowns.iter().map(|unknown| unknown.bounds).collect();
+        let values = self.series().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
+        let values = DVector::from_iterator(self.series().map(|s| s.points.len()).sum(), values);
+        // Outliers say nothing of the size of what was measured.
+        let measured = match self.loss {
+            Loss::Squares => values.norm_squared(),
+            _ => values.len() as f64 * robust::median_size(&values).powi(2),
+        };
+        let search =
+            Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
+        let evaluate = |values: &DVector<f64>, jacobian: bool| self.evaluate(values, jacobian);
+        let (outcome, weighed) = match self.loss {
+            Loss::Squares => {
+                let outcome = search.minimize(first, evaluate)?;
+                let count = outcome.residuals.len();
+                (outcome, Weighed::evenly(count))
+            }
+            loss => {
+                // Residuals that are errors of the motions tell no noise.
+                let least = BLUR * self.tolerance * (measured / values.len() as f64).sqrt();
+                let scale = self.absolute.then_some(1.0);
+                robust::minimize(&search, (loss, scale, least.max(f64::MIN_POSITIVE)), first, evaluate)?
+            }
+        };
+        let Outcome { at, residuals, jacobian, iterations, settled } = outcome;
+        let fit = Fit::of(self, &at, (residuals, weighed), &jacobian, iterations)?;
+        if !settled {
+            return Err(FitError::NotSettled { iterations, so_far: Box::new(fit) });
+        }
+        self.check_found(fit)
+    }
+
+    /// That every unknown was found: not one whose standard error is a multiple of anything that it could be.
+    fn check_found(&self, fit: Fit) -> Result<Fit, FitError> {
+        let lost = fit.found.iter().zip(&self.unknowns).find(|(found, unknown)| {
+            let size = found.value.abs().max(super::equations::size(unknown.first));
+            let unknown_to_any_digit = |error: f64| error.is_nan() || error > NOTHING * size;
+            !found.value.is_finite() || found.standard_error.is_some_and(unknown_to_any_digit)
+        });
+        match lost.map(|(found, unknown)| (found.name.clone(), unknown.first)) {
+            Some((name, first)) => Err(FitError::NothingFound { name, first, so_far: Box::new(fit) }),
+            None => Ok(fit),
+        }
+    }
+}

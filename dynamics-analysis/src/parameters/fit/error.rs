@@ -1,0 +1,283 @@
+//! Why there is no fit.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt;
+
+use dynamics_runtime::wording::Readable;
+
+use super::super::sensitivity_error::SensitivityError;
+use super::super::variable::VariableError;
+use super::{Fit, Fitted, Outlier};
+
+/// Why unknowns were not found.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub enum FitError {
+    /// A name or a value.
+    Variable(VariableError),
+    /// Nothing is to be found.
+    NothingToFind,
+    /// The model, written by hand, does not tell the value of a parameter.
+    NotTold {
+        /// The parameter.
+        name: String,
+    },
+    /// What is known of an experiment is no parameter.
+    NotAParameter {
+        /// The name.
+        name: String,
+    },
+    /// Bounds that are none, or between which the first value does not lie.
+    Bounds {
+        /// The unknown.
+        name: String,
+        /// The bounds.
+        bounds: [f64; 2],
+        /// Its first value.
+        first: f64,
+    },
+    /// No data were given.
+    NoSeries,
+    /// No data of a quantity were given.
+    NoData {
+        /// The quantity.
+        name: String,
+    },
+    /// A time or a value of the data is not a finite number.
+    NotANumber {
+        /// The quantity.
+        name: String,
+        /// The row, from 0.
+        row: usize,
+        /// Its time.
+        time: f64,
+        /// Its value.
+        value: f64,
+    },
+    /// A value of the data is so large that its square is infinite.
+    TooLarge {
+        /// The quantity.
+        name: String,
+        /// The row, from 0.
+        row: usize,
+        /// Its time.
+        time: f64,
+        /// Its value.
+        value: f64,
+    },
+    /// The limit of a loss is not a positive number.
+    Loss {
+        /// What was given.
+        limit: f64,
+    },
+    /// The search settled where an unknown has run away, or is not known to any digit: the data lead nowhere.
+    NothingFound {
+        /// The unknown.
+        name: String,
+        /// What it began with.
+        first: f64,
+        /// Where the search ended.
+        so_far: Box<Fit>,
+    },
+    /// A time of the data lies before the start.
+    BeforeStart {
+        /// The quantity.
+        name: String,
+        /// The row, from 0.
+        row: usize,
+        /// Its time.
+        time: f64,
+        /// Time of the start.
+        start: f64,
+    },
+    /// All data are of the time of the start: nothing moves.
+    OneInstant {
+        /// That time.
+        time: f64,
+    },
+    /// The noise is not a positive number.
+    Noise {
+        /// The quantity.
+        name: String,
+        /// What was given.
+        sigma: f64,
+    },
+    /// The noise is given of some data only.
+    NoiseOfSome {
+        /// A quantity without it.
+        without: String,
+    },
+    /// There are fewer data than unknowns, the noise among them where it is not given.
+    TooFewData {
+        /// Data.
+        data: usize,
+        /// Unknowns.
+        unknowns: usize,
+        /// Whether the noise is to be found, too.
+        noise: bool,
+    },
+    /// The motion or its sensitivities do not exist.
+    Motion(SensitivityError),
+    /// They do not exist with the values at which the search begins.
+    FirstValues {
+        /// Those values.
+        values: Vec<(String, f64)>,
+        /// Why.
+        cause: Box<SensitivityError>,
+    },
+    /// Least squares found nothing, and one datum stands out.
+    Outlier {
+        /// The datum: at the end of the search, or at the first values.
+        outlier: Box<Outlier>,
+        /// What the search met.
+        cause: Box<FitError>,
+    },
+    /// The data do not tell some unknowns apart, or say nothing of one.
+    Indistinguishable {
+        /// Groups of unknowns of which one could make up for the others; groups of one have no influence on
+        /// what was measured.
+        groups: Vec<Vec<String>>,
+        /// Values at which the search ended: some of many that are as good.
+        values: Vec<(String, f64)>,
+        /// χ² there.
+        chi_squared: f64,
+    },
+    /// The search has not settled: the iterations were not enough, or nothing nearby was better.
+    NotSettled {
+        /// Iterations made.
+        iterations: usize,
+        /// The best so far.
+        so_far: Box<Fit>,
+    },
+    /// The cores cannot be had.
+    Threads(String),
+}
+
+impl From<VariableError> for FitError {
+    fn from(error: VariableError) -> Self {
+        Self::Variable(error)
+    }
+}
+
+impl From<SensitivityError> for FitError {
+    fn from(error: SensitivityError) -> Self {
+        Self::Motion(error)
+    }
+}
+
+impl fmt::Display for FitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Variable(error) => error.fmt(f),
+            Self::NothingToFind => {
+                f.write_str("nothing is to be found; name parameters or starts with `.find(..)`")
+            }
+            Self::NotTold { name } => {
+                write!(f, "the model does not tell the value of `{name}`; implement `Dynamics::parameter`")
+            }
+            Self::NotAParameter { name } => {
+                write!(f, "`{name}` is no parameter but of the start; give it to the state of the experiment")
+            }
+            Self::Bounds { name, bounds: [low, high], first } => write!(
+                f,
+                "`{name}` begins at {first}, which does not lie between {low} and {high}; let model, start \
+                 and bounds agree"
+            ),
+            Self::NoSeries => f.write_str("there are no data; give some with `.data(..)`"),
+            Self::NoData { name } => write!(f, "there are no data of `{name}`; give some, or leave it out"),
+            Self::NotANumber { name, row, time, value } => {
+                write!(f, "row {row} of `{name}` is ({time}, {value}); leave out what was not measured")
+            }
+            Self::TooLarge { name, row, time, value } => write!(
+                f,
+                "row {row} of `{name}` is ({time}, {value:e}), too large for a sum of squares; leave it out, \
+                 or give it in another unit"
+            ),
+            Self::Loss { limit } => {
+                write!(
+                    f,
+                    "the limit of the loss is {limit}; it has to be a positive number, in multiples of \
+                    the scale"
+                )
+            }
+            Self::NothingFound { name, first, so_far } => {
+                write!(f, "nothing was found: `{name}`, which began at {first}, ended at ")?;
+                match so_far.get(name) {
+                    Some(Fitted { value, standard_error: Some(error), .. }) => {
+                        write!(f, "{value:.3e} ± {error:.0e}")?
+                    }
+                    Some(Fitted { value, .. }) => write!(f, "{value:.3e}")?,
+                    None => f.write_str("no number")?,
+                }
+                f.write_str(
+                    "; begin nearer, give bounds by `.find_within(..)`, or measure what depends on it",
+                )
+            }
+            Self::BeforeStart { name, row, time, start } => write!(
+                f,
+                "row {row} of `{name}` is of t = {time}, before the start at {start}; start earlier, or \
+                 leave it out"
+            ),
+            Self::OneInstant { time } => {
+                write!(f, "all data are of t = {time}, where the motion starts; give some of later times")
+            }
+            Self::Noise { name, sigma } => {
+                write!(f, "the noise of `{name}` cannot be {sigma}; give a positive standard deviation")
+            }
+            Self::NoiseOfSome { without } => {
+                write!(
+                    f,
+                    "the noise of `{without}` is not given, that of others is; give it of all, or of none"
+                )
+            }
+            Self::TooFewData { data, unknowns, noise } => {
+                let of_noise = if *noise { " and the noise" } else { "" };
+                write!(
+                    f,
+                    "{data} data cannot tell {unknowns} unknowns{of_noise}; measure more, or find fewer"
+                )
+            }
+            Self::Motion(error) => error.fmt(f),
+            Self::FirstValues { values, cause } => {
+                f.write_str("there is no motion with the first values")?;
+                for (k, (name, value)) in values.iter().enumerate() {
+                    write!(f, "{} `{name}` = {}", if k > 0 { "," } else { "" }, Readable(*value))?;
+                }
+                // The state stands on further lines.
+                let cause = alloc::format!("{cause}");
+                let cause = cause.lines().next().unwrap_or_default();
+                write!(
+                    f,
+                    "; begin with values at which the model can be simulated. The simulation met: {cause}"
+                )
+            }
+            Self::Outlier { outlier, cause } => write!(
+                f,
+                "{outlier}; leave it out, or ask for a loss that outliers do not decide, \
+                 `.loss(Loss::CAUCHY)`. Least squares met: {cause}"
+            ),
+            Self::Indistinguishable { groups, .. } => {
+                for (k, group) in groups.iter().enumerate() {
+                    f.write_str(if k > 0 { "; " } else { "" })?;
+                    match group.as_slice() {
+                        [one] => write!(f, "the data say nothing of `{one}`")?,
+                        several => write!(f, "the data do not tell `{}` apart", several.join("`, `"))?,
+                    }
+                }
+                f.write_str("; hold some of them, or measure another quantity")
+            }
+            Self::NotSettled { iterations, so_far } => write!(
+                f,
+                "the search has not settled after {iterations} iterations (χ² = {:.6e}); begin nearer, \
+                 compute finer with `.tolerance(..)`, or permit more with `.iterations(..)`",
+                so_far.chi_squared
+            ),
+            Self::Threads(why) => write!(f, "the threads cannot be started ({why})"),
+        }
+    }
+}
+
+dynamics_runtime::sentence_for_debugging!(FitError);
+impl core::error::Error for FitError {}

@@ -1,0 +1,129 @@
+//! Experiments: each with a start, what is known of it, what drives it, and its data; the parameters that are
+//! looked for are those of all.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use dynamics_runtime::model::{ModelState, Parameters, Vector};
+use dynamics_runtime::motion::Simulate;
+use nalgebra::{DMatrix, DVector};
+
+use super::super::sensitivity::{Asked, Options};
+use super::super::sensitivity_error::SensitivityError;
+use super::super::variable::{Variable, VariableError};
+use super::data::{self, Given, Series};
+use super::{FitError, SPAN, TOLERANCE, Unknown};
+
+/// An experiment as it was given.
+pub(super) struct Told<'m, M: Simulate> {
+    pub(super) start: M::State,
+    /// What is to be found of it: parameters and its start, within bounds.
+    pub(super) asked: Vec<(String, [f64; 2])>,
+    /// Parameters that are others than those of the model.
+    pub(super) known: Vec<(String, f64)>,
+    pub(super) data: Vec<Given>,
+    pub(super) options: Option<Options<'m, M>>,
+}
+
+impl<M: Simulate> Told<'_, M> {
+    pub(super) fn new(start: M::State) -> Self {
+        Self { start, asked: Vec::new(), known: Vec::new(), data: Vec::new(), options: None }
+    }
+}
+
+/// An experiment that was checked.
+pub(in super::super) struct Experiment<'a, M: Simulate> {
+    index: usize,
+    /// The model with what is known.
+    model: M,
+    start: M::State,
+    pub(super) known: Vec<Variable>,
+    pub(super) series: Vec<Series>,
+    end: f64,
+    /// The tolerance of what is near zero, where it is another.
+    small: Option<f64>,
+    options: Option<&'a Options<'a, M>>,
+}
+
+impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
+    pub(super) fn of(
+        model: &M,
+        told: &'a Told<'_, M>,
+        index: usize,
+        own_tolerance: bool,
+    ) -> Result<Self, FitError> {
+        let (mut model, mut known) = (model.clone(), Vec::new());
+        for (name, value) in &told.known {
+            let variable = Variable::of::<M>(name)?;
+            if !matches!(variable, Variable::Parameter(_)) {
+                return Err(FitError::NotAParameter { name: name.clone() });
+            }
+            if known.contains(&variable) {
+                return Err(VariableError::Twice { name: name.clone() }.into());
+            }
+            if !value.is_finite() {
+                return Err(VariableError::NotFinite { name: name.clone(), value: *value }.into());
+            }
+            if !variable.set(&mut model, &mut told.start.clone(), *value) {
+                return Err(VariableError::Fixed { name: name.clone() }.into());
+            }
+            known.push(variable);
+        }
+        let start = told.start;
+        let (series, end) = data::read::<M>(&told.data, start.t(), index)?;
+        // No finer than rounding of what else moves lets it be.
+        let largest =
+            start.q().as_slice().iter().chain(start.u().as_slice()).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let size = data::least_size(&series).map(|size| size.max(SPAN * largest)).filter(|size| *size < 1.0);
+        let small = if own_tolerance { None } else { size.map(|size| TOLERANCE * size) };
+        Ok(Self { index, model, start, known, series, end, small, options: told.options.as_ref() })
+    }
+
+    /// The same with other data.
+    pub(super) fn with(&self, series: Vec<Series>) -> Self {
+        let (model, known) = (self.model.clone(), self.known.clone());
+        Self { model, known, series, ..*self }
+    }
+
+    /// Whether an unknown is one of it.
+    fn has(&self, unknown: &Unknown) -> bool {
+        match unknown.variable {
+            Variable::Parameter(_) => !self.known.contains(&unknown.variable),
+            _ => unknown.experiment == self.index,
+        }
+    }
+
+    /// How many values were measured.
+    pub(super) fn count(&self) -> usize {
+        self.series.iter().map(|s| s.points.len()).sum()
+    }
+
+    /// Residuals (f − y)/σ with these values of all unknowns, and their Jacobian where it is asked for.
+    pub(super) fn evaluate(
+        &self,
+        (unknowns, values): (&[Unknown], &DVector<f64>),
+        tolerance: f64,
+        jacobian: bool,
+    ) -> Result<(DVector<f64>, DMatrix<f64>), SensitivityError> {
+        let (mut model, mut start) = (self.model.clone(), self.start);
+        let own: Vec<usize> = (0..unknowns.len()).filter(|i| self.has(&unknowns[*i])).collect();
+        for i in &own {
+            unknowns[*i].variable.set(&mut model, &mut start, values[*i]);
+        }
+        let variables: Vec<Variable> = own.iter().map(|i| unknowns[*i].variable).collect();
+        let mut times: Vec<f64> = self.series.iter().flat_map(|s| &s.points).map(|(t, _)| *t).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let (end, absolute) = (self.end, self.small);
+        let asked = Asked { variables: &variables, end, tolerance, absolute, times: Some(&times) };
+        let options = self.options.map(|options| options as &dyn Fn(_) -> _);
+        let mut by = DMatrix::zeros(if jacobian { self.count() } else { 0 }, unknowns.len());
+        if !jacobian || own.is_empty() {
+            return Ok((data::residuals(&self.series, &asked.motion(&model, start, options)?)?, by));
+        }
+        let found = asked.run(&model, start, options)?;
+        let by_own = data::jacobian(&self.series, &found)?;
+        own.iter().enumerate().for_each(|(k, i)| by.set_column(*i, &by_own.column(k)));
+        Ok((data::residuals(&self.series, &found.motion)?, by))
+    }
+}

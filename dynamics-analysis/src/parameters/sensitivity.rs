@@ -1,0 +1,380 @@
+//! How a motion changes with parameters and with its start: the forward variational equations.
+//!
+//! For S = ∂(q, q̇)/∂(p, start), 2N×K,
+//!
+//! ```text
+//! Ṡ = ⎡   0        1    ⎤ S + ⎡    0    ⎤        S(0) = 0 for parameters, a unit column for each element of the start
+//!     ⎣ ∂q̈/∂q   ∂q̈/∂q̇ ⎦     ⎣ ∂q̈/∂p ⎦
+//! ```
+//!
+//! are integrated along the motion (E. Hairer, S. P. Nørsett & G. Wanner, *Solving Ordinary Differential
+//! Equations I*, §I.14), on its dense output, between its steps' ends, by Gauss collocation of order 10 with
+//! steps of its own, at the tolerance of the motion. The derivatives are exact ([`Sensitivities::exact`] says
+//! where differences had to stand in); a motion's own error enters in first order.
+//!
+//! With constraints S lies in their tangent space, Φ_q δq + Φ_p δp = 0: the start is moved along with a
+//! parameter as simulations put starts onto their constraints, by the smallest correction measured by M, and
+//! so is a unit change of a start.
+//!
+//! Where velocities or accelerations jump, S jumps, too, by what the instant of the jump moves: such motions
+//! (resets, impacts, constraints that engage or let go, forces that jump) are refused. Forces with corners
+//! (|x|, max) are none of them.
+
+pub(super) mod along;
+pub(super) mod collocation;
+pub(super) mod linear;
+pub(super) mod smooth;
+
+use alloc::borrow::ToOwned;
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use dynamics_runtime::model::{ModelState, Parameters, Vector};
+use dynamics_runtime::motion::{Motion, Simulate, Simulation};
+use dynamics_view::suggest;
+use nalgebra::{DMatrix, DVector};
+
+use super::equations::{self, differences};
+use super::sensitivity_error::SensitivityError;
+use super::sweep::RunFailure;
+use super::variable::{Variable, VariableError};
+use crate::linearize::scales;
+
+/// Options of simulations.
+pub(super) type Options<'m, M> = Box<dyn Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm>;
+
+/// Tolerance where none is given, as that of simulations.
+pub(super) const TOLERANCE: f64 = 1e-9;
+/// Motions that stay below this are computed relative to their size, down to the other.
+const SMALL: f64 = 0.1;
+const SMALLEST: f64 = 1e-6;
+
+/// Sensitivities of a motion with their options, before they are computed.
+///
+/// ```text
+/// let found = model.sensitivities(start).by(["length", "theta"]).until(10.0).output_times(times).run()?;
+/// let curve = found.series("theta", "length")?;        // ∂theta(t)/∂length
+/// ```
+#[must_use = "sensitivities are not computed until `.run()`"]
+pub struct Sensitivity<'m, M: Simulate> {
+    model: &'m M,
+    start: M::State,
+    names: Vec<String>,
+    end: Option<f64>,
+    tolerance: f64,
+    times: Option<Vec<f64>>,
+    options: Option<Options<'m, M>>,
+}
+
+impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
+    pub(super) fn new(model: &'m M, start: M::State) -> Self {
+        Self { model, start, names: Vec::new(), end: None, tolerance: TOLERANCE, times: None, options: None }
+    }
+
+    /// Parameters, coordinates and velocities of the start, by which the motion is differentiated.
+    pub fn by<S: AsRef<str>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
+        self.names.extend(names.into_iter().map(|name| name.as_ref().to_owned()));
+        self
+    }
+
+    /// End time; may lie before the start.
+    pub fn until(mut self, t: f64) -> Self {
+        self.end = Some(t);
+        self
+    }
+
+    /// Permitted local error per step of the motion and of its sensitivities, of these relative to the
+    /// largest that there was of the column, or to a thousandth of the motion per size of the variable, if
+    /// that is more. Default 1e-9.
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Times at which they are kept; without this, at the ends of the motion's steps.
+    pub fn output_times(mut self, times: impl IntoIterator<Item = f64>) -> Self {
+        self.times = Some(times.into_iter().collect());
+        self
+    }
+
+    /// Options of the simulation: a method, a law of inputs. What a law does with the state is differentiated
+    /// by differences; what it does with parameters of its own is not seen.
+    pub fn with(
+        mut self,
+        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
+    ) -> Self {
+        self.options = Some(Box::new(options));
+        self
+    }
+
+    /// Runs the motion, then its variational equations.
+    ///
+    /// # Errors
+    /// Names that are none; a motion that fails; forces that depend on reactions; jumps; a model without
+    /// derivatives.
+    pub fn run(self) -> Result<Sensitivities<'m, M>, SensitivityError> {
+        let mut variables = Vec::new();
+        for name in &self.names {
+            let variable = Variable::of::<M>(name)?;
+            if variables.contains(&variable) {
+                return Err(VariableError::Twice { name: name.clone() }.into());
+            }
+            variables.push(variable);
+        }
+        if variables.is_empty() {
+            return Err(SensitivityError::NoVariables);
+        }
+        let options = self.options.as_deref().map(|options| options as &dyn Fn(_) -> _);
+        let (end, tolerance) = (self.end.ok_or(SensitivityError::NoEnd)?, self.tolerance);
+        Asked { variables: &variables, end, tolerance, absolute: None, times: self.times.as_deref() }
+            .run(self.model, self.start, options)
+    }
+}
+
+/// What is asked for, with names read.
+pub(super) struct Asked<'a> {
+    pub(super) variables: &'a [Variable],
+    pub(super) end: f64,
+    pub(super) tolerance: f64,
+    /// The tolerance of what is near zero, where it is another.
+    pub(super) absolute: Option<f64>,
+    pub(super) times: Option<&'a [f64]>,
+}
+
+impl Asked<'_> {
+    /// The motion alone.
+    pub(super) fn motion<'m, M: Simulate>(
+        &self,
+        model: &'m M,
+        start: M::State,
+        options: Option<&dyn Fn(Simulation<'m, M>) -> Simulation<'m, M>>,
+    ) -> Result<Motion<'m, M>, SensitivityError> {
+        let run = |absolute: Option<f64>| {
+            let simulation = model.simulate(start).until(self.end);
+            let simulation = match options {
+                Some(options) => options(simulation),
+                None => simulation,
+            };
+            // Not before the options: beside a fixed step among them tolerances say nothing, and those among
+            // them count.
+            let simulation = simulation.or_tolerance(self.tolerance, absolute);
+            simulation.run().map_err(|error| SensitivityError::Motion(RunFailure::from(error)))
+        };
+        let motion = run(self.absolute)?;
+        let elements = |state: M::State| {
+            let of = |v: &M::Vector| v.as_slice().iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            of(state.q()).max(of(state.u()))
+        };
+        let size = motion.steps().map(elements).fold(0.0, f64::max);
+        // Where all of it is much smaller than its units a tolerance of 1 would be all that counts.
+        if self.absolute.is_none() && size > 0.0 && size < SMALL {
+            return run(Some(self.tolerance * size.max(SMALLEST)));
+        }
+        Ok(motion)
+    }
+
+    pub(super) fn run<'m, M: Simulate + Parameters + Clone>(
+        &self,
+        model: &'m M,
+        start: M::State,
+        options: Option<&dyn Fn(Simulation<'m, M>) -> Simulation<'m, M>>,
+    ) -> Result<Sensitivities<'m, M>, SensitivityError> {
+        if M::FRICTION {
+            return Err(SensitivityError::Friction);
+        }
+        let motion = self.motion(model, start, options)?;
+        let times = self.times(&motion)?;
+        let found = along::along(&motion, self.variables, &times, self.tolerance)?;
+        let variables = self.variables.to_vec();
+        Ok(Sensitivities {
+            motion,
+            variables,
+            times,
+            changes: found.changes,
+            exact: found.exact,
+            steps: found.steps,
+        })
+    }
+
+    /// The times, along the motion.
+    fn times<M: Simulate>(&self, motion: &Motion<'_, M>) -> Result<Vec<f64>, SensitivityError> {
+        let (start, end) = (motion.start_time(), motion.end_time());
+        let mut times = match self.times {
+            Some(times) => times.to_vec(),
+            None => motion.steps().map(|state| state.t()).collect(),
+        };
+        let within = |t: &f64| (start.min(end)..=start.max(end)).contains(t);
+        if let Some(time) = times.iter().find(|t| !within(t)) {
+            return Err(SensitivityError::OutOfRange { time: *time, start, end });
+        }
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        if end < start {
+            times.reverse();
+        }
+        Ok(times)
+    }
+}
+
+/// The sensitivities of a motion.
+pub struct Sensitivities<'m, M: Simulate> {
+    /// The motion.
+    pub motion: Motion<'m, M>,
+    variables: Vec<Variable>,
+    times: Vec<f64>,
+    changes: Vec<DMatrix<f64>>,
+    /// Whether no differences entered: neither of the equations by a parameter nor of a law of inputs. Where
+    /// they did, the coefficients are good to about 12 digits, those of laws to 9.
+    pub exact: bool,
+    /// Steps that the variational equations took.
+    pub steps: usize,
+}
+
+impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
+    /// The times at which they are kept, along the motion, each once.
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// What the motion was differentiated by, a column each.
+    #[must_use]
+    pub fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    /// ∂(q, q̇)/∂(variables) at the time of this index, 2N×K, in the units of each coordinate by those of
+    /// each variable.
+    #[must_use]
+    pub fn matrix(&self, index: usize) -> Option<&DMatrix<f64>> {
+        self.changes.get(index)
+    }
+
+    /// (t, ∂`quantity`/∂`by`): of a coordinate (`theta`), a velocity (`theta_rate`) or an output. Outputs are
+    /// differentiated along the change of the state by differences of order 4 of their own code, good to
+    /// about 10 digits.
+    ///
+    /// # Errors
+    /// Names that are none; outputs that do not exist at a state.
+    pub fn series(&self, quantity: &str, by: &str) -> Result<Vec<(f64, f64)>, SensitivityError> {
+        let variable = Variable::of::<M>(by)?;
+        let column = self.variables.iter().position(|v| *v == variable);
+        let column = column.ok_or_else(|| SensitivityError::NotAsked { name: by.to_owned() })?;
+        let quantity = Measured::of::<M>(quantity)?;
+        let value = |k: usize| Ok((self.times[k], self.rows(&[quantity], k)?[(0, column)]));
+        (0..self.times.len()).map(value).collect()
+    }
+
+    /// The derivatives of these quantities at the time of an index, a row for each.
+    pub(super) fn rows(
+        &self,
+        quantities: &[Measured],
+        index: usize,
+    ) -> Result<DMatrix<f64>, SensitivityError> {
+        let (n, changes) = (M::Vector::LEN, &self.changes[index]);
+        let mut found = DMatrix::zeros(quantities.len(), self.variables.len());
+        let outputs = quantities.iter().any(|q| matches!(q, Measured::Output(_)));
+        let of_outputs = if outputs { Some(self.outputs(index)?) } else { None };
+        for (i, quantity) in quantities.iter().enumerate() {
+            match (quantity, &of_outputs) {
+                (Measured::Position(k), _) => found.set_row(i, &changes.row(*k)),
+                (Measured::Velocity(k), _) => found.set_row(i, &changes.row(n + k)),
+                (Measured::Output(k), Some(outputs)) => found.set_row(i, &outputs.row(*k)),
+                (Measured::Output(_), None) => {}
+            }
+        }
+        Ok(found)
+    }
+
+    /// ∂outputs/∂variables by differences along the columns.
+    fn outputs(&self, index: usize) -> Result<DMatrix<f64>, SensitivityError> {
+        let (n, state) = (M::Vector::LEN, self.motion.at(self.times[index]));
+        let sizes = [state.q().as_slice(), state.u().as_slice()].map(|of| scales(M::COORDINATES, of));
+        let mut found = DMatrix::zeros(M::OUTPUTS.len(), self.variables.len());
+        for (k, variable) in self.variables.iter().enumerate() {
+            let column = self.changes[index].column(k).into_owned();
+            // No coordinate, nor the parameter, moves by more than a thousandth of its size.
+            let of_state =
+                (0..2 * n).map(|i| column[i].abs() / sizes[i / n][i % n].max(1e-6)).fold(0.0, f64::max);
+            let of_parameter = match variable {
+                Variable::Parameter(p) => {
+                    let value = self.motion.model().parameter(*p);
+                    1.0 / equations::size(
+                        value.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[*p].name })?,
+                    )
+                }
+                _ => 0.0,
+            };
+            let h = 1e-3 / of_state.max(of_parameter).max(f64::MIN_POSITIVE);
+            let h = if h.is_finite() { h } else { 1e-3 };
+            let none = DVector::zeros(M::OUTPUTS.len());
+            let by = differences(h, &none, |by| self.outputs_beside(&state, &column, *variable, by))?;
+            found.set_column(k, &by);
+        }
+        Ok(found)
+    }
+
+    fn outputs_beside(
+        &self,
+        state: &M::State,
+        column: &DVector<f64>,
+        variable: Variable,
+        by: f64,
+    ) -> Result<DVector<f64>, SensitivityError> {
+        let n = M::Vector::LEN;
+        let mut state = *state;
+        state.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += by * column[i]);
+        state.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += by * column[n + i]);
+        let state = if self.motion.has_law() { self.motion.complete(state) } else { state };
+        let mut values = alloc::vec![0.0; M::OUTPUTS.len()];
+        let model = self.motion.model();
+        let result = match variable {
+            Variable::Parameter(p) => {
+                let moved = super::variable::moved(model, p, by);
+                let moved = moved.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[p].name })?;
+                moved.outputs(&state, &mut values)
+            }
+            _ => model.outputs(&state, &mut values),
+        };
+        result.map_err(|error| equations::not_solved::<M>(&state, error))?;
+        Ok(DVector::from_vec(values))
+    }
+}
+
+/// A quantity that can be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measured {
+    Position(usize),
+    Velocity(usize),
+    Output(usize),
+}
+
+impl Measured {
+    /// What a name means.
+    pub(super) fn of<M: Simulate>(name: &str) -> Result<Self, SensitivityError> {
+        if let Some(i) = M::OUTPUTS.iter().position(|output| output.name == name) {
+            return Ok(Self::Output(i));
+        }
+        match Variable::of::<M>(name) {
+            Ok(Variable::Position(i)) => Ok(Self::Position(i)),
+            Ok(Variable::Velocity(i)) => Ok(Self::Velocity(i)),
+            _ => {
+                let known = M::OUTPUTS.iter().chain(M::COORDINATES).map(|q| q.name);
+                Err(SensitivityError::UnknownQuantity {
+                    name: name.to_owned(),
+                    nearest: suggest(name, known),
+                })
+            }
+        }
+    }
+
+    /// Its unit.
+    pub(super) fn unit<M: Simulate>(self) -> String {
+        match self {
+            Self::Position(i) => Variable::Position(i).unit::<M>(),
+            Self::Velocity(i) => Variable::Velocity(i).unit::<M>(),
+            Self::Output(i) => M::OUTPUTS[i].unit.to_owned(),
+        }
+    }
+}

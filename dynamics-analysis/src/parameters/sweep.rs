@@ -1,0 +1,186 @@
+//! Runs over a grid of parameters and starts.
+//!
+//! Each run has a model and a start of its own and knows nothing of the others, so that results depend
+//! neither on how many cores share the work nor on their order: they stand in the order of the grid, its last
+//! axis running fastest. A run that fails is kept as its failure beside the others.
+
+mod error;
+mod show;
+
+use alloc::borrow::ToOwned;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+pub use error::{RunFailure, SweepError};
+
+use dynamics_runtime::model::Parameters;
+use dynamics_runtime::motion::Simulate;
+
+use super::parallel::ordered;
+use super::variable::{Variable, VariableError};
+
+/// Most runs: what is kept of more than 2³² of them fits no memory.
+const MOST_RUNS: u64 = 1 << 32;
+
+/// An axis of the grid.
+struct Along {
+    variable: Variable,
+    values: Vec<f64>,
+}
+
+/// A sweep with its options, before it runs.
+///
+/// ```text
+/// let angles = (0..300).map(|i| -3.0 + 0.02 * f64::from(i));
+/// let sweep = model
+///     .sweep(start)
+///     .over("theta1", angles.clone())
+///     .over("theta2", angles)
+///     .run(["flips_at"], |model, start| Ok([first_flip(&model.simulate(start).until(30.0).run()?)]))?;
+/// sweep.write_csv("flips.csv")?;
+/// ```
+#[must_use = "a sweep does nothing until `.run(..)`"]
+pub struct Sweeping<'m, M: Simulate> {
+    model: &'m M,
+    start: M::State,
+    axes: Vec<(String, Vec<f64>)>,
+    threads: Option<usize>,
+    progress: bool,
+}
+
+impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
+    pub(super) fn new(model: &'m M, start: M::State) -> Self {
+        Self { model, start, axes: Vec::new(), threads: None, progress: false }
+    }
+
+    /// Adds an axis to the grid: values of a parameter, of a coordinate or of a velocity at the start.
+    pub fn over(mut self, name: &str, values: impl IntoIterator<Item = f64>) -> Self {
+        self.axes.push((name.to_owned(), values.into_iter().collect()));
+        self
+    }
+
+    /// On so many cores at once, at least one; without this on all of them.
+    #[cfg(feature = "parallel")]
+    pub fn threads(mut self, count: usize) -> Self {
+        self.threads = Some(count.max(1));
+        self
+    }
+
+    /// Shows how many runs are done, on the error stream, where all take longer than a second.
+    #[cfg(feature = "progress")]
+    pub fn progress(mut self) -> Self {
+        self.progress = true;
+        self
+    }
+
+    /// Makes all runs. `run` gets the model and the start of a point of the grid, and returns the numbers
+    /// that are kept of it under these names.
+    ///
+    /// # Errors
+    /// Names that are none or stand twice, values that are not finite, an axis without values, more than 2³²
+    /// runs, cores that cannot be had. What goes wrong in a run is no error of the sweep: it stands in its
+    /// place.
+    pub fn run<const K: usize>(
+        self,
+        names: [&str; K],
+        run: impl Fn(&M, M::State) -> Result<[f64; K], RunFailure> + Sync,
+    ) -> Result<Sweep<K>, SweepError>
+    where
+        M: Sync,
+    {
+        let axes = self.check()?;
+        let lengths: Vec<usize> = axes.iter().map(|axis| axis.values.len()).collect();
+        let count = lengths.iter().try_fold(1_usize, |product, n| product.checked_mul(*n));
+        let count = count.filter(|count| *count as u64 <= MOST_RUNS).ok_or(SweepError::TooMany)?;
+        let one = |index: usize| {
+            let (mut model, mut start) = (self.model.clone(), self.start);
+            for (axis, i) in axes.iter().zip(place(&lengths, index)) {
+                axis.variable.set(&mut model, &mut start, axis.values[i]);
+            }
+            run(&model, start)
+        };
+        let results = ordered(count, self.threads, self.progress, one).map_err(SweepError::Threads)?;
+        let named = |axis: &Along| SweepAxis {
+            name: axis.variable.name::<M>(),
+            unit: axis.variable.unit::<M>(),
+            values: axis.values.clone(),
+        };
+        Ok(Sweep { axes: axes.iter().map(named).collect(), names: names.map(str::to_owned), results })
+    }
+
+    fn check(&self) -> Result<Vec<Along>, SweepError> {
+        let mut axes: Vec<Along> = Vec::new();
+        for (name, values) in &self.axes {
+            let variable = Variable::of::<M>(name)?;
+            if axes.iter().any(|axis| axis.variable == variable) {
+                return Err(VariableError::Twice { name: name.clone() }.into());
+            }
+            if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+                return Err(VariableError::NotFinite { name: name.clone(), value: *value }.into());
+            }
+            let first = values.first().ok_or_else(|| SweepError::Empty { name: name.clone() })?;
+            variable.check(self.model, &self.start, *first)?;
+            axes.push(Along { variable, values: values.clone() });
+        }
+        if axes.is_empty() { Err(SweepError::NoAxis) } else { Ok(axes) }
+    }
+}
+
+/// Where a run stands on each axis, the last running fastest.
+fn place(lengths: &[usize], mut index: usize) -> Vec<usize> {
+    let mut found = alloc::vec![0; lengths.len()];
+    for (at, n) in found.iter_mut().zip(lengths).rev() {
+        (*at, index) = (index % n, index / n);
+    }
+    found
+}
+
+/// An axis of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepAxis {
+    /// What varies along it.
+    pub name: String,
+    /// Its unit, `""` where it is 1 or not known.
+    pub unit: String,
+    /// The values, in the order in which they were given.
+    pub values: Vec<f64>,
+}
+
+/// What a sweep found: K numbers, or the failure, of each run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep<const K: usize> {
+    /// The axes of the grid.
+    pub axes: Vec<SweepAxis>,
+    /// Names of the numbers.
+    pub names: [String; K],
+    /// A result for each point of the grid, the last axis running fastest.
+    pub results: Vec<Result<[f64; K], RunFailure>>,
+}
+
+impl<const K: usize> Sweep<K> {
+    /// The values on the axes at the run of this index; NaN where there is no such run.
+    #[must_use]
+    pub fn at(&self, index: usize) -> Vec<f64> {
+        if index >= self.results.len() {
+            return alloc::vec![f64::NAN; self.axes.len()];
+        }
+        let lengths: Vec<usize> = self.axes.iter().map(|axis| axis.values.len()).collect();
+        place(&lengths, index).into_iter().zip(&self.axes).map(|(i, axis)| axis.values[i]).collect()
+    }
+
+    /// The runs that failed, with their indices.
+    pub fn failures(&self) -> impl Iterator<Item = (usize, &RunFailure)> {
+        self.results.iter().enumerate().filter_map(|(i, result)| Some((i, result.as_ref().err()?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_axis_runs_fastest() {
+        let places: Vec<_> = (0..6).map(|i| place(&[2, 3], i)).collect();
+        assert_eq!(places, [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2]]);
+    }
+}

@@ -1,0 +1,184 @@
+//! What can be varied, by name.
+
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use core::fmt;
+
+use dynamics_runtime::model::{Dynamics, ModelState, Parameters, Quantity};
+use dynamics_view::suggest;
+
+/// A parameter, or an element of the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// The scalar parameter of this index.
+    Parameter(usize),
+    /// The coordinate of this index at the start.
+    Position(usize),
+    /// The velocity of the coordinate of this index at the start.
+    Velocity(usize),
+}
+
+/// A name that cannot be varied, or a value that cannot be taken.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub enum VariableError {
+    /// There is nothing of this name.
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// What may have been meant.
+        nearest: Option<String>,
+    },
+    /// The name is a parameter's and a coordinate's.
+    Ambiguous {
+        /// The name.
+        name: String,
+    },
+    /// The same was named twice.
+    Twice {
+        /// The name.
+        name: String,
+    },
+    /// The model, written by hand, does not let this parameter be changed.
+    Fixed {
+        /// The parameter.
+        name: String,
+    },
+    /// A value is not a finite number.
+    NotFinite {
+        /// The name.
+        name: String,
+        /// The value.
+        value: f64,
+    },
+}
+
+impl fmt::Display for VariableError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown { name, nearest: Some(near) } => {
+                write!(f, "there is no parameter or start `{name}`; did you mean `{near}`?")
+            }
+            Self::Unknown { name, nearest: None } => {
+                write!(
+                    f,
+                    "there is no parameter or start `{name}`; `PARAMETERS` and `COORDINATES` list what \
+                    there is"
+                )
+            }
+            Self::Ambiguous { name } => {
+                write!(f, "`{name}` is a parameter and a coordinate; rename one of them")
+            }
+            Self::Twice { name } => write!(f, "`{name}` is named twice; once is enough"),
+            Self::Fixed { name } => {
+                write!(
+                    f,
+                    "the model does not let `{name}` be changed; implement `Parameters::set_parameter` for it"
+                )
+            }
+            Self::NotFinite { name, value } => write!(f, "`{name}` cannot be {value}; give finite numbers"),
+        }
+    }
+}
+
+dynamics_runtime::sentence_for_debugging!(VariableError);
+impl core::error::Error for VariableError {}
+
+/// The name of a coordinate's velocity: `theta_rate`, `x_rate[3]`.
+fn rate_name(coordinate: &str) -> String {
+    match coordinate.split_once('[') {
+        Some((name, index)) => format!("{name}_rate[{index}"),
+        None => format!("{coordinate}_rate"),
+    }
+}
+
+impl Variable {
+    /// What a name means.
+    pub(super) fn of<M: Dynamics>(name: &str) -> Result<Self, VariableError> {
+        let at = |list: &[Quantity]| list.iter().position(|q| q.name == name);
+        let rate = M::COORDINATES.iter().position(|q| rate_name(q.name) == name).map(Self::Velocity);
+        let found = [at(M::PARAMETERS).map(Self::Parameter), at(M::COORDINATES).map(Self::Position), rate];
+        let mut found = found.into_iter().flatten();
+        match (found.next(), found.next()) {
+            (Some(one), None) => Ok(one),
+            (Some(_), Some(_)) => Err(VariableError::Ambiguous { name: name.to_owned() }),
+            (None, _) => {
+                let rates: alloc::vec::Vec<String> =
+                    M::COORDINATES.iter().map(|q| rate_name(q.name)).collect();
+                let known = M::PARAMETERS.iter().chain(M::COORDINATES).map(|q| q.name);
+                let nearest = suggest(name, known.chain(rates.iter().map(String::as_str)));
+                Err(VariableError::Unknown { name: name.to_owned(), nearest })
+            }
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name<M: Dynamics>(self) -> String {
+        match self {
+            Self::Parameter(i) => M::PARAMETERS[i].name.to_owned(),
+            Self::Position(i) => M::COORDINATES[i].name.to_owned(),
+            Self::Velocity(i) => rate_name(M::COORDINATES[i].name),
+        }
+    }
+
+    /// Its unit, `""` where it is 1 or not known.
+    #[must_use]
+    pub fn unit<M: Dynamics>(self) -> String {
+        match self {
+            Self::Parameter(i) => M::PARAMETERS[i].unit.to_owned(),
+            Self::Position(i) => M::COORDINATES[i].unit.to_owned(),
+            Self::Velocity(i) => match M::COORDINATES[i].unit {
+                "" => String::new(),
+                unit => format!("{unit}/s"),
+            },
+        }
+    }
+
+    /// Its value; `None` for parameters of models that do not tell.
+    pub(super) fn value<M: Dynamics>(self, model: &M, start: &M::State) -> Option<f64> {
+        match self {
+            Self::Parameter(i) => model.parameter(i),
+            Self::Position(i) => Some(start.q()[i]),
+            Self::Velocity(i) => Some(start.u()[i]),
+        }
+    }
+
+    /// That it can be changed: models written by hand need not let all their parameters be.
+    pub(super) fn check<M: Parameters + Clone>(
+        self,
+        model: &M,
+        start: &M::State,
+        value: f64,
+    ) -> Result<(), VariableError> {
+        let changed = self.set(&mut model.clone(), &mut start.clone(), value);
+        if changed { Ok(()) } else { Err(VariableError::Fixed { name: self.name::<M>() }) }
+    }
+
+    /// Changes it; whether it is there.
+    pub(super) fn set<M: Parameters>(self, model: &mut M, start: &mut M::State, value: f64) -> bool {
+        match self {
+            Self::Parameter(i) => return model.set_parameter(i, value),
+            Self::Position(i) => start.q_mut()[i] = value,
+            Self::Velocity(i) => start.u_mut()[i] = value,
+        }
+        true
+    }
+}
+
+/// The model with a parameter moved by `by`.
+pub(super) fn moved<M: Parameters + Clone>(model: &M, parameter: usize, by: f64) -> Option<M> {
+    model.with_parameter(parameter, model.parameter(parameter)? + by)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn velocities_of_arrays_are_named_as_in_tables() {
+        assert_eq!(rate_name("theta"), "theta_rate");
+        assert_eq!(rate_name("x[3]"), "x_rate[3]");
+    }
+}

@@ -1,0 +1,110 @@
+//! Motions that repeat, and motions that never do: Floquet multipliers, closed motions by shooting, Lyapunov
+//! exponents, Poincaré sections.
+//!
+//! ```text
+//! let judged = model.floquet(&start, period)?;                                   // what a period makes of small disturbances
+//! let orbit = model.periodic(guess, period).run()?;                              // the closed motion nearby, with its multipliers
+//! let exponents = model.lyapunov(start).settle(100.0).during(2000.0).run()?;     // how fast neighbours part
+//! let section = model.poincare(start).every(period).points(2000).run()?;         // the motion, once a period
+//! ```
+//!
+//! All from exact variational equations (`flow.rs`), under constraints in what they leave. Inputs are held;
+//! switched constraints hold, or do not, as in the start, and events do nothing here: a motion whose
+//! velocities jump at them is another motion than the one that is judged.
+
+mod corners;
+mod error;
+mod floquet;
+mod flow;
+mod frame;
+mod lyapunov;
+mod poincare;
+mod shooting;
+mod symmetry;
+mod variation;
+
+use dynamics_runtime::constrain::check_start;
+use dynamics_runtime::error::StateError;
+use dynamics_runtime::model::Vector;
+use dynamics_runtime::motion::Simulate;
+use nalgebra::DVector;
+
+pub use error::PeriodicError;
+pub use floquet::{Floquet, FloquetVerdict, Multiplier, Threshold};
+pub use lyapunov::{Exponent, ExponentSign, Lyapunov, LyapunovExponents};
+pub use poincare::{Poincare, Return, Section};
+pub use shooting::{PeriodicOrbit, Shooting};
+pub use symmetry::Trivial;
+
+/// Local error per step that is permitted unless one is given: multipliers then have about ten digits.
+const TOLERANCE: f64 = 1e-12;
+/// Steps of one shot: of a motion that takes more something is stiff, or the period is not one.
+const MOST_STEPS: usize = 200_000;
+
+/// Models whose periodic motions can be asked for: all that can be moved.
+pub trait PeriodicMotions: Simulate {
+    /// The Floquet multipliers of the motion through a state, which has to close after the period: of an
+    /// equilibrium under periodic coefficients, or of a closed motion that is known. Of equations in which
+    /// the time stands, the period has to be one of theirs.
+    ///
+    /// # Errors
+    /// A motion that does not close, equations that do not repeat, what has no derivatives, motions that end
+    /// or run away.
+    fn floquet(&self, start: &Self::State, period: f64) -> Result<Floquet, PeriodicError> {
+        check_period(period)?;
+        check::<Self>(self, start)?;
+        let advance = DVector::zeros(2 * Self::Vector::LEN);
+        floquet::of_motion(self, &[*start], period, &advance, (TOLERANCE, MOST_STEPS))
+    }
+
+    /// A search for the closed motion near the one through a state: options follow, [`Shooting::run`] runs
+    /// it. Where the time stands in the equations the period is held, and has to be one of theirs or a
+    /// multiple; otherwise it is a first guess.
+    fn periodic(&self, guess: Self::State, period: f64) -> Shooting<'_, Self> {
+        Shooting::new(self, guess, period)
+    }
+
+    /// A computation of Lyapunov exponents along the motion from a state: options follow, [`Lyapunov::run`]
+    /// runs it.
+    fn lyapunov(&self, start: Self::State) -> Lyapunov<'_, Self> {
+        Lyapunov::new(self, start)
+    }
+
+    /// A section through the motion from a state: options follow, [`Poincare::run`] runs it.
+    fn poincare(&self, start: Self::State) -> Poincare<'_, Self> {
+        Poincare::new(self, start)
+    }
+}
+
+impl<M: Simulate> PeriodicMotions for M {}
+
+fn check<M: Simulate>(model: &M, start: &M::State) -> Result<(), PeriodicError> {
+    StateError::check_parameters(model)?;
+    StateError::check::<M>(start)?;
+    check_start(model, start)?;
+    Ok(())
+}
+
+fn check_period(period: f64) -> Result<(), PeriodicError> {
+    positive("the period", period)
+}
+
+fn positive(what: &'static str, value: f64) -> Result<(), PeriodicError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(PeriodicError::Option { what, value, needed: "positive and finite" })
+}
+
+fn finite(what: &'static str, value: f64) -> Result<(), PeriodicError> {
+    if value.is_finite() { Ok(()) } else { Err(PeriodicError::Option { what, value, needed: "finite" }) }
+}
+
+/// The index of a coordinate by its name.
+fn index<M: Simulate>(name: &str) -> Result<usize, PeriodicError> {
+    let found = M::COORDINATES.iter().position(|q| q.name == name);
+    found.ok_or_else(|| PeriodicError::UnknownCoordinate {
+        name: name.into(),
+        nearest: dynamics_view::suggest(name, M::COORDINATES.iter().map(|q| q.name)),
+    })
+}

@@ -1,0 +1,319 @@
+//! Why there is no periodic motion, or nothing can be said of one.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt;
+
+use dynamics_runtime::error::{SolveError, StateError};
+
+use crate::LinearizeError;
+
+/// Why periodic motions, their multipliers, exponents or sections cannot be told.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub enum PeriodicError {
+    /// The start is not a state of the model.
+    State(StateError),
+    /// The parameters alone make the equations singular.
+    Solve(SolveError),
+    /// There are no derivatives.
+    Derivatives(LinearizeError),
+    /// An option makes no sense.
+    Option {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it has to be.
+        needed: &'static str,
+    },
+    /// The constraints leave nothing that could be disturbed.
+    NoFreedom,
+    /// A name is not that of a coordinate.
+    UnknownCoordinate {
+        /// What was asked for.
+        name: String,
+        /// A coordinate of a similar name, if there is one.
+        nearest: Option<String>,
+    },
+    /// The motion ends: there are no accelerations, or no derivatives of them.
+    Ends {
+        /// When.
+        time: f64,
+        /// Why.
+        reason: Box<PeriodicError>,
+    },
+    /// A force, or a derivative of one, is not a number.
+    NotFinite {
+        /// When.
+        time: f64,
+        /// The coordinate that is accelerated by it.
+        coordinate: &'static str,
+    },
+    /// The motion leaves every bound.
+    RunsAway {
+        /// When.
+        time: f64,
+        /// The coordinate, or the coordinate whose velocity, grew most.
+        coordinate: &'static str,
+        /// To what.
+        value: f64,
+    },
+    /// More steps than are allowed.
+    Steps {
+        /// The time that was reached.
+        time: f64,
+        /// Steps made.
+        steps: usize,
+    },
+    /// Steps become shorter without end.
+    Stalls {
+        /// When.
+        time: f64,
+    },
+    /// The motion touches, or stays in, a place where a branch of the model changes, where there is no
+    /// derivative of what comes after.
+    Grazes {
+        /// When.
+        time: f64,
+    },
+    /// The motion is cut where a force jumps: rounding would say whether it jumps at the start, at the end,
+    /// or at both.
+    StartsOnCorner {
+        /// When.
+        time: f64,
+    },
+    /// The equations of motion do not repeat after the period.
+    NotPeriodic {
+        /// The coordinate whose acceleration differs most.
+        coordinate: &'static str,
+        /// By how much, relative to the largest.
+        change: f64,
+    },
+    /// With coordinates further by what they are to advance by, and a period later, the equations of motion
+    /// are others.
+    NotAlike {
+        /// A coordinate that is to advance.
+        turned: &'static str,
+        /// By how much.
+        by: f64,
+        /// The coordinate whose acceleration differs most.
+        coordinate: &'static str,
+        /// By how much, relative to the largest.
+        change: f64,
+    },
+    /// The motion does not return to its start.
+    NotClosed {
+        /// The coordinate that misses most, or whose velocity does.
+        coordinate: &'static str,
+        /// By how much, in parts of the range of the coordinate.
+        miss: f64,
+    },
+    /// The search ended at rest, which has every period.
+    Rests {
+        /// Coordinates, then velocities.
+        at: Vec<f64>,
+    },
+    /// Closed motions lie side by side: there is no telling which is meant.
+    NotIsolated {
+        /// The coordinate that changes most from one to the next.
+        coordinate: &'static str,
+        /// Smallest over largest singular value of the conditions.
+        ratio: f64,
+        /// What is conserved.
+        conserved: Vec<&'static str>,
+        /// Conditions that would choose one and are not set yet, as they are written.
+        remedies: Vec<String>,
+        /// The period of the one that was found.
+        period: f64,
+        /// Its start: coordinates, then velocities.
+        at: Vec<f64>,
+    },
+    /// Newton's method does not come nearer.
+    NoConvergence {
+        /// Iterations made.
+        iterations: usize,
+        /// The coordinate that misses most, or whose velocity does.
+        coordinate: &'static str,
+        /// By how much, in parts of the range of the coordinate, where it came nearest.
+        miss: f64,
+        /// The period there.
+        period: f64,
+        /// The start there: coordinates, then velocities.
+        at: Vec<f64>,
+        /// What ended the shots beside it, if something did.
+        because: Option<Box<PeriodicError>>,
+    },
+    /// Neighbours part, or come together, so fast that numbers do not hold it.
+    TooFast {
+        /// When.
+        time: f64,
+        /// How often a hundredth of the run was divided.
+        parts: usize,
+    },
+    /// The section was crossed less often than asked for.
+    NeverCrossed {
+        /// How often it was.
+        points: usize,
+        /// Up to when it was looked for.
+        until: f64,
+        /// The least and the greatest value of the section function on the way.
+        range: [f64; 2],
+        /// The points, but for those that were to be left out: time, coordinates, then velocities of each.
+        found: Vec<Vec<f64>>,
+    },
+    /// The simulation that was to give points broke off.
+    BrokenOff {
+        /// Points up to there.
+        points: usize,
+        /// Why.
+        reason: String,
+        /// The points: time, coordinates, then velocities of each.
+        found: Vec<Vec<f64>>,
+    },
+    /// A matrix has no eigenvalues to be found.
+    Eigenvalues(LinearizeError),
+}
+
+impl fmt::Display for PeriodicError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::State(error) => error.fmt(f),
+            Self::Solve(error) => error.fmt(f),
+            Self::Derivatives(error) | Self::Eigenvalues(error) => error.fmt(f),
+            Self::Option { what, value, needed } => write!(f, "{what} is {value}; it has to be {needed}"),
+            Self::NoFreedom => f.write_str(
+                "the constraints leave nothing free, so that nothing can be disturbed; release one, or look \
+                 at the motion by `kinematics`",
+            ),
+            Self::UnknownCoordinate { name, nearest: None } => {
+                write!(f, "no coordinate is called `{name}`; array elements are written `theta[0]`")
+            }
+            Self::UnknownCoordinate { name, nearest: Some(nearest) } => {
+                write!(f, "no coordinate is called `{name}`; did you mean `{nearest}`?")
+            }
+            Self::Ends { time, reason } => write!(f, "the motion ends at t = {time:.6}: {reason}"),
+            Self::NotFinite { time, coordinate } => write!(
+                f,
+                "the acceleration of `{coordinate}`, or a derivative of it, is not a number at t = \
+                 {time:.6}; set every input, and keep the motion off poles of the model"
+            ),
+            Self::RunsAway { time, coordinate, value } => write!(
+                f,
+                "the motion runs away: `{coordinate}` or its velocity is {value:.2e} at t = {time:.6}; start \
+                 nearer, or give states along the closed motion by `.through(..)`"
+            ),
+            Self::Steps { time, steps } => write!(
+                f,
+                "{steps} steps were made up to t = {time:.6}; loosen the tolerance or allow more by \
+                 `.max_steps(..)`; the method is explicit, for its tangent vectors' sake: what is stiff in \
+                 the model makes its steps short, so hold it by a constraint instead, or leave it out, where \
+                 its swinging is not asked for"
+            ),
+            Self::Stalls { time } => {
+                write!(
+                    f,
+                    "steps become shorter without end at t = {time:.6}; the equations are singular \
+                    there, or the tolerance asks for more than rounding leaves"
+                )
+            }
+            Self::Grazes { time } => write!(
+                f,
+                "the motion touches a place where a branch of the model changes, or stays in it, at t = \
+                 {time:.6}: small disturbances have no linear equations there; move the start or a \
+                 parameter, or round the corner off"
+            ),
+            Self::StartsOnCorner { time } => write!(
+                f,
+                "the motion starts, or one of its segments does, where a force jumps, at t = {time:.6}: \
+                 whether it jumps at the start or at the end is for rounding to say; start elsewhere on the \
+                 motion"
+            ),
+            Self::NotPeriodic { coordinate, change } => write!(
+                f,
+                "the equations of motion do not repeat after the period: the acceleration of `{coordinate}` \
+                 differs by {change:.1e} of the largest; give a period of what drives the model"
+            ),
+            Self::NotAlike { turned, by, coordinate, change } => write!(
+                f,
+                "the equations of motion are others where `{turned}` is further by {by}: the acceleration of \
+                 `{coordinate}` differs by {change:.1e} of the largest; give whole turns, or what the model \
+                 repeats after"
+            ),
+            Self::NotClosed { coordinate, miss } => write!(
+                f,
+                "the motion does not close: `{coordinate}` or its velocity misses its start by {miss:.2e} of \
+                 its range; find the closed one by `periodic(..)`, where an angle goes on turning \
+                 with `.advance(..)`"
+            ),
+            Self::Rests { at } => {
+                write!(
+                    f,
+                    "the search ended at rest, at {at:.4?}, which has every period; start from a \
+                    larger motion"
+                )
+            }
+            Self::NotIsolated { coordinate, ratio, conserved, remedies, period, .. } => {
+                write!(
+                    f,
+                    "closed motions lie side by side (along `{coordinate}`, singular values {ratio:.0e}; one \
+                     has the period {period:.9})"
+                )?;
+                if !conserved.is_empty() {
+                    write!(f, ", as {} is conserved", conserved.join(", "))?;
+                }
+                match remedies.split_last() {
+                    Some((last, [])) => write!(f, "; choose one by `{last}`"),
+                    Some((last, others)) => {
+                        write!(f, "; choose one by `{}` or `{last}`", others.join("`, `"))
+                    }
+                    None => write!(
+                        f,
+                        "; what is held does not choose one: hold another coordinate, or hold `{coordinate}` \
+                         by a constraint"
+                    ),
+                }
+            }
+            Self::NoConvergence { iterations, coordinate, miss, period, because, .. } => {
+                write!(
+                    f,
+                    "no closed motion was found in {iterations} iterations: at best `{coordinate}` or its \
+                     velocity ends {miss:.2e} of its range away from its start, with the period {period:.6}; \
+                     start nearer, as from a section's closest return, or divide the period by \
+                     `.segments(..)` or `.through(..)`"
+                )?;
+                because.as_ref().map_or(Ok(()), |reason| write!(f, " (shots beside it: {reason})"))
+            }
+            Self::TooFast { time, parts } => write!(
+                f,
+                "neighbours part or come together so fast at t = {time:.6} that numbers do not hold it in a \
+                 part of 1/{} of the run; take the means over a shorter time by `.during(..)`",
+                100 * parts
+            ),
+            Self::NeverCrossed { points, until, range: [low, high], .. } => write!(
+                f,
+                "the section was crossed {points} times up to t = {until}, its function stayed between \
+                 {low:.4e} and {high:.4e}; look for longer, or move the section"
+            ),
+            Self::BrokenOff { points, reason, .. } => {
+                write!(f, "the run broke off after {points} points: {reason}")
+            }
+        }
+    }
+}
+
+dynamics_runtime::sentence_for_debugging!(PeriodicError);
+impl core::error::Error for PeriodicError {}
+
+impl From<StateError> for PeriodicError {
+    fn from(error: StateError) -> Self {
+        Self::State(error)
+    }
+}
+
+impl From<SolveError> for PeriodicError {
+    fn from(error: SolveError) -> Self {
+        Self::Solve(error)
+    }
+}

@@ -1,0 +1,316 @@
+//! Floquet multipliers: what a period makes of small disturbances of a motion that closes.
+//!
+//! Disturbances beside a motion of period T obey linear equations of that period, and a period later they are
+//! δx(T) = M δx(0), M the monodromy matrix. They die out where all its eigenvalues, the multipliers μ, lie
+//! within the unit circle, and grow where one lies outside (G. Floquet, Ann. Sci. Éc. Norm. Sup. 12 (1883)
+//! 47; Nayfeh & Balachandran, *Applied Nonlinear Dynamics*, §3.2; Yakubovich & Starzhinskii, *Linear
+//! Differential Equations with Periodic Coefficients*). μ leaves the circle by +1 in a fold (or a pitchfork),
+//! by −1 where the period doubles, elsewhere where a torus is born (Neimark–Sacker). M is integrated with the
+//! motion (`flow.rs`), on independent coordinates under constraints. Multipliers that are 1 for a reason are
+//! taken out before (`symmetry.rs`).
+//!
+//! How far M may be off is measured: it is integrated a second time with a looser tolerance, and what the
+//! steps' tolerances add up to counts, too. Multipliers are off by |yᵀ||δM||x|/|yᵀx| (x, y the eigenvectors),
+//! those that meet by a root of that (Elsner). Nothing is called inside or outside that this could have made
+//! so.
+
+mod show;
+mod spectrum;
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector};
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::PeriodicError;
+use super::flow::Flow;
+use super::frame::{Frame, sizes, stacked};
+use super::symmetry::{Conserved, Trivial, form, is_autonomous, known};
+use spectrum::Scaled;
+
+/// How much looser the tolerance of the comparison is.
+const LOOSER: f64 = 30.0;
+/// Multipliers that move by so many times more than the matrix are two in one.
+const COALESCED: f64 = 1e6;
+/// Multipliers that move by less, in times of the matrix, have directions of their own where they are equal.
+const ILL: f64 = 100.0;
+/// A motion that misses its start by more, in parts of its range, does not close.
+const CLOSED: f64 = 1e-6;
+
+/// A Floquet multiplier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Multiplier {
+    /// μ.
+    pub value: Complex<f64>,
+    /// How far it may be off for the error of the integration and for rounding.
+    pub uncertainty: f64,
+    /// How many times more it moves than the matrix, relative to its size: 1 at best.
+    pub conditioning: f64,
+    /// Why it is 1, where there is a reason.
+    pub trivial: Option<Trivial>,
+}
+
+/// How a multiplier leaves the unit circle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Threshold {
+    /// Through +1: folds, pitchforks; without swinging.
+    Fold,
+    /// Through −1: every second period is alike (period doubling).
+    Flip,
+    /// As a pair of complex conjugates: another frequency comes in (Neimark–Sacker).
+    NeimarkSacker,
+}
+
+/// What becomes of small disturbances of a motion that closes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum FloquetVerdict {
+    /// They die out: all multipliers lie within the unit circle, but for the 1 of a motion that may be left
+    /// late or early.
+    AsymptoticallyStable,
+    /// To first order they do not grow: multipliers on the unit circle stand apart from each other and from
+    /// ±1, and cannot leave it as nothing dissipates, or are 1 as something is conserved or a coordinate does
+    /// not matter. Neighbours of another energy may have another period, so that they are early or late.
+    StableToFirstOrder,
+    /// They grow.
+    Unstable {
+        /// How.
+        threshold: Threshold,
+        /// |μ|, the largest.
+        growth: f64,
+        /// The coordinate that takes most part, or the one whose velocity does.
+        coordinate: &'static str,
+    },
+    /// A multiplier lies on the unit circle to what is known of it: linear theory does not decide, or more
+    /// digits are needed.
+    Undecided {
+        /// Where it would leave.
+        threshold: Threshold,
+        /// |μ| − 1.
+        excess: f64,
+        /// How far the multiplier may be off.
+        uncertainty: f64,
+    },
+}
+
+/// The multipliers of a motion that closes after a period, with what they were computed from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Floquet {
+    /// What becomes of small disturbances.
+    pub verdict: FloquetVerdict,
+    /// All of them, as many as independent coordinates and velocities: by falling modulus, those that are 1
+    /// for a reason last.
+    pub multipliers: Vec<Multiplier>,
+    /// M: independent coordinates, then velocities, at the end by those at the start.
+    pub monodromy: DMatrix<f64>,
+    /// How far each element may be off.
+    pub uncertainty: DMatrix<f64>,
+    /// The independent coordinates, by name and unit.
+    pub coordinates: Vec<Quantity>,
+    /// The independent velocities, by the coordinates that they are rates of.
+    pub velocities: Vec<Quantity>,
+    /// T.
+    pub period: f64,
+    /// ∫ div over the period, which is ln det M (Liouville): the volume that neighbouring states take up is
+    /// multiplied by its exponential.
+    pub divergence: f64,
+    /// By how much M fails to preserve δq ∧ δp, in parts of that form: 0 where nothing dissipates.
+    pub symplectic_defect: f64,
+    /// How far the motion misses its start, in parts of its range.
+    pub miss: f64,
+    /// Whether time leaves the equations alone.
+    pub autonomous: bool,
+    /// Steps of the integration.
+    pub steps: usize,
+}
+
+impl Floquet {
+    /// ln μ / T, in 1/s: real parts are rates of growth; imaginary parts are known up to multiples of 2π/T.
+    #[must_use]
+    pub fn exponents(&self) -> Vec<Complex<f64>> {
+        let of = |value: Complex<f64>| Complex::new(value.norm().ln(), value.arg()) / self.period;
+        self.multipliers.iter().map(|multiplier| of(multiplier.value)).collect()
+    }
+
+    /// The multipliers that are not 1 for a reason.
+    pub fn nontrivial(&self) -> impl Iterator<Item = &Multiplier> {
+        self.multipliers.iter().filter(|multiplier| multiplier.trivial.is_none())
+    }
+
+    /// Whether disturbances are known not to grow, to first order.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        matches!(self.verdict, FloquetVerdict::AsymptoticallyStable | FloquetVerdict::StableToFirstOrder)
+    }
+
+    /// Whether disturbances are known to grow.
+    #[must_use]
+    pub fn is_unstable(&self) -> bool {
+        matches!(self.verdict, FloquetVerdict::Unstable { .. })
+    }
+}
+
+/// The multipliers of the motion through `nodes`, states of it that follow each other, within a period.
+pub(super) fn of_motion<M: Constraints + Powers>(
+    model: &M,
+    nodes: &[M::State],
+    period: f64,
+    advance: &DVector<f64>,
+    (tolerance, most_steps): (f64, usize),
+) -> Result<Floquet, PeriodicError> {
+    let mut flow = Flow::new(model, tolerance, most_steps)?;
+    for node in nodes {
+        if flow.starts_on_corner(node, CLOSED * period)? {
+            return Err(PeriodicError::StartsOnCorner { time: node.t() });
+        }
+    }
+    let fine = monodromy(&mut flow, nodes, period)?;
+    flow.tolerance = tolerance * LOOSER;
+    let coarse = monodromy(&mut flow, nodes, period)?;
+    flow.tolerance = tolerance;
+    let frame = &fine.frame;
+    let scales = sizes::<M>(&fine.passed, period);
+    let miss = closes::<M>(nodes, &fine.ends, advance, &scales)?;
+    let autonomous = is_autonomous(&mut flow, &fine.passed, period, advance)?;
+    let conserved = Conserved::along(model, &fine.passed, autonomous);
+    // Two runs may agree by chance: every step may add the tolerance, and M is that of a motion that closes
+    // only so well.
+    let rounding = frame.len() as f64 * 16.0 * f64::EPSILON + fine.steps as f64 * tolerance + 10.0 * miss;
+    let unsure = (&fine.matrix - &coarse.matrix).abs() + fine.product.map(|x| x * rounding);
+    let known =
+        known(&mut flow, &nodes[0], frame, (&fine.matrix, &unsure), (autonomous, &conserved), &scales)?;
+    let weights = DVector::from_iterator(frame.len(), frame.rows().into_iter().map(|i| scales[i]));
+    let scaled = Scaled::new(&fine.matrix, &unsure, weights);
+    let w = form(model, &nodes[0], frame, &scales);
+    let symplectic_defect = scaled.defect(&w);
+    let (mut multipliers, shapes) = scaled.multipliers(&known)?;
+    // Volumes tell of less damping than the form does.
+    let keeps_volumes = fine.divergence.abs() <= 10.0 * (fine.divergence - coarse.divergence).abs() + 1e-14;
+    let symplectic = keeps_volumes && symplectic_defect <= scaled.allowed_defect(&w);
+    let verdict = judge(&multipliers, &shapes, symplectic, |k| frame.name::<M>(k));
+    let order = |a: &Multiplier, b: &Multiplier| b.value.norm().total_cmp(&a.value.norm());
+    multipliers.sort_by(|a, b| a.trivial.is_some().cmp(&b.trivial.is_some()).then(order(a, b)));
+    let [coordinates, velocities] = frame.names::<M>();
+    Ok(Floquet {
+        verdict,
+        multipliers,
+        monodromy: fine.matrix,
+        uncertainty: unsure,
+        coordinates,
+        velocities,
+        period,
+        divergence: fine.divergence,
+        symplectic_defect,
+        miss,
+        autonomous,
+        steps: fine.steps,
+    })
+}
+
+/// By how much a motion misses, in parts of its range: every node by the end of the shot before
+/// it.
+fn closes<M: Constraints>(
+    nodes: &[M::State],
+    ends: &[M::State],
+    advance: &DVector<f64>,
+    scales: &DVector<f64>,
+) -> Result<f64, PeriodicError> {
+    let miss_of = |(k, end): (usize, &M::State)| {
+        let wanted = if k + 1 < nodes.len() { stacked(&nodes[k + 1]) } else { stacked(&nodes[0]) + advance };
+        let off = (stacked(end) - wanted).component_div(scales);
+        (off.amax(), off.iamax())
+    };
+    let (miss, at) =
+        ends.iter().enumerate().map(miss_of).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
+    match miss <= CLOSED {
+        true => Ok(miss),
+        false => Err(PeriodicError::NotClosed { coordinate: M::COORDINATES[at % M::Vector::LEN].name, miss }),
+    }
+}
+
+/// A monodromy matrix, and what it came from.
+struct Monodromy<S> {
+    matrix: DMatrix<f64>,
+    /// The product of the absolute values of its parts: what rounding is measured by.
+    product: DMatrix<f64>,
+    frame: Frame,
+    ends: Vec<S>,
+    passed: Vec<S>,
+    divergence: f64,
+    steps: usize,
+}
+
+fn monodromy<M: Constraints>(
+    flow: &mut Flow<'_, M>,
+    nodes: &[M::State],
+    period: f64,
+) -> Result<Monodromy<M::State>, PeriodicError> {
+    let frames: Vec<Frame> =
+        nodes.iter().map(|node| Frame::at(flow.model, node, None)).collect::<Result<_, PeriodicError>>()?;
+    let m = frames[0].len();
+    let (mut matrix, mut product) = (DMatrix::identity(m, m), DMatrix::identity(m, m));
+    let (mut ends, mut passed) = (Vec::new(), Vec::new());
+    let (mut divergence, mut steps) = (0.0, 0);
+    for (k, node) in nodes.iter().enumerate() {
+        let until = nodes.get(k + 1).map_or(nodes[0].t() + period, ModelState::t);
+        passed.push(*node);
+        let flown = flow.fly(node, &frames[k].basis, until, &mut |state| passed.push(*state))?;
+        let part = frames[(k + 1) % nodes.len()].read(&flown.tangents);
+        product = part.abs() * product;
+        matrix = part * matrix;
+        divergence += flown.divergence;
+        steps += flown.steps;
+        ends.push(flown.state);
+    }
+    let frame = frames[0].clone();
+    Ok(Monodromy { matrix, product, frame, ends, passed, divergence, steps })
+}
+
+/// How a multiplier would leave the unit circle.
+fn threshold(one: &Multiplier) -> Threshold {
+    match (one.value.im.abs() <= one.uncertainty, one.value.re > 0.0) {
+        (true, true) => Threshold::Fold,
+        (true, false) => Threshold::Flip,
+        (false, _) => Threshold::NeimarkSacker,
+    }
+}
+
+fn judge(
+    multipliers: &[Multiplier],
+    shapes: &[DVector<f64>],
+    symplectic: bool,
+    name: impl Fn(usize) -> &'static str,
+) -> FloquetVerdict {
+    let rest: Vec<usize> = (0..multipliers.len()).filter(|k| multipliers[*k].trivial.is_none()).collect();
+    let excess = |k: &usize| multipliers[*k].value.norm() - 1.0;
+    let outside = rest.iter().filter(|k| excess(k) > multipliers[**k].uncertainty);
+    if let Some(worst) = outside.max_by(|a, b| excess(a).total_cmp(&excess(b))) {
+        let one = &multipliers[*worst];
+        let coordinate = name(shapes[*worst].iamax());
+        return FloquetVerdict::Unstable { threshold: threshold(one), growth: one.value.norm(), coordinate };
+    }
+    let near: Vec<usize> = rest.into_iter().filter(|k| excess(k) >= -multipliers[*k].uncertainty).collect();
+    // What is conserved keeps what a disturbance made of it.
+    let lasts = |one: &Multiplier| !matches!(one.trivial, None | Some(Trivial::Time));
+    if near.is_empty() && !multipliers.iter().any(lasts) {
+        return FloquetVerdict::AsymptoticallyStable;
+    }
+    // Of pairs μ, 1/μ that stand alone on the circle none can leave it.
+    let may_leave = |k: &usize| {
+        let one = &multipliers[*k];
+        let meets = |(i, other): (usize, &Multiplier)| {
+            i != *k && (one.value - other.value).norm() <= one.uncertainty + other.uncertainty
+        };
+        // Two that may have met, and move by more than the matrix, may be a pair that has left.
+        let met = one.conditioning > ILL && multipliers.iter().enumerate().any(meets);
+        !symplectic || one.value.im.abs() <= one.uncertainty || one.conditioning > COALESCED || met
+    };
+    match near.into_iter().find(may_leave) {
+        Some(k) => FloquetVerdict::Undecided {
+            threshold: threshold(&multipliers[k]),
+            excess: excess(&k),
+            uncertainty: multipliers[k].uncertainty,
+        },
+        None => FloquetVerdict::StableToFirstOrder,
+    }
+}

@@ -1,0 +1,444 @@
+//! Lyapunov exponents: how fast neighbouring motions part.
+//!
+//! Tangent vectors are carried along the motion by the variational equations, and made orthonormal again and
+//! again, δx = Q R: the exponents are the means of ln Rᵢᵢ per time (Benettin, Galgani, Giorgilli & Strelcyn,
+//! Meccanica 15 (1980) 9; Shimada & Nagashima, Prog. Theor. Phys. 61 (1979) 1605). Their sum is the mean
+//! divergence; of Hamiltonian systems they come in pairs ±λ; one is 0 where time leaves the system alone and
+//! the motion does not come to rest, and two for every conserved quantity beyond.
+//!
+//! A mean over a finite time is an estimate. It is given with the larger of twice the standard error of
+//! twenty parts of the run, and the difference of its halves, which shows what has not settled. Neighbours
+//! that part in proportion to time, as those of regular motions do, have ln(ωt)/t, which falls for ever: what
+//! is not larger than that, or than its uncertainty, has no sign that is known, and no exponent has where
+//! more would not be 0 than can.
+
+mod show;
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::constrain::at_time;
+use dynamics_runtime::model::{ModelState, Vector};
+use dynamics_runtime::motion::Simulate;
+use nalgebra::{DMatrix, DVector};
+
+use super::flow::Flow;
+use super::frame::{Frame, direction, sizes};
+use super::symmetry::{Conserved, is_autonomous};
+use super::{PeriodicError, check, positive};
+
+/// Parts of a run of which the means are kept.
+const BLOCKS: usize = 100;
+/// How many of them make one of the parts that the standard error is of.
+const GROUP: usize = 5;
+/// Vectors whose lengths part further than this between two orthonormalisations are made orthonormal more
+/// often.
+const SPREAD: f64 = 1e4;
+/// Vectors that become longer than this, or shorter than its inverse, have nearly left the range of numbers,
+/// and are brought back more often.
+const FAR: f64 = 1e100;
+/// Most orthonormalisations in a block.
+const MOST_PARTS: usize = 4096;
+
+/// A computation of Lyapunov exponents, with its options.
+#[must_use = "nothing is computed until `.run()`"]
+pub struct Lyapunov<'m, M: Simulate> {
+    model: &'m M,
+    start: M::State,
+    settle: f64,
+    during: Option<f64>,
+    count: Option<usize>,
+    tolerance: f64,
+    most_steps: usize,
+}
+
+/// What is known of the sign of an exponent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExponentSign {
+    /// Neighbours part exponentially.
+    Positive,
+    /// 0 for a reason: time leaves the system alone, or a quantity is conserved; and the estimate agrees.
+    Zero,
+    /// Neighbours come together.
+    Negative,
+    /// The estimate is smaller than its uncertainty, or the run contradicts what is known: more exponents
+    /// would differ from 0 than can.
+    Undecided,
+}
+
+/// One exponent, in 1/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exponent {
+    /// The mean over the run.
+    pub value: f64,
+    /// How far it may be off, as the run itself tells.
+    pub uncertainty: f64,
+    /// Its sign, as far as it is known.
+    pub sign: ExponentSign,
+}
+
+/// Lyapunov exponents, with what tells how far they can be trusted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LyapunovExponents<S: ModelState> {
+    /// The largest ones, in falling order.
+    pub exponents: Vec<Exponent>,
+    /// Mean divergence, in 1/s: the sum of all exponents.
+    pub divergence: f64,
+    /// How many there are in all: independent coordinates and velocities.
+    pub dimension: usize,
+    /// What all of them were at some times of the run: (time since it began, exponents up to there).
+    pub running: Vec<(f64, Vec<f64>)>,
+    /// Time over which the means are.
+    pub time: f64,
+    /// How many exponents are 0 for a reason.
+    pub known_zeros: usize,
+    /// What is smaller is not told from 0: ln(1 + ωt)/t, the estimate where neighbours part in proportion to
+    /// time, ω the frequency of what moves fastest.
+    pub resolution: f64,
+    /// Orthonormalisations.
+    pub orthonormalisations: usize,
+    /// Steps of the integration, those before the means included.
+    pub steps: usize,
+    /// The state at the end.
+    pub end: S,
+}
+
+impl<S: ModelState> LyapunovExponents<S> {
+    /// The largest exponent.
+    #[must_use]
+    pub fn largest(&self) -> Exponent {
+        self.exponents[0]
+    }
+
+    /// Whether neighbours part exponentially: `None` where the run does not decide.
+    #[must_use]
+    pub fn is_chaotic(&self) -> Option<bool> {
+        match self.largest().sign {
+            ExponentSign::Positive => Some(true),
+            ExponentSign::Zero | ExponentSign::Negative => Some(false),
+            ExponentSign::Undecided => None,
+        }
+    }
+
+    /// The sum of the exponents less the mean divergence, which it is; `None` where not all exponents were
+    /// computed.
+    #[must_use]
+    pub fn sum_defect(&self) -> Option<f64> {
+        let sum = self.exponents.iter().map(|one| one.value).sum::<f64>();
+        (self.exponents.len() == self.dimension).then_some(sum - self.divergence)
+    }
+
+    /// The largest |λᵢ + λₙ₊₁₋ᵢ|: 0 for Hamiltonian systems; `None` where not all exponents were computed.
+    #[must_use]
+    pub fn pairing_defect(&self) -> Option<f64> {
+        let pairs = self.exponents.iter().zip(self.exponents.iter().rev());
+        let worst = pairs.map(|(a, b)| (a.value + b.value).abs()).fold(0.0, f64::max);
+        (self.exponents.len() == self.dimension).then_some(worst)
+    }
+
+    /// The Kaplan–Yorke dimension of the attractor, at one instant of each period where time stands in the
+    /// equations: j + Σ₁ʲ λᵢ/|λⱼ₊₁|, where the sum over j is the last that is not negative. Exponents that
+    /// are 0 for a reason count as 0. `None` where too few exponents were computed, or whether the largest is
+    /// negative is not known.
+    #[must_use]
+    pub fn kaplan_yorke(&self) -> Option<f64> {
+        if self.largest().sign == ExponentSign::Undecided {
+            return None;
+        }
+        let mut sum = 0.0;
+        for (j, one) in self.exponents.iter().enumerate() {
+            let value = if one.sign == ExponentSign::Zero { 0.0 } else { one.value };
+            if sum + value < 0.0 {
+                return Some(j as f64 + sum / value.abs());
+            }
+            sum += value;
+        }
+        (self.exponents.len() == self.dimension).then_some(self.dimension as f64)
+    }
+}
+
+impl<'m, M: Simulate> Lyapunov<'m, M> {
+    pub(super) fn new(model: &'m M, start: M::State) -> Self {
+        Self { model, start, settle: 0.0, during: None, count: None, tolerance: 1e-9, most_steps: 20_000_000 }
+    }
+
+    /// Time that passes before the means begin: for the motion to come near its attractor, and the tangent
+    /// vectors to turn to their directions. Default 0.
+    pub fn settle(mut self, time: f64) -> Self {
+        self.settle = time;
+        self
+    }
+
+    /// Time over which the means are taken.
+    pub fn during(mut self, time: f64) -> Self {
+        self.during = Some(time);
+        self
+    }
+
+    /// The so many largest; all of them without it.
+    pub fn exponents(mut self, count: usize) -> Self {
+        self.count = Some(count);
+        self
+    }
+
+    /// Permitted local error per step of state and tangent vectors. Default 1e-9.
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Most steps between two orthonormalisations. Default 20 million.
+    pub fn max_steps(mut self, steps: usize) -> Self {
+        self.most_steps = steps;
+        self
+    }
+
+    /// Computes them.
+    ///
+    /// # Errors
+    /// A time that was not given, a motion that ends or runs away, what has no derivatives.
+    pub fn run(self) -> Result<LyapunovExponents<M::State>, PeriodicError> {
+        let during = self.during.unwrap_or(f64::NAN);
+        positive("the time over which the exponents are means, `.during(..)`,", during)?;
+        positive("the tolerance", self.tolerance)?;
+        if !(self.settle >= 0.0 && self.settle.is_finite()) {
+            return Err(PeriodicError::Option {
+                what: "the time to settle",
+                value: self.settle,
+                needed: "0 or more",
+            });
+        }
+        check(self.model, &self.start)?;
+        let mut carried = Carried::new(&self)?;
+        let settling = (BLOCKS as f64 * self.settle / during).ceil() as usize;
+        (0..settling).try_for_each(|k| {
+            let until = self.start.t() + self.settle * (k + 1) as f64 / settling as f64;
+            carried.block(until).map(drop)
+        })?;
+        let (begin, before) = (self.start.t() + self.settle, carried.divergence);
+        carried.passed.clear();
+        let mut blocks = Vec::with_capacity(BLOCKS);
+        for k in 0..BLOCKS {
+            blocks.push(carried.block(begin + during * (k + 1) as f64 / BLOCKS as f64)?);
+        }
+        carried.judge(&blocks, during, before)
+    }
+}
+
+/// A motion with orthonormal tangent vectors.
+struct Carried<'m, M: Simulate> {
+    flow: Flow<'m, M>,
+    state: M::State,
+    tangents: DMatrix<f64>,
+    weights: DVector<f64>,
+    dimension: usize,
+    parts: usize,
+    divergence: f64,
+    steps: usize,
+    orthonormalisations: usize,
+    passed: Vec<M::State>,
+}
+
+impl<'m, M: Simulate> Carried<'m, M> {
+    fn new(asked: &Lyapunov<'m, M>) -> Result<Self, PeriodicError> {
+        let flow = Flow::new(asked.model, asked.tolerance, asked.most_steps)?;
+        let frame = Frame::at(asked.model, &asked.start, None)?;
+        let dimension = frame.len();
+        let count = asked.count.unwrap_or(dimension);
+        if count == 0 || count > dimension {
+            let needed = "between 1 and the number of independent coordinates and velocities";
+            return Err(PeriodicError::Option {
+                what: "the number of exponents",
+                value: count as f64,
+                needed,
+            });
+        }
+        let weights = sizes::<M>(&[asked.start], core::f64::consts::TAU);
+        // Vectors of no particular direction.
+        let mix = DMatrix::from_fn(dimension, count, |i, j| {
+            f64::from(u8::from(i == j)) + 0.3 * (1.7 + 2.399_963 * (i + dimension * j) as f64).sin()
+        });
+        let tangents = &frame.basis * mix;
+        let mut carried = Self {
+            flow,
+            state: asked.start,
+            tangents,
+            weights,
+            dimension,
+            parts: 1,
+            divergence: 0.0,
+            steps: 0,
+            orthonormalisations: 0,
+            passed: Vec::new(),
+        };
+        carried.orthonormalise()?;
+        Ok(carried)
+    }
+
+    /// Σ ln Rᵢᵢ up to a time.
+    fn block(&mut self, until: f64) -> Result<DVector<f64>, PeriodicError> {
+        let mut logs = DVector::zeros(self.tangents.ncols());
+        let mut done = 0;
+        let begin = self.state.t();
+        while done < self.parts {
+            let here = (self.state, self.tangents.clone());
+            let end = if done + 1 == self.parts {
+                until
+            } else {
+                begin + (until - begin) * (done + 1) as f64 / self.parts as f64
+            };
+            let flown = match self.flow.fly(&self.state, &self.tangents, end, &mut |_| ()) {
+                Ok(flown) => flown,
+                // Vectors may have left the range of numbers.
+                Err(
+                    PeriodicError::NotFinite { .. }
+                    | PeriodicError::Derivatives(_)
+                    | PeriodicError::Ends { .. },
+                ) if self.parts < MOST_PARTS && self.is_motion_alone(end) => {
+                    (self.parts, done) = (2 * self.parts, 2 * done);
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            (self.state, self.tangents) = (flown.state, flown.tangents);
+            let sizes = self.orthonormalise()?;
+            let apart = sizes.max() > SPREAD * sizes.min();
+            let lost = !sizes.iter().all(|size| (1.0 / FAR..FAR).contains(size));
+            if lost && self.parts >= MOST_PARTS {
+                return Err(PeriodicError::TooFast { time: self.state.t(), parts: self.parts });
+            }
+            if (apart || lost) && self.parts < MOST_PARTS {
+                (self.state, self.tangents) = here;
+                (self.parts, done) = (2 * self.parts, 2 * done);
+                continue;
+            }
+            done += 1;
+            logs += sizes.map(f64::ln);
+            self.divergence += flown.divergence;
+            self.steps += flown.steps;
+            self.orthonormalisations += 1;
+        }
+        self.passed.push(self.state);
+        Ok(logs)
+    }
+
+    /// Whether the motion comes there without tangent vectors.
+    fn is_motion_alone(&mut self, until: f64) -> bool {
+        let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+        self.flow.fly(&self.state, &none, until, &mut |_| ()).is_ok()
+    }
+
+    /// Puts the vectors back on the constraints and makes them orthonormal; the lengths that each adds to
+    /// those before it.
+    fn orthonormalise(&mut self) -> Result<DVector<f64>, PeriodicError> {
+        if !M::ROWS.is_empty() {
+            let frame = Frame::at(self.flow.model, &self.state, None)?;
+            self.tangents = &frame.basis * frame.read(&self.tangents);
+        }
+        let mut scaled = self.tangents.clone();
+        scaled.column_iter_mut().for_each(|mut column| column.component_div_assign(&self.weights));
+        let qr = scaled.qr();
+        let lengths = qr.r().diagonal().abs();
+        let mut q = qr.q();
+        q.column_iter_mut().for_each(|mut column| column.component_mul_assign(&self.weights));
+        self.tangents = q;
+        Ok(lengths)
+    }
+
+    fn judge(
+        mut self,
+        blocks: &[DVector<f64>],
+        during: f64,
+        before: f64,
+    ) -> Result<LyapunovExponents<M::State>, PeriodicError> {
+        let count = self.tangents.ncols();
+        let part = during / blocks.len() as f64;
+        let resolution = (self.pace()? * during).ln_1p() / during;
+        let mean = |blocks: &[DVector<f64>], i: usize| {
+            blocks.iter().map(|b| b[i]).sum::<f64>() / (part * blocks.len() as f64)
+        };
+        let mut exponents: Vec<Exponent> = (0..count)
+            .map(|i| {
+                let value = mean(blocks, i);
+                let groups: Vec<f64> = blocks.chunks(GROUP).map(|group| mean(group, i)).collect();
+                let k = groups.len() as f64;
+                let variance = groups.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (k * (k - 1.0));
+                let (first, second) = blocks.split_at(blocks.len() / 2);
+                let uncertainty = (2.0 * variance.sqrt()).max((mean(first, i) - mean(second, i)).abs());
+                let sign = match value.abs() > uncertainty.max(resolution) {
+                    false => ExponentSign::Undecided,
+                    true if value > 0.0 => ExponentSign::Positive,
+                    true => ExponentSign::Negative,
+                };
+                Exponent { value, uncertainty, sign }
+            })
+            .collect();
+        exponents.sort_by(|a, b| b.value.total_cmp(&a.value));
+        let known_zeros = self.known_zeros(part)?;
+        // More that are not 0 than there can be: the run has seen too little of the motion, as of one that
+        // lingers at a saddle, to say anything. Where all were computed the zeros are the undecided ones,
+        // unless there are more of those: then nobody knows which.
+        let told = exponents.iter().filter(|one| one.sign != ExponentSign::Undecided).count();
+        if told + known_zeros > self.dimension {
+            exponents.iter_mut().for_each(|one| one.sign = ExponentSign::Undecided);
+        } else if count == self.dimension && told + known_zeros == count {
+            let open = exponents.iter_mut().filter(|one| one.sign == ExponentSign::Undecided);
+            open.for_each(|one| one.sign = ExponentSign::Zero);
+        }
+        let mut sums: DVector<f64> = DVector::zeros(count);
+        let running = blocks.iter().enumerate().map(|(k, block)| {
+            sums += block;
+            let time = part * (k + 1) as f64;
+            (time, sums.iter().map(|sum| sum / time).collect())
+        });
+        Ok(LyapunovExponents {
+            running: running.collect(),
+            exponents,
+            divergence: (self.divergence - before) / during,
+            dimension: self.dimension,
+            time: during,
+            known_zeros,
+            resolution,
+            orthonormalisations: self.orthonormalisations,
+            steps: self.steps,
+            end: self.state,
+        })
+    }
+
+    /// The frequency of what moves fastest, by its speed over its reach, and its acceleration over its speed.
+    fn pace(&mut self) -> Result<f64, PeriodicError> {
+        let n = M::Vector::LEN;
+        let mut extent = alloc::vec![[f64::INFINITY, f64::NEG_INFINITY]; n];
+        let (mut speed, mut push) = (alloc::vec![0.0_f64; n], alloc::vec![0.0_f64; n]);
+        for state in &self.passed {
+            let along = direction(&mut self.flow, state)?;
+            for i in 0..n {
+                let q = state.q().as_slice()[i];
+                extent[i] = [extent[i][0].min(q), extent[i][1].max(q)];
+                speed[i] = speed[i].max(along[i].abs());
+                push[i] = push[i].max(along[n + i].abs());
+            }
+        }
+        let ratio = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+        let of =
+            |i: usize| ratio(speed[i], 0.5 * (extent[i][1] - extent[i][0])).max(ratio(push[i], speed[i]));
+        Ok((0..n).map(of).fold(0.0, f64::max))
+    }
+
+    /// How many exponents are 0 for a reason.
+    fn known_zeros(&mut self, span: f64) -> Result<usize, PeriodicError> {
+        // No period is asked for: the equations are compared with themselves at other times.
+        let (passed, n) = (self.passed.clone(), 2 * M::Vector::LEN);
+        let autonomous = match is_autonomous(&mut self.flow, &passed, span, &DVector::zeros(n)) {
+            Ok(autonomous) => autonomous,
+            Err(PeriodicError::NotPeriodic { .. }) => false,
+            Err(error) => return Err(error),
+        };
+        let along = direction(&mut self.flow, &at_time(&self.state, self.state.t()))?;
+        let moves = along.component_div(&self.weights).amax() > 1e-6;
+        let conserved = Conserved::along(self.flow.model, &passed, autonomous).names;
+        // A momentum is conserved because a coordinate does not matter, which makes two.
+        let momenta = conserved.iter().filter(|name| name.starts_with("momentum")).count();
+        let others = if moves { conserved.len() - momenta } else { 0 };
+        Ok((usize::from(autonomous && moves) + others + 2 * momenta).min(self.dimension).min(n))
+    }
+}

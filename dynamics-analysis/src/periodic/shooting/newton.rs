@@ -1,0 +1,458 @@
+//! Newton's method on what segments miss.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use dynamics_runtime::constrain::at_time;
+use dynamics_runtime::model::{ModelState, Vector};
+use dynamics_runtime::motion::Simulate;
+use nalgebra::{DMatrix, DVector};
+
+use super::Hold;
+use crate::periodic::PeriodicError;
+use crate::periodic::corners::slope;
+use crate::periodic::flow::Flow;
+use crate::periodic::frame::{Frame, direction, sizes, stacked};
+use crate::periodic::symmetry::{Conserved, is_autonomous};
+
+/// Misses that are small enough, in parts of the ranges of coordinates, where no step makes them smaller.
+const SMALL: f64 = 1e-8;
+/// Most that one step changes the period by, in parts of it.
+const MOST_CHANGE: f64 = 0.3;
+/// Halvings of a step before it is given up.
+const HALVINGS: usize = 10;
+
+pub(super) struct Asked<'a> {
+    pub(super) segments: usize,
+    pub(super) hold_period: bool,
+    pub(super) holds: &'a [Hold],
+    pub(super) advance: &'a DVector<f64>,
+    pub(super) tolerance: f64,
+    pub(super) most_steps: usize,
+    pub(super) most_iterations: usize,
+}
+
+pub(super) struct Found<S> {
+    pub(super) nodes: Vec<S>,
+    pub(super) period: f64,
+    pub(super) iterations: usize,
+    pub(super) correction: f64,
+    pub(super) conditioning: f64,
+    sizes: DVector<f64>,
+}
+
+/// A set of shots: where they start, what they miss, and how that depends on the unknowns.
+struct Shots<S> {
+    nodes: Vec<S>,
+    frames: Vec<Frame>,
+    period: f64,
+    misses: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    /// The phase condition, and what is held: by how much it is missed, and derivatives.
+    conditions: (DVector<f64>, DMatrix<f64>),
+    passed: Vec<S>,
+}
+
+/// A step, and the singular values that it was computed with.
+struct Solved {
+    step: DVector<f64>,
+    most: f64,
+    least: f64,
+    floor: f64,
+    /// The direction in which closed motions lie side by side, where they do.
+    along: DVector<f64>,
+}
+
+impl<S> Shots<S> {
+    /// The step that fulfils the conditions, and under them misses least: conditions are met exactly, so that
+    /// what is held is held, and a start at rest stays one.
+    fn solve(&self, tolerance: f64) -> Option<Solved> {
+        let (off, rows) = &self.conditions;
+        let n = self.jacobian.ncols();
+        let (particular, free, independent) = if rows.nrows() == 0 {
+            (DVector::zeros(n), DMatrix::identity(n, n), true)
+        } else {
+            let svd = rows.clone().svd(true, true);
+            let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
+            let particular = svd.solve(&-off, 1e-9 * most).ok()?;
+            let v = svd.v_t?;
+            let projector = DMatrix::identity(n, n) - v.tr_mul(&v);
+            let eigen = projector.symmetric_eigen();
+            let kept: Vec<usize> = (0..n).filter(|k| eigen.eigenvalues[*k] > 0.5).collect();
+            (particular, eigen.eigenvectors.select_columns(&kept), least > 1e-9 * most)
+        };
+        if free.ncols() == 0 {
+            // More is held than there is.
+            let along = DVector::zeros(n);
+            return Some(Solved { step: particular, most: 1.0, least: 1.0, floor: 0.0, along });
+        }
+        let svd = (&self.jacobian * &free).svd(true, true);
+        let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
+        let floor = (100.0 * tolerance).max(1e-10) * most;
+        let left = -(&self.misses + &self.jacobian * &particular);
+        let step = particular + &free * svd.solve(&left, floor).ok()?;
+        let v = svd.v_t?;
+        let along = &free * v.row(v.nrows() - 1).transpose();
+        Some(Solved { step, most, least: if independent { least } else { 0.0 }, floor, along })
+    }
+
+    /// How far off all is.
+    fn merit(&self) -> f64 {
+        self.misses.norm_squared() + self.conditions.0.norm_squared()
+    }
+
+    fn worst(&self) -> f64 {
+        self.misses.amax().max(if self.conditions.0.is_empty() { 0.0 } else { self.conditions.0.amax() })
+    }
+}
+
+struct Problem<'a, 'm, M: Simulate> {
+    flow: Flow<'m, M>,
+    asked: &'a Asked<'a>,
+    holds: Vec<Hold>,
+    sizes: DVector<f64>,
+    autonomous: bool,
+    /// Whether the period is an unknown.
+    free: bool,
+    /// What is conserved along the motion through the guess.
+    conserved: Vec<&'static str>,
+    /// Whether nothing was asked for that chooses one of a family.
+    is_family: bool,
+    /// How far the motion through the guess goes.
+    reach: f64,
+    /// Whether steps may go along the motion, as what is held says where on it it starts.
+    slides: bool,
+}
+
+pub(super) fn search<M: Simulate>(
+    model: &M,
+    guesses: &[M::State],
+    period: f64,
+    asked: &Asked<'_>,
+) -> Result<Found<M::State>, PeriodicError> {
+    let (mut problem, nodes) = Problem::new(model, guesses, period, asked)?;
+    let of_coordinate = problem.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
+    let lone = problem.autonomous && problem.conserved.is_empty() && of_coordinate;
+    match problem.search(nodes.clone(), period) {
+        // Of a family one was chosen, or of a motion that stands alone its start: which it is shows in what
+        // can be fulfilled.
+        Err(error) if lone => {
+            problem.slides = true;
+            problem.search(nodes, period).map_err(|_| error)
+        }
+        found => found,
+    }
+}
+
+/// How far a motion goes from its start, in parts of what coordinates are measured by.
+fn reach<S: ModelState>(passed: &[S], sizes: &DVector<f64>) -> f64 {
+    let Some(first) = passed.first().map(stacked) else { return 0.0 };
+    passed.iter().map(|state| (stacked(state) - &first).component_div(sizes).amax()).fold(0.0, f64::max)
+}
+
+/// Where segments start: as given, or along the motion through the guess.
+fn nodes<M: Simulate>(
+    flow: &mut Flow<'_, M>,
+    guesses: &[M::State],
+    period: f64,
+    segments: usize,
+) -> Result<Vec<M::State>, PeriodicError> {
+    let time = |k: usize| guesses[0].t() + period * k as f64 / segments as f64;
+    if guesses.len() == segments {
+        let mut nodes: Vec<M::State> =
+            guesses.iter().enumerate().map(|(k, guess)| at_time(guess, time(k))).collect();
+        // Where constraints move, a state belongs to its time.
+        for node in nodes.iter_mut().filter(|_| !M::ROWS.is_empty()) {
+            flow.place(node)?;
+        }
+        return Ok(nodes);
+    }
+    let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+    let mut nodes = alloc::vec![guesses[0]];
+    for k in 1..segments {
+        let next = flow.fly(&nodes[k - 1], &none, time(k), &mut |_| ())?.state;
+        nodes.push(next);
+    }
+    Ok(nodes)
+}
+
+impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
+    /// With where segments start.
+    fn new(
+        model: &'m M,
+        guesses: &[M::State],
+        period: f64,
+        asked: &'a Asked<'a>,
+    ) -> Result<(Self, Vec<M::State>), PeriodicError> {
+        let mut flow = Flow::new(model, asked.tolerance, asked.most_steps)?;
+        let nodes = nodes(&mut flow, guesses, period, asked.segments)?;
+        let mut passed = Vec::new();
+        let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+        for node in &nodes {
+            passed.push(*node);
+            flow.fly(node, &none, node.t() + period / asked.segments as f64, &mut |state| {
+                passed.push(*state)
+            })?;
+        }
+        let sizes = sizes::<M>(&passed, period);
+        let autonomous = is_autonomous(&mut flow, &passed, period, asked.advance)?;
+        let free = autonomous && !asked.hold_period;
+        // Of a family one is found, so that there is something to choose by; then it is said that there are
+        // others.
+        let conserved = Conserved::along(model, &passed, autonomous).names;
+        let is_family = free && asked.holds.is_empty() && !conserved.is_empty();
+        let mut holds = asked.holds.to_vec();
+        holds.extend(is_family.then(|| Hold::Energy(model.energy_function(&nodes[0]))));
+        let reach = reach(&passed, &sizes);
+        let slides = false;
+        Ok((Self { flow, asked, holds, sizes, autonomous, free, conserved, is_family, reach, slides }, nodes))
+    }
+
+    /// Newton's method from these nodes.
+    fn search(&mut self, nodes: Vec<M::State>, period: f64) -> Result<Found<M::State>, PeriodicError> {
+        let mut shots = self.shoot(nodes, period)?;
+        let mut because = None;
+        let mut correction = f64::INFINITY;
+        let mut iteration = 0;
+        loop {
+            let Some(solved) = shots.solve(self.asked.tolerance) else {
+                return Err(self.not_found(&shots, iteration, because));
+            };
+            let (size, worst) = (solved.step.amax(), shots.worst());
+            let settled = size <= 1e-10 || correction <= 1e-7 && size >= 0.3 * correction;
+            let next = if settled && worst <= SMALL || iteration == self.asked.most_iterations {
+                None
+            } else {
+                self.descend(&shots, &solved.step, &mut because)
+            };
+            if let Some(next) = next {
+                (shots, correction) = (next, size);
+                iteration += 1;
+                continue;
+            }
+            if worst > SMALL {
+                return Err(self.not_found(&shots, iteration, because));
+            }
+            if self.autonomous && reach(&shots.passed, &self.sizes) <= 1e-4 * self.reach {
+                return Err(PeriodicError::Rests { at: stacked(&shots.nodes[0]).as_slice().into() });
+            }
+            let solved = self.alone(&mut shots, solved)?;
+            return Ok(Found {
+                iterations: iteration,
+                correction: size,
+                conditioning: solved.most / solved.least.max(f64::MIN_POSITIVE),
+                period: shots.period,
+                sizes: self.sizes.clone(),
+                nodes: shots.nodes,
+            });
+        }
+    }
+
+    /// That no other closed motion lies beside the one that was found.
+    fn alone(&self, shots: &mut Shots<M::State>, mut solved: Solved) -> Result<Solved, PeriodicError> {
+        if self.is_family {
+            let (misses, rows) = &shots.conditions;
+            let given = rows.nrows() - 1;
+            shots.conditions = (misses.rows(0, given).into_owned(), rows.rows(0, given).into_owned());
+            solved = shots.solve(self.asked.tolerance).unwrap_or(solved);
+        }
+        if !self.is_family && solved.least > solved.floor {
+            return Ok(solved);
+        }
+        let frame = &shots.frames[0];
+        let coordinate = frame.name::<M>(solved.along.rows(0, frame.len()).iamax());
+        Err(PeriodicError::NotIsolated {
+            coordinate,
+            ratio: solved.least / solved.most,
+            conserved: self.conserved.clone(),
+            remedies: self.remedies(coordinate),
+            period: shots.period,
+            at: stacked(&shots.nodes[0]).as_slice().into(),
+        })
+    }
+
+    /// Conditions that could choose one of a family of closed motions and are not set yet.
+    fn remedies(&self, coordinate: &str) -> Vec<String> {
+        let holds_energy = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Energy(_)));
+        let holds_place = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
+        let energy = (!holds_energy && !self.conserved.is_empty()).then(|| String::from(".hold_energy(..)"));
+        let place = (!holds_place).then(|| alloc::format!(".hold(\"{coordinate}\", ..)"));
+        let period = (!self.asked.hold_period && self.autonomous).then(|| String::from(".hold_period()"));
+        energy.into_iter().chain(place).chain(period).collect()
+    }
+
+    /// Shoots from all nodes.
+    fn shoot(&mut self, nodes: Vec<M::State>, period: f64) -> Result<Shots<M::State>, PeriodicError> {
+        let count = nodes.len();
+        let frames: Vec<Frame> = nodes
+            .iter()
+            .map(|node| Frame::at(self.flow.model, node, None))
+            .collect::<Result<_, PeriodicError>>()?;
+        let m = frames[0].len();
+        let columns = m * count + usize::from(self.free);
+        let (mut misses, mut jacobian) = (DVector::zeros(m * count), DMatrix::zeros(m * count, columns));
+        let mut passed = Vec::new();
+        for k in 0..count {
+            let next = (k + 1) % count;
+            let until = nodes[0].t() + period * (k + 1) as f64 / count as f64;
+            passed.push(nodes[k]);
+            let flown =
+                self.flow.fly(&nodes[k], &frames[k].basis, until, &mut |state| passed.push(*state))?;
+            let wanted = stacked(&nodes[next])
+                + if next == 0 { self.asked.advance.clone() } else { self.asked.advance * 0.0 };
+            let (here, there) = (frames[k].rows(), frames[next].rows());
+            let off = stacked(&flown.state) - wanted;
+            let part = frames[next].read(&flown.tangents);
+            let along = direction(&mut self.flow, &flown.state)?;
+            for (i, row) in there.iter().enumerate() {
+                let size = self.sizes[*row];
+                misses[k * m + i] = off[*row] / size;
+                for (j, column) in here.iter().enumerate() {
+                    jacobian[(k * m + i, k * m + j)] += part[(i, j)] * self.sizes[*column] / size;
+                }
+                jacobian[(k * m + i, next * m + i)] -= 1.0;
+                if self.free {
+                    jacobian[(k * m + i, columns - 1)] = along[*row] * period / count as f64 / size;
+                }
+            }
+        }
+        let conditions = self.conditions(&nodes[0], &frames[0], columns)?;
+        Ok(Shots { nodes, frames, period, misses, jacobian, conditions, passed })
+    }
+
+    /// Steps do not go along the motion, and what is held becomes what it is to be.
+    fn conditions(
+        &mut self,
+        start: &M::State,
+        frame: &Frame,
+        columns: usize,
+    ) -> Result<(DVector<f64>, DMatrix<f64>), PeriodicError> {
+        let m = frame.len();
+        let phase = self.autonomous && !self.slides;
+        let count = usize::from(phase) + self.holds.len();
+        let (mut misses, mut rows) = (DVector::zeros(count), DMatrix::zeros(count, columns));
+        let mut row = 0;
+        if phase {
+            let along = direction(&mut self.flow, start)?;
+            let scaled =
+                DVector::from_iterator(m, frame.rows().into_iter().map(|i| along[i] / self.sizes[i]));
+            let size = scaled.norm().max(f64::MIN_POSITIVE);
+            (0..m).for_each(|j| rows[(row, j)] = scaled[j] / size);
+            row += 1;
+        }
+        for hold in &self.holds {
+            let (miss, gradient) = self.held(hold, start, frame);
+            misses[row] = miss;
+            (0..m).for_each(|j| rows[(row, j)] = gradient[j]);
+            row += 1;
+        }
+        Ok((misses, rows))
+    }
+
+    /// What is held, and its derivatives, scaled.
+    fn held(&self, hold: &Hold, state: &M::State, frame: &Frame) -> (f64, DVector<f64>) {
+        let n = M::Vector::LEN;
+        let rows = frame.rows();
+        let gradient = match hold {
+            Hold::Coordinate(index, _) => {
+                DVector::from_fn(frame.len(), |k, _| frame.basis[(*index, k)] * self.sizes[rows[k]])
+            }
+            Hold::Energy(_) => DVector::from_fn(frame.len(), |k, _| {
+                let along = frame.basis.column(k) * self.sizes[rows[k]];
+                slope(0.01, |by| {
+                    let mut moved = *state;
+                    (0..n).for_each(|i| moved.q_mut()[i] += by * along[i]);
+                    (0..n).for_each(|i| moved.u_mut()[i] += by * along[n + i]);
+                    self.flow.model.energy_function(&moved)
+                })
+            }),
+        };
+        let miss = match hold {
+            Hold::Coordinate(index, value) => state.q()[*index] - value,
+            Hold::Energy(value) => self.flow.model.energy_function(state) - value,
+        };
+        let size = gradient.amax().max(f64::MIN_POSITIVE);
+        (miss / size, gradient / size)
+    }
+
+    /// The next shots, nearer than these; none where no part of the step leads nearer.
+    fn descend(
+        &mut self,
+        shots: &Shots<M::State>,
+        step: &DVector<f64>,
+        because: &mut Option<Box<PeriodicError>>,
+    ) -> Option<Shots<M::State>> {
+        let m = shots.frames[0].len();
+        let of_period = if self.free { step[step.len() - 1] } else { 0.0 };
+        let mut part = (MOST_CHANGE / of_period.abs().max(f64::MIN_POSITIVE)).min(1.0);
+        for _ in 0..HALVINGS {
+            let period = shots.period * (1.0 + part * of_period);
+            match self.moved(shots, &(step.rows(0, m * shots.nodes.len()) * part), period) {
+                Ok(next) if next.merit() <= (1.0 - 0.1 * part) * shots.merit() => return Some(next),
+                Ok(_) => {}
+                Err(error) => *because = Some(Box::new(error)),
+            }
+            part *= 0.5;
+        }
+        None
+    }
+
+    fn moved(
+        &mut self,
+        shots: &Shots<M::State>,
+        by: &DVector<f64>,
+        period: f64,
+    ) -> Result<Shots<M::State>, PeriodicError> {
+        let (m, count) = (shots.frames[0].len(), shots.nodes.len());
+        let mut nodes = Vec::with_capacity(count);
+        for (k, node) in shots.nodes.iter().enumerate() {
+            let rows = shots.frames[k].rows();
+            let change = DVector::from_fn(m, |j, _| by[k * m + j] * self.sizes[rows[j]]);
+            let time = shots.nodes[0].t() + period * k as f64 / count as f64;
+            nodes.push(shots.frames[k].moved(&mut self.flow, &at_time(node, time), &change)?);
+        }
+        self.shoot(nodes, period)
+    }
+
+    fn not_found(
+        &self,
+        shots: &Shots<M::State>,
+        iterations: usize,
+        because: Option<Box<PeriodicError>>,
+    ) -> PeriodicError {
+        let m = shots.frames[0].len();
+        let at = shots.misses.iamax();
+        let coordinate = shots.frames[at / m].name::<M>(at % m);
+        PeriodicError::NoConvergence {
+            iterations,
+            coordinate,
+            miss: shots.worst(),
+            period: shots.period,
+            at: stacked(&shots.nodes[0]).as_slice().into(),
+            because,
+        }
+    }
+}
+
+/// How often a closed motion repeats within its period.
+pub(super) fn repeats<M: Simulate>(
+    model: &M,
+    found: &Found<M::State>,
+    advance: &DVector<f64>,
+    (tolerance, most_steps): (f64, usize),
+) -> Result<usize, PeriodicError> {
+    let mut flow = Flow::new(model, tolerance, most_steps)?;
+    let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
+    let start = &found.nodes[0];
+    for parts in (2..=6).rev() {
+        let until = start.t() + found.period / parts as f64;
+        // What no single shot reaches is not found to repeat.
+        let Ok(flown) = flow.fly(start, &none, until, &mut |_| ()) else { continue };
+        let off = stacked(&flown.state) - stacked(start) - advance / parts as f64;
+        if off.component_div(&found.sizes).amax() <= 1e-6 {
+            return Ok(parts);
+        }
+    }
+    Ok(1)
+}

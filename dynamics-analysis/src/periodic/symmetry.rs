@@ -1,0 +1,285 @@
+//! What is known of the multipliers of a closed motion before they are computed: those that are 1 for a
+//! reason.
+//!
+//! A motion of a system that time leaves alone closes again if it starts a little later: M f = f along the
+//! motion, f = (q̇, q̈). A coordinate on which nothing depends gives another one beside it. A conserved
+//! quantity I is that of the start after a period: ∇Iᵀ M = ∇Iᵀ. Together they make blocks [1 *; 0 1], whose
+//! eigenvalues rounding moves by its root. They are therefore not computed but taken out: with F all such f
+//! and G all such ∇I, M acts on G^⊥/F, and what it does there are the other multipliers (Meyer, Hall & Offin,
+//! *Introduction to Hamiltonian Dynamical Systems and the N-Body Problem*, §8).
+//!
+//! Where nothing dissipates, M leaves the form δq ∧ δp as it is, MᵀWM = W, and multipliers come in pairs μ,
+//! 1/μ.
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::constrain::at_time;
+use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
+use nalgebra::{DMatrix, DVector};
+
+use super::PeriodicError;
+use super::corners::slope;
+use super::flow::Flow;
+use super::frame::{Frame, direction};
+
+/// Where accelerations at one time and another are compared: no fractions of any period.
+const LATER: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
+
+/// How far before and after a time it is looked whether what differs there does so beside it, in periods.
+const ASIDE: f64 = 1e-6;
+/// Accelerations that differ by less, in parts of the largest of their coordinate, are the same.
+pub(super) const SAME: f64 = 1e-9;
+/// Accelerations that are smaller, in parts of the largest of all, may be what rounding leaves of these:
+/// below 1e-15 of them nothing is compared.
+pub(super) const ROUNDING: f64 = 1e-6;
+
+/// Whether time leaves the equations alone; otherwise that they repeat after the period. Where coordinates
+/// are further by then, that the equations are the same there: else what closes so does not go on so.
+pub(super) fn is_autonomous<M: Constraints>(
+    flow: &mut Flow<'_, M>,
+    passed: &[M::State],
+    period: f64,
+    advance: &DVector<f64>,
+) -> Result<bool, PeriodicError> {
+    let mut autonomous = true;
+    // Of every equation by itself: a slow coordinate beside a fast one would not be seen in what is large.
+    let (mut changes, mut largest): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    let stride = passed.len().div_ceil(12).max(1);
+    for state in passed.iter().step_by(stride) {
+        // Beside the motion, so that nothing that vanishes on it hides the time.
+        let mut beside = *state;
+        for (i, u) in beside.u_mut().as_mut_slice().iter_mut().enumerate() {
+            *u += 0.01 * (1.0 + u.abs()) * (1.0 + i as f64).sin();
+        }
+        if M::ROWS.is_empty() {
+            for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+                *q += 0.01 * (1.0 + q.abs()) * (2.0 + i as f64).cos();
+            }
+        }
+        let at = |flow: &mut Flow<'_, M>, beside: &M::State, t: f64| -> Option<Vec<f64>> {
+            let state = at_time(beside, t);
+            let accelerations = flow.accelerations(&state).ok()?;
+            let rates = flow.model.velocity_residual(&state);
+            Some(
+                [accelerations.as_slice(), rates.as_slice(), flow.model.residual(&state).as_slice()].concat(),
+            )
+        };
+        // Where nothing moves beside the motion, on it.
+        let now = match at(flow, &beside, state.t()) {
+            Some(now) => now,
+            None => {
+                beside = *state;
+                let Some(now) = at(flow, &beside, state.t()) else { continue };
+                now
+            }
+        };
+        autonomous &=
+            LATER.iter().all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
+        let mut further = beside;
+        further.q_mut().as_mut_slice().iter_mut().zip(advance.iter()).for_each(|(q, by)| *q += by);
+        let Some(then) = at(flow, &further, state.t() + period) else { continue };
+        let mut differs: Vec<f64> = now.iter().zip(&then).map(|(a, b)| (a - b).abs()).collect();
+        // Where something jumps at this very time rounding decides on which side each of both is: what
+        // differs does so a little before and after, too.
+        for aside in [-ASIDE * period, ASIDE * period] {
+            let sides =
+                (at(flow, &beside, state.t() + aside), at(flow, &further, state.t() + period + aside));
+            let (Some(a), Some(b)) = sides else { continue };
+            differs.iter_mut().zip(a.iter().zip(&b)).for_each(|(by, (a, b))| *by = by.min((a - b).abs()));
+        }
+        changes.resize(now.len(), 0.0);
+        largest.resize(now.len(), 0.0);
+        for (i, (a, b)) in now.iter().zip(&then).enumerate() {
+            changes[i] = changes[i].max(differs[i]);
+            largest[i] = largest[i].max(a.abs()).max(b.abs());
+        }
+    }
+    // The time itself is known to rounding, and what is small to the rounding of what is large. What
+    // constraints miss has no size of its own.
+    let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
+    let free = M::Vector::LEN;
+    let size = |i: usize| if i < free { largest[i].max(ROUNDING * most) } else { most };
+    let part = |i: usize| if changes[i] > 0.0 { changes[i] / size(i) } else { 0.0 };
+    match (0..changes.len()).max_by(|a, b| part(*a).total_cmp(&part(*b))) {
+        Some(worst) if part(worst) > SAME => {
+            let coordinate = M::COORDINATES.get(worst).map_or("a constraint", |q| q.name);
+            let change = part(worst);
+            match M::COORDINATES.iter().zip(advance.iter()).find(|(_, by)| **by != 0.0) {
+                Some((turned, by)) => {
+                    Err(PeriodicError::NotAlike { turned: turned.name, by: *by, coordinate, change })
+                }
+                None => Err(PeriodicError::NotPeriodic { coordinate, change }),
+            }
+        }
+        _ => Ok(autonomous),
+    }
+}
+
+/// Why a multiplier is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Trivial {
+    /// Time leaves the system alone: the same motion, started later.
+    Time,
+    /// Nothing depends on a coordinate.
+    Coordinate {
+        /// Its name.
+        name: &'static str,
+    },
+    /// A quantity is conserved.
+    Conserved {
+        /// Its name.
+        name: &'static str,
+    },
+}
+
+/// Right and left directions in which M is 1, in independent coordinates, each with its reason.
+pub(super) struct Known {
+    pub(super) right: Vec<(DVector<f64>, Trivial)>,
+    pub(super) left: Vec<(DVector<f64>, Trivial)>,
+}
+
+/// What is conserved along a motion: the indices of [`dynamics_runtime::model::Dynamics::CONSERVED`] that hold
+/// where the accelerations stand still, and the energy function where all powers vanish.
+pub(super) struct Conserved {
+    /// Names.
+    pub(super) names: Vec<&'static str>,
+    listed: Vec<usize>,
+    energy: bool,
+}
+
+impl Conserved {
+    pub(super) fn along<M: Powers>(model: &M, passed: &[M::State], autonomous: bool) -> Self {
+        let listed: Vec<usize> = (0..M::CONSERVED.len()).collect();
+        let mut names: Vec<&'static str> = M::CONSERVED.iter().map(|q| q.name).collect();
+        let listed_energy = names.iter().any(|name| matches!(*name, "energy" | "energy function"));
+        // Forces that do no work here, and none beside here: with velocities of no particular ratio.
+        let mut powers = alloc::vec![0.0; M::POWERS.len()];
+        let idle = |state: &M::State| {
+            let mut beside = *state;
+            let speed = state.u().as_slice().iter().fold(1e-3, |most: f64, u| most.max(u.abs()));
+            for (i, u) in beside.u_mut().as_mut_slice().iter_mut().enumerate() {
+                *u += speed * (0.7 + 1.3 * i as f64).sin();
+            }
+            model.powers(&beside, &mut powers);
+            powers.iter().all(|power| *power == 0.0)
+        };
+        let energy = !listed_energy && autonomous && !passed.is_empty() && passed.iter().all(idle);
+        if energy {
+            names.push("energy function");
+        }
+        Self { names, listed, energy }
+    }
+
+    /// Gradients along independent directions.
+    pub(super) fn gradients<M: Constraints>(
+        &self,
+        model: &M,
+        state: &M::State,
+        frame: &Frame,
+        sizes: &DVector<f64>,
+    ) -> Vec<(DVector<f64>, &'static str)> {
+        let value = |which: Option<usize>, state: &M::State| match which {
+            Some(index) => {
+                let mut values = alloc::vec![0.0; M::CONSERVED.len()];
+                model.conserved(state, &mut values);
+                values[index]
+            }
+            None => model.energy_function(state),
+        };
+        let which = self.listed.iter().map(|i| Some(*i)).chain(self.energy.then_some(None));
+        let gradient = |which: Option<usize>| {
+            DVector::from_fn(frame.len(), |k, _| {
+                let (along, step) = unit_step(&frame.basis.column(k).into_owned(), sizes);
+                slope(step, |by| value(which, &shifted(state, &along, by)))
+            })
+        };
+        which.map(gradient).zip(self.names.iter().copied()).collect()
+    }
+}
+
+/// A direction, and a step along it over which functions of the model are smooth.
+fn unit_step(along: &DVector<f64>, sizes: &DVector<f64>) -> (DVector<f64>, f64) {
+    let largest = along.iter().zip(sizes.iter()).fold(0.0, |most: f64, (x, size)| most.max(x.abs() / size));
+    (along.clone(), 0.01 / largest.max(f64::MIN_POSITIVE))
+}
+
+/// A state moved along 2N.
+fn shifted<S: ModelState>(state: &S, along: &DVector<f64>, by: f64) -> S {
+    let n = along.len() / 2;
+    let mut moved = *state;
+    (0..n).for_each(|i| moved.q_mut()[i] += by * along[i]);
+    (0..n).for_each(|i| moved.u_mut()[i] += by * along[n + i]);
+    moved
+}
+
+/// The directions in which the monodromy matrix has to be 1, and is, to what it is known by.
+pub(super) fn known<M: Constraints + Powers>(
+    flow: &mut Flow<'_, M>,
+    state: &M::State,
+    frame: &Frame,
+    (monodromy, unsure): (&DMatrix<f64>, &DMatrix<f64>),
+    (autonomous, conserved): (bool, &Conserved),
+    sizes: &DVector<f64>,
+) -> Result<Known, PeriodicError> {
+    let mut found = Known { right: Vec::new(), left: Vec::new() };
+    let n = M::Vector::LEN;
+    let scale = |k: usize| sizes[frame.rows()[k]];
+    // Relative to what each is measured by; a motion that closes only so well is no better known.
+    let missed = |x: &DVector<f64>, left: bool| {
+        let m = if left { monodromy.transpose() } else { monodromy.clone() };
+        let off = if left { unsure.transpose() } else { unsure.clone() };
+        let weigh = |k: usize| if left { scale(k) } else { 1.0 / scale(k) };
+        let miss = &m * x - x;
+        let allowed = 1e-7 * (0..x.len()).map(|k| (x[k] * weigh(k)).abs()).fold(0.0, f64::max);
+        let by_matrix = &off * x.abs();
+        (0..x.len()).all(|k| (miss[k] * weigh(k)).abs() <= allowed + 10.0 * by_matrix[k] * weigh(k))
+    };
+    let along = direction(flow, state)?;
+    // Here, or a little later where it turns round.
+    let speed = |k: usize| {
+        (along[k] / sizes[n + k]).abs().max((along[n + k] * sizes[k] / sizes[n + k].powi(2)).abs())
+    };
+    let moves = (0..n).any(|k| speed(k) > 1e-9);
+    if autonomous && moves {
+        let along =
+            frame.read(&DMatrix::from_column_slice(2 * n, 1, along.as_slice())).column(0).into_owned();
+        if missed(&along, false) {
+            found.right.push((along, Trivial::Time));
+        }
+    }
+    for (k, coordinate) in frame.coordinates.iter().enumerate() {
+        // Exactly: nothing is computed from what nothing depends on.
+        let unit = DVector::from_fn(frame.len(), |i, _| if i == k { 1.0 } else { 0.0 });
+        let alone = frame.basis.column(k).iter().filter(|x| **x != 0.0).count() == 1;
+        if alone && monodromy.column(k) == unit {
+            found.right.push((unit, Trivial::Coordinate { name: M::COORDINATES[*coordinate].name }));
+        }
+    }
+    for (gradient, name) in conserved.gradients(flow.model, state, frame, sizes) {
+        // At rest energy has no gradient but rounding.
+        let is_known = moves || name.starts_with("momentum");
+        if is_known && gradient.amax() > 0.0 && missed(&gradient, true) {
+            found.left.push((gradient, Trivial::Conserved { name }));
+        }
+    }
+    Ok(found)
+}
+
+/// The form δq ∧ δp on independent directions.
+pub(super) fn form<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    frame: &Frame,
+    sizes: &DVector<f64>,
+) -> DMatrix<f64> {
+    let n = M::Vector::LEN;
+    let momenta: Vec<Vec<f64>> = (0..frame.len())
+        .map(|k| {
+            let (along, step) = unit_step(&frame.basis.column(k).into_owned(), sizes);
+            (0..n).map(|i| slope(step, |by| model.momenta(&shifted(state, &along, by))[i])).collect()
+        })
+        .collect();
+    let half = |a: usize, b: usize| (0..n).map(|i| frame.basis[(i, a)] * momenta[b][i]).sum::<f64>();
+    DMatrix::from_fn(frame.len(), frame.len(), |a, b| half(a, b) - half(b, a))
+}

@@ -1,0 +1,84 @@
+//! Linear vibration and control beside an equilibrium or a steady motion.
+//!
+//! ```text
+//! let space = model.state_space(&rest)?;                                        // A, B, C, D by name, all from the graph
+//! let response = space.frequency_response("force", "x", &frequencies(1.0, 100.0, 400))?;
+//! response.bode().write_svg("bode.svg")?;
+//! let control = space.lqr().weight("theta", 10.0).weight("force", 0.1).solve()?;
+//! ```
+//!
+//! [`StateSpace`] holds ẋ = A x + B w, y = C x + D w; `frequency_response`, `time_response` and `control` ask
+//! it. [`NormalModes`] are those of M and K alone, [`Campbell`] follows eigenvalues of rotors over their
+//! speed, [`Spectrum`] sets what a simulated motion contains beside them, and [`lowest_modes`] serves banded
+//! matrices of any size, which [`Linearization::banded`](super::Linearization::banded) makes of a model and
+//! [`BandedModel`] of single elements.
+
+mod banded;
+mod banded_model;
+mod campbell;
+mod channel;
+mod charts;
+mod control;
+mod error;
+mod film;
+mod fourier;
+mod frequency_response;
+mod linear_equations;
+mod lowest;
+mod normal_modes;
+mod resonance;
+mod riccati;
+mod state_space;
+mod time_response;
+mod unreached;
+mod varying;
+
+pub use banded::Banded;
+pub use banded_model::BandedModel;
+pub use campbell::{Campbell, CriticalSpeed, Onset, RotorMode};
+pub use channel::Excitation;
+pub use control::{Lqr, LqrDesign, Reach};
+pub use error::{VibrationError, Withheld};
+pub use film::ModeFilm;
+pub use fourier::{Spectrum, Window};
+pub use frequency_response::{FrequencyResponse, frequencies};
+pub use lowest::{LowestModes, lowest_modes};
+pub use normal_modes::NormalModes;
+pub use resonance::{Gain, Peak};
+pub use state_space::{Signal, StateSpace};
+pub use time_response::{Load, TimeResponse};
+
+use dynamics_runtime::model::{Constraints, Draw, Outputs};
+
+use crate::linearize::Mode;
+
+/// Models whose vibrations can be asked for: all derived ones.
+pub trait Vibration: Constraints + Outputs {
+    /// The linear model beside an equilibrium or a steady motion, for inputs and outputs by name.
+    ///
+    /// # Errors
+    /// What cannot be linearised, states that are neither, and outputs without exact derivatives.
+    fn state_space(&self, state: &Self::State) -> Result<StateSpace, VibrationError> {
+        state_space::of_model(self, state)
+    }
+
+    /// A mode of small motions beside this state as a film of the model's own drawing, to be put on an
+    /// [`dynamics_view::Animation`]: for one or more periods, each coordinate as q + Re(`amplitude` · shape
+    /// e^{iωt}), undamped so that it can be seen.
+    ///
+    /// # Errors
+    /// A mode that does not swing, or an amplitude that is not a number above 0.
+    fn mode_film(
+        &self,
+        state: &Self::State,
+        mode: &Mode,
+        amplitude: f64,
+    ) -> Result<ModeFilm<'_, Self>, VibrationError>
+    where
+        Self: Draw,
+    {
+        ModeFilm::new(self, *state, mode, amplitude)
+    }
+}
+
+impl<M: Constraints + Outputs> Vibration for M {}

@@ -1,0 +1,327 @@
+//! Eigenvalues of a rotor over its speed: the Campbell diagram.
+//!
+//! Whirl goes forward where the orbit of a mode in the plane (x, y), x = Re(X e^{iωt}), y = Re(Y e^{iωt}),
+//! turns as the rotor does: −2 Im(X̄ Y)/(|X|² + |Y|²) is 1 for a circle forward, −1 for one backward, 0 where
+//! nothing turns (G. Genta, *Dynamics of Rotating Systems*, §2.4, §4.3). Critical speeds Ω of order k, Im σ =
+//! k Ω, are where the number of modes above the line k Ω changes, and onsets of instability where the number
+//! of growing modes changes. Both are counted, so that no mode need be followed through crossings, and
+//! bisected to the last digit. What crosses a line and comes back between two neighbouring speeds is not
+//! seen, nor are two modes that cross it there in opposite directions. A mode counts as growing where it does
+//! so by more than rounding of what it is made of may cause ([`Mode::conditioning`]).
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt;
+
+use dynamics_view::{Axis, Chart, Mark, Panel, Series};
+use nalgebra::Complex;
+
+use super::VibrationError;
+use crate::linearize::{Linearization, LinearizeError, Mode};
+
+/// Eigenvalues nearer than this to each other, in parts of their size, belong to one plane of motions, whose
+/// whirl is not told apart.
+const EQUAL: f64 = 1e-8;
+/// Speeds nearer than this to each other, in parts of their size, are one.
+const SAME: f64 = 1e-10;
+
+/// A mode at a speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotorMode {
+    /// σ, in 1/s; of a pair the one with positive imaginary part.
+    pub eigenvalue: Complex<f64>,
+    /// From −1, a circle backward, to 1, a circle forward; `None` where nothing moves in the planes, or two
+    /// modes of one eigenvalue leave it open.
+    pub whirl: Option<f64>,
+    /// Largest part of the real part that rounding may have caused, in 1/s.
+    rounding: f64,
+}
+
+impl RotorMode {
+    /// `forward`, `backward`, or neither.
+    #[must_use]
+    pub fn direction(&self) -> &'static str {
+        match self.whirl {
+            Some(whirl) if whirl > 1e-6 => "forward",
+            Some(whirl) if whirl < -1e-6 => "backward",
+            _ => "neither way",
+        }
+    }
+
+    fn grows(&self) -> bool {
+        self.eigenvalue.re > self.rounding
+    }
+}
+
+/// A speed at which an unbalance, or what else turns with the rotor, meets the frequency of a mode; of two
+/// modes with one frequency each has its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalSpeed {
+    /// Ω, in rad/s.
+    pub speed: f64,
+    /// k: what shakes does so k times a turn.
+    pub order: f64,
+    /// The mode.
+    pub mode: RotorMode,
+}
+
+/// A speed at which a mode begins, or ceases, to grow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Onset {
+    /// Ω.
+    pub speed: f64,
+    /// Whether it grows above this speed.
+    pub unstable_above: bool,
+    /// The mode.
+    pub mode: RotorMode,
+}
+
+/// Eigenvalues over speeds, and what was found among them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Campbell {
+    /// The speeds, ascending.
+    pub speeds: Vec<f64>,
+    /// The modes at each of them.
+    pub modes: Vec<Vec<RotorMode>>,
+    /// The orders that were looked for.
+    pub orders: Vec<f64>,
+    /// Critical speeds, by order, then speed.
+    pub critical: Vec<CriticalSpeed>,
+    /// Onsets of instability, and ends.
+    pub onsets: Vec<Onset>,
+}
+
+/// What a diagram is made from.
+struct Study<'a, F> {
+    planes: &'a [(&'a str, &'a str)],
+    at: F,
+}
+
+impl Campbell {
+    /// Over speeds in rad/s (ascending, none negative; they are compared with frequencies, so that
+    /// revolutions per minute have to be turned into them), for orders k (1 is unbalance), from the linear
+    /// equations at each speed; `planes` are pairs of coordinates (x, y) in which whirl is looked at, the
+    /// rotor turning from x to y at positive speeds.
+    ///
+    /// # Errors
+    /// Whatever the closure returns; names that are not coordinates; speeds and orders that are not positive
+    /// and ascending numbers.
+    pub fn new<E: Into<VibrationError>>(
+        speeds: &[f64],
+        orders: &[f64],
+        planes: &[(&str, &str)],
+        mut at: impl FnMut(f64) -> Result<Linearization, E>,
+    ) -> Result<Self, VibrationError> {
+        if speeds.len() < 2 {
+            return Err(VibrationError::TooFew { what: "speeds", count: speeds.len(), needed: 2 });
+        }
+        let must_be = "a finite number, larger than the one before, and not negative";
+        for (k, value) in speeds.iter().enumerate() {
+            if !(value.is_finite() && *value >= 0.0 && (k == 0 || *value > speeds[k - 1])) {
+                return Err(VibrationError::Value { what: "a speed", value: *value, must_be });
+            }
+        }
+        if let Some(value) = orders.iter().find(|k| !(k.is_finite() && **k > 0.0)) {
+            return Err(VibrationError::Value {
+                what: "an order",
+                value: *value,
+                must_be: "a positive number",
+            });
+        }
+        let mut study = Study { planes, at: |speed: f64| at(speed).map_err(Into::into) };
+        let modes = speeds.iter().map(|speed| study.modes(*speed)).collect::<Result<Vec<_>, _>>()?;
+        let mut found = Self {
+            speeds: speeds.into(),
+            modes,
+            orders: orders.into(),
+            critical: Vec::new(),
+            onsets: Vec::new(),
+        };
+        for order in orders {
+            found.find_critical(&mut study, *order)?;
+        }
+        found.find_onsets(&mut study)?;
+        Ok(found)
+    }
+
+    fn find_critical<F>(&mut self, study: &mut Study<'_, F>, order: f64) -> Result<(), VibrationError>
+    where
+        F: FnMut(f64) -> Result<Linearization, VibrationError>,
+    {
+        let above = |speed: f64, modes: &[RotorMode]| {
+            modes.iter().filter(|mode| mode.eigenvalue.im > order * speed).count()
+        };
+        let mut last = f64::NEG_INFINITY;
+        for (speed, modes) in self.changes(study, &above)? {
+            // Modes of one frequency cross together; rounding makes several places of it.
+            if speed - last <= SAME * speed {
+                continue;
+            }
+            last = speed;
+            let off = |mode: &RotorMode| (mode.eigenvalue.im - order * speed).abs();
+            let there = modes.into_iter().filter(|mode| off(mode) <= 10.0 * SAME * order * speed);
+            self.critical.extend(there.map(|mode| CriticalSpeed { speed, order, mode }));
+        }
+        Ok(())
+    }
+
+    fn find_onsets<F>(&mut self, study: &mut Study<'_, F>) -> Result<(), VibrationError>
+    where
+        F: FnMut(f64) -> Result<Linearization, VibrationError>,
+    {
+        let growing = |_: f64, modes: &[RotorMode]| modes.iter().filter(|mode| mode.grows()).count();
+        for (speed, modes) in self.changes(study, &growing)? {
+            let next = study.modes(speed * (1.0 + 1e-6) + 1e-12)?;
+            let before = study.modes(speed * (1.0 - 1e-6))?;
+            let unstable_above = growing(speed, &next) > growing(speed, &before);
+            // The one that has just begun to grow, not one that only stands on the limit all the time.
+            let side = if unstable_above { &next } else { &before };
+            let slowest = side
+                .iter()
+                .filter(|mode| mode.grows())
+                .min_by(|x, y| x.eigenvalue.re.total_cmp(&y.eigenvalue.re));
+            let Some(grown) = slowest.map(|mode| mode.eigenvalue) else { continue };
+            let off = |mode: &RotorMode| (mode.eigenvalue - grown).norm();
+            let Some(mode) = modes.into_iter().min_by(|x, y| off(x).total_cmp(&off(y))) else { continue };
+            self.onsets.push(Onset { speed, unstable_above, mode });
+        }
+        Ok(())
+    }
+
+    /// The speeds at which a count changes, with the modes there.
+    fn changes<F>(
+        &self,
+        study: &mut Study<'_, F>,
+        count: &dyn Fn(f64, &[RotorMode]) -> usize,
+    ) -> Result<Vec<(f64, Vec<RotorMode>)>, VibrationError>
+    where
+        F: FnMut(f64) -> Result<Linearization, VibrationError>,
+    {
+        let counts: Vec<usize> =
+            self.speeds.iter().zip(&self.modes).map(|(speed, modes)| count(*speed, modes)).collect();
+        let mut found = Vec::new();
+        let mut open: Vec<([f64; 2], [usize; 2])> = (1..counts.len())
+            .rev()
+            .map(|k| ([self.speeds[k - 1], self.speeds[k]], [counts[k - 1], counts[k]]))
+            .collect();
+        while let Some(([low, high], [below, above])) = open.pop() {
+            if below == above {
+                continue;
+            }
+            let middle = 0.5 * (low + high);
+            let modes = study.modes(middle)?;
+            if middle == low || middle == high || high - low <= 4.0 * f64::EPSILON * high {
+                found.push((middle, modes));
+                continue;
+            }
+            let between = count(middle, &modes);
+            open.push(([middle, high], [between, above]));
+            open.push(([low, middle], [below, between]));
+        }
+        Ok(found)
+    }
+
+    /// Frequencies over speed with the lines of the orders, and below the growth of each mode.
+    #[must_use]
+    pub fn chart(&self) -> Chart {
+        let of = |direction: &'static str, value: fn(&RotorMode) -> f64| -> Vec<(f64, f64)> {
+            let at = self.speeds.iter().zip(&self.modes);
+            at.flat_map(|(speed, modes)| {
+                let these = modes
+                    .iter()
+                    .filter(move |mode| mode.direction() == direction && mode.eigenvalue.im > 0.0);
+                these.map(|mode| (*speed, value(mode)))
+            })
+            .collect()
+        };
+        let panel = |title: &str, value: fn(&RotorMode) -> f64| {
+            let empty = Panel::new(Axis::new("speed in rad/s"), Axis::new(title));
+            ["forward", "backward", "neither way"].into_iter().enumerate().fold(
+                empty,
+                |panel, (k, direction)| {
+                    let points = of(direction, value);
+                    if points.is_empty() {
+                        panel
+                    } else {
+                        panel.series(Series::new(direction, points).mark(Mark::Points).sign(k))
+                    }
+                },
+            )
+        };
+        let top = self.modes.iter().flatten().map(|mode| mode.eigenvalue.im).fold(0.0, f64::max);
+        let last = self.speeds.last().copied().unwrap_or(0.0);
+        let mut frequencies = panel("frequency in rad/s", |mode| mode.eigenvalue.im);
+        for order in &self.orders {
+            let end = last.min(1.1 * top / order);
+            frequencies = frequencies
+                .series(Series::new(format!("{order}×"), [(0.0, 0.0), (end, order * end)]).solid());
+        }
+        let onsets = self.onsets.iter().map(|onset| onset.speed);
+        let growth = panel("growth in 1/s", |mode| mode.eigenvalue.re);
+        Chart::new("Campbell diagram")
+            .panel(frequencies.instants("critical", self.critical.iter().map(|critical| critical.speed)))
+            .panel(if self.onsets.is_empty() { growth } else { growth.instants("onset", onsets) })
+            .panel_height(300.0)
+    }
+}
+
+impl<F: FnMut(f64) -> Result<Linearization, VibrationError>> Study<'_, F> {
+    fn modes(&mut self, speed: f64) -> Result<Vec<RotorMode>, VibrationError> {
+        let linear = (self.at)(speed)?;
+        let modes = linear.modes()?;
+        let mut found = Vec::new();
+        for mode in &modes {
+            let near =
+                |other: &&Mode| (other.eigenvalue - mode.eigenvalue).norm() <= EQUAL * mode.frequency();
+            let alone = modes.iter().filter(near).count() == 1;
+            let whirl = whirl(mode, self.planes)?.filter(|_| alone);
+            let conditioning = if mode.conditioning.is_finite() { mode.conditioning } else { 1e8 };
+            let rounding = 64.0 * f64::EPSILON * conditioning * mode.frequency();
+            found.push(RotorMode { eigenvalue: mode.eigenvalue, whirl, rounding });
+        }
+        Ok(found)
+    }
+}
+
+/// How a mode turns, all planes together.
+fn whirl(mode: &Mode, planes: &[(&str, &str)]) -> Result<Option<f64>, VibrationError> {
+    let (mut turning, mut size) = (0.0, 0.0);
+    let of = |name: &str| {
+        mode.of(name).ok_or_else(|| {
+            let nearest = dynamics_view::suggest(name, mode.coordinates.iter().map(|q| q.name));
+            VibrationError::Linearize(LinearizeError::UnknownCoordinate { name: name.into(), nearest })
+        })
+    };
+    for (x, y) in planes {
+        let (x, y) = (of(x)?, of(y)?);
+        turning -= 2.0 * (x.conj() * y).im;
+        size += x.norm_sqr() + y.norm_sqr();
+    }
+    Ok((size > 1e-16 && mode.eigenvalue.im > 0.0).then(|| turning / size))
+}
+
+/// A line for each critical speed and each onset.
+impl fmt::Display for Campbell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut lines: Vec<String> = Vec::new();
+        // What grows from the first speed on has no onset among these.
+        if let (Some(speed), true) =
+            (self.speeds.first(), self.modes.first().is_some_and(|m| m.iter().any(RotorMode::grows)))
+        {
+            lines.push(format!("unstable at the first speed, {speed}, already"));
+        }
+        for CriticalSpeed { speed, order, mode } in &self.critical {
+            lines.push(format!("critical speed of order {order}: {speed:.9} ({})", mode.direction()));
+        }
+        for Onset { speed, unstable_above, mode } in &self.onsets {
+            let side = if *unstable_above { "above" } else { "below" };
+            lines.push(format!(
+                "unstable {side} {speed:.9}: whirls {} with {:.6} rad/s",
+                mode.direction(),
+                mode.eigenvalue.im
+            ));
+        }
+        f.write_str(&lines.join("\n"))
+    }
+}

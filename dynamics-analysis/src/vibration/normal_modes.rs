@@ -1,0 +1,264 @@
+//! Normal modes: those of mass and stiffness alone, real, orthogonal to each other.
+//!
+//! ```text
+//! K φ = ω² M φ        ΦᵀM Φ = 1        ΦᵀK Φ = diag ω²        ΦᵀC Φ = modal damping
+//! Γ_k = φ_kᵀM r       effective mass Γ_k²,        Σ Γ_k² = rᵀM r
+//! ```
+//!
+//! Γ says how much a mode takes part where the base accelerates along r (R. W. Clough & J. Penzien, *Dynamics
+//! of Structures*, §12, §26). With damping they are modes of the damped system, too, where ΦᵀC Φ is diagonal
+//! (proportional damping, T. K. Caughey, J. Appl. Mech. 27 (1960) 269); elsewhere `Linearization::modes` has
+//! the complex ones. Vectors of one frequency are turned within their space so that damping couples them
+//! least.
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::model::Quantity;
+use dynamics_view::suggest;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::VibrationError;
+use super::state_space::{Signal, StateSpace};
+use crate::linearize::{Linearization, undamped, with_potential};
+
+/// Squares of frequencies nearer than this, in parts of their size, are one.
+const EQUAL: f64 = 1e-10;
+/// Coupling by damping, in parts of the modes' own, below which there is none.
+const UNCOUPLED: f64 = 1e-9;
+
+const WITHOUT_SYMMETRY: &str = "rolling, or forces that have no potential, leave the stiffness without \
+    symmetry";
+
+/// The modes of mass and stiffness, C of them, by growing frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NormalModes {
+    /// ω, in rad/s; exactly 0 for what is free to move.
+    pub frequencies: Vec<f64>,
+    /// Φ: what the independent coordinates do, C×C, a column for each mode, normalised so that ΦᵀM Φ = 1; the
+    /// largest element of a column is positive.
+    pub shapes: DMatrix<f64>,
+    /// What all coordinates do, N×C, dependent ones included.
+    pub all: DMatrix<f64>,
+    /// ΦᵀC Φ, C×C.
+    pub damping: DMatrix<f64>,
+    /// The mass matrix, C×C.
+    pub mass: DMatrix<f64>,
+    /// The independent coordinates.
+    pub coordinates: Vec<Quantity>,
+    /// All coordinates, N.
+    pub all_coordinates: &'static [Quantity],
+}
+
+impl Linearization {
+    /// K, where mass and stiffness have modes by themselves.
+    pub(super) fn stiffness_of_normal_modes(&self) -> Result<DMatrix<f64>, VibrationError> {
+        if let Some(reason) = &self.unsteady {
+            return Err(reason.clone().into());
+        }
+        if self.gyroscopic().amax() > 1e-14 * self.damping.amax() {
+            return Err(VibrationError::NoNormalModes { why: "gyroscopic terms couple velocities" });
+        }
+        with_potential(self).ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })
+    }
+
+    /// The modes of mass and stiffness alone, normalised by mass.
+    ///
+    /// # Errors
+    /// Where there are none: gyroscopic or circulatory terms, rolling, a position that is no equilibrium, or
+    /// that is unstable.
+    pub fn normal_modes(&self) -> Result<NormalModes, VibrationError> {
+        self.stiffness_of_normal_modes()?;
+        let dissipative = self.dissipative();
+        let mut bare = self.clone();
+        bare.damping.fill(0.0);
+        let (squares, mut shapes) =
+            undamped(&bare)?.ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })?;
+        if squares.iter().any(|square| *square < 0.0) {
+            let why = "the position is unstable, and falls along a mode rather than swings";
+            return Err(VibrationError::NoNormalModes { why });
+        }
+        turn_equal(&squares, &mut shapes, &dissipative);
+        for mut shape in shapes.column_iter_mut() {
+            if shape[shape.iamax()] < 0.0 {
+                shape.neg_mut();
+            }
+        }
+        Ok(NormalModes {
+            frequencies: squares.iter().map(|square| square.sqrt()).collect(),
+            all: &self.shape * &shapes,
+            damping: modal(&dissipative, &shapes),
+            shapes,
+            mass: self.mass.clone(),
+            coordinates: self.coordinates.clone(),
+            all_coordinates: self.all,
+        })
+    }
+}
+
+/// ΦᵀC Φ; what rounding leaves of nothing is 0, as of dampers between bodies that move together.
+fn modal(damping: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
+    let sizes = shapes.abs().tr_mul(&(damping.abs() * shapes.abs()));
+    let least = 4.0 * shapes.nrows() as f64 * f64::EPSILON;
+    shapes
+        .tr_mul(&(damping * shapes))
+        .zip_map(&sizes, |x, size| if x.abs() <= least * size { 0.0 } else { x })
+}
+
+/// Turns the vectors of each frequency so that damping does not couple them.
+fn turn_equal(squares: &DVector<f64>, shapes: &mut DMatrix<f64>, damping: &DMatrix<f64>) {
+    let n = squares.len();
+    let mut first = 0;
+    while first < n {
+        let size = squares[n - 1].abs();
+        // What is free has exactly 0, and nothing that swings, however slowly, is like it.
+        let same = |k: &usize| match squares[first] {
+            0.0 => squares[*k] == 0.0,
+            square => squares[*k] - square <= EQUAL * square.max(1e-6 * size),
+        };
+        let count = (first..n).take_while(same).count();
+        if count > 1 {
+            let block = shapes.columns(first, count).into_owned();
+            let within = block.tr_mul(&(damping * &block));
+            let turned = SymmetricEigen::new(0.5 * (&within + within.transpose()));
+            let mut order: Vec<usize> = (0..count).collect();
+            order.sort_by(|i, j| turned.eigenvalues[*i].total_cmp(&turned.eigenvalues[*j]));
+            if within.amax() > 0.0 {
+                shapes
+                    .columns_mut(first, count)
+                    .copy_from(&(block * turned.eigenvectors.select_columns(&order)));
+            }
+        }
+        first += count;
+    }
+}
+
+impl NormalModes {
+    /// How many modes are free to move, with frequency 0.
+    #[must_use]
+    pub fn rigid(&self) -> usize {
+        self.frequencies.iter().filter(|frequency| **frequency == 0.0).count()
+    }
+
+    /// The mass of each mode where its largest coordinate moves by 1: 1/φ²; kg, or kg m² where that is an
+    /// angle.
+    #[must_use]
+    pub fn modal_masses(&self) -> Vec<f64> {
+        self.all.column_iter().map(|shape| shape.amax().powi(-2)).collect()
+    }
+
+    /// How much damping couples modes: the largest |c_ij| in parts of √(c_ii c_jj); 0 for proportional
+    /// damping.
+    #[must_use]
+    pub fn coupling(&self) -> f64 {
+        let (c, n) = (&self.damping, self.frequencies.len());
+        let of = |i: usize, j: usize| {
+            let size = (c[(i, i)] * c[(j, j)]).abs().sqrt();
+            let whole = f64::EPSILON * c.amax();
+            if c[(i, j)].abs() <= 16.0 * whole { 0.0 } else { c[(i, j)].abs() / size.max(whole) }
+        };
+        (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| of(i, j)).fold(0.0, f64::max)
+    }
+
+    /// ζ of each mode; infinite for damping of what is free to move, 0 without any.
+    ///
+    /// # Errors
+    /// Damping that couples the modes, so that no mode has a ratio of its own.
+    pub fn damping_ratios(&self) -> Result<Vec<f64>, VibrationError> {
+        if self.coupling() > UNCOUPLED {
+            return Err(VibrationError::NoNormalModes {
+                why: "damping couples the modes, so that none has a damping ratio of its own",
+            });
+        }
+        let ratio = |(k, frequency): (usize, &f64)| match self.damping[(k, k)] {
+            0.0 => 0.0,
+            c => c / (2.0 * frequency),
+        };
+        Ok(self.frequencies.iter().enumerate().map(ratio).collect())
+    }
+
+    /// r of the independent coordinates.
+    fn direction(&self, direction: &[(&str, f64)]) -> Result<DVector<f64>, VibrationError> {
+        let mut r = DVector::zeros(self.coordinates.len());
+        for (k, (name, value)) in direction.iter().enumerate() {
+            let wrong = |must_be| VibrationError::Value { what: "a direction", value: *value, must_be };
+            if !value.is_finite() {
+                return Err(wrong("a finite number"));
+            }
+            if direction[..k].iter().any(|(other, _)| other == name) {
+                return Err(wrong("given once for each coordinate"));
+            }
+            let at = self.coordinates.iter().position(|q| q.name == *name);
+            let at = at.ok_or_else(|| VibrationError::UnknownName {
+                what: "independent coordinate",
+                name: (*name).into(),
+                nearest: suggest(name, self.coordinates.iter().map(|q| q.name)),
+            })?;
+            r[at] = *value;
+        }
+        Ok(r)
+    }
+
+    /// Γ: how much each mode takes part where the base accelerates along a direction, given as what the
+    /// independent coordinates do where the whole system moves with its base by 1; those that are not named
+    /// do nothing.
+    ///
+    /// # Errors
+    /// Names that are not independent coordinates, or come twice, and values that are not finite.
+    pub fn participation(&self, direction: &[(&str, f64)]) -> Result<Vec<f64>, VibrationError> {
+        Ok(self.shapes.tr_mul(&(&self.mass * self.direction(direction)?)).as_slice().to_vec())
+    }
+
+    /// Γ²: the mass that each mode moves; their sum is that of the whole system along the direction, so that
+    /// it says how many modes suffice.
+    ///
+    /// # Errors
+    /// Names that are not independent coordinates, or come twice, and values that are not finite.
+    pub fn effective_masses(&self, direction: &[(&str, f64)]) -> Result<Vec<f64>, VibrationError> {
+        Ok(self.participation(direction)?.into_iter().map(|x| x * x).collect())
+    }
+
+    /// The linear model in the lowest `count` modes: states are the modal coordinates `mode[0]` .. and their
+    /// rates, inputs are generalized forces along all coordinates, outputs all coordinates and their rates,
+    /// each by its name. Damping that couples modes is kept.
+    ///
+    /// # Errors
+    /// No mode, or more than there are.
+    pub fn superposition(&self, count: usize) -> Result<StateSpace, VibrationError> {
+        if count == 0 || count > self.frequencies.len() {
+            return Err(VibrationError::TooFew {
+                what: "modes",
+                count: self.frequencies.len(),
+                needed: count.max(1),
+            });
+        }
+        let n = self.all.nrows();
+        let mut a = DMatrix::zeros(2 * count, 2 * count);
+        let mut b = DMatrix::zeros(2 * count, n);
+        let mut c = DMatrix::zeros(2 * n, 2 * count);
+        for k in 0..count {
+            a[(k, count + k)] = 1.0;
+            a[(count + k, k)] = -self.frequencies[k] * self.frequencies[k];
+            for j in 0..count {
+                a[(count + k, count + j)] = -self.damping[(k, j)];
+            }
+            for i in 0..n {
+                b[(count + k, i)] = self.all[(i, k)];
+                c[(i, k)] = self.all[(i, k)];
+                c[(n + i, count + k)] = self.all[(i, k)];
+            }
+        }
+        let mut space = StateSpace::from_matrices(a, b, c, DMatrix::zeros(2 * n, n))?;
+        let named = |name: &str| {
+            self.all_coordinates
+                .iter()
+                .map(|q| Signal::new(dynamics_runtime::model::names::suffixed(q.name, name), ""))
+                .collect::<Vec<_>>()
+        };
+        space.inputs = named("");
+        space.outputs = [named(""), named("_rate")].concat();
+        let states =
+            |name: &'static str| (0..count).map(move |k| Signal::new(alloc::format!("{name}[{k}]"), ""));
+        space.states = states("mode").chain(states("mode_rate")).collect();
+        Ok(space)
+    }
+}

@@ -1,0 +1,237 @@
+//! Where a response is largest, and how sharp.
+//!
+//! Peaks of |H(iω)| are zeros of d|H|²/dω, which is exact; they are sought between frequencies that are dense
+//! about every eigenvalue, and bisected. The largest of all frequencies is certain by the theorem of Boyd,
+//! Balakrishnan & Kabamba (Math. Control Signals Systems 2 (1989) 207): |H| stays below γ where the
+//! Hamiltonian matrix of γ has no eigenvalue on the imaginary axis; where it has, their frequencies lead on
+//! (Bruinsma & Steinbuch, Systems & Control Letters 14 (1990) 287).
+
+use alloc::vec::Vec;
+
+use nalgebra::{Complex, DMatrix};
+
+use super::channel::{Channel, Excitation};
+use super::{StateSpace, VibrationError};
+use crate::linearize::general;
+
+/// Real part of an eigenvalue, in parts of the largest, above which it is growth and not the root of
+/// rounding.
+const GROWS: f64 = 1e-7;
+/// Slope of |H|², in parts of |H| |H'|, that is rounding.
+const FLAT: f64 = 1e-11;
+/// How much above the largest peak that was found no higher one is proved to be.
+const CERTAIN: f64 = 1e-6;
+
+/// A peak of a response.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peak {
+    /// ω, in rad/s.
+    pub frequency: f64,
+    /// |H| there.
+    pub magnitude: f64,
+    /// The frequencies beside it at which |H|² is half as large; `None` where it does not fall so far before
+    /// the next trough.
+    pub half_power: Option<[f64; 2]>,
+}
+
+impl Peak {
+    /// ω/(ω₂ − ω₁): the quality factor, 1/(2ζ) of one lightly damped mode.
+    #[must_use]
+    pub fn quality(&self) -> Option<f64> {
+        self.half_power.map(|[below, above]| self.frequency / (above - below))
+    }
+}
+
+/// The largest response of all frequencies: the H∞ norm of one way from a cause to an answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gain {
+    /// ω, in rad/s; infinite where no finite frequency has as much.
+    pub frequency: f64,
+    /// |H| there.
+    pub magnitude: f64,
+    /// No frequency has more than this.
+    pub bound: f64,
+}
+
+impl StateSpace {
+    /// All peaks of a response, by growing frequency; a largest value at frequency 0 is none.
+    ///
+    /// # Errors
+    /// As [`StateSpace::frequency_response`], and where something that is reached and seen does not die away:
+    /// the peak of an undamped mode is infinite.
+    pub fn resonances(
+        &self,
+        input: impl Into<Excitation>,
+        output: &str,
+    ) -> Result<Vec<Peak>, VibrationError> {
+        let _watch = dynamics_runtime::slow::Watch::start();
+        let (channel, eigenvalues) = self.dying(&input.into(), output)?;
+        let rise = |frequency: f64| self.response_at(&channel, frequency).map(|found| found.rise());
+        let (mut grid, mut rises) = (Vec::new(), Vec::new());
+        for frequency in grid_about(&eigenvalues) {
+            let found = self.response_at(&channel, frequency)?;
+            // Where |H| is flat to rounding the sign of its slope says nothing.
+            if found.rise().abs() > FLAT * (found.value.norm() * found.slope.norm()) {
+                grid.push(frequency);
+                rises.push(found.rise());
+            }
+        }
+        // Turns of |H| between neighbours: where, and whether it is a peak.
+        let mut turns = Vec::new();
+        for k in 1..grid.len() {
+            if rises[k - 1] * rises[k] < 0.0 {
+                turns.push((bisect(grid[k - 1], grid[k], rise)?, rises[k] < 0.0));
+            }
+        }
+        let [first, last] = [grid.first(), grid.last()].map(|at| at.copied().unwrap_or(0.0));
+        let mut peaks = Vec::new();
+        for (k, (frequency, _)) in turns.iter().enumerate().filter(|(_, (_, is_peak))| *is_peak) {
+            let below = if k == 0 { first } else { turns[k - 1].0 };
+            let above = turns.get(k + 1).map_or(last, |turn| turn.0);
+            peaks.push(self.peak(&channel, *frequency, [below, above])?);
+        }
+        Ok(peaks)
+    }
+
+    /// The largest response of all frequencies, and the proof that no frequency has more.
+    ///
+    /// # Errors
+    /// As [`StateSpace::resonances`]; causes with rates, whose response may grow without end.
+    pub fn largest_response(&self, input: &str, output: &str) -> Result<Gain, VibrationError> {
+        let (channel, _) = self.dying(&input.into(), output)?;
+        let size = |frequency: f64| self.response_at(&channel, frequency).map(|found| found.value.norm());
+        let direct = channel.d[0];
+        let mut best = (0.0, size(0.0)?);
+        if direct.abs() > best.1 {
+            best = (f64::INFINITY, direct.abs());
+        }
+        for peak in self.resonances(input, output)? {
+            if peak.magnitude > best.1 {
+                best = (peak.frequency, peak.magnitude);
+            }
+        }
+        for iterations in 0.. {
+            let bound = best.1 * (1.0 + CERTAIN);
+            if best.1 == 0.0 {
+                break;
+            }
+            let crossings = reaching(&channel, bound)?;
+            let mut found = best;
+            for middle in crossings.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])) {
+                let there = size(middle)?;
+                if there > found.1 {
+                    found = (middle, there);
+                }
+            }
+            if found.1 <= bound {
+                break;
+            }
+            if iterations > 100 {
+                let residual = found.1 / best.1 - 1.0;
+                return Err(VibrationError::NoConvergence {
+                    what: "the largest response",
+                    iterations,
+                    residual,
+                });
+            }
+            best = found;
+        }
+        Ok(Gain { frequency: best.0, magnitude: best.1, bound: best.1 * (1.0 + CERTAIN) })
+    }
+
+    /// The way from a cause to an answer and its eigenvalues, all of which die away; what does not, and is
+    /// not reached or not seen, is taken out.
+    fn dying(
+        &self,
+        input: &Excitation,
+        output: &str,
+    ) -> Result<(Channel, Vec<Complex<f64>>), VibrationError> {
+        let mut channel = Channel::new(self, input, self.output(output)?)?;
+        let size = |of: &[Complex<f64>]| of.iter().map(|x| x.norm()).fold(0.0, f64::max);
+        // What grows is told, whether it is seen here or not.
+        let all = self.eigenvalues()?;
+        if let Some(last) = all.last().filter(|last| last.re > GROWS * size(&all)) {
+            return Err(VibrationError::Unstable { eigenvalue: *last });
+        }
+        loop {
+            let eigenvalues = channel.eigenvalues()?;
+            let last = match eigenvalues.last() {
+                Some(last) if last.re >= -1e-13 * size(&eigenvalues) => *last,
+                _ => return Ok((channel, eigenvalues)),
+            };
+            let rest = channel.without(Complex::new(0.0, last.im));
+            channel = rest.ok_or(VibrationError::Unstable { eigenvalue: last })?;
+        }
+    }
+
+    /// A peak between troughs.
+    fn peak(&self, channel: &Channel, frequency: f64, between: [f64; 2]) -> Result<Peak, VibrationError> {
+        let size = |frequency: f64| self.response_at(channel, frequency).map(|found| found.value.norm_sqr());
+        let most = size(frequency)?;
+        let excess = |frequency: f64| size(frequency).map(|found| found - 0.5 * most);
+        let mut beside = [None; 2];
+        for (beside, trough) in beside.iter_mut().zip(between) {
+            if excess(trough)? < 0.0 {
+                *beside = Some(bisect(trough, frequency, excess)?);
+            }
+        }
+        let half_power = beside[0].zip(beside[1]).map(|(below, above)| [below, above]);
+        Ok(Peak { frequency, magnitude: most.sqrt(), half_power })
+    }
+}
+
+/// Frequencies at which |H| = `level`, level above |D|: those of imaginary eigenvalues of the Hamiltonian
+/// matrix.
+fn reaching(channel: &Channel, level: f64) -> Result<Vec<f64>, VibrationError> {
+    let n = channel.a.nrows();
+    // Scaled so that |H|/level is compared with 1.
+    let (b, c) = (&channel.b[0] / level.sqrt(), channel.c.transpose() / level.sqrt());
+    let d = channel.d[0] / level;
+    let rest = 1.0 - d * d;
+    let moved = &channel.a + &b * &c * (d / rest);
+    let mut hamiltonian = DMatrix::zeros(2 * n, 2 * n);
+    hamiltonian.view_mut((0, 0), (n, n)).copy_from(&moved);
+    hamiltonian.view_mut((0, n), (n, n)).copy_from(&(&b * b.transpose() / rest));
+    hamiltonian.view_mut((n, 0), (n, n)).copy_from(&(c.transpose() * &c * (-(1.0 + d * d / rest))));
+    hamiltonian.view_mut((n, n), (n, n)).copy_from(&-moved.transpose());
+    let found = general(hamiltonian)?;
+    let size = found.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    let on_axis = found.into_iter().filter(|x| x.im >= 0.0 && x.re.abs() <= 1e-9 * size);
+    let mut on_axis: Vec<f64> = on_axis.map(|x| x.im).collect();
+    on_axis.sort_by(f64::total_cmp);
+    Ok(on_axis)
+}
+
+/// Frequencies among which no peak hides: dense about each eigenvalue by its width, and over all decades.
+fn grid_about(eigenvalues: &[Complex<f64>]) -> Vec<f64> {
+    if eigenvalues.is_empty() {
+        return Vec::new();
+    }
+    let sizes = || eigenvalues.iter().map(|x| x.norm());
+    let (least, most) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
+    let mut grid = super::frequencies(1e-3 * least, 1e3 * most, 600);
+    for eigenvalue in eigenvalues.iter().filter(|x| x.im > 0.0) {
+        // Off the peak itself: there the sign of the slope is that of rounding.
+        let near = (-24..24).map(|k| eigenvalue.im + eigenvalue.re.abs() * (0.37 + f64::from(k)) / 3.0);
+        grid.extend(near.filter(|frequency| *frequency > 0.0));
+    }
+    grid.sort_by(f64::total_cmp);
+    grid.dedup();
+    grid
+}
+
+/// The zero of a function between two places at which its signs differ, to the last digit.
+pub(super) fn bisect<E>(
+    mut low: f64,
+    mut high: f64,
+    mut of: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<f64, E> {
+    let sign = of(low)?.signum();
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle == low || middle == high || !middle.is_finite() {
+            return Ok(middle);
+        }
+        if of(middle)?.signum() == sign { low = middle } else { high = middle }
+    }
+}

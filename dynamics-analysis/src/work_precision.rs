@@ -1,0 +1,297 @@
+//! Error against cost: methods × tolerances on one motion, beside a reference whose own uncertainty is known.
+//!
+//! # What is measured
+//!
+//! *Error*: the largest |difference| of any coordinate (of any velocity, any multiplier; of the energy
+//! function) from the reference at the end of the motion, in the unit of the coordinate: positions,
+//! velocities, multipliers and energy apart, for their errors differ by orders of magnitude. *Time*: the
+//! median of repeated runs that keep nothing ([`Simulation::run_with`]), in rounds over all runs, so that a
+//! machine that changes its speed changes it for all of them. *Evaluations* of the accelerations: what does
+//! not depend on the machine.
+//!
+//! # What is believed
+//!
+//! The reference is the end of three runs: a method at a tolerance near rounding, the same method at ten
+//! times that, and a second method of another family, none with steps longer than a five-hundredth of the
+//! motion. Its uncertainty is twice the largest difference between any two of them, and no less than its
+//! steps may round: three runs with the same steps round alike. Errors below it are not believed: their signs
+//! are hollow, tables say `<`. Where the uncertainty leaves fewer than three digits, a run of the reference
+//! fails, or no run has an error that is believed, there is no study but an error. So it is where a known end
+//! was given and two methods agree on another one. A run that ends elsewhere when it is repeated has failed.
+
+mod advice;
+mod error;
+mod errors;
+mod json;
+mod measure;
+mod outside;
+mod reference;
+mod show;
+mod study;
+mod trust;
+
+use alloc::boxed::Box;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::time::Duration;
+
+pub use error::{OutsideError, WorkPrecisionError};
+pub use errors::{ErrorOf, Errors};
+pub use reference::Reference;
+pub use study::{Cost, Curve, Measured, Point, Study};
+
+use dynamics_runtime::methods::{Any, Dop853, Radau5, Tsit5, Verner9};
+use dynamics_runtime::model::ModelState;
+use dynamics_runtime::motion::{Simulate, Simulation};
+
+use crate::runs;
+
+/// Options of simulations.
+type Options<'m, M> = Box<dyn Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm>;
+
+/// A method under a name.
+struct Candidate<'m, M: Simulate> {
+    name: String,
+    method: Any<M>,
+    options: Option<Options<'m, M>>,
+    /// Tolerances or steps of its own, instead of those of the study.
+    settings: Option<Vec<f64>>,
+}
+
+/// Chosen where no tolerances are given: from a sketch to all digits but one or two.
+const DECADES: core::ops::RangeInclusive<i32> = 3..=13;
+/// Time for the repeats of one run, unless it is set.
+const EFFORT: Duration = Duration::from_millis(60);
+
+/// A study of methods on one motion, with its options, before it runs.
+///
+/// ```text
+/// let study = model
+///     .work_precision(start)
+///     .until(10.0)
+///     .methods([methods::Dop853.into(), methods::DormandPrince5.into()])
+///     .tolerances([1e-4, 1e-6, 1e-8])
+///     .run()?;
+/// println!("{study}");
+/// ```
+#[must_use = "a study does nothing until `.run()`"]
+pub struct WorkPrecision<'m, M: Simulate> {
+    model: &'m M,
+    start: M::State,
+    end: Option<f64>,
+    problem: String,
+    candidates: Vec<Candidate<'m, M>>,
+    /// A list of methods was given that has none.
+    named_none: bool,
+    tolerances: Option<Vec<f64>>,
+    steps: Vec<f64>,
+    options: Option<Options<'m, M>>,
+    reference: Option<Reference<M>>,
+    effort: Duration,
+}
+
+impl<'m, M: Simulate> WorkPrecision<'m, M> {
+    pub(super) fn new(model: &'m M, start: M::State) -> Self {
+        Self {
+            model,
+            start,
+            end: None,
+            problem: M::NAME.to_string(),
+            candidates: Vec::new(),
+            named_none: false,
+            tolerances: None,
+            steps: Vec::new(),
+            options: None,
+            reference: None,
+            effort: EFFORT,
+        }
+    }
+
+    /// End time; may lie before the start.
+    pub fn until(mut self, t: f64) -> Self {
+        self.end = Some(t);
+        self
+    }
+
+    /// What the problem is called in tables, charts and files of measurements; the model's name unless set.
+    pub fn problem(mut self, name: impl Into<String>) -> Self {
+        self.problem = name.into();
+        self
+    }
+
+    /// Adds methods under their own names. Without this those that simulations choose by themselves: DOP853,
+    /// Verner 9(8), Tsitouras 5(4) and Radau IIA.
+    pub fn methods(self, methods: impl IntoIterator<Item = Any<M>>) -> Self {
+        self.named(None, methods)
+    }
+
+    /// Adds methods under their own names that run at these tolerances, or with these steps if theirs are
+    /// fixed, instead of the study's: a method of low order that would need millions of steps where others
+    /// need hundreds.
+    pub fn methods_at(
+        self,
+        settings: impl IntoIterator<Item = f64>,
+        methods: impl IntoIterator<Item = Any<M>>,
+    ) -> Self {
+        self.named(Some(settings.into_iter().collect()), methods)
+    }
+
+    fn named(mut self, settings: Option<Vec<f64>>, methods: impl IntoIterator<Item = Any<M>>) -> Self {
+        let before = self.candidates.len();
+        self.candidates.extend(methods.into_iter().map(|method| Candidate {
+            name: method.to_string(),
+            method,
+            options: None,
+            settings: settings.clone(),
+        }));
+        self.named_none |= self.candidates.len() == before;
+        self
+    }
+
+    /// Adds a method with options of the simulation under a name of one's own: another formulation, a longest
+    /// step.
+    pub fn variant(
+        mut self,
+        name: impl Into<String>,
+        method: impl Into<Any<M>>,
+        options: impl Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm,
+    ) -> Self {
+        let options: Option<Options<'m, M>> = Some(Box::new(options));
+        self.candidates.push(Candidate { name: name.into(), method: method.into(), options, settings: None });
+        self
+    }
+
+    /// Options for all simulations of the study, the reference included: input laws, actions at events.
+    pub fn with(mut self, options: impl Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm) -> Self {
+        self.options = Some(Box::new(options));
+        self
+    }
+
+    /// Tolerances of the methods that choose their step. Without this: 1e-3 to 1e-13 by decades.
+    pub fn tolerances(mut self, tolerances: impl IntoIterator<Item = f64>) -> Self {
+        self.tolerances = Some(tolerances.into_iter().collect());
+        self
+    }
+
+    /// Steps of the methods whose step is fixed.
+    pub fn steps(mut self, steps: impl IntoIterator<Item = f64>) -> Self {
+        self.steps = steps.into_iter().collect();
+        self
+    }
+
+    /// What errors are measured against; without this three runs near rounding: see [`Reference`].
+    pub fn reference(mut self, reference: Reference<M>) -> Self {
+        self.reference = Some(reference);
+        self
+    }
+
+    /// Time that the repeats of each run may take, 60 ms unless set; zero: each is run three times.
+    pub fn effort(mut self, time: Duration) -> Self {
+        self.effort = time;
+        self
+    }
+
+    /// Runs all methods at all tolerances.
+    pub fn run(mut self) -> Result<Study<'m, M>, WorkPrecisionError> {
+        let end = self.check()?;
+        let reference = self.reference.take().unwrap_or_default().find(&self, end)?;
+        let curves = measure::curves(&self, end, &reference);
+        let interval = (self.start.t(), end);
+        let problem = self.problem.clone();
+        let study = Study { model: self.model, problem, start: self.start, interval, reference, curves };
+        study.check(&self)?;
+        Ok(study)
+    }
+
+    /// A simulation with the options for all; one of the reference with short steps, and so many at most,
+    /// where no option says otherwise.
+    fn simulation(&self, end: f64, method: &Any<M>, reference: Option<u64>) -> Simulation<'m, M> {
+        let simulation = self.model.simulate(self.start).until(end).method(method);
+        let simulation = match reference {
+            Some(most) => runs::with_short_steps(simulation, (self.start.t(), end)).max_steps(most),
+            None => simulation,
+        };
+        match &self.options {
+            Some(options) => options(simulation),
+            None => simulation,
+        }
+    }
+
+    /// Adds what was left to the tool and rejects what makes no sense. Returns the end.
+    fn check(&mut self) -> Result<f64, WorkPrecisionError> {
+        let end = self.end.ok_or(WorkPrecisionError::NoEnd)?;
+        if !end.is_finite() || end == self.start.t() {
+            return Err(WorkPrecisionError::End { end });
+        }
+        if self.named_none {
+            return Err(WorkPrecisionError::NoMethods);
+        }
+        self.choose();
+        for (i, candidate) in self.candidates.iter().enumerate() {
+            if self.candidates[..i].iter().any(|other| other.name == candidate.name) {
+                return Err(WorkPrecisionError::SameName { name: candidate.name.clone() });
+            }
+        }
+        let unused = self.unused();
+        let tolerances =
+            self.tolerances.get_or_insert_with(|| DECADES.map(|k| libm::pow(10.0, f64::from(-k))).collect());
+        for (settings, what) in [(&*tolerances, "tolerances"), (&self.steps, "steps")] {
+            if let Some(&value) = settings.iter().find(|value| !is_setting(**value)) {
+                return Err(WorkPrecisionError::Setting { what, value });
+            }
+        }
+        for candidate in &self.candidates {
+            let what = if candidate.method.is_adaptive() { "tolerances" } else { "steps" };
+            let settings = self.settings(candidate);
+            if settings.is_empty() {
+                return Err(WorkPrecisionError::NoSettings { what, method: candidate.name.clone() });
+            }
+            if let Some(&value) = settings.iter().find(|value| !is_setting(**value)) {
+                return Err(WorkPrecisionError::Setting { what, value });
+            }
+        }
+        match unused {
+            Some(what) => Err(WorkPrecisionError::NoMethod { what }),
+            None => Ok(end),
+        }
+    }
+
+    /// Without a wish, the methods that simulations choose by themselves.
+    fn choose(&mut self) {
+        if self.candidates.is_empty() {
+            let methods: [Any<M>; 4] = [Dop853.into(), Verner9.into(), Tsit5.into(), Radau5.into()];
+            self.candidates.extend(methods.map(|method| Candidate {
+                name: method.to_string(),
+                method,
+                options: None,
+                settings: None,
+            }));
+        }
+    }
+
+    /// Settings that were given and that no method runs with.
+    fn unused(&self) -> Option<&'static str> {
+        let given =
+            [("tolerances", self.tolerances.is_some(), true), ("steps", !self.steps.is_empty(), false)];
+        let takes =
+            |c: &Candidate<'m, M>, adaptive| c.settings.is_none() && c.method.is_adaptive() == adaptive;
+        let unused = |(_, given, adaptive): &(_, bool, bool)| {
+            *given && !self.candidates.iter().any(|c| takes(c, *adaptive))
+        };
+        given.into_iter().find(unused).map(|(what, ..)| what)
+    }
+
+    /// Tolerances or steps of a candidate, from coarse to fine.
+    fn settings(&self, candidate: &Candidate<'m, M>) -> Vec<f64> {
+        let shared =
+            if candidate.method.is_adaptive() { self.tolerances.as_deref() } else { Some(&*self.steps) };
+        let mut settings = candidate.settings.as_deref().or(shared).unwrap_or_default().to_vec();
+        settings.sort_by(|a, b| b.total_cmp(a));
+        settings.dedup();
+        settings
+    }
+}
+
+fn is_setting(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
+}

@@ -1,0 +1,129 @@
+//! The runs, and how long they take.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+use dynamics_runtime::integrate::Method;
+use dynamics_runtime::model::{ModelState, Vector};
+use dynamics_runtime::motion::{Simulate, Simulation};
+
+use super::errors::{End, largest};
+use super::reference::Found;
+use super::study::{Curve, Measured, Point};
+use super::{Candidate, WorkPrecision};
+use crate::runs::{self, in_a_line, reaches};
+
+/// All methods at all their tolerances or steps.
+pub(super) fn curves<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, reference: &Found) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = study
+        .candidates
+        .iter()
+        .map(|candidate| {
+            let point = |setting: f64| Point {
+                setting,
+                outcome: first_run(study, candidate, setting, end, reference),
+            };
+            Curve {
+                name: candidate.name.clone(),
+                outside: false,
+                adaptive: candidate.method.is_adaptive(),
+                points: study.settings(candidate).into_iter().map(point).collect(),
+            }
+        })
+        .collect();
+    time(study, end, &mut curves, reference);
+    curves
+}
+
+fn simulation<'m, M: Simulate>(
+    study: &WorkPrecision<'m, M>,
+    candidate: &Candidate<'m, M>,
+    setting: f64,
+    end: f64,
+) -> Simulation<'m, M> {
+    let simulation = study.simulation(end, &candidate.method, None);
+    let adaptive = candidate.method.is_adaptive();
+    let simulation = if adaptive { simulation.tolerance(setting) } else { simulation.fixed_step(setting) };
+    match &candidate.options {
+        Some(options) => options(simulation),
+        None => simulation,
+    }
+}
+
+/// The run that tells errors and counts.
+fn first_run<'m, M: Simulate>(
+    study: &WorkPrecision<'m, M>,
+    candidate: &Candidate<'m, M>,
+    setting: f64,
+    end: f64,
+    reference: &Found,
+) -> Result<Measured, String> {
+    let motion = simulation(study, candidate, setting, end).run().map_err(|error| in_a_line(&error))?;
+    reaches(&motion.end(), end)?;
+    let reached = End::of(study.model, &motion.end());
+    let counts = motion.counts();
+    Ok(Measured {
+        errors: reached.errors(&reference.end),
+        time: counts.wall_time.unwrap_or_default(),
+        repeats: Some(0),
+        // A series is worth many evaluations and counts as none.
+        evaluations: (motion.method() != Method::Taylor).then_some(counts.evaluations),
+        steps: Some(counts.steps),
+        rejected: Some(counts.rejected),
+        stiff_at: counts.stiff_at,
+        end: Some(reached),
+    })
+}
+
+/// Sets the time of every run that succeeded to the median of its repeats. What ends elsewhere when it is
+/// repeated, by more than the reference can be wrong, has no error that could be told: it failed.
+fn time<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, curves: &mut [Curve], reference: &Found) {
+    let runs: Vec<(&Candidate<'_, M>, f64)> = curves
+        .iter()
+        .zip(&study.candidates)
+        .flat_map(|(curve, candidate)| curve.points.iter().map(move |point| (candidate, point.setting)))
+        .collect();
+    // The first run kept its motion and met cold memory; it says about how long one takes, no more.
+    let about: Vec<Option<Duration>> = curves
+        .iter()
+        .flat_map(|curve| &curve.points)
+        .map(|point| point.outcome.as_ref().ok().map(|run| run.time))
+        .collect();
+    let first: Vec<Option<End>> = curves
+        .iter()
+        .flat_map(|curve| &curve.points)
+        .map(|point| point.outcome.as_ref().ok().and_then(|run| run.end.clone()))
+        .collect();
+    let mut strayed: Vec<Option<String>> = alloc::vec![None; runs.len()];
+    let medians = runs::medians(&about, study.effort, |i| {
+        let (candidate, setting) = runs[i];
+        let again = runs::once(simulation(study, candidate, setting, end));
+        if strayed[i].is_none() {
+            let again = again.as_ref().map(|(_, state)| state);
+            strayed[i] = first[i].as_ref().and_then(|first| strays(first, again, reference));
+        }
+        again.map(|(time, _)| time)
+    });
+    for ((point, median), strayed) in
+        curves.iter_mut().flat_map(|curve| &mut curve.points).zip(medians).zip(strayed)
+    {
+        if let (Ok(measured), Some(median)) = (&mut point.outcome, median) {
+            (measured.time, measured.repeats) = (median.time, Some(median.repeats));
+        }
+        if let Some(reason) = strayed {
+            point.outcome = Err(reason);
+        }
+    }
+}
+
+/// Why a repeat is not the run that it repeats.
+fn strays<S: ModelState>(first: &End, again: Option<&S>, reference: &Found) -> Option<String> {
+    const REMEDY: &str = "let what the run calls depend on time and state alone";
+    let Some(again) = again else { return Some(format!("it fails when it is repeated; {REMEDY}")) };
+    let by = [largest(&first.q, again.q().as_slice()), largest(&first.u, again.u().as_slice())];
+    let most = [reference.uncertainty.positions, reference.uncertainty.velocities];
+    let told = by.iter().zip(most).find(|(by, most)| by.is_nan() || **by > *most)?;
+    Some(format!("it ends elsewhere when it is repeated, by {:.1e}; {REMEDY}", told.0))
+}

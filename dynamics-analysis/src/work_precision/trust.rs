@@ -1,0 +1,115 @@
+//! What no study is made of: runs that all failed, errors that say nothing, and a known end that the runs
+//! contradict.
+
+use alloc::vec::Vec;
+
+use dynamics_runtime::integrate::Method;
+use dynamics_runtime::motion::Simulate;
+
+use super::error::WorkPrecisionError;
+use super::errors::Errors;
+use super::reference::chosen;
+use super::study::{Measured, Study};
+use super::{Candidate, WorkPrecision};
+
+/// Two methods whose ends agree to this part of their distance from the end that was given have found another
+/// one: errors of methods that have nothing in common are so much alike by chance in one of some hundred
+/// thousand pairs.
+const AGREED: f64 = 1e-5;
+/// Two runs that are so much nearer to each other than to the end that was given may have found another one,
+/// or err alike: runs near rounding decide.
+const ALIKE: f64 = 0.3;
+/// Distances below so many uncertainties contradict nothing: those are estimates.
+const FAR: f64 = 10.0;
+
+impl<M: Simulate> Study<'_, M> {
+    /// Refuses what cannot be trusted.
+    pub(super) fn check(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
+        let runs = || {
+            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
+        };
+        if runs().next().is_none() {
+            let first = self.curves.iter().find_map(|curve| Some((curve, curve.points.first()?)));
+            let (method, reason) = first.map_or_else(Default::default, |(curve, point)| {
+                (curve.name.clone(), point.outcome.as_ref().err().cloned().unwrap_or_default())
+            });
+            return Err(WorkPrecisionError::NoRunSucceeded { method, reason });
+        }
+        let Errors { positions, velocities, .. } = self.reference.uncertainty;
+        if !runs().any(|run| run.errors.positions > positions || run.errors.velocities > velocities) {
+            return Err(WorkPrecisionError::NothingToBelieve { uncertainty: positions });
+        }
+        // Ends that were found have seen more of the motion than any run.
+        if !self.reference.given {
+            return Ok(());
+        }
+        self.contradicted(&asked.candidates)?;
+        if self.is_suspicious() { self.found_elsewhere(asked) } else { Ok(()) }
+    }
+
+    /// Whether two runs are much nearer to each other than to the end that was given.
+    fn is_suspicious(&self) -> bool {
+        let runs = self
+            .curves
+            .iter()
+            .flat_map(|curve| &curve.points)
+            .filter_map(|point| point.outcome.as_ref().ok());
+        let runs: Vec<&Measured> = runs.collect();
+        (1..runs.len()).any(|k| runs[..k].iter().any(|other| self.agree(runs[k], other, ALIKE).is_some()))
+    }
+
+    /// Whether runs near rounding end elsewhere than where was said, by more than they may be wrong. Where
+    /// they fail or do not agree themselves, nobody knows better.
+    fn found_elsewhere(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
+        let Ok(found) = chosen(asked, self.interval.1) else { return Ok(()) };
+        let distance = found.end.errors(&self.reference.end);
+        let may = found.uncertainty.zip(self.reference.uncertainty, f64::max);
+        for (what, distance, may, uncertainty) in [
+            ("positions", distance.positions, may.positions, found.uncertainty.positions),
+            ("velocities", distance.velocities, may.velocities, found.uncertainty.velocities),
+        ] {
+            if distance > FAR * may {
+                return Err(WorkPrecisionError::OtherEnd { how: found.how, what, distance, uncertainty });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether two methods agree on another end than the one that was given.
+    fn contradicted(&self, candidates: &[Candidate<'_, M>]) -> Result<(), WorkPrecisionError> {
+        let finest = self.curves.iter().zip(candidates).filter_map(|(curve, candidate)| {
+            let run = curve.points.iter().rev().find_map(|point| point.outcome.as_ref().ok())?;
+            Some((candidate.method.method(), curve.name.as_str(), run))
+        });
+        let finest: Vec<(Method, &str, &Measured)> = finest.collect();
+        for (k, (method, name, run)) in finest.iter().enumerate() {
+            for (_, other, second) in finest[..k].iter().filter(|(other, ..)| other != method) {
+                if let Some((what, distance, apart)) = self.agree(run, second, AGREED) {
+                    let methods = [(*other).into(), (*name).into()];
+                    return Err(WorkPrecisionError::Contradicted { methods, what, distance, apart });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// In what two runs are nearer to each other, by this part, than to the reference: how far they are from
+    /// it and from each other.
+    fn agree(&self, a: &Measured, b: &Measured, part: f64) -> Option<(&'static str, f64, f64)> {
+        let apart = a.end.as_ref()?.errors(b.end.as_ref()?);
+        let uncertainty = self.reference.uncertainty;
+        let parts = [
+            ("positions", apart.positions, a.errors.positions.min(b.errors.positions), uncertainty.positions),
+            (
+                "velocities",
+                apart.velocities,
+                a.errors.velocities.min(b.errors.velocities),
+                uncertainty.velocities,
+            ),
+        ];
+        let told = parts.into_iter().find(|(_, apart, distance, uncertainty)| {
+            *distance > FAR * uncertainty && *apart < part * distance
+        });
+        told.map(|(what, apart, distance, _)| (what, distance, apart))
+    }
+}
