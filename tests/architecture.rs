@@ -78,7 +78,9 @@ fn the_runtime_knows_no_engine() {
 /// Analyses stand above all but the façade: whoever only simulates does not compile them.
 #[test]
 fn nothing_but_the_root_uses_the_analysis() {
-    for name in ["dynamics-symbolic", "dynamics-macros", "dynamics-view", "dynamics-runtime"] {
+    for name in
+        ["dynamics-symbolic", "dynamics-vocabulary", "dynamics-macros", "dynamics-view", "dynamics-runtime"]
+    {
         let why = "an analysis asks a model, and no model, motion or picture asks an analysis";
         forbid(&format!("{name}/src"), &["dynamics_analysis"], why);
         let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join(name).join("Cargo.toml");
@@ -100,6 +102,33 @@ fn pictures_know_no_mechanics() {
     let lines = dependencies.flat_map(|part| part.split("\n[").next().unwrap_or("").lines());
     let ours: Vec<_> = lines.filter(|line| line.starts_with("dynamics")).collect();
     assert!(ours.is_empty(), "pictures need nothing of the other crates, not {ours:?}");
+}
+
+#[test]
+fn the_vocabulary_knows_pictures_alone() {
+    forbid(
+        "dynamics-vocabulary/src",
+        &["dynamics_symbolic", "dynamics_macros", "dynamics_runtime"],
+        "what models are written in knows neither their equations nor what moves them",
+    );
+    let manifest = include_str!("../dynamics-vocabulary/Cargo.toml");
+    let lines = manifest.split("dependencies]").skip(1).flat_map(str::lines);
+    let ours: Vec<_> = lines.filter(|line| line.starts_with("dynamics")).collect();
+    assert_eq!(ours, ["dynamics-view = { workspace = true, optional = true }"], "pictures alone, if at all");
+}
+
+/// The macros need the text of bodies and joints, and no code that a build would have to compile for them.
+#[test]
+fn the_macros_read_the_text_of_the_vocabulary_alone() {
+    for (path, text) in sources("dynamics-macros/src") {
+        let code = code(&text);
+        let uses = code.matches("dynamics_vocabulary").count();
+        assert_eq!(uses, code.matches("dynamics_vocabulary::sources").count(), "{}", path.display());
+    }
+    let manifest = include_str!("../dynamics-macros/Cargo.toml");
+    let normal = manifest.split("[dev-dependencies]").next().unwrap_or("");
+    assert!(normal.contains("\ndynamics-vocabulary.workspace = true\n"), "without features");
+    assert!(!normal.contains("dynamics-runtime"));
 }
 
 #[test]
@@ -161,35 +190,6 @@ fn macros_are_pure_functions_of_their_tokens() {
     }
 }
 
-/// What the macro elaborates of frames, bodies and joints is the text that the compiler makes run;
-/// `UPDATE_LIBRARY=1` copies it.
-#[test]
-fn the_macro_reads_the_library_that_runs() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let (own, copies) = (root.join("dynamics-runtime/src/bodies"), root.join("dynamics-macros/src/library"));
-    let mut names = Vec::new();
-    for (path, text) in sources("dynamics-runtime/src/bodies") {
-        let name = path.strip_prefix(&own).expect("a file below").to_owned();
-        if name == Path::new("tests.rs") {
-            continue;
-        }
-        if std::env::var_os("UPDATE_LIBRARY").is_some() {
-            fs::write(copies.join(&name), &text).expect("the copy can be written");
-        }
-        let copy = fs::read_to_string(copies.join(&name)).unwrap_or_default();
-        assert!(
-            copy == text,
-            "{} differs from its copy; run this test with UPDATE_LIBRARY=1",
-            name.display()
-        );
-        names.push(name);
-    }
-    let copied = sources("dynamics-macros/src/library").into_iter();
-    let copied: Vec<_> =
-        copied.map(|(path, _)| path.strip_prefix(&copies).expect("a file below").to_owned()).collect();
-    assert_eq!(copied, names, "no copy without its original");
-}
-
 #[test]
 fn every_method_runs_without_an_allocator() {
     let methods = include_str!("../dynamics-runtime/src/integrate/choice.rs");
@@ -209,9 +209,14 @@ fn every_method_runs_without_an_allocator() {
 /// through their folder's own file. A circle is told with the names that tie its modules.
 #[test]
 fn modules_of_a_folder_use_each_other_in_one_direction() {
-    for name in
-        ["dynamics-symbolic", "dynamics-macros", "dynamics-view", "dynamics-runtime", "dynamics-analysis"]
-    {
+    for name in [
+        "dynamics-symbolic",
+        "dynamics-vocabulary",
+        "dynamics-macros",
+        "dynamics-view",
+        "dynamics-runtime",
+        "dynamics-analysis",
+    ] {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(name).join("src");
         let read = modules::Crate::read(&source);
         for circle in read.circles() {

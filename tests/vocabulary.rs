@@ -463,15 +463,15 @@ fn macro_and_runtime_know_the_same_words() {
     };
     let scalars = include_str!("../dynamics-macros/src/elaborate/scalar_methods.rs");
     let vectors = include_str!("../dynamics-macros/src/elaborate/vector_methods.rs");
-    let mut jets = public(include_str!("../dynamics-runtime/src/expr/functions.rs"));
+    let mut jets = public(include_str!("../dynamics-vocabulary/src/expr/functions.rs"));
     jets.push("dt".to_owned());
-    let mut matrices = public(include_str!("../dynamics-runtime/src/matrix.rs"));
-    matrices.extend(public(include_str!("../dynamics-runtime/src/rotation.rs")));
+    let mut matrices = public(include_str!("../dynamics-vocabulary/src/matrix.rs"));
+    matrices.extend(public(include_str!("../dynamics-vocabulary/src/rotation.rs")));
     for (kind, mut runtime, mut elaborator) in [
         ("Expr", jets, listed(scalars, "SCALAR_METHODS")),
         (
             "vectors",
-            public(include_str!("../dynamics-runtime/src/vector.rs")),
+            public(include_str!("../dynamics-vocabulary/src/vector.rs")),
             listed(vectors, "VECTOR_METHODS"),
         ),
         ("matrices", matrices, listed(vectors, "MATRIX_METHODS")),

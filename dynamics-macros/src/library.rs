@@ -1,22 +1,11 @@
 //! Frames, bodies, inertia and joints: the words of models that are written in the language of models.
 //!
-//! The files below `library/` are those of `dynamics-runtime/src/bodies/`, byte by byte
-//! (`tests/architecture.rs`): what runs on time jets there is elaborated here. A word that stands in one file
-//! cannot mean two things.
+//! Their text comes from the crate whose compiled code runs on time jets (`dynamics-vocabulary/src/bodies/`).
+//! What runs there is elaborated here, so a word cannot mean two things.
 
+use dynamics_vocabulary::sources::SOURCES;
 use proc_macro2::{TokenStream, TokenTree};
 use syn::{FnArg, ImplItem, ImplItemFn, Item, Type};
-
-/// The sources, with the types that each declares.
-const SOURCES: &[(&[&str], &str)] = &[
-    (&["Polar", "Cylindrical", "Spherical"], include_str!("library/curvilinear.rs")),
-    (&["EulerParameters"], include_str!("library/euler_parameters.rs")),
-    (&["Frame"], include_str!("library/frame.rs")),
-    (&["Inertia"], include_str!("library/inertia.rs")),
-    (&["Joint", "PlanarJoint"], include_str!("library/joint.rs")),
-    (&["PlanarFrame", "PlanarBody"], include_str!("library/planar.rs")),
-    (&["RigidBody"], include_str!("library/rigid_body.rs")),
-];
 
 /// A type of the library with its functions.
 #[derive(Clone, Debug)]

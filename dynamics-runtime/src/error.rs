@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-pub(crate) use crate::debugging::sentence_for_debugging;
+pub(crate) use dynamics_vocabulary::sentence_for_debugging;
+
 use crate::declaration::{Constraint, Involved, Premise, Refuted};
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its

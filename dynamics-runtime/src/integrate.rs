@@ -49,6 +49,7 @@ mod gragg_bulirsch_stoer;
 pub(crate) mod linear;
 mod radau5;
 mod rk4;
+mod rough_powers;
 mod semi_implicit_euler;
 mod stepper;
 mod stormer_verlet;

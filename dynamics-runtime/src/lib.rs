@@ -9,15 +9,9 @@ extern crate alloc;
 
 #[cfg(feature = "alloc")]
 pub mod adapters;
-pub mod attitude;
-pub mod bodies;
 pub mod constrain;
-mod debugging;
 mod declaration;
-pub mod derivative;
 pub mod error;
-pub mod expr;
-pub mod force;
 #[doc(hidden)]
 pub mod generated;
 #[cfg(feature = "alloc")]
@@ -25,11 +19,7 @@ mod golden_section;
 pub mod integrate;
 #[cfg(feature = "alloc")]
 pub mod kinematics;
-pub mod lanes;
 mod linalg;
-pub mod mass_properties;
-pub mod math;
-pub mod matrix;
 #[cfg(feature = "alloc")]
 pub mod methods;
 pub mod model;
@@ -40,33 +30,25 @@ pub mod output;
 #[cfg(feature = "alloc")]
 pub mod progress;
 pub mod reaction;
-pub mod rotation;
-pub mod scalar;
 pub mod series;
-pub mod sin_cos;
 #[cfg(feature = "std")]
 pub mod slow;
-pub mod smooth;
-#[cfg(feature = "alloc")]
-pub mod spline;
-pub mod vector;
 #[cfg(feature = "alloc")]
 pub mod wording;
 
-pub use attitude::{EulerAngles, NotARotation};
-pub use bodies::{
-    Cylindrical, EulerParameters, Frame, Inertia, Joint, PlanarBody, PlanarFrame, PlanarJoint, Polar,
-    RigidBody, Spherical,
+#[doc(hidden)]
+pub use dynamics_vocabulary::sentence_for_debugging;
+#[cfg(feature = "alloc")]
+#[doc(inline)]
+pub use dynamics_vocabulary::{CubicSpline, MeshError, SplineError, spline};
+#[doc(inline)]
+pub use dynamics_vocabulary::{
+    Cylindrical, EulerAngles, EulerParameters, EulerSequence, Expr, Force, Frame, Inertia, Joint,
+    MassProperties, Mat3, NotARotation, PlanarBody, PlanarFrame, PlanarJoint, Polar, PrincipalAxes,
+    RigidBody, SmoothFunction, Spherical, TimeDerivative, UnphysicalInertia, Vec2, Vec3, vec2, vec3,
 };
-pub use derivative::TimeDerivative;
-pub use expr::Expr;
-pub use force::Force;
-#[cfg(feature = "alloc")]
-pub use mass_properties::MeshError;
-pub use mass_properties::{MassProperties, PrincipalAxes, UnphysicalInertia};
-pub use matrix::Mat3;
-pub use rotation::EulerSequence;
-pub use smooth::SmoothFunction;
-#[cfg(feature = "alloc")]
-pub use spline::{CubicSpline, SplineError};
-pub use vector::{Vec2, Vec3, vec2, vec3};
+#[doc(inline)]
+pub use dynamics_vocabulary::{
+    attitude, bodies, derivative, expr, force, lanes, mass_properties, math, matrix, rotation, scalar,
+    sin_cos, smooth, vector,
+};

@@ -17,7 +17,6 @@
 mod atlas;
 pub mod csv;
 mod motion;
-mod places;
 
 #[cfg(feature = "std")]
 pub use dynamics_view::FileError;

@@ -28,6 +28,7 @@
 //!   Izzo, MNRAS 504 (2021) 2614.
 
 use super::compensated_summation;
+use super::rough_powers::{exp2_roughly, log2_roughly};
 use super::tableau::zip;
 use super::{ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
@@ -297,10 +298,10 @@ impl<V: Vector> Taylor<V> {
             return 0.0;
         }
         let (per_count, half) = (1.0 / count, [p, p - 1].map(|k| -0.5 / k as f64));
-        let of = |squares: f64, half: f64| half * math::log2_roughly(squares * per_count);
+        let of = |squares: f64, half: f64| half * log2_roughly(squares * per_count);
         let (last, before) = (of(last, half[0]), of(before, half[1]));
         // `min` would drop what is not a number.
-        math::exp2_roughly(if last < before || last.is_nan() { last } else { before })
+        exp2_roughly(if last < before || last.is_nan() { last } else { before })
     }
 
     /// h times the difference of accelerations from those of the series, against what is permitted.

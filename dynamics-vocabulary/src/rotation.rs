@@ -15,7 +15,7 @@ use crate::vector::Vec3;
 /// the six of Euler, the first axis again as the last. 3-1-3 is `Zxz`, 3-2-1 (yaw, pitch, roll) is `Zyx`.
 ///
 /// ```
-/// use dynamics_runtime::{EulerSequence, Expr, Mat3};
+/// use dynamics_vocabulary::{EulerSequence, Expr, Mat3};
 ///
 /// let [phi, theta, psi] = [0.3, 0.7, -0.2].map(Expr::from);
 /// let turned = Mat3::euler(EulerSequence::Zxz, [phi, theta, psi]);
@@ -124,7 +124,10 @@ impl<T: Scalar> Mat3<T> {
         Mat3::from_rows(b.map(|y| a.x * y), b.map(|y| a.y * y), b.map(|y| a.z * y))
     }
 
-    pub(crate) fn about(axis: usize, angle: T) -> Self {
+    /// By an angle in rad about the axis of this index.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn about(axis: usize, angle: T) -> Self {
         match axis {
             0 => Self::rotation_x(angle),
             1 => Self::rotation_y(angle),

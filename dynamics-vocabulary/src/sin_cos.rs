@@ -37,7 +37,8 @@ pub(crate) const FAR: f64 = 1_048_576.0;
 
 /// Whether the target multiplies and adds in one instruction; where it does not, `f64::mul_add` is a slow
 /// library call.
-pub(crate) const FUSED: bool = cfg!(all(
+#[doc(hidden)]
+pub const FUSED: bool = cfg!(all(
     feature = "std",
     any(
         all(any(target_arch = "x86", target_arch = "x86_64"), target_feature = "fma"),

@@ -39,7 +39,7 @@ impl fmt::Display for NotARotation {
     }
 }
 
-crate::debugging::sentence_for_debugging!(NotARotation);
+crate::sentence_for_debugging!(NotARotation);
 impl core::error::Error for NotARotation {}
 
 /// Three angles of a sequence, and how well they are determined.
@@ -79,7 +79,9 @@ impl Mat3<f64> {
     }
 
     /// The largest element of RᵀR − 1; NaN where one is.
-    pub(crate) fn orthonormal_defect(self) -> f64 {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn orthonormal_defect(self) -> f64 {
         let product = self.transpose() * self;
         let mut defect = 0.0_f64;
         for (i, row) in product.to_array().into_iter().enumerate() {
@@ -138,12 +140,12 @@ impl Mat3<f64> {
     /// first is 0; see [`EulerAngles::conditioning`].
     ///
     /// ```
-    /// use dynamics_runtime::{EulerSequence, Mat3};
+    /// use dynamics_vocabulary::{EulerSequence, Mat3};
     ///
     /// let turned = Mat3::euler(EulerSequence::Zxz, [0.3, 0.0, 0.5]);
     /// let read = turned.to_euler(EulerSequence::Zxz)?;
     /// assert!(read.is_locked() && (read.angles[2] - 0.8).abs() < 1e-15);
-    /// # Ok::<(), dynamics_runtime::NotARotation>(())
+    /// # Ok::<(), dynamics_vocabulary::NotARotation>(())
     /// ```
     ///
     /// # Errors

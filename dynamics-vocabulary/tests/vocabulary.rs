@@ -1,7 +1,7 @@
 //! Model functions as users write them type-check without annotations and give the values that a hand
 //! calculation gives.
 
-use dynamics_runtime::{Expr, Force, Mat3, SmoothFunction, TimeDerivative, Vec2, Vec3, vec2, vec3};
+use dynamics_vocabulary::{Expr, Force, Mat3, SmoothFunction, TimeDerivative, Vec2, Vec3, vec2, vec3};
 
 struct Parameters {
     mass: f64,

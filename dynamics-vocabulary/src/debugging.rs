@@ -12,4 +12,3 @@ macro_rules! sentence_for_debugging {
         }
     };
 }
-pub(crate) use sentence_for_debugging;

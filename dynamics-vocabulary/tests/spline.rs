@@ -2,7 +2,7 @@
 //! data.
 #![cfg(feature = "alloc")]
 
-use dynamics_runtime::{CubicSpline, Expr, SmoothFunction, SplineError};
+use dynamics_vocabulary::{CubicSpline, Expr, SmoothFunction, SplineError};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 

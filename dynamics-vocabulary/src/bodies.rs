@@ -1,10 +1,10 @@
 //! Frames, bodies, inertia and joints, as models write them.
 //!
 //! **These files are read twice.** The compiler makes of them what runs on time jets; the macro elaborates
-//! the very same text where a model uses its words, from its own copy (`dynamics-macros/src/library/`, held
-//! equal by `tests/architecture.rs`). So they are written in the language of models: plain expressions over
-//! `Expr`, vectors and matrices, functions that call one another without cycles, no closures. Whatever is for
-//! run time alone stands elsewhere (`attitude.rs`, `mass_properties.rs`).
+//! the very same text where a model uses its words ([`sources`](crate::sources)). So they are written in the
+//! language of models: plain expressions over `Expr`, vectors and matrices, functions that call one another
+//! without cycles, no closures. Whatever is for run time alone stands elsewhere (`attitude.rs`,
+//! `mass_properties.rs`).
 
 mod curvilinear;
 mod euler_parameters;

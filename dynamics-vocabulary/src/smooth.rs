@@ -12,7 +12,7 @@ use crate::expr::Expr;
 /// between two.
 ///
 /// ```
-/// use dynamics_runtime::{Expr, SmoothFunction};
+/// use dynamics_vocabulary::{Expr, SmoothFunction};
 ///
 /// /// A track of sinusoidal bumps.
 /// struct Bumps {

@@ -11,7 +11,7 @@ use crate::vector::Vec3;
 /// Mass, center of mass, and inertia about it, all in one set of axes.
 ///
 /// ```
-/// use dynamics_runtime::{Inertia, Mat3, MassProperties, Vec3};
+/// use dynamics_vocabulary::{Inertia, Mat3, MassProperties, Vec3};
 ///
 /// // A hammer: a head across the end of a handle along z.
 /// let handle = MassProperties::new(0.3, Inertia::cylinder(0.3, 0.01, 0.3).value());
@@ -20,7 +20,7 @@ use crate::vector::Vec3;
 /// assert!((hammer.center.z - 0.15 * 0.5 / 0.8).abs() < 1e-16);
 /// let principal = hammer.principal_axes()?;
 /// assert!(principal.moments[0] < principal.moments[1]);
-/// # Ok::<(), dynamics_runtime::UnphysicalInertia>(())
+/// # Ok::<(), dynamics_vocabulary::UnphysicalInertia>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
@@ -116,7 +116,7 @@ impl fmt::Display for UnphysicalInertia {
     }
 }
 
-crate::debugging::sentence_for_debugging!(UnphysicalInertia);
+crate::sentence_for_debugging!(UnphysicalInertia);
 impl core::error::Error for UnphysicalInertia {}
 
 /// Principal moments and axes.
@@ -358,7 +358,7 @@ impl fmt::Display for MeshError {
 }
 
 #[cfg(feature = "alloc")]
-crate::debugging::sentence_for_debugging!(MeshError);
+crate::sentence_for_debugging!(MeshError);
 #[cfg(feature = "alloc")]
 impl core::error::Error for MeshError {}
 

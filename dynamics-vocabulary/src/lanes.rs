@@ -2,7 +2,7 @@
 //! take little longer than of one, since most of that time is waiting for results, and not computing them.
 //!
 //! Every operation rounds each lane as `f64` does and in the same order, sines and cosines too, so that
-//! generated code gives the same bits side by side and one after the other (`tests/lanes.rs`).
+//! generated code gives the same bits side by side and one after the other (`tests/sines.rs` of the façade).
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -1,4 +1,4 @@
-//! What pictures are drawn with, of this crate's own types: values that move, vectors, frames.
+//! What pictures are drawn with: values that move, vectors, frames.
 
 use alloc::vec::Vec;
 

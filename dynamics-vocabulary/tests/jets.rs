@@ -1,7 +1,7 @@
 //! Time jets against two independent routes along random motions: dual numbers of another library (tight),
 //! and difference quotients of f64's own functions (which know nothing of derivatives).
 
-use dynamics_runtime::{Expr, math};
+use dynamics_vocabulary::{Expr, math};
 use num_dual::{Dual2_64, DualNum};
 use proptest::prelude::*;
 
