@@ -50,8 +50,8 @@
 //! # }
 //! ```
 //!
-//! The whole language and all that can be done with a motion are in `docs/guide.md`, the words of a model in
-//! `docs/vocabulary.md`; `examples/README.md` is a gallery. With the feature `progress` long runs show a bar;
+//! `docs/guide/` is a book to learn from, `docs/reference/` lists every function, option and result,
+//! `examples/README.md` is a gallery. With the feature `progress` long runs show a bar;
 //! without `std` the crate is `no_std`, and without `alloc` it does not allocate.
 #![cfg_attr(not(feature = "std"), no_std)]
 
@@ -180,8 +180,6 @@ pub mod __private {
 mod guides {
     #[doc = include_str!("../README.md")]
     struct Readme;
-    #[doc = include_str!("../docs/guide.md")]
-    struct Guide;
     #[doc = include_str!("../docs/guide/first-model.md")]
     struct FirstModel;
     #[doc = include_str!("../docs/guide/results.md")]
@@ -202,8 +200,8 @@ mod guides {
     struct Accuracy;
     #[doc = include_str!("../docs/guide/bodies.md")]
     struct Bodies;
-    #[doc = include_str!("../docs/vocabulary.md")]
-    struct Vocabulary;
+    #[doc = include_str!("../docs/reference/language.md")]
+    struct Language;
 
     /// The pages show every picture of the guide, and only pictures that their examples draw.
     ///

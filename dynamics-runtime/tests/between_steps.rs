@@ -157,7 +157,7 @@ fn apart(one: &State, other: &State, tolerance: f64) -> f64 {
     ((part(&one.q, &other.q) + part(&one.u, &other.u)) / 4.0).sqrt()
 }
 
-/// What 300 random systems of every kind have shown at most, rounded up: the table of docs/guide.md.
+/// What 300 random systems of every kind have shown at most, rounded up: the table of docs/guide/accuracy.md.
 ///
 /// First the error over the larger one at the two ends of the step, or over what is permitted where that is
 /// more: of smooth and stiff systems, and of kinked ones. Then the difference from the method's own step

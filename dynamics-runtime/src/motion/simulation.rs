@@ -262,7 +262,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// }
     /// ```
     ///
-    /// The guide to constraints runs such a model.
+    /// The guide to events and control runs such a model.
     pub fn on_event_with<R: Into<Flow>>(
         mut self,
         name: &str,
