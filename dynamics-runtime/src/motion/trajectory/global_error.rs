@@ -36,7 +36,7 @@ pub struct Shift {
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalError {
     /// What the second run did otherwise.
-    pub second: ReferenceSettings,
+    pub reference: ReferenceSettings,
     /// Largest error of a coordinate.
     pub coordinates: Largest,
     /// Largest error of a velocity.

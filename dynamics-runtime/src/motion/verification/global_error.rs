@@ -58,7 +58,7 @@ pub(crate) fn compare<M: SimulationModel>(
     }
     let Differences { largest: [coordinates, velocities], ratio, history } = apart;
     GlobalError {
-        second: second.run,
+        reference: second.run,
         coordinates,
         velocities,
         ratio: (!fixed).then_some(ratio),

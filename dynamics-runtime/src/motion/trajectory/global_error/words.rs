@@ -37,7 +37,7 @@ impl fmt::Display for GlobalError {
             write!(f, ", between steps {}", Times(between))?;
         }
         let evaluations = Grouped(self.evaluations);
-        match self.second {
+        match self.reference {
             ReferenceSettings::HalfStep(h) => {
                 write!(f, "\n               by a second run with a step of {h:e}")?
             }
