@@ -25,6 +25,7 @@
 //! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the
 //! stage velocity, so only accelerations are evaluated.
 
+mod root;
 #[macro_use]
 mod dense;
 
@@ -75,12 +76,13 @@ pub use dop853::Dop853;
 pub use dormand_prince5::DormandPrince5;
 pub use energy_midpoint::EnergyMidpoint;
 pub use esdirk4::Esdirk4;
-pub use event::{Crossing, Direction, Scan, ScanError, place, root};
+pub use event::{Crossing, Direction, Scan, ScanError, place};
 pub use gauss::{Gauss, Gauss4, Gauss6};
 pub use generalized_alpha::GeneralizedAlpha;
 pub use gragg_bulirsch_stoer::{GraggBulirschStoer, Knots};
 pub use radau5::{Between, Collocation, Radau5};
 pub use rk4::Rk4;
+pub use root::root;
 pub use semi_implicit_euler::SemiImplicitEuler;
 pub use stepper::{Step, StepError, StepFlags, StepOptions, Stepper};
 pub use stormer_verlet::{Rattle, StormerVerlet};

@@ -27,10 +27,11 @@
 //!   Taylor methods*, Experimental Mathematics 14 (2005) 99; Corliss, Chang, ACM TOMS 8 (1982) 114; Biscani,
 //!   Izzo, MNRAS 504 (2021) 2614.
 
-use super::compensated_summation;
 use super::rough_powers::{exp2_roughly, log2_roughly};
 use super::tableau::zip;
-use super::{ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances};
+use super::{
+    ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances, compensated_summation,
+};
 use crate::math;
 use crate::model::{MOST_SERIES_ORDER, Vector};
 

@@ -3,6 +3,7 @@
 pub(crate) mod action;
 pub(crate) mod contact_corner;
 pub(crate) mod functions;
+pub(crate) mod lift_off;
 pub(crate) mod location;
 pub(crate) mod masked;
 pub(crate) mod restart;

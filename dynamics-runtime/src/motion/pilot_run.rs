@@ -23,7 +23,7 @@ use crate::model::{Constraints, Dynamics, Model, ModelState, Quantity, Vector};
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
 use crate::motion::right_hand_side::RightHandSide;
-use crate::motion::run::Sink;
+use crate::motion::run::sinks::Sink;
 use crate::motion::trajectory::record::{EventRecord, Record};
 use crate::wording::Rounded;
 

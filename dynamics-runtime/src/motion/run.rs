@@ -4,6 +4,7 @@ pub(crate) mod branch_identification;
 pub(crate) mod constraint_discontinuity;
 pub(crate) mod event_handling;
 pub(crate) mod event_steps;
+pub(crate) mod sinks;
 pub(crate) mod sliding_mode;
 pub(crate) mod step_size_collapse;
 pub(crate) mod stiffness_detection;
@@ -18,7 +19,7 @@ use crate::constrain::nearby::at_time;
 use crate::constrain::weakness::{Weakness, weakness};
 use crate::integrate::{Dense, Hermite, Method, Phase, Step, StepError, StepNode, StepOptions, Tolerances};
 use crate::math;
-use crate::model::{Dynamics, Known, Model, ModelState, SimulationModel, Vector};
+use crate::model::{Dynamics, Known, ModelState, SimulationModel, Vector};
 use crate::motion::diagnosis::{self, Corner, RunMethod, singular_position};
 use crate::motion::erased_method::ErasedMethod;
 pub(crate) use crate::motion::erased_method::stepping::{ErasedStepper, StepResult, StepStatistics};
@@ -28,13 +29,14 @@ use crate::motion::events::slip_direction::{self, SlipDirection, SlipReversal};
 use crate::motion::failure::SimulationErrorKind as Kind;
 use crate::motion::right_hand_side::{EvaluationError, RightHandSide};
 use crate::motion::run::branch_identification::{BranchContact, BranchIdentification};
+use crate::motion::run::sinks::Sink;
 use crate::motion::run::sliding_mode::SlidingMode;
 use crate::motion::run::step_size_collapse::StepSizeCollapse;
 use crate::motion::run::stiffness_detection::Stiffness;
 pub(crate) use crate::motion::run::stiffness_detection::longer;
 use crate::motion::stabilization::singular_start::least_distance;
 use crate::motion::stabilization::{Drift, Drifted, adaptive_gain};
-use crate::motion::trajectory::record::{Counts, EventRecord, Record};
+use crate::motion::trajectory::record::{Counts, Record};
 
 /// Conditioning of constraints from which on a singular position is near.
 const WEAK: f64 = 5.0;
@@ -78,27 +80,6 @@ pub(crate) enum RunEnd<S> {
     Arrived,
     /// Here, because it is stiff for the method.
     Stiff(S),
-}
-
-/// Takes what a run computes.
-pub(crate) trait Sink<M: Model> {
-    /// A step was accepted; it starts at this record. `dense(θ)` interpolates; it fails where the model does.
-    fn step(
-        &mut self,
-        from: Record<M>,
-        to: &M::State,
-        dense: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
-    ) -> Result<Flow, Kind>;
-    /// The motion stands here: before a reset, or at the end.
-    fn stand(&mut self, at: Record<M>);
-    /// What was given from this time on, in the direction of the motion, is not part of it.
-    fn go_back(&mut self, _to: f64) {}
-    /// Events that happened in the step just taken.
-    fn event(&mut self, event: EventRecord<M::State>);
-    /// The times of all records kept.
-    fn times(&self) -> Vec<f64> {
-        Vec::new()
-    }
 }
 
 /// Why and where a run broke off.
@@ -516,84 +497,6 @@ fn halt<M: Dynamics>(error: StepError<EvaluationError>) -> Failure {
             Failure { kind: Kind::StepNotSolved { coordinate: name(coordinate) }, h }
         }
     }
-}
-
-/// Keeps records for a [`crate::motion::Motion`].
-pub(crate) struct RecordingSink<M: Model> {
-    pub(crate) records: Vec<Record<M>>,
-    pub(crate) events: Vec<EventRecord<M::State>>,
-}
-
-impl<M: Model> Sink<M> for RecordingSink<M> {
-    #[inline]
-    fn step(
-        &mut self,
-        from: Record<M>,
-        _: &M::State,
-        _: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
-    ) -> Result<Flow, Kind> {
-        self.records.push(from);
-        Ok(Flow::Continue)
-    }
-
-    fn stand(&mut self, at: Record<M>) {
-        self.records.push(at);
-    }
-
-    fn go_back(&mut self, to: f64) {
-        let Some(first) = self.records.first().map(|record| record.state.t()) else { return };
-        let direction = if to < first { -1.0 } else { 1.0 };
-        let remains = |t: f64| (to - t) * direction > 0.0;
-        self.records.truncate(self.records.iter().take_while(|record| remains(record.state.t())).count());
-        self.events.retain(|event| remains(event.time()));
-    }
-
-    fn event(&mut self, event: EventRecord<M::State>) {
-        self.events.push(event);
-    }
-
-    fn times(&self) -> Vec<f64> {
-        self.records.iter().map(|record| record.state.t()).collect()
-    }
-}
-
-/// Shows states to an observer and keeps nothing but the last.
-pub(crate) struct ObserverSink<'o, M: Model> {
-    pub(crate) observer: &'o mut dyn FnMut(&M::State) -> Flow,
-    /// Output times after `next`, in the order of the motion; all accepted steps where `None`.
-    pub(crate) times: Option<alloc::vec::IntoIter<f64>>,
-    pub(crate) next: Option<f64>,
-    pub(crate) last: Option<Record<M>>,
-}
-
-impl<M: Model> Sink<M> for ObserverSink<'_, M> {
-    fn step(
-        &mut self,
-        from: Record<M>,
-        to: &M::State,
-        dense: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
-    ) -> Result<Flow, Kind> {
-        let Some(times) = &mut self.times else {
-            return Ok((self.observer)(to));
-        };
-        while let Some(t) = self.next {
-            let theta = (t - from.state.t()) / from.h;
-            if theta > 1.0 {
-                break;
-            }
-            self.next = times.next();
-            if (self.observer)(&dense(theta)?) == Flow::Stop {
-                return Ok(Flow::Stop);
-            }
-        }
-        Ok(Flow::Continue)
-    }
-
-    fn stand(&mut self, at: Record<M>) {
-        self.last = Some(at);
-    }
-
-    fn event(&mut self, _: EventRecord<M::State>) {}
 }
 
 /// What a run stopped with, and what it comes from, where that shows.

@@ -29,13 +29,15 @@ use alloc::vec::Vec;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::action::EventAction;
 use crate::motion::events::functions::{AddedEvent, EventFunctions};
-use crate::motion::events::restart::{Departure, leave};
+use crate::motion::events::restart::Departure;
 use crate::motion::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
 use crate::motion::failure::SimulationErrorKind;
 
 use crate::constrain::assemble::CONSISTENT;
 use crate::integrate::{Crossing, Direction, Scan, ScanError, Step, StepNode, place};
 use crate::linalg::max_abs;
+use crate::motion::events::lift_off::SIMULTANEOUS;
+use crate::motion::events::lift_off::{Lift, left, lifts};
 use crate::motion::events::zeno::Zeno;
 
 /// Whether a simulation goes on after an event.
@@ -71,8 +73,6 @@ pub(crate) struct Rule<'m, M: SimulationModel> {
     pub(crate) action: Action<'m, M>,
 }
 
-/// Events closer than this in a step happen at the same instant.
-pub(crate) const SIMULTANEOUS: f64 = 1e-12;
 /// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what
 /// [`early_noise`] adds.
 const NOISE: f64 = 4.0 * f64::EPSILON;
@@ -581,33 +581,6 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
     }
 }
 
-/// What becomes of a contact that has just opened.
-enum Lift {
-    /// It is seen to be open at θ, by this gap.
-    Opens((f64, f64)),
-    /// It closes further than by what has drifted before, at θ.
-    Falls(f64),
-    /// Neither within the step.
-    Stays,
-}
-
-/// Where a contact that has just opened is seen to be open, if its gap falls no further than by what has
-/// drifted before: lift-off is gentle, Φ grows with t³, and Φ̇ at rounding or drift level decides nothing.
-fn lifts(drift: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<Lift, Fault> {
-    let mut theta = SIMULTANEOUS;
-    while theta <= 1.0 {
-        let value = gap(theta)?;
-        if value > drift {
-            return Ok(Lift::Opens((theta, value)));
-        }
-        if value < -drift {
-            return Ok(Lift::Falls(theta));
-        }
-        theta *= 2.0;
-    }
-    Ok(Lift::Stays)
-}
-
 /// Rounding errors of a function near the start of a step, of positions alone or of velocities too: what it
 /// is taken of is rounded, and so are the times.
 fn early_noise<V: Vector>(StepNode { t, y, a }: &StepNode<V>, is_position: bool) -> f64 {
@@ -617,11 +590,6 @@ fn early_noise<V: Vector>(StepNode { t, y, a }: &StepNode<V>, is_position: bool)
 
 fn sort(crossings: &mut [Crossing]) {
     crossings.sort_by(|a, b| a.theta.total_cmp(&b.theta));
-}
-
-/// [`leave`], compiled once and not with every model.
-fn left(start: f64, noise: f64, gap: &mut dyn FnMut(f64) -> Result<f64, Fault>) -> Result<Departure, Fault> {
-    leave(start, noise, gap)
 }
 
 /// Whether a crossing calls for an action.

@@ -20,7 +20,8 @@ use crate::motion::events::action::EventAction;
 use crate::motion::events::location::Flow;
 use crate::motion::failure::{Jumping, SimulationErrorKind as Kind};
 use crate::motion::run::event_handling::check_reset;
-use crate::motion::run::{Failure, RightHandSide, RunPlan, RunState, Sink, halt};
+use crate::motion::run::sinks::Sink;
+use crate::motion::run::{Failure, RightHandSide, RunPlan, RunState, halt};
 use crate::motion::trajectory::record::EventRecord;
 
 /// Jumps of what a row asks for above this part of 1 + |q| or 1 + |q̇| are no rounding.

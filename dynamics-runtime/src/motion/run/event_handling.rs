@@ -10,7 +10,8 @@ use crate::motion::events::action::EventAction;
 use crate::motion::events::location::Flow;
 use crate::motion::events::slip_direction;
 use crate::motion::failure::SimulationErrorKind as Kind;
-use crate::motion::run::{Failure, RunPlan, RunState, Sink, halt};
+use crate::motion::run::sinks::Sink;
+use crate::motion::run::{Failure, RunPlan, RunState, halt};
 use crate::motion::trajectory::record::{EventRecord, Record};
 
 impl<M: SimulationModel> RunState<'_, '_, '_, M> {

@@ -18,7 +18,8 @@ use crate::model::{Model, ModelState, SimulationModel};
 use crate::motion::erased_method::Interpolant;
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
-use crate::motion::run::{ErasedStepper, Failure, RunPlan, RunState, Sink, evaluation, halt};
+use crate::motion::run::sinks::Sink;
+use crate::motion::run::{ErasedStepper, Failure, RunPlan, RunState, evaluation, halt};
 use crate::motion::trajectory::record::EventRecord;
 
 /// Deviation of an event function half-way from the secant, in parts of its change, from which on it jumps.
@@ -343,7 +344,7 @@ fn in_order<S: ModelState>(events: &mut [EventRecord<S>], h: f64) {
 
 /// Whether a crossing is at the same place as another one, as far as the interpolant tells.
 fn is_at(one: &Crossing, other: &Crossing) -> bool {
-    (one.theta - other.theta).abs() <= crate::motion::events::location::SIMULTANEOUS
+    (one.theta - other.theta).abs() <= crate::motion::events::lift_off::SIMULTANEOUS
 }
 
 fn passed<S: ModelState>(name: &str, crossing: &Crossing, state: S) -> EventRecord<S> {

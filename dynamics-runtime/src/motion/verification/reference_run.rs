@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use crate::model::{Model, ModelState};
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
-use crate::motion::run::Sink;
+use crate::motion::run::sinks::Sink;
 use crate::motion::trajectory::global_error::ReferenceSettings;
 use crate::motion::trajectory::record::{Counts, EventRecord, Record};
 
