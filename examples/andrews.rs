@@ -1,11 +1,12 @@
-//! Andrews' squeezing mechanism: a motor turns a crank of 7 mm; seven bodies in three closed loops squeeze a
-//! spring.
+//! Andrews' squeezing mechanism: a motor turns a crank of 7 mm, and seven bodies in three closed loops
+//! squeeze a spring.
 //!
-//!     T = Σ ½ mᵢ|ṙᵢ|² + ½ Iᵢ ωᵢ²,        V = ½ c₀ (|D − C| − l₀)²,        E₂ = E₃ = E₄ = E₆: four bodies meet in one pin
+//!     T = Σ ½ mᵢ|ṙᵢ|² + ½ Iᵢ ωᵢ²        V = ½ c₀ (|D − C| − l₀)²
+//!     E₂ = E₃ = E₄ = E₆: four bodies meet in one pin
 //!
-//! Seven angles and six constraints leave one freedom. The best known test of solvers for constrained motion
-//! (Schiehlen, Multibody Systems Handbook, 1990): 2.5 turns in 0.03 s; the pin carries up to hundreds of
-//! newtons, which are the multipliers.
+//! Seven angles and six constraints leave one degree of freedom. This is the best known test of solvers for
+//! constrained motion (Schiehlen, Multibody Systems Handbook, 1990): 2.5 turns in 0.03 s. The multipliers are
+//! the forces in the pin; they reach hundreds of newtons.
 
 mod common;
 use dynamics::prelude::*;

@@ -1,10 +1,11 @@
 //! An arm of seven hinges that follows a plan, by computed torques.
 //!
-//!     τ = M(q) (q̈_d + 2 ω ė + ω² e) − Q(q, q̇),        e = q_d − q        ⇒        ë + 2 ω ė + ω² e = 0
+//!     τ = M(q) (q̈_d + 2 ω ė + ω² e) − Q(q, q̇),        e = q_d − q
+//!     ⇒        ë + 2 ω ė + ω² e = 0
 //!
-//! With M and Q of the model itself the torques undo all coupling: an error at the start dies away as e₀ (1 +
-//! ω t) e^{−ω t}, in every joint by itself. With a load in the hand that the model does not know of, it does
-//! not.
+//! M and Q come from the model itself, so the torques remove all coupling. An error at the start decays as
+//! e₀ (1 + ω t) e^{−ω t} in every joint by itself. A load in the hand that the model does not know of
+//! breaks this.
 
 #[path = "../tests/models/arm7.rs"]
 mod arm7;

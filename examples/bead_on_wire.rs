@@ -1,11 +1,12 @@
-//! A bead on a wire bent to a wave, smooth and rough: friction grows with the reaction of the same instant.
+//! A bead on a wavy wire, smooth and rough. The friction depends on the reaction of the same instant.
 //!
-//!     L = ½ m (ẋ² + ẏ²) − m g y,        Φ = y − a cos k x = 0,        F = −μ |λ| ‖∇Φ‖ v/|v|
+//!     L = ½ m (ẋ² + ẏ²) − m g y,        Φ = y − a cos k x = 0
+//!     F = −μ |λ| ‖∇Φ‖ v/|v|
 //!
-//! λ and q̈ are solved for together. Three facts: on the smooth wire the reaction is m (g cos α + κ v²) at
-//! slope angle α and curvature κ; without gravity the rough wire slows the bead by e^{−μ·(angle turned)},
-//! whatever the wire's shape and the bead's speed; with gravity the bead comes to rest where the slope is
-//! less than μ.
+//! λ and q̈ are solved for together. The program checks three facts. On the smooth wire the reaction is m
+//! (g cos α + κ v²) at slope angle α and curvature κ. Without gravity the rough wire slows the bead by
+//! e^{−μ·(angle turned)}, at any speed and for any shape. With gravity the bead comes to rest where the
+//! slope is less than μ.
 
 mod common;
 use dynamics::prelude::*;

@@ -2,8 +2,8 @@
 //!
 //!     M q̈ + v C₁ q̇ + (g K₀ + v² K₂) q = 0,        q = (lean, steer)
 //!
-//! The model is nonlinear: four rigid bodies, wheels that roll (F. J. W. Whipple, Q. J. Pure Appl. Math. 30
-//! (1899) 312). Its small motions beside straight running give the weave speed 4.292 m/s and the capsize
+//! The model is nonlinear: four rigid bodies and wheels that roll (F. J. W. Whipple, Q. J. Pure Appl. Math.
+//! 30 (1899) 312). Its linearisation at straight running gives the weave speed 4.292 m/s and the capsize
 //! speed 6.024 m/s of J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955.
 
 #[path = "../tests/models/bicycle.rs"]

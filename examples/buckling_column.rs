@@ -1,14 +1,13 @@
-//! A rigid column on a hinge, held by a spring, a little out of the upright: the same column buckles gently
-//! or without warning, by where its spring is.
+//! A rigid column on a hinge, held by a spring, slightly out of the upright. Depending on where the spring
+//! is, it buckles gently or without warning.
 //!
-//!     spring at the hinge:       P l sin θ = k (θ − ε)               buckles at k/l, carries more beyond it
-//!     level spring at the head:  P l sin θ = c l² (sin θ − ε) cos θ  buckles at c l, carries less beyond it
+//!     spring at the hinge:       P l sin θ = k (θ − ε)
+//!     level spring at the head:  P l sin θ = c l² (sin θ − ε) cos θ
 //!
-//! The second carries no more than P = c l (1 − ε^⅔)^{3/2}.
-//!
-//! (Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.5). The second is sensitive to imperfections as
-//! shells are: a hundredth out of the upright takes 7 % of its strength, by the two-thirds law of W. T.
-//! Koiter (1945).
+//! The first buckles at k/l and carries more beyond. The second buckles at c l and carries less beyond: at
+//! most P = c l (1 − ε^⅔)^{3/2} (Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.5). Like
+//! shells, the second is sensitive to imperfections: a hundredth out of the upright takes 7 % of its
+//! strength, by the two-thirds law of W. T. Koiter (1945).
 
 mod common;
 use dynamics::analysis::Page;

@@ -1,11 +1,12 @@
-//! A car axis over a bumpy road: the right wheel goes up and down, the left spring stays at right angles to
-//! the line between the wheels.
+//! A car axis on a bumpy road. The right wheel goes up and down; the left spring stays at right angles to the
+//! line between the wheels.
 //!
-//!     Φ₁ = r_l·w(t) = 0,        Φ₂ = |r_l − r_r|² − l² = 0,        w(t) = (√(l² − y²), y),  y = 0.1 sin 10 t
+//!     Φ₁ = r_l·w(t) = 0,        Φ₂ = |r_l − r_r|² − l² = 0
+//!     w(t) = (√(l² − y²), y),        y = 0.1 sin 10 t
 //!
-//! A moving constraint does work: the energy changes by exactly −λ₁ ∂Φ₁/∂t and by what the moving end of the
-//! right spring takes. From the Test Set for IVP Solvers, where index-3 codes get 5 digits of the positions
-//! and 3 of the multipliers at a tolerance of 1e-8.
+//! A moving constraint does work. The energy changes by exactly −λ₁ ∂Φ₁/∂t and by what the moving
+//! end of the right spring takes. From the Test Set for IVP Solvers, where index-3 codes get 5 digits of the
+//! positions and 3 of the multipliers at a tolerance of 1e-8.
 
 mod common;
 use dynamics::prelude::*;

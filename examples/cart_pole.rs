@@ -1,9 +1,10 @@
-//! A cart that swings its pole up and catches it.
+//! A cart swings its pole up and catches it.
 //!
-//!     L = ½ M ẋ² + ½ m |ṙ|² − m g y,        r = (x + l sin θ, l cos θ),        θ from the upright, force F on the cart
+//!     L = ½ M ẋ² + ½ m |ṙ|² − m g y,        r = (x + l sin θ, l cos θ)
+//!     θ from the upright, force F on the cart
 //!
 //! Far from the upright the cart pumps energy into the pole (Åström and Furuta 2000). Near it the state
-//! feedback F = −K (x, θ, ẋ, θ̇) takes over, with K from the exact linearization at the upright by
+//! feedback F = −K (x, θ, ẋ, θ̇) takes over. K comes from the exact linearisation at the upright by
 //! Ackermann's formula.
 
 mod common;

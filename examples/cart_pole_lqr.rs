@@ -1,10 +1,11 @@
-//! A cart that keeps its pole upright by a linear–quadratic regulator, and how far it may be tilted.
+//! A cart keeps its pole upright by a linear–quadratic regulator. How far may the pole be tilted?
 //!
-//!     L = ½ M ẋ² + ½ m |ṙ|² − m g y,        r = (x + l sin θ, l cos θ),        F = −K (x, θ, ẋ, θ̇)
+//!     L = ½ M ẋ² + ½ m |ṙ|² − m g y,        r = (x + l sin θ, l cos θ)
+//!     F = −K (x, θ, ẋ, θ̇)
 //!
-//! K makes ∫ (x²/x₀² + θ²/θ₀² + F²/F₀²) dt least for the exact linearisation at the upright (Anderson &
-//! Moore, *Optimal Control*). The nonlinear model is then let go from a tilt, and from a grid of tilts and
-//! rates: those from which it comes back are the basin of attraction.
+//! K minimises ∫ (x²/x₀² + θ²/θ₀² + F²/F₀²) dt for the exact linearisation at the upright
+//! (Anderson & Moore, *Optimal Control*). The nonlinear model then starts from a tilt, and from a grid of
+//! tilts and rates. The starts from which it recovers are the basin of attraction.
 
 mod common;
 use dynamics::prelude::*;

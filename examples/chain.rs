@@ -1,8 +1,9 @@
-//! A cart that runs freely on a rail, with a chain of ten links hanging from it.
+//! A cart that runs freely on a rail, with a chain of ten links.
 //!
-//!     L = ½ M ẋ² + Σ ½ mᵢ |ṙᵢ|² − Σ mᵢ g yᵢ,        rᵢ = (x, 0) + Σ_{k≤i} lₖ (sin θₖ, −cos θₖ)
+//!     L = ½ M ẋ² + Σ ½ mᵢ |ṙᵢ|² − Σ mᵢ g yᵢ
+//!     rᵢ = (x, 0) + Σ_{k≤i} lₖ (sin θₖ, −cos θₖ)
 //!
-//! Nothing pushes horizontally, so the centre of mass of cart and chain keeps its place x whatever the chain
+//! Nothing pushes horizontally. So the centre of mass of cart and chain keeps its place x, whatever the chain
 //! does.
 
 mod common;

@@ -1,10 +1,10 @@
-//! Chaplygin's sleigh: a body on two runners and a skate that does not slide sideways.
+//! Chaplygin's sleigh: a body on two runners and a skate that cannot slip sideways.
 //!
 //!     L = ½ m (ẋ² + ẏ²) + ½ I φ̇²,        n·v = 0 at the skate, a behind the centre of mass
 //!
-//! No force does work and the energy is kept, yet the sleigh forgets how it was pushed off: it ends on a
-//! straight line with the skate behind. In closed form v = V tanh(k t + c), φ̇ = √(m/D) V sech(k t + c) with
-//! D = I + m a², k = m a V/D; pushed off backward it turns about (Chaplygin 1911; Bloch, Nonholonomic
+//! No force does work and the energy is conserved. Still the sleigh forgets how it was pushed: it ends on a
+//! straight line with the skate behind. In closed form v = V tanh(k t + c), φ̇ = √(m/D) V sech(k t + c)
+//! with D = I + m a², k = m a V/D. Pushed backward it turns round (Chaplygin 1911; Bloch, Nonholonomic
 //! Mechanics and Control, 2015, 1.7).
 
 mod common;

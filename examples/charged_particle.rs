@@ -2,9 +2,9 @@
 //!
 //!     L = ½ m |ṙ|² + e ṙ·A − e φ,        A = ½ B × r,        φ = −E·r
 //!
-//! No T − V: the magnetic field enters with the velocity, so the Lagrangian is written down directly. Without
-//! E the proton circles with the radius m v / (e B) and the period 2π m / (e B); with E it drifts at right
-//! angles to both, with E × B / B².
+//! This is not T − V: the magnetic field enters with the velocity, so the Lagrangian is written directly.
+//! Without E the proton circles with the radius m v / (e B) and the period 2π m / (e B). With E it drifts at
+//! right angles to both, with E × B / B².
 
 mod common;
 use dynamics::prelude::*;

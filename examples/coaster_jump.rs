@@ -1,11 +1,12 @@
-//! A cart on a track without a second rail: it flies off a hill that is too sharp for its speed, and lands
+//! A cart on a track without a second rail. It flies off a hill that is too sharp for its speed, and lands
 //! behind it.
 //!
-//!     T = ½ m (ẋ² + ẏ²)        V = m g y        y − f(x) ≥ 0        λ ≥ 0        λ (y − f(x)) = 0
+//!     T = ½ m (ẋ² + ẏ²),        V = m g y
+//!     y − f(x) ≥ 0,        λ ≥ 0,        λ (y − f(x)) = 0
 //!
-//! Here, unlike in `roller_coaster`, the cart has both coordinates of the plane and the track is a constraint
-//! that holds while its multiplier pushes. It lets go where v² κ = g cos α, and takes the velocity across the
-//! track away where the cart comes down.
+//! Unlike in `roller_coaster`, the cart has both coordinates of the plane, and the track is a constraint that
+//! holds while its multiplier pushes. It lets go where v² κ = g cos α. Where the cart lands, it takes away
+//! the velocity across the track.
 
 mod common;
 use dynamics::prelude::*;

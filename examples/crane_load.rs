@@ -1,14 +1,15 @@
-//! How much model does a crane load need? A ladder of four, from the small swing to the elastic rope.
+//! How detailed a model does a crane load need? Four models, from the small swing to the elastic rope.
 //!
-//!     small swing        L φ̈ + g φ = −a(t)                          cable force m g
-//!     point mass         L φ̈ + g sin φ = −a(t) cos φ                 m |r̈ − g|
-//!     body               (L + J/(m L)) φ̈ + g sin φ = −a(t) cos φ     the same
-//!     elastic rope       m r̈ = S + m g with S = k (r − l) + c ṙ, J φ̈ joins in
+//!     small swing        L φ̈ + g φ = −a(t)                        rope force m g
+//!     point mass         L φ̈ + g sin φ = −a(t) cos φ              m |r̈ − g|
+//!     body               (L + J/(m L)) φ̈ + g sin φ = −a(t) cos φ  the same
+//!     elastic rope       m r̈ = S + m g,  S = k (r − l) + c ṙ      J φ̈ joins in
 //!
 //! A trolley carries a load of five tonnes, 4 m high, over 12 m in 6 s and stops. `compare` runs all four
-//! from the same rest and says which of them suffices for the place of the load and for the force in the
-//! cable. The program asserts what tells them apart: the body's inertia makes the swing slower by √(1 + J/(m
-//! L²)); swinging through, the load pulls with m g (3 − 2 cos φ₀), of which the small swing knows nothing.
+//! models from the same rest. It says which of them suffices for the place of the load and for the force in
+//! the rope. The program checks what tells them apart. The inertia of the body makes the swing slower by
+//! √(1 + J/(m L²)). Swinging through, the load pulls with m g (3 − 2 cos φ₀), which the small swing
+//! does not show.
 
 mod common;
 use std::f64::consts::TAU;

@@ -2,7 +2,7 @@
 //!
 //!     L = ½ m₁ |ṙ₁|² + ½ m₂ |ṙ₂|² − g (m₁ y₁ + m₂ y₂)
 //!
-//! The motion is chaotic: the distance of two neighbours grows as e^{λt} with λ ≈ 0.9/s, so that 25 seconds
+//! The motion is chaotic. The distance of two neighbours grows as e^{λt} with λ ≈ 0.9/s, so 25 seconds
 //! turn 10⁻⁹ into 1.
 
 mod common;

@@ -1,10 +1,11 @@
-//! The two modes of a double pendulum, and what becomes of them when it swings far.
+//! The two modes of a double pendulum, followed to large swings.
 //!
-//!     ω² = (2 ∓ √2) g/l with θ₂ = ±√2 θ₁,        then closed motions by growing energy, each by shooting from the last
+//!     ω² = (2 ∓ √2) g/l with θ₂ = ±√2 θ₁
+//!     then closed motions of growing energy, each by shooting from the last
 //!
 //! Families of closed motions begin with the linear modes (A. M. Lyapunov, 1892). Frequencies fall as the
-//! energy grows, and where multipliers leave the unit circle neighbours part from the motion, though nothing
-//! in it tells. What is beyond that is the beginning of chaos in [double_pendulum](double_pendulum.rs).
+//! energy grows. Where multipliers leave the unit circle, neighbours move away from the motion, although the
+//! motion itself does not show it. Beyond that begins the chaos of [double_pendulum](double_pendulum.rs).
 
 #[path = "../tests/models/double_pendulum.rs"]
 #[allow(dead_code)]

@@ -1,9 +1,10 @@
-//! A single-cylinder four-stroke engine with a flywheel: the slider-crank moved by gas pressure.
+//! A single-cylinder four-stroke engine with a flywheel: a slider-crank driven by gas pressure.
 //!
-//!     T = ½ J θ̇² + ½ m_r |ṙ_G|² + ½ J_r φ̇² + ½ m_p ẋ²        closure: crank pin + rod − piston pin = 0        load torque −c θ̇
+//!     T = ½ J θ̇² + ½ m_r |ṙ_G|² + ½ J_r φ̇² + ½ m_p ẋ²
+//!     crank pin + rod − piston pin = 0        load torque −c θ̇
 //!
-//! Crank angle, rod angle and piston place are three coordinates; that the rod joins them is two constraints,
-//! whose multipliers are the force of the rod on the piston pin: its y-component is the side thrust on the
+//! Crank angle, rod angle and piston place are three coordinates. The rod joins them by two constraints.
+//! Their multipliers are the force of the rod on the piston pin; its y-component is the side thrust on the
 //! cylinder wall. The gas is a law of pressure over the crank angle: intake, compression, expansion, exhaust.
 
 mod common;

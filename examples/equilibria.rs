@@ -1,10 +1,10 @@
-//! A bead on a hoop that is turned: where it rests, and whether it stays there.
+//! A bead on a turning hoop: where it rests, and whether it stays there.
 //!
 //!     r = (R sin θ cos ωt, R sin θ sin ωt, −R cos θ),        L = ½ m |ṙ|² − m g z
 //!
-//! Below ω² = g/R the bead rests at the bottom. There the bottom loses its stability, and two positions aside
-//! take it over, cos θ = g/(R ω²): a pitchfork (Strogatz, *Nonlinear Dynamics and Chaos*, §3.5). Nothing of
-//! this is put in: each speed is asked for all equilibria, and each of these for its stability.
+//! Below ω² = g/R the bead rests at the bottom. There the bottom loses its stability to two positions
+//! aside, cos θ = g/(R ω²): a pitchfork (Strogatz, *Nonlinear Dynamics and Chaos*, §3.5). The program
+//! knows nothing of this. It asks for all equilibria at each speed, and for the stability of each.
 
 mod common;
 use dynamics::prelude::*;

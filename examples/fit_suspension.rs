@@ -1,11 +1,12 @@
 //! A quarter-car suspension, fitted to noisy measurements of a drive over a bump.
 //!
-//!     m_s ẍ_s = −k (x_s − x_u) − c (ẋ_s − ẋ_u),        m_u ẍ_u = k (x_s − x_u) + c (ẋ_s − ẋ_u) − k_t (x_u − road)
+//!     m_s ẍ_s = −k (x_s − x_u) − c (ẋ_s − ẋ_u)
+//!     m_u ẍ_u = k (x_s − x_u) + c (ẋ_s − ẋ_u) − k_t (x_u − road)
 //!
-//! The masses were weighed; spring, damper and tyre are to be found from the travel of the suspension and the
-//! acceleration of the body. The data come from the model itself, with noise: what made them is known. The
-//! derivatives of the motion by the parameters come from its variational equations, and how well each
-//! parameter is known from them, too; 100 fits of resampled data agree.
+//! The masses were weighed. Spring, damper and tyre are found from the travel of the suspension and the
+//! acceleration of the body. The data come from the model itself, with noise, so the true values are known.
+//! The variational equations give the derivatives of the motion by the parameters, and the standard errors.
+//! 100 fits of resampled data agree with these.
 
 mod common;
 use dynamics::motion::MotionError;

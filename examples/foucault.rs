@@ -1,15 +1,17 @@
-//! Foucault's pendulum in the Panthéon, as motion on the rotating Earth in full.
+//! Foucault's pendulum in the Panthéon: the complete motion on the rotating Earth.
 //!
 //!     T = ½ m |d/dt (R(Ω t) r)|²,        V = −m μ/|r|,        r from the center of the Earth
 //!
-//! Nothing is left out: neither the centrifugal force nor the change of gravity with place, and Coriolis'
-//! force is nowhere named. A plumb line does not point to the center, and the pendulum hangs along it: axes
-//! east, north, up are those of the plumb line at the geographic latitude φ. The plane of the swing turns
-//! clockwise at Ω sin φ. A pendulum released from rest swings on a narrow ellipse, which by itself turns back
-//! by 3/8 (a/l)² of that (Airy 1851). And as the centrifugal force grows to the east with Ω², to the north
-//! with Ω² sin² φ, swings in these directions take different times, by Ω² cos² φ/(2 ω): that widens the
-//! ellipse, and Airy's formula turns it further. Over a time in which the plane turns by ψ this takes 3/64
-//! (a/l)² cot² φ (1 − sin 2ψ/2ψ) of the rate, in the mean.
+//! Nothing is left out: neither the centrifugal force nor the change of gravity with place. The Coriolis
+//! force appears nowhere by name. A plumb line does not point to the center, and the pendulum hangs along it:
+//! the axes east, north, up are those of the plumb line at the geographic latitude φ.
+//!
+//! The plane of the swing turns clockwise at Ω sin φ. A pendulum released from rest swings on a narrow
+//! ellipse, which by itself turns back by 3/8 (a/l)² of that (Airy 1851). The centrifugal force grows with
+//! Ω² to the east and with Ω² sin² φ to the north, so swings in these directions have different
+//! periods, by Ω² cos² φ/(2 ω). That widens the ellipse, and Airy's formula then turns it further. Over
+//! a time in which the plane turns by ψ this takes 3/64 (a/l)² cot² φ (1 − sin 2ψ/2ψ) of the mean
+//! rate.
 
 mod common;
 use dynamics::prelude::*;

@@ -1,10 +1,10 @@
-//! A four-bar linkage with the path of a point of its coupler, and the places where such linkages stop.
+//! A four-bar linkage with the path of a point of its coupler, and the positions in which such linkages stop.
 //!
 //!     crank + coupler − rocker − ground = 0        crank − Ω t = 0
 //!
-//! Hoecken's proportions 1 : 2 : 2.5 : 2.5 carry a point of the coupler along a straight line for half of the
-//! turn. A linkage whose shortest link is too long (Grashof) locks up, one with equal opposite links comes to
-//! a change point, where two assemblies meet: both are found and named.
+//! Hoecken's proportions 1 : 2 : 2.5 : 2.5 move a point of the coupler along a straight line for half of the
+//! turn. A linkage whose shortest link is too long (Grashof) locks up. One with equal opposite links has a
+//! change point, where two assemblies meet. Both positions are found and named.
 
 mod common;
 use std::f64::consts::{PI, TAU};

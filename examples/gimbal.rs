@@ -2,13 +2,13 @@
 //! textbook).
 //!
 //! The outer ring turns by ψ about the vertical, the inner ring by ϑ about an axis of the outer one, the
-//! wheel by φ in the inner one. Seen from the inner ring, which turns with w = (ϑ̇, ψ̇ sin ϑ, ψ̇ cos ϑ), the
-//! point moves in a circle; the transport theorem says the rest:
+//! wheel by φ in the inner one. Seen from the inner ring, which turns with w = (ϑ̇, ψ̇ sin ϑ, ψ̇ cos
+//! ϑ), the point moves in a circle. The transport theorem gives its acceleration:
 //!
 //!     a = a_rel + ẇ × r + w × (w × r) + 2 w × v_rel
 //!
-//! A weight on the axle does not tip a fast wheel over: it goes round. No bearing has friction, so p_φ of the
-//! wheel and p_ψ of all are kept.
+//! A weight on the axle does not tip a fast wheel over: the wheel precesses. No bearing has friction, so p_φ
+//! of the wheel and p_ψ of the whole are conserved.
 
 mod common;
 use dynamics::prelude::*;

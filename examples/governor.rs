@@ -1,11 +1,12 @@
-//! Porter's governor holds the speed of an engine: balls on arms fly out as the shaft turns, lift a heavy
+//! Porter's governor holds the speed of an engine. Balls on arms fly out as the shaft turns, lift a heavy
 //! sleeve and close the valve.
 //!
-//!     ball: l sin θ from the shaft, l cos θ below the top;        links of length l from the balls to the sleeve:  |ball − sleeve|² − l² = 0
+//!     ball: l sin θ from the shaft, l cos θ below the top
+//!     links of length l from the balls to the sleeve:  |ball − sleeve|² − l² = 0
 //!
-//! At a steady speed ω² = (m + M) g / (m l cos θ) (Porter 1858; Watt's for M = 0), and each link carries the
-//! weight M g/(2 cos θ). A governor of this kind is proportional: a heavier load is carried at a lower speed.
-//! With too little damping it hunts, as Vyshnegradsky found (1877).
+//! At a steady speed ω² = (m + M) g / (m l cos θ) (Porter 1858; Watt's for M = 0), and each link carries
+//! the weight M g/(2 cos θ). The governor is proportional: a heavier load runs at a lower speed. With too
+//! little damping it hunts, as Vyshnegradsky found (1877).
 
 mod common;
 use dynamics::prelude::*;

@@ -1,10 +1,10 @@
-//! A gyroscope on a pivot, let go with its axis at rest: it falls a little, and the axis goes round in cusps.
+//! A gyroscope on a pivot, released with its axis at rest. It falls a little, and its axis moves in cusps.
 //!
 //!     T = ½ A (ϑ̇² + φ̇² sin²ϑ) + ½ C (ψ̇ + φ̇ cos ϑ)²,        V = m g l cos ϑ
 //!
-//! Both p_φ and p_ψ are kept. The axis falls to where p_ψ² (cos ϑ₀ − cos ϑ) = 2 A m g l sin²ϑ, a quadratic in
-//! cos ϑ, and comes back. A fast one precesses with m g l/p_ψ in the mean. In angles about a vertical line,
-//! singular only where the axis is upright, which it is not.
+//! Both p_φ and p_ψ are conserved. The axis falls to where p_ψ² (cos ϑ₀ − cos ϑ) = 2 A m g l
+//! sin²ϑ, a quadratic in cos ϑ, and returns. A fast gyroscope precesses with m g l/p_ψ in the mean. The
+//! angles are singular only where the axis is upright, which it never is.
 
 mod common;
 use dynamics::prelude::*;

@@ -1,12 +1,13 @@
-//! A gyrostat: a satellite spun about its intermediate axis, which a wheel on that axis keeps from turning
+//! A gyrostat: a satellite that spins about its intermediate axis. A wheel on that axis keeps it from turning
 //! over.
 //!
-//!     A ω̇₁ = ((B − C) ω₂ + h) ω₃,    C ω̇₃ = ((A − B) ω₂ − h) ω₁,    h = J (ω₂ + spin)
+//!     A ω̇₁ = ((B − C) ω₂ + h) ω₃,    C ω̇₃ = ((A − B) ω₂ − h) ω₁
+//!     h = J (ω₂ + spin)
 //!
-//! Euler's equations with the momentum h of the wheel. For A < B < C the steady spin ω₂ = Ω is stable where
-//! h > (C − B) Ω, and the axis then wobbles with λ² = (h − (C − B) Ω)(h + (B − A) Ω)/(A C); with less it
-//! swings to ω₂ = 2 h/(C − B) − Ω and back, over without a wheel (P. C. Hughes, Spacecraft Attitude Dynamics,
-//! Wiley 1986, chapter 6).
+//! These are Euler's equations with the momentum h of the wheel. For A < B < C the steady spin ω₂ = Ω is
+//! stable if h > (C − B) Ω. The axis then wobbles with λ² = (h − (C − B) Ω)(h + (B − A) Ω)/(A
+//! C). With less momentum it swings to ω₂ = 2 h/(C − B) − Ω and back; without a wheel it turns over
+//! (P. C. Hughes, Spacecraft Attitude Dynamics, Wiley 1986, chapter 6).
 
 mod common;
 use dynamics::prelude::*;

@@ -1,12 +1,13 @@
-//! A bead on a hoop that is turned about a diameter, and about a line beside it: a pitchfork, what becomes of
-//! it, and where it is born.
+//! A bead on a hoop that turns about a diameter, and about a line beside it: a pitchfork, its unfolding, and
+//! its origin.
 //!
-//!     T = ½ m (R² θ̇² + (e + R sin θ)² ω²),  V = −m g R cos θ:        m R (e + R sin θ) cos θ ω² = m g R sin θ
+//!     T = ½ m (R² θ̇² + (e + R sin θ)² ω²),  V = −m g R cos θ
+//!     equilibrium:  m R (e + R sin θ) cos θ ω² = m g R sin θ
 //!
 //! On the diameter, e = 0, the bottom loses its stability at ω² = g/R to two positions aside, cos θ = g/(R
-//! ω²). With the slightest offset no branches meet any more: one goes over into the position aside smoothly,
-//! and the others are born together in a fold. The folds of all offsets lie on a curve with a cusp in the
-//! pitchfork (S. H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5 and §3.6).
+//! ω²). With the slightest offset no branches meet: one turns smoothly into the position aside, and the
+//! others appear together in a fold. The folds of all offsets lie on a curve with a cusp in the pitchfork (S.
+//! H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5 and §3.6).
 
 mod common;
 use dynamics::analysis::Page;

@@ -1,11 +1,13 @@
 //! Theo Jansen's walking linkage: one leg driven by its crank, and a machine of six pairs of legs that walks.
 //!
-//!     crank pin + upper rod = hip + triangle      crank pin + lower rod = hip + strut      hip + triangle + coupler = hip + strut + shin
+//!     crank pin + upper rod = hip + triangle
+//!     crank pin + lower rod = hip + strut
+//!     hip + triangle + coupler = hip + strut + shin
 //!
-//! Each leg is three closed loops of thirteen lengths (Jansen's "holy numbers"); with the crank driven
+//! Each leg has three closed loops of thirteen lengths (Jansen's "holy numbers"). With the crank driven
 //! nothing is free, and everything is solved from Φ(q, t) = 0. The machine's twelve legs hang on one
-//! crankshaft, six throws at 60°, a leg to either side. It walks in the frame of its body: the lowest foot
-//! stands on the track, so the track moves backward as that foot does.
+//! crankshaft with six throws at 60° and a leg on either side. It walks in the frame of its body: the lowest
+//! foot stands on the track, so the track moves backward with that foot.
 
 mod common;
 use std::f64::consts::TAU;

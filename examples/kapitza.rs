@@ -1,9 +1,10 @@
-//! A pendulum that stands upright because its pivot is shaken up and down.
+//! A pendulum stands upright because its pivot is shaken up and down.
 //!
-//!     r = (0, a cos Ωt) + l (sin θ, cos θ),        L = ½ m |ṙ|² − m g y,        θ from the upright
+//!     r = (0, a cos Ωt) + l (sin θ, cos θ),        L = ½ m |ṙ|² − m g y
+//!     θ from the upright
 //!
-//! Averaged over the fast shaking, the upright is a minimum of the effective potential where a² Ω² > 2 g l
-//! (Kapitza 1951); there it swings slowly at √(a² Ω² / 2 l² − g / l). Below the threshold it falls.
+//! Averaged over the fast shaking, the upright is a minimum of the effective potential if a² Ω² > 2 g l
+//! (Kapitza 1951). There it swings slowly at √(a² Ω² / 2 l² − g / l). Below the threshold it falls.
 
 mod common;
 use dynamics::prelude::*;

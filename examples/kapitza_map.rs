@@ -3,10 +3,11 @@
 //!
 //!     l θ̈ = (g − A Ω² cos Ωt) sin θ,        θ from the upright
 //!
-//! Beside the upright this is Mathieu's equation with a = −4g/(lΩ²) and q = 2A/l: it stands where a₀(q) < a <
-//! b₁(q). Below the first curve it falls over (μ = 1); beyond the second, with large amplitudes, it swings
-//! more and more at half the frequency (μ = −1). For small amplitudes the first is Kapitza's A²Ω² = 2gl. A.
-//! B. Pippard, Eur. J. Phys. 8 (1987) 203; Butikov, Am. J. Phys. 69 (2001) 755.
+//! Near the upright this is Mathieu's equation with a = −4g/(lΩ²) and q = 2A/l. The pendulum stands where
+//! a₀(q) < a < b₁(q). Below the first curve it falls over (μ = 1). Beyond the second, at large
+//! amplitudes, it swings more and more at half the frequency (μ = −1). For small amplitudes the first
+//! curve is Kapitza's A²Ω² = 2gl. A. B. Pippard, Eur. J. Phys. 8 (1987) 203; Butikov, Am. J. Phys. 69
+//! (2001) 755.
 
 mod common;
 use dynamics::analysis::{FloquetVerdict, Threshold};

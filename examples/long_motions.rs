@@ -1,12 +1,12 @@
-//! A million revolutions: q̈ = −μ q/|q|³ with steps of fixed size.
+//! A million revolutions: q̈ = −μ q/|q|³ in steps of a fixed size.
 //!
-//! Methods that preserve the structure of the motion make energy errors that stay where they are; with RK4
-//! they grow with every revolution, until the orbit is another one. What the errors are is a matter of order
-//! and step: the higher order pays as long as the steps are short.
+//! Methods that preserve the structure of the motion make energy errors that stay bounded. With RK4 the
+//! errors grow with every revolution, until the orbit is a different one. The size of the errors depends on
+//! order and step: a higher order pays if the steps are short.
 //!
-//! Where the method makes none, rounding is left, here on an orbit with e = 0.9 for 100,000 revolutions.
-//! Brouwer's law: what has no bias grows with the root of the time; the smallest errors of a method of fixed
-//! order have one, and grow with the time.
+//! Where the method makes no error, rounding remains. This is shown on an orbit with e = 0.9 for 100,000
+//! revolutions. By Brouwer's law, rounding without bias grows with the root of the time. The smallest errors
+//! of a method of fixed order have a bias, and grow with the time.
 
 mod common;
 

@@ -1,12 +1,12 @@
-//! A four-bar linkage and a slider-crank, put together from planar bodies and joints.
+//! A four-bar linkage and a slider-crank, built from planar bodies and joints.
 //!
-//! Every body has its place and its angle, every joint its rows; nobody works out a closed form. The motion
-//! obeys one all the same: the output angle of the four-bar Freudenstein's equation, with links a, b, c on a
-//! base d,
+//! Every body has its place and its angle, every joint its rows. The closed forms are not used in the models,
+//! but the motion obeys them. The output angle of the four-bar obeys Freudenstein's equation, with links a,
+//! b, c on a base d,
 //!
 //!     d/a cos ψ − d/c cos φ + (a² − b² + c² + d²)/(2 a c) = cos(φ − ψ),
 //!
-//! the slider x = a cos φ + √(b² − a² sin²φ). The energy is kept.
+//! the slider x = a cos φ + √(b² − a² sin²φ). The energy is conserved.
 
 mod common;
 use dynamics::prelude::*;

@@ -2,8 +2,8 @@
 //!
 //!     L = Σ ½ mᵢ |ṙᵢ|² + Σ_{i<j} G mᵢ mⱼ / |rᵢ − rⱼ|,        G = 4π²
 //!
-//! Energy, momentum and angular momentum are kept. Jupiter, a thousandth of the Sun, disturbs the others; on
-//! the average the periods follow Kepler's third law T² = a³ / (1 + m) all the same.
+//! Energy, momentum and angular momentum are conserved. Jupiter, a thousandth of the Sun, disturbs the
+//! others. On average the periods still follow Kepler's third law T² = a³ / (1 + m).
 
 mod common;
 use dynamics::prelude::*;

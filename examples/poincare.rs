@@ -1,9 +1,9 @@
-//! A driven pendulum that never repeats: its strange attractor, and how fast neighbours part on it.
+//! A driven pendulum that never repeats: its strange attractor, and how fast neighbours separate on it.
 //!
 //!     θ̈ + θ̇/Q + sin θ = F cos Ωt,        Q = 2, F = 1.5, Ω = 2/3
 //!
-//! Seen once a period of the drive, the motion stays on a set of points that is neither a curve nor an area.
-//! G. L. Baker & J. P. Gollub, *Chaotic Dynamics*, chapters 3 to 5.
+//! Seen once in each period of the drive, the motion stays on a set of points that is neither a curve nor an
+//! area. G. L. Baker & J. P. Gollub, *Chaotic Dynamics*, chapters 3 to 5.
 
 mod common;
 use dynamics::prelude::*;

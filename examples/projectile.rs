@@ -2,7 +2,8 @@
 //!
 //!     m r̈ = −m g e_y − k |ṙ| ṙ,        k = ½ ρ c_d A
 //!
-//! Dropped from rest it falls at v(t) = v∞ tanh(g t / v∞) toward the terminal speed v∞ = √(m g / k).
+//! Dropped from rest it falls with v(t) = v∞ tanh(g t / v∞) toward the terminal speed v∞ = √(m g /
+//! k).
 
 mod common;
 use dynamics::prelude::*;

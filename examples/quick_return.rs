@@ -2,9 +2,9 @@
 //!
 //!     crank pin = pivot + s (sin φ, cos φ)        arm's end + link = ram        crank − Ω t = 0
 //!
-//! The crank's pin slides in the slot of an arm that swings about a pivot below; the arm drives the ram
-//! through a link. A cutting force acts on the ram on its way forth. Everything is solved from the
-//! constraints; the multiplier of the drive is the torque of the motor.
+//! The pin of the crank slides in the slot of an arm, which swings about a pivot below. The arm drives the
+//! ram through a link. A cutting force acts on the ram on its way forth. Everything is solved from the
+//! constraints. The multiplier of the drive is the torque of the motor.
 
 mod common;
 use std::f64::consts::{PI, TAU};

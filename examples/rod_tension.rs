@@ -1,9 +1,10 @@
-//! A pendulum in Cartesian coordinates: the rod is a constraint, and what it pulls with is a result.
+//! A pendulum in Cartesian coordinates: the rod is a constraint, and its pull is a result.
 //!
-//!     L = ½ m (ẋ² + ẏ²) − m g y,        Φ = √(x² + y²) − l = 0,        m r̈ = −m g e_y + λ ∇Φ
+//!     L = ½ m (ẋ² + ẏ²) − m g y,        Φ = √(x² + y²) − l = 0
+//!     m r̈ = −m g e_y + λ ∇Φ
 //!
-//! ∇Φ is the unit vector away from the pivot, so −λ is the tension: m g (3 cos θ − 2 cos θ₀) for a start at
-//! rest. Index reduction alone lets the length drift; the projection after each step does not.
+//! ∇Φ is the unit vector away from the pivot, so −λ is the tension: m g (3 cos θ − 2 cos θ₀) for
+//! a start at rest. Index reduction alone lets the length drift. Projection after each step does not.
 
 mod common;
 use dynamics::prelude::*;

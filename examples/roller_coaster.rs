@@ -2,8 +2,8 @@
 //!
 //!     r(s) = (x(s), y(s)),        L = ½ m |r′(s)|² ṡ² − m g y(s)
 //!
-//! The track is the definition of the position, not a constraint: one coordinate, no multiplier. The rail
-//! pushes with N = m n·(r̈ + g e_y); as long as N > 0 all the way around the loop, no belt is needed.
+//! The track defines the position. It is not a constraint: there is one coordinate and no multiplier. The
+//! rail pushes with N = m n·(r̈ + g e_y). As long as N > 0 all the way around the loop, no belt is needed.
 
 mod common;
 use dynamics::prelude::*;

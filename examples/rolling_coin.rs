@@ -1,9 +1,10 @@
-//! A coin rolls on a table without slipping, in a circle, and wobbles about it when pushed.
+//! A coin rolls on a table without slipping, in a circle. Pushed, it wobbles about that circle.
 //!
-//!     ṙ + ω × (contact − r) = 0,        T = ½ m |ṙ|² + ½ ω·I ω,        V = m g r cos(lean)
+//!     ṙ + ω × (contact − r) = 0
+//!     T = ½ m |ṙ|² + ½ ω·I ω,        V = m g r cos(lean)
 //!
-//! Leaning by β on a circle of radius R it spins with γ̇² = 4 g sin β / ((6 − 5 ρ sin β) ρ r cos β), ρ = r/R
-//! (C. Le Saux, R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27).
+//! Leaning by β on a circle of radius R it spins with γ̇² = 4 g sin β / ((6 − 5 ρ sin β) ρ r cos
+//! β), ρ = r/R (C. Le Saux, R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27).
 
 mod common;
 use dynamics::prelude::*;

@@ -2,8 +2,9 @@
 //!
 //!     L = ½ m (ṙ² + Ω² r²),        r̈ = Ω² r,        r(t) = r₀ cosh Ω t
 //!
-//! The position r (cos Ωt, sin Ωt) contains time, so the energy function E = q̇ ∂L/∂q̇ − L = ½ m (ṙ² − Ω² r²)
-//! is not the energy T + V: E is kept, while T grows by the work of whatever turns the tube.
+//! The position r (cos Ωt, sin Ωt) contains time. So the energy function E = q̇ ∂L/∂q̇ − L = ½ m
+//! (ṙ² − Ω² r²) is not the energy T + V. E is conserved, while T grows by the work of whatever turns
+//! the tube.
 
 mod common;
 use dynamics::prelude::*;

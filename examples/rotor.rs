@@ -1,12 +1,13 @@
 //! A rotor on soft bearings: its critical speeds, and the speed above which its own material makes it whirl.
 //!
-//!     m ẍ = −k_x x − c_e ẋ − c_i (ẋ + Ω y) + m e Ω² cos Ωt        m ÿ = −k_y y − c_e ẏ − c_i (ẏ − Ω x) + m e Ω² sin Ωt
+//!     m ẍ = −k_x x − c_e ẋ − c_i (ẋ + Ω y) + m e Ω² cos Ωt
+//!     m ÿ = −k_y y − c_e ẏ − c_i (ẏ − Ω x) + m e Ω² sin Ωt
 //!     I_t α̈ + I_p Ω β̇ + k_t α = 0        I_t β̈ − I_p Ω α̇ + k_t β = 0
 //!
-//! Damping in what turns drives forward whirl once Ω exceeds the whirl's own frequency (A. L. Kimball 1924;
-//! D. M. Smith 1933): with equal bearings above ω_n (1 + c_e/c_i). Bearings of unequal stiffness put that
-//! off, as they hinder circles. The disk's tilting splits into a slow backward and a fast forward whirl (G.
-//! Genta, *Dynamics of Rotating Systems*).
+//! Damping in the rotating part drives forward whirl once Ω exceeds the frequency of the whirl (A. L.
+//! Kimball 1924; D. M. Smith 1933): with equal bearings above ω_n (1 + c_e/c_i). Bearings of unequal
+//! stiffness raise that speed, because they hinder circles. The tilting of the disk splits into a slow
+//! backward and a fast forward whirl (G. Genta, *Dynamics of Rotating Systems*).
 
 mod common;
 use dynamics::analysis::Campbell;

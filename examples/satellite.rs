@@ -2,10 +2,10 @@
 //!
 //!     hub and wheels: Σ (I ω + J (Ω + ω·a) a) = H, a constant vector of the world
 //!
-//! Nothing acts from outside. The motors between hub and wheels carry momentum to and fro: the satellite
-//! turns through 130° about an axis askew and stops there, with H in the wheels, as it was before. The law is
-//! that of Wie, Weiss and Arapostathis (J. Guidance 12 (1989) 375): torque −k ε − d ω with the vector ε of
-//! the error's Euler parameters. Four Euler parameters have no singular place on the way.
+//! Nothing acts from outside. The motors between hub and wheels move momentum to and fro. The satellite turns
+//! through 130° about an oblique axis and stops there, with H in the wheels as before. The law is that of
+//! Wie, Weiss and Arapostathis (J. Guidance 12 (1989) 375): torque −k ε − d ω with the vector ε of the
+//! Euler parameters of the error. Four Euler parameters have no singular attitude.
 
 mod common;
 use dynamics::prelude::*;

@@ -1,10 +1,11 @@
-//! A shallow arch of two bars under a load at its apex: the curve of its equilibria through both limit
-//! points, and the jump when the load exceeds the first.
+//! A shallow arch of two bars with a load at its apex: its equilibria through both limit points, and the jump
+//! when the load exceeds the first.
 //!
-//!     V = k (ℓ − ℓ₀)² − P (h − z),   ℓ² = b² + z²:        P(z) = 2 k z (ℓ₀/ℓ − 1),        limit load where ℓ³ = ℓ₀ b²
+//!     V = k (ℓ − ℓ₀)² − P (h − z),   ℓ² = b² + z²
+//!     P(z) = 2 k z (ℓ₀/ℓ − 1),        limit load where ℓ³ = ℓ₀ b²
 //!
 //! (R. von Mises, ZAMM 3 (1923) 406; Z. P. Bažant & L. Cedolin, *Stability of Structures*, §4.4). Weights
-//! that are added one by one end at the limit load: statics has no answer beyond it, and says so. Dynamics
+//! that are added one by one end at the limit load. Statics has no answer beyond it, and says so. Dynamics
 //! has one: the arch snaps through to the equilibrium on the other side.
 
 mod common;

@@ -1,10 +1,10 @@
-//! A driven slider-crank: its crank turns steadily, so that everything follows from the constraints.
+//! A driven slider-crank. Its crank turns steadily, so everything follows from the constraints.
 //!
-//!     closure: crank pin + rod − slider pin = 0        drive: θ − Ω t = 0        M q̈ = Q + Φ_qᵀ λ
+//!     crank pin + rod − slider pin = 0        θ − Ω t = 0        M q̈ = Q + Φ_qᵀ λ
 //!
 //! Three coordinates, three constraints: positions, velocities and accelerations are solved, not integrated.
-//! The multipliers say what it takes: that of the drive is the torque on the crank, that of the closure the
-//! force of the rod on the slider. The same crank driven from the slider locks up at its dead point, which is
+//! The multiplier of the drive is the torque on the crank. The multipliers of the closure are the force of
+//! the rod on the slider. The same mechanism driven from the slider locks up at its dead point, which is
 //! located.
 
 mod common;

@@ -1,16 +1,16 @@
-//! How much model does a connecting rod need? A ladder of four slider-cranks.
+//! How detailed a model does a connecting rod need? Four models of a slider-crank.
 //!
 //!     massless rod      T = ½ J θ̇² + ½ m_s ẋ²
-//!     two masses        m (1 − s/l) on the crank pin, m s/l on the slider: mass and centre of the rod
-//!     rigid rod         T = … + ½ m |ċ|² + ½ J_r φ̇²           x(θ), φ(θ) put in: one coordinate
-//!     with its pins     the same rod in θ, φ, x and with its closure as a constraint
+//!     two masses        m (1 − s/l) on the crank pin, m s/l on the slider
+//!     rigid rod         T = … + ½ m |ċ|² + ½ J_r φ̇²,  x(θ), φ(θ) put in: one coordinate
+//!     with its pins     the same rod in θ, φ, x, with its closure as a constraint
 //!
-//! A motor turns the crank against its inertia at some 100 rad/s. What do the bearing of the crank and the
-//! guide of the slider carry? By the theorems of momentum, F = ṗ − N and x N = L̇ − τ, whatever the rod is
-//! made of. Two masses have the rod's momentum, so that they are right about the bearing force along the
-//! guide, and not its spin, so that they are wrong about the guide. One coordinate and three are the same
-//! model: `compare` says that they agree as far as their numerical errors can tell, and what each costs; the
-//! program asserts all of this.
+//! A motor turns the crank against its inertia at about 100 rad/s. What do the bearing of the crank and the
+//! guide of the slider carry? By the theorems of momentum, F = ṗ − N and x N = L̇ − τ, for any rod.
+//! Two masses have the mass, the centre and the momentum of the rod, so they are right about the bearing
+//! force along the guide. They do not have its spin, so they are wrong about the guide. One coordinate and
+//! three coordinates are the same model: `compare` says that they agree as far as their numerical errors can
+//! tell, and what each costs. The program checks all of this.
 
 mod common;
 use std::f64::consts::TAU;

@@ -2,9 +2,9 @@
 //!
 //!     r̈ = r θ̇² + g cos θ − (k/m)(r − l),        r θ̈ = −2 ṙ θ̇ − g sin θ
 //!
-//! The bouncing modulates the length of the pendulum. Where it is twice as fast as the swinging, √(k/m) = 2
-//! √(g/r₀), a bob that only bounces gives its energy to the swing and takes it back (Vitt and Gorelik 1933);
-//! elsewhere it goes on bouncing.
+//! Bouncing modulates the length of the pendulum. If it is twice as fast as the swinging, √(k/m) = 2
+//! √(g/r₀), a bob that only bounces gives its energy to the swing and takes it back (Vitt and Gorelik
+//! 1933). Otherwise it goes on bouncing.
 
 mod common;
 use dynamics::prelude::*;

@@ -1,10 +1,11 @@
-//! A block on a running belt, held by a spring: it rides along until the spring tears it off, and slips back.
+//! A block on a running belt, held by a spring. It rides along until the spring tears it off, and slips back.
 //!
-//!     m ẍ + k x = friction        sticks: ẋ = v while |λ| ≤ μₛ m g        slips: friction = −μₖ m g · sign of (ẋ − v)
+//!     m ẍ + k x = friction
+//!     sticks: ẋ = v while |λ| ≤ μₛ m g        slips: friction = −μₖ m g · sign of (ẋ − v)
 //!
-//! This is how a violin string sounds and a brake squeals. The belt's grip is a switched constraint on the
-//! velocity; its multiplier is the static friction, and where the limit is reached it lets go, until the slip
-//! is zero again.
+//! This is how a violin string sounds and a brake squeals. The grip of the belt is a switched constraint on
+//! the velocity, and its multiplier is the static friction. At the limit it lets go, until the slip is zero
+//! again.
 
 mod common;
 use std::f64::consts::TAU;

@@ -1,15 +1,16 @@
-//! When a double pendulum first flips, over all angles from which it is let go: a picture of as many runs as
-//! it has points.
+//! When does a double pendulum first flip? A picture over all angles from which it is released, with one run
+//! for each point.
 //!
-//! A rod flips where it passes the top. Let go at rest none can where the energy does not suffice even for
-//! the lower one, which takes less: 2 cos θ₁ + cos θ₂ > 1 for equal bobs and rods. Outside of this region the
-//! time is sensitive to the start (J. S. Heyl, *The Double Pendulum Fractal*, 2008, of uniform bars). Each
-//! run ends with its first flip or after 10 s; the grid is shared by all cores where the feature `parallel`
-//! is there, and the picture is the same however many they are:
+//! A rod flips when it passes the top. Released at rest, none can flip if the energy does not suffice even
+//! for the lower rod, which needs less: 2 cos θ₁ + cos θ₂ > 1 for equal bobs and rods. Outside of this
+//! region the time is sensitive to the start (J. S. Heyl, *The Double Pendulum Fractal*, 2008, of uniform
+//! bars). Each run ends with its first flip or after 10 s. With the feature `parallel` the grid is shared by
+//! all cores, and the picture is the same for any number of them:
 //!
 //!     cargo run --release --features parallel,progress --example sweep -- 317
 //!
-//! makes 317 × 317 = 100,489 runs, and then says how much faster all cores were than one, of a part of them.
+//! makes 317 × 317 = 100,489 runs. It then runs a part of them on one core and says how much faster all
+//! cores were.
 
 mod common;
 use std::f64::consts::PI;

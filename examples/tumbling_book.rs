@@ -1,10 +1,10 @@
-//! A book in orbit, spun about its intermediate axis: it turns over, again and again, at even intervals.
+//! A book in orbit, spun about its intermediate axis. It turns over, again and again, at even intervals.
 //!
 //!     I ω̇ + ω × I ω = 0
 //!
-//! The component along the intermediate axis is a Jacobi elliptic sine; it changes its sign every 2 K(m)/τ
-//! (Landau & Lifshitz, Mechanics, §37). About the other two axes nothing of the kind happens. Four Euler
-//! parameters have no singular place on the way.
+//! The component along the intermediate axis is a Jacobi elliptic sine. It changes its sign every 2 K(m)/τ
+//! (Landau & Lifshitz, Mechanics, §37). About the other two axes this does not happen. Four Euler parameters
+//! have no singular attitude.
 
 mod common;
 use dynamics::prelude::*;

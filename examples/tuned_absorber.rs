@@ -1,10 +1,11 @@
-//! A building and the mass on its roof that takes its swaying away.
+//! A building, and a mass on its roof that takes its swaying away.
 //!
-//!     M ẍ + C ẋ + K x = forces,        roof mass μ of the first mode's, tuned to ω₁/(1 + μ), ζ² = 3μ/(8(1 + μ)³)
+//!     M ẍ + C ẋ + K x = forces
+//!     roof mass μ of the first mode's, tuned to ω₁/(1 + μ), ζ² = 3μ/(8(1 + μ)³)
 //!
-//! Five storeys shear against each other; wind shakes the roof, or the ground moves. With den Hartog's tuning
-//! (*Mechanical Vibrations*, §3.3) the one tall peak of the first mode becomes two low ones of nearly one
-//! height, and a gust dies away in a few swings.
+//! Five storeys shear against each other. Wind shakes the roof, or the ground moves. With den Hartog's tuning
+//! (*Mechanical Vibrations*, §3.3) the single tall peak of the first mode becomes two low peaks of nearly
+//! equal height, and a gust dies away in a few swings.
 
 mod common;
 use dynamics::analysis::{Load, Spectrum, Window, frequencies};

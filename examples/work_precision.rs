@@ -2,11 +2,11 @@
 //!
 //!     error of q, q̇, λ, E at the end   over   time (median of repeats) and evaluations
 //!
-//! The double pendulum, Kepler's problem with e = 0.9, Andrews' mechanism with its six constraints, a stiff
-//! spring pendulum, the flyball governor and the car axis. Each is measured against a reference whose
-//! uncertainty is drawn as a line. Where `benches/peers/run.sh` has measured other solvers on this machine,
-//! their curves stand beside, and what was wanted of this library against them is compared with what is.
-//! `--quick` takes few tolerances and three repeats.
+//! The problems are the double pendulum, Kepler's problem with e = 0.9, Andrews' mechanism with its six
+//! constraints, a stiff spring pendulum, the flyball governor and the car axis. Each is measured against a
+//! reference whose uncertainty is drawn as a line. If `benches/peers/run.sh` has measured other solvers on
+//! this machine, their curves are added, and the targets of this library against them are compared with the
+//! results. `--quick` takes few tolerances and three repeats.
 
 #[path = "../tests/models/andrews.rs"]
 #[allow(dead_code, reason = "tests use more of it")]

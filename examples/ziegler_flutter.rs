@@ -1,11 +1,12 @@
-//! Flutter of Ziegler's column: a force that follows its end takes energy from nowhere, and a little damping
-//! makes it worse.
+//! Flutter of Ziegler's column. A force that follows its end feeds energy into it, and a little damping makes
+//! it worse.
 //!
-//!     undamped P = (7/2 − √2) k/l,        with dampers P = 41/28 k/l + ½ c²/(m l³)        (H. Ziegler, Ing.-Arch. 20 (1952) 49)
+//!     undamped P = (7/2 − √2) k/l
+//!     with dampers P = 41/28 k/l + ½ c²/(m l³)        (H. Ziegler, Ing.-Arch. 20 (1952) 49)
 //!
 //! However small the damping, it takes away a third of the load that the column bears without any. No
-//! stiffness vanishes: statics knows nothing of it. Beyond it the column swings ever wider, until the angles
-//! are large.
+//! stiffness vanishes, so statics does not show it. Beyond that load the column swings wider and wider, until
+//! the angles are large.
 
 mod common;
 use dynamics::analysis::{Page, SpecialKind};
