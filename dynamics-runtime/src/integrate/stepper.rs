@@ -11,83 +11,11 @@ mod singularity_crossing;
 mod switching;
 mod truncation;
 
+use crate::integrate::step::Step;
+use crate::integrate::step::StepError;
+use crate::integrate::step::StepFlags;
+use crate::integrate::step::StepOptions;
 use singularity_crossing::{Passing, UNCERTAIN, Verdict};
-
-/// How steps are chosen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepOptions {
-    /// Permitted local error.
-    pub tolerances: Tolerances,
-    /// Size of every step, for methods without error estimate or to switch step control off.
-    pub fixed: Option<f64>,
-    /// Size of the first step; chosen from the problem where absent.
-    pub first: Option<f64>,
-    /// Largest step.
-    pub most: f64,
-}
-
-/// An accepted step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step<V> {
-    /// Where it starts.
-    pub start: StepNode<V>,
-    /// Where it ends.
-    pub end: StepNode<V>,
-    /// Its size, with sign.
-    pub h: f64,
-    /// How it was kept where the system belongs.
-    pub kept: StepFlags,
-}
-
-/// How a step was kept where the system belongs, besides settling its end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StepFlags {
-    /// Its stages were settled: near a position where what holds them nearly loses a direction.
-    pub stages: bool,
-    /// States between its ends have to be settled: it is as long as it is because what settling its end
-    /// removes was no error.
-    pub between: bool,
-    /// Branches of the accelerations were held in it: see [`System::hold_branches`].
-    pub branches: bool,
-}
-
-/// Why there is no next step. In every case the stepper stands at the last accepted state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum StepError<E> {
-    /// The accelerations could not be evaluated, however short the step.
-    Evaluation(E),
-    /// An acceleration became infinite or not a number, however short the step.
-    NotFinite {
-        /// Index of the coordinate whose acceleration it is.
-        coordinate: usize,
-        /// Size of the last attempt.
-        h: f64,
-    },
-    /// The tolerance asks for steps below the resolution of time.
-    StepTooSmall {
-        /// Index of the coordinate whose error is the largest; 0 where no step was tried because none is
-        /// resolved.
-        coordinate: usize,
-        /// Size of the last attempt.
-        h: f64,
-    },
-    /// What settles the end of a fixed step would have moved it by a part of the way that the step had come:
-    /// it would decide the motion, and not the method.
-    Displaced {
-        /// Index of the coordinate that would have been moved most.
-        coordinate: usize,
-        /// Size of the step.
-        h: f64,
-    },
-    /// The equations of an implicit method could not be solved, however short the step; with a fixed step, at
-    /// that step.
-    NotSolved {
-        /// Index of the coordinate whose last correction was the largest.
-        coordinate: usize,
-        /// Size of the last attempt.
-        h: f64,
-    },
-}
 
 /// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one
 /// whose error is too large shrinks as the power law of the error says: neither takes half as many.

@@ -89,63 +89,6 @@ pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f
     out
 }
 
-/// How large an error may be: absolute + relative·max(|y₀|, |y₁|) per element of q and of u.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerances {
-    /// In the unit of each coordinate and velocity.
-    pub absolute: f64,
-    /// Dimensionless.
-    pub relative: f64,
-}
-
-impl Tolerances {
-    /// Absolute and relative alike.
-    #[must_use]
-    pub const fn both(tolerance: f64) -> Self {
-        Self { absolute: tolerance, relative: tolerance }
-    }
-
-    /// The permitted error of an element that goes from x to y.
-    #[inline(always)]
-    pub(crate) fn scale(&self, x: f64, y: f64) -> f64 {
-        self.absolute + self.relative * x.abs().max(y.abs())
-    }
-
-    /// Σ (eᵢ/scaleᵢ)² over all elements of q and u.
-    #[inline(always)]
-    pub(crate) fn square_sum<V: Vector>(&self, error: &Phase<V>, from: &Phase<V>, to: &Phase<V>) -> f64 {
-        let part = |e: &V, x: &V, y: &V| {
-            let mut sum = 0.0;
-            for i in 0..V::LEN {
-                let r = e.as_slice()[i] / self.scale(x.as_slice()[i], y.as_slice()[i]);
-                sum += r * r;
-            }
-            sum
-        };
-        part(&error.q, &from.q, &to.q) + part(&error.u, &from.u, &to.u)
-    }
-
-    /// √(Σ (eᵢ/scaleᵢ)² / 2N): 1 where the error is just permitted.
-    #[inline(always)]
-    pub(crate) fn norm<V: Vector>(&self, error: &Phase<V>, from: &Phase<V>, to: &Phase<V>) -> f64 {
-        math::sqrt(self.square_sum(error, from, to) / (2 * V::LEN) as f64)
-    }
-
-    /// Index of the coordinate whose error, in q or u, is the largest against its scale.
-    pub(crate) fn worst<V: Vector>(&self, error: &Phase<V>, from: &Phase<V>, to: &Phase<V>) -> usize {
-        let mut worst = (0, -1.0);
-        for i in 0..V::LEN {
-            let of_q = (error.q[i] / self.scale(from.q[i], to.q[i])).abs();
-            let of_u = (error.u[i] / self.scale(from.u[i], to.u[i])).abs();
-            let size = of_q.max(of_u);
-            if size > worst.1 {
-                worst = (i, size);
-            }
-        }
-        worst.0
-    }
-}
-
 /// |h λ| of the dominant eigenvalue λ, from two nearby states (y, q̈) at the same time; `None` where they coincide.
 ///
 /// Hairer's test compares derivatives by the Euclidean norm of all of (q, u); a fast oscillator would then

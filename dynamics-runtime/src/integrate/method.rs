@@ -1,0 +1,104 @@
+//! The methods by name.
+
+use crate::model::MOST_SERIES_ORDER;
+use core::fmt;
+
+/// The integration methods.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Method {
+    /// The classical Runge–Kutta method of order 4, fixed step.
+    Rk4,
+    /// Dormand and Prince's method of order 5(4).
+    DormandPrince5,
+    /// Dormand and Prince's method of order 8(5,3).
+    Dop853,
+    /// Tsitouras's method of order 5(4).
+    Tsit5,
+    /// Verner's method of order 9(8).
+    Verner9,
+    /// Gragg's, Bulirsch's and Stoer's extrapolation of order 14(12), its columns side by side.
+    GraggBulirschStoer,
+    /// Radau IIA of order 5, implicit.
+    Radau5,
+    /// A diagonally implicit Runge–Kutta method of order 4(3).
+    Esdirk4,
+    /// Taylor series of adaptive order and step.
+    Taylor,
+    /// The semi-implicit Euler method, fixed step.
+    SemiImplicitEuler,
+    /// Störmer's and Verlet's method, fixed step.
+    StormerVerlet,
+    /// The same with holonomic constraints, fixed step.
+    Rattle,
+    /// Five Verlet steps of order 4, fixed step.
+    Composition4,
+    /// Nine Verlet steps of order 6, fixed step.
+    Composition6,
+    /// Seventeen Verlet steps of order 8, fixed step.
+    Composition8,
+    /// Gauss's collocation of order 4, implicit, fixed step.
+    Gauss4,
+    /// Gauss's collocation of order 6, implicit, fixed step.
+    Gauss6,
+    /// The midpoint rule that keeps the energy, implicit, fixed step.
+    EnergyMidpoint,
+    /// The generalized-α method with adjustable damping, implicit.
+    GeneralizedAlpha,
+    /// No integration: positions solved from constraints that leave no freedom ([`crate::kinematics`]).
+    PositionAnalysis,
+}
+
+impl Method {
+    /// Whether it is for stiff motions: implicit, with a step control that does not see what is stiff and has
+    /// died away.
+    #[must_use]
+    pub const fn is_for_stiff(self) -> bool {
+        matches!(self, Self::Radau5 | Self::Esdirk4 | Self::GeneralizedAlpha)
+    }
+
+    /// Order of the step; of the interpolant where positions are solved instead of integrated; the highest
+    /// one of Taylor series.
+    #[must_use]
+    pub const fn order(self) -> u32 {
+        match self {
+            Self::PositionAnalysis => 5,
+            Self::SemiImplicitEuler => 1,
+            Self::StormerVerlet | Self::Rattle | Self::EnergyMidpoint | Self::GeneralizedAlpha => 2,
+            Self::Rk4 | Self::Composition4 | Self::Gauss4 | Self::Esdirk4 => 4,
+            Self::Composition6 | Self::Gauss6 => 6,
+            Self::DormandPrince5 | Self::Tsit5 | Self::Radau5 => 5,
+            Self::Dop853 | Self::Composition8 => 8,
+            Self::Verner9 => 9,
+            Self::GraggBulirschStoer => 14,
+            Self::Taylor => MOST_SERIES_ORDER as u32,
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::PositionAnalysis => "Newton–Raphson on positions",
+            Self::Rk4 => "RK4 (order 4)",
+            Self::DormandPrince5 => "Dormand–Prince 5(4)",
+            Self::Dop853 => "DOP853 (order 8)",
+            Self::Tsit5 => "Tsitouras 5(4)",
+            Self::Verner9 => "Verner 9(8)",
+            Self::GraggBulirschStoer => "Gragg–Bulirsch–Stoer 14(12)",
+            Self::Radau5 => "Radau IIA (order 5, implicit)",
+            Self::Esdirk4 => "ESDIRK 4(3) (implicit)",
+            Self::Taylor => "Taylor series",
+            Self::SemiImplicitEuler => "semi-implicit Euler (order 1)",
+            Self::StormerVerlet => "Störmer–Verlet (order 2)",
+            Self::Rattle => "RATTLE (order 2)",
+            Self::Composition4 => "composition of order 4",
+            Self::Composition6 => "composition of order 6",
+            Self::Composition8 => "composition of order 8",
+            Self::Gauss4 => "Gauss (order 4, implicit)",
+            Self::Gauss6 => "Gauss (order 6, implicit)",
+            Self::EnergyMidpoint => "energy-conserving midpoint (order 2, implicit)",
+            Self::GeneralizedAlpha => "generalized-α (order 2, implicit)",
+        })
+    }
+}

@@ -1,0 +1,89 @@
+//! Points of phase space, alone and four side by side, and where steps start.
+
+use crate::lanes::{Lanes, Wide};
+use crate::model::Vector;
+
+/// A point (q, u) of phase space, or a derivative (q̇, u̇) there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phase<V> {
+    /// Generalized coordinates, or q̇ in a derivative.
+    pub q: V,
+    /// Generalized velocities, or q̈ in a derivative.
+    pub u: V,
+}
+
+impl<V: Vector> Phase<V> {
+    /// Both parts zero.
+    #[must_use]
+    pub fn zeros() -> Self {
+        Self { q: V::zeros(), u: V::zeros() }
+    }
+
+    /// Whether every element is finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let finite = |v: &V| v.as_slice().iter().all(|x| x.is_finite());
+        finite(&self.q) && finite(&self.u)
+    }
+}
+
+/// Four phases side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stages<V: Vector> {
+    /// Generalized coordinates; q̇ in derivatives.
+    pub q: V::Wide,
+    /// Generalized velocities; q̈ in derivatives.
+    pub u: V::Wide,
+}
+
+impl<V: Vector> Stages<V> {
+    /// All zero.
+    #[inline(always)]
+    #[must_use]
+    pub fn zeros() -> Self {
+        Self { q: V::Wide::zeros(), u: V::Wide::zeros() }
+    }
+    /// The phase in one lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(&self, lane: usize) -> Phase<V> {
+        let mut phase = Phase::<V>::zeros();
+        for i in 0..V::LEN {
+            phase.q[i] = self.q.as_slice()[i].to_array()[lane];
+            phase.u[i] = self.u.as_slice()[i].to_array()[lane];
+        }
+        phase
+    }
+    /// Puts a phase into one lane.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, phase: &Phase<V>) {
+        let set = |lanes: &mut Lanes, x| {
+            let mut array = lanes.to_array();
+            array[lane] = x;
+            *lanes = Lanes::new(array);
+        };
+        for i in 0..V::LEN {
+            set(&mut self.q.as_mut_slice()[i], phase.q[i]);
+            set(&mut self.u.as_mut_slice()[i], phase.u[i]);
+        }
+    }
+}
+
+/// Where a step starts: time, phase and the accelerations there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepNode<V> {
+    /// Time.
+    pub t: f64,
+    /// q and u.
+    pub y: Phase<V>,
+    /// q̈.
+    pub a: V,
+}
+
+impl<V: Vector> StepNode<V> {
+    /// (q̇, q̈): the first stage of every method here.
+    #[inline(always)]
+    pub(crate) fn derivative(&self) -> Phase<V> {
+        Phase { q: self.y.u, u: self.a }
+    }
+}
