@@ -1,5 +1,5 @@
-// What the examples of the guide use beside the library: their pictures are compared with the files in
-// `docs/guide/pictures/`. The examples include this file. `UPDATE_CHARTS=1` writes the pictures instead.
+// The pictures of the guide are compared with the files in `docs/guide/pictures/`. The comments behind the
+// examples call these functions (`tests/pages/lib.rs`). `UPDATE_CHARTS=1` writes the pictures instead.
 //
 // Charts are SVG files that the library writes. A `Drawing` is shown by the pages that the library writes for
 // browsers; for the printed page it is painted here, as those pages paint it.
@@ -83,8 +83,7 @@ mod pictures {
                 let Some(name) = rest.split(".svg)").next().filter(|name| !name.contains(['\n', ' '])) else {
                     continue;
                 };
-                let drawn = text.contains(&format!("check(\"{name}\")"))
-                    || text.contains(&format!(", \"{name}\");\n"));
+                let drawn = text.contains(&format!("\"{name}\"); -->"));
                 assert!(drawn, "{}: no example draws {name}", page.display());
                 shown.insert(format!("{name}.svg"));
             }

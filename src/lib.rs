@@ -178,29 +178,31 @@ pub mod __private {
 /// The code in the README and in the guides is compiled and run.
 #[cfg(all(doctest, feature = "analysis"))]
 mod guides {
-    #[doc = include_str!("../README.md")]
+    use dynamics_pages::page;
+
+    #[doc = page!("README.md")]
     struct Readme;
-    #[doc = include_str!("../docs/guide/first-model.md")]
+    #[doc = page!("docs/guide/first-model.md")]
     struct FirstModel;
-    #[doc = include_str!("../docs/guide/results.md")]
+    #[doc = page!("docs/guide/results.md")]
     struct Results;
-    #[doc = include_str!("../docs/guide/constraints.md")]
+    #[doc = page!("docs/guide/constraints.md")]
     struct Constraints;
-    #[doc = include_str!("../docs/guide/events-and-control.md")]
+    #[doc = page!("docs/guide/events-and-control.md")]
     struct EventsAndControl;
-    #[doc = include_str!("../docs/guide/equilibria.md")]
+    #[doc = page!("docs/guide/equilibria.md")]
     struct Equilibria;
-    #[doc = include_str!("../docs/guide/vibration.md")]
+    #[doc = page!("docs/guide/vibration.md")]
     struct Vibration;
-    #[doc = include_str!("../docs/guide/periodic-motions.md")]
+    #[doc = page!("docs/guide/periodic-motions.md")]
     struct PeriodicMotions;
-    #[doc = include_str!("../docs/guide/parameters.md")]
+    #[doc = page!("docs/guide/parameters.md")]
     struct Parameters;
-    #[doc = include_str!("../docs/guide/accuracy.md")]
+    #[doc = page!("docs/guide/accuracy.md")]
     struct Accuracy;
-    #[doc = include_str!("../docs/guide/bodies.md")]
+    #[doc = page!("docs/guide/bodies.md")]
     struct Bodies;
-    #[doc = include_str!("../docs/reference/language.md")]
+    #[doc = page!("docs/reference/language.md")]
     struct Language;
 
     /// The pages show every picture of the guide, and only pictures that their examples draw.
