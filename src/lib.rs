@@ -51,8 +51,9 @@
 //! ```
 //!
 //! `docs/guide/` is a book to learn from, `docs/reference/` lists every function, option and result,
-//! `examples/README.md` is a gallery. With the feature `progress` long runs show a bar;
-//! without `std` the crate is `no_std`, and without `alloc` it does not allocate.
+//! `examples/README.md` is a gallery. The feature `analysis` (default) adds equilibria, vibration and fits.
+//! With the feature `progress` long runs show a bar; without `std` the crate is `no_std`, and without `alloc`
+//! it does not allocate.
 #![cfg_attr(not(feature = "std"), no_std)]
 
 #[cfg(feature = "analysis")]

@@ -610,7 +610,7 @@ mod squeezed {
             for tolerance in [1e-6, 1e-10] {
                 let error = pressed(start, restitution, tolerance);
                 assert!((error.time - 5.0).abs() < 1e-12, "{error}");
-                let SimulationErrorKind::Change { error: change, .. } = &error.kind else {
+                let SimulationErrorKind::EventAction { error: change, .. } = &error.kind else {
                     panic!("{error}")
                 };
                 assert!(

@@ -131,7 +131,7 @@ fn changes_are_judged_by_their_size() {
             .run()
         };
         let error = run(1e-4).unwrap_err();
-        let Kind::Change { error, .. } = &error.kind else { panic!("{size:e}: {error}") };
+        let Kind::EventAction { error, .. } = &error.kind else { panic!("{size:e}: {error}") };
         let EventActionError::ImpactApart { row: "first", residual } = **error else {
             panic!("{size:e}: {error}")
         };

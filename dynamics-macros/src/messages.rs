@@ -1,6 +1,7 @@
 //! The one catalogue of wording: lower case, *problem; remedy*, the user's names in backticks, no full stop.
 //!
-//! Every entry has a case under `tests/ui/` whose file is named after it; `tests/sources/catalogue.rs` checks that.
+//! Every entry has a case under `tests/ui/` whose file is named after it; `tests/sources/catalogue.rs`
+//! checks that.
 
 use std::fmt::{self, Display};
 

@@ -37,12 +37,12 @@ const FIRST: u32 = 3;
 pub struct EnergyMidpoint<V> {
     k: [Phase<V>; 2],
     solved: bool,
-    kept: Option<StepFlags<V>>,
+    kept: Option<LastStep<V>>,
 }
 
 /// What the last step kept.
 #[derive(Clone, Copy, Debug)]
-struct StepFlags<V> {
+struct LastStep<V> {
     energy: f64,
     /// Where it started and ended, with the energies that these states have.
     states: [(Phase<V>, f64); 2],
@@ -122,7 +122,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
             if next != Course::Again || !end.is_finite() {
                 let there = own.zip(system.energy(start.t + h, &end));
                 let states = there.map(|(own, there)| [(*y0, own), (end, there)]);
-                self.kept = energy.zip(states).map(|(energy, states)| StepFlags { energy, states });
+                self.kept = energy.zip(states).map(|(energy, states)| LastStep { energy, states });
                 return Ok((end, 0.0));
             }
         }

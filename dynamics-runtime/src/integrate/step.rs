@@ -39,7 +39,8 @@ pub struct StepFlags {
     /// States between its ends have to be settled: it is as long as it is because what settling its end
     /// removes was no error.
     pub between: bool,
-    /// Branches of the accelerations were held in it: see [`System::hold_branches`].
+    /// Branches of the accelerations were held in it: see
+    /// [`System::hold_branches`](crate::integrate::System::hold_branches).
     pub branches: bool,
 }
 

@@ -150,7 +150,7 @@ impl<M: Constraints> Tracer<'_, M> {
         let mut last = f64::INFINITY;
         for _ in 0..12 {
             let frame = Frame::new(&self.measure, self.model, &state).ok()?;
-            let functions = EventFunctions::new(self, state, &frame);
+            let functions = SingularFunctions::new(self, state, &frame);
             let mut a = vec![0.0; equations * (n + 1)];
             let mut right = scaled(&self.measure, self.model.residual(&state).as_slice(), &frame.scales);
             right.extend([functions.sigma(&state), functions.driven(&state)]);
@@ -195,7 +195,7 @@ impl<M: Constraints> Tracer<'_, M> {
 }
 
 /// The functions that vanish at a singular position, with the singular vectors of one place.
-struct EventFunctions<'t, 'm, M: Constraints> {
+struct SingularFunctions<'t, 'm, M: Constraints> {
     tracer: &'t Tracer<'m, M>,
     scales: &'t [f64],
     right: Vec<f64>,
@@ -203,7 +203,7 @@ struct EventFunctions<'t, 'm, M: Constraints> {
     u: M::Vector,
 }
 
-impl<'t, 'm, M: Constraints> EventFunctions<'t, 'm, M> {
+impl<'t, 'm, M: Constraints> SingularFunctions<'t, 'm, M> {
     fn new(tracer: &'t Tracer<'m, M>, state: M::State, frame: &'t Frame) -> Self {
         let (right, left) = frame.weak_pair();
         Self { tracer, scales: &frame.scales, right, left, u: *state.u() }

@@ -205,7 +205,8 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
     /// where charts are compared, with a simulation and the model in the chart of that part, which closures
     /// should ask where things are: the angles of a state mean something in its chart only. Inputs and the
     /// functions of events are compared between charts; what actions do to a state is not, and is to be said
-    /// by the body's frame, or by [`Change`](crate::motion::Change)'s impacts. Step limits are those of one part.
+    /// by the body's frame, or by [`EventAction`](crate::motion::EventAction)'s impacts. Step limits are
+    /// those of one part.
     pub fn with(mut self, options: impl Fn(Simulation<'a, M>, &'a M) -> Simulation<'a, M> + 'a) -> Self {
         self.options = Box::new(options);
         self

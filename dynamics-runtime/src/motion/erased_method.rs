@@ -55,8 +55,8 @@ pub(crate) trait StepReplay<M: SimulationModel>: Send + Sync {
         tolerances: &Tolerances,
         judged: bool,
     ) -> Option<Interpolant<M::Vector>>;
-    /// Where the step with this start, size and stabilization ends, and its error, 1 where it is just permitted;
-    /// `None` where that fails.
+    /// Where the step with this start and size ends, stabilized as it was, and its error, 1 where it is just
+    /// permitted; `None` where that fails.
     fn end_of(
         &mut self,
         rhs: &mut RightHandSide<'_, '_, M>,

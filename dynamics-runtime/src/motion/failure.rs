@@ -109,7 +109,7 @@ pub enum SimulationErrorKind {
         event: String,
     },
     /// What an action at an event wanted to do to constraints is not possible.
-    Change {
+    EventAction {
         /// The event.
         event: String,
         /// Why.

@@ -201,7 +201,7 @@ impl<M: Dynamics> Sink<M> for PilotRun<M> {
         self.sizes.add::<M>(to);
         self.last = Some((*to, from.h));
         self.left -= 1;
-        // CoordinateSizes only grow: what is no longer small asks for nothing.
+        // Sizes only grow: what is no longer small asks for nothing.
         let seen = self.left == 0 || !self.sizes.has_small::<M>();
         Ok(if seen { Flow::Stop } else { Flow::Continue })
     }

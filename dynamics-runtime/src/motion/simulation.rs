@@ -103,8 +103,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// 1e-9.
     ///
     /// It bounds the error of each step. Errors of steps add up, and the motion may amplify them:
-    /// [`Motion::summary`](crate::motion::Motion::summary) tells what they come to where that is more than ten
-    /// tolerances.
+    /// [`Motion::summary`](crate::motion::Motion::summary) tells what they come to where that is more than
+    /// ten tolerances.
     ///
     /// The absolute tolerance of small motions is smaller. Where all coordinates of one unit, or all of their
     /// velocities, stay below 0.1 in the first steps, it is the tolerance times ten times the largest of
@@ -172,8 +172,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Times at which [`Motion::states`] gives the state, in the order of the motion; taken from the dense
-    /// output, they do not change the steps.
+    /// Times at which [`Motion::states`](super::Motion::states) gives the state, in the order of the motion.
+    /// They are taken from the dense output and do not change the steps.
     pub fn output_times(mut self, times: impl IntoIterator<Item = f64>) -> Self {
         self.output = Output::Times(times.into_iter().collect());
         self
@@ -219,9 +219,9 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Calls `action` at every crossing of an event in the given direction, as [`Simulation::on_event`] does,
-    /// with a [`Change`], which can also hit, engage and release constraints. The state that is left has to
-    /// fulfil the constraints that hold then.
+    /// Calls `action` at every crossing of an event in the given direction, as [`Simulation::on_event`]
+    /// does, with a [`EventAction`], which can also hit, engage and release constraints. The state that is
+    /// left has to fulfil the constraints that hold then.
     ///
     /// What cannot be done (a name that is not known) ends the run with an error; the action itself returns
     /// nothing, or a [`Flow`]:
@@ -230,7 +230,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// use dynamics_runtime::motion::{Direction, Flow, Simulate, SimulationError};
     ///
     /// /// A hook catches what passes it, once, and lets go of it at a signal; a wall ends the run.
-    /// fn caught<M: SimulationModel>(model: &M, start: M::State) -> Result<M::State, SimulationError<M>> {
+    /// fn caught<M: Simulate>(model: &M, start: M::State) -> Result<M::State, SimulationError<M>> {
     ///     let run = model.simulate(start).until(5.0);
     ///     let run = run.on_event_with("at_hook", Direction::Rising, |change| change.engage("hook"));
     ///     let run = run.on_event_with("signal", Direction::Any, |change| change.release("hook"));
@@ -298,11 +298,13 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Estimates the error of the motion, [`Motion::global_error`], by running it a second time, with 1/100
-    /// of the tolerance (half the fixed step): tolerances bound what a step adds, and what the motion makes
-    /// of it is seen only so. Takes 2 to 4 times the time of the run alone; of runs of up to 256 steps, which
-    /// are compared in the middle of each, 3 to 5 times. Actions of events are called in both runs, so they
-    /// should depend on the state alone.
+    /// Estimates the error of the motion, [`Motion::global_error`](super::Motion::global_error), by a second
+    /// run with 1/100 of the tolerance (half the fixed step). Tolerances bound what one step adds. What the
+    /// motion makes of it is seen only so.
+    ///
+    /// Takes 2 to 4 times the time of the run alone, and 3 to 5 times for runs of up to 256 steps, which are
+    /// compared in the middle of each step, too. Actions of events are called in both runs, so they should
+    /// depend on the state alone.
     pub fn estimate_error(mut self) -> Self {
         self.estimates = true;
         self

@@ -50,8 +50,8 @@ pub struct StabilizationCounts {
     /// block of dependent ones of the generated code had degraded, so that the general solver chose its own
     /// pivots. 0 where there is no generated code: then it always does.
     pub repartitions: u64,
-    /// How often a contact without a [`rest_speed`](crate::motion::Contact::rest_speed) was hit too slowly to rebound
-    /// and counted as at rest.
+    /// How often a contact without a [`rest_speed`](crate::motion::Contact::rest_speed) was hit too slowly
+    /// to rebound and counted as at rest.
     pub rests: u64,
     /// The largest speed, |Φ̇|, at which one did.
     pub fastest_rest: f64,
@@ -89,7 +89,7 @@ impl StabilizationCounts {
 /// Relative difference from accelerations of least norm from which on a limit along a branch is another
 /// value: at a distance x its rounding is ε/x³.
 const LIMIT: f64 = 1e-5;
-/// What steps leave in an [`Stabilization`].
+/// What steps leave in a [`Stabilization`].
 pub(crate) struct StabilizationNotes<M: Constraints> {
     counts: StabilizationCounts,
     push: M::Vector,
@@ -464,7 +464,8 @@ impl<M: Constraints> Stabilization<M> {
         }
     }
 
-    /// Accelerations at a start where constraints depend on each other: see [`crate::motion::diagnosis::singular_position`].
+    /// Accelerations at a start where constraints depend on each other: see
+    /// [`crate::motion::diagnosis::singular_position`].
     pub(crate) fn singular_start(
         &mut self,
         model: &M,

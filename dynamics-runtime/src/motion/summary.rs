@@ -106,8 +106,8 @@ pub struct Summary {
     pub stopped_by: Option<String>,
     /// When the problem was first found stiff for the method.
     pub stiff_at: Option<f64>,
-    /// The error by a second run, where [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error)
-    /// asked for it.
+    /// The error by a second run, where
+    /// [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error) asked for it.
     pub error: Option<GlobalError>,
     /// When the motion was first found to slide along a place where accelerations jump: they lead to it from
     /// both sides.
@@ -327,7 +327,7 @@ const WARNING: &str = "  warning ";
 impl Summary {
     /// What makes the motion doubtful, a sentence for each warning of the summary, for programs that go on
     /// only where there is none: errors beyond the tolerance, stiffness, what is passed over, drift. What it
-    /// is in numbers stands in [`Summary::doubts`], [`Summary::error`] and their neighbours.
+    /// is in numbers stands in [`Summary::accuracy`], [`Summary::error`] and their neighbours.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         self.to_string()
@@ -460,7 +460,7 @@ impl Summary {
                 write!(f, "\n               {what} drift {value:.1e} at most, of {row}")?;
             }
         }
-        self.write_upkeep(f)?;
+        self.write_stabilization(f)?;
         self.write_nearest(f)?;
         if self.impacts > 0 {
             let (impacts, unit) = (Grouped(self.impacts as u64), Spaced(self.energy_unit));
@@ -499,7 +499,7 @@ impl Summary {
     }
 
     /// What it took to keep the constraints.
-    fn write_upkeep(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn write_stabilization(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let StabilizationCounts { general, released, dependent, dependent_at, repartitions, .. } =
             self.stabilization;
         let StabilizationCounts { settled, largest_move, .. } = self.stabilization;

@@ -62,7 +62,8 @@ impl<M: Simulate> ChartSwitchingMotion<'_, M> {
 /// As files; the folders that a path needs are made.
 #[cfg(feature = "std")]
 impl<M: Simulate> ChartSwitchingMotion<'_, M> {
-    /// Writes [`outputs_chart`](ChartSwitchingMotion::outputs_chart) as `.svg` or `.png`, as [`Chart::write`] does.
+    /// Writes [`outputs_chart`](ChartSwitchingMotion::outputs_chart) as `.svg` or `.png`, as
+    /// [`Chart::write`] does.
     pub fn plot_outputs(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         Ok(self.outputs_chart().write(path)?)
     }

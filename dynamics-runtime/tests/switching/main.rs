@@ -356,7 +356,7 @@ fn a_reset_that_leaves_the_constraints_is_refused_in_every_formulation() {
         let higher: fn(&mut EventAction<'_, Dome>) = |change| change.state_mut().q[1] += 0.1;
         for action in [faster, higher] {
             match run(action).unwrap_err().kind {
-                SimulationErrorKind::Change { event, error } => {
+                SimulationErrorKind::EventAction { event, error } => {
                     assert!(
                         event == "mark" && matches!(*error, EventActionError::State(_)),
                         "{formulation}: {error}"
@@ -445,7 +445,7 @@ fn carts_couple_where_they_meet_and_are_released_again() {
 fn changes_that_cannot_be_made_end_the_run_and_say_why() {
     let carts = Carts { m: [1.0, 3.0] };
     let why = |action: fn(&mut EventAction<'_, Carts>)| match meet(&carts, action) {
-        Err(SimulationErrorKind::Change { event, error }) => {
+        Err(SimulationErrorKind::EventAction { event, error }) => {
             assert_eq!(event, "meet");
             *error
         }
@@ -586,7 +586,7 @@ fn a_release_without_a_reaction_names_no_side() {
     // Without friction either side is right; with it one would brake, and the other drive.
     assert!(run(0.0, |change| change.release("stick")).unwrap().modes.side(0) != 0.0);
     match run(0.4, |change| change.release("stick")).unwrap_err() {
-        SimulationErrorKind::Change { error, .. } => {
+        SimulationErrorKind::EventAction { error, .. } => {
             assert_eq!(*error, EventActionError::NoSide { constraint: "stick" })
         }
         other => panic!("{other:?}"),

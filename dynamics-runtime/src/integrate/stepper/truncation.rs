@@ -126,7 +126,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Ok(Some(dense))
     }
 
-    /// What a step of this size leads to, without upkeep. Attempts are inlined where steps are made;
+    /// What a step of this size leads to, before it is projected. Attempts are inlined where steps are made;
     /// everywhere else this one copy serves, for they are most of what a method is to a compiler.
     #[inline(never)]
     pub(crate) fn attempt_again<Y: System<V>>(
@@ -153,7 +153,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Ok(apart(&end) <= SAME)
     }
 
-    /// The end of a step with this start, size and upkeep, settled, and its error, 1 where it is just
+    /// The end of a step with this start, size and flags, projected, and its error, 1 where it is just
     /// permitted; `None` where its equations are not solved.
     pub fn end_of<Y: System<V>>(
         scheme: &mut S,

@@ -17,9 +17,9 @@ const LEAST: f64 = 0.02;
 const BESIDE: f64 = 1e-3;
 
 /// The largest size met of each quantity: what vanishes for a while is rounding of what it is otherwise.
-struct CoordinateSizes(Vec<(Compared, &'static str, f64)>);
+struct ComparedSizes(Vec<(Compared, &'static str, f64)>);
 
-impl CoordinateSizes {
+impl ComparedSizes {
     fn meet(&mut self, pair: &Pair) {
         let known = self.0.iter_mut().find(|(what, name, _)| (*what, *name) == (pair.what, pair.name));
         match known {
@@ -48,7 +48,7 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
     /// Compares both charts at the end of every step.
     pub(crate) fn agree(&self) -> Result<(), ChartError> {
         let records = &self.motion.trajectory.records;
-        let mut sizes = CoordinateSizes(Vec::new());
+        let mut sizes = ComparedSizes(Vec::new());
         // At rest or in balance much is zero all along; beside it is not.
         let beside = records.first().and_then(|first| self.atlas.beside(self.charts, &first.state));
         for pair in beside.map(|states| self.pairs(states)).unwrap_or_default() {
@@ -74,7 +74,7 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
     }
 
     /// Whether a disagreement at the end of step k is one right before or right after it, too.
-    fn lasts(&self, k: usize, found: &Pair, sizes: &CoordinateSizes) -> bool {
+    fn lasts(&self, k: usize, found: &Pair, sizes: &ComparedSizes) -> bool {
         let records = &self.motion.trajectory.records;
         let here = &records[k].state;
         let neighbours = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|i| records.get(i));

@@ -159,7 +159,7 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
         changes
     }
 
-    /// Costs, drift and doubts of all parts. Costs as much as their summaries.
+    /// Costs, drift and accuracy of all parts. Costs as much as their summaries.
     #[must_use]
     pub fn summary(&self) -> ChartSwitchingSummary {
         let segments: Vec<Summary> = self.segments.iter().map(|segment| segment.motion.summary()).collect();

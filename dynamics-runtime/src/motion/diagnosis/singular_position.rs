@@ -39,12 +39,13 @@ const AHEAD: f64 = 1.5;
 /// the tolerance they come nearer and nearer.
 const CREEPS: f64 = 1e5;
 
-/// RunMethod of a step, in parts of what is left to a singular position, below which that makes it so short:
+/// Length of a step, in parts of what is left to a singular position, below which that makes it so short:
 /// without it steps are of its size.
 const SHORT: f64 = 1e-3;
 
-/// A failure that singular constraints may cause (see [`crate::motion::diagnosis`]), told as that: where they are much
-/// nearer to losing rank than they were at the start, or so near that nothing could be computed anywhere.
+/// A failure that singular constraints may cause (see [`crate::motion::diagnosis`]), told as that: where
+/// they are much nearer to losing rank than they were at the start, or so near that nothing could be
+/// computed anywhere.
 pub(crate) fn explain<M: Constraints>(
     model: &M,
     start: &M::State,

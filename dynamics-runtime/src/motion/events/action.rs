@@ -169,8 +169,8 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     /// positive: hit while Φ grows it ends the simulation.
     ///
     /// Constraints that hold go on holding, except for contacts declared with
-    /// [`contact`](crate::motion::Simulation::contact): they do not pull here either, but part where the impact opens
-    /// them, and those that are closed but released are hit along by their own law. See
+    /// [`contact`](crate::motion::Simulation::contact): they do not pull here either, but part where the
+    /// impact opens them, and those that are closed but released are hit along by their own law. See
     /// [`constrain::impact`](crate::constrain::impact).
     pub fn impact(&mut self, name: &str, restitution: f64) {
         self.attempt(|change| {

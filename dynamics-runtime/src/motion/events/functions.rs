@@ -20,14 +20,15 @@ pub(crate) struct AddedEvent<'m, S> {
     pub(crate) function: Box<dyn Fn(&S) -> f64 + 'm>,
 }
 
-/// The functions that are watched: those of the model, those given at the simulation, those of the unilateral constraints.
+/// The functions that are watched: those of the model, those given at the simulation, those of the
+/// unilateral constraints.
 pub(crate) struct EventFunctions<'m, M: SimulationModel> {
     pub(crate) model: &'m M,
     constants: M::Constants,
     added_events: Vec<AddedEvent<'m, M::State>>,
     pub(crate) unilaterals: UnilateralConstraints,
-    /// For reactions of unilateral constraints, and gradients of constraints where one is asked for; none where nothing is
-    /// watched.
+    /// For reactions of unilateral constraints, and gradients of constraints where one is asked for; none
+    /// where nothing is watched.
     workspace: RefCell<Vec<f64>>,
 }
 
@@ -96,8 +97,8 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
         if value.is_nan() { Err(self.not_a_number(index)) } else { Ok(value) }
     }
 
-    /// Value of the function of a unilateral constraint; `event` gives those of events, `known` keeps the reactions for other
-    /// unilateral constraints.
+    /// Value of the function of a unilateral constraint; `event` gives those of events, `known` keeps the
+    /// reactions for other unilateral constraints.
     fn guarded(
         &self,
         unilateral: &UnilateralConstraint,

@@ -16,8 +16,8 @@
 //! * A contact that lifts off and would be back before it is seen to open has grazed zero with its reaction,
 //!   and goes on holding for as long as that takes: neither a gap nor a pull of that size is resolved.
 //! * What crosses zero because a constraint that holds keeps it there, but for rounding, has not crossed: see
-//!   `kept.rs`.
-//! * A unilateral constraint (see `unilateral constraint.rs`) acts where its function falls through zero. Where its constraint was switched,
+//!   `masked.rs`.
+//! * A unilateral constraint (see `unilateral.rs`) acts where its function falls through zero. Where its constraint was switched,
 //!   the function is another one, and starts afresh; a unilateral constraint that leaves zero to the wrong side acts again at
 //!   once, and doing so twice at one instant is an error.
 
@@ -76,7 +76,8 @@ pub(crate) struct Rule<'m, M: SimulationModel> {
 /// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what
 /// [`early_noise`] adds.
 const NOISE: f64 = 4.0 * f64::EPSILON;
-/// A unilateral constraint whose function stays below this is at zero throughout a step, held there by others.
+/// A unilateral constraint whose function stays below this is at zero throughout a step, held there by
+/// others.
 const RESTLESS: f64 = 1e-11;
 
 /// What an open contact may close further, in parts of the size of what it involves, where it has just opened
@@ -116,7 +117,7 @@ pub(crate) struct EventLocator<'m, M: SimulationModel> {
     signs: Vec<f64>,
     /// Crossings of the step, in order.
     pub(crate) found: Vec<Crossing>,
-    /// EventFunctions that constraints were found to hold at zero.
+    /// Functions that constraints were found to hold at zero.
     kept: Vec<bool>,
 }
 
@@ -162,7 +163,8 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         (self.functions.first_guard()..).zip(&self.functions.unilaterals)
     }
 
-    /// A unilateral constraint that cannot stay as it is at a state at which constraints were switched: its function's index.
+    /// A unilateral constraint that cannot stay as it is at a state at which constraints were switched: its
+    /// function's index.
     pub(crate) fn untenable(&mut self, state: &M::State) -> Result<Option<usize>, Fault> {
         if self.functions.unilaterals.is_empty() {
             return Ok(None);
@@ -536,8 +538,8 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         Ok(())
     }
 
-    /// Where a unilateral constraint stands at a state that an action left; `values` are those there. What fell to zero and
-    /// was released or thrown back starts anew from there, see [`EventLocator::departure`].
+    /// Where a unilateral constraint stands at a state that an action left; `values` are those there. What
+    /// fell to zero and was released or thrown back starts anew from there, see [`EventLocator::departure`].
     fn guard_after(&mut self, index: usize, after: &M::State, fired: bool) -> Result<Standing, Fault> {
         let value = self.values[index];
         let holds = self.functions.holds(index, after);

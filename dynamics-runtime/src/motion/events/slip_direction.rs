@@ -1,10 +1,10 @@
 //! The sides of released constraints that no rule follows.
 //!
 //! A released nonholonomic constraint of one row says to which side it slips, and friction by that side
-//! brakes. Where the slip turns round and nobody says so (no [`stick_slip`](crate::motion::Simulation::stick_slip),
-//! no event that engages it) the same friction drives: work out of nothing. Such a motion ends where it
-//! turns. Only where the side counts: what has accelerations that are the same for either side slips as it
-//! likes.
+//! brakes. Where the slip turns round and nobody says so (no
+//! [`stick_slip`](crate::motion::Simulation::stick_slip), no event that engages it) the same friction
+//! drives: work out of nothing. Such a motion ends where it turns. Only where the side counts: what has
+//! accelerations that are the same for either side slips as it likes.
 //!
 //! Every step is looked at where it ends and at places between, by the quintic through its ends; what that
 //! finds is confirmed by the method's own interpolant.

@@ -1,7 +1,8 @@
 //! Constraints that switch by rules of their own: contacts that push and never pull, and sticking that breaks
 //! away.
 //!
-//! A unilateral constraint has one function, which is positive where nothing happens, and acts where it falls through zero:
+//! A unilateral constraint has one function, which is positive where nothing happens, and acts where it
+//! falls through zero:
 //!
 //! | unilateral constraint | while it holds | while it is released |
 //! |---|---|---|
@@ -109,7 +110,8 @@ impl UnilateralConstraint {
         }
     }
 
-    /// The function of the unilateral constraint; `event` gives the values of other events there, `reactions` solves for λ.
+    /// The function of the unilateral constraint; `event` gives the values of other events there,
+    /// `reactions` solves for λ.
     pub(crate) fn value<M: SimulationModel>(
         &self,
         model: &M,

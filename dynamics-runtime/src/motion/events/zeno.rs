@@ -14,7 +14,7 @@ const MOST_AT_ONCE: u32 = 16;
 /// ratio, which is more than any power.
 const ADDS_UP: f64 = 1.5;
 
-/// UnilateralConstraints one event against accumulation: many resets in a row, each sooner than the one before, at last a
+/// Guards one event against accumulation: many resets in a row, each sooner than the one before, at last a
 /// millionth of the first interval apart, in intervals that add up to a time; or many at one instant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Zeno {

@@ -18,8 +18,8 @@ pub struct GimbalLock {
     pub middle: f64,
     /// When.
     pub time: f64,
-    /// Conditioning of the mass matrix there, as of [`Conditioning`](crate::motion::Conditioning): the angles'
-    /// accelerations lose that much of their digits.
+    /// Conditioning of the mass matrix there, as of [`Conditioning`](crate::motion::Conditioning): the
+    /// angles' accelerations lose that much of their digits.
     pub conditioning: f64,
     /// Rounding takes more of the accelerations there than the errors that were permitted, or steps of a
     /// fixed length passed over it.

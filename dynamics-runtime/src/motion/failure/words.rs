@@ -113,7 +113,7 @@ impl fmt::Display for SimulationErrorKind {
                      end the simulation there with `Flow::Stop`, or give the reset a speed that leads away"
                 ),
             },
-            Self::Change { event, error } => write!(f, "at event `{event}`: {error}"),
+            Self::EventAction { event, error } => write!(f, "at event `{event}`: {error}"),
             Self::Start(error) => write!(f, "the start is not on the constraints: {error}"),
             Self::Drift { what, row, residual, distance, limit } => write!(
                 f,

@@ -1,12 +1,12 @@
 //! Whether a motion has gone on along its own branch where branches of a constraint touch.
 //!
 //! The gradient of a constraint of one row vanishes where branches of it meet, and so does, of several rows,
-//! that of the combination that loses rank there ([`degenerate`]). Where they cross, Φ ≈ ½ ξᵀHξ with Hτ ≠ 0 along
-//! the motion's direction τ: gradients vanish with the first power of the distance, and velocities tell the
-//! branches apart. Where they touch, Hτ = 0, as with y² = x⁴, y² = x⁶: gradients vanish with a higher power,
-//! branches are apart by as much, and steps that come near go on along any of them, with every digit of
-//! energy and constraints. Rows are scaled to unit length wherever rank is asked for, so conditioning says
-//! nothing of it.
+//! that of the combination that loses rank there ([`degenerate_rows`]). Where they cross, Φ ≈ ½ ξᵀHξ with Hτ
+//! ≠ 0 along the motion's direction τ: gradients vanish with the first power of the distance, and velocities
+//! tell the branches apart. Where they touch, Hτ = 0, as with y² = x⁴, y² = x⁶: gradients vanish with a
+//! higher power, branches are apart by as much, and steps that come near go on along any of them, with every
+//! digit of energy and constraints. Rows are scaled to unit length wherever rank is asked for, so
+//! conditioning says nothing of it.
 //!
 //! What is different is that a motion is smooth and one that changes branches is not. From states before the
 //! place, a distance D away and more, a polynomial through q and q̇ (Hermite, of degree 7, and one of degree

@@ -285,8 +285,9 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             }
         }
         let event = name(&turns[0]);
-        let mut impacts =
-            change.finish().map_err(|error| Kind::Change { event: event.clone(), error: Box::new(error) })?;
+        let mut impacts = change
+            .finish()
+            .map_err(|error| Kind::EventAction { event: event.clone(), error: Box::new(error) })?;
         check_reset::<M>(&event, behind, left)?;
         let records = turns.iter().map(|turn| EventRecord {
             name: name(turn),

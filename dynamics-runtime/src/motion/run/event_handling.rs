@@ -68,8 +68,9 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         let change = EventAction::new(rhs.model, rhs.constants, *before, after, &mut rhs.stabilization);
         let mut change = change.after(options);
         let stopped = locator.act(crossing, &mut change);
-        let impacts =
-            change.finish().map_err(|error| Kind::Change { event: name.clone(), error: Box::new(error) })?;
+        let impacts = change
+            .finish()
+            .map_err(|error| Kind::EventAction { event: name.clone(), error: Box::new(error) })?;
         check_reset::<M>(&name, before, after)?;
         self.put(&name, &from, after)?;
         let Crossing { index, direction, .. } = *crossing;
@@ -97,13 +98,14 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             // Nothing to put it onto.
         } else if from != after {
             let placed = rhs.stabilization.place(rhs.model, from, after);
-            placed.map_err(|error| Kind::Change { event: event.into(), error: Box::new(error.into()) })?;
+            placed
+                .map_err(|error| Kind::EventAction { event: event.into(), error: Box::new(error.into()) })?;
         }
         Ok(())
     }
 
-    /// UnilateralConstraints that cannot stay as the actions left them act at once: a contact that would pull lifts off,
-    /// what sticks and would break away slips.
+    /// Unilateral constraints that cannot stay as the actions left them act at once: a contact that would
+    /// pull lifts off, what sticks and would break away slips.
     pub(crate) fn switch_back(
         &mut self,
         after: &mut M::State,

@@ -5,8 +5,9 @@
 //! with what follows a tenth of one is left. Most steps are far from where it matters, and one correction
 //! tells: with δ = Φ_q⁺r, rᵢ = |Φᵢ| + h|Φ̇ᵢ| + rounding, no row is missed by more than |δ|, as |rᵢ| = |Φ_q,ᵢ
 //! δ| ≤ ‖Φ_q,ᵢ‖ |δ|, nor its rate by more than |δ|/h. What drift decides is c/(kx)² at a distance x from a
-//! singular position (see [`crate::motion::diagnosis::singular_position`]), |δ| is c/(kx), and by how much δ is larger than r is
-//! 1/x: the product of both is in proportion to what a close look finds, and foretells it from the last one.
+//! singular position (see [`crate::motion::diagnosis::singular_position`]), |δ| is c/(kx), and by how much δ
+//! is larger than r is 1/x: the product of both is in proportion to what a close look finds, and foretells
+//! it from the last one.
 
 use crate::constrain::Gradients;
 use crate::constrain::assemble::{least_size, size_along, weigh};
@@ -100,7 +101,7 @@ struct Reach {
 
 impl<M: Constraints> Stabilization<M> {
     /// What the constraints have drifted up to the end of a step of length `h`: how far, and whether that
-    /// decides where the motion goes on, see [`crate::motion::stabilization::singular`].
+    /// decides where the motion goes on, see [`crate::motion::stabilization::near_singular`].
     #[inline]
     pub(crate) fn look(&mut self, model: &M, state: &M::State, h: f64) -> Result<Drift, SolveError> {
         let missed = (model.residual(state), model.velocity_residual(state));

@@ -30,9 +30,9 @@ pub struct Shift {
 }
 
 /// The error of a motion, estimated by a second run:
-/// [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error). It is that at the ends of the steps,
-/// and in the middle of up to 256 of them; at instants where events change the state the shift of the event
-/// is looked at instead.
+/// [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error). It is that at the ends of the
+/// steps, and in the middle of up to 256 of them; at instants where events change the state the shift of the
+/// event is looked at instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalError {
     /// What the second run did otherwise.

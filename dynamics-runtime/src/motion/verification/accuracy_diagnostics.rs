@@ -3,11 +3,12 @@
 //!
 //! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded
 //! steps: tolerances that are finer than the rounding of the values they are kept for; energy that drifts by
-//! more than so many permitted errors can; forces that its stages miss (`unseen.rs`); instability that long
-//! steps pass over (`missed_instability.rs`); and what errors of steps add up to, with what the motion makes of them
-//! (`halves.rs`). The last is an estimate of the error, as a rule no smaller and at most four times as large:
-//! [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error), by a second run that chooses its own
-//! steps, depends on less.
+//! more than so many permitted errors can; forces that its stages miss (`undersampled_force.rs`);
+//! instability that long steps pass over (`missed_instability.rs`); and what errors of steps add up to, with
+//! what the motion makes of them (`step_doubling.rs`). The last is an estimate of the error, as a rule no
+//! smaller and at most four times as large:
+//! [`Simulation::estimate_error`](crate::motion::Simulation::estimate_error), by a second run that chooses
+//! its own steps, depends on less.
 
 use core::fmt;
 

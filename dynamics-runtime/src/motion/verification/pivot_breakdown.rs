@@ -14,8 +14,8 @@ use crate::model::{Block, Quantity, SimulationModel, Vector};
 use crate::motion::trajectory::motion::Motion;
 use crate::wording::names;
 
-/// Determinant of a block beside the norms of its columns and rows, below which it is named: unilateral constraints of
-/// generated code call at 10⁻² and less.
+/// Determinant of a block beside the norms of its columns and rows, below which it is named: unilateral
+/// constraints of generated code call at 10⁻² and less.
 const SMALL: f64 = 2e-2;
 
 /// Coordinates that no longer follow from their constraints where generated code, which has it that way, was

@@ -1,13 +1,13 @@
 //! Stiffness of a motion whose steps do not show it.
 //!
 //! Hairer's test finds steps at the border of stability; runs that choose their method by themselves try
-//! implicit steps that pass over it (`run/stiffness.rs`). A method that was asked for, at small tolerances,
-//! does neither: its error estimate, which grows as a high power of h λ, holds the steps inside the border,
-//! and takes a hundred times as many as the motion needs. So implicit steps are tried here, too, from some
-//! states of the motion. Where they are permitted, and a step of the method itself of a fifth of their length
-//! is not, which tells from steps that were asked to be short, the motion is stiff for it. Lengths are those
-//! that steps have on average thereabouts: where rounding decides what the error estimate says, as below
-//! 1e-12, one is nothing like the next.
+//! implicit steps that pass over it (`run/stiffness_detection.rs`). A method that was asked for, at small
+//! tolerances, does neither: its error estimate, which grows as a high power of h λ, holds the steps inside
+//! the border, and takes a hundred times as many as the motion needs. So implicit steps are tried here, too,
+//! from some states of the motion. Where they are permitted, and a step of the method itself of a fifth of
+//! their length is not, which tells from steps that were asked to be short, the motion is stiff for it.
+//! Lengths are those that steps have on average thereabouts: where rounding decides what the error estimate
+//! says, as below 1e-12, one is nothing like the next.
 
 use crate::integrate::choice::Radau5;
 use crate::integrate::{Phase, Step, StepNode, System as _, zip};
