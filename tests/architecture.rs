@@ -219,7 +219,7 @@ fn modules_of_a_folder_use_each_other_in_one_direction() {
     ] {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(name).join("src");
         let read = modules::Crate::read(&source);
-        for circle in read.circles() {
+        if let Some(circle) = read.circles().first() {
             let pairs = circle.iter().flat_map(|from| circle.iter().map(move |to| (from, to)));
             let arrows = pairs.filter(|(from, to)| from != to).flat_map(|(from, to)| read.arrows(from, to));
             panic!(
