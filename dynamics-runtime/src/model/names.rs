@@ -94,7 +94,6 @@ pub(crate) fn multipliers<M: Constraints + Outputs>() -> impl Iterator<Item = Co
 }
 
 /// Generalized forces, each called by the coordinate along which it does work.
-#[cfg(feature = "std")]
 pub fn forces<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
     let (english, known) = (is_english::<M>(), !time_unit::<M>().is_empty());
     M::COORDINATES.iter().map(move |quantity| {

@@ -275,6 +275,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     }
 
     /// Adds the inputs of the law.
+    #[must_use]
     pub fn complete(&self, mut state: M::State) -> M::State {
         if self.trajectory.has_law && self.law.is_none() {
             state.inputs_mut().as_mut_slice().fill(f64::NAN);
@@ -283,19 +284,19 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     }
 
     /// Whether inputs come from a law.
-    #[cfg(feature = "std")]
+    #[must_use]
     pub fn has_law(&self) -> bool {
         self.trajectory.has_law
     }
 
     /// Whether its steps were of a fixed size, so that none of them ends where the model changes its branch.
-    #[cfg(feature = "std")]
+    #[must_use]
     pub fn is_fixed(&self) -> bool {
         self.trajectory.fixed
     }
 
     /// What depends on parameters alone.
-    #[cfg(feature = "std")]
+    #[must_use]
     pub fn constants(&self) -> &M::Constants {
         &self.constants
     }
