@@ -2,8 +2,8 @@
 //! functions that they and generated code are made of.
 //!
 //! Users name only the façade crate `dynamics`. Frames, bodies and joints are written in the language of
-//! models; the macros elaborate their text, [`sources::SOURCES`], where the compiler makes code of it here. So
-//! a word cannot mean two things.
+//! models. The compiler makes code of them here, and the macros elaborate the same text
+//! ([`sources::SOURCES`]), so a word cannot mean two things.
 // Unit tests run on a machine with the standard library, whatever the features.
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 

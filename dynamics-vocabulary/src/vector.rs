@@ -19,7 +19,10 @@ macro_rules! tuple_of {
 }
 
 macro_rules! vector {
-    ($(#[$doc:meta])* $Vec:ident, $vec:ident, $n:literal, $nalgebra:ident: $($field:ident $axis:literal),*) => {
+    (
+        $(#[$doc:meta])*
+        $Vec:ident, $vec:ident, $n:literal, $nalgebra:ident: $($field:ident $axis:literal),*
+    ) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct $Vec<T = Expr> {

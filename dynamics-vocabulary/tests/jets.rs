@@ -119,7 +119,8 @@ const FUNCTIONS: &[Function] = &functions! {
     "abs, negative", |x| x.abs() * x, -x * x, [-3.0, -0.1];
     "signum", |x| x.signum() * x, -x, [-3.0, -0.1];
     "quotient", |x| (1.0 + 2.0 * x) / (3.0 - x * x), (x * 2.0 + 1.0) / (-x * x + 3.0), [-1.5, 1.5];
-    "composed", |x| (x.sin() * 0.5).asin().exp() - 1.0 / x, DualNum::exp(&DualNum::asin(&(DualNum::sin(&x) * 0.5))) - DualNum::recip(&x), [0.3, 3.0];
+    "composed", |x| (x.sin() * 0.5).asin().exp() - 1.0 / x,
+        DualNum::exp(&DualNum::asin(&(DualNum::sin(&x) * 0.5))) - DualNum::recip(&x), [0.3, 3.0];
 };
 
 fn speed() -> core::ops::Range<f64> {
@@ -148,7 +149,9 @@ proptest! {
         y in [0.3..3.0_f64, speed(), speed()],
         signs in [any::<bool>(), any::<bool>()],
     ) {
-        let signed = |[value, rate, acceleration]: Motion, sign: bool| [if sign { value } else { -value }, rate, acceleration];
+        let signed = |[value, rate, acceleration]: Motion, sign: bool| {
+            [if sign { value } else { -value }, rate, acceleration]
+        };
         let (p, q) = (signed(x, signs[0]), signed(y, signs[1]));
         let held = |[value, ..]: Motion| [value, 0.0, 0.0];
         for (p, q, x, y) in [(p, q, x, y), (held(p), q, held(x), y), (p, held(q), x, held(y))] {
@@ -161,7 +164,8 @@ proptest! {
                 compare_with_differences("powf", xj.powf(yj), |t| at(x, t).powf(at(y, t)))?;
                 compare_with_differences("product", pj * qj, |t| at(p, t) * at(q, t))?;
                 compare_with_differences("quotient", pj / qj, |t| at(p, t) / at(q, t))?;
-                compare_with_differences("mul_add", pj.mul_add(qj, xj), |t| at(p, t).mul_add(at(q, t), at(x, t)))?;
+                let fused = |t| at(p, t).mul_add(at(q, t), at(x, t));
+                compare_with_differences("mul_add", pj.mul_add(qj, xj), fused)?;
                 let (pd, qd, xd, yd) = (dual(p), dual(q), dual(x), dual(y));
                 let power = DualNum::exp(&(DualNum::ln(&xd) * yd));
                 compare_with_dual("powf", xj.powf(yj), power)?;
@@ -170,7 +174,8 @@ proptest! {
                 compare_with_dual("quotient", pj / qj, pd / qd)?;
                 compare_with_dual("difference", pj - qj + 2.0 - (-xj), pd - qd + 2.0 + xd)?;
                 // The angle from its tangent, or from its cotangent: another formula, right up to a constant.
-                let angle = if pd.re.abs() < qd.re.abs() { DualNum::atan(&(pd / qd)) } else { -DualNum::atan(&(qd / pd)) };
+                let flat = pd.re.abs() < qd.re.abs();
+                let angle = if flat { DualNum::atan(&(pd / qd)) } else { -DualNum::atan(&(qd / pd)) };
                 let ours = pj.atan2(qj);
                 compare_with_dual("atan2", ours - ours.value() + angle.re, angle)?;
             }

@@ -164,16 +164,25 @@ fn assert_same(ours: &CubicSpline, theirs: &Moments) -> Result<(), TestCaseError
 
 proptest! {
     #[test]
-    fn slopes_and_moments_give_the_same_spline((x, mut y) in data(4), first in -3.0..3.0_f64, last in -3.0..3.0_f64) {
+    fn slopes_and_moments_give_the_same_spline(
+        (x, mut y) in data(4),
+        first in -3.0..3.0_f64,
+        last in -3.0..3.0_f64,
+    ) {
         assert_same(&CubicSpline::natural(&x, &y).unwrap(), &Moments::new(&x, &y, &Ends::Natural))?;
-        assert_same(&CubicSpline::clamped(&x, &y, first, last).unwrap(), &Moments::new(&x, &y, &Ends::Clamped(first, last)))?;
+        let clamped = Ends::Clamped(first, last);
+        assert_same(&CubicSpline::clamped(&x, &y, first, last).unwrap(), &Moments::new(&x, &y, &clamped))?;
         assert_same(&CubicSpline::not_a_knot(&x, &y).unwrap(), &Moments::new(&x, &y, &Ends::NotAKnot))?;
         y[x.len() - 1] = y[0];
         assert_same(&CubicSpline::periodic(&x, &y).unwrap(), &Moments::new(&x, &y, &Ends::Periodic))?;
     }
 
     #[test]
-    fn two_and_three_points_suffice_where_promised((x, y) in data(2), first in -3.0..3.0_f64, last in -3.0..3.0_f64) {
+    fn two_and_three_points_suffice_where_promised(
+        (x, y) in data(2),
+        first in -3.0..3.0_f64,
+        last in -3.0..3.0_f64,
+    ) {
         let (x, y) = (&x[..2], &y[..2]);
         let line = CubicSpline::natural(x, y).unwrap();
         let middle = 0.5 * (x[0] + x[1]);
@@ -190,7 +199,8 @@ proptest! {
         for (i, pair) in x.windows(2).enumerate() {
             let h = pair[1] - pair[0];
             let [f, f1, f2, f3] = spline.derivatives(pair[0]);
-            let taylor = [f + h * (f1 + h * (f2 / 2.0 + h * f3 / 6.0)), f1 + h * (f2 + h * f3 / 2.0), f2 + h * f3];
+            let taylor =
+                [f + h * (f1 + h * (f2 / 2.0 + h * f3 / 6.0)), f1 + h * (f2 + h * f3 / 2.0), f2 + h * f3];
             let scales = [
                 f.abs() + h * (f1.abs() + h * (f2.abs() + h * f3.abs())),
                 f1.abs() + h * (f2.abs() + h * f3.abs()),
@@ -211,7 +221,8 @@ proptest! {
         let spline = CubicSpline::periodic(&x, &y).unwrap();
         let (period, point) = (x[n] - x[0], x[0] + part * (x[n] - x[0]));
         let [here, there] = [point, point + f64::from(turns) * period].map(|x| spline.derivatives(x)[0]);
-        let steepest = (0..100).map(|i| spline.derivatives(x[0] + period * f64::from(i) / 100.0)[1].abs()).fold(1.0, f64::max);
+        let slope = |i: i32| spline.derivatives(x[0] + period * f64::from(i) / 100.0)[1].abs();
+        let steepest = (0..100).map(slope).fold(1.0, f64::max);
         prop_assert!((here - there).abs() < 1e-11 * steepest * period, "{here} and {there}");
     }
 }
