@@ -1,5 +1,12 @@
-//! Differentiation on the graph: local partial derivatives, forward and reverse sweeps, the total time
-//! derivative, shorter forms of polynomials in sines and cosines, shared parts of products and sums.
+//! Differentiation on the graph: local partial derivatives, forward sweeps (directional derivatives), reverse
+//! sweeps (gradients), the total time derivative.
+//!
+//! The derivative of a choice (`if`, min, max) is a choice between derivatives, never a sum weighted by 1 and
+//! 0: the branch that is not taken may be NaN. The conventions at kinks are in one file with the local
+//! derivatives.
+//!
+//! Shorter forms (like terms, sin² + cos², common factors, shared parts of products and sums) are looked
+//! for in the terms of constrained systems. Each is kept only if all results together become cheaper.
 
 mod collect;
 mod forward;

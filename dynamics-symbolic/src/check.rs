@@ -1,4 +1,15 @@
-//! Model checks: one rule per file, called from a visible list.
+//! Model checks: one rule per file, called from a visible list. Findings carry data and origins, never
+//! wording.
+//!
+//! Questions of rank, symmetry and structure are answered by exact linear algebra on random samples modulo p.
+//! `units/` is the algebra of dimensions with the solver that infers them. `constraints/` looks at rows one
+//! by one, together (rank modulo p, in a copy of the graph), where they hold (states that Newton's method
+//! finds from random starts, at nominal values if there are any, with deflation where Φ has a double root),
+//! and at what they leave free (Lie brackets, inertia).
+//!
+//! Invariant: no mistake is reported that only failed to be disproved. A set of constraints is called
+//! contradictory only if its parameters are known and it is small enough for the search to be trusted. Nobody
+//! says which switched rows are on together, so each is judged beside those that always hold.
 
 mod choices;
 pub mod constraints;
