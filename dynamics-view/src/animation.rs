@@ -91,7 +91,10 @@ enum Strip {
 /// One or several motions on one page, in the same view and at the same time.
 ///
 /// ```
-/// # use dynamics_view::{Animation, Film, OutputError};
+/// # mod dynamics {
+/// #     pub use dynamics_view as output;
+/// # }
+/// use dynamics::output::{Animation, Film, OutputError};
 /// # fn compare(a: impl Film, b: impl Film) -> Result<String, OutputError> {
 /// Animation::new()
 ///     .add(&a, "start A")

@@ -214,7 +214,10 @@ impl Panel {
 /// One or more panels, one below the other, under a title.
 ///
 /// ```
-/// # use dynamics_view::{Axis, Chart, Panel};
+/// # mod dynamics {
+/// #     pub use dynamics_view as output;
+/// # }
+/// use dynamics::output::{Axis, Chart, Panel};
 /// let errors = [(1e3, 1e-4), (2e3, 3e-6), (4e3, 1e-7)];
 /// let svg = Chart::new("Error against cost")
 ///     .panel(Panel::new(Axis::log("evaluations"), Axis::log("error")).curve("RK4", errors))

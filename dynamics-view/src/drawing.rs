@@ -4,7 +4,10 @@
 //! sketch in a textbook:
 //!
 //! ```
-//! # use dynamics_view::{Color, Drawing};
+//! # mod dynamics {
+//! #     pub use dynamics_view as output;
+//! # }
+//! use dynamics::output::{Color, Drawing};
 //! let (anchor, bob) = ([0.0, 0.0], [0.3, -1.2]);
 //! let picture = Drawing::new()
 //!     .pivot(anchor)

@@ -140,12 +140,13 @@ impl Mat3<f64> {
     /// first is 0; see [`EulerAngles::conditioning`].
     ///
     /// ```
-    /// use dynamics_vocabulary::{EulerSequence, Mat3};
+    /// # use dynamics_vocabulary as dynamics;
+    /// use dynamics::{EulerSequence, Mat3};
     ///
     /// let turned = Mat3::euler(EulerSequence::Zxz, [0.3, 0.0, 0.5]);
     /// let read = turned.to_euler(EulerSequence::Zxz)?;
     /// assert!(read.is_locked() && (read.angles[2] - 0.8).abs() < 1e-15);
-    /// # Ok::<(), dynamics_vocabulary::NotARotation>(())
+    /// # Ok::<(), dynamics::NotARotation>(())
     /// ```
     ///
     /// # Errors

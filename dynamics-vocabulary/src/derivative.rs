@@ -12,7 +12,8 @@ use crate::vector::{Vec2, Vec3};
 /// tuples.
 ///
 /// ```
-/// use dynamics_vocabulary::{Expr, TimeDerivative, vec2};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{Expr, TimeDerivative, vec2};
 ///
 /// let theta = [Expr::coordinate(0.1, 2.0, 0.0), Expr::coordinate(0.2, 3.0, 0.0)];
 /// let [first, second] = theta.dt();

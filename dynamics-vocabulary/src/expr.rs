@@ -28,7 +28,8 @@ use core::fmt;
 /// `f64`, freely mixed with `f64`.
 ///
 /// ```
-/// use dynamics_vocabulary::Expr;
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::Expr;
 ///
 /// // θ = 0.3 rad, θ̇ = 2 rad/s, θ̈ = −1 rad/s²
 /// let theta = Expr::coordinate(0.3, 2.0, -1.0);

@@ -14,7 +14,8 @@ use crate::vector::{Vec2, Vec3};
 /// A force, a moment, any generalized force, or a sum of them: what `#[force]` functions return.
 ///
 /// ```
-/// use dynamics_vocabulary::{Expr, Force, vec2};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{Expr, Force, vec2};
 ///
 /// let x = Expr::coordinate(1.0, 3.0, 0.0);
 /// let weight = Force::at(vec2(x, 2.0 * x), vec2(0.0, -10.0));

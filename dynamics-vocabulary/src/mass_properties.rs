@@ -11,7 +11,8 @@ use crate::vector::Vec3;
 /// Mass, center of mass, and inertia about it, all in one set of axes.
 ///
 /// ```
-/// use dynamics_vocabulary::{Inertia, Mat3, MassProperties, Vec3};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{Inertia, Mat3, MassProperties, Vec3};
 ///
 /// // A hammer: a head across the end of a handle along z.
 /// let handle = MassProperties::new(0.3, Inertia::cylinder(0.3, 0.01, 0.3).value());
@@ -20,7 +21,7 @@ use crate::vector::Vec3;
 /// assert!((hammer.center.z - 0.15 * 0.5 / 0.8).abs() < 1e-16);
 /// let principal = hammer.principal_axes()?;
 /// assert!(principal.moments[0] < principal.moments[1]);
-/// # Ok::<(), dynamics_vocabulary::UnphysicalInertia>(())
+/// # Ok::<(), dynamics::UnphysicalInertia>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {

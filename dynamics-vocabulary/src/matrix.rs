@@ -10,7 +10,8 @@ use crate::vector::Vec3;
 /// values.
 ///
 /// ```
-/// use dynamics_vocabulary::{Expr, Mat3, Vec3, vec3};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{Expr, Mat3, Vec3, vec3};
 ///
 /// // A point fixed in a body that turns about z: its velocity is ω × r.
 /// let phi = Expr::coordinate(0.4, 2.0, 0.0);

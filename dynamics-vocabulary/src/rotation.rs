@@ -15,7 +15,8 @@ use crate::vector::Vec3;
 /// the six of Euler, the first axis again as the last. 3-1-3 is `Zxz`, 3-2-1 (yaw, pitch, roll) is `Zyx`.
 ///
 /// ```
-/// use dynamics_vocabulary::{EulerSequence, Expr, Mat3};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{EulerSequence, Expr, Mat3};
 ///
 /// let [phi, theta, psi] = [0.3, 0.7, -0.2].map(Expr::from);
 /// let turned = Mat3::euler(EulerSequence::Zxz, [phi, theta, psi]);

@@ -12,7 +12,8 @@ use crate::expr::Expr;
 /// between two.
 ///
 /// ```
-/// use dynamics_vocabulary::{Expr, SmoothFunction};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{Expr, SmoothFunction};
 ///
 /// /// A track of sinusoidal bumps.
 /// struct Bumps {

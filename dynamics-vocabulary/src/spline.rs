@@ -28,7 +28,8 @@ use crate::smooth::SmoothFunction;
 /// A curve in the plane or in space is a pair or a triple of splines over one parameter:
 ///
 /// ```
-/// use dynamics_vocabulary::{CubicSpline, Expr, SmoothFunction, SplineError, vec2};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{CubicSpline, Expr, SmoothFunction, SplineError, vec2};
 ///
 /// # fn main() -> Result<(), SplineError> {
 /// let s = [0.0, 1.0, 2.0, 3.5, 5.0];

@@ -270,7 +270,8 @@ vector! {
     /// A vector of the plane.
     ///
     /// ```
-    /// use dynamics_vocabulary::{Expr, Vec2, vec2};
+    /// # use dynamics_vocabulary as dynamics;
+    /// use dynamics::{Expr, Vec2, vec2};
     ///
     /// fn bob(length: f64, theta: Expr) -> Vec2 {
     ///     length * vec2(theta.sin(), -theta.cos())

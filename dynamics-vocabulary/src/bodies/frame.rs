@@ -5,7 +5,8 @@ use crate::{Mat3, Vec3};
 /// A right-handed frame of reference: an origin and three axes at right angles, both of which may move.
 ///
 /// ```
-/// use dynamics_vocabulary::{Expr, Frame, Mat3, vec3};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{Expr, Frame, Mat3, vec3};
 ///
 /// // A turntable, and what an observer on it sees of a point at rest.
 /// let phi = Expr::coordinate(0.0, 2.0, 0.0);

@@ -6,7 +6,8 @@ use crate::{Expr, Force, Mat3, Vec3};
 /// A rigid body: what it weighs, and where it is.
 ///
 /// ```
-/// use dynamics_vocabulary::{Expr, Frame, Mat3, RigidBody, Vec3};
+/// # use dynamics_vocabulary as dynamics;
+/// use dynamics::{Expr, Frame, Mat3, RigidBody, Vec3};
 ///
 /// // A wheel that turns about its axle with 10 rad/s.
 /// let spin = Expr::coordinate(0.0, 10.0, 0.0);
