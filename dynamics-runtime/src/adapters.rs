@@ -38,8 +38,9 @@ use crate::motion::{InputLaw, with_inputs};
 /// A model as a first-order system of 2N equations, y = (q, q̇), for solvers of others.
 ///
 /// ```
-/// # use dynamics_runtime::adapters::{AdapterError, FirstOrder};
-/// # use dynamics_runtime::motion::Simulate;
+/// # use dynamics_runtime as dynamics;
+/// # use dynamics::adapters::{AdapterError, FirstOrder};
+/// # use dynamics::motion::Simulate;
 /// fn euler<M: Simulate>(model: &M, start: M::State, steps: usize, h: f64) -> Result<M::State, AdapterError> {
 ///     let system = FirstOrder::new(model, start)?;
 ///     let (mut y, mut rate) = (system.initial(), system.initial());

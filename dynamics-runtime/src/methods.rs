@@ -5,7 +5,8 @@
 //! [`crate::integrate`].
 //!
 //! ```
-//! use dynamics_runtime::methods;
+//! # use dynamics_runtime as dynamics;
+//! use dynamics::methods;
 //! # fn show<C: methods::Choice>(_: C) {}
 //! // model.simulate(start).until(10.0).method(methods::Dop853).run()?
 //! show(methods::Dop853);

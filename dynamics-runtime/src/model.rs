@@ -316,7 +316,8 @@ impl<M: Model> Debug for StateJacobian<M> {
 /// ask. Every derived model has it.
 ///
 /// ```
-/// use dynamics_runtime::model::Parameters;
+/// # use dynamics_runtime as dynamics;
+/// use dynamics::model::Parameters;
 ///
 /// /// The same model with one parameter changed; `None` where there is none of this name.
 /// fn with<M: Parameters + Clone>(model: &M, name: &str, value: f64) -> Option<M> {

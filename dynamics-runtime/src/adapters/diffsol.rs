@@ -5,9 +5,10 @@
 //! all else are set on it:
 //!
 //! ```
-//! # use dynamics_runtime::{adapters::FirstOrder, motion::Simulate};
-//! use dynamics_runtime::adapters::diffsol::builder;
-//! use dynamics_runtime::adapters::diffsol::solvers::{NalgebraLU, NalgebraMat, OdeSolverMethod, Vector};
+//! # use dynamics_runtime as dynamics;
+//! # use dynamics::{adapters::FirstOrder, motion::Simulate};
+//! use dynamics::adapters::diffsol::builder;
+//! use dynamics::adapters::diffsol::solvers::{NalgebraLU, NalgebraMat, OdeSolverMethod, Vector};
 //!
 //! # fn run<M: Simulate>(model: &M, start: M::State) -> Result<M::State, Box<dyn std::error::Error>> {
 //! let system = FirstOrder::new(model, start)?;

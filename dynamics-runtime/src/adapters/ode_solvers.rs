@@ -7,8 +7,9 @@
 //! the whole last step, however far that goes, and returned as a success.
 //!
 //! ```
-//! # use dynamics_runtime::{adapters::FirstOrder, motion::Simulate};
-//! use dynamics_runtime::adapters::ode_solvers::solvers::{DVector, Dop853, OutputType};
+//! # use dynamics_runtime as dynamics;
+//! # use dynamics::{adapters::FirstOrder, motion::Simulate};
+//! use dynamics::adapters::ode_solvers::solvers::{DVector, Dop853, OutputType};
 //!
 //! # fn run<M: Simulate>(model: &M, start: M::State) -> Result<M::State, Box<dyn std::error::Error>> {
 //! let system = FirstOrder::new(model, start)?;

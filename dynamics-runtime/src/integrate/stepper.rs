@@ -35,7 +35,8 @@ const STIFFNESS_INTERVAL: u64 = 32;
 /// Drives a method over a system, step by step. Allocates nothing.
 ///
 /// ```
-/// use dynamics_runtime::integrate::{Dop853, Phase, StepOptions, Stepper, Tolerances};
+/// # use dynamics_runtime as dynamics;
+/// use dynamics::integrate::{Dop853, Phase, StepOptions, Stepper, Tolerances};
 /// use nalgebra::SVector;
 /// type V = SVector<f64, 1>;
 ///

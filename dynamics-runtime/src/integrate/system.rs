@@ -211,7 +211,8 @@ pub enum Hold {
 /// q̈ = a(t, q): forces without velocities and a constant mass matrix, as symplectic methods want them.
 ///
 /// ```
-/// use dynamics_runtime::integrate::{OfPositions, Phase, StepOptions, Stepper, StormerVerlet, Tolerances};
+/// # use dynamics_runtime as dynamics;
+/// use dynamics::integrate::{OfPositions, Phase, StepOptions, Stepper, StormerVerlet, Tolerances};
 /// use nalgebra::SVector;
 /// type V = SVector<f64, 1>;
 ///

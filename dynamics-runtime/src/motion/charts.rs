@@ -49,7 +49,8 @@ const MOST: usize = 6;
 /// the angles themselves.
 ///
 /// ```
-/// use dynamics_runtime::motion::{ChartSwitching, ChartSwitchingError, ChartSwitchingMotion, Simulate};
+/// # use dynamics_runtime as dynamics;
+/// use dynamics::motion::{ChartSwitching, ChartSwitchingError, ChartSwitchingMotion, Simulate};
 ///
 /// trait Turned {
 ///     fn set_reference(&mut self, turn: f64);
@@ -57,7 +58,7 @@ const MOST: usize = 6;
 /// fn tumble<M: Simulate + Turned + Clone>(atlas: &ChartSwitching<M>, start: M::State) -> Result<ChartSwitchingMotion<'_, M>, ChartSwitchingError<M>> {
 ///     atlas.simulate(start).until(200.0).with(|run, _| run.tolerance(1e-10)).run()
 /// }
-/// fn charts<M: Simulate + Turned + Clone>(model: M) -> Result<ChartSwitching<M>, dynamics_runtime::motion::ChartError> {
+/// fn charts<M: Simulate + Turned + Clone>(model: M) -> Result<ChartSwitching<M>, dynamics::motion::ChartError> {
 ///     ChartSwitching::new(model).turning("angles[1]", |model, turn| model.set_reference(turn))
 /// }
 /// ```

@@ -226,7 +226,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// nothing, or a [`Flow`]:
     ///
     /// ```
-    /// use dynamics_runtime::motion::{Direction, Flow, Simulate, SimulationError};
+    /// # use dynamics_runtime as dynamics;
+    /// use dynamics::motion::{Direction, Flow, Simulate, SimulationError};
     ///
     /// /// A hook catches what passes it, once, and lets go of it at a signal; a wall ends the run.
     /// fn caught<M: Simulate>(model: &M, start: M::State) -> Result<M::State, SimulationError<M>> {
