@@ -1,16 +1,16 @@
-//! Nonlinear modes: how a mode of small motions goes on to large ones.
+//! Nonlinear modes: how a mode of small motions continues to large ones.
 //!
-//! Beside an equilibrium of a conservative system there is, for every natural frequency of which no other one
-//! is a whole multiple (ω_j ≠ n ω_k), a family of closed motions that begins with the linear mode and is
+//! An equilibrium of a conservative system has a family of closed motions for every natural frequency of
+//! which no other one is a whole multiple (ω_j ≠ n ω_k). The family begins with the linear mode and is
 //! ordered by energy (A. M. Lyapunov, *The General Problem of the Stability of Motion*, 1892; J. Moser, Comm.
 //! Pure Appl. Math. 29 (1976) 727). Its frequency over its energy is the backbone curve of forced vibration.
-//! The family is followed in s = √(E − E₀), by which amplitudes grow as s does, from one closed motion to the
-//! next: by secants, and by shooting with the energy held (`periodic/`; G. Kerschen et al., Mech. Syst.
-//! Signal Process. 23 (2009) 170; M. Peeters et al., ibid. 195). Where the energy turns round on the family
-//! it ends here, and says so.
+//! The family is followed in s = √(E − E₀), because amplitudes are proportional to s at first. Each closed
+//! motion is predicted by a secant and corrected by shooting with the energy held (`periodic/`; G. Kerschen
+//! et al., Mech. Syst. Signal Process. 23 (2009) 170; M. Peeters et al., ibid. 195). If the energy has a
+//! maximum on the family, the computation ends there and says so.
 //!
-//! Internal resonances, where the motion of another frequency joins, are met on the way: what is found too
-//! far beside the secant is another family, and not taken.
+//! At internal resonances the motion of another frequency joins. A closed motion that is too far from the
+//! secant belongs to another family and is rejected.
 
 mod error;
 mod show;
@@ -39,7 +39,7 @@ const BESIDE: f64 = 0.5;
 /// The shortest step, of √(E_last − E₀).
 const SHORTEST: f64 = 1e-4;
 
-/// Models whose linear modes can be followed to large motions: all that can be moved and rest.
+/// Models whose linear modes can be followed to large motions.
 pub trait NonlinearModes: Simulate + Powers {
     /// A nonlinear mode: the family of closed motions that begins with the mode of this number, by growing
     /// frequency from 0, beside an equilibrium. Options follow, [`Backbone::run`] runs it. One energy has to
@@ -113,7 +113,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         self
     }
 
-    /// About so many motions, four or more, where no step has to be shorter: 40 unless given.
+    /// The number of motions, at least four; 40 unless given. There are more if steps have to be shorter.
     pub fn points(mut self, count: usize) -> Self {
         self.points = count;
         self
@@ -122,8 +122,9 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
     /// Follows the family.
     ///
     /// # Errors
-    /// An energy that makes no sense, a mode that is not there or does not swing, a model whose energy is not
-    /// conserved; a family that could not be followed up to the energy, with what there is of it.
+    /// An energy that is not positive, a mode that does not exist or does not swing, a model whose energy is
+    /// not conserved. If the family could not be followed up to the energy, the error contains what was
+    /// computed.
     pub fn run(&self) -> Result<BackboneCurve<M::State>, BackboneError<M::State>> {
         if !(self.energy.is_finite() && self.energy > 0.0) || self.points < 4 {
             return Err(BackboneError::Option { energy: self.energy, points: self.points });

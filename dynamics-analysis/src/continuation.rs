@@ -1,5 +1,5 @@
-//! Branches of equilibria as a parameter changes: folds, branch points, the beginnings of flutter, and what
-//! happens between them.
+//! Branches of equilibria as a parameter changes: folds, branch points, the onset of flutter, and the
+//! stability between them.
 //!
 //! ```text
 //! let arch = continuation(|load| Truss { load, ..truss.clone() }).from(&start, 0.0).until(0.0..=50.0);
@@ -8,19 +8,19 @@
 //! arch.load_controlled().run()?;                     // the error says where the load can no more be carried
 //! ```
 //!
-//! Parameters are fields of the model, so a closure makes it from a value of the parameter: any field,
-//! several together, a length as well as a load. Along the branch the equilibria are those of
-//! [`super::Equilibria`], constraints and reactions included, by the same coordinates and exact derivatives.
-//! By the parameter, which only the closure knows, derivatives are differences of exact forces, with a
-//! measured error; they steer steps and say in which direction branches go, but where an equilibrium is, and
-//! where its stiffness is singular, is told by forces and stiffness alone.
+//! A closure makes the model from a value of the parameter. The parameter can be any field or several
+//! together, a length as well as a load. Along the branch the equilibria are those of [`super::Equilibria`],
+//! constraints and reactions included, with the same coordinates and exact derivatives. Only the closure
+//! knows the parameter, so derivatives by it are differences of exact forces, with a measured error. They
+//! steer steps and give the directions of branches. The place of an equilibrium, and of a singular stiffness,
+//! is computed from forces and stiffness alone.
 //!
-//! Time stands still: where forces change with it, and be it at later times alone, there is no equilibrium,
-//! and branches and curves end. Three times are looked at in each point, all those of
-//! [`super::Equilibria::equilibrium`] in the last one and in special ones.
+//! Time is held. If forces change with time, even at later times alone, there is no equilibrium, and branches
+//! and curves end. Forces are sampled at three times in each point, and at all times of
+//! [`super::Equilibria::equilibrium`] in the last point and in special points.
 //!
 //! Terms are those of AUTO, MatCont and BifurcationKit: folds (limit points), branch points, Hopf points;
-//! natural continuation is load control. Switched constraints are as the start has them. R. Seydel,
+//! natural continuation is load control. Switched constraints keep the on/off state of the start. R. Seydel,
 //! *Practical Bifurcation and Stability Analysis*; E. L. Allgower & K. Georg, *Introduction to Numerical
 //! Continuation Methods*.
 
@@ -81,8 +81,8 @@ pub fn continuation<M: Constraints + Powers, F: Fn(f64) -> M>(make: F) -> Family
 }
 
 impl<F> Family<F> {
-    /// From an equilibrium at a value of the parameter. Velocities other than 0 belong to coordinates on
-    /// which nothing depends, and stay: a steady motion.
+    /// Starts from an equilibrium at a value of the parameter. Velocities other than 0 must belong to cyclic
+    /// coordinates; they are kept (a steady motion).
     pub fn from<M: Constraints + Powers>(self, start: &M::State, value: f64) -> Continuation<M, F>
     where
         F: Fn(f64) -> M,
@@ -126,17 +126,17 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// First toward smaller values of the parameter; else toward larger ones, unless the start is at the
-    /// upper end of the range. From a start in a fold the branch goes to one side with it, and to the other
-    /// without; that fold is its first special point.
+    /// Begins toward smaller values of the parameter. Without this the branch begins toward larger values,
+    /// unless the start is at the upper end of the range. If the start is a fold, this chooses the side; the
+    /// fold is then the first special point.
     pub fn backward(mut self) -> Self {
         self.forward = Some(false);
         self
     }
 
     /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other
-    /// coordinates by the largest of their unit at the start, or, where that says nothing, by how far they go
-    /// before the stiffness is another one.
+    /// coordinates by the largest of their unit at the start, or, if that is no measure, by how far they move
+    /// until the stiffness has changed noticeably.
     pub fn longest_step(mut self, length: f64) -> Self {
         self.options.longest = length;
         self
@@ -154,8 +154,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// Changes the parameter alone, as a testing machine does that applies weights: fails at the first limit
-    /// point, with the limit load and all that was computed.
+    /// Load control: prescribes the parameter, as weights in a testing machine do. The run fails at the first
+    /// limit point; the error has the limit load and all that was computed.
     pub fn load_controlled(mut self) -> Self {
         self.options.load_control = true;
         self
@@ -172,8 +172,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// Follows the branch.
     ///
     /// # Errors
-    /// A start that is no equilibrium, or one of many side by side; options that make no sense; a model that
-    /// stops being one, and, under load control, the limit load, both with the branch up to there.
+    /// A start that is not an equilibrium, or not an isolated one; invalid options; a model that becomes
+    /// impossible on the way; under load control, the limit load. The last two contain the branch up to
+    /// there.
     pub fn run(&self) -> Result<Branch<M::State>, ContinuationError<M::State>> {
         let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
         self.traced(|problem, periodic| self.one_way(problem, periodic, forward))

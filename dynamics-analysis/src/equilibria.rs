@@ -7,10 +7,10 @@
 //! println!("{}", model.stability(&hanging.state)?);
 //! ```
 //!
-//! In equilibrium Q(q, 0, t) + Φ_qᵀλ = 0 and Φ(q, t) = 0. The search moves along the constraints, by Newton's
-//! method on what the forces leave in independent coordinates, with the exact derivatives that small motions
-//! have (`newton.rs`). Rows that repeat others need no care. Inequalities are not known here: switched
-//! constraints hold, or do not, as in the start.
+//! In equilibrium Q(q, 0, t) + Φ_qᵀλ = 0 and Φ(q, t) = 0. The search moves along the constraints. It is
+//! Newton's method on the residual forces in independent coordinates, with the exact derivatives of small
+//! motions (`newton.rs`). Rows that repeat others are allowed. Unilateral constraints keep the on/off state
+//! that they have at the start.
 
 mod corner;
 mod error;
@@ -44,7 +44,8 @@ pub(super) use search::periodic;
 use statics::excess;
 pub(super) use statics::{Statics, scales};
 
-/// Models whose equilibria can be asked for: all that say their powers, as derived ones do.
+/// Models whose equilibria can be computed: all models with known powers of forces, as derived models have
+/// them.
 pub trait Equilibria: Constraints + Powers {
     /// The equilibrium that the search finds from the position of a state: as a rule the nearest. Velocities
     /// of the state count as zero, inputs and switched constraints are as it has them.
@@ -119,13 +120,13 @@ pub struct Equilibrium<S: ModelState> {
     pub force_left: f64,
     /// Iterations made.
     pub iterations: usize,
-    /// How far each coordinate may be off for the rounding of forces; 0 along directions in which nothing
-    /// resists at all.
+    /// The error of each coordinate that rounding of forces may cause; 0 along directions without any
+    /// stiffness.
     pub uncertainty: S::Vector,
-    /// How many times more the coordinates are off than by their own rounding: 1 at best, 10⁸ in a fold.
+    /// The error of the coordinates relative to their own rounding: 1 at best, 10⁸ in a fold.
     pub conditioning: f64,
-    /// Whether time stands in the model. Forces were then seen not to change at 2,500 times, closest in the
-    /// first hundred seconds, and up to 10⁶ s: what is over between two of them is not seen.
+    /// Whether time appears in the model. Forces were then sampled at 2,500 times up to 10⁶ s, most densely
+    /// in the first hundred seconds, and did not change. A push between two of these times is missed.
     pub contains_time: bool,
     /// The coordinates.
     pub coordinates: &'static [Quantity],

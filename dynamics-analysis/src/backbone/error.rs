@@ -20,7 +20,7 @@ pub enum BackboneError<S: ModelState> {
         /// How many motions.
         points: usize,
     },
-    /// Energy is not known to be conserved: closed motions then stand alone, and there is no family.
+    /// Energy is not known to be conserved. Closed motions are then isolated, and there is no family.
     NotConserved,
     /// The state is no equilibrium, or has no modes.
     Rest(EquilibriumError),
@@ -36,7 +36,7 @@ pub enum BackboneError<S: ModelState> {
         /// σ, in 1/s.
         eigenvalue: Complex<f64>,
     },
-    /// The mode has no positive energy, as of what is stabilised by gyroscopic forces.
+    /// The mode has no positive energy, as in systems that gyroscopic forces stabilise.
     NoEnergy {
         /// That of a small motion in it.
         energy: f64,

@@ -11,8 +11,8 @@ use dynamics_view::{Axis, Panel};
 use super::BackboneCurve;
 
 impl<S: ModelState> BackboneCurve<S> {
-    /// Frequency over energy, where disturbances do not grow and where they do or nothing is said; the linear
-    /// frequency beside it.
+    /// Frequency over energy, in two curves: where disturbances do not grow, and where they grow or the
+    /// stability is unknown. The linear frequency is shown, too.
     #[must_use]
     pub fn panel(&self) -> Panel {
         let mut panel = Panel::new(

@@ -1,4 +1,4 @@
-//! What a continuation gives.
+//! The results of a continuation.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -23,9 +23,9 @@ pub struct Branch<S: ModelState> {
     pub coordinates: &'static [Quantity],
     /// Steps that were tried and made shorter.
     pub rejected: usize,
-    /// How far derivatives by the parameter, which are differences, may be off at worst, relative. They
-    /// steer; no point and no special point depends on them, but for the condition that tells branch points
-    /// from near misses.
+    /// The largest relative error of the derivatives by the parameter, which are differences. They steer the
+    /// steps. No point depends on them, except for the test that distinguishes branch points from near
+    /// misses.
     pub derivative_error: f64,
 }
 
@@ -73,14 +73,14 @@ pub struct Special<S: ModelState> {
     pub kind: SpecialKind,
     /// The parameter.
     pub parameter: f64,
-    /// By how much that was last corrected, or where it could only be enclosed, the width of that.
+    /// The last correction of the parameter, or the width of the interval if it could only be enclosed.
     pub uncertainty: f64,
     /// The equilibrium.
     pub state: S,
     /// The length of the branch up to here.
     pub arclength: f64,
-    /// How all coordinates move where nothing resists: the buckling mode, largest 1. Zero where something
-    /// swings.
+    /// The motion of all coordinates that has no stiffness: the buckling mode, with largest element 1. Zero
+    /// at the onset of flutter.
     pub shape: S::Vector,
     /// Directions of this branch and of the one that crosses it, for branch points.
     pub(super) ways: Option<[Direction; 2]>,
@@ -92,15 +92,15 @@ pub struct Special<S: ModelState> {
 pub enum SpecialKind {
     /// The parameter turns round: a limit point, where two equilibria meet and vanish.
     Fold,
-    /// Two more branches, mirror images of each other to first order, leave to one side of the parameter:
-    /// where they take stability over it is supercritical, where they only lose it, subcritical.
+    /// Two more branches, mirror images of each other to first order, leave to one side of the parameter. The
+    /// pitchfork is supercritical if they take over the stability, subcritical if they are unstable.
     Pitchfork {
         /// Which of the two.
         supercritical: bool,
     },
     /// Two branches cross, and exchange stability.
     Transcritical,
-    /// Branches meet, but none could be followed far enough to say how, or both turn round.
+    /// Branches meet, but their kind is unknown: none could be followed far enough, or both turn round.
     BranchPoint,
     /// Several stiffnesses vanish at once, or too close together to be told apart.
     Several {
@@ -117,7 +117,7 @@ pub enum SpecialKind {
         /// In rad/s.
         frequency: f64,
     },
-    /// What grew swinging grows without swinging from here on, or the other way round.
+    /// An oscillating growth becomes a monotonic one here, or the reverse.
     FlutterDivergence {
         /// As e^(growth t), in 1/s.
         growth: f64,
@@ -160,7 +160,7 @@ impl<S: ModelState> Branch<S> {
         self.special_where(|kind| matches!(kind, SpecialKind::Fold))
     }
 
-    /// Its branch points: pitchforks, transcritical points, and those that could not be told.
+    /// Its branch points: pitchforks, transcritical points, and those of unknown kind.
     pub fn branch_points(&self) -> impl Iterator<Item = &Special<S>> {
         self.special_where(SpecialKind::is_branch_point)
     }

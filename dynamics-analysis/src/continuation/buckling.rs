@@ -1,16 +1,16 @@
 //! Buckling loads as an eigenvalue problem.
 //!
-//! Along the branch through the start the stiffness is K₀ + (p − p₀) K₁ to first order, with K₁ = dK/dp on
-//! the way that the branch goes; where it vanishes along x,
+//! Along the branch through the start the stiffness is K₀ + (p − p₀) K₁ to first order, with K₁ = dK/dp along
+//! the branch. It vanishes along x if
 //!
 //! ```text
 //! K₀ x = −(p − p₀) K₁ x
 //! ```
 //!
 //! (linear buckling analysis: Z. P. Bažant & L. Cedolin, *Stability of Structures*, chapter 4). K₀ is exact,
-//! K₁ a difference of exact stiffnesses. The loads are those of the branch points themselves where K changes
-//! with the parameter as a straight line does, as in columns that stay straight; how far it does not is
-//! measured for each load. Located branch points ([`super::Continuation::run`]) need none of this.
+//! K₁ a difference of exact stiffnesses. If K is linear in the parameter, as in columns that stay straight,
+//! the loads are those of the branch points. The deviation from linearity is measured for each load. Branch
+//! points that [`super::Continuation::run`] locates do not need this assumption.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -30,7 +30,7 @@ const ON_THE_WAY: [f64; 3] = [1e-3, 0.5, 1.0];
 /// Loads at which a structure buckles, by linear theory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Buckling<S: ModelState> {
-    /// Those in the direction in which the parameter is followed, the nearest first.
+    /// The loads in the direction in which the parameter is followed, the nearest first.
     pub loads: Vec<CriticalLoad<S>>,
     /// What the parameter is called.
     pub parameter: String,
@@ -45,8 +45,8 @@ pub struct CriticalLoad<S: ModelState> {
     pub parameter: f64,
     /// How all coordinates move, largest 1.
     pub shape: S::Vector,
-    /// ‖K(p) x‖ ∞ against ‖K₀ x‖ ∞ at this load, on the straight continuation of the branch: rounding where
-    /// linear theory is exact, 0.1 where it is worth little.
+    /// ‖K(p) x‖ ∞ against ‖K₀ x‖ ∞ at this load, on the straight continuation of the branch: at rounding
+    /// level if linear theory is exact; at 0.1 it is of little use.
     pub nonlinearity: f64,
 }
 
@@ -55,8 +55,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// start.
     ///
     /// # Errors
-    /// A start that is no equilibrium, or none that is stable; forces without a potential, or that change
-    /// with time on the way; no buckling in this direction.
+    /// A start that is not a stable equilibrium; forces without a potential, or that change with time on the
+    /// way; no buckling in this direction.
     pub fn buckling(&self) -> Result<Buckling<M::State>, ContinuationError<M::State>> {
         let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
         self.traced(|problem, _| {

@@ -1,7 +1,7 @@
 //! Curves of special points in the plane of two parameters.
 //!
-//! Beside F(z, p, r) = 0 one more equation holds, g(z, p, r) = 0 (`newton.rs`); the curve is followed as a
-//! branch is, by tangents and planes normal to them.
+//! On such a curve F(z, p, r) = 0 and one more equation holds, g(z, p, r) = 0 (`newton.rs`). The curve is
+//! followed like a branch, by tangents and planes normal to them.
 
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;

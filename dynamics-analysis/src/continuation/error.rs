@@ -25,18 +25,18 @@ pub enum ContinuationError<S: ModelState> {
         /// The equilibrium.
         nearest: S,
     },
-    /// Equilibria lie side by side at one and the same value of the parameter, or the start is itself a
-    /// branch point: there is no one way to go.
+    /// The equilibria form a continuum at one value of the parameter, or the start is a branch point: the
+    /// branch has no unique direction.
     NotIsolated {
         /// The coordinate along which nothing resists.
         coordinate: &'static str,
     },
     /// Rolling and gliding rest in more positions than conditions tell apart.
     Nonholonomic,
-    /// The constraints leave nothing that could move, or no force acts on what they leave.
+    /// The constraints leave no freedom, or no force acts on the remaining freedom.
     NothingMoves,
-    /// The range of a parameter is empty, not finite, or narrower than 10⁻⁸ of the parameter, where rounding
-    /// hides what it does, or the start is not in it.
+    /// The range of a parameter is empty, not finite, or narrower than 10⁻⁸ of the parameter (its effect
+    /// would be below rounding), or the start is not in it.
     Range {
         /// From where to where.
         range: [f64; 2],
@@ -66,7 +66,7 @@ pub enum ContinuationError<S: ModelState> {
         /// What was computed up to there.
         branch: Box<Branch<S>>,
     },
-    /// The model stops being one: forces that are not numbers, or that change with time, inertia that is not
+    /// The model becomes impossible: forces that are not finite or that change with time, inertia that is not
     /// positive, constraints that cannot hold.
     Model {
         /// The last value of the parameter at which all was well.
@@ -122,8 +122,8 @@ pub enum ContinuationError<S: ModelState> {
     NoFold,
     /// The start has no pair of eigenvalues on the imaginary axis that could be followed.
     NoHopf,
-    /// Stiffness does not become less with the parameter, or is not that of a stable equilibrium at the
-    /// start: there is no buckling load.
+    /// There is no buckling load: the stiffness does not decrease with the parameter, or the start is not a
+    /// stable equilibrium.
     NoBuckling {
         /// Why.
         reason: &'static str,

@@ -1,10 +1,10 @@
 //! Where flutter begins and ends.
 //!
-//! With damping a pair of eigenvalues passes the imaginary axis, a Hopf point. Without any, two pairs on the
-//! axis meet there and leave it; the growth rate begins as the root of the distance, so that growth below a
-//! millionth of the frequency, which rounding makes where two meet, is less than 10⁻¹² of the parameter away
+//! With damping a pair of eigenvalues passes the imaginary axis, a Hopf point. Without damping, two pairs on
+//! the axis meet there and leave it. The growth rate begins as the square root of the distance. Rounding
+//! causes growth of up to a millionth of the frequency; this corresponds to less than 10⁻¹² of the parameter
 //! (A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*,
-//! chapters 2 and 7). Flutter ends likewise, or becomes divergence where the pair meets on the real axis.
+//! chapters 2 and 7). Flutter ends in the same way, or becomes divergence if the pair meets on the real axis.
 
 use alloc::vec::Vec;
 

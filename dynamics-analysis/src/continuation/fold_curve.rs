@@ -1,9 +1,9 @@
 //! Folds as a second parameter changes: the limit load over an imperfection, the edge of a region in which
 //! there are more equilibria.
 //!
-//! The curve fulfils F(z, p, r) = 0 and g(z, p, r) = 0 (`newton.rs`) and is followed as a branch is. At a
-//! cusp, where two curves of folds meet and vanish, it turns round in both parameters, and is as regular as
-//! elsewhere. R. Seydel, *Practical Bifurcation and Stability Analysis*, §5.6.
+//! The curve fulfils F(z, p, r) = 0 and g(z, p, r) = 0 (`newton.rs`) and is followed like a branch. At a cusp
+//! two curves of folds meet and vanish. There the curve turns round in both parameters, but it is still
+//! regular. R. Seydel, *Practical Bifurcation and Stability Analysis*, §5.6.
 
 use alloc::boxed::Box;
 
@@ -43,7 +43,8 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
     /// Follows the curve.
     ///
     /// # Errors
-    /// Ranges that are empty or without the start; no fold at the start; a model that stops being one.
+    /// Ranges that are empty or without the start; no fold at the start; a model that becomes impossible on
+    /// the way.
     pub fn run(&self) -> Result<FoldCurve<M::State>, ContinuationError<M::State>> {
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
         let fold = |balance: &_| Singular::beside(balance, false, None);

@@ -11,8 +11,8 @@ use super::branch::BranchEnd;
 pub struct FoldCurve<S: ModelState> {
     /// Both parameters and the equilibrium in the fold, along the curve.
     pub points: Vec<([f64; 2], S)>,
-    /// Cusps, in which two curves of folds meet and vanish: each lies between the point of this number and
-    /// the one before it, where both parameters stand still.
+    /// Cusps, in which two curves of folds meet and vanish. Each lies between the point of this index and the
+    /// one before it; both parameters have an extremum there.
     pub cusps: Vec<usize>,
     /// Why it ends.
     pub end: BranchEnd,

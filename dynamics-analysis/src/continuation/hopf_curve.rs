@@ -1,8 +1,8 @@
-//! Where flutter begins, as a second parameter changes: the edge of a region in which a system swings ever
-//! more.
+//! The onset of flutter as a second parameter changes: the edge of a region in which oscillations grow.
 //!
-//! Beside balance the test function of `hopf_test_function.rs` is zero. A curve of Hopf points ends where its
-//! frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974; R. I. Bogdanov, 1975).
+//! On it the forces balance, and the test function of `hopf_test_function.rs` is zero. A curve of Hopf points
+//! ends where its frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974; R. I.
+//! Bogdanov, 1975).
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;

@@ -1,14 +1,14 @@
-//! What is zero in a Hopf point, and where two frequencies meet.
+//! The test function that is zero at a Hopf point, and where two frequencies meet.
 //!
-//! One number is zero, of the eigenvalues σ of small motions next to those of the point before,
+//! It is made of the eigenvalues σ of small motions that are nearest to those of the previous point,
 //!
 //! ```text
 //! with damping:       Re σ = 0                                            a Hopf point
 //! without any:        Re (σ₁ − σ₂)² = 0, which is −(ω₁ − ω₂)² before        where two frequencies meet
 //! ```
 //!
-//! and the second passes zero with a slope, where σ₁ − σ₂ itself begins as a root (A. P. Seyranian & A. A.
-//! Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*, chapters 2 and 4).
+//! The second passes zero with a finite slope, but σ₁ − σ₂ itself begins as a square root (A. P. Seyranian &
+//! A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*, chapters 2 and 4).
 
 use alloc::vec::Vec;
 

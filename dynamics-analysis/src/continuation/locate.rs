@@ -1,10 +1,9 @@
-//! Special points between two places of a branch: found, located, told apart.
+//! Special points between two points of a branch: detection, location, classification.
 //!
-//! An interval in which more than one thing happens is halved until each stands alone. What stands alone is
-//! enclosed along the branch, and then found as the solution of equations that are regular there
-//! (`newton.rs`). Where branches meet, the null space of [K, F_p] is a plane: the direction in it normal to
-//! this branch leads to the other one (Keller's method IV), which is followed a little way to both sides to
-//! see how the two meet.
+//! An interval with more than one special point is halved until each is alone. A single one is enclosed along
+//! the branch, and then computed from equations that are regular there (`newton.rs`). Where branches meet,
+//! the null space of [K, F_p] is a plane: the direction in it normal to this branch leads to the other one
+//! (Keller's method IV), which is followed a little way to both sides to classify the point.
 
 use alloc::vec::Vec;
 

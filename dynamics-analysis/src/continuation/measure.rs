@@ -1,10 +1,9 @@
-//! What coordinates are measured by.
+//! Scales of coordinates.
 //!
-//! Steps along a branch, and how near Newton's method must come, need a length for each coordinate that is no
-//! angle. The largest value of its unit at the start is one, where it says something: not in a column that
-//! stands straight, nor in one that is off by a thousandth of what it will bend, nor where lengths are
-//! counted from far away. What counts there is how far coordinates go before the stiffness of the structure
-//! is another one.
+//! Steps along a branch, and the tolerance of Newton's method, need a length scale for each coordinate that
+//! is not an angle. Usually this is the largest value of its unit at the start. That is no measure in a
+//! straight column, in a column with a tiny imperfection, or if the origin is far away. There the scale is
+//! the distance over which the stiffness of the structure changes.
 
 use alloc::vec::Vec;
 

@@ -1,4 +1,4 @@
-//! How branches meet: by where the parameter goes a little way along each of them.
+//! How branches meet, from the change of the parameter a little way along each of them.
 //!
 //! ```text
 //! p − p* = A h + B h² + C h³ + …        h along the direction of a branch, to both sides
@@ -6,8 +6,8 @@
 //!
 //! A branch with A ≠ 0 passes the point; one with A = 0 and B ≠ 0 turns round there, as the arms of a
 //! pitchfork do (M. Golubitsky & D. G. Schaeffer, *Singularities and Groups in Bifurcation Theory* I, chapter
-//! II). At one distance a small A hides behind B, and C looks like A. Half the difference of both sides, A
-//! h + C h³, tells them: from h to h/4 it falls to a quarter, or to a 64th.
+//! II). At a single distance a small A is hidden by B, and C looks like A. Half the difference of both sides,
+//! A h + C h³, separates them: from h to h/4 it falls to a quarter, or to a 64th.
 
 use alloc::boxed::Box;
 

@@ -1,6 +1,6 @@
-//! Newton's method for places on a branch, and for the singular places of it.
+//! Newton's method for points on a branch, and for its singular points.
 //!
-//! A place on a branch is where F = 0 meets a plane ⟨n, x − x₀⟩ = 0 of x = (q, p) (H. B. Keller, in
+//! A point on a branch is where F = 0 meets a plane ⟨n, x − x₀⟩ = 0 of x = (q, p) (H. B. Keller, in
 //! *Applications of Bifurcation Theory*, 1977; E. L. Allgower & K. Georg, *Introduction to Numerical
 //! Continuation Methods*). A singular K is recognised by g of the bordered system
 //!
@@ -10,8 +10,9 @@
 //! ```
 //!
 //! (A. Griewank & G. W. Reddien, IMA J. Numer. Anal. 4 (1984) 295; G. Moore, Numer. Funct. Anal. Optim. 2
-//! (1980) 441). Both are regular at the places that they look for, where those for a branch are not: digits
-//! are not lost. g and f are exact but for F_p; their slopes are differences, which only steer.
+//! (1980) 441). Both systems are regular at the points that they solve for, unlike the equations of a branch,
+//! so no digits are lost. g and f are exact except for F_p. Their slopes are differences, which only steer
+//! the iteration.
 
 use alloc::vec::Vec;
 

@@ -9,10 +9,10 @@
 //! δF = K δz + F_p δp + Eᵀr_q c        F_p = Eᵀ(r_p + r_q P)
 //! ```
 //!
-//! K, D and Eᵀr_q are exact. What the parameter does, r_p and Φ_p, is known to nobody but the closure that
-//! makes the model: these are central differences, extrapolated (Richardson), of exact forces and residuals,
-//! with an error measured beside them. They steer; whether a place is in balance, and whether its stiffness
-//! is singular, is said by F and K alone.
+//! K, D and Eᵀr_q are exact. The effect of the parameter, r_p and Φ_p, is known to the closure alone. They
+//! are central differences of exact forces and residuals, with Richardson extrapolation and a measured error.
+//! They steer the iteration. F and K alone decide whether a point is in balance and whether its stiffness is
+//! singular.
 
 use alloc::vec::Vec;
 

@@ -1,11 +1,11 @@
 //! Branches that meet where several stiffnesses vanish at once.
 //!
-//! There [K, F_p] leaves a space of more than two directions, and which of them branches have is said by the
-//! next terms of F (bifurcation equations: M. Golubitsky, I. Stewart & D. G. Schaeffer, *Singularities and
-//! Groups in Bifurcation Theory* II). These are not formed: from guesses at a small distance, all round in
-//! that space, Newton's method goes to places on the planes normal to them, and what it finds is each half of
-//! a branch once. Where next to every guess has one of its own, a symmetry carries them into each other, and
-//! there is nothing to be told apart.
+//! There the null space of [K, F_p] has more than two dimensions. Which of its directions belong to branches
+//! follows from the next terms of F (bifurcation equations: M. Golubitsky, I. Stewart & D. G. Schaeffer,
+//! *Singularities and Groups in Bifurcation Theory* II). These terms are not computed. Newton's method starts
+//! from guesses at a small distance in all directions of that space, on the planes normal to them. Each half
+//! of a branch that it finds is kept once. If nearly every guess leads to a branch of its own, a symmetry
+//! maps them into each other, and there are no single branches.
 
 use alloc::vec::Vec;
 

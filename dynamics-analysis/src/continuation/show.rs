@@ -1,7 +1,7 @@
 //! Branches in words, as tables and as diagrams.
 //!
-//! What stays is drawn solid, what does not dashed, what linear theory does not decide dotted in grey;
-//! special points carry their names.
+//! Stable parts are solid, unstable ones dashed. Where linear theory does not decide, the line is grey and
+//! dotted. Special points carry their names.
 
 use alloc::format;
 use alloc::string::{String, ToString};

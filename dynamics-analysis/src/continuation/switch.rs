@@ -1,4 +1,4 @@
-//! Other branches, from the points in which they meet this one.
+//! Branch switching at the points in which other branches meet this one.
 
 use alloc::string::ToString;
 use alloc::vec::Vec;
@@ -21,8 +21,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// The two halves of the branch that crosses the one on which this branch point was found.
     ///
     /// # Errors
-    /// A point in which no branches meet, or no other one is found; what the other branch fails for, with
-    /// what was computed.
+    /// A point in which no branches meet, or at which no other branch is found; the failure of the other
+    /// branch, with what was computed.
     pub fn switch(
         &self,
         at: &Special<M::State>,
@@ -38,8 +38,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// so that a half that bends away within a hundredth of the range may be missed.
     ///
     /// # Errors
-    /// As [`Continuation::switch`]; branches that leave in every direction, where a symmetry tells none from
-    /// another.
+    /// As [`Continuation::switch`]; a continuum of branches that a symmetry maps into each other.
     pub fn switch_all(
         &self,
         at: &Special<M::State>,
@@ -51,8 +50,8 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// the one through the start to both sides, then what crosses it.
     ///
     /// # Errors
-    /// Only those of the branch through the start; why others ended is in the result, with what was computed
-    /// of them.
+    /// Only the errors of the branch through the start. The result says why other branches ended, with what
+    /// was computed of them.
     pub fn branches(&self, limit: usize) -> Result<Diagram<M::State>, ContinuationError<M::State>> {
         self.traced(|problem, periodic| {
             let mut diagram = Diagram { branches: Vec::new(), failures: Vec::new(), left_out: 0 };

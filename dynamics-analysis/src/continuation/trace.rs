@@ -4,9 +4,9 @@
 //! pseudo-arclength; the plane of one value of the parameter under load control). Its length follows the
 //! angle between tangents and the corrections that it took (E. L. Allgower & K. Georg, *Introduction to
 //! Numerical Continuation Methods*, chapter 6); it is cut where the tangent turns too far, so that the branch
-//! is not left for another one nearby. The middle of each step is computed, too, and the place where a
-//! stiffness or the slope of the parameter seems to be least: what passes zero and comes back within a step
-//! is seen there.
+//! is not left for another one nearby. The middle of each step is computed, too, and the point at which a
+//! stiffness or the slope of the parameter seems to have its minimum. A quantity that passes zero and comes
+//! back within a step is detected there.
 
 use alloc::boxed::Box;
 use alloc::string::String;

@@ -1,10 +1,10 @@
-//! What is watched along a branch: which directions resist, and which do not.
+//! Test functions along a branch: the stiffnesses.
 //!
-//! At folds and branch points a stiffness μ of K x = μ M x passes zero. The sign of a determinant tells an
-//! odd number of them from an even one, not two from none, so each μ is followed by its shape x: two that
-//! pass zero in one step, to the same side or to opposite ones, are two. Where shapes turn too far in a step
-//! for that, and where numbers alone are not enough, the step is cut until they do. At a fold the parameter
-//! turns round, too; at a branch point it need not.
+//! At folds and branch points a stiffness μ of K x = μ M x passes zero. The sign of a determinant
+//! distinguishes odd from even, but not two from none. So each μ is followed by its shape x, and two that
+//! pass zero in one step are both detected, in the same direction or in opposite ones. If shapes turn too far
+//! in a step to be matched, the step is cut. At a fold the parameter turns round, too; at a branch point it
+//! need not.
 
 use alloc::vec::Vec;
 

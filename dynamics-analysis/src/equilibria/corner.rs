@@ -1,9 +1,9 @@
-//! Rest in a corner of the potential: forces drive toward a place from both sides of it, where a choice of
-//! the model changes.
+//! Rest in a corner of the potential: a branch of the model changes there, and the forces on both sides drive
+//! toward it.
 //!
-//! |x| has its least value where it has no slope. No position has its forces in balance, and Newton's method, for which a force that is the same everywhere
-//! does not become smaller, ends where it began. Followed downhill the choice changes, and behind it the
-//! force drives back.
+//! An example is the minimum of |x|, where no slope exists. No position has its forces in balance. Newton's
+//! method ends where it began, because a constant force does not become smaller. So the search goes downhill
+//! until the branch changes and the force drives back.
 
 use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::model::{Constraints, Kink, MOST_KINKS, ModelState, Vector};

@@ -1,4 +1,4 @@
-//! Why there is no equilibrium, or none that could be told.
+//! Why no equilibrium was found.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -42,8 +42,8 @@ pub enum EquilibriumError {
         /// The force on it at another time.
         force: f64,
     },
-    /// A choice of the model (`if`, min, max, abs, signum) changes at this very state, and forces balance on
-    /// one side alone.
+    /// A branch of the model (`if`, min, max, abs, signum) changes exactly at this state, and forces balance
+    /// on one side only.
     Corner {
         /// The coordinate.
         coordinate: &'static str,
@@ -51,12 +51,12 @@ pub enum EquilibriumError {
         force: f64,
     },
     /// Where the search ended, or where stability is asked for, the mass matrix is singular: a pole of polar
-    /// coordinates, or gimbal lock. Generalized forces vanish there whatever acts.
+    /// coordinates, or gimbal lock. Generalized forces vanish there, whatever the applied forces are.
     Pole {
         /// The coordinate that has no inertia there.
         coordinate: &'static str,
     },
-    /// No position near the start is in balance: the forces left do not get smaller than this.
+    /// No position near the start is in balance: the residual forces do not become smaller than this.
     NoEquilibrium {
         /// The coordinate on which most of it acts.
         coordinate: &'static str,
@@ -74,8 +74,8 @@ pub enum EquilibriumError {
         /// To what.
         value: f64,
     },
-    /// Forces are below rounding where the search ended and far around it, and are not farther away: they
-    /// have faded, as e^(−x) does.
+    /// Forces are below rounding where the search ended and far around it, but not farther away: they have
+    /// faded, like e^(−x).
     Faded {
         /// The coordinate along which nothing is left.
         coordinate: &'static str,
@@ -91,15 +91,14 @@ pub enum EquilibriumError {
         /// That force.
         force_left: f64,
     },
-    /// What was to be steady accelerates: velocities that were given do not belong to coordinates on which
-    /// nothing depends.
+    /// The motion accelerates: the given velocities do not belong to cyclic coordinates.
     NotSteady {
         /// The coordinate, or the row of a constraint.
         name: &'static str,
         /// The force that is left on it a little later on the motion, or what the row is missed by.
         left: f64,
     },
-    /// A family of models is not defined beside a value of its parameter: forces are not numbers there, on
+    /// A family of models is not defined near a value of its parameter: forces are not finite there, on
     /// either side.
     NotDefined {
         /// The value.

@@ -1,4 +1,4 @@
-//! The stiffness by its singular values, and what forces make of displacements.
+//! The singular value decomposition of the stiffness, and the displacements that forces cause.
 
 use nalgebra::{DMatrix, DVector, SVD};
 

@@ -1,18 +1,18 @@
 //! Newton's method for balance, along the constraints.
 //!
 //! Each iteration solves K δz = −F with the exact K, moves δq = D δz, and returns to the constraints; the
-//! step is halved until ‖F‖ falls as Armijo asks. ‖F‖ is the least that any λ makes of the forces weighed by
-//! the inertias at the start, and K its derivative (`Statics::covariant`): both are those of the place and
-//! not of the coordinates that happen to be independent there. By height a pendulum's weight is the same
-//! force all around, which no Newton step can make smaller. Where less than a 32nd of the step is admitted, K
-//! is nearly singular and the direction worth little: a Levenberg–Marquardt step, whose damping is adapted,
-//! takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3 and §11.2). It goes on to the
-//! least ‖F‖ nearby; if that is not 0 there is no equilibrium, and K has lost a direction there: a fold lies
-//! between it and the load. Where ‖F‖ does not fall to first order it may be greatest, as on a pendulum that
-//! is level: it is looked at a little beside, first the way that it would fall.
+//! step is halved until ‖F‖ falls as Armijo asks. ‖F‖ is the minimum over λ of the forces, weighted by the
+//! inertias at the start, and K is its derivative (`Statics::covariant`). Both belong to the position, not to
+//! the choice of independent coordinates. For example, with its height as the coordinate, a pendulum has the
+//! same force everywhere, which no Newton step could make smaller. If less than a 32nd of the step is
+//! accepted, K is nearly singular and its direction is of little use. A Levenberg–Marquardt step with
+//! adaptive damping takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3 and §11.2).
+//! It converges to the nearest minimum of ‖F‖. If that is not 0, there is no equilibrium, and K is singular
+//! there: the load is beyond a fold. If ‖F‖ does not fall to first order, it may be at a maximum, as for a
+//! level pendulum. Then points a little beside are tried, first in the direction of the force.
 //!
 //! Near the end every full step is taken until the corrections no longer shrink: to rounding, whatever the
-//! units. Directions in which K vanishes altogether (coordinates on which nothing depends) are left alone.
+//! units. Directions in which K vanishes completely (cyclic coordinates) are left alone.
 
 use alloc::vec::Vec;
 

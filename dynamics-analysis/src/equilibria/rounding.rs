@@ -1,11 +1,9 @@
-//! Derivatives that are rounding: elements of stiffness or damping that would be 0 if their terms cancelled
-//! exactly.
+//! Elements of stiffness or damping that are only rounding: they would be 0 if their terms cancelled exactly.
 //!
-//! How a model is written decides what is left. An angle about the vertical on which nothing depends has
-//! stiffnesses of exactly 0 where only its rate is written, and some 1e-17 where positions are turned by it.
-//! What is left of terms that cancel changes by as much as its own size where coordinates move by their last
-//! bits. A stiffness, however weak, does not (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011)
-//! 1292).
+//! The remainder depends on how the model is written. A cyclic angle about the vertical has stiffnesses of
+//! exactly 0 if only its rate appears, and of about 1e-17 if positions are rotated by it. If coordinates
+//! change in their last bits, the remainder of terms that cancel changes by its own size. A real stiffness,
+//! however weak, does not (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292).
 
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};

@@ -43,8 +43,8 @@ impl<'m, M: Constraints> Search<'m, M> {
         self
     }
 
-    /// Of what rolls, the independent velocities that stay as they are in all starts, as for
-    /// [`super::Equilibria::steady_in`]. In searches for rest nothing moves, and this says nothing.
+    /// For rolling systems: the independent velocities that are kept in all starts, as for
+    /// [`super::Equilibria::steady_in`]. In searches for rest this has no effect.
     pub fn holding(mut self, independent: &[&str]) -> Self {
         self.held = independent.iter().map(|name| (*name).to_owned()).collect();
         self
@@ -56,9 +56,9 @@ impl<'m, M: Constraints> Search<'m, M> {
         self
     }
 
-    /// So many random starts beside the others, the same for the same seed: angles on which the model depends
-    /// with period 2π anywhere, other coordinates in their ranges, all of them then moved onto the
-    /// constraints. Of steady motions coordinates without a range stay as they are.
+    /// Adds this number of random starts, the same for the same seed. Angles on which the model depends with
+    /// period 2π are chosen anywhere, other coordinates in their ranges. All starts are then moved onto the
+    /// constraints. In searches for steady motions, coordinates without a range keep their values.
     pub fn random(mut self, count: usize) -> Self {
         self.random = count;
         self
@@ -76,16 +76,16 @@ impl<'m, M: Constraints> Search<'m, M> {
         self
     }
 
-    /// The range of all coordinates that have none of their own: so far to both sides of the state that the
-    /// search was opened with.
+    /// The range of all coordinates that have none of their own: this distance to both sides of the given
+    /// state.
     pub fn spread(mut self, distance: f64) -> Self {
         self.spread = Some(distance);
         self
     }
 
-    /// The balance of this instant: forces and positions of constraints are those of the time t, and do not
-    /// change. Unless this is said, models in which they do are refused. Constraints that move leave nothing
-    /// at rest, and are refused all the same.
+    /// Searches for the balance at this instant: forces and constraints are frozen at the time t. Without
+    /// this, models in which they change with time are refused. Moving constraints are refused in any case,
+    /// because nothing is at rest.
     pub fn at(mut self, t: f64) -> Self {
         self.frozen = true;
         self.around = at_time(&self.around, t);
@@ -96,7 +96,7 @@ impl<'m, M: Constraints> Search<'m, M> {
     /// Searches from each start, and gives each equilibrium once.
     ///
     /// # Errors
-    /// Options that make no sense; where no start leads to an equilibrium, the reason of the first.
+    /// Invalid options. If no start leads to an equilibrium, the reason of the first start.
     pub fn run(self) -> Result<Found<M::State>, EquilibriumError> {
         let periodic = periodic(self.model, &self.around);
         let mut starts: Vec<M::State> =
@@ -190,9 +190,9 @@ pub struct Found<S: ModelState> {
 }
 
 impl<S: ModelState> Found<S> {
-    /// About which part of random starts would lead to equilibria that were not found: the part of those that
-    /// led to one alone (I. J. Good, Biometrika 40 (1953) 237); `None` without random starts. No search of
-    /// this kind proves that it found all.
+    /// The estimated share of random starts that would lead to equilibria that were not found. It is the
+    /// share of starts whose equilibrium was found only once (I. J. Good, Biometrika 40 (1953) 237); `None`
+    /// without random starts. No search of this kind proves that it found all.
     #[must_use]
     pub fn unseen(&self) -> Option<f64> {
         (self.random > 0).then(|| self.lone as f64 / self.random as f64)

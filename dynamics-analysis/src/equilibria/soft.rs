@@ -1,14 +1,13 @@
-//! How far balance reaches along directions that next to nothing resists.
+//! The extent of balance along directions with almost no stiffness.
 //!
-//! Where a singular value of K vanishes beside the others, K says nothing of how far the place may be off: at
-//! a critical load forces begin with the third power, and what they are within 10⁻⁵ of it is rounding. The
-//! direction is followed, with what is stiff kept in balance (Lyapunov & Schmidt: M. Golubitsky & D. G.
-//! Schaeffer, *Singularities and Groups in Bifurcation Theory* I, chapter VII), until the force left in it is
-//! told from rounding. Where it never is, rests lie side by side, and each is one. Where it is to one side
-//! and never to the other, forces have faded away below rounding, as e^(−x) does and 1 − tanh²x: smooth
-//! functions do not vanish over a stretch otherwise. Likewise where nothing depends on the direction nearby,
-//! but at other places of it, from small to large, something does: far from its well even the stiffness of
-//! −e^(−x²) is below all numbers.
+//! If a singular value of K vanishes, K does not bound the error of the position: at a critical load forces
+//! begin with the third power, and within 10⁻⁵ of it they are only rounding. So the direction is followed,
+//! with the stiff directions kept in balance (Lyapunov & Schmidt: M. Golubitsky & D. G. Schaeffer,
+//! *Singularities and Groups in Bifurcation Theory* I, chapter VII), until the residual force is larger than
+//! rounding. If it never is, there is a continuum of equilibria. If it is on one side only, the forces have
+//! faded below rounding, like e^(−x) and 1 − tanh²x: a smooth function does not vanish over an interval
+//! otherwise. The same holds if forces are independent of the direction nearby, but not at other places along
+//! it. Far from its well even the stiffness of −e^(−x²) underflows.
 
 use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::error::SolveError;

@@ -1,21 +1,21 @@
-//! Whether a system stays in an equilibrium, or in a steady motion.
+//! Stability of equilibria and steady motions.
 //!
-//! Where energy is conserved an equilibrium in which the stiffness K is positive definite is stable, whatever
-//! gyroscopic terms there are (Lagrange, Dirichlet), the work of dead loads included (`conserved.rs`); K is
-//! that of the potential that counts, of turning frames and reactions included, on what the constraints
-//! leave. Coordinates on which nothing depends are eliminated with their momenta held (Routh): what is then
-//! judged is the motion beside all that only count what happens. Elsewhere the eigenvalues of small motions
-//! decide. Where dampers take energy out, and none puts it in, what rests where K is positive definite stays
-//! there all the same, and comes to rest unless a mode reaches no damper (Kelvin, Tait & Chetaev: damping is
-//! pervasive if all eigenvalues are clear of the axis; D. R. Merkin, *Introduction to the Theory of
-//! Stability*, §6.4). Where eigenvalues are not clear of the imaginary axis otherwise, linear theory does not
-//! decide: I. G. Malkin, *Theory of Stability of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter
-//! Stability Theory with Mechanical Applications*, chapters 1 and 7.
+//! If energy is conserved, dead loads included (`conserved.rs`), an equilibrium with positive definite
+//! stiffness K is stable, whatever the gyroscopic terms are (Lagrange, Dirichlet). K belongs to the effective
+//! potential, with rotating frames and reactions, in the directions that the constraints leave. Cyclic
+//! coordinates are eliminated with their momenta held (Routh). In other cases the eigenvalues of small
+//! motions decide. If dampers only take energy out, an equilibrium with positive definite K is stable, too.
+//! It is asymptotically stable unless a mode is undamped (Kelvin, Tait & Chetaev: damping is pervasive if all
+//! eigenvalues are clear of the axis; D. R. Merkin, *Introduction to the Theory of Stability*, §6.4). If
+//! eigenvalues are not clear of the imaginary axis in other cases, linear theory does not decide: I. G.
+//! Malkin, *Theory of Stability of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability
+//! Theory with Mechanical Applications*, chapters 1 and 7.
 //!
-//! Nothing is called zero, or not zero, that rounding could have made so. Stiffnesses are set beside those of
-//! positions around, whose terms do not cancel, and beside what they change by where the position may be off:
-//! in a fold none is known. Eigenvalues are set beside the changes |yᵀ||A||x| ε/|yᵀx| that rounding of each
-//! element could make of them (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal. Appl. 20 (1998) 493).
+//! A value is called zero, or not zero, only if rounding could not have caused this. Stiffnesses are compared
+//! with those of nearby positions, whose terms do not cancel, and with their change over the error of the
+//! position: in a fold no stiffness is known. Eigenvalues are compared with the changes |yᵀ||A||x| ε/|yᵀx|
+//! that rounding of each element could cause (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal. Appl. 20
+//! (1998) 493).
 
 mod conserved;
 mod show;

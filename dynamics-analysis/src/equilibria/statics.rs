@@ -1,4 +1,4 @@
-//! What a model says of balance at a position: the forces that are left, and how they change.
+//! Balance at a position: the residual forces and their derivatives.
 
 use alloc::vec::Vec;
 

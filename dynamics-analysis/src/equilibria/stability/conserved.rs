@@ -1,16 +1,16 @@
-//! Whether energy is conserved beside an equilibrium, or never grows, the work of dead loads included.
+//! Whether energy is conserved near an equilibrium, or never grows, with the work of dead loads included.
 //!
-//! The compiler knows it where no force is declared. Where forces are, as a dead load or a spring written as
-//! a force, it is asked of numbers: their power is linear in the velocities, so that they depend on positions
-//! alone, and the derivatives of what is left in independent coordinates are symmetric, so that it is a
-//! gradient, at every one of some positions around that nothing singles out. Force fields made of smooth
-//! functions that pass are gradients, but for chance; a follower force and an explicit time do not pass, nor
-//! does a moving constraint, unless it turns along with a steady motion that it leaves alone in time.
+//! If no force is declared, the compiler knows the answer. If forces are declared, such as a dead load or a
+//! spring written as a force, they are tested numerically at several generic positions nearby. Their power
+//! must be linear in the velocities, so that they depend on positions alone. Their derivatives in independent
+//! coordinates must be symmetric, so that they are gradients. A force field of smooth functions that passes
+//! is a gradient, except by chance. Follower forces and explicit time do not pass. Nor do moving constraints,
+//! unless they turn with a steady motion.
 //!
-//! Dampers take energy out: what is left of the power is then even in the velocities, and nowhere positive.
-//! That no element of the damping matrix puts any in, however little beside the others, is asked of the
-//! matrix (its pivots, each beside its own size); that it stays so beside the equilibrium, of numbers. Energy
-//! never grows (Kelvin, Tait & Chetaev).
+//! Dampers take energy out: the rest of the power is then even in the velocities, and nowhere positive. The
+//! pivots of the damping matrix, each relative to its own size, show that no direction gains energy, however
+//! small. Samples show that this also holds near the equilibrium. Energy never grows (Kelvin, Tait &
+//! Chetaev).
 
 use alloc::vec::Vec;
 

@@ -1,4 +1,4 @@
-//! What is said of stability.
+//! Verdicts of stability.
 
 use alloc::vec::Vec;
 
@@ -12,20 +12,20 @@ use super::Eigenvalue;
 pub struct Stability {
     /// The verdict.
     pub verdict: StabilityVerdict,
-    /// ω², the least eigenvalue of the stiffness against the mass matrix, in 1/s², negative where something
-    /// falls over: of a mode without gyroscopic terms and damping. `None` where nonholonomic constraints
-    /// leave no such matrix.
+    /// ω², the least eigenvalue of the stiffness relative to the mass matrix, in 1/s², without gyroscopic
+    /// terms and damping. It is negative if a mode diverges. `None` if nonholonomic constraints leave no such
+    /// matrix.
     pub least_omega_squared: Option<f64>,
     /// The largest real part of an eigenvalue, in 1/s; not a number where nothing is left to move.
     pub abscissa: f64,
     /// How far that may be off for rounding.
     pub uncertainty: f64,
-    /// How many times more the worst eigenvalue moves than the matrix: 1 at best, 10⁸ where two meet.
+    /// The change of the worst eigenvalue relative to that of the matrix: 1 at best, 10⁸ where two
+    /// eigenvalues meet.
     pub conditioning: f64,
     /// The eigenvalues σ of small motions e^{σt}, in 1/s, by growing real part.
     pub eigenvalues: Vec<Complex<f64>>,
-    /// Coordinates on which nothing depends: they were left out, with their momenta held where these are
-    /// kept.
+    /// Cyclic coordinates: they were left out, with their momenta held if these are conserved.
     pub ignorable: Vec<Quantity>,
 }
 
@@ -37,9 +37,8 @@ pub enum StabilityVerdict {
     Stable,
     /// They die out: all eigenvalues have negative real parts.
     AsymptoticallyStable,
-    /// They stay small, and not all of them are known to die out: energy never grows and is least in this
-    /// position, but to first order a mode reaches no damper (Kelvin, Tait & Chetaev). What is neglected may
-    /// damp it.
+    /// They stay small, and some may not die out: energy never grows and has its minimum here, but to first
+    /// order no damper acts on one of the modes (Kelvin, Tait & Chetaev). Neglected terms may damp it.
     PartlyDamped {
         /// Its frequency, in rad/s.
         frequency: f64,
@@ -73,14 +72,14 @@ pub enum StabilityVerdict {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Undecided {
-    /// The stiffness vanishes along a direction, to what is known of it: a buckling load, a fold, equilibria
-    /// side by side.
+    /// The stiffness vanishes along a direction, within its uncertainty: a buckling load, a fold, a continuum
+    /// of equilibria.
     NothingResists {
         /// The coordinate that moves most in it.
         coordinate: &'static str,
     },
-    /// Something swings, to first order neither damped nor driven, and energy is not known to be conserved,
-    /// or never to grow: what is neglected decides.
+    /// A mode is neither damped nor driven to first order, and it is not known whether energy is conserved or
+    /// never grows. Neglected terms decide.
     Swings {
         /// Its frequency, in rad/s.
         frequency: f64,
@@ -115,9 +114,9 @@ impl Stability {
     }
 
     /// Whether small disturbances stay small: [`StabilityVerdict::Stable`],
-    /// [`StabilityVerdict::PartlyDamped`] or [`StabilityVerdict::AsymptoticallyStable`]. Of
-    /// [`Self::ignorable`] coordinates this is said of their rates; they themselves go on for ever, at
-    /// another rate for another push.
+    /// [`StabilityVerdict::PartlyDamped`] or [`StabilityVerdict::AsymptoticallyStable`]. For
+    /// [`Self::ignorable`] coordinates this holds for their rates. The coordinates themselves drift: another
+    /// push gives another rate.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         matches!(
@@ -128,7 +127,8 @@ impl Stability {
         )
     }
 
-    /// Whether some grow for sure: [`StabilityVerdict::Divergence`] or [`StabilityVerdict::Flutter`].
+    /// Whether some disturbances certainly grow: [`StabilityVerdict::Divergence`] or
+    /// [`StabilityVerdict::Flutter`].
     #[must_use]
     pub fn is_unstable(&self) -> bool {
         matches!(self.verdict, StabilityVerdict::Divergence { .. } | StabilityVerdict::Flutter { .. })
