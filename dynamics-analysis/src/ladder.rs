@@ -1,26 +1,25 @@
-//! The model ladder: models of one scene beside each other, from the plainest to the fullest, and which of
-//! them suffices.
+//! The model ladder: compares models of one scene, from the plainest to the fullest, and says which of them
+//! suffices.
 //!
 //! # What is compared
 //!
-//! Every *rung* is a model with a start that means the same; the last one, the fullest, is what the others
-//! are measured against. Chosen *outputs* (a force, a place) are evaluated on all of them at common times:
-//! equal intervals and, so that no peak falls between them, the steps of all runs. The *difference* from the
-//! last rung is given at its largest and as the root of its mean square over time, and set beside what a rung
-//! costs: its coordinates, operations of an evaluation, evaluations, and time (the median of repeats that
-//! keep nothing).
+//! Every *rung* is a model with an equivalent start. The last rung is the fullest model, the reference for
+//! the others. Chosen *outputs* (a force, a position) are evaluated on all rungs at common times: equal
+//! intervals and the steps of all runs, so that no peak falls between them. The *difference* from the last
+//! rung is given by its maximum and its root mean square over time. The cost of a rung is given as well: its
+//! coordinates, operations of an evaluation, evaluations, and time (the median of repeats that keep nothing).
 //!
 //! # What is believed
 //!
 //! Every rung runs twice, the second time at a hundredth of the tolerance and in steps of a five-hundredth of
-//! the motion at most. What its outputs differ by is its own numerical error, and the errors of two rungs
-//! together are the *uncertainty* of their difference. A difference below it says only that the models agree
-//! so far (minimal and redundant coordinates of one model do): tables say `<`, signs are hollow. Where a
-//! difference is uncertain by more than a thousandth of the output and by more than half of itself, as in
-//! chaotic motions, there is no comparison but an error.
+//! the motion at most. The difference of its outputs is its numerical error. The sum of the errors of two
+//! rungs is the *uncertainty* of their difference. A difference below the uncertainty only shows that the
+//! models agree so far (as minimal and redundant coordinates of one model do): tables say `<`, markers are
+//! hollow. If a difference is uncertain by more than a thousandth of the output and by more than half of
+//! itself, as in chaotic motions, the result is an error.
 //!
-//! What the last rung leaves out is not seen: a ladder says which of its models suffices in place of the
-//! fullest, not that this one is right.
+//! The comparison cannot see what the last rung leaves out. It says which model suffices in place of the
+//! fullest, not that the fullest is right.
 
 mod climb;
 mod comparison;
@@ -104,7 +103,8 @@ impl<'m> Ladder<'m> {
         self
     }
 
-    /// What parts of an output are parts of, in its unit. Without this: its largest value on the last rung.
+    /// The scale of an output for relative differences, in its unit. Without this: its largest value on the
+    /// last rung.
     pub fn scale(mut self, output: impl Into<String>, scale: f64) -> Self {
         self.scales.push((output.into(), scale));
         self
@@ -116,7 +116,7 @@ impl<'m> Ladder<'m> {
         self
     }
 
-    /// Tolerance of all runs, 1e-9 unless set; a hundredth of it in the runs that tell their errors.
+    /// Tolerance of all runs, 1e-9 unless set. The runs that measure errors use a hundredth of it.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self

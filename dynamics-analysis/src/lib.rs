@@ -1,10 +1,10 @@
-//! The analyses of `dynamics`: what answers questions about methods and models.
+//! The analyses of `dynamics`: questions about methods and models.
 //!
-//! By many runs: which method is the fastest for the accuracy that is wanted, and which model of a scene
-//! suffices for it ([`compare`]). By exact derivatives: how a model moves beside an equilibrium or a steady
-//! motion ([`SmallMotions`]), how equilibria change with a parameter ([`continuation`]), and what becomes of
-//! motions that repeat or never do ([`PeriodicMotions`]). Users name only the façade crate, which has this
-//! one as `dynamics::analysis`.
+//! Answered by many runs: which method is the fastest for the required accuracy, and which model of a scene
+//! suffices for it ([`compare`]). Answered by exact derivatives: small motions about an equilibrium or a
+//! steady motion ([`SmallMotions`]), equilibria over a parameter ([`continuation`]), periodic and chaotic
+//! motions ([`PeriodicMotions`]). Users depend on the façade crate alone, which has this crate as
+//! `dynamics::analysis`.
 //!
 //! ```text
 //! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;

@@ -1,4 +1,4 @@
-//! Small motions beside an equilibrium or a steady motion, constraints included.
+//! Small motions about an equilibrium or a steady motion, constraints included.
 //!
 //! Beside a motion of M q̈ = Q + Φ_qᵀλ with holonomic rows Φ = 0 and nonholonomic rows A q̇ + b = 0 the
 //! deviations δq, δλ fulfil, to first order,
@@ -8,19 +8,18 @@
 //! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)        Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
 //! ```
 //!
-//! all from the graph, none by differences. The holonomic rows leave independent coordinates z, all rows
-//! independent velocities v, a part of the rates of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G v + H z.
-//! What is projected on Eᵀ contains no δλ:
+//! all derived symbolically, none by differences. The holonomic rows leave independent coordinates z. All
+//! rows leave independent velocities v, a subset of the rates of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G
+//! v + H z. The projection on Eᵀ contains no δλ:
 //!
 //! ```text
 //! EᵀM E v̇ + Eᵀ(M G + r_u E) v + Eᵀ(M H + r_q D + r_u F) z = EᵀQ_w δw        ż = S v + T z
 //! mass         damping             stiffness                 input
 //! ```
 //!
-//! Without nonholonomic rows S = 1 and T = 0. Rows that repeat others need no care: D and E come from a
-//! rank-revealing elimination, and λ, which is then not unique, enters only along the constraints, where it
-//! is. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955, appendix B; R. von Schwerin, *Multibody System
-//! Simulation*, §2.
+//! Without nonholonomic rows S = 1 and T = 0. Rows that repeat others are allowed: D and E come from a
+//! rank-revealing elimination. λ is then not unique, but only its unique part enters. J. P. Meijaard et al.,
+//! Proc. R. Soc. A 463 (2007) 1955, appendix B; R. von Schwerin, *Multibody System Simulation*, §2.
 
 mod error;
 mod modes;
@@ -57,7 +56,7 @@ pub trait SmallMotions: Constraints {
 
     /// As [`SmallMotions::linearize`], with these coordinates among the independent ones, and their
     /// velocities among the independent velocities as far as the nonholonomic constraints leave them: names
-    /// as in [`dynamics_runtime::model::Dynamics::COORDINATES`].
+    /// as in [`Dynamics::COORDINATES`](dynamics_runtime::model::Dynamics::COORDINATES).
     ///
     /// # Errors
     /// Also where a name is not a coordinate, or the constraints do not leave all of the coordinates
@@ -103,8 +102,8 @@ pub struct Linearization {
     pub all: &'static [Quantity],
     /// v̇ of the motion itself: 0 in an equilibrium and in steady motions.
     pub accelerations: DVector<f64>,
-    /// How nearly the constraints depend on each other: the largest over the smallest pivot of their
-    /// elimination; 1 without any.
+    /// The conditioning of the constraints: the largest over the smallest pivot of their elimination; 1
+    /// without constraints.
     pub conditioning: f64,
     /// Why the coefficients are not those of an equilibrium or a steady motion; `None` where they are.
     pub unsteady: Option<LinearizeError>,
@@ -167,11 +166,11 @@ impl Linearization {
     /// The eigenvalues σ of small motions e^{σt}, in 1/s, C + F of them, by growing real part, then imaginary
     /// part.
     ///
-    /// Coordinates on which nothing depends, as the place of a vehicle on a plane, have exact zeros.
+    /// Cyclic coordinates, such as the place of a vehicle on a plane, have eigenvalues of exactly zero.
     ///
     /// # Errors
-    /// Where the motion is neither an equilibrium nor steady; a mass matrix that is not positive definite; an
-    /// iteration that does not settle.
+    /// A motion that is neither an equilibrium nor steady; a mass matrix that is not positive definite; an
+    /// iteration that does not converge.
     pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, LinearizeError> {
         if let Some(reason) = &self.unsteady {
             return Err(reason.clone());

@@ -1,5 +1,5 @@
-//! Sections of text, charts and tables on one HTML page without network access. What a section says of a
-//! study, of models beside each other or of branches stands with these.
+//! Sections of text, charts and tables on one HTML page without network access. The content of a section is
+//! written where its study, comparison or branch is.
 
 use alloc::format;
 use alloc::string::String;
@@ -16,8 +16,8 @@ use dynamics_view::{Chart, Panel};
 const WIDE: f64 = 560.0;
 const NARROW: f64 = 350.0;
 
-/// A page of several studies, with charts, what each curve costs for the same errors, and all runs, and of
-/// models beside each other.
+/// A page with several studies and comparisons of models. A study has its charts, the costs of its curves for
+/// the same errors, and all runs.
 #[derive(Clone, Debug)]
 pub struct Page {
     title: String,

@@ -1,6 +1,6 @@
-//! What motions, equilibria and frequencies make of parameters and starts: by many runs ([`Sweep`]), by exact
-//! derivatives ([`Sensitivities`], and [`Gradient`] where they are many), and the other way round, parameters
-//! from measured motion ([`Fit`]).
+//! How motions, equilibria and frequencies depend on parameters and starts: by many runs ([`Sweep`]), and by
+//! exact derivatives ([`Sensitivities`], or [`Gradient`] for many parameters). The inverse problem is
+//! parameters from measured motion ([`Fit`]).
 //!
 //! Parameters are named as in [`Dynamics::PARAMETERS`](dynamics_runtime::model::Dynamics::PARAMETERS) (`m1`,
 //! `stiffness[2]`, `track.x`), starts by the coordinate (`theta1`) or its velocity (`theta1_rate`,

@@ -1,4 +1,4 @@
-//! The runs, and what they say about each other.
+//! The runs of a comparison and their differences.
 
 use alloc::boxed::Box;
 use alloc::string::ToString;

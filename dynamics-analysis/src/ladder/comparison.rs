@@ -11,7 +11,7 @@ pub struct Compared {
     pub name: String,
     /// Its unit; empty where no rung declares it.
     pub unit: String,
-    /// What parts of it are parts of: its largest value on the last rung, unless it was set.
+    /// The scale for relative differences: its largest value on the last rung, unless it was set.
     pub scale: f64,
 }
 
@@ -24,7 +24,7 @@ pub struct Difference {
     pub at: f64,
     /// Root of the mean square over time.
     pub rms: f64,
-    /// At the start: more than the models themselves make, and the starts do not correspond.
+    /// The difference at the start. If it is larger than the later ones, the starts do not correspond.
     pub at_start: f64,
     /// Numerical errors of the two rungs together; of the last one, its own.
     pub uncertainty: f64,

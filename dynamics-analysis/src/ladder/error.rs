@@ -3,7 +3,7 @@
 use alloc::string::String;
 use core::fmt;
 
-/// There is nothing to be compared that could be trusted, or the options make no sense.
+/// The comparison would not be reliable, or the options are invalid.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum LadderError {
@@ -35,7 +35,7 @@ pub enum LadderError {
         /// When that starts.
         other_start: f64,
     },
-    /// The tolerance leaves no room for a run at a hundredth of it, or is none.
+    /// The tolerance is not valid, or too small for a run at a hundredth of it.
     Tolerance {
         /// What was given.
         tolerance: f64,
@@ -77,7 +77,7 @@ pub enum LadderError {
         /// The output.
         output: String,
     },
-    /// An output is 0 on the last rung all the time: there is nothing that its differences could be parts of.
+    /// An output is always 0 on the last rung, so its differences have no scale.
     NoScale {
         /// The output.
         output: String,
@@ -102,7 +102,7 @@ pub enum LadderError {
         /// What it is there.
         value: f64,
     },
-    /// The numerical errors of a rung and of the last one are as large as what they differ by, and not small.
+    /// The numerical errors of a rung and of the last one are as large as their difference, and not small.
     NotConverged {
         /// The rung.
         rung: String,
@@ -120,7 +120,7 @@ pub enum LadderError {
         /// What was given.
         accuracy: f64,
     },
-    /// The runs themselves may be wrong by as much as the accuracy that was asked for.
+    /// The numerical errors of the runs may be as large as the requested accuracy.
     TooFine {
         /// What was asked for, as a part of the outputs.
         accuracy: f64,

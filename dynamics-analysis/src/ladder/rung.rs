@@ -34,8 +34,8 @@ impl<'m, M: Simulate> Rung<'m, M> {
         Self { name: name.into(), model, start, outputs: Vec::new(), options: None }
     }
 
-    /// Adds an output by what it is at a state of the motion, or says what one of this name is: a coordinate
-    /// (`|_, state| state.x()`), a multiplier (`|motion, state| motion.multipliers_of(state)[0]`).
+    /// Adds an output as a function of motion and state, or replaces the one of this name: a coordinate (`|_,
+    /// state| state.x()`), a multiplier (`|motion, state| motion.multipliers_of(state)[0]`).
     pub fn output(
         mut self,
         name: impl Into<String>,

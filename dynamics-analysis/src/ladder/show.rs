@@ -48,8 +48,8 @@ impl Comparison {
         columns(&self.rows())
     }
 
-    /// The plainest rung that suffices for 10 %, 1 % and 0.1 %: one sentence where it is the same for all
-    /// outputs, else one for each. What the runs do not tell is said to be so.
+    /// The plainest rung that suffices for 10 %, 1 % and 0.1 %: one sentence if it is the same for all
+    /// outputs, else one for each. If the runs do not decide, the sentence says so.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let mut sentences = Vec::new();
@@ -74,8 +74,8 @@ impl Comparison {
     /// For an output: its values over time; its differences from the last rung over time; the largest of them
     /// over the time that a rung takes.
     ///
-    /// Hollow signs are not believed: they lie below the numerical errors of the runs. The last rung stands
-    /// at its own.
+    /// Hollow markers are below the numerical errors of the runs. The last rung is shown with its own
+    /// numerical error.
     #[must_use]
     pub fn panels(&self, output: &str) -> Option<[Panel; 3]> {
         let o = self.outputs.iter().position(|known| known.name == output)?;

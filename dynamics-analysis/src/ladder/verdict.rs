@@ -20,13 +20,13 @@ pub struct Verdict {
     pub outputs: Vec<String>,
     /// The rung that suffices.
     pub rung: String,
-    /// What it differs by at most, as a part of the output where that is the most; 0 for the last rung.
+    /// Its largest relative difference over all outputs; 0 for the last rung.
     pub off_by: f64,
     /// The last rung, against which that holds.
     pub full: String,
     /// Time of the last rung over that of the one that suffices.
     pub time_ratio: f64,
-    /// Operations of all evaluations, likewise; `None` where one of them does not tell.
+    /// Operations of all evaluations, likewise; `None` if one of them is unknown.
     pub work_ratio: Option<f64>,
     /// The rung before the one that suffices, and what it differs by.
     pub too_plain: Option<(String, f64)>,
@@ -37,8 +37,8 @@ impl Comparison {
     /// one percent.
     ///
     /// # Errors
-    /// [`LadderError::Accuracy`] for what is no positive number, [`LadderError::TooFine`] where the runs
-    /// themselves may be wrong by more.
+    /// [`LadderError::Accuracy`] if the argument is not positive, [`LadderError::TooFine`] if the errors of
+    /// the runs may be larger.
     pub fn sufficient(&self, accuracy: f64) -> Result<Verdict, LadderError> {
         self.judge((0..self.outputs.len()).collect(), accuracy)
     }

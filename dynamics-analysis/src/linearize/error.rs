@@ -20,11 +20,10 @@ pub enum LinearizeError {
     },
     /// A derivative is not finite at the state.
     NotFinite,
-    /// A choice of the model (`if`, min, max, abs, signum) changes at this very state: each side has
-    /// derivatives of its own.
+    /// A branch of the model (`if`, min, max, abs, signum) changes exactly at this state: each side has other
+    /// derivatives.
     Corner,
-    /// The model changes its branch in more places than are followed, so that jumps on the way of a motion
-    /// are not seen.
+    /// The model has more branch changes than can be followed, so jumps along a motion would be missed.
     BranchesNotFollowed,
     /// The model was written by hand, its derivatives are too large to be generated, or they take a fourth
     /// derivative of a function given by its values.
@@ -38,13 +37,14 @@ pub enum LinearizeError {
         /// A coordinate of a similar name, if there is one.
         nearest: Option<String>,
     },
-    /// A coordinate that was asked for follows from others that were, or from the constraints alone.
+    /// A requested coordinate is not independent: it follows from the other requested ones or from the
+    /// constraints.
     Dependent {
         /// Its name.
         name: &'static str,
     },
-    /// The position is singular: beside it more rows are independent, or there is no other position, so that
-    /// the constraints have no tangent here.
+    /// The position is singular: nearby more rows are independent, or there is no other position. So the
+    /// constraints have no tangent space here.
     SingularPosition {
         /// Independent rows here.
         rank: usize,
@@ -65,9 +65,9 @@ pub enum LinearizeError {
         /// By how much over a short part of it, relative to the largest.
         change: f64,
     },
-    /// A little later the motion that these velocities lead has no linear equations in the same coordinates,
-    /// so that nobody knows whether the coefficients stay: an end of the assembly or of where the model is
-    /// defined, or rows that change their rank.
+    /// A little later on this motion there are no linear equations in the same coordinates, so it is unknown
+    /// whether the coefficients are constant. The mechanism or the model ends there, or rows change their
+    /// rank.
     Ends,
     /// The iteration for eigenvalues did not settle.
     NoConvergence {

@@ -1,4 +1,4 @@
-//! Eigenvalues with what moves in each.
+//! Eigenvalues with their mode shapes.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -9,17 +9,17 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{Linearization, LinearizeError, spectrum};
 
-/// A way in which a system moves by itself: every coordinate as Re(shape e^{σt}).
+/// A free motion of the system: every coordinate is Re(shape e^{σt}).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
     /// σ, in 1/s; of a pair of complex conjugates the one with positive imaginary part.
     pub eigenvalue: Complex<f64>,
     /// What each coordinate does, dependent ones included; the largest is 1.
     pub shape: DVector<Complex<f64>>,
-    /// How much more the eigenvalue moves than the elements of the state matrix are changed, both in parts of
-    /// themselves: 1 at best, without bound toward a defective matrix; infinite for what is free to move
-    /// without damping, whose eigenvalue 0 is double with one shape, x = c and x = c t, and moves by the root
-    /// of a change.
+    /// The relative change of the eigenvalue per relative change of the elements of the state matrix: 1 at
+    /// best, without bound toward a defective matrix. It is infinite for undamped rigid-body motion: its
+    /// eigenvalue 0 is double with one shape (x = c and x = c t), and changes by the square root of a
+    /// perturbation.
     pub conditioning: f64,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
@@ -32,8 +32,7 @@ impl Mode {
         self.eigenvalue.norm()
     }
 
-    /// −Re σ/|σ|: 0 without damping, 1 where it only just does not swing, negative where it grows; not a
-    /// number for σ = 0.
+    /// −Re σ/|σ|: 0 without damping, 1 at critical damping, negative if the mode grows; NaN for σ = 0.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
         -self.eigenvalue.re / self.eigenvalue.norm()

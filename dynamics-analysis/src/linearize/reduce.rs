@@ -1,4 +1,4 @@
-//! What constraints leave: independent coordinates and velocities, and what the others do.
+//! Reduction by constraints: independent coordinates and velocities, and how the others follow from them.
 
 use alloc::vec::Vec;
 

@@ -1,9 +1,9 @@
 //! Eigenvalues of small motions.
 //!
-//! What is undamped and conservative has the real eigenvalues of a symmetric problem, by Cholesky and Jacobi
-//! or QR: pairs ±iω are exact pairs. Any other state matrix is balanced, and cut into the blocks of its block
-//! triangular form: a coordinate on which nothing depends, as the place of a vehicle on a plane, then has the
-//! eigenvalue 0, and not the root of rounding that a defective double 0 gives (Duff, Erisman & Reid, *Direct
+//! An undamped conservative system has the real eigenvalues of a symmetric problem, solved by Cholesky and
+//! Jacobi or QR; pairs ±iω are then exact. Any other state matrix is balanced, and split by its block
+//! triangular form. So a cyclic coordinate, such as the place of a vehicle on a plane, has the eigenvalue 0
+//! exactly, not the square root of rounding that a defective double 0 gives (Duff, Erisman & Reid, *Direct
 //! Methods for Sparse Matrices*, chapter 6). Elements below n ε of the matrix count as zero, which changes it
 //! no more than the QR iteration does that follows.
 

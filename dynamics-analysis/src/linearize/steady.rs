@@ -1,4 +1,4 @@
-//! Whether linear equations have constant coefficients: those of an equilibrium, or of a steady motion.
+//! Whether the linear equations have constant coefficients, as at an equilibrium or on a steady motion.
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;

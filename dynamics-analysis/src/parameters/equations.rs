@@ -1,4 +1,4 @@
-//! The linear equations of what small changes of parameters and state do to a motion.
+//! The linear equations for the effect of small changes of parameters and state on a motion.
 //!
 //! With r = M q̈ − Q − Φ_qᵀλ and Φ̈ = Φ_q q̈ − γ, both zero along the motion, small changes δp, δq, δu make
 //!
@@ -8,11 +8,11 @@
 //! ⎣ Φ_q    0  ⎦ ⎣ δλ ⎦     ⎣ Φ̈_q ⎦      ⎣ Φ̈_u ⎦      ⎣ Φ̈_p ⎦
 //! ```
 //!
-//! Derivatives by q and u are exact: those of the generated solution where there is one, else those of the
-//! equations before any solution, solved here by least squares, so that rows that repeat others are no
-//! obstacle. Derivatives by parameters are exact where the solution was generated; else they are differences
-//! of order 4 of r and Φ̈ at the q̈ and λ of the motion, good to about 12 digits, 9 where a parameter is near
-//! zero ([`Sensitivities::exact`](super::Sensitivities::exact) says which).
+//! Derivatives by q and u are exact. They come from the generated solution if there is one. Otherwise they
+//! come from the unsolved equations, which are solved here by least squares, so that rows may repeat others.
+//! Derivatives by parameters are exact where the solution was generated; else they are differences of order 4
+//! of r and Φ̈ at the q̈ and λ of the motion, good to about 12 digits, 9 where a parameter is near zero
+//! ([`Sensitivities::exact`](super::Sensitivities::exact) says which).
 
 use alloc::vec::Vec;
 

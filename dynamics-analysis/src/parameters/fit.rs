@@ -1,13 +1,14 @@
 //! Parameters and starts from measured motion: least squares with exact derivatives.
 //!
-//! The sum of squares χ² = Σ ((yᵢ − f(tᵢ; p))/σᵢ)² is made smallest by the method of Levenberg and Marquardt
-//! (`levenberg.rs`), its Jacobian from the variational equations ([`Sensitivity`](super::Sensitivity)),
-//! within bounds. At the minimum the covariance of what was found is s² (JᵀJ)⁻¹, J weighted by 1/σ, with s² =
-//! 1 where the σ of the noise are given and χ²/(data − parameters) where they are not (Y. Bard, *Nonlinear
-//! Parameter Estimation*, 1974, §§5-7, 7-5; W. H. Press et al., *Numerical Recipes*, §15.4–15.6).
+//! The sum of squares χ² = Σ ((yᵢ − f(tᵢ; p))/σᵢ)² is minimised within bounds by the method of Levenberg and
+//! Marquardt (`levenberg.rs`). Its Jacobian comes from the variational equations
+//! ([`Sensitivity`](super::Sensitivity)). At the minimum the covariance of the unknowns is s² (JᵀJ)⁻¹, J
+//! weighted by 1/σ, with s² = 1 where the σ of the noise are given and χ²/(data − parameters) where they are
+//! not (Y. Bard, *Nonlinear Parameter Estimation*, 1974, §§5-7, 7-5; W. H. Press et al., *Numerical Recipes*,
+//! §15.4–15.6).
 //!
-//! What the data cannot tell apart has no minimum but a valley: columns of J that depend on each other are
-//! found by elimination with column pivoting, and the fit is an error that names them.
+//! Unknowns that the data cannot identify have a valley instead of a minimum. Dependent columns of J are
+//! found by elimination with column pivoting, and the fit returns an error that names the unknowns.
 
 mod data;
 mod error;
@@ -113,8 +114,8 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         }
     }
 
-    /// Parameters, coordinates and velocities of the start that are to be found; they begin with the values
-    /// of the model and the start that the fit was opened with.
+    /// The unknowns: parameters, coordinates and velocities of the start. Their first values are those of the
+    /// given model and start.
     pub fn find<S: AsRef<str>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
         self.told.asked.extend(names.into_iter().map(|name| (name.as_ref().to_owned(), anywhere)));
@@ -160,16 +161,16 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         self
     }
 
-    /// Opens another experiment, from a start of its own: data, options and what is found of starts from here
-    /// on are its; its names stand with `(experiment 2)` behind them in the result. Parameters that are to be
-    /// found are the same in all.
+    /// Opens another experiment with its own start. Data, options and unknown starts that follow belong to
+    /// it. In the result their names have the suffix `(experiment 2)`. Unknown parameters are common to all
+    /// experiments.
     pub fn experiment(mut self, start: M::State) -> Self {
         self.before.push(core::mem::replace(&mut self.told, Told::new(start)));
         self
     }
 
-    /// A parameter that is known to be another in this experiment than in the model: a load that was put on.
-    /// Where it is to be found elsewhere, it is not here.
+    /// A parameter whose known value in this experiment differs from that of the model, such as an added
+    /// load. If it is an unknown of other experiments, it is not one here.
     pub fn known(mut self, name: &str, value: f64) -> Self {
         self.told.known.push((name.to_owned(), value));
         self
@@ -184,10 +185,10 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         self
     }
 
-    /// What residuals count for: [`Loss::HUBER`] or [`Loss::CAUCHY`] for data with outliers, which decide
-    /// least squares. The scale beyond which data count for less is the σ of [`Fitting::data_with`] where it
-    /// is given, and else taken from the median of the residuals. Standard errors are those of the residuals
-    /// in either case.
+    /// The loss function: [`Loss::HUBER`] or [`Loss::CAUCHY`] for data with outliers, which would dominate
+    /// least squares. The scale beyond which data count less is the σ of [`Fitting::data_with`]. If none is
+    /// given, it comes from the median of the residuals. Standard errors come from the residuals in either
+    /// case.
     pub fn loss(mut self, loss: Loss) -> Self {
         self.loss = loss;
         self
@@ -202,16 +203,16 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     /// Finds them.
     ///
     /// # Errors
-    /// Names and data that make no sense; fewer data than unknowns; motions that fail at the start of the
-    /// search; unknowns that the data cannot tell apart, or that ran away; iterations that do not settle.
-    /// What was found up to there is in the error.
+    /// Invalid names or data; fewer data than unknowns; motions that fail at the start of the search;
+    /// unknowns that the data cannot identify, or that diverged; iterations that do not converge. The error
+    /// contains what was found up to there.
     pub fn run(&self) -> Result<Fit, FitError> {
         self.problem()?.solve()
     }
 
-    /// Finds them, and how they would scatter if the measurement were repeated: by so many fits of data whose
-    /// residuals are drawn anew, with replacement, from those that the fit left of the same quantity (B.
-    /// Efron & R. J. Tibshirani, *An Introduction to the Bootstrap*, §9.4). On all cores with the feature
+    /// Finds the unknowns, and their scatter if the measurement were repeated. For this it fits many data
+    /// sets, whose residuals are drawn, with replacement, from those of the same quantity in the first fit
+    /// (B. Efron & R. J. Tibshirani, *An Introduction to the Bootstrap*, §9.4). On all cores with the feature
     /// `parallel`; the same numbers for the same seed, however many those are.
     ///
     /// # Errors

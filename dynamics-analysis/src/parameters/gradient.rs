@@ -1,5 +1,4 @@
-//! How one number that is made of a motion changes with all parameters and all of the start: adjoint
-//! equations.
+//! The gradient of one number of a motion by all parameters and the whole start: adjoint equations.
 //!
 //! The objective is a sum of values at instants, squares of differences from data, and integrals along the
 //! motion,
@@ -9,15 +8,15 @@
 //! ```
 //!
 //! and with f_y = A, f_p = b (those of the variational equations, `sensitivity.rs`) the adjoint variable λ,
-//! 2N, runs backward along the motion, whatever there is to differentiate by:
+//! 2N, is integrated backward along the motion, once for all variables:
 //!
 //! ```text
 //! λ̇ = −Aᵀλ − ℓ_yᵀ        λ(T) = 0,  λ jumps by ∂gₖ/∂y at tₖ        dJ/dp = λ(0)ᵀ ∂y(0)/∂p + ∫ (λᵀb + ℓ_p) dt + Σ ∂gₖ/∂p
 //! ```
 //!
-//! (Y. Cao, S. Li, L. Petzold & R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076). Where the variational
-//! equations have a column for each variable, this has one in all, and for each parameter a product at every
-//! node. Steps, order and tolerance are those of the variational equations.
+//! (Y. Cao, S. Li, L. Petzold & R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076). The variational equations
+//! have one column for each variable. The adjoint equations have one column in all, and one product for each
+//! parameter at every node. Steps, order and tolerance are those of the variational equations.
 //!
 //! With constraints variations are put back onto the tangent space at the ends of the motion's steps, x → P x
 //! − c, and here λ → Pᵀλ, with λᵀc taken off.
@@ -25,9 +24,9 @@
 //! Where an output that is integrated has a corner, as it saturates, ℓ_y jumps: such places are located, and
 //! steps end there (`corners.rs`).
 //!
-//! Where velocities or accelerations jump λ does, too, by what the instant of the jump moves: such motions
-//! are refused, as are integrals of outputs that jump, and motions that an event ends before their time, as
-//! their ends move with the parameters.
+//! If velocities or accelerations jump, λ jumps too, because the instant of the jump moves with the
+//! parameters. Such motions are refused. Integrals of outputs that jump are refused, and also motions that an
+//! event ends early, because their ends move with the parameters.
 
 mod adjoint;
 mod corners;
@@ -48,7 +47,7 @@ use super::sensitivity::{Asked, Options, TOLERANCE};
 use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError};
 
-/// One number that is made of a motion, before it and its gradient are computed.
+/// One number of a motion (the objective), before it and its gradient are computed.
 ///
 /// ```text
 /// let found = model
@@ -90,7 +89,7 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
     }
 
     /// Adds `weight` times the integral of an output, a coordinate or a velocity over the time of the motion.
-    /// Outputs with corners are integrated, those that jump refused.
+    /// Outputs with corners are allowed, outputs that jump are refused.
     pub fn integral(mut self, quantity: &str, weight: f64) -> Self {
         self.terms.push(Term::Integral { quantity: quantity.to_owned(), weight });
         self

@@ -1,5 +1,5 @@
-//! Independent runs on all cores, their results in the order of the runs whichever core made them. Without
-//! the feature `parallel` one after the other.
+//! Independent runs on all cores. Results are in the order of the runs, whichever core computed them. Without
+//! the feature `parallel` the runs follow each other.
 
 use alloc::string::String;
 #[cfg(feature = "parallel")]

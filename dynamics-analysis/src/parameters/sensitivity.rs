@@ -9,16 +9,16 @@
 //!
 //! are integrated along the motion (E. Hairer, S. P. Nørsett & G. Wanner, *Solving Ordinary Differential
 //! Equations I*, §I.14), on its dense output, between its steps' ends, by Gauss collocation of order 10 with
-//! steps of its own, at the tolerance of the motion. The derivatives are exact ([`Sensitivities::exact`] says
-//! where differences had to stand in); a motion's own error enters in first order.
+//! steps of its own, at the tolerance of the motion. The derivatives are exact, unless
+//! [`Sensitivities::exact`] says that differences were used. The error of the motion enters to first order.
 //!
 //! With constraints S lies in their tangent space, Φ_q δq + Φ_p δp = 0: the start is moved along with a
 //! parameter as simulations put starts onto their constraints, by the smallest correction measured by M, and
 //! so is a unit change of a start.
 //!
-//! Where velocities or accelerations jump, S jumps, too, by what the instant of the jump moves: such motions
-//! (resets, impacts, constraints that engage or let go, forces that jump) are refused. Forces with corners
-//! (|x|, max) are none of them.
+//! If velocities or accelerations jump, S jumps too, because the instant of the jump moves with the
+//! parameters. Such motions are refused: resets, impacts, constraints that engage or release, forces that
+//! jump. Forces with corners (|x|, max) are allowed.
 
 pub(super) mod along;
 pub(super) mod collocation;
@@ -98,8 +98,8 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
         self
     }
 
-    /// Options of the simulation: a method, a law of inputs. What a law does with the state is differentiated
-    /// by differences; what it does with parameters of its own is not seen.
+    /// Options of the simulation: a method, a law of inputs. The dependence of a law on the state is
+    /// differentiated by differences. Parameters inside the law are not taken into account.
     pub fn with(
         mut self,
         options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
@@ -224,8 +224,8 @@ pub struct Sensitivities<'m, M: Simulate> {
     variables: Vec<Variable>,
     times: Vec<f64>,
     changes: Vec<DMatrix<f64>>,
-    /// Whether no differences entered: neither of the equations by a parameter nor of a law of inputs. Where
-    /// they did, the coefficients are good to about 12 digits, those of laws to 9.
+    /// Whether all derivatives are exact: no differences of the equations by a parameter, nor of a law of
+    /// inputs. Otherwise the coefficients have about 12 correct digits, those of laws 9.
     pub exact: bool,
     /// Steps that the variational equations took.
     pub steps: usize,

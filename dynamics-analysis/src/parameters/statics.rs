@@ -10,9 +10,8 @@
 //!
 //! *Frequencies*: K φ = ω² M φ with φᵀM φ = 1 gives δ(ω²) = φᵀ(δK − ω² δM) φ (R. L. Fox & M. P. Kapoor, AIAA
 //! J. 6 (1968) 2426), where δK and δM are total: the equilibrium moves with the parameter. They are
-//! differences of order 4 of the exact matrices. Frequencies that are equal have no derivatives of their own:
-//! along the parameter they part as the eigenvalues of Φᵀ(δK − ω² δM)Φ, Φ all their modes, and these are
-//! given.
+//! differences of order 4 of the exact matrices. Equal frequencies have no single derivatives. They split as
+//! the eigenvalues of Φᵀ(δK − ω² δM)Φ, where Φ has all their modes; these eigenvalues are given.
 
 use alloc::vec::Vec;
 
@@ -47,9 +46,8 @@ pub struct EquilibriumChange {
     pub by: DVector<f64>,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
-    /// How many times errors of forces grow on their way to the coordinates: the largest over the smallest
-    /// singular value of the stiffness, its rows and columns measured by what they are made of; large near
-    /// folds.
+    /// The amplification of force errors in the coordinates: the largest over the smallest singular value of
+    /// the scaled stiffness. It is large near folds.
     pub conditioning: f64,
 }
 

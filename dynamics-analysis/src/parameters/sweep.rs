@@ -1,8 +1,8 @@
 //! Runs over a grid of parameters and starts.
 //!
-//! Each run has a model and a start of its own and knows nothing of the others, so that results depend
-//! neither on how many cores share the work nor on their order: they stand in the order of the grid, its last
-//! axis running fastest. A run that fails is kept as its failure beside the others.
+//! Each run has its own model and start and is independent of the others. So results do not depend on the
+//! number of cores or on their timing. They are in the order of the grid, with the last axis fastest. A run
+//! that fails is kept as its failure.
 
 mod error;
 mod show;
@@ -77,9 +77,9 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
     /// that are kept of it under these names.
     ///
     /// # Errors
-    /// Names that are none or stand twice, values that are not finite, an axis without values, more than 2³²
-    /// runs, cores that cannot be had. What goes wrong in a run is no error of the sweep: it stands in its
-    /// place.
+    /// Names that are unknown or occur twice, values that are not finite, an axis without values, more than
+    /// 2³² runs, threads that cannot be started. A run that fails is not an error of the sweep: the failure
+    /// is stored in its place.
     pub fn run<const K: usize>(
         self,
         names: [&str; K],

@@ -1,4 +1,4 @@
-//! What was measured, beside what the motion says.
+//! Measured data and the values of the motion at the same times.
 
 use alloc::borrow::ToOwned;
 use alloc::format;

@@ -72,7 +72,7 @@ pub enum FitError {
         /// What was given.
         limit: f64,
     },
-    /// The search settled where an unknown has run away, or is not known to any digit: the data lead nowhere.
+    /// The search ended where an unknown diverged or has no certain digit: the data do not determine it.
     NothingFound {
         /// The unknown.
         name: String,
@@ -109,7 +109,7 @@ pub enum FitError {
         /// A quantity without it.
         without: String,
     },
-    /// There are fewer data than unknowns, the noise among them where it is not given.
+    /// There are fewer data than unknowns. The noise counts as an unknown if it is not given.
     TooFewData {
         /// Data.
         data: usize,
@@ -144,7 +144,7 @@ pub enum FitError {
         /// χ² there.
         chi_squared: f64,
     },
-    /// The search has not settled: the iterations were not enough, or nothing nearby was better.
+    /// The search did not converge: there were too few iterations, or no better point nearby.
     NotSettled {
         /// Iterations made.
         iterations: usize,

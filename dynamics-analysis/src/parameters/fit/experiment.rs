@@ -1,5 +1,5 @@
-//! Experiments: each with a start, what is known of it, what drives it, and its data; the parameters that are
-//! looked for are those of all.
+//! Experiments: each has a start, known parameters, options and data. The unknown parameters are common to
+//! all.
 
 use alloc::string::String;
 use alloc::vec::Vec;

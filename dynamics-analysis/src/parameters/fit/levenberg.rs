@@ -1,13 +1,13 @@
 //! The method of Levenberg and Marquardt, within bounds.
 //!
-//! Steps d make ‖r + J d‖² + μ ‖D d‖² smallest, D the largest norms of the columns of J so far, which frees
-//! them of units (J. J. Moré, Lecture Notes in Mathematics 630 (1978) 105); μ follows the gain, the decrease
-//! beside that which the linear model foretold (H. B. Nielsen, IMM-REP-1999-05). The least-squares problem is
-//! solved by QR, never by JᵀJ. Unknowns on a bound that the gradient pushes against stand still, and steps
-//! end at the bounds (projected steps: C. Kanzow, N. Yamashita & M. Fukushima, J. Comput. Appl. Math. 172
-//! (2004) 375). Our own, as the crate `levenberg-marquardt` 0.15, a port of MINPACK, takes no bounds, asks
-//! for nalgebra 0.34 where 0.35 is used here, and gives no covariance; `argmin` 0.11 has the method of Gauss
-//! and Newton for least squares, with no damping and no bounds. On certified regressions
+//! Steps d minimise ‖r + J d‖² + μ ‖D d‖². D has the largest norms of the columns of J so far, which makes
+//! steps independent of units (J. J. Moré, Lecture Notes in Mathematics 630 (1978) 105). μ follows the gain,
+//! the ratio of the decrease to that of the linear model (H. B. Nielsen, IMM-REP-1999-05). The least-squares
+//! problem is solved by QR, never by JᵀJ. Unknowns on a bound stay there if the gradient pushes against it,
+//! and steps end at the bounds (projected steps: C. Kanzow, N. Yamashita & M. Fukushima, J. Comput. Appl.
+//! Math. 172 (2004) 375). Our own, as the crate `levenberg-marquardt` 0.15, a port of MINPACK, takes no
+//! bounds, asks for nalgebra 0.34 where 0.35 is used here, and gives no covariance; `argmin` 0.11 has the
+//! method of Gauss and Newton for least squares, with no damping and no bounds. On certified regressions
 //! (`levenberg/certified.rs`) both find the same, also where that is a plateau.
 
 use alloc::vec::Vec;

@@ -1,4 +1,4 @@
-//! How what was found would scatter if the measurement were repeated.
+//! Bootstrap: the scatter of the result if the measurement were repeated.
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -31,8 +31,8 @@ impl Resampled {
         self.samples.iter().filter(|sample| sample.is_err()).count()
     }
 
-    /// The interval of an unknown that so many of the samples lie in, as many below as above (0.95 for 95 %);
-    /// `None` where the name is none, the part does not lie between 0 and 1, or there are no samples.
+    /// The interval of an unknown that contains this part of the samples, with as many below as above (0.95
+    /// for 95 %). `None` if the name is unknown, the part is not between 0 and 1, or there are no samples.
     #[must_use]
     pub fn interval(&self, name: &str, part: f64) -> Option<[f64; 2]> {
         let k = self.names.iter().position(|n| n == name)?;

@@ -16,7 +16,7 @@ pub struct Fitted {
     pub unit: String,
     /// The value.
     pub value: f64,
-    /// Its standard error; `None` where it lies on a bound, where it is not known how far it would go.
+    /// Its standard error; `None` on a bound, where the error is not defined.
     pub standard_error: Option<f64>,
 }
 
@@ -36,13 +36,13 @@ pub struct Residuals {
     /// How much of the scatter of the data the model explains: 1 − Σ residual² / Σ (y − ȳ)²; NaN of data that
     /// do not scatter.
     pub explained: f64,
-    /// Correlation of neighbours in time, near 0 for noise alone: what the model does not know goes on from
-    /// one to the next. Within ±2/√(data) it says nothing.
+    /// Correlation of residuals that are neighbours in time. It is near 0 for pure noise; effects that the
+    /// model lacks correlate neighbours. Within ±2/√(data) it is not significant.
     pub neighbours: f64,
 }
 
-/// A datum that alone makes more than half of Σ residual² of its quantity, of ten data or more: an outlier,
-/// or what the model lacks.
+/// A datum that alone makes more than half of Σ residual² of its quantity, if there are ten data or more: an
+/// outlier, or an effect that the model lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outlier {
     /// The quantity.
@@ -91,17 +91,17 @@ pub struct Fit {
     pub chi_squared: f64,
     /// What residuals counted for.
     pub loss: Loss,
-    /// The scale of the noise that the loss went by, in σ: 1 in least squares and where σ was given, else
-    /// from the median of the residuals.
+    /// The scale of the noise that the loss used, in σ: 1 in least squares and where σ was given, else from
+    /// the median of the residuals.
     pub scale: f64,
     /// Data less unknowns that lie on no bound.
     pub freedom: usize,
-    /// Whether the noise was given: the covariance is then not scaled by what is left of the data.
+    /// Whether the noise was given: the covariance is then not scaled by the residuals.
     pub absolute: bool,
-    /// How many of the unknowns the data tell apart: all of them, or there would be no fit.
+    /// The number of unknowns that the data identify: all of them, otherwise there is no fit.
     pub rank: usize,
-    /// The smallest pivot of the columns of the Jacobian, each free of its size: 1 where the unknowns do not
-    /// disturb each other, 1e-6 where they can no longer be told apart.
+    /// The smallest pivot of the normalised columns of the Jacobian: 1 if the unknowns are independent, 1e-6
+    /// if they can no longer be distinguished.
     pub independence: f64,
     /// What is left, by quantity.
     pub residuals: Vec<Residuals>,
@@ -116,7 +116,7 @@ impl Fit {
         self.found.iter().find(|fitted| fitted.name == name)
     }
 
-    /// The datum that alone makes more than half of what is left of its quantity.
+    /// The datum that alone makes more than half of the sum of squares of its quantity.
     #[must_use]
     pub fn outlier(&self) -> Option<Outlier> {
         Outlier::among(&self.residuals).map(|(_, outlier)| outlier)

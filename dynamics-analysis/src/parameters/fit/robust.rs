@@ -1,10 +1,10 @@
-//! Losses that outliers do not decide.
+//! Robust losses, which outliers do not dominate.
 //!
-//! Instead of Σ r² the sum Σ s² ρ(r/s) is made smallest, s the scale of the noise: σ where it is given, else
-//! 1.4826 times the median of |r|, which half of the data may miss without moving it far. Each round fits by
-//! weights w = ψ(r/s)/(r/s), ψ = ρ'/2, and takes scale and weights anew (P. W. Holland & R. E. Welsch, Comm.
-//! Statist. A 6 (1977) 813). The first weights are those of the first values, so that no outlier draws the
-//! search away. Cauchy's loss has several minima: it begins where Huber's ends.
+//! Instead of Σ r² the sum Σ s² ρ(r/s) is minimised. s is the scale of the noise: the given σ, or 1.4826
+//! times the median of |r|, which up to half of the data may be outliers without moving far. Each round fits
+//! with weights w = ψ(r/s)/(r/s), ψ = ρ'/2, and then updates scale and weights (P. W. Holland & R. E. Welsch,
+//! Comm. Statist. A 6 (1977) 813). The first weights are those at the first values, so that no outlier
+//! attracts the search. Cauchy's loss has several minima: it begins where Huber's ends.
 //!
 //! Covariance after P. J. Huber, *Robust Statistics* (1981), §7.6: κ² s² [Σ ψ²/(n − p)]/(mean ψ')² (JᵀJ)⁻¹, κ
 //! = 1 + (p/n) var ψ'/(mean ψ')².
@@ -19,7 +19,7 @@ use super::levenberg::{Levenberg, Outcome};
 /// Limit of Huber's loss at which normal noise costs 5 % of the information (Holland & Welsch, table 1).
 const HUBER_LIMIT: f64 = 1.345;
 
-/// What a residual counts for: how a fit weighs data that the model misses.
+/// How residuals are weighted in a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Loss {

@@ -1,4 +1,4 @@
-//! How well the values that a fit found are known: covariance, correlations and what is left of the data.
+//! Statistics of a fit: covariance, correlations and residuals.
 
 use alloc::vec::Vec;
 

@@ -1,11 +1,10 @@
 //! Corners of an integrand along a motion: steps of its quadrature end there.
 //!
-//! Where an output saturates, its derivatives jump. All nodes of Gauss's formulas lie inside of a step, so
-//! that a corner in its first or last twentieth is seen by none of them, and one that is seen has steps crawl
-//! up to it. Between two knots of the motion the derivatives are therefore looked at in nine places: their
-//! eighth difference is h⁸ f⁽⁸⁾ where they are smooth, and as large as the jump where there is one. What is
-//! not smooth is halved until it is, or until the places on both sides of a jump are neighbours among
-//! numbers.
+//! Where an output saturates, its derivatives jump. All nodes of Gauss's formulas lie inside a step. So they
+//! miss a corner in its first or last twentieth, and steps become very short before a corner that they
+//! detect. Therefore the derivatives are sampled at nine points between two knots of the motion. Their eighth
+//! difference is h⁸ f⁽⁸⁾ if they are smooth, and as large as the jump if there is one. An interval that is
+//! not smooth is halved until it is, or until the points on both sides of the jump are neighbouring numbers.
 
 use alloc::vec::Vec;
 

@@ -1,4 +1,4 @@
-//! What an objective is made of, and its derivatives at a state.
+//! The terms of an objective and their derivatives at a state.
 
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -1,10 +1,10 @@
-//! Sensitivities jump where velocities or accelerations do: motions that are none of it.
+//! Detects motions whose velocities or accelerations jump, because their sensitivities jump too.
 //!
-//! Events with resets, constraints that engage or let go, and branches of the model are known by the motion,
-//! whose steps end at them; those of a fixed size do not, and are looked through for branches that change
-//! within. What a law of inputs does is not: it is looked at between the ends and the middle of every step at
-//! one time, so that jumps at given times, which move nothing, do not count, and a difference that does not
-//! shrink with the distance is a jump.
+//! Events with resets, constraints that engage or let go, and branches of the model are recorded by the
+//! motion, whose steps end at them. Fixed steps do not end at them, so they are searched for branches that
+//! change within. A law of inputs is not recorded. It is sampled between the ends and the middle of every
+//! step, at one fixed time, so that jumps at given times do not count, because they do not move. A difference
+//! that does not shrink with the distance is a jump.
 
 use alloc::string::ToString;
 
