@@ -1,5 +1,5 @@
-//! Motions that repeat, and motions that never do: Floquet multipliers, closed motions by shooting, Lyapunov
-//! exponents, Poincaré sections.
+//! Periodic and chaotic motions: Floquet multipliers, closed motions by shooting, Lyapunov exponents,
+//! Poincaré sections.
 //!
 //! ```text
 //! let judged = model.floquet(&start, period)?;                                   // what a period makes of small disturbances
@@ -8,9 +8,9 @@
 //! let section = model.poincare(start).every(period).points(2000).run()?;         // the motion, once a period
 //! ```
 //!
-//! All from exact variational equations (`flow.rs`), under constraints in what they leave. Inputs are held;
-//! switched constraints hold, or do not, as in the start, and events do nothing here: a motion whose
-//! velocities jump at them is another motion than the one that is judged.
+//! All use exact variational equations (`flow.rs`), under constraints on their tangent space. Inputs are
+//! held. Switched constraints keep the on/off state of the start. Event actions are not executed: a motion
+//! whose velocities jump at events is not the one that is judged here.
 
 mod corners;
 mod error;

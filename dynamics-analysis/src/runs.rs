@@ -1,4 +1,4 @@
-//! Whether a run went where it was to go, and how long it takes.
+//! Whether a run reached its end, and how long it takes.
 
 use alloc::format;
 use alloc::string::{String, ToString};

@@ -1,4 +1,4 @@
-//! Linear vibration and control beside an equilibrium or a steady motion.
+//! Linear vibration and control about an equilibrium or a steady motion.
 //!
 //! ```text
 //! let space = model.state_space(&rest)?;                                        // A, B, C, D by name, all from the graph
@@ -7,10 +7,10 @@
 //! let control = space.lqr().weight("theta", 10.0).weight("force", 0.1).solve()?;
 //! ```
 //!
-//! [`StateSpace`] holds ẋ = A x + B w, y = C x + D w; `frequency_response`, `time_response` and `control` ask
-//! it. [`NormalModes`] are those of M and K alone, [`Campbell`] follows eigenvalues of rotors over their
-//! speed, [`Spectrum`] sets what a simulated motion contains beside them, and [`lowest_modes`] serves banded
-//! matrices of any size, which [`Linearization::banded`](super::Linearization::banded) makes of a model and
+//! [`StateSpace`] holds ẋ = A x + B w, y = C x + D w; `frequency_response`, `time_response` and `control` use
+//! it. [`NormalModes`] are the modes of M and K alone. [`Campbell`] follows eigenvalues of rotors over their
+//! speed. [`Spectrum`] gives the frequencies in a simulated motion. [`lowest_modes`] is for banded matrices
+//! of any size, which [`Linearization::banded`](super::Linearization::banded) makes of a model and
 //! [`BandedModel`] of single elements.
 
 mod banded;
@@ -62,9 +62,9 @@ pub trait Vibration: Constraints + Outputs {
         state_space::of_model(self, state)
     }
 
-    /// A mode of small motions beside this state as a film of the model's own drawing, to be put on an
-    /// [`dynamics_view::Animation`]: for one or more periods, each coordinate as q + Re(`amplitude` · shape
-    /// e^{iωt}), undamped so that it can be seen.
+    /// A mode of small motions about this state as a film of the model's own drawing, for an
+    /// [`Animation`](dynamics_view::Animation): for one or more periods, each coordinate as q +
+    /// Re(`amplitude` · shape e^{iωt}), undamped so that it can be seen.
     ///
     /// # Errors
     /// A mode that does not swing, or an amplitude that is not a number above 0.

@@ -1,10 +1,10 @@
-//! Error against cost: methods × tolerances on one motion, beside a reference whose own uncertainty is known.
+//! Error against cost: methods × tolerances on one motion, compared with a reference of known uncertainty.
 //!
 //! # What is measured
 //!
 //! *Error*: the largest |difference| of any coordinate (of any velocity, any multiplier; of the energy
 //! function) from the reference at the end of the motion, in the unit of the coordinate: positions,
-//! velocities, multipliers and energy apart, for their errors differ by orders of magnitude. *Time*: the
+//! velocities, multipliers and energy apart, because their errors differ by orders of magnitude. *Time*: the
 //! median of repeated runs that keep nothing ([`Simulation::run_with`]), in rounds over all runs, so that a
 //! machine that changes its speed changes it for all of them. *Evaluations* of the accelerations: what does
 //! not depend on the machine.
@@ -14,10 +14,11 @@
 //! The reference is the end of three runs: a method at a tolerance near rounding, the same method at ten
 //! times that, and a second method of another family, none with steps longer than a five-hundredth of the
 //! motion. Its uncertainty is twice the largest difference between any two of them, and no less than its
-//! steps may round: three runs with the same steps round alike. Errors below it are not believed: their signs
-//! are hollow, tables say `<`. Where the uncertainty leaves fewer than three digits, a run of the reference
-//! fails, or no run has an error that is believed, there is no study but an error. So it is where a known end
-//! was given and two methods agree on another one. A run that ends elsewhere when it is repeated has failed.
+//! steps may round: three runs with the same steps round alike. Errors below it are not significant: their
+//! markers are hollow, tables say `<`. The study returns an error if the uncertainty leaves fewer than three
+//! digits, if a run of the reference fails, or if no run has a significant error. It also does so if two
+//! methods agree on another end than the known one that was given. A run whose end differs when it is
+//! repeated has failed.
 
 mod advice;
 mod error;

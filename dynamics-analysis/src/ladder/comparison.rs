@@ -24,7 +24,7 @@ pub struct Difference {
     pub at: f64,
     /// Root of the mean square over time.
     pub rms: f64,
-    /// The difference at the start. If it is larger than the later ones, the starts do not correspond.
+    /// The difference at the start. If it is larger than the models explain, their starts do not correspond.
     pub at_start: f64,
     /// Numerical errors of the two rungs together; of the last one, its own.
     pub uncertainty: f64,

@@ -1,4 +1,4 @@
-//! Where a branch of the model changes on the way of a motion with tangent vectors.
+//! Branch changes of the model along a motion with tangent vectors.
 //!
 //! Steps hold the branches they started on, and end where one changes: k(q, q̇, t) = 0. If the acceleration
 //! jumps there from a⁻ to a⁺, neighbours, which arrive earlier or later, gain or lose by the difference (the
@@ -9,8 +9,8 @@
 //! δq̇⁺ = δq̇⁻ + (a⁺ − a⁻) (∇k·δx)/k̇⁻        volumes are multiplied by k̇⁺/k̇⁻
 //! ```
 //!
-//! Where k̇ changes its sign, or vanishes, the motion stays there, or touches: there are no linear equations
-//! then.
+//! If k̇ changes its sign or vanishes, the motion slides along the corner or only touches it. Then there are
+//! no linear equations.
 
 use alloc::vec::Vec;
 

@@ -1,4 +1,4 @@
-//! Why there is no periodic motion, or nothing can be said of one.
+//! Why no periodic motion was found, or why it cannot be judged.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -9,7 +9,7 @@ use dynamics_runtime::error::{SolveError, StateError};
 
 use crate::LinearizeError;
 
-/// Why periodic motions, their multipliers, exponents or sections cannot be told.
+/// Why periodic motions, multipliers, exponents or sections cannot be computed.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum PeriodicError {
@@ -72,14 +72,14 @@ pub enum PeriodicError {
         /// When.
         time: f64,
     },
-    /// The motion touches, or stays in, a place where a branch of the model changes, where there is no
-    /// derivative of what comes after.
+    /// The motion touches a place where a branch of the model changes, or stays in it. The motion after it
+    /// has no derivative.
     Grazes {
         /// When.
         time: f64,
     },
-    /// The motion is cut where a force jumps: rounding would say whether it jumps at the start, at the end,
-    /// or at both.
+    /// The period begins where a force jumps: rounding would decide whether the jump is at the start, at the
+    /// end, or at both.
     StartsOnCorner {
         /// When.
         time: f64,
@@ -91,8 +91,7 @@ pub enum PeriodicError {
         /// By how much, relative to the largest.
         change: f64,
     },
-    /// With coordinates further by what they are to advance by, and a period later, the equations of motion
-    /// are others.
+    /// The equations of motion differ after one period and the given advance of the coordinates.
     NotAlike {
         /// A coordinate that is to advance.
         turned: &'static str,
@@ -145,7 +144,7 @@ pub enum PeriodicError {
         /// What ended the shots beside it, if something did.
         because: Option<Box<PeriodicError>>,
     },
-    /// Neighbours part, or come together, so fast that numbers do not hold it.
+    /// Neighbours separate or approach so fast that the numbers overflow or underflow.
     TooFast {
         /// When.
         time: f64,

@@ -1,18 +1,18 @@
-//! Floquet multipliers: what a period makes of small disturbances of a motion that closes.
+//! Floquet multipliers: the effect of one period on small disturbances of a closed motion.
 //!
-//! Disturbances beside a motion of period T obey linear equations of that period, and a period later they are
-//! δx(T) = M δx(0), M the monodromy matrix. They die out where all its eigenvalues, the multipliers μ, lie
-//! within the unit circle, and grow where one lies outside (G. Floquet, Ann. Sci. Éc. Norm. Sup. 12 (1883)
-//! 47; Nayfeh & Balachandran, *Applied Nonlinear Dynamics*, §3.2; Yakubovich & Starzhinskii, *Linear
-//! Differential Equations with Periodic Coefficients*). μ leaves the circle by +1 in a fold (or a pitchfork),
-//! by −1 where the period doubles, elsewhere where a torus is born (Neimark–Sacker). M is integrated with the
-//! motion (`flow.rs`), on independent coordinates under constraints. Multipliers that are 1 for a reason are
-//! taken out before (`symmetry.rs`).
+//! Disturbances of a motion of period T obey linear equations of that period. One period later they are δx(T)
+//! = M δx(0), M the monodromy matrix. They die out if all its eigenvalues, the multipliers μ, lie within the
+//! unit circle, and grow if one lies outside (G. Floquet, Ann. Sci. Éc. Norm. Sup. 12 (1883) 47; Nayfeh &
+//! Balachandran, *Applied Nonlinear Dynamics*, §3.2; Yakubovich & Starzhinskii, *Linear Differential
+//! Equations with Periodic Coefficients*). μ leaves the circle by +1 in a fold (or a pitchfork), by −1 where
+//! the period doubles, elsewhere where a torus is born (Neimark–Sacker). M is integrated with the motion
+//! (`flow.rs`), on independent coordinates under constraints. Multipliers that are known to be 1 are removed
+//! before (`symmetry.rs`).
 //!
-//! How far M may be off is measured: it is integrated a second time with a looser tolerance, and what the
-//! steps' tolerances add up to counts, too. Multipliers are off by |yᵀ||δM||x|/|yᵀx| (x, y the eigenvectors),
-//! those that meet by a root of that (Elsner). Nothing is called inside or outside that this could have made
-//! so.
+//! The error of M is measured by a second integration with a looser tolerance; the sum of the steps'
+//! tolerances counts, too. The error of a multiplier is |yᵀ||δM||x|/|yᵀx| (x, y the eigenvectors), for
+//! multipliers that meet a root of that (Elsner). A multiplier is called inside or outside only if this error
+//! could not have caused it.
 
 mod show;
 mod spectrum;
@@ -42,9 +42,9 @@ const CLOSED: f64 = 1e-6;
 pub struct Multiplier {
     /// μ.
     pub value: Complex<f64>,
-    /// How far it may be off for the error of the integration and for rounding.
+    /// Its error bound from integration and rounding.
     pub uncertainty: f64,
-    /// How many times more it moves than the matrix, relative to its size: 1 at best.
+    /// Its relative change per relative change of the matrix: 1 at best.
     pub conditioning: f64,
     /// Why it is 1, where there is a reason.
     pub trivial: Option<Trivial>,
@@ -65,12 +65,11 @@ pub enum Threshold {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FloquetVerdict {
-    /// They die out: all multipliers lie within the unit circle, but for the 1 of a motion that may be left
-    /// late or early.
+    /// They die out: all multipliers lie within the unit circle, except the 1 of a shift in time.
     AsymptoticallyStable,
-    /// To first order they do not grow: multipliers on the unit circle stand apart from each other and from
-    /// ±1, and cannot leave it as nothing dissipates, or are 1 as something is conserved or a coordinate does
-    /// not matter. Neighbours of another energy may have another period, so that they are early or late.
+    /// To first order they do not grow. Multipliers on the unit circle are distinct and not ±1, and cannot
+    /// leave it because nothing dissipates; or they are 1 because of a conserved quantity or a cyclic
+    /// coordinate. Neighbours of another energy may have another period, and so shift in phase.
     StableToFirstOrder,
     /// They grow.
     Unstable {
@@ -81,7 +80,7 @@ pub enum FloquetVerdict {
         /// The coordinate that takes most part, or the one whose velocity does.
         coordinate: &'static str,
     },
-    /// A multiplier lies on the unit circle to what is known of it: linear theory does not decide, or more
+    /// A multiplier lies on the unit circle within its uncertainty: linear theory does not decide, or more
     /// digits are needed.
     Undecided {
         /// Where it would leave.
@@ -98,8 +97,8 @@ pub enum FloquetVerdict {
 pub struct Floquet {
     /// What becomes of small disturbances.
     pub verdict: FloquetVerdict,
-    /// All of them, as many as independent coordinates and velocities: by falling modulus, those that are 1
-    /// for a reason last.
+    /// All multipliers, as many as independent coordinates and velocities, by falling modulus. Those that are
+    /// known to be 1 are last.
     pub multipliers: Vec<Multiplier>,
     /// M: independent coordinates, then velocities, at the end by those at the start.
     pub monodromy: DMatrix<f64>,
@@ -111,10 +110,10 @@ pub struct Floquet {
     pub velocities: Vec<Quantity>,
     /// T.
     pub period: f64,
-    /// ∫ div over the period, which is ln det M (Liouville): the volume that neighbouring states take up is
-    /// multiplied by its exponential.
+    /// ∫ div over the period, which is ln det M (Liouville). A volume of neighbouring states is multiplied by
+    /// its exponential.
     pub divergence: f64,
-    /// By how much M fails to preserve δq ∧ δp, in parts of that form: 0 where nothing dissipates.
+    /// The relative deviation of M from preserving the form δq ∧ δp: 0 if nothing dissipates.
     pub symplectic_defect: f64,
     /// How far the motion misses its start, in parts of its range.
     pub miss: f64,

@@ -1,15 +1,15 @@
-//! A motion with its variations: the state and tangent vectors beside it, integrated together.
+//! A motion with its variations: state and tangent vectors, integrated together.
 //!
 //! ```text
 //! q̈ = a(q, q̇, t)        δq̈ = a_q δq + a_u δq̇ for every tangent vector        ∫ tr a_u dt, the logarithm of what volumes are multiplied by
 //! ```
 //!
-//! Constraints included: a is what they leave, tangent vectors start on their tangent space and stay there to
-//! the tolerance; after every step the motion, which drifts, is put back. Volumes: q̈ = a(q, q̇, t) has the
-//! divergence tr a_u (Liouville); what constraints forbid moves by Φ̈ = 0, which has none. By Verner's pair
-//! of order 9(8) (`integrate/verner9.rs`), with the tangent vectors under error control, so that what they
-//! tell is as accurate as the motion. Where a branch of the model changes a step ends, and acceleration that
-//! jumps there turns the tangent vectors (`corners.rs`, `flow/corner_passage.rs`).
+//! With constraints, a is the constrained acceleration. Tangent vectors start in the tangent space and stay
+//! there to the tolerance. After every step the motion is projected back. Volumes: q̈ = a(q, q̇, t) has the
+//! divergence tr a_u (Liouville); the constrained directions obey Φ̈ = 0, which has none. By Verner's pair of
+//! order 9(8) (`integrate/verner9.rs`), with the tangent vectors under error control, so that they are as
+//! accurate as the motion. If a branch of the model changes, the step ends, and a jump of the acceleration
+//! transforms the tangent vectors (`corners.rs`, `flow/corner_passage.rs`).
 
 mod corner_passage;
 

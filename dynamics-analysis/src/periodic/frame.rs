@@ -1,5 +1,4 @@
-//! Independent coordinates beside a state: what a closed motion has to close in, and what its start can be
-//! moved by.
+//! Independent coordinates near a state: a closed motion must close in them, and its start is varied in them.
 
 use alloc::vec::Vec;
 

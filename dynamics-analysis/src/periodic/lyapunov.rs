@@ -1,16 +1,16 @@
 //! Lyapunov exponents: how fast neighbouring motions part.
 //!
-//! Tangent vectors are carried along the motion by the variational equations, and made orthonormal again and
-//! again, δx = Q R: the exponents are the means of ln Rᵢᵢ per time (Benettin, Galgani, Giorgilli & Strelcyn,
-//! Meccanica 15 (1980) 9; Shimada & Nagashima, Prog. Theor. Phys. 61 (1979) 1605). Their sum is the mean
-//! divergence; of Hamiltonian systems they come in pairs ±λ; one is 0 where time leaves the system alone and
-//! the motion does not come to rest, and two for every conserved quantity beyond.
+//! Tangent vectors are integrated by the variational equations, and orthonormalised repeatedly, δx = Q R: the
+//! exponents are the means of ln Rᵢᵢ per time (Benettin, Galgani, Giorgilli & Strelcyn, Meccanica 15 (1980)
+//! 9; Shimada & Nagashima, Prog. Theor. Phys. 61 (1979) 1605). Their sum is the mean divergence. In
+//! Hamiltonian systems they come in pairs ±λ. One is 0 if the system is autonomous and the motion does not
+//! come to rest, and two more for every further conserved quantity.
 //!
-//! A mean over a finite time is an estimate. It is given with the larger of twice the standard error of
-//! twenty parts of the run, and the difference of its halves, which shows what has not settled. Neighbours
-//! that part in proportion to time, as those of regular motions do, have ln(ωt)/t, which falls for ever: what
-//! is not larger than that, or than its uncertainty, has no sign that is known, and no exponent has where
-//! more would not be 0 than can.
+//! A mean over a finite time is an estimate. Its uncertainty is the larger of two values: twice the standard
+//! error of twenty parts of the run, and the difference of its halves, which shows whether it has converged.
+//! Neighbours of regular motions separate in proportion to time, which gives ln(ωt)/t, falling for ever. An
+//! estimate that is not larger than this, or than its uncertainty, has no certain sign. No exponent has one
+//! if more would differ from 0 than is possible.
 
 mod show;
 
@@ -56,12 +56,12 @@ pub struct Lyapunov<'m, M: Simulate> {
 pub enum ExponentSign {
     /// Neighbours part exponentially.
     Positive,
-    /// 0 for a reason: time leaves the system alone, or a quantity is conserved; and the estimate agrees.
+    /// Known to be 0: the system is autonomous, or a quantity is conserved; and the estimate agrees.
     Zero,
     /// Neighbours come together.
     Negative,
-    /// The estimate is smaller than its uncertainty, or the run contradicts what is known: more exponents
-    /// would differ from 0 than can.
+    /// The estimate is smaller than its uncertainty, or the run contradicts known facts: more exponents would
+    /// differ from 0 than is possible.
     Undecided,
 }
 
@@ -91,8 +91,8 @@ pub struct LyapunovExponents<S: ModelState> {
     pub time: f64,
     /// How many exponents are 0 for a reason.
     pub known_zeros: usize,
-    /// What is smaller is not told from 0: ln(1 + ωt)/t, the estimate where neighbours part in proportion to
-    /// time, ω the frequency of what moves fastest.
+    /// A smaller estimate cannot be distinguished from 0: ln(1 + ωt)/t, the estimate if neighbours separate
+    /// in proportion to time. ω is the highest frequency of the motion.
     pub resolution: f64,
     /// Orthonormalisations.
     pub orthonormalisations: usize,
@@ -109,7 +109,7 @@ impl<S: ModelState> LyapunovExponents<S> {
         self.exponents[0]
     }
 
-    /// Whether neighbours part exponentially: `None` where the run does not decide.
+    /// Whether neighbours separate exponentially: `None` if the run does not decide.
     #[must_use]
     pub fn is_chaotic(&self) -> Option<bool> {
         match self.largest().sign {
@@ -135,10 +135,10 @@ impl<S: ModelState> LyapunovExponents<S> {
         (self.exponents.len() == self.dimension).then_some(worst)
     }
 
-    /// The Kaplan–Yorke dimension of the attractor, at one instant of each period where time stands in the
-    /// equations: j + Σ₁ʲ λᵢ/|λⱼ₊₁|, where the sum over j is the last that is not negative. Exponents that
-    /// are 0 for a reason count as 0. `None` where too few exponents were computed, or whether the largest is
-    /// negative is not known.
+    /// The Kaplan–Yorke dimension of the attractor (of its section once a period if time appears in the
+    /// equations): j + Σ₁ʲ λᵢ/|λⱼ₊₁|, where the sum over j is the last that is not negative. Exponents that
+    /// are 0 for a reason count as 0. `None` if too few exponents were computed, or if the sign of the
+    /// largest is unknown.
     #[must_use]
     pub fn kaplan_yorke(&self) -> Option<f64> {
         if self.largest().sign == ExponentSign::Undecided {
@@ -195,7 +195,7 @@ impl<'m, M: Simulate> Lyapunov<'m, M> {
     /// Computes them.
     ///
     /// # Errors
-    /// A time that was not given, a motion that ends or runs away, what has no derivatives.
+    /// No time given, a motion that ends or diverges, a model without derivatives.
     pub fn run(self) -> Result<LyapunovExponents<M::State>, PeriodicError> {
         let during = self.during.unwrap_or(f64::NAN);
         positive("the time over which the exponents are means, `.during(..)`,", during)?;

@@ -1,8 +1,8 @@
 //! Poincaré sections: a motion where it passes through a surface, or at equal intervals of time.
 //!
 //! The motion is that of [`Simulate::simulate`], whose steps end where the section function is zero: points
-//! lie on the section as exactly as events do. Points that come back nearly to themselves are guesses for
-//! closed motions: [`Section::closest_return`].
+//! lie on the section as exactly as events do. A point that nearly returns to itself is a guess for a closed
+//! motion: [`Section::closest_return`].
 
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
@@ -80,7 +80,7 @@ pub struct Return<S> {
     pub state: S,
     /// Time until it comes back.
     pub period: f64,
-    /// By how much it misses, in parts of the range of each coordinate and velocity: the largest.
+    /// The largest distance from closing, relative to the range of each coordinate and velocity.
     pub miss: f64,
     /// Coordinates that are further by whole turns then: for [`super::Shooting::advance`].
     pub turns: Vec<(&'static str, f64)>,
@@ -130,14 +130,15 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
-    /// How many points; fewer are an error that has them. Without it 1000 of equal intervals, and of a
-    /// surface all up to the end.
+    /// The number of points. If there are fewer, the error contains them. Default: 1000 for equal intervals,
+    /// and for a surface all up to the end.
     pub fn points(mut self, points: usize) -> Self {
         self.points = Some(points);
         self
     }
 
-    /// Up to when surfaces are looked for; needed for these, as nobody knows whether they are ever crossed.
+    /// The end of the search for crossings of a surface. It is needed for surfaces, because a crossing may
+    /// never happen.
     pub fn until(mut self, time: f64) -> Self {
         self.until = Some(time);
         self
@@ -150,8 +151,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
-    /// Folds a coordinate on which the model depends with this period, as an angle with 2π, into half of it
-    /// on either side of 0. Refused where the equations are others a period further.
+    /// Folds a coordinate on which the model depends with this period, such as an angle with 2π, into half a
+    /// period on either side of 0. Refused if the equations differ one period further.
     pub fn fold(mut self, coordinate: &str, period: f64) -> Self {
         self.turns.push((coordinate.into(), period));
         self
@@ -170,8 +171,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     /// Follows the motion.
     ///
     /// # Errors
-    /// A section that is crossed less often than asked for; a simulation that breaks off; options that make
-    /// no sense.
+    /// A section that is crossed less often than requested; a simulation that fails; invalid options.
     pub fn run(self) -> Result<Section<M::State>, PeriodicError> {
         positive("the tolerance", self.tolerance)?;
         check(self.model, &self.start)?;

@@ -1,21 +1,21 @@
 //! Closed motions by shooting.
 //!
-//! The period is cut into K segments of equal length, one unless more are asked for; the states xₖ at their
-//! starts, and the period T where nothing prescribes it, are such that every segment ends where the next
-//! begins, and the last, but for whole turns, where the first does:
+//! The period is divided into K segments of equal length, one by default. The unknowns are the states xₖ at
+//! their starts, and the period T if the equations do not prescribe it. Every segment must end where the next
+//! begins, and the last where the first begins, except for whole turns:
 //!
 //! ```text
 //! φ(xₖ, T/K) − xₖ₊₁ = 0        φ(x_{K−1}, T/K) − x₀ − turns = 0
 //! ```
 //!
 //! Newton's method with the exact derivatives ∂φ/∂x of the variational equations and ∂φ/∂T = (q̇, q̈)/K;
-//! steps are halved until the misses become smaller. Where time leaves the system alone, any state of the
-//! motion is a start: steps do not go along it (phase condition). Where energy is conserved closed motions
-//! come in families: one is chosen by its energy, its period or a coordinate of its start. The equations are
-//! then one more than the unknowns, and agree; they are solved by least squares, whose singular values say
-//! whether the motion stands alone. Several segments hold what runs away within a period (multiple shooting:
-//! Stoer & Bulirsch, *Introduction to Numerical Analysis*, §7.3.5; Seydel, *Practical Bifurcation and
-//! Stability Analysis*, §7.4).
+//! steps are halved until the residuals decrease. In an autonomous system any state of the motion is a start,
+//! so steps do not go along the motion (phase condition). If energy is conserved, closed motions come in
+//! families: one is chosen by its energy, its period or a coordinate of its start. There is then one equation
+//! more than unknowns, but they are consistent. They are solved by least squares, whose singular values say
+//! whether the motion is isolated. Several segments are for motions that diverge within a period (multiple
+//! shooting: Stoer & Bulirsch, *Introduction to Numerical Analysis*, §7.3.5; Seydel, *Practical Bifurcation
+//! and Stability Analysis*, §7.4).
 
 mod newton;
 
@@ -65,16 +65,15 @@ pub struct PeriodicOrbit<S: ModelState> {
     pub nodes: Vec<S>,
     /// Multipliers and verdict.
     pub floquet: Floquet,
-    /// How often the motion itself repeats within the period, as far as up to six times was looked for: more
-    /// than once where a multiple of its period was given. 1 where time stands in the equations.
+    /// How often the motion itself repeats within the period; up to six times are detected. It is more than 1
+    /// if a multiple of its period was given, and 1 if time appears in the equations.
     pub repeats: usize,
     /// Newton iterations made.
     pub iterations: usize,
     /// The last correction, in parts of the range of each coordinate: how far the start may be off, but
     /// for the error of integration.
     pub correction: f64,
-    /// Largest over smallest singular value of the conditions: how many times more the start moves than the
-    /// misses.
+    /// Largest over smallest singular value of the equations: the amplification of residuals in the start.
     pub conditioning: f64,
     /// The coordinates.
     pub coordinates: &'static [Quantity],
@@ -139,20 +138,22 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         self
     }
 
-    /// Holds the period where nothing prescribes it: of a family of closed motions the one that has it.
+    /// Holds the period if the equations do not prescribe it: selects the member of a family with this
+    /// period.
     pub fn hold_period(mut self) -> Self {
         self.hold_period = true;
         self
     }
 
-    /// Of a family of closed motions the one with this value of the energy function.
+    /// Selects the member of a family of closed motions with this value of the energy function.
     pub fn hold_energy(mut self, energy: f64) -> Self {
         self.energy = Some(energy);
         self
     }
 
-    /// Of a family of closed motions the one that starts with this value of a coordinate: its amplitude where
-    /// it starts at rest. Where nothing is conserved it says where on the motion it starts.
+    /// Selects the member of a family of closed motions that starts with this value of a coordinate: its
+    /// amplitude if it starts at rest. If nothing is conserved, this selects the starting point on the
+    /// motion.
     pub fn hold(mut self, coordinate: &str, value: f64) -> Self {
         self.coordinate = Some((coordinate.into(), value));
         self
@@ -185,9 +186,8 @@ impl<'m, M: Simulate> Shooting<'m, M> {
     /// Searches, and judges what is found.
     ///
     /// # Errors
-    /// Where Newton's method does not come nearer, with the nearest that was met; where closed motions lie
-    /// side by side and none was chosen; where the search ends at rest; as
-    /// [`super::PeriodicMotions::floquet`].
+    /// If Newton's method does not converge, with the nearest motion; if there is a family of closed motions
+    /// and none was chosen; if the search ends at rest; as [`super::PeriodicMotions::floquet`].
     pub fn run(self) -> Result<PeriodicOrbit<M::State>, PeriodicError> {
         check_period(self.period)?;
         positive("the tolerance", self.tolerance)?;

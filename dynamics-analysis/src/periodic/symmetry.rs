@@ -1,12 +1,11 @@
-//! What is known of the multipliers of a closed motion before they are computed: those that are 1 for a
-//! reason.
+//! Multipliers of a closed motion that are known to be 1 before they are computed.
 //!
-//! A motion of a system that time leaves alone closes again if it starts a little later: M f = f along the
-//! motion, f = (q̇, q̈). A coordinate on which nothing depends gives another one beside it. A conserved
-//! quantity I is that of the start after a period: ∇Iᵀ M = ∇Iᵀ. Together they make blocks [1 *; 0 1], whose
-//! eigenvalues rounding moves by its root. They are therefore not computed but taken out: with F all such f
-//! and G all such ∇I, M acts on G^⊥/F, and what it does there are the other multipliers (Meyer, Hall & Offin,
-//! *Introduction to Hamiltonian Dynamical Systems and the N-Body Problem*, §8).
+//! In an autonomous system a motion that starts a little later closes, too: M f = f along the motion, f =
+//! (q̇, q̈). A cyclic coordinate gives another such vector. A conserved quantity I has the same value after a
+//! period: ∇Iᵀ M = ∇Iᵀ. Together they make blocks [1 *; 0 1], whose eigenvalues rounding would move by its
+//! square root. Therefore they are not computed but removed: with F all such f and G all such ∇I, M acts on
+//! G^⊥/F, and what it does there are the other multipliers (Meyer, Hall & Offin, *Introduction to Hamiltonian
+//! Dynamical Systems and the N-Body Problem*, §8).
 //!
 //! Where nothing dissipates, M leaves the form δq ∧ δp as it is, MᵀWM = W, and multipliers come in pairs μ,
 //! 1/μ.

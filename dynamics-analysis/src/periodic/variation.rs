@@ -1,15 +1,14 @@
 //! Derivatives of the constrained accelerations along a motion.
 //!
-//! Where the engine generated ∂q̈/∂q and ∂q̈/∂q̇ they are taken as they are. Elsewhere, as where rows repeat
-//! each other, the equations before their solution are differentiated: with r = M q̈ − Q − Φ_qᵀλ and Φ̈ = Φ_q
-//! q̈ − γ
+//! If the engine generated ∂q̈/∂q and ∂q̈/∂q̇, they are used. Otherwise, for example if rows repeat each
+//! other, the unsolved equations are differentiated: with r = M q̈ − Q − Φ_qᵀλ and Φ̈ = Φ_q q̈ − γ
 //!
 //! ```text
 //! M δq̈ + r_q δq + r_u δq̇ = Φ_qᵀ δλ        Φ_q δq̈ + Φ̈_q δq + Φ̈_u δq̇ = 0
 //! δq̈ = E a + p,  p the dependent part of Φ_q p = −(Φ̈_q δq + Φ̈_u δq̇),   EᵀM E a = −Eᵀ(r_q δq + r_u δq̇ + M p)
 //! ```
 //!
-//! with E the velocities that the rows leave: δλ, which need not be unique, is not asked for.
+//! E spans the velocities that the rows leave. δλ need not be unique and is not computed.
 
 use alloc::vec::Vec;
 

@@ -1,8 +1,8 @@
 //! Symmetric matrices whose elements stand near the diagonal, and their factors L D Lᵀ.
 //!
 //! n (w + 1) numbers for half-bandwidth w; factoring takes n w² operations, solving 4 n w (G. H. Golub & C.
-//! F. Van Loan, *Matrix Computations*, §4.3). There are no pivots: of an indefinite matrix the factors may be
-//! poor, which whoever asks for them checks; the signs of D still count eigenvalues (Sylvester's law).
+//! F. Van Loan, *Matrix Computations*, §4.3). There is no pivoting, so the factors of an indefinite matrix
+//! may be inaccurate; the caller checks this. The signs of D still count eigenvalues (Sylvester's law).
 
 use alloc::vec::Vec;
 

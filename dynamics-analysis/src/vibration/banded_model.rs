@@ -2,11 +2,11 @@
 //! their rows that makes the band narrow.
 //!
 //! Rows are numbered by the reverse Cuthill–McKee order (A. George & J. W. Liu, *Computer Solution of Large
-//! Sparse Positive Definite Systems*, §4.3–4.4): from a row at the rim, each after its neighbours of the
-//! level before, those with few neighbours first, and then backward; the rim is found by going from end to
-//! end while that becomes farther (N. E. Gibbs, W. G. Poole & P. K. Stockmeyer, SIAM J. Numer. Anal. 13
-//! (1976) 236). The order as given is kept where its band is no wider. A chain has half-bandwidth 1, a closed
-//! ring 2, a grid of a×b its shorter side, however they are numbered.
+//! Sparse Positive Definite Systems*, §4.3–4.4): starting from a peripheral row, level by level, rows with
+//! few neighbours first, and then reversed. The peripheral row is found by repeated searches from end to end
+//! while the distance grows (N. E. Gibbs, W. G. Poole & P. K. Stockmeyer, SIAM J. Numer. Anal. 13 (1976)
+//! 236). The given order is kept if its band is not wider. A chain has half-bandwidth 1, a closed ring 2, a
+//! grid of a×b its shorter side, however they are numbered.
 
 use alloc::vec::Vec;
 
@@ -93,8 +93,8 @@ impl BandedModel {
 }
 
 impl Linearization {
-    /// Mass and stiffness of the independent coordinates as banded matrices, for the lowest modes of what has
-    /// many: elements that are zero, or rounding, are left out, and the coordinates put into an order with a
+    /// Mass and stiffness of the independent coordinates as banded matrices, for the lowest modes of large
+    /// models. Elements that are zero or only rounding are left out, and the coordinates are reordered for a
     /// narrow band. Damping is left out, too: these are the normal modes.
     ///
     /// # Errors

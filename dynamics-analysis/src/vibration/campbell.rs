@@ -2,12 +2,12 @@
 //!
 //! Whirl goes forward where the orbit of a mode in the plane (x, y), x = Re(X e^{iωt}), y = Re(Y e^{iωt}),
 //! turns as the rotor does: −2 Im(X̄ Y)/(|X|² + |Y|²) is 1 for a circle forward, −1 for one backward, 0 where
-//! nothing turns (G. Genta, *Dynamics of Rotating Systems*, §2.4, §4.3). Critical speeds Ω of order k, Im σ =
-//! k Ω, are where the number of modes above the line k Ω changes, and onsets of instability where the number
-//! of growing modes changes. Both are counted, so that no mode need be followed through crossings, and
-//! bisected to the last digit. What crosses a line and comes back between two neighbouring speeds is not
-//! seen, nor are two modes that cross it there in opposite directions. A mode counts as growing where it does
-//! so by more than rounding of what it is made of may cause ([`Mode::conditioning`]).
+//! nothing turns (G. Genta, *Dynamics of Rotating Systems*, §2.4, §4.3). At a critical speed Ω of order k, Im
+//! σ = k Ω, the number of modes above the line k Ω changes. At the onset of instability the number of growing
+//! modes changes. Both numbers are counted, so that modes need not be followed through crossings, and the
+//! speeds are bisected to the last digit. If a mode crosses a line and comes back between two neighbouring
+//! speeds, or two modes cross it there in opposite directions, they are missed. A mode counts as growing if
+//! its growth is larger than rounding may cause ([`Mode::conditioning`]).
 
 use alloc::format;
 use alloc::string::String;
@@ -31,8 +31,8 @@ const SAME: f64 = 1e-10;
 pub struct RotorMode {
     /// σ, in 1/s; of a pair the one with positive imaginary part.
     pub eigenvalue: Complex<f64>,
-    /// From −1, a circle backward, to 1, a circle forward; `None` where nothing moves in the planes, or two
-    /// modes of one eigenvalue leave it open.
+    /// From −1, a backward circle, to 1, a forward circle. `None` if nothing moves in the planes, or if two
+    /// modes with the same eigenvalue leave it undetermined.
     pub whirl: Option<f64>,
     /// Largest part of the real part that rounding may have caused, in 1/s.
     rounding: f64,
@@ -54,8 +54,8 @@ impl RotorMode {
     }
 }
 
-/// A speed at which an unbalance, or what else turns with the rotor, meets the frequency of a mode; of two
-/// modes with one frequency each has its own.
+/// A speed at which an unbalance, or another excitation of this order, meets the frequency of a mode. Two
+/// modes with the same frequency have one entry each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CriticalSpeed {
     /// Ω, in rad/s.

@@ -1,13 +1,13 @@
-//! One way from a cause to an answer, and the response along it at one frequency.
+//! The channel from one input to one output, and its response at one frequency.
 //!
 //! ```text
 //! H(s) = C (s − A)⁻¹ B + D at s = iω,        y = Re(H ŵ e^{iωt}) for w = Re(ŵ e^{iωt})
 //! ```
 //!
-//! What moves a base is one cause with several inputs, its place, its rate and its acceleration: B and D are
-//! then polynomials in s. A is balanced first (Parlett & Reinsch, Numer. Math. 13 (1969) 293), so that units
-//! do not decide about conditioning. Each value comes with a bound of its rounding, n ε |C R| |s − A| |R B|
-//! with R = (s − A)⁻¹ (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, §7.2).
+//! The motion of a base is one excitation with several inputs: position, rate and acceleration. B and D are
+//! then polynomials in s. A is balanced first (Parlett & Reinsch, Numer. Math. 13 (1969) 293), so that the
+//! conditioning does not depend on units. Each value comes with a bound of its rounding, n ε |C R| |s − A| |R
+//! B| with R = (s − A)⁻¹ (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, §7.2).
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -21,8 +21,8 @@ use crate::linearize::general;
 /// Condition number of s − A beyond which its inverse has no three digits left.
 const WORST: f64 = 1e13;
 
-/// What shakes: an input or a force along a coordinate by its name (a `&str` is one), or the motion of a base
-/// that enters by several inputs.
+/// An excitation: an input or a force along a coordinate, by its name (a `&str` converts), or the motion of a
+/// base that enters by several inputs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excitation {
     /// Names of the inputs that are the cause itself, its rate, and its acceleration.
@@ -30,8 +30,8 @@ pub struct Excitation {
 }
 
 impl Excitation {
-    /// A base whose place is one input of the model and whose rate is another, as where a spring and a damper
-    /// stand on it.
+    /// A base whose position is one input of the model and whose rate is another, as for a spring and a
+    /// damper on it.
     #[must_use]
     pub fn moved(place: impl Into<String>, rate: impl Into<String>) -> Self {
         Self { terms: [Some(place.into()), Some(rate.into()), None] }

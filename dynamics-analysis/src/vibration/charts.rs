@@ -11,8 +11,8 @@ use super::FrequencyResponse;
 use super::frequency_response::phases;
 
 impl FrequencyResponse {
-    /// Magnitude and phase over frequency: the Bode diagram. Peaks have their height, also where they are
-    /// narrower than the frequencies are apart ([`FrequencyResponse::peaks`]).
+    /// Magnitude and phase over frequency: the Bode diagram. Peaks have their full height, even if they are
+    /// narrower than the spacing of the frequencies ([`FrequencyResponse::peaks`]).
     #[must_use]
     pub fn bode(&self) -> Chart {
         let of = |unit: &str| if unit.contains(['/', '*', ' ']) { format!("({unit})") } else { unit.into() };

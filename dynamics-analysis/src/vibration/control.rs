@@ -1,15 +1,15 @@
-//! What controls reach, what outputs see, and the linear–quadratic regulator.
+//! Controllability, observability, and the linear–quadratic regulator.
 //!
-//! A mode with eigenvalue σ is reached by the inputs if [σ − A, B] has full rank, and seen in the outputs if
-//! [σ − A; C] has (Popov, Belevitch & Hautus); how far from losing it, the least singular value says. The
-//! regulator w = −K x makes
+//! A mode with eigenvalue σ is controllable by the inputs if [σ − A, B] has full rank, and observable in the
+//! outputs if [σ − A; C] has (Popov, Belevitch & Hautus). The least singular value is the distance from
+//! losing it. The regulator w = −K x minimises
 //!
 //! ```text
 //! ∫ (Σ weight·output² + Σ weight·control²) dt        K = R⁻¹BᵀX        AᵀX + X A − X B R⁻¹ Bᵀ X + Q = 0
 //! ```
 //!
-//! least (B. D. O. Anderson & J. B. Moore, *Optimal Control: Linear Quadratic Methods*, chapter 3);
-//! `riccati.rs` solves for X.
+//! (B. D. O. Anderson & J. B. Moore, *Optimal Control: Linear Quadratic Methods*, chapter 3); `riccati.rs`
+//! solves for X.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -35,8 +35,9 @@ const SOLVED: f64 = 1e-9;
 pub struct Reach {
     /// σ, in 1/s; of a pair the one with positive imaginary part.
     pub eigenvalue: Complex<f64>,
-    /// The least singular value of [σ − A, B], or of [σ − A; C], in parts of the largest, states and signals
-    /// scaled: 0 where it is not reached, small where hardly.
+    /// The least singular value of [σ − A, B], or of [σ − A; C], relative to the largest, with states and
+    /// signals scaled. It is 0 for an uncontrollable or unobservable mode, and small for a nearly
+    /// uncontrollable or unobservable one.
     pub distance: f64,
     /// The states that move most in the mode.
     pub states: Vec<String>,
@@ -65,7 +66,7 @@ impl fmt::Display for Reach {
 }
 
 impl StateSpace {
-    /// Which modes these inputs, or forces along coordinates, reach.
+    /// The controllability of each mode by these inputs, or by forces along coordinates.
     ///
     /// # Errors
     /// A name that is not known; an iteration that does not settle.
@@ -74,7 +75,7 @@ impl StateSpace {
         reach((&self.a, &self.states), &self.a, &self.b.select_columns(&columns))
     }
 
-    /// Which modes these outputs see.
+    /// The observability of each mode in these outputs.
     ///
     /// # Errors
     /// A name that is not known; an iteration that does not settle.
@@ -162,8 +163,8 @@ pub struct LqrDesign<'a> {
 
 impl LqrDesign<'_> {
     /// The weight of the square of a control (an input of the model), an output, a coordinate or a rate, each
-    /// by its name. Inputs without a weight are held; what has none else costs nothing. Weights in 1/unit² of
-    /// acceptable deviations are a good first choice (Bryson's rule).
+    /// by its name. Inputs without a weight are held. Other quantities without a weight cost nothing. Weights
+    /// in 1/unit² of acceptable deviations are a good first choice (Bryson's rule).
     #[must_use]
     pub fn weight(mut self, name: impl Into<String>, weight: f64) -> Self {
         self.weights.push((name.into(), weight));
@@ -173,8 +174,8 @@ impl LqrDesign<'_> {
     /// The regulator.
     ///
     /// # Errors
-    /// Names and weights that cannot be, controls that do not reach a mode which does not die away, modes on
-    /// the limit of stability that have no weight, and a Riccati equation that is not solved to 1e-9.
+    /// Invalid names and weights, a mode that does not decay and is not controllable, modes on the limit of
+    /// stability that have no weight, and a Riccati equation that is not solved to 1e-9.
     pub fn solve(self) -> Result<Lqr, VibrationError> {
         let space = self.space;
         // Of a model every state must have constant coefficients.
@@ -319,8 +320,8 @@ pub struct Lqr {
     pub gain: DMatrix<f64>,
     /// X, states × states: xᵀX x is the cost of a deviation x.
     pub riccati: DMatrix<f64>,
-    /// States on which nothing else depends and which nothing weighs, as the angle of a wheel whose speed is
-    /// held: their gain is 0, and they go where they go.
+    /// Cyclic states without a weight, such as the angle of a wheel whose speed is held. Their gain is 0, and
+    /// they are not controlled.
     pub left_out: Vec<Signal>,
     /// The eigenvalues of A − B K of the other states, in 1/s, by growing real part.
     pub closed_loop: Vec<Complex<f64>>,
@@ -346,9 +347,9 @@ impl Lqr {
         Some(self.gain[(row, column)])
     }
 
-    /// All inputs of the model at a state: the controls by the regulator, the others as in the reference,
-    /// which goes on where it is a steady motion. Of matrices of one's own, or another model's state, not
-    /// numbers. Angles count as they are: one that has turned over is far away.
+    /// All inputs of the model at a state: the controls by the regulator, the others as in the reference. A
+    /// steady motion continues as the reference. The result is NaN for a state space from matrices, or for a
+    /// state of another model. Angles are not folded: one full turn is a large deviation.
     #[must_use]
     pub fn inputs_at<S: ModelState>(&self, state: &S) -> S::Inputs {
         let mut inputs = S::Inputs::zeros();
@@ -367,8 +368,8 @@ impl Lqr {
         inputs
     }
 
-    /// xᵀX x: what it costs to come back from these deviations, in the order of the states; `None` for
-    /// another number of them.
+    /// xᵀX x: the cost of returning from these deviations, in the order of the states; `None` for another
+    /// number of them.
     #[must_use]
     pub fn cost(&self, deviations: &[f64]) -> Option<f64> {
         let x = nalgebra::DVector::from_column_slice(deviations);

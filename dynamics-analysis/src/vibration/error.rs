@@ -17,8 +17,8 @@ pub enum Withheld {
     Corner,
     /// Its derivative is not finite there.
     NotFinite,
-    /// Its coefficients change along the steady motion of reference, as those of what is seen from the side
-    /// on something that turns.
+    /// Its coefficients change along the steady reference motion, as for a point on a turning body seen from
+    /// the side.
     Varies,
 }
 
@@ -60,8 +60,8 @@ pub enum VibrationError {
         /// What it must be.
         must_be: &'static str,
     },
-    /// The response to a steady sine is infinite, or not distinguishable from it: the frequency is that of an
-    /// undamped mode that is reached and seen.
+    /// The response to a steady sine is infinite within rounding: the frequency is that of an undamped mode
+    /// that is controllable and observable.
     Resonance {
         /// What was asked for, in rad/s.
         frequency: f64,
@@ -70,13 +70,12 @@ pub enum VibrationError {
         /// The condition number of iω − A there.
         conditioning: f64,
     },
-    /// The response to what stays as it is has no bound, or is not distinguishable from it: nothing holds
-    /// what is pushed.
+    /// The response to a constant load is unbounded within rounding: a rigid-body mode is pushed.
     Free {
         /// The condition number of A.
         conditioning: f64,
     },
-    /// Something does not die away, so that there is no steady response, no norm, and no optimum.
+    /// A mode does not decay, so that there is no steady response, no norm, and no optimum.
     Unstable {
         /// The eigenvalue with the largest real part, in 1/s.
         eigenvalue: Complex<f64>,
@@ -90,7 +89,7 @@ pub enum VibrationError {
         /// The least singular value of [σ − A, B], in parts of the largest.
         distance: f64,
     },
-    /// A mode that does not die away costs nothing, so that no optimum brings it to rest.
+    /// A mode that does not decay has no weight, so that no optimum brings it to rest.
     Undetectable {
         /// Its eigenvalue, in 1/s.
         eigenvalue: Complex<f64>,

@@ -15,7 +15,7 @@ use super::VibrationError;
 use crate::linearize::Mode;
 
 /// A mode as a film: two periods of q + Re(amplitude · shape e^{iωt}), without its damping, so that it can be
-/// seen. Positions are put back on the constraints, which small motions leave to the second order.
+/// seen. Positions are projected onto the constraints, which small motions violate to second order.
 #[derive(Debug)]
 pub struct ModeFilm<'m, M: Constraints> {
     model: &'m M,

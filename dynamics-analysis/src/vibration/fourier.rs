@@ -1,4 +1,4 @@
-//! What frequencies samples contain.
+//! The spectrum of samples.
 //!
 //! The discrete Fourier transform X_k = Σ xⱼ wⱼ e^{−2πi jk/n} of n samples under a window w, by powers of two
 //! (Cooley & Tukey, Math. Comp. 19 (1965) 297), of other lengths as a convolution of such (L. I. Bluestein,
@@ -6,8 +6,8 @@
 //! of an even number), so that a sine of amplitude a in the middle of a bin shows a; beside it the window's
 //! scalloping takes up to 36 % (rectangular), 15 % (Hann), 0.1 % (flat top). A window widens noise by its
 //! equivalent noise bandwidth, n Σw²/(Σw)² bins: 1, 1.5, 3.77 (G. Heinzel, A. Rüdiger & R. Schilling,
-//! *Spectrum and spectral density estimation by the DFT*, Albert-Einstein-Institut 2002). No crate does it: a
-//! hundred lines with their tests are less to keep up than one.
+//! *Spectrum and spectral density estimation by the DFT*, Albert-Einstein-Institut 2002). It is written here:
+//! a hundred lines with tests are easier to maintain than a dependency.
 
 use alloc::vec::Vec;
 use core::f64::consts::{PI, TAU};
@@ -148,9 +148,9 @@ impl Spectrum {
     }
 
     /// Frequencies and amplitudes of the `count` highest peaks, highest first; each is the bin at which it
-    /// stands. The mean is none of them: peaks are sought beyond the bins in which it shows, the first 1 of a
-    /// rectangular window, 2 of Hann's, 5 of the flat top. What is slower than these is not told apart from
-    /// it; sample for longer.
+    /// stands. The mean is not among them: peaks are sought beyond the bins in which it appears, the first 1
+    /// of a rectangular window, 2 of Hann's, 5 of the flat top. Lower frequencies cannot be distinguished
+    /// from the mean; sample for longer.
     #[must_use]
     pub fn highest(&self, count: usize) -> Vec<(f64, f64)> {
         let a = &self.amplitudes;

@@ -1,8 +1,8 @@
 //! The response to a steady sine.
 //!
-//! Where `Channel::at` has no digits, on the frequency of a mode without damping, the modes there are taken
-//! out if the cause does not reach them or the answer does not see them (`unreached.rs`); what is reached and
-//! seen is refused.
+//! At the frequency of an undamped mode `Channel::at` has no digits. Such modes are removed if they are
+//! uncontrollable or unobservable (`unreached.rs`). If they are both controllable and observable, the result
+//! is an error.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -35,8 +35,8 @@ pub struct FrequencyResponse {
     pub values: Vec<Complex<f64>>,
     /// How far rounding may have moved each value: a bound of |δH|.
     pub uncertainty: Vec<f64>,
-    /// Further values, by growing frequency, at and beside the resonances that are narrower than the
-    /// frequencies are apart: charts go through them, and so show how high the peaks are.
+    /// Further values, by growing frequency, at and near resonances that are narrower than the spacing of the
+    /// frequencies. Charts use them to show the height of peaks.
     pub peaks: Vec<(f64, Complex<f64>)>,
 }
 
@@ -99,10 +99,9 @@ impl StateSpace {
     /// are those of coordinates, rates and accelerations to forces.
     ///
     /// # Errors
-    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] on
-    /// the frequency of a mode without damping that the cause reaches and the answer sees,
-    /// [`VibrationError::Free`] at 0 where something is free to move, and does. A mode that is not reached,
-    /// or not seen, leaves the response finite.
+    /// Names that are not known, frequencies that are not 0 or positive, and [`VibrationError::Resonance`] at
+    /// the frequency of an undamped mode that is controllable and observable, and [`VibrationError::Free`] at
+    /// 0 if a rigid-body mode is excited. An uncontrollable or unobservable mode leaves the response finite.
     pub fn frequency_response(
         &self,
         input: impl Into<Excitation>,

@@ -3,8 +3,8 @@
 //! Subspace iteration (K.-J. Bathe, *Finite Element Procedures*, §11.6): K Y = M X is solved for a few more
 //! vectors than are asked for, and the small problem in their span has the next X. Eigenvalue k converges by
 //! (ω_k/ω_{q+1})⁴ a step. Ritz values come from Yᵀ(M X) and Yᵀ M Y, never from K Y again, so that those far
-//! below ‖K‖ keep their digits. Where K is singular, as of what is free to move, the iteration works with K +
-//! s M. A count of the negative pivots of K − μ M with μ just above the last mode proves that none was missed
+//! below ‖K‖ keep their digits. If K is singular (rigid-body modes), the iteration works with K + s M. A
+//! count of the negative pivots of K − μ M with μ just above the last mode proves that none was missed
 //! (Sylvester's law of inertia, §11.4 there); where one was, more vectors are taken.
 
 use alloc::vec::Vec;
@@ -24,7 +24,7 @@ const NEGATIVE: f64 = 1e-7;
 /// The lowest modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LowestModes {
-    /// ω, ascending, in rad/s where M and K are in coherent units; what is free to move has the root of
+    /// ω, ascending, in rad/s if M and K are in coherent units. Rigid-body modes have the square root of
     /// rounding.
     pub frequencies: Vec<f64>,
     /// Shapes, a column for each, normalised so that φᵀM φ = 1.

@@ -5,10 +5,10 @@
 //! Γ_k = φ_kᵀM r       effective mass Γ_k²,        Σ Γ_k² = rᵀM r
 //! ```
 //!
-//! Γ says how much a mode takes part where the base accelerates along r (R. W. Clough & J. Penzien, *Dynamics
-//! of Structures*, §12, §26). With damping they are modes of the damped system, too, where ΦᵀC Φ is diagonal
+//! Γ is the participation of a mode if the base accelerates along r (R. W. Clough & J. Penzien, *Dynamics of
+//! Structures*, §12, §26). With damping they are modes of the damped system, too, where ΦᵀC Φ is diagonal
 //! (proportional damping, T. K. Caughey, J. Appl. Mech. 27 (1960) 269); elsewhere `Linearization::modes` has
-//! the complex ones. Vectors of one frequency are turned within their space so that damping couples them
+//! the complex ones. Modes of equal frequency are rotated within their space so that damping couples them
 //! least.
 
 use alloc::vec::Vec;

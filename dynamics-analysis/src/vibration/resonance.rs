@@ -1,7 +1,7 @@
-//! Where a response is largest, and how sharp.
+//! Peaks of a response and their sharpness.
 //!
-//! Peaks of |H(iω)| are zeros of d|H|²/dω, which is exact; they are sought between frequencies that are dense
-//! about every eigenvalue, and bisected. The largest of all frequencies is certain by the theorem of Boyd,
+//! Peaks of |H(iω)| are zeros of d|H|²/dω, which is exact; they are bracketed on a frequency grid that is
+//! dense near every eigenvalue, and bisected. The global maximum is certain by the theorem of Boyd,
 //! Balakrishnan & Kabamba (Math. Control Signals Systems 2 (1989) 207): |H| stays below γ where the
 //! Hamiltonian matrix of γ has no eigenvalue on the imaginary axis; where it has, their frequencies lead on
 //! (Bruinsma & Steinbuch, Systems & Control Letters 14 (1990) 287).
@@ -42,7 +42,7 @@ impl Peak {
     }
 }
 
-/// The largest response of all frequencies: the H∞ norm of one way from a cause to an answer.
+/// The largest response over all frequencies: the H∞ norm of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gain {
     /// ω, in rad/s; infinite where no finite frequency has as much.
@@ -57,8 +57,8 @@ impl StateSpace {
     /// All peaks of a response, by growing frequency; a largest value at frequency 0 is none.
     ///
     /// # Errors
-    /// As [`StateSpace::frequency_response`], and where something that is reached and seen does not die away:
-    /// the peak of an undamped mode is infinite.
+    /// As [`StateSpace::frequency_response`], and if a controllable and observable mode does not decay: the
+    /// peak of an undamped mode is infinite.
     pub fn resonances(
         &self,
         input: impl Into<Excitation>,
@@ -93,7 +93,7 @@ impl StateSpace {
         Ok(peaks)
     }
 
-    /// The largest response of all frequencies, and the proof that no frequency has more.
+    /// The largest response over all frequencies, with the proof that no frequency has a larger one.
     ///
     /// # Errors
     /// As [`StateSpace::resonances`]; causes with rates, whose response may grow without end.

@@ -3,9 +3,9 @@
 //!
 //! The stable subspace of the Hamiltonian matrix H = [A −G; −Q −Aᵀ] is that of [1; X]. Newton's iteration Z ←
 //! ½(c Z + (c Z)⁻¹) with c = |det Z|^{−1/2n} takes H to its sign S quadratically (J. D. Roberts, Int. J.
-//! Control 32 (1980) 677; R. Byers, Linear Algebra Appl. 85 (1987) 267), and (S + 1)[1; X] = 0. What rounding
-//! left is taken away by Newton's method on the equation itself (D. L. Kleinman, IEEE Trans. Autom. Control
-//! 13 (1968) 114): one Lyapunov equation (A − G X)ᵀδ + δ(A − G X) = −residual each, by the Schur form
+//! Control 32 (1980) 677; R. Byers, Linear Algebra Appl. 85 (1987) 267), and (S + 1)[1; X] = 0. The remaining
+//! rounding error is removed by Newton's method on the equation itself (D. L. Kleinman, IEEE Trans. Autom.
+//! Control 13 (1968) 114): one Lyapunov equation (A − G X)ᵀδ + δ(A − G X) = −residual each, by the Schur form
 //! (Bartels & Stewart, Comm. ACM 15 (1972) 820). O(n³) each. Fails where H has eigenvalues on the imaginary
 //! axis, which its callers exclude.
 

@@ -62,9 +62,9 @@ pub struct TimeResponse {
     pub outputs: Vec<Signal>,
     /// A row for each time, a column for each output; just after where a load jumps.
     pub values: DMatrix<f64>,
-    /// How far rounding of the matrices' elements may have moved each value, as measured: by what the
-    /// response is with elements that are off by that. What is soft beside something stiff has no digits
-    /// where both stand in one element.
+    /// The effect of rounding of the matrices' elements on each value. It is measured by the response with
+    /// elements that are perturbed so. If a soft and a stiff part share one element, the soft one has no
+    /// digits.
     pub uncertainty: DMatrix<f64>,
 }
 

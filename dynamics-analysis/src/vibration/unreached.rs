@@ -1,19 +1,19 @@
-//! Modes that a cause does not reach, or an answer does not see: they have no part in a response, and are
-//! taken out where they would cost its digits.
+//! Uncontrollable and unobservable modes. They have no part in a response, and are removed if they would cost
+//! digits.
 //!
-//! States that do not lie between cause and answer are known by the zeros of A, exactly. Of what is coupled,
-//! as a symmetric mode and a push in its node, the modes with eigenvalues about σ span an invariant subspace
-//! X₁ of A, by inverse iteration with as many vectors, and W₁ one of Aᵀ. With bases X₂ of what is orthogonal
-//! to W₁, Y₂ to X₁, the response falls into two,
+//! States that are not between input and output follow from the zeros of A, exactly. Coupled cases, such as a
+//! mode that is pushed in its node, need numbers: the modes with eigenvalues near σ span an invariant
+//! subspace X₁ of A, by inverse iteration with as many vectors, and W₁ one of Aᵀ. With bases X₂ of what is
+//! orthogonal to W₁, Y₂ to X₁, the response falls into two,
 //!
 //! ```text
 //! H = C₁ (s − A₁)⁻¹ B₁ + C₂ (s − A₂)⁻¹ B₂ + D        A₁ = (W₁ᵀX₁)⁻¹ W₁ᵀA X₁,  B₁ = (W₁ᵀX₁)⁻¹ W₁ᵀB,  C₁ = C X₁,  likewise A₂, B₂, C₂
 //! ```
 //!
 //! and the first is zero at all frequencies if C₁ A₁ʲ B₁ is for every j below the size of A₁ (T. Kailath,
-//! *Linear Systems*, §2.4, §6.2): if these modes are not reached, not seen, or what is reached of a repeated
-//! one is not what is seen. Zero is what is no more than rounding of the subspaces; where that could hide
-//! something, nothing is taken out.
+//! *Linear Systems*, §2.4, §6.2): if these modes are uncontrollable, unobservable, or the controllable part
+//! of a repeated mode is not its observable part. Zero means at most rounding of the subspaces. If rounding
+//! could hide a contribution, nothing is removed.
 
 use alloc::vec::Vec;
 

@@ -1,7 +1,7 @@
-//! Whether the rows of outputs, and the columns of inputs, stay what they are along the motion of reference.
+//! Whether the rows of outputs and the columns of inputs are constant along the reference motion.
 //!
-//! Eigenvalues do not ask for coordinates on which nothing depends, as the angle of what turns steadily; but
-//! an output may contain its sine, and an input push in a direction that turns with it. y = C x + D w then
+//! Eigenvalues do not depend on cyclic coordinates, such as the angle of a steadily turning body. But an
+//! output may contain its sine, and an input may push in a direction that turns with it. y = C x + D w then
 //! has coefficients that change with time, and no frequency response. The equations are assembled anew a
 //! little later on the motion, as for the eigenvalues. An output stays if its row does, and the rows of A of
 //! all states on which it depends.

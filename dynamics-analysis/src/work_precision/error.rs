@@ -3,7 +3,7 @@
 use alloc::string::String;
 use core::fmt;
 
-/// There is nothing to be drawn that could be trusted, or the options make no sense.
+/// No result would be reliable, or the options are invalid.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum WorkPrecisionError {

@@ -1,4 +1,4 @@
-//! Ends of motions, and the errors that they have beside each other.
+//! Ends of motions and their differences.
 
 use alloc::vec::Vec;
 

@@ -1,4 +1,4 @@
-//! What errors are measured against, and how far it can be trusted itself.
+//! The reference for errors, and its uncertainty.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -53,9 +53,9 @@ impl<M: Simulate> Reference<M> {
         Self(Kind::Runs { methods: [first.into(), second.into()], tolerance })
     }
 
-    /// A state at the end that is known, and by how much its positions and velocities may be wrong. What that
-    /// makes of multipliers and energy is found by moving each of them so far. Where runs of the study are
-    /// nearer to each other than to it, it is compared with the reference that would be chosen without it.
+    /// A known state at the end, with the uncertainty of its positions and velocities. The uncertainty of
+    /// multipliers and energy is found by moving each of them by this amount. If runs of the study are nearer
+    /// to each other than to this state, it is compared with the default reference.
     #[must_use]
     pub fn known(end: M::State, uncertainty: f64) -> Self {
         Self(Kind::Known { end, uncertainty })

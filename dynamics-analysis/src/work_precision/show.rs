@@ -71,9 +71,9 @@ impl fmt::Display for ErrorOf {
 }
 
 impl<M: Simulate> Study<'_, M> {
-    /// Error against cost as one panel; costs in µs or in evaluations. Hollow signs are not believed. Dashed
-    /// curves were measured elsewhere. Runs that failed are counted beside the names, which stand there also
-    /// where no run is left to be drawn. A sign that is pointed at says its run.
+    /// Error against cost as one panel; costs in µs or in evaluations. Hollow markers are below the
+    /// uncertainty of the reference. Dashed curves were measured elsewhere. Failed runs are counted beside
+    /// the names, also if no run of a curve is left. A marker under the pointer shows its run.
     #[must_use]
     pub fn panel(&self, part: ErrorOf, cost: Cost) -> Panel {
         let (title, unit) = match cost {

@@ -1,5 +1,4 @@
-//! What no study is made of: runs that all failed, errors that say nothing, and a known end that the runs
-//! contradict.
+//! When there is no study: all runs failed, no error is significant, or the runs contradict the known end.
 
 use alloc::vec::Vec;
 

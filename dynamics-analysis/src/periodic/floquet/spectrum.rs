@@ -1,4 +1,4 @@
-//! Multipliers of a matrix that is known to some digits, without those that are 1 for a reason.
+//! Multipliers of a matrix with a known uncertainty, without those that are known to be 1.
 
 use alloc::vec::Vec;
 

@@ -1,4 +1,4 @@
-//! Newton's method on what segments miss.
+//! Newton's method on the gaps between segments.
 
 use alloc::boxed::Box;
 use alloc::string::String;
