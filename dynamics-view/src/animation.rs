@@ -16,13 +16,13 @@ use crate::file::Content;
 use clock::Clock;
 use encode::Reel;
 
-/// What can be shown moving, as the motion of a model that can be drawn.
+/// What an [`Animation`] can show, such as the motion of a model with a drawing.
 pub trait Film {
     /// What is moving.
     fn title(&self) -> String;
-    /// How its motion was found, in a few words.
+    /// How the motion was computed, in a few words.
     fn method(&self) -> String;
-    /// The whole account, in lines.
+    /// The full report, in lines.
     fn summary(&self) -> String;
     /// First and last instant; the last may be the smaller.
     fn span(&self) -> [f64; 2];
@@ -169,16 +169,16 @@ impl<'a> Animation<'a> {
     }
 
     /// Where motions in space are seen from at first, in degrees: the azimuth of the eye, counted from the
-    /// x-axis about z, and its elevation above the level, from −90 to 90. They are −60 and 25 unless set; the
-    /// viewer turns the picture with mouse or finger. Pages that show nothing of space have no eye.
+    /// x-axis about z, and its elevation above the horizontal, from −90 to 90. Defaults: −60 and 25. The
+    /// viewer can turn the picture with mouse or finger. No effect on pages without points in space.
     #[must_use]
     pub fn seen_from(mut self, azimuth: f64, elevation: f64) -> Self {
         self.eye = Some([azimuth, elevation]);
         self
     }
 
-    /// The page as text. An error where a name that is to be plotted is not known, where the speed is not a
-    /// positive number and where fewer than two instants are allowed.
+    /// The page as text. It is an error if a name to be plotted is unknown, if the speed is not positive, or
+    /// if fewer than two instants are allowed.
     pub fn to_html(&self) -> Result<String, OutputError> {
         if let Some(speed) = self.speed.filter(|speed| !(speed.is_normal() && *speed > 0.0)) {
             return Err(OutputError::Speed { speed });
@@ -197,8 +197,8 @@ impl<'a> Animation<'a> {
         Ok(self.page(&clock, &recordings))
     }
 
-    /// Writes the page, making the folders that the path needs. An error where the path has an extension
-    /// other than `.html` or `.htm`.
+    /// Writes the page and creates the folders of its path. It is an error if the path has an extension other
+    /// than `.html` or `.htm`.
     #[cfg(feature = "std")]
     pub fn write_html(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         let path = path.as_ref();

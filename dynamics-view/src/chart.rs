@@ -11,7 +11,8 @@ pub enum Scale {
     /// In proportion.
     #[default]
     Linear,
-    /// By their decimal logarithm; values that are not positive have no place, and the chart says how many.
+    /// By their decimal logarithm. Values that are not positive cannot be shown, and the chart says how many
+    /// there are.
     Log,
 }
 
@@ -36,8 +37,8 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Log, range: None }
     }
 
-    /// From `lo` to `hi` instead of what the series need; curves are cut at the edges. Where the range has no
-    /// extent, or the scale cannot show it, the chart takes what the series need and says so.
+    /// Shows `lo` to `hi` instead of the range of the series; curves are cut at the edges. If this range is
+    /// empty, or the scale cannot show it, the chart uses the range of the series and says so.
     #[must_use]
     pub fn range(mut self, lo: f64, hi: f64) -> Self {
         self.range = Some([lo, hi]);
@@ -60,7 +61,7 @@ pub enum Mark {
 }
 
 /// A named sequence of points. A value that is not finite is a gap, and the chart says how many there are; a
-/// point (NaN, NaN) is a gap that is meant.
+/// point (NaN, NaN) is an intended gap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     pub(crate) name: String,
@@ -117,23 +118,23 @@ impl Series {
         self
     }
 
-    /// With the k-th sign, disc, square, triangle, diamond in turn, instead of the next of the cycle: one
-    /// that a series has in several panels.
+    /// With the k-th sign (disc, square, triangle, diamond, and again) instead of the next one: for a series
+    /// that appears in several panels.
     #[must_use]
     pub fn sign(mut self, k: usize) -> Self {
         self.sign = Some(k);
         self
     }
 
-    /// Draws the signs of points with y at or below this value hollow: what is there but not believed.
+    /// Draws the signs of points with y at or below this value hollow: values that are not significant.
     #[must_use]
     pub fn hollow_below(mut self, y: f64) -> Self {
         self.hollow_below = y;
         self
     }
 
-    /// What is said of each point, in their order, where a reader points at its sign; the curve then says its
-    /// name.
+    /// The text of each point, in their order, shown when a reader points at its sign. The curve then shows
+    /// its name.
     #[must_use]
     pub fn labels(mut self, labels: impl IntoIterator<Item = String>) -> Self {
         self.labels = labels.into_iter().collect();
@@ -196,7 +197,7 @@ impl Panel {
         self
     }
 
-    /// Without what is said of points: for telephones, on which nobody points without touching.
+    /// Without the texts of points: for touch screens, which have no pointer.
     #[must_use]
     pub fn without_labels(mut self) -> Self {
         self.series.iter_mut().for_each(|series| series.labels.clear());

@@ -1,4 +1,4 @@
-//! Colours that stay readable on light and on dark ground.
+//! Colours that are readable on light and on dark backgrounds.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -6,7 +6,7 @@ use alloc::string::{String, ToString};
 /// A colour of a picture.
 ///
 /// Named colours are roles: a page shows each in the shade that is readable on the viewer's light or dark
-/// ground. [`Color::Rgb`] is taken as it is.
+/// background. [`Color::Rgb`] is taken as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Color {

@@ -87,10 +87,10 @@ pub enum Figure {
         at: Point,
         /// The words.
         text: String,
-        /// Beside the point, to its upper right, and not upon it.
+        /// Whether the words are beside the point, to its upper right, instead of centred on it.
         beside: bool,
     },
-    /// The way that a point has come.
+    /// The path of a point.
     Trace {
         /// Identifies the point from one instant to the next.
         name: String,
@@ -161,8 +161,8 @@ impl Default for Pen {
 /// A picture of the model at one instant, built figure by figure; later figures cover earlier ones.
 ///
 /// [`color`](Drawing::color), [`fill`](Drawing::fill), [`width`](Drawing::width) and
-/// [`dashed`](Drawing::dashed) set the pen for the figures that follow, [`plain`](Drawing::plain) puts it
-/// back. A figure with a coordinate that is not finite is left out of the instant in which that happens.
+/// [`dashed`](Drawing::dashed) set the pen for the figures that follow, and [`plain`](Drawing::plain) resets
+/// it. A figure with a coordinate that is not finite is left out at that instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     shapes: Vec<Shape>,
@@ -185,9 +185,9 @@ impl Drawing {
         Self::of_helpers(&helpers)
     }
 
-    /// The picture that a model gets which declares none: a chain from the origin through the points that its
-    /// functions return, those of an array in their order. Each has a dot; each has a trace where they are
-    /// few, of more only the last of each function. Without any point it says so.
+    /// The picture of a model without `#[drawing]`: a chain from the origin through the points that its
+    /// functions return, those of an array in their order. Each point has a dot. Each has a trace if there
+    /// are few points, otherwise only the last one of each function. Without any point the picture says so.
     #[must_use]
     pub fn of_helpers(helpers: &[(&str, Vec<Point>)]) -> Self {
         let points = || helpers.iter().flat_map(|(_, points)| points.iter().copied());
@@ -209,8 +209,8 @@ impl Drawing {
         points().fold(drawing, Self::dot)
     }
 
-    /// The picture of a model that has no points but coordinates that are places, `x` and `y`: a dot with a
-    /// trace for each, as nothing is known of what joins them.
+    /// The picture of a model that has no points, but coordinates called `x` and `y`: a dot with a trace for
+    /// each. What joins them is unknown.
     #[must_use]
     pub fn of_places(places: &[(&str, Point)]) -> Self {
         let traced = places.iter().fold(Self::new(), |drawing, &(name, point)| drawing.trace(name, point));
@@ -340,13 +340,13 @@ impl Drawing {
         self.figure(Figure::Arrow { from: from.into(), to: to.into() })
     }
 
-    /// The whole way that a point has come; `name` tells it from the other traces of the picture.
+    /// The whole path of a point so far. `name` distinguishes it from the other traces of the picture.
     #[must_use]
     pub fn trace(self, name: impl Into<String>, at: impl Into<Point>) -> Self {
         self.figure(Figure::Trace { name: name.into(), at: at.into(), seconds: None })
     }
 
-    /// The way that a point has come in the last `seconds` of the model's time, fading.
+    /// The path of a point in the last `seconds` of the model's time, fading.
     #[must_use]
     pub fn tail(self, name: impl Into<String>, at: impl Into<Point>, seconds: f64) -> Self {
         self.figure(Figure::Trace { name: name.into(), at: at.into(), seconds: Some(seconds) })

@@ -52,8 +52,8 @@ impl Chart {
         Err(std::io::Error::new(std::io::ErrorKind::Unsupported, missing))
     }
 
-    /// Writes the chart as an SVG file, making the folders that the path needs. An error where the path has
-    /// an extension other than `.svg`.
+    /// Writes the chart as an SVG file and creates the folders of its path. It is an error if the path has an
+    /// extension other than `.svg`.
     #[cfg(feature = "std")]
     pub fn write_svg(&self, path: impl AsRef<std::path::Path>) -> Result<(), FileError> {
         file::write(path.as_ref(), Content::Svg, self.to_svg().as_bytes())

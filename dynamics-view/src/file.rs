@@ -35,8 +35,8 @@ impl core::error::Error for FileError {
     }
 }
 
-/// What a file is to hold. A path without an extension gets the first format of the list; one with an
-/// extension of another format is refused, since its file would not be what its name says.
+/// The format of a file. A path without an extension gets the first format of the list. A path with the
+/// extension of another format is refused, because the file would not be what its name says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
     /// A chart in whatever format the path asks for.

@@ -1,4 +1,4 @@
-//! Charts as PNG: the SVG text, rasterised by `resvg`, which is Rust all through.
+//! Charts as PNG: the SVG text, rasterised by `resvg`, which is pure Rust.
 
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;

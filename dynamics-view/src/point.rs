@@ -1,9 +1,9 @@
-//! Points of a picture, and of what they are made.
+//! Points of a picture, and the types that convert to them.
 
 use alloc::vec::Vec;
 
-/// A place in a picture: of the plane, or of space with z up. Where a picture has any of space it is seen
-/// from an eye that the viewer moves, and those of the plane stand upright in the plane of x and z.
+/// A point of a picture: in the plane, or in space with z up. A picture with points in space is shown in
+/// perspective, from an eye that the viewer moves. A point (x, y) of the plane is then at (x, 0, y).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Point {
     /// x to the right, y up.
@@ -70,8 +70,8 @@ pub trait Placement: Copy {
     fn point(self, place: Self::Place) -> Point;
 }
 
-/// What a function returns that the automatic picture of a model can take for places: a vector, or an array
-/// of them.
+/// Results of functions that the automatic picture of a model can draw as points: a vector, or an array of
+/// vectors.
 pub trait Places {
     /// The places in their order.
     fn places(self) -> Vec<Point>;

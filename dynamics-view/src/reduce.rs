@@ -1,4 +1,4 @@
-//! Curves with no more points than can be seen.
+//! Removes points of curves that make no visible difference.
 
 use alloc::vec::Vec;
 

@@ -1,4 +1,4 @@
-//! Names that may have been meant.
+//! Suggestions for misspelt names.
 
 use alloc::string::String;
 use alloc::vec::Vec;

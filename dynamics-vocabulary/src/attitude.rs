@@ -1,8 +1,8 @@
-//! Rotation matrices read back: Euler angles, Euler parameters, axis and angle, at run time.
+//! Euler angles, Euler parameters, axis and angle of a rotation matrix, at run time.
 //!
-//! Every chart of rotations but the matrix itself has places where it is singular or double. What these
-//! functions return reproduces the matrix to rounding there, too; where a choice is free the documentation
-//! says which is made.
+//! Every set of coordinates of rotations is singular or ambiguous somewhere; only the matrix is not. The
+//! results of these functions reproduce the matrix to rounding there, too. If there is a free choice, the
+//! documentation says which is made.
 
 use core::fmt;
 
@@ -48,14 +48,13 @@ pub struct EulerAngles {
     /// The angles in rad, in the order of the sequence. The second is in 0..π for the sequences of Euler, in
     /// −π/2..π/2 for those of Tait and Bryan, the others in −π..π.
     pub angles: [f64; 3],
-    /// |sin| of the second angle of a sequence of Euler, |cos| of one of Tait and Bryan: 0 in gimbal lock. An
-    /// error ε of the matrix is one of ε/conditioning in the first and in the third angle.
+    /// |sin| of the second angle of a sequence of Euler, |cos| of one of Tait and Bryan: 0 in gimbal lock. An error ε of the matrix becomes ε/conditioning in the first and in the third angle.
     pub conditioning: f64,
 }
 
 impl EulerAngles {
-    /// Whether the first and the third axis are one to rounding: only the sum or the difference of their
-    /// angles is determined, and the first is 0 by choice.
+    /// Whether the first and the third axis coincide to rounding. Then only the sum or the difference of
+    /// their angles is determined, and the first is set to 0.
     #[must_use]
     pub fn is_locked(&self) -> bool {
         self.conditioning <= LOCKED
@@ -103,8 +102,8 @@ impl Mat3<f64> {
     /// J. Higham, *SIAM J. Sci. Stat. Comput.* 7 (1986) 1160).
     ///
     /// # Errors
-    /// Where there is none: the determinant is negative or 0, or the iteration does not settle, as for
-    /// matrices that are next to singular.
+    /// There is none if the determinant is negative or 0, or if the iteration does not converge, as for
+    /// nearly singular matrices.
     pub fn nearest_rotation(self) -> Result<Self, NotARotation> {
         let largest = self.to_array().into_iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
         // Iterations halve what is large one by one, and the determinant of what is small is none.
@@ -191,9 +190,9 @@ impl Mat3<f64> {
         EulerAngles { angles: [a, second, c], conditioning: across }
     }
 
-    /// The Euler parameters (e₀, e₁, e₂, e₃), as [`Mat3::euler_parameters`] takes them, with e₀ ≥ 0; where
-    /// e₀ = 0 the largest is positive. (Of the two quadruples ±e of every rotation one is chosen; a motion
-    /// that is followed may have to take the other.)
+    /// The Euler parameters (e₀, e₁, e₂, e₃), as [`Mat3::euler_parameters`] takes them, with e₀ ≥ 0; where e₀
+    /// = 0 the largest is positive. (Every rotation has two quadruples ±e, and one of them is chosen. To
+    /// follow a motion continuously you may need the other.)
     ///
     /// The largest of the four is found first, so that nothing cancels (S. W. Shepperd, *J. Guidance and
     /// Control* 1 (1978) 223).

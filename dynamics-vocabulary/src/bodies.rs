@@ -1,10 +1,9 @@
 //! Frames, bodies, inertia and joints, as models write them.
 //!
-//! **These files are read twice.** The compiler makes of them what runs on time jets; the macro elaborates
-//! the very same text where a model uses its words ([`sources`](crate::sources)). So they are written in the
-//! language of models: plain expressions over `Expr`, vectors and matrices, functions that call one another
-//! without cycles, no closures. Whatever is for run time alone stands elsewhere (`attitude.rs`,
-//! `mass_properties.rs`).
+//! **These files are read twice.** The compiler turns them into code on time jets. The macro elaborates the
+//! same text if a model uses its types ([`sources`](crate::sources)). So they are written in the language of
+//! models: plain expressions over `Expr`, vectors and matrices, functions without recursion, no closures.
+//! Code for run time alone is elsewhere (`attitude.rs`, `mass_properties.rs`).
 
 mod curvilinear;
 mod euler_parameters;

@@ -1,4 +1,4 @@
-//! What errors print where a program prints them for debugging.
+//! The `Debug` output of errors.
 
 /// `Debug` of an error is its sentence: that is what `main` and `unwrap` print.
 #[doc(hidden)]

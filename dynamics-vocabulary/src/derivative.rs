@@ -1,12 +1,11 @@
-//! The time derivative of what is not a single [`Expr`], vector or matrix: arrays and tuples of them, and
-//! parameters.
+//! The time derivative of arrays and tuples of [`Expr`], vectors and matrices, and of parameters.
 
 use crate::expr::Expr;
 use crate::matrix::Mat3;
 use crate::scalar::Scalar;
 use crate::vector::{Vec2, Vec3};
 
-/// `.dt()` for every value that a model's function can hold, element by element; 0 for what does not move.
+/// `.dt()` for every value in a model's function, element by element; 0 for parameters.
 ///
 /// [`Expr`], the vectors and the matrices have it as a method of their own; the trait adds `f64`, arrays and
 /// tuples.

@@ -1,4 +1,4 @@
-//! Time jets: what the functions of a model compute with when they run.
+//! Time jets: the numbers with which the functions of a model compute when they run.
 //!
 //! An [`Expr`] is a number that knows its value and its first and second time derivatives at one instant,
 //!
@@ -12,8 +12,8 @@
 //! (ẋ, ẍ, unknown).
 //!
 //! **What is not known is NaN, never a wrong number.** The third derivative of a coordinate is not known, so
-//! `q.x.dt().dt().dt()` has the value NaN; so has the rate of an input. What is known for good stays known: a
-//! constant has the derivatives 0 however often it is differentiated, and so has time after 1; this holds for
+//! `q.x.dt().dt().dt()` has the value NaN; so has the rate of an input. Known derivatives stay known: those
+//! of a constant are 0 however often it is differentiated, and those of time are 1, then 0; this holds for
 //! every polynomial in time up to degree 2 that is built from such by sums, products and constant factors.
 
 mod functions;
@@ -107,8 +107,7 @@ impl Expr {
 
     /// The total time derivative dx/dt.
     ///
-    /// The derivatives shift down by one; what moves up from beyond the second is NaN, except where it is
-    /// known to be 0.
+    /// The derivatives shift by one place. The new second derivative is NaN, unless it is known to be 0.
     #[inline(always)]
     #[must_use]
     pub const fn dt(self) -> Self {

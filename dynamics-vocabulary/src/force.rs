@@ -1,8 +1,7 @@
-//! Applied forces as a model states them.
+//! Applied forces of a model.
 //!
-//! What the equations of motion need of a force, its generalized components Q = (∂r/∂q)ᵀF, is derived when
-//! the model is compiled. A force that is evaluated at run time knows what remains measurable of it: its
-//! power.
+//! The equations of motion need the generalized components Q = (∂r/∂q)ᵀF of a force. They are derived when
+//! the model is compiled. At run time a `Force` knows only its power.
 
 use core::iter::Sum;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};

@@ -1,5 +1,5 @@
-//! Four numbers side by side, in one vector or two of the processor: accelerations of four states at once
-//! take little longer than of one, since most of that time is waiting for results, and not computing them.
+//! Four numbers side by side, in one or two vector registers. Accelerations of four states at once take
+//! little longer than those of one, because most of the time of one is latency.
 //!
 //! Every operation rounds each lane as `f64` does and in the same order, sines and cosines too, so that
 //! generated code gives the same bits side by side and one after the other (`tests/sines.rs` of the façade).

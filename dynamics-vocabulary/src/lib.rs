@@ -1,9 +1,9 @@
-//! The words of models: time jets, vectors, rotations, splines, frames, bodies and joints, and the elementary
-//! functions that they and generated code are made of.
+//! The vocabulary of models: time jets, vectors, rotations, splines, frames, bodies and joints, and the
+//! elementary functions that they and generated code use.
 //!
 //! Users name only the façade crate `dynamics`. Frames, bodies and joints are written in the language of
-//! models. The compiler makes code of them here, and the macros elaborate the same text
-//! ([`sources::SOURCES`]), so a word cannot mean two things.
+//! models. The compiler turns them into code here, and the macros elaborate the same text
+//! ([`sources::SOURCES`]), so a word cannot have two meanings.
 // Unit tests run on a machine with the standard library, whatever the features.
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 

@@ -1,4 +1,4 @@
-//! Mass, center of mass and inertia of what bodies are put together from, in numbers, before a model moves.
+//! Mass, center of mass and inertia of composed bodies, in numbers, for use outside of a model.
 
 use core::fmt;
 use core::ops::Add;
@@ -64,8 +64,7 @@ pub enum UnphysicalInertia {
         /// All three, in ascending order.
         moments: [f64; 3],
     },
-    /// The largest principal moment exceeds the sum of the others, which are made of the same squares of
-    /// distances.
+    /// The largest principal moment exceeds the sum of the others, which no distribution of mass can have.
     Triangle {
         /// All three, in ascending order.
         moments: [f64; 3],
@@ -176,9 +175,9 @@ impl MassProperties {
         self.inertia + Inertia::offset(self.mass, self.center - point).value()
     }
 
-    /// Checks that some body has this mass, center and inertia: finite, no inertia without mass, symmetric,
-    /// no negative principal moment, each to 1e-9 of the largest element, and none larger than the sum of the
-    /// others, to 1e-5 of it, as plates are given with six digits.
+    /// Checks that a body can have this mass, center and inertia: finite; no inertia without mass; symmetric
+    /// and no negative principal moment, both to 1e-9 of the largest element; no moment larger than the sum
+    /// of the others, to 1e-5 of it, because plates are given with six digits.
     ///
     /// # Errors
     /// What is wrong, with the numbers.

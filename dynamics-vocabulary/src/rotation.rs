@@ -1,5 +1,4 @@
-//! Rotations: about an axis, by angles one after another, by Euler parameters; and the angular velocity of
-//! what turns.
+//! Rotations about an axis, by sequences of angles and by Euler parameters, and their angular velocity.
 //!
 //! Rotations are active and right-handed: R r is r turned. Where R carries the components in a body into
 //! those in the world, the angular velocity ω of the body has the skew matrix Ṙ Rᵀ in the world's components
@@ -99,11 +98,11 @@ impl Mat3 {
         Self::outer((1.0 - c) * n, n) + Self::skew(s * n) + Self::diagonal(c, c, c)
     }
 
-    /// Kinetic energy ½ ω·I ω of what this rotation turns, with the inertia about the center of mass in its
-    /// own components.
+    /// Kinetic energy ½ ω·I ω of a body with this attitude. The inertia is about the center of mass, in the
+    /// body's components.
     ///
-    /// In the compiled model ω is taken in whatever components make it short: a body that is the same all
-    /// round about the axis of its last turn does not feel the angle of that turn.
+    /// In the compiled model ω is taken in the components that make it shortest. If a body is symmetric about
+    /// the axis of its last rotation, the angle of that rotation does not appear.
     #[inline]
     #[must_use]
     pub fn rotational_energy(self, inertia: impl Into<Self>) -> Expr {
@@ -136,8 +135,8 @@ impl<T: Scalar> Mat3<T> {
         }
     }
 
-    /// Turns about axes of the body, which go with it: the second angle is about the second axis as the first
-    /// rotation left it. In rad; R = R₁R₂R₃.
+    /// Rotates about axes of the body, which move with it: the second angle is about the second axis after
+    /// the first rotation. In rad; R = R₁R₂R₃.
     #[inline]
     #[must_use]
     pub fn euler(sequence: EulerSequence, [a, b, c]: [T; 3]) -> Self {
@@ -145,7 +144,7 @@ impl<T: Scalar> Mat3<T> {
         Self::about(i, a) * Self::about(j, b) * Self::about(k, c)
     }
 
-    /// Turns about axes that stay where they are in space, in the order of the sequence. In rad; R = R₃R₂R₁.
+    /// Rotates about axes that are fixed in space, in the order of the sequence. In rad; R = R₃R₂R₁.
     #[inline]
     #[must_use]
     pub fn euler_space(sequence: EulerSequence, [a, b, c]: [T; 3]) -> Self {
@@ -154,7 +153,7 @@ impl<T: Scalar> Mat3<T> {
     }
 
     /// The rotation of the Euler parameters e₀ = cos φ/2, (e₁, e₂, e₃) = n sin φ/2, whose squares have the
-    /// sum 1; where that is s instead, s times a rotation.
+    /// sum 1. If the sum is s, the result is s times a rotation.
     #[inline]
     #[must_use]
     pub fn euler_parameters([e0, e1, e2, e3]: [T; 4]) -> Self {
@@ -167,8 +166,8 @@ impl<T: Scalar> Mat3<T> {
         ])
     }
 
-    /// Angular velocity of what this rotation turns, in the components of the world: ω with ω× = Ṙ Rᵀ. In rad
-    /// per unit of time; meaningless for a matrix that neither turns nor mirrors.
+    /// Angular velocity of a body with this attitude, in components of the world: ω with ω× = Ṙ Rᵀ, in rad
+    /// per unit of time. Meaningless for a matrix that neither rotates nor mirrors.
     #[inline]
     #[must_use]
     pub fn angular_velocity(self) -> Vec3<T> {
@@ -176,9 +175,8 @@ impl<T: Scalar> Mat3<T> {
         Vec3 { x: rate.row(2).dot(rows[1]), y: rate.row(0).dot(rows[2]), z: rate.row(1).dot(rows[0]) }
     }
 
-    /// Angular velocity of what this rotation turns, in its own components: Rᵀω, along its axes also where
-    /// they are left-handed. In rad per unit of time; meaningless for a matrix that neither turns nor
-    /// mirrors.
+    /// Angular velocity of a body with this attitude, in the body's components: Rᵀω, in rad per unit of time,
+    /// also if the body's axes are left-handed. Meaningless for a matrix that neither rotates nor mirrors.
     #[inline]
     #[must_use]
     pub fn angular_velocity_in_body(self) -> Vec3<T> {

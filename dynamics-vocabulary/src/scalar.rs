@@ -1,4 +1,4 @@
-//! What vectors and matrices may be made of: numbers and time jets.
+//! The element types of vectors and matrices: numbers and time jets.
 
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -41,7 +41,7 @@ pub trait Scalar:
     fn sin_cos(self) -> (Self, Self);
 }
 
-/// Arithmetic between two kinds of scalar: as soon as one of them is an [`Expr`], so is the result.
+/// Arithmetic between two kinds of scalar: if one of them is an [`Expr`], so is the result.
 pub trait With<B>:
     Sized
     + Add<B, Output = Self::Mixed>

@@ -1,6 +1,6 @@
-//! Sine and cosine together, inlined and without a branch that depends on the angle: the standard library's
-//! call is most of the time of a small model. Derived models evaluate [`lanes`] of angles, where nothing else
-//! is asked for (`#[model(sin_cos = accurate)]`).
+//! Sine and cosine together, inlined and without a branch that depends on the angle. With the standard
+//! library, this call takes most of the time of a small model. Derived models evaluate [`lanes`] of angles,
+//! unless `#[model(sin_cos = accurate)]` asks for the standard library.
 //!
 //! * **Time** of a pair, against 11 ns of glibc's: four side by side 2.2 ns with fused products in vectors of
 //!   four, 6 ns in plain x86-64; one by itself 8 ns and 10 ns. Alone in a chain of dependent operations: 20
@@ -60,8 +60,8 @@ pub fn fast(x: f64) -> (f64, f64) {
 
 /// Sines and cosines of several angles side by side, each the same as [`fast`] has it.
 ///
-/// Nothing depends on the angle, so that compilers evaluate two or four angles in one vector, as the target
-/// has them: four then take little longer than one.
+/// No branch depends on the angle, so compilers can evaluate two or four angles in one vector register. Four
+/// then take little longer than one.
 #[inline(always)]
 #[must_use]
 pub fn lanes<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {

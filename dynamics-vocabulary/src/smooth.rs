@@ -6,10 +6,9 @@ use crate::expr::Expr;
 /// `self.track.at(q.s)`.
 ///
 /// Three derivatives are what the equations need: positions contain f, velocities f′, the generalized forces
-/// f″, and their Jacobian f‴. Where f or a derivative does not exist, return NaN: a run stops there with an
-/// error instead of going on with a wrong number. Where a function is made of pieces, like a spline,
-/// [`piece`](Self::piece) says so: methods promise their order within a piece only, and steps are made to end
-/// between two.
+/// f″, and their Jacobian f‴. If f or a derivative does not exist, return NaN: a run stops there with an
+/// error instead of using a wrong number. If a function consists of pieces, like a spline, implement
+/// [`piece`](Self::piece). Methods have their order within a piece only, so steps end between two pieces.
 ///
 /// ```
 /// # use dynamics_vocabulary as dynamics;

@@ -21,9 +21,9 @@ use crate::smooth::SmoothFunction;
 
 /// An interpolating cubic spline f(x) with exact derivatives, a [`SmoothFunction`].
 ///
-/// Outside the first and the last knot there is no data, so f is NaN there and a run that gets there ends
-/// with an error; [`extrapolate_linearly`](Self::extrapolate_linearly) says otherwise, and a periodic spline
-/// repeats itself.
+/// Outside the first and the last knot there is no data, so f is NaN there, and a run that gets there ends
+/// with an error. [`extrapolate_linearly`](Self::extrapolate_linearly) continues it by straight lines. A
+/// periodic spline repeats itself.
 ///
 /// A curve in the plane or in space is a pair or a triple of splines over one parameter:
 ///
@@ -143,7 +143,7 @@ impl CubicSpline {
     }
 
     /// The spline whose first two and last two pieces are one cubic each, through at least 4 points: the
-    /// choice where nothing is known about the ends.
+    /// choice if nothing is known about the ends.
     pub fn not_a_knot(knots: &[f64], values: &[f64]) -> Result<Self, SplineError> {
         check(knots, values, 4)?;
         Self::from_slopes(knots, values, &slopes::not_a_knot(knots, values), Outside::Unknown)

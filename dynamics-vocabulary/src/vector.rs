@@ -1,7 +1,7 @@
 //! Plane and spatial vectors of time jets and of plain numbers.
 //!
 //! `Vec3` alone is `Vec3<Expr>`, a vector that moves; `Vec3<f64>` is a vector of parameters or values. They
-//! mix in every operation; what contains an [`Expr`] is one.
+//! mix in every operation. If an operand contains [`Expr`], so does the result.
 
 use core::iter::Sum;
 use core::ops::{Add, AddAssign, Div, DivAssign, Index, Mul, MulAssign, Neg, Sub, SubAssign};

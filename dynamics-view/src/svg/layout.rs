@@ -1,4 +1,4 @@
-//! Where everything of a chart stands.
+//! The layout of a chart.
 
 use alloc::format;
 use alloc::string::String;

@@ -1,4 +1,4 @@
-//! How much room text takes in a common sans-serif type, on the safe side.
+//! An upper estimate of the size of text in a common sans-serif font.
 
 use alloc::string::String;
 use alloc::vec::Vec;

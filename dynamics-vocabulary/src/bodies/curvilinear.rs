@@ -108,7 +108,7 @@ impl Cylindrical {
 /// Spherical coordinates: distance from the origin, angle ϑ from the z axis, angle φ about it from x toward
 /// y.
 ///
-/// φ is not determined on the z axis: what moves through it needs other coordinates.
+/// φ is not determined on the z axis: a point that moves through it needs other coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spherical {
     /// Distance from the origin.

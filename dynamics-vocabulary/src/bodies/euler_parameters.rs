@@ -1,10 +1,10 @@
-//! Euler parameters: four coordinates without a singular place, and one constraint.
+//! Euler parameters: four coordinates without a singularity, and one constraint.
 
 use crate::{Expr, Mat3, Vec3};
 
 /// Euler parameters, a unit quaternion: e₀ = cos φ/2 and (e₁, e₂, e₃) = n sin φ/2 of a turn by φ about n.
 ///
-/// As coordinates `e: [_; 4]` they need their norm constraint, in one word:
+/// As coordinates `e: [_; 4]` they need their norm constraint:
 ///
 /// ```text
 /// #[holonomic]

@@ -127,13 +127,13 @@ impl Frame {
     }
 
     /// Acceleration of a point of the world as an observer in the frame sees it, in the frame's components:
-    /// without those of the frame, of Coriolis and toward the axis.
+    /// without the acceleration of the frame, the Coriolis and the centripetal acceleration.
     #[must_use]
     pub fn acceleration_in(self, point: impl Into<Vec3>) -> Vec3 {
         self.coordinates_of(point).dt().dt()
     }
 
-    /// Velocity in the world of what is fixed in the frame where a point just is: ȯ + ω×(r − o).
+    /// Velocity in the world of the point that is fixed in the frame and is at this place now: ȯ + ω×(r − o).
     #[must_use]
     pub fn carried_velocity(self, point: impl Into<Vec3>) -> Vec3 {
         self.origin.dt() + self.angular_velocity().cross(point.into() - self.origin)

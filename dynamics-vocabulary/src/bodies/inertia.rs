@@ -1,12 +1,12 @@
-//! Inertia of common solids of even density, about their centers of mass.
+//! Inertia of common solids of uniform density, about their centers of mass.
 
 use crate::{Expr, Mat3, Vec3};
 
-/// Inertia matrices of solids of even density, about the center of mass; where there is one, the axis of
-/// symmetry is z.
+/// Inertia matrices of solids of uniform density, about the center of mass. The axis of symmetry, if there is
+/// one, is z.
 ///
-/// In a model they are expressions like any other: `Inertia::cylinder(self.m, self.r, self.h)` is worked out
-/// once per model. (Formulas: E. J. Routh, *Elementary Rigid Dynamics*, 7th ed., chapter 1.)
+/// In a model they are ordinary expressions: `Inertia::cylinder(self.m, self.r, self.h)` is computed once per
+/// model. (Formulas: E. J. Routh, *Elementary Rigid Dynamics*, 7th ed., chapter 1.)
 #[derive(Clone, Copy, Debug)]
 pub struct Inertia;
 
@@ -62,8 +62,8 @@ impl Inertia {
         Mat3::diagonal(across, across, 8.0 * m * r)
     }
 
-    /// Thin rod along z. It has no inertia about its axis: a coordinate for its turning there would be
-    /// without any.
+    /// Thin rod along z. It has no inertia about its axis, so a coordinate for its rotation about it would
+    /// have none.
     #[must_use]
     pub fn rod(mass: impl Into<Expr>, length: impl Into<Expr>) -> Mat3 {
         let across = mass.into() * length.into().powi(2) / 12.0;
@@ -89,15 +89,15 @@ impl Inertia {
         Mat3::diagonal(m * (b + c), m * (c + a), m * (a + b))
     }
 
-    /// What a mass in a point adds at this distance from where the inertia is taken: m (d·d 1 − d dᵀ), the
-    /// theorem of parallel axes.
+    /// Inertia of a point mass at this distance d from the reference point: m (d·d 1 − d dᵀ), the parallel
+    /// axis theorem.
     #[must_use]
     pub fn offset(mass: impl Into<Expr>, distance: impl Into<Vec3>) -> Mat3 {
         let (m, d) = (mass.into(), distance.into());
         m * (Mat3::IDENTITY * d.norm_squared() - Mat3::outer(d, d))
     }
 
-    /// The inertia of what is turned: R I Rᵀ.
+    /// The inertia of the rotated body: R I Rᵀ.
     #[must_use]
     pub fn turned(inertia: impl Into<Mat3>, rotation: impl Into<Mat3>) -> Mat3 {
         let r = rotation.into();

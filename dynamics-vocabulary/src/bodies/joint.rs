@@ -6,9 +6,9 @@ use crate::{Expr, Vec3};
 /// Joints in space, between a frame `a` fixed in one body and a frame `b` fixed in another:
 /// `link.frame(place, rotation)`, or `Frame::at(place)` in the world.
 ///
-/// Each returns what is zero on every motion; the rows for positions, in lengths, come first, those for
-/// directions have no unit. Where axes have to be parallel or at right angles the products of unit vectors
-/// are zero, which holds with an axis reversed, too: the start state says which it is.
+/// Each returns expressions that are zero on every motion. The rows for positions come first and are lengths;
+/// those for directions have no unit. Axes that are parallel or at right angles are expressed by products of
+/// unit vectors, which are also zero with one axis reversed: the start selects the branch.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint;
 
@@ -40,7 +40,7 @@ impl Joint {
         [a.x().dot(d), a.y().dot(d), a.x().dot(b.z()), a.y().dot(b.z())]
     }
 
-    /// Cross of Cardan or Hooke: the origins are one, the z axes, which carry the cross, stay at right
+    /// Cross of Cardan or Hooke: the origins coincide, and the z axes, which carry the cross, stay at right
     /// angles.
     #[must_use]
     pub fn universal(a: Frame, b: Frame) -> [Expr; 4] {
@@ -56,13 +56,13 @@ impl Joint {
     }
 
     /// Screw: as `cylindrical`, and a turn of `b` about `a`'s z axis is an advance along it by `lead` (a
-    /// length, not zero; negative for a left-handed thread) per turn. The frames are one where the thread
+    /// length, not zero; negative for a left-handed thread) per turn. The frames coincide where the thread
     /// begins.
     ///
-    /// The turn φ is that of the frames themselves, whatever the bodies' coordinates are, and the advance z
-    /// counts the turns: the last row is lead / τ · sin(τ z / lead − φ), a length, by the sine of a
-    /// difference so that no angle has to be read back from an attitude. It is zero half a lead away, too, on
-    /// the second thread: the start state says which it is.
+    /// The angle φ is that of the frames themselves, whatever the bodies' coordinates are. The advance z
+    /// counts the turns: the last row is lead / τ · sin(τ z / lead − φ), a length. The sine of a difference
+    /// avoids computing an angle from an attitude. The row is also zero half a lead away, on the second
+    /// thread: the start selects the branch.
     #[must_use]
     pub fn screw(a: Frame, b: Frame, lead: impl Into<Expr>) -> [Expr; 5] {
         let d = b.origin() - a.origin();
@@ -72,13 +72,13 @@ impl Joint {
         [a.x().dot(d), a.y().dot(d), a.x().dot(b.z()), a.y().dot(b.z()), per_radian * off]
     }
 
-    /// Bolted together: the frames are one.
+    /// Bolted together: the frames coincide.
     ///
     /// The rows for the attitude are −sin θ n + (1 − cos θ) w for a rotation from `a` to `b` by θ about n.
-    /// The first part, the antisymmetric one of the rotation, is zero at every half turn, too, and has
-    /// dependent gradients there; the second, of second order near θ = 0, keeps those from passing. No three
-    /// regular rows on the rotations are zero at one only: w = (0.3, 0.5, 0.7) leaves the turn with
-    /// cot(θ/2) = |w|, 95° about w, which nobody gives by mistake.
+    /// The first part, the antisymmetric part of the rotation, is also zero at every half turn, with
+    /// dependent gradients there. The second part is of second order near θ = 0 and excludes the half turns.
+    /// No three regular rows on the rotations have a single zero: w = (0.3, 0.5, 0.7) leaves one more, the
+    /// rotation with cot(θ/2) = |w|, 95° about w, which nobody gives by mistake.
     #[must_use]
     pub fn weld(a: Frame, b: Frame) -> [Expr; 6] {
         let d = b.origin() - a.origin();
@@ -89,8 +89,8 @@ impl Joint {
         [d.x, d.y, d.z, 0.5 * (x + 0.3 * turned), 0.5 * (y + 0.5 * turned), 0.5 * (z + 0.7 * turned)]
     }
 
-    /// Two wheels in mesh, of these angles and radii: they turn against one another. A wheel with teeth
-    /// inside has a negative radius.
+    /// Two wheels in mesh, with these angles and radii: they turn in opposite directions. An internal gear
+    /// has a negative radius.
     #[must_use]
     pub fn gear(
         angle: impl Into<Expr>,
@@ -107,7 +107,8 @@ impl Joint {
         advance.into() - radius.into() * angle.into()
     }
 
-    /// Two pulleys with one belt, of these angles and radii: they turn alike. A crossed belt is a `gear`.
+    /// Two pulleys with one belt, with these angles and radii: they turn in the same direction. A crossed
+    /// belt is a `gear`.
     #[must_use]
     pub fn belt(
         angle: impl Into<Expr>,
@@ -143,7 +144,7 @@ impl PlanarJoint {
         a.y().dot(b.origin() - a.origin())
     }
 
-    /// Bolted together: the frames are one.
+    /// Bolted together: the frames coincide.
     #[must_use]
     pub fn weld(a: PlanarFrame, b: PlanarFrame) -> [Expr; 3] {
         let d = b.origin() - a.origin();

@@ -1,4 +1,4 @@
-//! Frames and rigid bodies of the plane, without a third dimension.
+//! Frames and rigid bodies in the plane.
 
 use crate::{Expr, Force, Vec2, vec2};
 
@@ -157,7 +157,8 @@ impl PlanarBody {
         self.mass * self.center_of_mass().dt()
     }
 
-    /// Angular momentum about a point of the world, which may move: of the velocities against the world.
+    /// Angular momentum about a point of the world, which may move. Velocities are those relative to the
+    /// world.
     #[must_use]
     pub fn angular_momentum(self, about: impl Into<Vec2>) -> Expr {
         let arm = self.center_of_mass() - about.into();

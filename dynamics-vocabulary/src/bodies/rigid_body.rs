@@ -3,7 +3,7 @@
 use crate::bodies::Frame;
 use crate::{Expr, Force, Mat3, Vec3};
 
-/// A rigid body: what it weighs, and where it is.
+/// A rigid body: mass, center of mass, inertia, and its frame.
 ///
 /// ```
 /// # use dynamics_vocabulary as dynamics;
@@ -51,7 +51,7 @@ impl RigidBody {
         self.frame.angular_velocity()
     }
 
-    /// Kinetic energy ½ m v² + ½ ω·I ω, the latter in the body's components, in which I is constant.
+    /// Kinetic energy ½ m v² + ½ ω·I ω, with ω and I in the body's components, in which I is constant.
     #[must_use]
     pub fn kinetic_energy(self) -> Expr {
         let velocity = self.center_of_mass().dt();
@@ -71,8 +71,8 @@ impl RigidBody {
         self.mass * self.center_of_mass().dt()
     }
 
-    /// Angular momentum about a point of the world, which may move: of the velocities against the world, in
-    /// its components.
+    /// Angular momentum about a point of the world, which may move, in components of the world. Velocities
+    /// are those relative to the world.
     #[must_use]
     pub fn angular_momentum(self, about: impl Into<Vec3>) -> Vec3 {
         let spin = self.frame.vector(self.inertia * self.frame.angular_velocity_in_body());
@@ -81,7 +81,7 @@ impl RigidBody {
 
     /// A moment on the body, a vector of the world: its power is moment·ω.
     ///
-    /// It stands for three couples: forces ½ M×a at the ends of unit vectors a along the frame's axes, whose
+    /// It is written as three couples: forces ½ M×a at the ends of unit vectors a along the frame's axes. The
     /// sum of a×(M×a) is 2M.
     #[must_use]
     pub fn moment(self, moment: impl Into<Vec3>) -> Force {

@@ -1,6 +1,6 @@
 //! The elementary functions of time jets, under the names that `f64` gives them.
 //!
-//! Each passes its value and its first two derivatives to the chain rule, in the form that loses least to
+//! Each passes its value and its first two derivatives to the chain rule, in the form with the least
 //! cancellation.
 
 use super::Expr;
