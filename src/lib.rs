@@ -1,9 +1,9 @@
-//! Mechanical systems as energies, forces and constraints in ordinary Rust; specialised solver code at
-//! compile time; and then they move.
+//! Mechanical systems as energies, forces and constraints in ordinary Rust, with solver code that is
+//! specialised at compile time.
 //!
 //! You write *positions, energies, forces*. The macros derive the equations of motion while your crate is
 //! compiled, check the model, and emit straight-line code without allocation for exactly that system; the
-//! runtime integrates it, watches its conserved quantities and shows it moving.
+//! runtime integrates it, monitors its conserved quantities and animates it.
 //!
 //! ```
 //! use dynamics::prelude::*;

@@ -13,13 +13,13 @@ use crate::{Expr, Vec3};
 pub struct Joint;
 
 impl Joint {
-    /// Ball and socket: the origins are one.
+    /// Ball and socket: the origins coincide.
     #[must_use]
     pub fn spherical(a: Frame, b: Frame) -> Vec3 {
         b.origin() - a.origin()
     }
 
-    /// Hinge: the origins are one, and so are the z axes.
+    /// Hinge: the origins coincide, and so do the z axes.
     #[must_use]
     pub fn revolute(a: Frame, b: Frame) -> [Expr; 5] {
         let d = b.origin() - a.origin();
@@ -48,7 +48,7 @@ impl Joint {
         [d.x, d.y, d.z, a.z().dot(b.z())]
     }
 
-    /// Plane on plane: the x-y planes are one.
+    /// Plane on plane: the x-y planes coincide.
     #[must_use]
     pub fn planar(a: Frame, b: Frame) -> [Expr; 3] {
         let d = b.origin() - a.origin();
@@ -125,7 +125,7 @@ impl Joint {
 pub struct PlanarJoint;
 
 impl PlanarJoint {
-    /// Pin: the origins are one.
+    /// Pin: the origins coincide.
     #[must_use]
     pub fn revolute(a: PlanarFrame, b: PlanarFrame) -> [Expr; 2] {
         let d = b.origin() - a.origin();
