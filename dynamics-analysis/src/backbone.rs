@@ -80,7 +80,7 @@ pub struct BackboneCurve<S: ModelState> {
 /// One closed motion of a family.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BackbonePoint<S: ModelState> {
-    /// Energy function above that of the equilibrium.
+    /// Energy function, relative to that of the equilibrium.
     pub energy: f64,
     /// 2π over the period, in rad/s.
     pub frequency: f64,
@@ -107,7 +107,7 @@ struct Member {
 }
 
 impl<M: Simulate + Powers> Backbone<'_, M> {
-    /// Up to this energy above that of the equilibrium.
+    /// Follows the family up to this energy, relative to that of the equilibrium.
     pub fn until(mut self, energy: f64) -> Self {
         self.energy = energy;
         self

@@ -112,11 +112,11 @@ impl<M: Constraints + Powers> Equilibria for M {}
 /// A position in which forces and reactions balance, or a steady motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Equilibrium<S: ModelState> {
-    /// The state; velocities are zero but in steady motions.
+    /// The state; velocities are zero except in steady motions.
     pub state: S,
-    /// What each constraint holds it by.
+    /// The reaction of each constraint.
     pub reactions: Vec<Reaction<S::Vector>>,
-    /// The largest generalized force that is left.
+    /// The largest residual generalized force.
     pub force_left: f64,
     /// Iterations made.
     pub iterations: usize,

@@ -62,7 +62,7 @@ pub use vibration::{
 
 use dynamics_runtime::motion::Simulate;
 
-/// Models that can be studied: all that can be moved.
+/// Studies of methods and models, for all models that can be simulated.
 pub trait Analyze: Simulate {
     /// Opens a study of methods on this model, from a start state; options follow, [`WorkPrecision::run`]
     /// runs it.

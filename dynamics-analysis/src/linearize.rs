@@ -42,7 +42,7 @@ pub(super) use reduce::{Tangent, indices, scales};
 pub(super) use spectrum::{drop_rounding, general, symmetric as undamped, with_potential};
 pub(super) use steady::later;
 
-/// Models whose small motions can be asked for: all.
+/// Linear models of small motions, for all models.
 pub trait SmallMotions: Constraints {
     /// The linear equations of small motions beside the motion through a state; the independent coordinates
     /// are chosen.
@@ -96,7 +96,7 @@ pub struct Linearization {
     pub rates_by_velocities: DMatrix<f64>,
     /// T, C×C; zero without nonholonomic constraints.
     pub rates_by_coordinates: DMatrix<f64>,
-    /// N×C: what all coordinates do where the independent ones move by 1.
+    /// N×C: the motion of all coordinates if an independent one moves by 1.
     pub shape: DMatrix<f64>,
     /// All coordinates, N.
     pub all: &'static [Quantity],

@@ -41,7 +41,7 @@ const TOLERANCE: f64 = 1e-12;
 /// Steps of one shot: of a motion that takes more something is stiff, or the period is not one.
 const MOST_STEPS: usize = 200_000;
 
-/// Models whose periodic motions can be asked for: all that can be moved.
+/// Periodic and chaotic motions, for all models that can be simulated.
 pub trait PeriodicMotions: Simulate {
     /// The Floquet multipliers of the motion through a state, which has to close after the period: of an
     /// equilibrium under periodic coefficients, or of a closed motion that is known. Of equations in which

@@ -52,7 +52,7 @@ use dynamics_runtime::model::{Constraints, Draw, Outputs};
 
 use crate::linearize::Mode;
 
-/// Models whose vibrations can be asked for: all derived ones.
+/// Linear vibration and control, for all derived models.
 pub trait Vibration: Constraints + Outputs {
     /// The linear model beside an equilibrium or a steady motion, for inputs and outputs by name.
     ///

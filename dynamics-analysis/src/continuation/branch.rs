@@ -42,7 +42,7 @@ pub struct BranchPoint<S: ModelState> {
     pub stability: Result<Stability, EquilibriumError>,
 }
 
-/// Which way it goes on in a point, as far as linear theory says.
+/// The stability at a point, according to linear theory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Stays {
@@ -86,7 +86,7 @@ pub struct Special<S: ModelState> {
     pub(super) ways: Option<[Direction; 2]>,
 }
 
-/// What changes in a special point.
+/// The kind of a special point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SpecialKind {
@@ -138,16 +138,16 @@ impl SpecialKind {
 pub enum BranchEnd {
     /// The parameter reached an end of its range.
     Range,
-    /// It came back to its first point.
+    /// The branch returned to its first point.
     Closed,
     /// The frequency of a curve of Hopf points became zero.
     ZeroFrequency,
-    /// It has as many points as were allowed.
+    /// The branch reached its maximum number of points.
     Points,
 }
 
 impl<S: ModelState> Branch<S> {
-    /// Special points of which this is true.
+    /// The special points of a kind.
     pub fn special_where(
         &self,
         is_meant: impl Fn(&SpecialKind) -> bool,
@@ -176,7 +176,7 @@ impl<S: ModelState> Branch<S> {
 /// Several branches that belong together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagram<S: ModelState> {
-    /// The branches, each once, the one that was asked for first.
+    /// The branches, each once. The first is the one through the start.
     pub branches: Vec<Branch<S>>,
     /// Why others could not be followed: the parameter where they leave, and the reason.
     pub failures: Vec<(f64, String)>,

@@ -43,7 +43,7 @@ pub struct Buckling<S: ModelState> {
 pub struct CriticalLoad<S: ModelState> {
     /// The value of the parameter.
     pub parameter: f64,
-    /// How all coordinates move, largest 1.
+    /// The buckling mode in all coordinates, with largest element 1.
     pub shape: S::Vector,
     /// ‖K(p) x‖ ∞ against ‖K₀ x‖ ∞ at this load, on the straight continuation of the branch: at rounding
     /// level if linear theory is exact; at 0.1 it is of little use.

@@ -47,7 +47,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M, K> PlaneCurve<M, F, K> {
         self
     }
 
-    /// First toward smaller values of the second parameter.
+    /// Begins toward smaller values of the second parameter.
     pub fn backward(mut self) -> Self {
         self.plan.backward = true;
         self

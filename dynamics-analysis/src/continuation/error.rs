@@ -14,9 +14,9 @@ use crate::EquilibriumError;
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ContinuationError<S: ModelState> {
-    /// There is no equilibrium at the start, or it cannot be asked for.
+    /// There is no equilibrium at the start, or it cannot be computed.
     Start(EquilibriumError),
-    /// The start is not in balance; the equilibrium next to it is elsewhere.
+    /// The start is not in balance; the nearest equilibrium is elsewhere.
     NotInBalance {
         /// The coordinate that is farthest off.
         coordinate: &'static str,
@@ -31,7 +31,7 @@ pub enum ContinuationError<S: ModelState> {
         /// The coordinate along which nothing resists.
         coordinate: &'static str,
     },
-    /// Rolling and gliding rest in more positions than conditions tell apart.
+    /// Rolling and gliding systems have more positions of rest than the equations can distinguish.
     Nonholonomic,
     /// The constraints leave no freedom, or no force acts on the remaining freedom.
     NothingMoves,

@@ -33,9 +33,9 @@ const LINEAR: f64 = 8.0;
 
 /// What the parameter does along a branch beside a point of it.
 enum Course<M: Constraints> {
-    /// It goes on: by so much per length.
+    /// It passes the point: the change of the parameter per length.
     Passes(f64),
-    /// It turns round: a place to the side on which the branch lies.
+    /// It turns round: the side on which the branch lies.
     Turns(Box<Sample<M>>),
     /// It stays as it is, or could not be followed.
     Unknown,

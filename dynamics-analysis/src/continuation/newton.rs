@@ -151,7 +151,7 @@ pub(super) struct Arrived<M: Constraints> {
 /// Why it did not.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Missed {
-    /// The iteration did not settle, or went far.
+    /// The iteration did not converge, or went too far.
     Far,
     /// The model has no forces or constraints that can be followed.
     Model(EquilibriumError),

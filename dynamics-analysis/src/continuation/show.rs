@@ -54,7 +54,7 @@ impl fmt::Display for SpecialKind {
 }
 
 impl SpecialKind {
-    /// What it is called, without numbers.
+    /// The name of the kind, without numbers.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -220,7 +220,7 @@ impl<S: ModelState> Branch<S> {
         file::write(path.as_ref(), file::Content::Table, self.to_csv().as_bytes())
     }
 
-    /// Something of each state over the parameter.
+    /// A quantity of each state over the parameter.
     #[must_use]
     pub fn panel(&self, title: &str, of: impl Fn(&S) -> f64) -> Panel {
         panel(core::slice::from_ref(self), title, of)
@@ -242,7 +242,7 @@ impl<S: ModelState> Diagram<S> {
         file::write(path.as_ref(), file::Content::Table, self.to_csv().as_bytes())
     }
 
-    /// Something of each state over the parameter: the bifurcation diagram.
+    /// A quantity of each state over the parameter: the bifurcation diagram.
     #[must_use]
     pub fn panel(&self, title: &str, of: impl Fn(&S) -> f64) -> Panel {
         panel(&self.branches, title, of)

@@ -35,7 +35,7 @@ pub enum EquilibriumError {
         /// Φ̇, or A q̇ + b, of it at the velocities that were to stay.
         rate: f64,
     },
-    /// Forces change with time, so that what balances now does not later.
+    /// Forces change with time, so a balance now is none later.
     DependsOnTime {
         /// The coordinate whose balance is lost.
         coordinate: &'static str,

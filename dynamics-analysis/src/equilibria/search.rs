@@ -181,7 +181,7 @@ pub struct Found<S: ModelState> {
     /// Each equilibrium once, by growing coordinates; angles on which the model depends with period 2π within
     /// (−π, π].
     pub equilibria: Vec<Equilibrium<S>>,
-    /// From how many starts each was reached.
+    /// The number of starts that led to each.
     pub hits: Vec<usize>,
     /// Why other starts led to none.
     pub failures: Vec<EquilibriumError>,

@@ -42,7 +42,7 @@ const TOLD: f64 = 4.0;
 
 /// How far a force is rounding.
 enum Side {
-    /// Up to here; whether no choice of the model changed on the way.
+    /// The extent, and whether the model kept its branches on the way.
     Ends(f64, bool),
     /// As far as was looked.
     Never,

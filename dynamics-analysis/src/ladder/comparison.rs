@@ -31,20 +31,20 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Whether it is more than the runs themselves may be wrong by.
+    /// Whether it is larger than the numerical errors of the runs.
     #[must_use]
     pub fn is_believed(&self) -> bool {
         self.largest > self.uncertainty
     }
 
-    /// What the models differ by at most, as far as the runs can tell.
+    /// An upper bound of the difference of the models: the numerical errors are added.
     #[must_use]
     pub fn bound(&self) -> f64 {
         self.largest + self.uncertainty
     }
 }
 
-/// A rung with what it costs and what it shows.
+/// A rung with its cost and its outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RungReport {
     /// Its name.

@@ -9,7 +9,7 @@ use core::fmt;
 pub enum LadderError {
     /// `.until(..)` is missing.
     NoEnd,
-    /// The end is the start or no finite time.
+    /// The end is the start, or not a finite time.
     End {
         /// What was given.
         end: f64,
@@ -72,7 +72,7 @@ pub enum LadderError {
         /// What was given.
         scale: f64,
     },
-    /// A scale was given for what is not compared.
+    /// A scale was given for an output that is not compared.
     ScaleOfNothing {
         /// The output.
         output: String,

@@ -17,7 +17,7 @@ type Output<'m, M> = Box<dyn Fn(&Motion<'m, M>, &<M as dynamics_runtime::model::
 /// Options of a simulation.
 type Options<'m, M> = Box<dyn Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm>;
 
-/// A model of a scene, where it starts and what it shows.
+/// A model of a scene, with its start and its outputs.
 #[must_use = "a rung does nothing until it is part of a ladder"]
 pub struct Rung<'m, M: Simulate> {
     name: String,

@@ -22,13 +22,13 @@ pub struct Verdict {
     pub rung: String,
     /// Its largest relative difference over all outputs; 0 for the last rung.
     pub off_by: f64,
-    /// The last rung, against which that holds.
+    /// The last rung, the reference of this statement.
     pub full: String,
     /// Time of the last rung over that of the one that suffices.
     pub time_ratio: f64,
     /// Operations of all evaluations, likewise; `None` if one of them is unknown.
     pub work_ratio: Option<f64>,
-    /// The rung before the one that suffices, and what it differs by.
+    /// The rung before the one that suffices, and its difference.
     pub too_plain: Option<(String, f64)>,
 }
 

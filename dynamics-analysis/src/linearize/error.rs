@@ -5,7 +5,7 @@ use core::fmt;
 
 use dynamics_runtime::error::{SolveError, StateError};
 
-/// Why small motions cannot be told.
+/// Why there is no linear model.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum LinearizeError {
@@ -69,7 +69,7 @@ pub enum LinearizeError {
     /// whether the coefficients are constant. The mechanism or the model ends there, or rows change their
     /// rank.
     Ends,
-    /// The iteration for eigenvalues did not settle.
+    /// The iteration for eigenvalues did not converge.
     NoConvergence {
         /// Size of the matrix.
         size: usize,

@@ -14,7 +14,7 @@ use super::{Linearization, LinearizeError, spectrum};
 pub struct Mode {
     /// σ, in 1/s; of a pair of complex conjugates the one with positive imaginary part.
     pub eigenvalue: Complex<f64>,
-    /// What each coordinate does, dependent ones included; the largest is 1.
+    /// The shape in all coordinates, dependent ones included; the largest element is 1.
     pub shape: DVector<Complex<f64>>,
     /// The relative change of the eigenvalue per relative change of the elements of the state matrix: 1 at
     /// best, without bound toward a defective matrix. It is infinite for undamped rigid-body motion: its
@@ -38,7 +38,7 @@ impl Mode {
         -self.eigenvalue.re / self.eigenvalue.norm()
     }
 
-    /// What the coordinate of this name does.
+    /// The element of the shape for the coordinate of this name.
     #[must_use]
     pub fn of(&self, coordinate: &str) -> Option<Complex<f64>> {
         self.coordinates.iter().position(|q| q.name == coordinate).map(|i| self.shape[i])

@@ -122,7 +122,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         self
     }
 
-    /// One that is to be found within bounds, both included.
+    /// An unknown within bounds, both included.
     pub fn find_within(mut self, name: &str, bounds: [f64; 2]) -> Self {
         self.told.asked.push((name.to_owned(), bounds));
         self

@@ -31,7 +31,7 @@ pub enum SensitivityError {
         /// What may have been meant.
         nearest: Option<String>,
     },
-    /// The model, written by hand, does not tell the value of a parameter.
+    /// The model, written by hand, does not give the value of a parameter.
     NotTold {
         /// The parameter.
         name: &'static str,
@@ -47,7 +47,7 @@ pub enum SensitivityError {
         /// End of the motion.
         end: f64,
     },
-    /// The objective is made of nothing.
+    /// The objective has no terms.
     NoObjective,
     /// A weight of the objective is not a finite number.
     Weight {
@@ -106,7 +106,7 @@ pub enum SensitivityError {
         /// When.
         time: f64,
     },
-    /// The variational equations ask for steps below the resolution of time.
+    /// The variational equations need steps below the resolution of time.
     StepTooSmall {
         /// When.
         time: f64,

@@ -54,7 +54,7 @@ pub struct EquilibriumChange {
 /// How a natural frequency changes with a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrequencyChange {
-    /// ω, rad/s; 0 for what is free, NaN for what is unstable.
+    /// ω, rad/s; 0 for a rigid-body mode, NaN for an unstable mode.
     pub frequency: f64,
     /// ω², 1/s².
     pub square: f64,

@@ -59,7 +59,7 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         self
     }
 
-    /// On so many cores at once, at least one; without this on all of them.
+    /// The number of cores, at least one. Without this all cores are used.
     #[cfg(feature = "parallel")]
     pub fn threads(mut self, count: usize) -> Self {
         self.threads = Some(count.max(1));
@@ -146,7 +146,7 @@ pub struct SweepAxis {
     pub values: Vec<f64>,
 }
 
-/// What a sweep found: K numbers, or the failure, of each run.
+/// The result of a sweep: K numbers, or the failure, for each run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep<const K: usize> {
     /// The axes of the grid.

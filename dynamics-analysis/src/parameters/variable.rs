@@ -19,7 +19,7 @@ pub enum Variable {
     Velocity(usize),
 }
 
-/// A name that cannot be varied, or a value that cannot be taken.
+/// A name that cannot be varied, or an invalid value.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum VariableError {
@@ -30,7 +30,7 @@ pub enum VariableError {
         /// What may have been meant.
         nearest: Option<String>,
     },
-    /// The name is a parameter's and a coordinate's.
+    /// A parameter and a coordinate have this name.
     Ambiguous {
         /// The name.
         name: String,

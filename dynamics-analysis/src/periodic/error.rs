@@ -28,7 +28,7 @@ pub enum PeriodicError {
         /// What it has to be.
         needed: &'static str,
     },
-    /// The constraints leave nothing that could be disturbed.
+    /// The constraints leave no freedom.
     NoFreedom,
     /// A name is not that of a coordinate.
     UnknownCoordinate {
@@ -114,7 +114,7 @@ pub enum PeriodicError {
         /// Coordinates, then velocities.
         at: Vec<f64>,
     },
-    /// Closed motions lie side by side: there is no telling which is meant.
+    /// Closed motions form a family, and none was chosen.
     NotIsolated {
         /// The coordinate that changes most from one to the next.
         coordinate: &'static str,
@@ -129,7 +129,7 @@ pub enum PeriodicError {
         /// Its start: coordinates, then velocities.
         at: Vec<f64>,
     },
-    /// Newton's method does not come nearer.
+    /// Newton's method does not converge.
     NoConvergence {
         /// Iterations made.
         iterations: usize,
@@ -162,7 +162,7 @@ pub enum PeriodicError {
         /// The points, but for those that were to be left out: time, coordinates, then velocities of each.
         found: Vec<Vec<f64>>,
     },
-    /// The simulation that was to give points broke off.
+    /// The simulation for the points of a section failed.
     BrokenOff {
         /// Points up to there.
         points: usize,
@@ -171,7 +171,7 @@ pub enum PeriodicError {
         /// The points: time, coordinates, then velocities of each.
         found: Vec<Vec<f64>>,
     },
-    /// A matrix has no eigenvalues to be found.
+    /// The eigenvalues of a matrix could not be computed.
     Eigenvalues(LinearizeError),
 }
 

@@ -46,22 +46,22 @@ pub struct Multiplier {
     pub uncertainty: f64,
     /// Its relative change per relative change of the matrix: 1 at best.
     pub conditioning: f64,
-    /// Why it is 1, where there is a reason.
+    /// Why it is 1, if this is known.
     pub trivial: Option<Trivial>,
 }
 
 /// How a multiplier leaves the unit circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Threshold {
-    /// Through +1: folds, pitchforks; without swinging.
+    /// Through +1, without oscillation: folds, pitchforks.
     Fold,
-    /// Through −1: every second period is alike (period doubling).
+    /// Through −1: period doubling.
     Flip,
     /// As a pair of complex conjugates: another frequency comes in (Neimark–Sacker).
     NeimarkSacker,
 }
 
-/// What becomes of small disturbances of a motion that closes.
+/// The fate of small disturbances of a closed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FloquetVerdict {
@@ -115,9 +115,9 @@ pub struct Floquet {
     pub divergence: f64,
     /// The relative deviation of M from preserving the form δq ∧ δp: 0 if nothing dissipates.
     pub symplectic_defect: f64,
-    /// How far the motion misses its start, in parts of its range.
+    /// The distance of the end from the start, relative to the range of the motion.
     pub miss: f64,
-    /// Whether time leaves the equations alone.
+    /// Whether the equations are autonomous.
     pub autonomous: bool,
     /// Steps of the integration.
     pub steps: usize,
@@ -131,7 +131,7 @@ impl Floquet {
         self.multipliers.iter().map(|multiplier| of(multiplier.value)).collect()
     }
 
-    /// The multipliers that are not 1 for a reason.
+    /// The multipliers that are not known to be 1.
     pub fn nontrivial(&self) -> impl Iterator<Item = &Multiplier> {
         self.multipliers.iter().filter(|multiplier| multiplier.trivial.is_none())
     }

@@ -51,7 +51,7 @@ pub struct Lyapunov<'m, M: Simulate> {
     most_steps: usize,
 }
 
-/// What is known of the sign of an exponent.
+/// The sign of an exponent, if it is certain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExponentSign {
     /// Neighbours part exponentially.
@@ -70,13 +70,13 @@ pub enum ExponentSign {
 pub struct Exponent {
     /// The mean over the run.
     pub value: f64,
-    /// How far it may be off, as the run itself tells.
+    /// Its uncertainty, estimated from the run.
     pub uncertainty: f64,
     /// Its sign, as far as it is known.
     pub sign: ExponentSign,
 }
 
-/// Lyapunov exponents, with what tells how far they can be trusted.
+/// Lyapunov exponents with their uncertainties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LyapunovExponents<S: ModelState> {
     /// The largest ones, in falling order.
@@ -174,7 +174,7 @@ impl<'m, M: Simulate> Lyapunov<'m, M> {
         self
     }
 
-    /// The so many largest; all of them without it.
+    /// The number of exponents, the largest ones. Default: all.
     pub fn exponents(mut self, count: usize) -> Self {
         self.count = Some(count);
         self

@@ -73,7 +73,7 @@ pub struct Section<S: ModelState> {
     coordinates: &'static [Quantity],
 }
 
-/// A point that comes back nearly to itself: a guess for a closed motion.
+/// A point that nearly returns to itself: a guess for a closed motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Return<S> {
     /// The point.
@@ -114,7 +114,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self.of_kind(Kind::Event(name.into(), direction))
     }
 
-    /// Equal intervals of time (stroboscopic): of what is driven, its period.
+    /// Equal intervals of time (stroboscopic), such as the period of a drive.
     pub fn every(self, period: f64) -> Self {
         self.of_kind(Kind::Every(period))
     }

@@ -54,7 +54,7 @@ pub struct Shooting<'m, M: Simulate> {
     most_iterations: usize,
 }
 
-/// A closed motion, with what becomes of small disturbances.
+/// A closed motion with its stability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PeriodicOrbit<S: ModelState> {
     /// A state of it.

@@ -118,9 +118,9 @@ pub(super) fn is_autonomous<M: Constraints>(
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Trivial {
-    /// Time leaves the system alone: the same motion, started later.
+    /// The system is autonomous: the same motion, started later.
     Time,
-    /// Nothing depends on a coordinate.
+    /// A coordinate is cyclic.
     Coordinate {
         /// Its name.
         name: &'static str,

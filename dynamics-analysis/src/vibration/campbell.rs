@@ -60,13 +60,13 @@ impl RotorMode {
 pub struct CriticalSpeed {
     /// Ω, in rad/s.
     pub speed: f64,
-    /// k: what shakes does so k times a turn.
+    /// k: the excitation has k cycles per revolution.
     pub order: f64,
     /// The mode.
     pub mode: RotorMode,
 }
 
-/// A speed at which a mode begins, or ceases, to grow.
+/// A speed at which a mode becomes unstable or stable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Onset {
     /// Ω.
@@ -77,14 +77,14 @@ pub struct Onset {
     pub mode: RotorMode,
 }
 
-/// Eigenvalues over speeds, and what was found among them.
+/// Eigenvalues over speeds, with critical speeds and onsets of instability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Campbell {
     /// The speeds, ascending.
     pub speeds: Vec<f64>,
     /// The modes at each of them.
     pub modes: Vec<Vec<RotorMode>>,
-    /// The orders that were looked for.
+    /// The orders of the excitation.
     pub orders: Vec<f64>,
     /// Critical speeds, by order, then speed.
     pub critical: Vec<CriticalSpeed>,

@@ -30,7 +30,7 @@ const NOT_REACHED: f64 = 1e-10;
 /// Residual of the Riccati equation that is accepted.
 const SOLVED: f64 = 1e-9;
 
-/// Whether inputs reach a mode, or outputs see it.
+/// Controllability or observability of a mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
     /// σ, in 1/s; of a pair the one with positive imaginary part.
@@ -154,7 +154,7 @@ fn largest(sizes: &[f64], states: &[Signal]) -> Vec<String> {
     order.into_iter().take(3).filter(|i| sizes[*i] > 0.05 * most).map(|i| states[i].name.clone()).collect()
 }
 
-/// The design of a regulator: what counts how much.
+/// The design of a regulator: the weights.
 #[derive(Clone, Debug)]
 pub struct LqrDesign<'a> {
     space: &'a StateSpace,
@@ -325,7 +325,7 @@ pub struct Lqr {
     pub left_out: Vec<Signal>,
     /// The eigenvalues of A − B K of the other states, in 1/s, by growing real part.
     pub closed_loop: Vec<Complex<f64>>,
-    /// What is left of the Riccati equation, in parts of its terms.
+    /// The residual of the Riccati equation, relative to its terms.
     pub residual: f64,
     /// Newton steps that the solution took after the sign function.
     pub refinements: usize,

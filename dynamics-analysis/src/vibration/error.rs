@@ -51,7 +51,7 @@ pub enum VibrationError {
     },
     /// The derivatives of the outputs are too large to be generated, or take fourth derivatives of a curve.
     NoOutputDerivatives,
-    /// A value that must be a number in some range is not.
+    /// A value is not in its permitted range.
     Value {
         /// What it is.
         what: &'static str,
@@ -80,7 +80,7 @@ pub enum VibrationError {
         /// The eigenvalue with the largest real part, in 1/s.
         eigenvalue: Complex<f64>,
     },
-    /// No control reaches a mode that does not die away by itself.
+    /// A mode that does not decay by itself is not controllable.
     Unstabilisable {
         /// Its eigenvalue, in 1/s.
         eigenvalue: Complex<f64>,
@@ -148,7 +148,7 @@ pub enum VibrationError {
         /// Half the sampling rate, in rad/s.
         nyquist: f64,
     },
-    /// A mode that does not swing cannot be shown swinging.
+    /// A mode without oscillation has no film.
     NoOscillation {
         /// Its eigenvalue, in 1/s.
         eigenvalue: Complex<f64>,

@@ -20,9 +20,9 @@ use super::VibrationError;
 /// How samples fade in and out, so that frequencies between bins do not leak over all others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Window {
-    /// Not at all: for samples of whole periods.
+    /// Rectangular, no fading: for samples of whole periods.
     Rectangular,
-    /// ½ − ½ cos: good for most; neighbours two bins apart are told apart.
+    /// ½ − ½ cos: the usual choice; resolves neighbours two bins apart.
     #[default]
     Hann,
     /// Four cosines (ISO 18431-2): right amplitudes wherever the frequency lies, neighbours five bins apart.

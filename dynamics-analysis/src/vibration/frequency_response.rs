@@ -33,7 +33,7 @@ pub struct FrequencyResponse {
     pub frequencies: Vec<f64>,
     /// H(iω).
     pub values: Vec<Complex<f64>>,
-    /// How far rounding may have moved each value: a bound of |δH|.
+    /// The bound |δH| of the rounding error of each value.
     pub uncertainty: Vec<f64>,
     /// Further values, by growing frequency, at and near resonances that are narrower than the spacing of the
     /// frequencies. Charts use them to show the height of peaks.

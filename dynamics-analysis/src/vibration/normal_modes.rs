@@ -32,12 +32,12 @@ const WITHOUT_SYMMETRY: &str = "rolling, or forces that have no potential, leave
 /// The modes of mass and stiffness, C of them, by growing frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalModes {
-    /// ω, in rad/s; exactly 0 for what is free to move.
+    /// ω, in rad/s; exactly 0 for rigid-body modes.
     pub frequencies: Vec<f64>,
     /// Φ: what the independent coordinates do, C×C, a column for each mode, normalised so that ΦᵀM Φ = 1; the
     /// largest element of a column is positive.
     pub shapes: DMatrix<f64>,
-    /// What all coordinates do, N×C, dependent ones included.
+    /// The shapes in all coordinates, N×C, dependent ones included.
     pub all: DMatrix<f64>,
     /// ΦᵀC Φ, C×C.
     pub damping: DMatrix<f64>,
@@ -133,7 +133,7 @@ fn turn_equal(squares: &DVector<f64>, shapes: &mut DMatrix<f64>, damping: &DMatr
 }
 
 impl NormalModes {
-    /// How many modes are free to move, with frequency 0.
+    /// The number of rigid-body modes, with frequency 0.
     #[must_use]
     pub fn rigid(&self) -> usize {
         self.frequencies.iter().filter(|frequency| **frequency == 0.0).count()

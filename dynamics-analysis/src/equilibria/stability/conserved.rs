@@ -36,7 +36,7 @@ const SPEEDS: [f64; 3] = [1e-3, 0.1, 1.0];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Energy {
     Kept,
-    /// It is lost, or kept, and never won.
+    /// Energy is lost or conserved, and never gained.
     Falls,
     Unknown,
 }

@@ -18,7 +18,7 @@ pub struct Stability {
     pub least_omega_squared: Option<f64>,
     /// The largest real part of an eigenvalue, in 1/s; not a number where nothing is left to move.
     pub abscissa: f64,
-    /// How far that may be off for rounding.
+    /// The error that rounding may cause in it.
     pub uncertainty: f64,
     /// The change of the worst eigenvalue relative to that of the matrix: 1 at best, 10⁸ where two
     /// eigenvalues meet.
@@ -29,7 +29,7 @@ pub struct Stability {
     pub ignorable: Vec<Quantity>,
 }
 
-/// What becomes of small disturbances.
+/// The fate of small disturbances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StabilityVerdict {
@@ -50,7 +50,7 @@ pub enum StabilityVerdict {
     GyroscopicallyStabilised,
     /// Linear theory does not decide.
     Marginal(Undecided),
-    /// They grow without swinging: a real eigenvalue is positive.
+    /// They grow without oscillation: a real eigenvalue is positive.
     Divergence {
         /// It, in 1/s.
         growth: f64,

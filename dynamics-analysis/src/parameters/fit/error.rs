@@ -19,17 +19,17 @@ pub enum FitError {
     Variable(VariableError),
     /// Nothing is to be found.
     NothingToFind,
-    /// The model, written by hand, does not tell the value of a parameter.
+    /// The model, written by hand, does not give the value of a parameter.
     NotTold {
         /// The parameter.
         name: String,
     },
-    /// What is known of an experiment is no parameter.
+    /// A name given to `known` is not a parameter.
     NotAParameter {
         /// The name.
         name: String,
     },
-    /// Bounds that are none, or between which the first value does not lie.
+    /// Invalid bounds, or bounds that do not contain the first value.
     Bounds {
         /// The unknown.
         name: String,
@@ -92,7 +92,7 @@ pub enum FitError {
         /// Time of the start.
         start: f64,
     },
-    /// All data are of the time of the start: nothing moves.
+    /// All data are at the time of the start.
     OneInstant {
         /// That time.
         time: f64,
@@ -104,7 +104,7 @@ pub enum FitError {
         /// What was given.
         sigma: f64,
     },
-    /// The noise is given of some data only.
+    /// The noise is given for some data only.
     NoiseOfSome {
         /// A quantity without it.
         without: String,
@@ -120,21 +120,21 @@ pub enum FitError {
     },
     /// The motion or its sensitivities do not exist.
     Motion(SensitivityError),
-    /// They do not exist with the values at which the search begins.
+    /// The motion or its sensitivities do not exist at the first values of the search.
     FirstValues {
         /// Those values.
         values: Vec<(String, f64)>,
         /// Why.
         cause: Box<SensitivityError>,
     },
-    /// Least squares found nothing, and one datum stands out.
+    /// Least squares did not converge, and one datum is an outlier.
     Outlier {
         /// The datum: at the end of the search, or at the first values.
         outlier: Box<Outlier>,
         /// What the search met.
         cause: Box<FitError>,
     },
-    /// The data do not tell some unknowns apart, or say nothing of one.
+    /// The data cannot identify some unknowns, or one has no influence.
     Indistinguishable {
         /// Groups of unknowns of which one could make up for the others; groups of one have no influence on
         /// what was measured.

@@ -11,7 +11,7 @@ use super::super::parallel::ordered;
 use super::{Fit, FitError, Problem};
 use crate::numbers::Numbers;
 
-/// Fits of data whose residuals were drawn anew.
+/// Fits of data with resampled residuals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled {
     /// The unknowns.

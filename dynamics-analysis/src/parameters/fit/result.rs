@@ -29,7 +29,7 @@ pub struct Residuals {
     pub unit: String,
     /// (t, model − measured), in the order in which the data were given.
     pub points: Vec<(f64, f64)>,
-    /// What each of them counted for, 1 at most: all 1 in least squares.
+    /// The weight of each residual, at most 1; all are 1 in least squares.
     pub weights: Vec<f64>,
     /// Their root mean square.
     pub rms: f64,

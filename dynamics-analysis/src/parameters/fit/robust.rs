@@ -23,7 +23,7 @@ const HUBER_LIMIT: f64 = 1.345;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Loss {
-    /// ρ = r²: least squares. One datum that is far off decides the fit.
+    /// ρ = r²: least squares. One outlier can dominate the fit.
     #[default]
     Squares,
     /// ρ = r² up to this many times the scale, linear from there on: an outlier pulls with a constant force.
