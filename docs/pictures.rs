@@ -16,7 +16,7 @@ mod pictures {
     const PIXELS: f64 = 2.0;
 
     fn docs() -> PathBuf {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
     }
 
     /// Compares the chart that the example has written, `target/guide/<name>.svg`, with the guide's picture.

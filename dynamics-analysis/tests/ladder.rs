@@ -1,8 +1,7 @@
 //! Models of one scene beside each other: differences are those of closed forms, and what could not be
 //! trusted is refused.
 
-#[path = "../../dynamics-runtime/tests/common/mod.rs"]
-mod common;
+use crate::common;
 
 use std::time::Duration;
 

@@ -1,7 +1,6 @@
 //! Studies of error against cost: what they say is true, and what could not be trusted is refused.
 
-#[path = "../../dynamics-runtime/tests/common/mod.rs"]
-mod common;
+use crate::common;
 
 use std::cell::Cell;
 use std::collections::HashSet;

@@ -1,7 +1,7 @@
 //! Consistent starts: completed states against closed forms, branches chosen by guesses, and what cannot be
 //! completed.
 
-mod common;
+use crate::common;
 
 use std::f64::consts::{PI, TAU};
 

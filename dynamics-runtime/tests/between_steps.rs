@@ -6,8 +6,7 @@
 //! --nocapture`. With `BETWEEN_STEPS_LIST=5` states that are off by more than five times that are listed with
 //! their systems.
 
-#[macro_use]
-mod common;
+use crate::common;
 
 use common::*;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};

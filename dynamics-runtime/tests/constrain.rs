@@ -1,6 +1,6 @@
 //! The general solver of constrained systems, on models by hand.
 
-mod common;
+use crate::common;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -1,7 +1,7 @@
 //! Motions of constrained models: drift by formulation, reactions, and runs that leave their constraints and
 //! say so.
 
-mod common;
+use crate::common;
 
 use common::constrained::{Rod, SliderCrank};
 use common::*;

@@ -1,6 +1,6 @@
 //! Events: where they are found, what they do, and where they are refused.
 
-mod common;
+use crate::common;
 
 use std::f64::consts::PI;
 

@@ -1,6 +1,6 @@
 //! Runs that cannot reach their end say why, when and where, and hand out what was computed.
 
-mod common;
+use crate::common;
 
 use std::error::Error;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};

@@ -1,6 +1,6 @@
 //! Every formulation against every other, on models by hand and on random systems; the limits of each.
 
-mod common;
+use crate::common;
 
 use common::at_rest_or_not;
 use common::constrained::{FourBar, PainleveRod, Rod, Sleigh, SliderCrank, TripleRod};

@@ -1,7 +1,7 @@
 //! The generalized-α method: order 2 in positions, velocities and multipliers from the first step on, damping
 //! as theory says, steps of changing size, and no success where its equations are not solved.
 
-mod common;
+use crate::common;
 
 use std::convert::Infallible;
 

@@ -1,6 +1,6 @@
 //! Driven mechanisms against closed forms; singular positions located, named and classified.
 
-mod common;
+use crate::common;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

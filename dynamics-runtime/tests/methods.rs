@@ -1,6 +1,6 @@
 //! Order of convergence of every method and of its dense output, step control, and steps without allocation.
 
-mod common;
+use crate::common;
 
 use std::convert::Infallible;
 

@@ -1,7 +1,7 @@
 //! What a motion answers: states between steps, output times, works, and the same answers by independent
 //! routes.
 
-mod common;
+use crate::common;
 
 use common::*;
 use dynamics_runtime::integrate::Tolerances;

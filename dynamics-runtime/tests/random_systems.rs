@@ -1,7 +1,7 @@
 //! The general solver on random systems whose solutions are known by construction: rank loss, bad scales, no
 //! inertia, no numbers.
 
-mod common;
+use crate::common;
 
 use allocation_counter::measure;
 use common::constrained::{FourBar, Held, PainleveRod, constraint, held};

@@ -1,7 +1,7 @@
 //! Methods that preserve something of a motion: orders, energy over many periods, momenta, reversal, and what
 //! other methods lose there.
 
-mod common;
+use crate::common;
 
 use std::convert::Infallible;
 

@@ -1,6 +1,6 @@
 //! Every rule of the model checks finds the mistake that it is for, and one mistake is one finding.
 
-mod common;
+use crate::common;
 
 use common::{Builder, chain, double_pendulum};
 use dynamics_symbolic::check::Finding;

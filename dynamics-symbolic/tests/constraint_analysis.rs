@@ -1,7 +1,7 @@
 //! What the analysis of constraints says of rows together: repetitions, contradictions, integrability, on
 //! systems where the answer is known.
 
-mod common;
+use crate::common;
 
 use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};

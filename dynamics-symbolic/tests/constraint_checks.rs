@@ -1,6 +1,6 @@
 //! Every rule of the constraints' checks finds the mistake that it is for, and one mistake is one finding.
 
-mod common;
+use crate::common;
 
 use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain};

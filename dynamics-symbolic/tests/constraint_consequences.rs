@@ -1,7 +1,7 @@
 //! What constraints do to the checks of models without them: inertia is asked for along free directions only,
 //! reactions spoil what they act on.
 
-mod common;
+use crate::common;
 
 use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};

@@ -1,6 +1,6 @@
 //! Sets of constraints that degenerate where they hold, beside ranks at states that are known in closed form.
 
-mod common;
+use crate::common;
 
 use common::Builder;
 use common::constrained::{HOLONOMIC, constrain, particles};

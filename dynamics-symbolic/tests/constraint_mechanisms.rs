@@ -1,7 +1,7 @@
 //! What the checks say of whole mechanisms: freedom, loops, samples that are where the constraints hold, and
 //! no mistakes found where there are none.
 
-mod common;
+use crate::common;
 
 use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};

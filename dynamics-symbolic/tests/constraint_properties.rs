@@ -1,6 +1,6 @@
 //! Random constraints of which the answer is known beforehand.
 
-mod common;
+use crate::common;
 
 use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};

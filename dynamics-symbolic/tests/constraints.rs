@@ -1,7 +1,7 @@
 //! Equations with constraints: against hand results, and for random models against numeric derivatives and
 //! numeric linear algebra.
 
-mod common;
+use crate::common;
 
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, slider_crank};
 use common::{Builder, Values};

@@ -1,6 +1,6 @@
 //! Derived equations against equations worked out by hand.
 
-mod common;
+use crate::common;
 
 use common::{Builder, Values, arm, chain, double_pendulum, relative_chain};
 use dynamics_symbolic::compile::compile;

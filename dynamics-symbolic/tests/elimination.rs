@@ -1,7 +1,7 @@
 //! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph, beside a dense solution of the whole matrix with
 //! pivoting.
 
-mod common;
+use crate::common;
 
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, folded, four_bar, n_four_bar, slider_crank};
 use common::{Builder, Values};

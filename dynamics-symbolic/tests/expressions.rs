@@ -1,7 +1,7 @@
 //! The graph against plain arithmetic: whatever the constructors fold, merge, move or recognise, the value
 //! stays, and the derivatives are those of dual numbers carried through the same operations.
 
-mod common;
+use crate::common;
 
 use common::Values;
 use dynamics_symbolic::calculus::{directional, gradient, substitute};

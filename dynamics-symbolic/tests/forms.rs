@@ -1,7 +1,7 @@
 //! Shorter forms are other forms of the same: equal modulo p at the random points, equal in numbers to
 //! rounding, and shorter.
 
-mod common;
+use crate::common;
 
 use common::mechanisms::{andrews, four_bar, slider_crank};
 use common::{Values, double_pendulum, relative_chain};

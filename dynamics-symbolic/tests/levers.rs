@@ -1,7 +1,7 @@
 //! Long chains solved through velocities that are made of one another: the same accelerations and pivots as
 //! through M, in as many operations as there are joints.
 
-mod common;
+use crate::common;
 
 use common::{Builder, chain, relative_chain};
 use dynamics_symbolic::algebra::Factors;

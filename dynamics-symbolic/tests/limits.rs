@@ -1,6 +1,6 @@
 //! Models too large to be emitted are refused or served in part, with the numbers that say so.
 
-mod common;
+use crate::common;
 
 use common::mechanisms::n_four_bar;
 use common::{Builder, chain};

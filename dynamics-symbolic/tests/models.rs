@@ -1,7 +1,7 @@
 //! Random models: what is derived from them obeys the laws that hold for every Lagrangian, and both
 //! derivations agree.
 
-mod common;
+use crate::common;
 
 use common::{Builder, Values};
 use dynamics_symbolic::calculus::directional;

@@ -1,6 +1,6 @@
 //! Sizes of the derived programs, exactly: a change that costs or saves operations has to show here.
 
-mod common;
+use crate::common;
 
 use common::{arm, chain, double_pendulum, kepler, relative_chain, spherical_pendulum};
 use dynamics_symbolic::compile::compile;

@@ -2,7 +2,7 @@
 //! remainder that vanishes with the power of time that its order says. M and Q are evaluated as they are, so
 //! that no recurrence is checked against itself.
 
-mod common;
+use crate::common;
 
 use common::taylor::{eliminate, polynomial};
 use common::{Values, arm, chain, double_pendulum, kepler, relative_chain, spherical_pendulum, zoo};

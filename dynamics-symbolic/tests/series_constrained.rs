@@ -2,7 +2,7 @@
 //! Q + Φ_qᵀλ, Φ = 0 and A q̇ + b = 0, leave remainders that vanish with the powers of time that their orders
 //! say. All of it is evaluated as it is, so that no recurrence is checked against itself.
 
-mod common;
+use crate::common;
 
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, n_four_bar, slider_crank};
 use common::taylor::{eliminate, polynomial};

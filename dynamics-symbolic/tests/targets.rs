@@ -1,6 +1,6 @@
 //! A further target language is one implementation of `Target`: here C, as far as programs need it.
 
-mod common;
+use crate::common;
 
 use common::{Builder, zoo};
 use dynamics_symbolic::compile::compile;

@@ -1,7 +1,7 @@
 //! The texts of a model: what they say by eye (a few in full), and that it is true (all of them read back and
 //! evaluated).
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeMap;
 

@@ -2,7 +2,7 @@
 //! little longer than those of one, because most of the time of one is latency.
 //!
 //! Every operation rounds each lane as `f64` does and in the same order, sines and cosines too, so that
-//! generated code gives the same bits side by side and one after the other (`tests/sines.rs` of the façade).
+//! generated code gives the same bits side by side and one after the other (`tests/quick/language/sines.rs`).
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 

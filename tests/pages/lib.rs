@@ -22,7 +22,7 @@ use proc_macro::{Literal, TokenStream, TokenTree};
 const CALL: &str = "<!-- pictures::";
 
 /// Where the functions of the comments are.
-const FUNCTIONS: &str = "include!(concat!(env!(\"CARGO_MANIFEST_DIR\"), \"/docs/pictures.rs\"));";
+const FUNCTIONS: &str = "include!(concat!(env!(\"CARGO_MANIFEST_DIR\"), \"/../../docs/pictures.rs\"));";
 
 /// The text of a page, for `#[doc = page!("docs/guide/results.md")]`; the path counts from the package.
 #[proc_macro]

@@ -30,7 +30,7 @@
 //!   are here, have order 5 and are wrong by 4e-8. It would cost larger matrices for that, and drift is at
 //!   rounding either way. Six digits of the multipliers of Andrews' mechanism and of the car axis at
 //!   tolerance 1e-8, where the index-3 code `radau5.f` has 0.2 and 2.7, are promised by tests
-//!   (`tests/mechanisms/`): hence no GGL form.
+//!   (`tests/slow/mechanisms/`): hence no GGL form.
 //! * **Moderate accuracy**: an ESDIRK method of order 4 ([`Esdirk4`](super::Esdirk4)) and a Rosenbrock method
 //!   of order 4 were measured beside it. On a pendulum on a stiff damped spring (k = 1e8) errors of their
 //!   steps, each within its tolerance, all have one sign and add up to hundreds of times the tolerance, for

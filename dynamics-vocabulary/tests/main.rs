@@ -1,0 +1,6 @@
+//! The words of models: jets, sines, splines, vectors and matrices.
+
+mod jets;
+mod sin_cos;
+mod spline;
+mod vocabulary;

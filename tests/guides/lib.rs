@@ -1,0 +1,39 @@
+//! The README and the guides as doctests: their code is compiled and run, and their pictures are compared with
+//! those that it draws.
+
+use dynamics_pages::page;
+
+#[doc = page!("../../README.md")]
+pub struct Readme;
+#[doc = page!("../../docs/guide/first-model.md")]
+pub struct FirstModel;
+#[doc = page!("../../docs/guide/results.md")]
+pub struct Results;
+#[doc = page!("../../docs/guide/constraints.md")]
+pub struct Constraints;
+#[doc = page!("../../docs/guide/events-and-control.md")]
+pub struct EventsAndControl;
+#[doc = page!("../../docs/guide/equilibria.md")]
+pub struct Equilibria;
+#[doc = page!("../../docs/guide/vibration.md")]
+pub struct Vibration;
+#[doc = page!("../../docs/guide/periodic-motions.md")]
+pub struct PeriodicMotions;
+#[doc = page!("../../docs/guide/parameters.md")]
+pub struct Parameters;
+#[doc = page!("../../docs/guide/accuracy.md")]
+pub struct Accuracy;
+#[doc = page!("../../docs/guide/bodies.md")]
+pub struct Bodies;
+#[doc = page!("../../docs/reference/language.md")]
+pub struct Language;
+
+/// The pages show every picture of the guide, and only pictures that their examples draw.
+///
+/// ```
+/// include!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/pictures.rs"));
+/// fn main() {
+///     pictures::all_are_shown();
+/// }
+/// ```
+pub struct Pictures;
