@@ -34,19 +34,19 @@ use super::periodic::{PeriodicError, PeriodicMotions, PeriodicOrbit};
 
 /// The first energy of a family, of its last.
 const FIRST: f64 = 1e-6;
-/// What is found beside the secant by more than this part of the step is another family.
+/// A closed motion that is farther from the secant than this part of the step belongs to another family.
 const BESIDE: f64 = 0.5;
 /// The shortest step, of √(E_last − E₀).
 const SHORTEST: f64 = 1e-4;
 
 /// Models whose linear modes can be followed to large motions.
 pub trait NonlinearModes: Simulate + Powers {
-    /// A nonlinear mode: the family of closed motions that begins with the mode of this number, by growing
-    /// frequency from 0, beside an equilibrium. Options follow, [`Backbone::run`] runs it. One energy has to
-    /// belong to one motion of the family: where a momentum is conserved, too (two masses that nothing
-    /// holds), and where directions are alike (a pendulum that swings any way), it stops at once and says so.
-    /// Where another frequency is a whole multiple of this one there need not be a family, and what is found
-    /// may be one that both have part in.
+    /// A nonlinear mode: the family of closed motions that begins with a linear mode about an equilibrium.
+    /// Modes are numbered from 0 by growing frequency. Options follow; [`Backbone::run`] runs it. Each energy
+    /// must belong to one motion of the family. So it is an error if a momentum is conserved, too (two free
+    /// masses), or if directions are equivalent (a pendulum that can swing in any direction). If another
+    /// frequency is a whole multiple of this one, the family may not exist, and the result may involve both
+    /// modes.
     fn nonlinear_mode(&self, equilibrium: &Self::State, mode: usize) -> Backbone<'_, Self> {
         Backbone { model: self, rest: *equilibrium, mode, energy: f64::NAN, points: 40 }
     }

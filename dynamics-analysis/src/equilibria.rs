@@ -47,39 +47,39 @@ pub(super) use statics::{Statics, scales};
 /// Models whose equilibria can be computed: all models with known powers of forces, as derived models have
 /// them.
 pub trait Equilibria: Constraints + Powers {
-    /// The equilibrium that the search finds from the position of a state: as a rule the nearest. Velocities
-    /// of the state count as zero, inputs and switched constraints are as it has them.
+    /// The equilibrium that the search finds from the position of a state, usually the nearest. Velocities of
+    /// the state are ignored; its inputs and switched constraints are kept.
     ///
     /// # Errors
-    /// Where there is none nearby, where forces or constraints move with time, where a force jumps, and what
-    /// has no derivatives.
+    /// No equilibrium nearby, forces or constraints that change with time, a force that jumps, a model
+    /// without derivatives.
     fn equilibrium(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
         find(self, start, Asked::REST)
     }
 
-    /// A search from many starts; options follow, [`Search::run`] runs it. Inputs, time and switched
-    /// constraints are those of this state in all of them.
+    /// A search from many starts. Options follow; [`Search::run`] runs it. All starts have the inputs, the
+    /// time and the switched constraints of this state.
     fn equilibria(&self, around: Self::State) -> Search<'_, Self> {
         Search::new(self, around)
     }
 
-    /// A steady motion with the velocities of a state: its coordinates move until nothing accelerates.
-    /// Velocities other than 0 belong to coordinates on which nothing depends, as the angle of a hoop that is
-    /// turned, or the spin of a top. What rolls keeps its independent velocities, those of angles where it
-    /// can: of a disk its turning and its spin, while its lean is looked for and its place goes round.
+    /// A steady motion with the velocities of a state: the coordinates are adjusted until nothing
+    /// accelerates. Velocities other than 0 must belong to cyclic coordinates, such as the angle of a driven
+    /// hoop or the spin of a top. A rolling system keeps its independent velocities, those of angles if
+    /// possible. For a disk these are its turning and its spin; the lean is found.
     ///
     /// # Errors
-    /// As [`Equilibria::equilibrium`], and where the motion that is found does not stay.
+    /// As [`Equilibria::equilibrium`], and a motion that does not stay steady.
     fn steady(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
         find(self, start, Asked { moving: true, ..Asked::REST })
     }
 
-    /// As [`Equilibria::steady`] of what rolls, where these velocities are the independent ones that stay as
-    /// they are in the start, by the names of their coordinates: of a bicycle `["roll", "steer", "rear"]`,
-    /// the first two of them 0, for turns at a given speed.
+    /// As [`Equilibria::steady`] for rolling systems, with the choice of the independent velocities that are
+    /// kept, by the names of their coordinates. For turns of a bicycle at a given speed these are `["roll",
+    /// "steer", "rear"]`, the first two of them 0.
     ///
     /// # Errors
-    /// Also where a name is not a coordinate, or its velocity is not independent of the others.
+    /// Also if a name is not a coordinate, or its velocity depends on the others.
     fn steady_in(
         &self,
         start: &Self::State,
@@ -88,20 +88,20 @@ pub trait Equilibria: Constraints + Powers {
         find_holding(self, start, Asked { moving: true, ..Asked::REST }, &indices::<Self>(independent)?)
     }
 
-    /// A search for steady motions from many starts, all of them with the velocities of this state, of what
-    /// rolls the independent ones. Random starts differ in the coordinates that have a range
-    /// ([`Search::within`]): give one to what is looked for, as the lean, and none to what only counts what
-    /// happens, as the place.
+    /// A search for steady motions from many starts. All starts have the velocities of this state (for
+    /// rolling systems, the independent ones). Random starts differ in the coordinates that have a range
+    /// ([`Search::within`]). Give ranges to the unknown coordinates, such as the lean, and none to cyclic
+    /// ones, such as the position.
     fn steady_motions(&self, around: Self::State) -> Search<'_, Self> {
         Search::new(self, around).moving()
     }
 
-    /// Whether it stays in an equilibrium or a steady motion: by energy where that is conserved, by the
-    /// eigenvalues of small motions elsewhere, and told apart where linear theory does not decide.
-    /// Coordinates on which nothing depends are left out, with their momenta held.
+    /// Whether an equilibrium or a steady motion is stable. The criterion is the energy if it is conserved,
+    /// otherwise the eigenvalues of small motions. The verdict says if linear theory does not decide. Cyclic
+    /// coordinates are left out, with their momenta held.
     ///
     /// # Errors
-    /// A state that is neither, and what cannot be linearised.
+    /// A state that is neither, and a model that cannot be linearised.
     fn stability(&self, state: &Self::State) -> Result<Stability, EquilibriumError> {
         stability::judge(self, state)
     }

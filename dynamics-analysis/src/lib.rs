@@ -64,7 +64,7 @@ use dynamics_runtime::motion::Simulate;
 
 /// Studies of methods and models, for all models that can be simulated.
 pub trait Analyze: Simulate {
-    /// Opens a study of methods on this model, from a start state; options follow, [`WorkPrecision::run`]
+    /// Begins a study of methods on this model, from a start state. Options follow; [`WorkPrecision::run`]
     /// runs it.
     fn work_precision(&self, start: Self::State) -> WorkPrecision<'_, Self> {
         WorkPrecision::new(self, start)

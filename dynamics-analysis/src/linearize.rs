@@ -44,8 +44,8 @@ pub(super) use steady::later;
 
 /// Linear models of small motions, for all models.
 pub trait SmallMotions: Constraints {
-    /// The linear equations of small motions beside the motion through a state; the independent coordinates
-    /// are chosen.
+    /// The linear equations of small motions about the motion through a state. The library chooses the
+    /// independent coordinates.
     ///
     /// # Errors
     /// A state that is not on the constraints or singular, forces that depend on reactions, a model too large

@@ -82,7 +82,7 @@ pub(super) struct PageSection {
 }
 
 impl PageSection {
-    /// A section that says what it shows, and how that is read (nothing if it is empty).
+    /// A section with its title and how to read it (left out if empty).
     pub(super) fn new(title: &str, heading: &str, legend: &str) -> Self {
         let mut html = String::new();
         let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>", xml(title), xml(heading));

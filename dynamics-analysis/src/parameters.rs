@@ -29,23 +29,24 @@ use dynamics_runtime::motion::Simulate;
 
 /// Models whose parameters and starts can be varied: every derived model that is `Clone`.
 pub trait Vary: Simulate + Parameters + Clone {
-    /// Opens a sweep over a grid of parameters and starts, beside this model and this start.
+    /// Begins a sweep over a grid of parameters and starts. What has no axis is as in this model and this
+    /// start.
     fn sweep(&self, start: Self::State) -> Sweeping<'_, Self> {
         Sweeping::new(self, start)
     }
 
-    /// Opens the sensitivities of the motion from a start; options follow, [`Sensitivity::run`] runs it.
+    /// Begins the sensitivities of the motion from a start. Options follow; [`Sensitivity::run`] runs it.
     fn sensitivities(&self, start: Self::State) -> Sensitivity<'_, Self> {
         Sensitivity::new(self, start)
     }
 
-    /// Opens a number that is made of the motion from a start, for its derivatives by all parameters and
-    /// starts at once; terms follow, [`Objective::run`] runs it.
+    /// Begins an objective: one number of the motion from a start, to be differentiated by all parameters and
+    /// starts at once. Its terms follow; [`Objective::run`] runs it.
     fn objective(&self, start: Self::State) -> Objective<'_, Self> {
         Objective::new(self, start)
     }
 
-    /// Opens a fit of parameters and starts to measured motion, which begins with those of this model and
+    /// Begins a fit of parameters and starts to measured motion. The first values are those of this model and
     /// this start.
     fn fit(&self, start: Self::State) -> Fitting<'_, Self> {
         Fitting::new(self, start)
@@ -54,8 +55,8 @@ pub trait Vary: Simulate + Parameters + Clone {
     /// How an equilibrium moves with a parameter.
     ///
     /// # Errors
-    /// A name that is none; a state that is no equilibrium; one that has no derivative, as in a fold; forces
-    /// that change with time, there or with values of the parameter beside it.
+    /// An unknown name; a state that is not an equilibrium; an equilibrium without a derivative, as in a
+    /// fold; forces that change with time, at this or a neighbouring value of the parameter.
     fn equilibrium_by(
         &self,
         state: &Self::State,
@@ -64,8 +65,8 @@ pub trait Vary: Simulate + Parameters + Clone {
         statics::equilibrium_by(self, state, parameter)
     }
 
-    /// How the natural frequencies of undamped small motions beside an equilibrium change with a parameter,
-    /// the equilibrium's own way included.
+    /// How the natural frequencies of undamped small motions about an equilibrium change with a parameter.
+    /// The change of the equilibrium is included.
     ///
     /// # Errors
     /// As [`Vary::equilibrium_by`]; also where small motions are damped, gyroscopic or circulatory.

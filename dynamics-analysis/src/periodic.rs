@@ -43,13 +43,13 @@ const MOST_STEPS: usize = 200_000;
 
 /// Periodic and chaotic motions, for all models that can be simulated.
 pub trait PeriodicMotions: Simulate {
-    /// The Floquet multipliers of the motion through a state, which has to close after the period: of an
-    /// equilibrium under periodic coefficients, or of a closed motion that is known. Of equations in which
-    /// the time stands, the period has to be one of theirs.
+    /// The Floquet multipliers of the motion through a state, which must close after the period: an
+    /// equilibrium under periodic coefficients, or a known closed motion. If time appears in the equations,
+    /// the period must be one of theirs.
     ///
     /// # Errors
-    /// A motion that does not close, equations that do not repeat, what has no derivatives, motions that end
-    /// or run away.
+    /// A motion that does not close, equations that do not repeat, a model without derivatives, motions that
+    /// end or diverge.
     fn floquet(&self, start: &Self::State, period: f64) -> Result<Floquet, PeriodicError> {
         check_period(period)?;
         check::<Self>(self, start)?;
@@ -57,20 +57,20 @@ pub trait PeriodicMotions: Simulate {
         floquet::of_motion(self, &[*start], period, &advance, (TOLERANCE, MOST_STEPS))
     }
 
-    /// A search for the closed motion near the one through a state: options follow, [`Shooting::run`] runs
-    /// it. Where the time stands in the equations the period is held, and has to be one of theirs or a
-    /// multiple; otherwise it is a first guess.
+    /// A search for the closed motion near the one through a state. Options follow; [`Shooting::run`] runs
+    /// it. If time appears in the equations, the period is kept, and must be one of theirs or a multiple.
+    /// Otherwise it is a first guess.
     fn periodic(&self, guess: Self::State, period: f64) -> Shooting<'_, Self> {
         Shooting::new(self, guess, period)
     }
 
-    /// A computation of Lyapunov exponents along the motion from a state: options follow, [`Lyapunov::run`]
+    /// A computation of Lyapunov exponents along the motion from a state. Options follow; [`Lyapunov::run`]
     /// runs it.
     fn lyapunov(&self, start: Self::State) -> Lyapunov<'_, Self> {
         Lyapunov::new(self, start)
     }
 
-    /// A section through the motion from a state: options follow, [`Poincare::run`] runs it.
+    /// A section through the motion from a state. Options follow; [`Poincare::run`] runs it.
     fn poincare(&self, start: Self::State) -> Poincare<'_, Self> {
         Poincare::new(self, start)
     }

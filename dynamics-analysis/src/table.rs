@@ -4,8 +4,8 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
 
-/// Rows with their cells one below the other, the first column flush left, the others right; what follows the
-/// last column of the first row stands as it is.
+/// Rows with aligned cells: the first column flush left, the others right. Cells after the last column of the
+/// first row are not aligned.
 pub(super) fn columns(rows: &[Vec<String>]) -> String {
     let count = rows.first().map_or(0, Vec::len);
     let wide = |text: &String| text.chars().count();

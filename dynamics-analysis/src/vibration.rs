@@ -54,10 +54,10 @@ use crate::linearize::Mode;
 
 /// Linear vibration and control, for all derived models.
 pub trait Vibration: Constraints + Outputs {
-    /// The linear model beside an equilibrium or a steady motion, for inputs and outputs by name.
+    /// The linear model about an equilibrium or a steady motion, with inputs and outputs by name.
     ///
     /// # Errors
-    /// What cannot be linearised, states that are neither, and outputs without exact derivatives.
+    /// A model that cannot be linearised, a state that is neither, and outputs without exact derivatives.
     fn state_space(&self, state: &Self::State) -> Result<StateSpace, VibrationError> {
         state_space::of_model(self, state)
     }
@@ -67,7 +67,7 @@ pub trait Vibration: Constraints + Outputs {
     /// Re(`amplitude` · shape e^{iωt}), undamped so that it can be seen.
     ///
     /// # Errors
-    /// A mode that does not swing, or an amplitude that is not a number above 0.
+    /// A mode that does not oscillate, or an amplitude that is not positive.
     fn mode_film(
         &self,
         state: &Self::State,

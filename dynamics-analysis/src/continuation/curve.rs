@@ -145,7 +145,7 @@ impl<S: ModelState> Plan<S> {
                     missed = if let Missed::Model(reason) = why { Some(reason) } else { missed };
                     h *= 0.5;
                     if h < SHORTEST {
-                        // Slopes beside the end of a model are none: what is wrong is seen a little further
+                        // Slopes do not exist near the end of a model. The reason is found a little further
                         // on.
                         let beyond = problem.moved(&here.place, &tangent.scaled(BEYOND));
                         return (curve, Some(missed.or_else(|| problem.balance(&beyond, &[]).err())));

@@ -19,11 +19,12 @@ use crate::{Stability, StabilityVerdict};
 /// Growth below this part of the frequency is rounding, unless the verdicts on both ends of a step tell it
 /// from that.
 const GROWTH: f64 = 1e-6;
-/// What is told from rounding is more than this part of the growth in which flutter is beyond doubt.
+/// Growth is significant above this part of the growth at which flutter is certain.
 const TOLD: f64 = 0.1;
 /// Bits by which eigenvalues are off.
 const ROUNDING: f64 = 16.0;
-/// How far along the branch the axis is looked for from where growth is told from rounding.
+/// The distance along the branch within which the axis crossing is sought, from where growth is larger than
+/// rounding.
 const TO_AXIS: f64 = 0.2;
 
 /// What is between two points where the number of growing pairs changes.
@@ -144,8 +145,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         })
     }
 
-    /// Where the real part of a pair is zero, by secants, with its frequency: growth begins a little beside,
-    /// where it is told from rounding.
+    /// The point where the real part of a pair is zero, by secants, with its frequency. Growth is larger than
+    /// rounding only a little beside it.
     fn on_axis(&self, found: Enclosed<M>, first: Complex<f64>) -> (Sample<M>, f64, f64) {
         let from = found.flutter;
         let (mut x, mut f) = ([0.0, -1e-6 * found.inward], first.re);

@@ -282,8 +282,8 @@ impl<M: Constraints> Problem<'_, M> {
     }
 }
 
-/// Whether these equations are fulfilled as nearly as their slopes tell: where a slope is none, as beside a
-/// corner, small steps say nothing.
+/// Whether these equations are fulfilled to the accuracy of their slopes. If a slope does not exist, as near
+/// a corner, small steps prove nothing.
 fn settled(
     matrix: &DMatrix<f64>,
     right: &DVector<f64>,

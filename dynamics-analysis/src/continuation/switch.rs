@@ -122,7 +122,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         }
     }
 
-    /// Both halves of the other branch, each with what it fails for.
+    /// Both halves of the other branch, or the error of each.
     #[expect(clippy::type_complexity, reason = "two results in one")]
     fn arms(
         &self,

@@ -104,7 +104,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         Self { problem, options, periodic, points, special, rejected: 0, unsure: 0.0, progress }
     }
 
-    /// What is known at a place in balance, whose branch goes on along a direction.
+    /// A point in balance, with the direction in which its branch continues.
     pub(super) fn sample(&self, balance: Balance<M>, along: &Direction) -> Result<Sample<M>, Missed> {
         let tangent = self.problem.tangent(&balance, along, None).ok_or(Missed::Far)?;
         let watch = Watch::of(self.problem, &balance, &tangent).map_err(Missed::Model)?;

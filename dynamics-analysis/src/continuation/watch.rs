@@ -20,7 +20,7 @@ const SAME_SHAPE: f64 = 0.6;
 /// Elements that differ by less than this part of the largest are one: a stiffness of a potential is
 /// symmetric.
 const SYMMETRIC: f64 = 1e-10;
-/// A dip to less than this part of the values beside it is looked at.
+/// A minimum below this part of the neighbouring values is examined.
 const LOW: f64 = 0.3;
 /// Imaginary parts below this part are rounding: where two real ones meet, each is off by the root of it.
 const REAL: f64 = 1e-6;
@@ -186,7 +186,7 @@ impl Watch {
 
 /// Where a parabola through values at 0, ½ and 1 of one sign comes near zero, or passes it, between them.
 fn dip([first, middle, last]: [f64; 3]) -> Option<f64> {
-    // As signs count where changes are looked for: what is exactly zero has not passed it.
+    // The sign for counting changes: an exact zero has not changed its sign.
     let one_sign = [middle, last].iter().all(|x| (*x < 0.0) == (first < 0.0));
     let bend = 2.0 * (first - 2.0 * middle + last);
     let rise = last - first - bend;

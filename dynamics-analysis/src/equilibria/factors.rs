@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector, SVD};
 /// Singular values of the balanced K below this, against the largest, are zero.
 const VANISHED: f64 = 1e-13;
 
-/// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with rows and columns balanced, so that what is soft is not lost beside what is
-/// stiff.
+/// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with balanced rows and columns, so that soft directions keep their digits beside
+/// stiff ones.
 pub(super) struct Factors {
     pub(super) rows: DVector<f64>,
     pub(super) columns: DVector<f64>,

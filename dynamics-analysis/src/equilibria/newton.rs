@@ -261,8 +261,8 @@ impl<M: Constraints> Search<'_, M> {
         None
     }
 
-    /// A place a little beside what is not in balance, where ‖F‖ is smaller though it does not fall to first
-    /// order: the way that it would begin to move, or where K resists least.
+    /// A point near one that is not in balance, at which ‖F‖ is smaller although it does not fall to first
+    /// order: in the direction of the force, or of the least stiffness.
     fn downhill(
         &self,
         state: &M::State,

@@ -114,8 +114,8 @@ impl<M: Constraints> Rolling<'_, M> {
         Ok(next)
     }
 
-    /// Back on the holonomic constraints, by coordinates that depend on the others: the shortest way back
-    /// would move the place and the heading along.
+    /// Projects onto the holonomic constraints by the dependent coordinates. The shortest projection would
+    /// also move position and heading.
     fn place(&self, state: &mut M::State) -> Result<(), EquilibriumError> {
         for _ in 0..CORRECTIONS {
             let read = Read::of(self.model, state)?;
@@ -240,8 +240,8 @@ impl<M: Constraints> Rolling<'_, M> {
         })
     }
 
-    /// That no force changes with time, at the times at which balance is looked at elsewhere: in this very
-    /// place, as where it will be by then says nothing.
+    /// Checks that no force changes with time, at the times at which balance is sampled elsewhere. It is
+    /// checked at this position, not at the later ones of the motion.
     fn check_times(
         &self,
         state: &M::State,

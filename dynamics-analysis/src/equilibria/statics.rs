@@ -209,9 +209,8 @@ impl<R: Vector> Statics<R> {
         Ok(-self.tangent.velocities.tr_mul(&(read.force + read.jacobian.tr_mul(&held))))
     }
 
-    /// How far F can be told: what the rounding of coordinates and of its terms makes of it, measured by
-    /// moving the coordinates by their last bits (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33
-    /// (2011) 1292).
+    /// The uncertainty of F from rounding of the coordinates and of its terms, measured by moving the
+    /// coordinates by their last bits (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292).
     pub(crate) fn noise<M: Constraints<Rows = R>>(
         &self,
         model: &M,

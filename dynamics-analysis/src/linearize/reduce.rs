@@ -195,7 +195,7 @@ impl Elimination {
     }
 }
 
-/// Refuses positions in which rows depend on each other that do not beside them.
+/// Refuses positions in which rows become dependent that are independent nearby.
 pub(super) fn refuse_singular<M: Constraints>(
     model: &M,
     state: &M::State,

@@ -22,7 +22,7 @@ pub(super) fn eigenvalues(linear: &Linearization) -> Result<Vec<Complex<f64>>, L
         Some((squares, _)) => squares.iter().flat_map(|square| pair(*square)).collect(),
         None => general(linear.state_matrix()?)?,
     };
-    // Equal to rounding counts as equal, so that conjugates stand beside each other.
+    // Values that are equal to rounding count as equal, so that conjugates are neighbours.
     let size = found.iter().map(|x: &Complex<f64>| x.norm()).fold(0.0, f64::max);
     let key = |x: f64| if size > 0.0 { (x / (1e-12 * size)).round() } else { 0.0 };
     found.sort_by(|a, b| key(a.re).total_cmp(&key(b.re)).then(a.im.total_cmp(&b.im)));
@@ -100,9 +100,9 @@ fn by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
     Ok((values, vectors))
 }
 
-/// The eigenvalues of any matrix. Parts that do not know of each other are taken apart first: what is
-/// rounding beside something stiff is not beside what is coupled. All are balanced as one: beside nothing but
-/// rounding, balancing would make that as large as the rest.
+/// The eigenvalues of any matrix. Uncoupled parts are separated first, so that soft parts are not compared
+/// with stiff ones. Balancing uses the whole matrix, because balancing a part that is only rounding would
+/// make it as large as the rest.
 pub(crate) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
     if a.is_empty() {
         return Ok(Vec::new());

@@ -125,7 +125,7 @@ pub enum SensitivityError {
     /// Small motions are damped, gyroscopic or circulatory: their frequencies are not those of mass and
     /// stiffness.
     NotConservative {
-        /// The largest of those terms, relative to what they stand beside.
+        /// The largest of those terms, relative to its neighbours.
         part: f64,
     },
 }

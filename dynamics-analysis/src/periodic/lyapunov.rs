@@ -89,7 +89,7 @@ pub struct LyapunovExponents<S: ModelState> {
     pub running: Vec<(f64, Vec<f64>)>,
     /// Time over which the means are.
     pub time: f64,
-    /// How many exponents are 0 for a reason.
+    /// How many exponents are known to be 0.
     pub known_zeros: usize,
     /// A smaller estimate cannot be distinguished from 0: ln(1 + ωt)/t, the estimate if neighbours separate
     /// in proportion to time. ω is the highest frequency of the motion.
@@ -424,9 +424,9 @@ impl<'m, M: Simulate> Carried<'m, M> {
         Ok((0..n).map(of).fold(0.0, f64::max))
     }
 
-    /// How many exponents are 0 for a reason.
+    /// How many exponents are known to be 0.
     fn known_zeros(&mut self, span: f64) -> Result<usize, PeriodicError> {
-        // No period is asked for: the equations are compared with themselves at other times.
+        // No period is given: the equations are compared with themselves at other times.
         let (passed, n) = (self.passed.clone(), 2 * M::Vector::LEN);
         let autonomous = match is_autonomous(&mut self.flow, &passed, span, &DVector::zeros(n)) {
             Ok(autonomous) => autonomous,

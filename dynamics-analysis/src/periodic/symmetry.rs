@@ -138,8 +138,8 @@ pub(super) struct Known {
     pub(super) left: Vec<(DVector<f64>, Trivial)>,
 }
 
-/// What is conserved along a motion: the indices of [`dynamics_runtime::model::Dynamics::CONSERVED`] that
-/// hold where the accelerations stand still, and the energy function where all powers vanish.
+/// The conserved quantities of a motion: the indices of [`dynamics_runtime::model::Dynamics::CONSERVED`] that
+/// hold, and the energy function if all powers vanish.
 pub(super) struct Conserved {
     /// Names.
     pub(super) names: Vec<&'static str>,

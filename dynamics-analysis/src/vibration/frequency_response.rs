@@ -162,7 +162,7 @@ impl StateSpace {
         at.retain(|frequency| (from..=to).contains(frequency));
         at.sort_by(f64::total_cmp);
         at.dedup();
-        // What has no digits there has no place in the chart; whoever asks for that frequency is told.
+        // A value without digits is left out of the chart. A request for that frequency returns the error.
         let value =
             |frequency: f64| self.response_at(channel, frequency).ok().map(|found| (frequency, found.value));
         Ok(at.into_iter().filter_map(value).collect())

@@ -139,8 +139,8 @@ impl StateSpace {
         Ok(Gain { frequency: best.0, magnitude: best.1, bound: best.1 * (1.0 + CERTAIN) })
     }
 
-    /// The way from a cause to an answer and its eigenvalues, all of which die away; what does not, and is
-    /// not reached or not seen, is taken out.
+    /// The channel and its eigenvalues, all of which decay. Modes that do not decay, but are uncontrollable
+    /// or unobservable, are removed.
     fn dying(
         &self,
         input: &Excitation,

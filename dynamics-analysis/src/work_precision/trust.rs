@@ -15,8 +15,8 @@ use super::{Candidate, WorkPrecision};
 /// one: errors of methods that have nothing in common are so much alike by chance in one of some hundred
 /// thousand pairs.
 const AGREED: f64 = 1e-5;
-/// Two runs that are so much nearer to each other than to the end that was given may have found another one,
-/// or err alike: runs near rounding decide.
+/// Two runs that are this much nearer to each other than to the given end may have found another end, or have
+/// the same error. Runs near rounding decide.
 const ALIKE: f64 = 0.3;
 /// Distances below so many uncertainties contradict nothing: those are estimates.
 const FAR: f64 = 10.0;
@@ -57,8 +57,8 @@ impl<M: Simulate> Study<'_, M> {
         (1..runs.len()).any(|k| runs[..k].iter().any(|other| self.agree(runs[k], other, ALIKE).is_some()))
     }
 
-    /// Whether runs near rounding end elsewhere than where was said, by more than they may be wrong. Where
-    /// they fail or do not agree themselves, nobody knows better.
+    /// Whether runs near rounding contradict the known end by more than their uncertainty. If they fail or
+    /// disagree with each other, there is no contradiction.
     fn found_elsewhere(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
         let Ok(found) = chosen(asked, self.interval.1) else { return Ok(()) };
         let distance = found.end.errors(&self.reference.end);

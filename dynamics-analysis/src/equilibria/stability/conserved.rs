@@ -144,8 +144,8 @@ fn undamped(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(if free.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&free) })
 }
 
-/// Whether a matrix is symmetric (sign 1) or skew (−1), element by element, so that nothing is lost beside
-/// what is stiff.
+/// Whether a matrix is symmetric (sign 1) or skew (−1), element by element, so that soft elements count
+/// beside stiff ones.
 fn is_even(m: &DMatrix<f64>, sign: f64) -> bool {
     let pair = |i: usize, j: usize| {
         let (x, y) = (m[(i, j)], sign * m[(j, i)]);

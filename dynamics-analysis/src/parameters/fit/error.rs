@@ -136,8 +136,7 @@ pub enum FitError {
     },
     /// The data cannot identify some unknowns, or one has no influence.
     Indistinguishable {
-        /// Groups of unknowns of which one could make up for the others; groups of one have no influence on
-        /// what was measured.
+        /// Groups of unknowns that can compensate each other. A group of one has no influence on the data.
         groups: Vec<Vec<String>>,
         /// Values at which the search ended: some of many that are as good.
         values: Vec<(String, f64)>,

@@ -121,8 +121,8 @@ impl Levenberg<'_> {
         (0..at.len()).filter(|i| !stands(i)).collect()
     }
 
-    /// A step that ends within the bounds: unknowns that would cross one go as far as it, and the others are
-    /// solved for beside them. Whether that was so.
+    /// A step within the bounds: unknowns that would cross a bound stop there, and the others are solved
+    /// again. Also returns whether that happened.
     fn within(
         &self,
         at: &DVector<f64>,

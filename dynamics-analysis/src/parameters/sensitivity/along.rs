@@ -13,8 +13,8 @@ use super::collocation::Gauss;
 use super::linear::Linear;
 use super::smooth::refuse_jumps;
 
-/// Columns below this part of what the motion has for each unit of its variable are measured by that: what
-/// has no influence is made of rounding alone.
+/// Columns below this part of the motion per unit of the variable are scaled by the motion instead, because a
+/// column without influence is only rounding.
 const LEAST: f64 = 1e-3;
 /// Columns below this part of that are followed again, by their own size; in at most so many times the steps,
 /// and so many more.

@@ -249,7 +249,7 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
         }
     }
 
-    /// That no other closed motion lies beside the one that was found.
+    /// Checks that no other closed motion is next to the one that was found.
     fn alone(&self, shots: &mut Shots<M::State>, mut solved: Solved) -> Result<Solved, PeriodicError> {
         if self.is_family {
             let (misses, rows) = &shots.conditions;
