@@ -131,3 +131,26 @@ fn examples_can_be_pasted() {
         }
     }
 }
+
+/// Users depend on `dynamics` alone, so the examples of all crates name it. The line that makes that name is
+/// hidden: `# use dynamics_runtime as dynamics;`.
+#[test]
+fn examples_in_comments_name_dynamics_alone() {
+    let is_library = |path: &&String| path.starts_with("dynamics-") && path.contains("/src/");
+    for file in tree().iter().filter(is_library).filter(|path| path.ends_with(".rs")) {
+        let mut in_example = false;
+        for line in fs::read_to_string(root().join(file)).unwrap().lines() {
+            let line = line.trim_start();
+            let comment = line.strip_prefix("///").or_else(|| line.strip_prefix("//!")).map(str::trim);
+            let Some(comment) = comment else {
+                in_example = false;
+                continue;
+            };
+            if comment.starts_with("```") {
+                in_example = !in_example;
+            } else if in_example && !comment.starts_with("# ") {
+                assert!(!comment.contains("dynamics_"), "{file}: {comment}");
+            }
+        }
+    }
+}
