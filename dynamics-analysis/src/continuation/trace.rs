@@ -23,21 +23,21 @@ use super::problem::{Balance, Direction, Place, Problem};
 use super::watch::Watch;
 use crate::equilibria::{Equilibria, EquilibriumError};
 
-/// Angle between tangents that steps aim at, and the largest that is taken, in rad.
+/// The desired angle between tangents, and the largest that is accepted, in rad.
 const AIM: f64 = 0.12;
 const TURN: f64 = 0.35;
 
-/// Steps longer than this in which something passes zero that is neither fold nor branch point are not taken.
+/// Longer steps are rejected if a quantity passes zero in them that is neither a fold nor a branch point.
 const UNSOUND: f64 = 1e-6;
-/// So many steps shorter than this one after the other come to no end.
+/// After this many consecutive steps shorter than this, the branch is given up.
 const CREEP: f64 = 1e-7;
 const CREPT: usize = 40;
 
-/// The fold in which load control ends is nearer than this.
+/// Load control ends at a fold that is nearer than this.
 const NEAR_LIMIT: f64 = 1e-2;
-/// The middle of a step may lie beside the cubic through its ends by this part of the step.
+/// The middle of a step may deviate from the cubic through its ends by this part of the step.
 const BESIDE: f64 = 0.01;
-/// A branch that comes back to its first point does so to this distance.
+/// A branch has returned to its first point within this distance.
 const CLOSED: f64 = 1e-6;
 
 /// How a branch is followed.
@@ -54,7 +54,7 @@ pub(super) struct Options {
     pub(super) progress: bool,
 }
 
-/// A place on a branch with all that is known of it.
+/// A point on a branch with its properties.
 pub(super) struct Sample<M: Constraints> {
     pub(super) balance: Balance<M>,
     pub(super) tangent: Direction,
@@ -111,8 +111,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         Ok(Sample { balance, tangent, watch })
     }
 
-    /// The place on the branch in the plane normal to the tangent of a sample, so far along it, no farther
-    /// from there than `reach`.
+    /// The point on the branch in the plane normal to the tangent of a sample, at this distance along it, no
+    /// farther from there than `reach`.
     pub(super) fn beside(&self, from: &Sample<M>, s: f64, reach: f64) -> Result<(Sample<M>, usize), Missed> {
         let guess = self.problem.moved(from.place(), &from.tangent.scaled(s));
         let plane = Some((&from.tangent, &guess));
@@ -128,7 +128,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         Ok((self.sample(arrived.balance, &from.tangent)?, arrived.iterations))
     }
 
-    /// From a place in balance along a direction; `branching` where that is one in which branches meet.
+    /// Starts at a point in balance along a direction; `branching` if branches meet at this point.
     pub(super) fn run(
         mut self,
         first: Sample<M>,
@@ -194,7 +194,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         self.timeless(BranchEnd::Points)
     }
 
-    /// One step of length h, or what is left of it up to the end of the range.
+    /// One step of length h, or up to the end of the range.
     fn step(&self, here: &Sample<M>, h: f64, leaving: bool) -> Result<Step<M>, Missed> {
         let [lo, hi] = self.options.range;
         let p = |sample: &Sample<M>| sample.place().p[0];
@@ -242,8 +242,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         Ok(Step::Taken(Box::new(middle), Box::new(next), after))
     }
 
-    /// Whether the middle of a step lies beside the cubic through its ends (Hermite): it then leads to
-    /// another branch, or cuts a bend.
+    /// Whether the middle of a step deviates from the cubic through its ends (Hermite): the step then leads
+    /// to another branch, or cuts a bend.
     fn leaps(&self, here: &Sample<M>, middle: &Sample<M>, next: &Sample<M>) -> bool {
         let length = self.problem.distance(here.place(), next.place());
         let chord = self.problem.between(here.place(), next.place());
@@ -260,7 +260,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         (self.problem.dot(&off, &off) - along * along).max(0.0).sqrt() > BESIDE * length
     }
 
-    /// The place at the end of the range, about so far along the tangent.
+    /// The point at the end of the range, about this distance along the tangent.
     fn to_bound(
         &self,
         here: &Sample<M>,
@@ -370,8 +370,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         }
     }
 
-    /// The branch, if nothing on it changes with time: its last point and its special ones are looked at as
-    /// the start was, and where that shows anything, all are.
+    /// The branch, if nothing on it changes with time. Its last point and its special points are checked like
+    /// the start. If this finds a change, all points are checked.
     fn timeless(self, end: BranchEnd) -> Result<Branch<M::State>, ContinuationError<M::State>> {
         match self.changing() {
             None => Ok(self.finish(end)),
@@ -379,7 +379,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         }
     }
 
-    /// How many points there are before forces change with time, and what these do there.
+    /// The number of points before forces change with time, and the reason.
     fn changing(&self) -> Option<(usize, EquilibriumError)> {
         let at = |state: M::State, parameter: f64| {
             let found = self.problem.check_times(&Place { state, p: [parameter, 0.0] });
@@ -395,7 +395,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         Some(first.filter(|(k, _)| *k <= before).unwrap_or((before, reason)))
     }
 
-    /// Ends after so many points, as forces change with time beyond.
+    /// Ends after this number of points, because forces change with time beyond.
     pub(super) fn ends_in_time(
         mut self,
         known: usize,
@@ -449,7 +449,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     }
 }
 
-/// Zeros but in the coordinates of a direction, the largest of them 1.
+/// Zero except in the coordinates of a direction, whose largest element is 1.
 pub(super) fn shape<V: Vector>(of: &Direction) -> V {
     let mut out = V::zeros();
     let most = of.q.amax();

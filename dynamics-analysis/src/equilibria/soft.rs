@@ -19,32 +19,32 @@ use super::factors::Factors;
 use super::rounding::NOISES;
 use super::statics::{Statics, scales};
 
-/// Singular values below this part of the largest are looked at.
+/// Singular values below this part of the largest are examined.
 const SOFT: f64 = 1e-6;
-/// Likewise those along which rounding of forces would move the place by more than this.
+/// So are those along which rounding of forces would move the position by more than this.
 const UNSURE: f64 = 1e-3;
-/// The first distance, in what coordinates are measured by, and the last.
+/// The first and the last distance, in the scales of the coordinates.
 const FIRST: f64 = 1e-13;
 const LAST: f64 = 2.0;
-/// Distances are doubled, but by no more than this.
+/// Distances are doubled, but increase by no more than this.
 const STRIDE: f64 = 0.05;
-/// Where nothing is left at these distances, nothing is anywhere nearby; the last two may meet zero, of which
-/// anything may hold.
+/// If the force vanishes at all of these distances, it vanishes everywhere nearby. The last two may lead to
+/// zero, where anything is possible.
 const FAR: [f64; 6] = [-0.05, 0.05, -0.4, 0.4, -1.0, 1.0];
-/// Places of other size that are looked at where nothing is: powers of ten of a coordinate, and how many in
-/// each.
+/// Other positions that are sampled if the force vanishes nearby: powers of ten of a coordinate, and how many
+/// in each.
 const DECADES: [i32; 2] = [-9, 9];
 const EACH: i32 = 4;
-/// Corrections of what is stiff at each distance.
+/// Corrections of the stiff directions at each distance.
 const CORRECTIONS: usize = 6;
-/// Forces above this many times their rounding are told from it.
+/// Forces above this multiple of their rounding are significant.
 const TOLD: f64 = 4.0;
 
-/// How far a force is rounding.
+/// The extent over which a force is only rounding.
 enum Side {
     /// The extent, and whether the model kept its branches on the way.
     Ends(f64, bool),
-    /// As far as was looked.
+    /// As far as the search went.
     Never,
 }
 
@@ -53,14 +53,14 @@ fn largest(values: impl Iterator<Item = f64>) -> usize {
     values.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
 }
 
-/// The intervals within which the values that a model's choices depend on have no corner.
+/// The intervals in which the model keeps its branches.
 fn pieces<M: Constraints>(model: &M, state: &M::State) -> [[f64; 2]; MOST_KINKS] {
     let mut kinks = [Kink::NONE; MOST_KINKS];
     model.kinks(state, &mut kinks);
     kinks.map(|kink| kink.smooth)
 }
 
-/// Where a direction is followed from.
+/// The start of a direction that is followed.
 pub(super) struct Soft<'a, M: Constraints> {
     pub(super) model: &'a M,
     pub(super) state: &'a M::State,
@@ -70,7 +70,7 @@ pub(super) struct Soft<'a, M: Constraints> {
 }
 
 impl<M: Constraints> Soft<'_, M> {
-    /// How far the independent coordinates may be off along all soft directions.
+    /// The uncertainty of the independent coordinates along all soft directions.
     pub(super) fn reach(&self) -> Result<DVector<f64>, EquilibriumError> {
         let mut reach = DVector::zeros(self.statics.stiffness.ncols());
         let sigma = &self.factors.svd.singular_values;
@@ -107,9 +107,9 @@ impl<M: Constraints> Soft<'_, M> {
         EquilibriumError::Faded { coordinate: M::COORDINATES[i].name, value: self.state.q().as_slice()[i] }
     }
 
-    /// Whether no force changes as all coordinates move by parts of `all` nearby, and one does far away, with
-    /// no choice of the model in between. Straight on, without corrections: rests that lie on a curve are
-    /// left at once.
+    /// Whether no force changes nearby, as all coordinates move by parts of `all`, but one changes far away,
+    /// without a branch change in between. The search is straight, without corrections: it leaves a curve of
+    /// equilibria at once.
     fn depends_far_away(&self, all: &DVector<f64>) -> Result<bool, EquilibriumError> {
         let moved = |s: f64| {
             let mut beside = *self.state;
@@ -117,7 +117,7 @@ impl<M: Constraints> Soft<'_, M> {
             beside
         };
         let here = self.statics.force_beside(self.model, self.state)?;
-        // Where there is no force that is a number nothing is learnt.
+        // A force that is not finite gives no information.
         let changes = |beside: &M::State| -> bool {
             let Ok(there) = self.statics.force_beside(self.model, beside) else { return false };
             let change = (&there - &here).abs();
@@ -139,17 +139,17 @@ impl<M: Constraints> Soft<'_, M> {
         Ok(places.into_iter().any(|beside| changes(&beside) && pieces(self.model, &beside) == pieces_here))
     }
 
-    /// To both sides, how far the force along a direction is rounding.
+    /// The extent to both sides over which the force along a direction is only rounding.
     fn sides(
         &self,
         left: &DVector<f64>,
         along: &DVector<f64>,
         own: usize,
     ) -> Result<[Side; 2], EquilibriumError> {
-        // What was left counts as rounding, too.
+        // The residual counts as rounding, too.
         let least = TOLD * left.abs().dot(self.noise).max(left.dot(&self.statics.force).abs());
         let stiff = self.factors.without(SOFT, own);
-        // Coordinates on which nothing depends are soft as a rule: seen at once.
+        // Cyclic coordinates are usually soft, and recognised at once.
         let mut never = true;
         for s in FAR {
             let force = if never { self.left(left, &(along * s), &stiff)? } else { None };
@@ -174,8 +174,8 @@ impl<M: Constraints> Soft<'_, M> {
         Ok([side(1.0)?, side(-1.0)?])
     }
 
-    /// The force in a direction at a distance, with what is stiff in balance, and that place; `None` where
-    /// that is not found.
+    /// The force in a direction at a distance, with the stiff directions in balance, and that position;
+    /// `None` if it is not found.
     fn left(
         &self,
         left: &DVector<f64>,

@@ -43,7 +43,7 @@ struct Linear {
     mass: DMatrix<f64>,
     damping: DMatrix<f64>,
     stiffness: DMatrix<f64>,
-    /// How far each element of the stiffness may be off.
+    /// The uncertainty of each element of the stiffness.
     unsure: DMatrix<f64>,
     names: Vec<Quantity>,
 }
@@ -77,7 +77,8 @@ pub(super) fn judge<M: Constraints + Powers>(
     Ok(found)
 }
 
-/// Sets stiffnesses and dampings that are rounding to 0: how a model is written does not decide what resists.
+/// Sets stiffnesses and dampings that are only rounding to 0, so that the result does not depend on how the
+/// model is written.
 fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization) {
     let of_rows = linear.mass.diagonal();
     let of_columns = linear.coordinates.iter().map(|coordinate| {
@@ -96,8 +97,8 @@ fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization
     (linear.stiffness, linear.damping) = (stiffness, damping);
 }
 
-/// Refuses to judge what turns in a pole of its coordinates, or next to it by rounding, as a spherical
-/// pendulum upright: no momentum of a coordinate that has no inertia holds anything, and the same place at
+/// Refuses to judge rotation at a pole of the coordinates, or within rounding of it, such as an upright
+/// spherical pendulum. The momentum of a coordinate without inertia has no effect, and the same position at
 /// rest may be unstable.
 fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
     if state.u().as_slice().iter().all(|u| *u == 0.0) {
@@ -112,7 +113,7 @@ fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equili
         beside.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += scales[i] * spread(i));
         let placed =
             with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
-        // Where there is no position nothing is learnt.
+        // Without a position there is no information.
         let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &[]).ok()) else { continue };
         if let Some(along) = here.pole(&there) {
             return Err(EquilibriumError::Pole { coordinate: M::COORDINATES[along.iamax()].name });
@@ -127,8 +128,8 @@ fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
     linear.coordinates.iter().filter_map(index).collect()
 }
 
-/// Independent coordinates on which nothing depends, here and elsewhere: moved by finite amounts, alone, they
-/// leave mass, forces and constraints as they are.
+/// Independent coordinates that are cyclic, here and elsewhere: if one of them alone moves by a finite
+/// amount, mass, forces and constraints do not change.
 fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization) -> Vec<usize> {
     let order = indices::<M>(linear);
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
@@ -140,7 +141,7 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
         model.terms(state, &mut terms);
         [mass, force, jacobian, gamma]
     };
-    // A state beside this one, in motion, so that no symmetry of it hides a dependence.
+    // A nearby state in motion, so that no symmetry hides a dependence.
     let mut beside = *state;
     let spread = |i: usize| 0.1 + 0.7 * (1.0 + 0.618 * i as f64).sin();
     beside
@@ -150,7 +151,7 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
         .enumerate()
         .for_each(|(i, q)| *q += 0.01 * spread(i) * (1.0 + q.abs()));
     beside.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
-    // What cancels here, as forces in balance, does not there.
+    // Terms that cancel here, as forces in balance do, do not cancel there.
     let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let (near, far) = (read(state), read(&beside));
     let sizes: Vec<f64> = near.iter().zip(&far).map(|(a, b)| most(a).max(most(b))).collect();
@@ -173,8 +174,8 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
     (0..linear.coordinates.len()).filter(free).collect()
 }
 
-/// The equations without the coordinates on which nothing depends, their momenta held; `None` where these are
-/// not kept, and where velocities are not the rates of coordinates.
+/// The equations without the cyclic coordinates, with their momenta held. `None` if the momenta are not
+/// conserved, or if velocities are not the rates of coordinates.
 fn routh<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -208,8 +209,8 @@ fn routh<M: Constraints>(
     }))
 }
 
-/// How far elements of K may be off: by rounding of terms that cancel here, seen from positions around where
-/// they do not, and for what the position may be off.
+/// The uncertainty of the elements of K. It has two parts: rounding of terms that cancel here, measured at
+/// nearby positions where they do not, and the uncertainty of the position.
 fn unsure<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -226,7 +227,7 @@ fn unsure<M: Constraints>(
     let (mut sizes, mut drift) = (here.stiffness.abs(), here.stiffness.map(|_| 0.0));
     for (j, coordinate) in order.iter().enumerate() {
         let mut slope = here.stiffness.map(|_| 0.0);
-        // Not so far that a radius ends where its force has a pole.
+        // Not so far that a radius reaches zero, where its force has a pole.
         let reach = if M::COORDINATES[*coordinate].unit == "rad" { 1.0 } else { 0.5 };
         for part in [-reach, -0.3, -0.01, 0.01, 0.3, reach] {
             let step = part * scales[*coordinate];
@@ -274,7 +275,8 @@ fn of_second_order(linear: &Linear, energy: Energy) -> Result<Stability, Equilib
         linear.names[most].name
     };
     let least = squares.first().map(|one| one.value);
-    // Of forces that follow, the symmetric part of K may vanish where K does not: zero eigenvalues tell.
+    // With follower forces the symmetric part of K may vanish although K does not, so zero eigenvalues are
+    // checked.
     let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
     let is_even = skew.iter().zip(linear.unsure.iter()).all(|(x, off)| *x <= 4.0 * off);
     let soft = match is_even {
@@ -284,8 +286,8 @@ fn of_second_order(linear: &Linear, energy: Energy) -> Result<Stability, Equilib
             .find(|one| one.value.norm() <= one.unsure)
             .map(|one| along(&one.shape.rows(0, n).into())),
     };
-    // Two zero eigenvalues of a direction that nothing resists are as near to zero as the iteration leaves
-    // them, whatever is known of the elements.
+    // The two zero eigenvalues of a direction without stiffness are as near to zero as the iteration leaves
+    // them, whatever the uncertainty of the elements is.
     let zero = if soft.is_some() { 16.0 * n as f64 * f64::EPSILON * a.norm() } else { 0.0 };
     let worst = spectrum.iter().filter(|one| one.value.re > one.unsure.max(zero));
     let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
@@ -306,18 +308,18 @@ fn of_second_order(linear: &Linear, energy: Energy) -> Result<Stability, Equilib
     Ok(Stability::new(verdict, least, &spectrum))
 }
 
-/// What to first order is not told to die out: of the least damping.
+/// The mode of least damping, if it does not certainly die out to first order.
 fn undamped_mode(spectrum: &[Eigenvalue]) -> Option<&Eigenvalue> {
     let on_axis = spectrum.iter().filter(|one| one.value.re >= -one.unsure);
     on_axis.max_by(|x, y| (x.value.re / x.unsure).total_cmp(&(y.value.re / y.unsure)))
 }
 
-/// The verdict on what is left of ẋ = A x without coordinates on which nothing depends.
+/// The verdict on ẋ = A x without cyclic coordinates.
 fn of_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stability, EquilibriumError> {
     let c = linear.coordinates.len();
     let kept: Vec<usize> = (0..c + linear.velocities.len()).filter(|j| !ignorable.contains(j)).collect();
     let a = linear.state_matrix()?.select_rows(&kept).select_columns(&kept);
-    // Elements that should cancel leave rounding of what the others are made of.
+    // Elements that should cancel leave the rounding of the others' terms.
     let off = rounding(&a).add_scalar(16.0 * f64::EPSILON * a.amax());
     let spectrum = spectrum(&a, &off)?;
     let name = |k: usize| match kept[k].checked_sub(c) {
@@ -345,7 +347,7 @@ fn unstable(one: &Eigenvalue, coordinate: &'static str) -> StabilityVerdict {
     }
 }
 
-/// Nothing grows, and nothing is without resistance.
+/// Nothing grows, and every direction has stiffness.
 fn on_the_axis(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict {
     if spectrum.iter().all(|one| one.value.re < -one.unsure) {
         return StabilityVerdict::AsymptoticallyStable;
@@ -362,10 +364,10 @@ fn on_the_axis(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict 
     }
 }
 
-/// Eigenvalues that move by so many times more than the matrix are two in one.
+/// An eigenvalue that moves by this many times more than the matrix is a defective double one.
 const COALESCED: f64 = 1e6;
 
-/// An eigenvalue, or a square of a frequency, with how far it may be off.
+/// An eigenvalue, or a square of a frequency, with its uncertainty.
 struct Found<T> {
     value: T,
     unsure: f64,
@@ -394,7 +396,7 @@ fn squares(linear: &Linear) -> Result<Vec<Found<f64>>, EquilibriumError> {
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
         let v = vector.abs();
         let shape = lower.tr_solve_lower_triangular(&vector.into_owned()).ok_or(LinearizeError::Inertia)?;
-        // Rounding of the iteration, and what K itself may be off by, on shapes of unit inertia.
+        // Rounding of the iteration, and the uncertainty of K, on shapes of unit inertia.
         let of_k = shape.abs().dot(&(&linear.unsure * shape.abs()));
         let unsure = n as f64 * 4.0 * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
         found.push(Found { value: *value, unsure, conditioning: 1.0, shape });

@@ -13,9 +13,9 @@ use super::rung::AnyMotion;
 use super::{AnyRung, Ladder};
 use crate::runs::{self, Median};
 
-/// Tolerance of the runs that tell errors, as a part of the others'.
+/// Tolerance of the runs that measure errors, relative to that of the others.
 const TIGHTER: f64 = 1e-2;
-/// The part of an output that an uncertainty may be, whatever the difference: three digits.
+/// An uncertainty below this part of an output is always acceptable: three digits.
 const THREE_DIGITS: f64 = 1e-3;
 
 /// One rung as it ran.
@@ -23,7 +23,7 @@ struct Ran {
     counts: Counts,
     /// Outputs at the common times, from the run at the tighter tolerance.
     values: Vec<Vec<f64>>,
-    /// What they were off by in the run at the ladder's tolerance, by output.
+    /// Their errors in the run at the ladder's tolerance, by output.
     errors: Vec<f64>,
 }
 
