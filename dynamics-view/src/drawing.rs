@@ -1,23 +1,4 @@
 //! The picture of a model at one instant.
-//!
-//! Lengths are those of the model, x to the right and y up; line widths are pixels. A picture reads like the
-//! sketch in a textbook:
-//!
-//! ```
-//! # mod dynamics {
-//! #     pub use dynamics_view as output;
-//! # }
-//! use dynamics::output::{Color, Drawing};
-//! let (anchor, bob) = ([0.0, 0.0], [0.3, -1.2]);
-//! let picture = Drawing::new()
-//!     .pivot(anchor)
-//!     .spring(anchor, bob)
-//!     .trace("bob", bob)
-//!     .color(Color::Red)
-//!     .disc(bob, 0.1)
-//!     .label(bob, "m");
-//! assert_eq!(picture.shapes().len(), 5);
-//! ```
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -163,6 +144,47 @@ impl Default for Pen {
 /// [`color`](Drawing::color), [`fill`](Drawing::fill), [`width`](Drawing::width) and
 /// [`dashed`](Drawing::dashed) set the pen for the figures that follow, and [`plain`](Drawing::plain) resets
 /// it. A figure with a coordinate that is not finite is left out at that instant.
+///
+/// Lengths are those of the model; line widths, dots, arrow heads and springs have sizes in pixels. Points are
+/// `[x, y]` with y up, `[x, y, z]` with z up, or vectors of a model. Every figure of the plane:
+///
+/// ```
+/// # mod dynamics {
+/// #     pub use dynamics_view as output;
+/// # }
+/// use dynamics::output::{Color, Drawing};
+///
+/// let picture = Drawing::new()
+///     .line([0.0, 0.0], [1.0, 0.6])
+///     .polyline([[2.0, 0.0], [2.3, 0.6], [2.6, 0.1]])
+///     .fill(Color::Amber)
+///     .polygon([[4.0, 0.0], [5.0, 0.0], [4.5, 0.7]]) // closed and filled
+///     .rectangle([6.5, 0.3], 1.0, 0.4, 0.4) // centre, width, height, angle in rad
+///     .plain()
+///     .curve(0.0, 1.0, 40, |s| [8.0 + s, 0.3 * s * s]) // from, to, number of straight pieces
+///     .arc([4.5, 2.1], 0.5, 0.3, 2.8) // centre, radius, from and to in rad
+///     .circle([2.5, 2.3], 0.3)
+///     .disc([0.5, 2.3], 0.3)
+///     .dot([6.5, 2.3])
+///     .pivot([8.5, 2.3]) // a support
+///     .ground([4.0, 4.3], [5.0, 4.3])
+///     .spring([0.0, 4.3], [1.0, 4.3])
+///     .coils([2.0, 4.3], [3.0, 4.3], 4)
+///     .color(Color::Red)
+///     .arrow([6.0, 4.1], [7.0, 4.6])
+///     .text([6.5, 3.6], "centred on a point")
+///     .label([8.2, 4.2], "beside a point")
+///     .trace("tip", [7.0, 4.6]) // the whole path of a point
+///     .tail("centre", [0.5, 2.3], 2.0); // its path in the last two seconds
+/// let in_space = Drawing::new()
+///     .axes(1.0)
+///     .cylinder([2.0, 1.0, 0.5], [3.0, 1.0, 0.5], 0.5) // from end to end, radius
+///     .cone([2.5, 3.0, 0.0], [2.5, 3.0, 1.2], 0.5); // base, tip, radius
+/// assert_eq!(picture.shapes().len(), 18);
+/// # assert!(in_space.shapes().len() > 2);
+/// ```
+///
+/// [`cuboid`](Drawing::cuboid) takes the frame of a body. [`with`](Drawing::with) puts another drawing on top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     shapes: Vec<Shape>,
