@@ -145,8 +145,8 @@ impl Default for Pen {
 /// [`dashed`](Drawing::dashed) set the pen for the figures that follow, and [`plain`](Drawing::plain) resets
 /// it. A figure with a coordinate that is not finite is left out at that instant.
 ///
-/// Lengths are those of the model; line widths, dots, arrow heads and springs have sizes in pixels. Points are
-/// `[x, y]` with y up, `[x, y, z]` with z up, or vectors of a model. Every figure of the plane:
+/// Lengths are those of the model; line widths, dots, arrow heads and springs have sizes in pixels. Points
+/// are `[x, y]` with y up, `[x, y, z]` with z up, or vectors of a model. Every figure of the plane:
 ///
 /// ```
 /// # mod dynamics {
@@ -184,7 +184,8 @@ impl Default for Pen {
 /// # assert!(in_space.shapes().len() > 2);
 /// ```
 ///
-/// [`cuboid`](Drawing::cuboid) takes the frame of a body. [`with`](Drawing::with) puts another drawing on top.
+/// [`cuboid`](Drawing::cuboid) takes the frame of a body. [`with`](Drawing::with) puts another drawing on
+/// top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
     shapes: Vec<Shape>,
