@@ -45,7 +45,7 @@ use crate::assertions::{Constants, TakenForLibrary, TakenForStd};
 use crate::diagnostics::Diagnostics;
 use crate::library::Library;
 use crate::syntax::{Declaration, Implementation, Role};
-use constraints::Declared;
+use constraints::DeclaredConstraint;
 use dimensions::Dimensions;
 pub(crate) use origins::Origins;
 pub(crate) use roles::is_generated;
@@ -99,7 +99,7 @@ struct Elaborator<'a> {
     /// What is taken for granted of bodies and frames.
     premises: premises::Premises,
     /// The constraints so far.
-    constraints: Vec<Declared>,
+    constraints: Vec<DeclaredConstraint>,
     /// The generalized speeds so far.
     speeds: Vec<speeds::Defined>,
     /// The role whose function is being elaborated, with all that it calls.

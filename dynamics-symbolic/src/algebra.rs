@@ -30,5 +30,5 @@ pub use ldl::Factors;
 pub use levers::{Definition, Levers, Stationary};
 pub(crate) use minimum_degree::MinimumDegree;
 pub(crate) use solver::applies;
-pub use solver::{Constrained, Solver, States, Stuck, unroll, unroll_by_speeds};
+pub use solver::{ConstrainedEquations, Solver, States, Stuck, unroll, unroll_by_speeds};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

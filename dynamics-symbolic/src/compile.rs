@@ -38,7 +38,7 @@ pub struct Programs {
     /// Powers.
     pub powers: Program,
     /// Derivatives of q̈, or why there are none: then the model is not linearised.
-    pub jacobians: Result<Jacobians, NoJacobians>,
+    pub jacobians: Result<JacobianPrograms, NoJacobians>,
     /// Inverse dynamics, M q̈ − Q − Φ_qᵀλ (N), reading accelerations and multipliers as symbols; `None` where
     /// it is too large to be emitted. Not listed.
     pub inverse: Option<Program>,
@@ -138,7 +138,7 @@ pub enum NoJacobians {
 /// Programs for the derivatives of q̈; with constraints pivot and scale of every guard stand in the place of
 /// Dᵢ and Mᵢᵢ.
 #[derive(Clone, Debug)]
-pub struct Jacobians {
+pub struct JacobianPrograms {
     /// q̈ (N), ∂q̈/∂q (N×N by rows), ∂q̈/∂q̇ (N×N by rows), then Dᵢ and Mᵢᵢ for every pivot. Staged like the
     /// accelerations.
     pub state: Program,
@@ -462,11 +462,11 @@ fn constraints(model: &Model, e: &Equations, c: &ConstraintEquations) -> Constra
     }
 }
 
-fn jacobians(state: Program, inputs: Program, parameters: Program) -> Result<Jacobians, NoJacobians> {
+fn jacobians(state: Program, inputs: Program, parameters: Program) -> Result<JacobianPrograms, NoJacobians> {
     let excess = [&state, &inputs, &parameters].into_iter().find_map(excess);
     match excess {
         Some(excess) => Err(NoJacobians::TooLarge(excess)),
-        None => Ok(Jacobians { state, inputs, parameters }),
+        None => Ok(JacobianPrograms { state, inputs, parameters }),
     }
 }
 

@@ -44,6 +44,6 @@ pub use equations::{
 };
 pub use model::{
     AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,
-    ForceTerm, Function, Input, Model, Output, Parameter, Premise, Speed, Step,
+    ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Premise, Speed,
 };
 pub use solution::Manifold;

@@ -34,7 +34,7 @@ use crate::graph::{FunctionId, Graph, Node, NodeId, Symbol};
 use crate::mechanics::{Equations, General, Solution};
 use crate::schedule::{Program, Staging, schedule};
 
-pub use constrained::{Constrained, Solve};
+pub use constrained::{ConstrainedSeries, Solve};
 use recurrence::{Expansion, Lane};
 
 /// Programs for the Taylor coefficients of the coordinates, N of them.
@@ -63,7 +63,7 @@ pub struct Series {
     /// at its start.
     pub chooses: bool,
     /// What constraints add.
-    pub constrained: Option<Constrained>,
+    pub constrained: Option<ConstrainedSeries>,
 }
 
 /// Why there is no series.

@@ -5,7 +5,9 @@ use crate::common;
 
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, folded, four_bar, n_four_bar, slider_crank};
 use common::{Builder, Values};
-use dynamics_symbolic::algebra::{Constrained, Elimination, Guard, Solver, States, Stuck, Unrolled, unroll};
+use dynamics_symbolic::algebra::{
+    ConstrainedEquations, Elimination, Guard, Solver, States, Stuck, Unrolled, unroll,
+};
 use dynamics_symbolic::calculus::{directional, gradient};
 use dynamics_symbolic::graph::{Bindings, Graph, NodeId, Symbol};
 use dynamics_symbolic::mechanics::derive;
@@ -63,9 +65,9 @@ impl System {
         system
     }
 
-    fn constrained(&self) -> Constrained<'_> {
+    fn constrained(&self) -> ConstrainedEquations<'_> {
         let Self { mass, force, jacobian, gamma, numbers, .. } = self;
-        Constrained { mass, force, jacobian, gamma, numbers }
+        ConstrainedEquations { mass, force, jacobian, gamma, numbers }
     }
 
     fn at(&self, nodes: &[NodeId]) -> Vec<f64> {

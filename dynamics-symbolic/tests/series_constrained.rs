@@ -9,7 +9,7 @@ use common::taylor::{eliminate, polynomial};
 use common::{Builder, Values};
 use dynamics_symbolic::graph::{Bindings, FunctionId, NodeId, Symbol, Unary};
 use dynamics_symbolic::mechanics::{EnergyRole, Equations, Model, derive};
-use dynamics_symbolic::series::{Constrained, Series, Unexpandable, expand};
+use dynamics_symbolic::series::{ConstrainedSeries, Series, Unexpandable, expand};
 
 /// Order of the series.
 const ORDER: usize = 12;
@@ -328,7 +328,7 @@ fn functions_of_all_kinds_stand_in_constraints() {
 #[test]
 fn what_constraints_share_with_the_equations_of_motion_is_computed_once() {
     let case = Case::of(andrews(), 50.0);
-    let c: &Constrained = case.series.constrained.as_ref().expect("constrained");
+    let c: &ConstrainedSeries = case.series.constrained.as_ref().expect("constrained");
     // Sines and cosines of seven angles and sums of them make all of Φ; M, Q and Φ_qᵀλ have no others.
     assert_eq!(c.lanes, 14);
     assert!((12..=14).contains(&c.shared), "{} shared", c.shared);

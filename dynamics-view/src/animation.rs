@@ -244,10 +244,10 @@ impl Strip {
 /// What one film gives to the page.
 struct Recording {
     reel: Reel,
-    curves: Vec<Curve>,
+    curves: Vec<SampledCurve>,
 }
 
-struct Curve {
+struct SampledCurve {
     name: String,
     unit: String,
     values: Vec<f64>,
@@ -277,7 +277,11 @@ impl Animation<'_> {
         let mut reel = Reel::new(ink);
         let mut curves: Vec<_> = chosen
             .iter()
-            .map(|chosen| Curve { name: chosen.name.clone(), unit: chosen.unit.clone(), values: Vec::new() })
+            .map(|chosen| SampledCurve {
+                name: chosen.name.clone(),
+                unit: chosen.unit.clone(),
+                values: Vec::new(),
+            })
             .collect();
         film.play(&clock.times(film.span()), &mut |drawing, values| {
             reel.push(drawing);

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use dynamics_symbolic::graph::NodeId;
-use dynamics_symbolic::mechanics::{Body, Step};
+use dynamics_symbolic::mechanics::{Body, FrameStep};
 use syn::Ident;
 
 use super::Elaborator;
@@ -105,7 +105,7 @@ impl Elaborator<'_> {
     }
 
     /// The steps from the world to a frame; `None` where a rotation is not made of turns by angles.
-    fn steps_to(&mut self, origin: Vector, rotation: &Rc<Rows>, name: &Ident) -> Option<Vec<Step>> {
+    fn steps_to(&mut self, origin: Vector, rotation: &Rc<Rows>, name: &Ident) -> Option<Vec<FrameStep>> {
         let turns = self.turns_that_matter(rotation)?;
         // The places on the way, each with the number of turns before it, the last one first.
         let (mut places, mut at, mut before) = (Vec::new(), origin, turns.len());
@@ -138,17 +138,17 @@ impl Elaborator<'_> {
             self.turn_up_to(&turns[made..before], &mut steps, name)?;
             made = before;
             if v.iter().any(|x| !self.model.graph.is_zero(*x)) {
-                steps.push(Step::Shift(v));
+                steps.push(FrameStep::Shift(v));
             }
         }
         self.turn_up_to(&turns[made..], &mut steps, name)?;
         Some(steps)
     }
 
-    fn turn_up_to(&mut self, turns: &[Turn], steps: &mut Vec<Step>, name: &Ident) -> Option<()> {
+    fn turn_up_to(&mut self, turns: &[Turn], steps: &mut Vec<FrameStep>, name: &Ident) -> Option<()> {
         for turn in turns {
             let rate = self.rate_of_angle(turn, name)?;
-            steps.push(Step::Turn { rotation: elements(turn.rows()), rate: rate.map(|x| x.node) });
+            steps.push(FrameStep::Turn { rotation: elements(turn.rows()), rate: rate.map(|x| x.node) });
         }
         Some(())
     }

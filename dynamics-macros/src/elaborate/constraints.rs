@@ -19,7 +19,7 @@ use crate::syntax::{Function, Role};
 const MOST_SWITCHED: usize = 32;
 
 /// A constraint that is elaborated.
-pub(super) struct Declared {
+pub(super) struct DeclaredConstraint {
     /// Index of its function.
     function: usize,
     /// λ in the shape that the function returns; poison where the function has a mistake.
@@ -49,7 +49,7 @@ impl<'a> Elaborator<'a> {
         let reaction = self.multipliers(&value, &components, kind);
         let mode = function.options.switched.then(|| self.next_mode(function));
         let origin = self.origins.add_constraint(function);
-        self.constraints.push(Declared { function: index, reaction, mode, units });
+        self.constraints.push(DeclaredConstraint { function: index, reaction, mode, units });
         self.model.constraints.push(Constraint {
             name: function.name.to_string(),
             kind,
@@ -64,7 +64,12 @@ impl<'a> Elaborator<'a> {
     /// A constraint whose mistake is reported: asking for its reaction is no further one.
     pub(super) fn lost_constraint(&mut self, index: usize, function: &Function) {
         if function.role.is_constraint() {
-            let lost = Declared { function: index, reaction: Value::Poison, mode: None, units: Vec::new() };
+            let lost = DeclaredConstraint {
+                function: index,
+                reaction: Value::Poison,
+                mode: None,
+                units: Vec::new(),
+            };
             self.constraints.push(lost);
         }
     }

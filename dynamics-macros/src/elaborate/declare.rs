@@ -15,14 +15,14 @@ use crate::syntax::{FieldKind, Quantity, Shape, UnitText};
 
 /// What a declared unit is, once read.
 #[derive(Clone, Debug)]
-struct Declared {
+struct DeclaredUnit {
     unit: UnitOf,
     text: String,
 }
 
 /// Kind of scalar symbol.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum SymbolKind {
     Coordinate,
     Input,
     Parameter,
@@ -42,11 +42,11 @@ impl Elaborator<'_> {
         self.dimensions.active = units.iter().any(dimensional);
 
         for quantity in &declaration.coordinates {
-            let value = self.quantity(quantity, Kind::Coordinate);
+            let value = self.quantity(quantity, SymbolKind::Coordinate);
             self.coordinates.push((quantity.name.to_string(), value));
         }
         for quantity in &declaration.inputs {
-            let value = self.quantity(quantity, Kind::Input);
+            let value = self.quantity(quantity, SymbolKind::Input);
             self.coordinates.push((quantity.name.to_string(), value));
         }
         let time = Scalar {
@@ -79,7 +79,7 @@ impl Elaborator<'_> {
         }
     }
 
-    fn quantity(&mut self, quantity: &Quantity, kind: Kind) -> Value {
+    fn quantity(&mut self, quantity: &Quantity, kind: SymbolKind) -> Value {
         let declared = self.declared(quantity.unit.as_ref());
         let place = Place::from(quantity.name.span());
         let scalars: Vec<Value> = quantity
@@ -94,21 +94,27 @@ impl Elaborator<'_> {
     }
 
     /// One scalar symbol.
-    fn declare_scalar(&mut self, kind: Kind, name: String, declared: &Declared, place: Place) -> Scalar {
+    fn declare_scalar(
+        &mut self,
+        kind: SymbolKind,
+        name: String,
+        declared: &DeclaredUnit,
+        place: Place,
+    ) -> Scalar {
         let origin = self.origins.add(place);
         let unit = declared.unit.clone().or_else(|| self.unknown_unit(&name));
         let text = declared.text.clone();
         let model = &mut self.model;
         let symbol = match kind {
-            Kind::Coordinate => {
+            SymbolKind::Coordinate => {
                 model.coordinates.push(Coordinate { name, unit: text, origin });
                 Symbol::Coordinate(model.coordinates.len() as u32 - 1)
             }
-            Kind::Input => {
+            SymbolKind::Input => {
                 model.inputs.push(Input { name, unit: text, origin });
                 Symbol::Input(model.inputs.len() as u32 - 1)
             }
-            Kind::Parameter => {
+            SymbolKind::Parameter => {
                 model.parameters.push(Parameter { name, unit: text, origin });
                 Symbol::Parameter(model.parameters.len() as u32 - 1)
             }
@@ -120,13 +126,13 @@ impl Elaborator<'_> {
     fn parameter_value(
         &mut self,
         shape: &Shape,
-        declared: &Declared,
+        declared: &DeclaredUnit,
         place: Place,
         names: &mut impl Iterator<Item = String>,
     ) -> Value {
         let mut next = |this: &mut Self| {
             let name = names.next().unwrap_or_default();
-            this.declare_scalar(Kind::Parameter, name, declared, place)
+            this.declare_scalar(SymbolKind::Parameter, name, declared, place)
         };
         match shape {
             Shape::Scalar => Value::Scalar(next(self)),
@@ -140,8 +146,8 @@ impl Elaborator<'_> {
     }
 
     /// Reads a declared unit; unknown where there is none or it cannot be read.
-    fn declared(&mut self, unit: Option<&UnitText>) -> Declared {
-        let unknown = Declared { unit: None, text: String::new() };
+    fn declared(&mut self, unit: Option<&UnitText>) -> DeclaredUnit {
+        let unknown = DeclaredUnit { unit: None, text: String::new() };
         let Some(text) = unit else { return unknown };
         let unit = match Unit::parse_tokens(&text.tokens()) {
             Ok(Some(unit)) => unit,
@@ -153,7 +159,7 @@ impl Elaborator<'_> {
         };
         let origin = self.origins.add(text.place());
         match self.dimensions.units.declare(&unit, origin) {
-            Ok(expr) => Declared { unit: self.dimensions.active.then(|| Rc::new(expr)), text: unit.text },
+            Ok(expr) => DeclaredUnit { unit: self.dimensions.active.then(|| Rc::new(expr)), text: unit.text },
             Err(mixed) => {
                 let message = messages::mixed_systems(
                     mixed.unit,
@@ -169,7 +175,7 @@ impl Elaborator<'_> {
 
     /// A declared unit with its text.
     pub(super) fn declared_text(&mut self, unit: &UnitText) -> (UnitOf, String) {
-        let Declared { unit, text } = self.declared(Some(unit));
+        let DeclaredUnit { unit, text } = self.declared(Some(unit));
         (unit, text)
     }
 

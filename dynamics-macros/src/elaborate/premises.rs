@@ -215,7 +215,7 @@ impl Elaborator<'_> {
     }
 
     fn values(&self, nodes: &[NodeId], symbol: &dyn Fn(Symbol) -> f64) -> Vec<f64> {
-        let values = self.model.graph.evaluate(nodes, &By(symbol));
+        let values = self.model.graph.evaluate(nodes, &SymbolValues(symbol));
         nodes.iter().map(|node| values[node.index()]).collect()
     }
 
@@ -226,9 +226,9 @@ impl Elaborator<'_> {
 }
 
 /// Symbols by a function; smooth functions have no values here.
-struct By<'a>(&'a dyn Fn(Symbol) -> f64);
+struct SymbolValues<'a>(&'a dyn Fn(Symbol) -> f64);
 
-impl Bindings for By<'_> {
+impl Bindings for SymbolValues<'_> {
     fn symbol(&self, symbol: Symbol) -> f64 {
         (self.0)(symbol)
     }

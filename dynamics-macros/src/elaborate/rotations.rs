@@ -30,11 +30,11 @@ pub(super) type Rotations = BTreeMap<[NodeId; 9], Rc<Vec<Turn>>>;
 #[derive(Clone, Debug)]
 pub(super) struct Turn {
     rows: Rc<Rows>,
-    by: By,
+    by: RotationParameters,
 }
 
 #[derive(Clone, Debug)]
-enum By {
+enum RotationParameters {
     /// An angle about a unit vector that does not move.
     Angle { axis: [Scalar; 3], angle: Scalar },
     /// Euler parameters.
@@ -51,13 +51,13 @@ impl Turn {
 
     /// Whether it is by an angle: then it turns whatever the values are.
     pub(super) fn is_by_angle(&self) -> bool {
-        matches!(self.by, By::Angle { .. })
+        matches!(self.by, RotationParameters::Angle { .. })
     }
 
     /// Its Euler parameters.
     pub(super) fn euler_parameters(&self) -> Option<&[Scalar; 4]> {
         match &self.by {
-            By::Parameters(e) => Some(e),
+            RotationParameters::Parameters(e) => Some(e),
             _ => None,
         }
     }
@@ -95,7 +95,7 @@ impl Elaborator<'_> {
         Value::Matrix(rows)
     }
 
-    fn one_turn(&mut self, rows: Rows, by: By) -> Value {
+    fn one_turn(&mut self, rows: Rows, by: RotationParameters) -> Value {
         let turn = Turn { rows: Rc::new(rows.clone()), by };
         self.register(rows, vec![turn])
     }
@@ -107,7 +107,10 @@ impl Elaborator<'_> {
             return;
         }
         let all = |turns: Option<Rc<Vec<Turn>>>, rows: &Rc<Rows>| {
-            turns.map_or_else(|| vec![Turn { rows: rows.clone(), by: By::Matrix }], |t| t.to_vec())
+            turns.map_or_else(
+                || vec![Turn { rows: rows.clone(), by: RotationParameters::Matrix }],
+                |t| t.to_vec(),
+            )
         };
         let mut turns = all(left, a);
         turns.extend(all(right, b));
@@ -152,7 +155,7 @@ impl Elaborator<'_> {
 
     /// A turn about a coordinate axis by a coordinate.
     fn coordinate_turn(&self, turn: &Turn) -> Option<CoordinateTurn> {
-        let By::Angle { axis, angle } = &turn.by else { return None };
+        let RotationParameters::Angle { axis, angle } = &turn.by else { return None };
         let graph = &self.model.graph;
         let number = |x: &Scalar| graph.as_number(x.node).map(Number::value);
         let [x, y, z] = axis.each_ref().map(number);
@@ -176,12 +179,14 @@ impl Elaborator<'_> {
         let mut back = Vec::new();
         for turn in turns.iter().rev() {
             let by = match &turn.by {
-                By::Angle { axis, angle } => By::Angle { axis: axis.clone(), angle: self.negative(angle) },
-                By::Parameters([e0, e @ ..]) => {
-                    let [x, y, z] = e.clone().map(|x| self.negative(&x));
-                    By::Parameters([e0.clone(), x, y, z])
+                RotationParameters::Angle { axis, angle } => {
+                    RotationParameters::Angle { axis: axis.clone(), angle: self.negative(angle) }
                 }
-                By::Matrix => By::Matrix,
+                RotationParameters::Parameters([e0, e @ ..]) => {
+                    let [x, y, z] = e.clone().map(|x| self.negative(&x));
+                    RotationParameters::Parameters([e0.clone(), x, y, z])
+                }
+                RotationParameters::Matrix => RotationParameters::Matrix,
             };
             back.push(Turn { rows: Rc::new(transpose(&turn.rows)), by });
         }
@@ -224,7 +229,7 @@ impl Elaborator<'_> {
         rows[b][a] = sin;
         rows[c][c] = self.number(Number::ONE);
         let axis = [0, 1, 2].map(|k| self.number(Number::integer(i64::from(k == c))));
-        self.one_turn(rows, By::Angle { axis, angle })
+        self.one_turn(rows, RotationParameters::Angle { axis, angle })
     }
 
     /// `Mat3::euler(sequence, angles)`; about axes of space in the reverse order.
@@ -284,7 +289,10 @@ impl Elaborator<'_> {
         // About an axis that moves, the rate of the angle is not all.
         self.note_axis(&n, at);
         let still = n.iter().all(|x| self.model.graph.is_constant(x.node));
-        self.one_turn(rows, if still { By::Angle { axis: n, angle } } else { By::Matrix })
+        self.one_turn(
+            rows,
+            if still { RotationParameters::Angle { axis: n, angle } } else { RotationParameters::Matrix },
+        )
     }
 
     /// (1 − cos) n nᵀ + sin n× + cos.
@@ -335,7 +343,7 @@ impl Elaborator<'_> {
             }
         }
         match self.rows_of_parameters(&e, place) {
-            Some(rows) => self.one_turn(rows, By::Parameters(e)),
+            Some(rows) => self.one_turn(rows, RotationParameters::Parameters(e)),
             None => Value::Poison,
         }
     }

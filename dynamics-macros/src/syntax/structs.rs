@@ -91,7 +91,7 @@ fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Vec<Field> {
     for field in named {
         let Some(name) = field.ident.clone() else { continue };
         let kind = match shape(&field.ty, d) {
-            Kind::Parameter(shape) => {
+            TypeKind::Parameter(shape) => {
                 let first = parameters;
                 parameters += shape.scalars();
                 if parameters > MAX_LENGTH {
@@ -100,18 +100,18 @@ fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Vec<Field> {
                 }
                 FieldKind::Parameter { shape, first }
             }
-            Kind::Function => {
+            TypeKind::Function => {
                 functions += 1;
                 FieldKind::Function(functions - 1)
             }
-            Kind::Wrong => continue,
+            TypeKind::Wrong => continue,
         };
         fields.push(Field { name, kind, unit: None, nominal: None });
     }
     fields
 }
 
-enum Kind {
+enum TypeKind {
     Parameter(Shape),
     Function,
     Wrong,
@@ -220,23 +220,23 @@ fn of_type(argument: &GenericArgument) -> Option<&Type> {
 }
 
 /// What a field's type makes of it.
-fn shape(ty: &Type, d: &mut Diagnostics) -> Kind {
+fn shape(ty: &Type, d: &mut Diagnostics) -> TypeKind {
     match ty {
         Type::Paren(inner) => shape(&inner.elem, d),
         Type::Group(inner) => shape(&inner.elem, d),
         Type::Array(array) => {
-            let Some(length) = length(&array.len, d) else { return Kind::Wrong };
+            let Some(length) = length(&array.len, d) else { return TypeKind::Wrong };
             match shape(&array.elem, d) {
-                Kind::Parameter(inner) => Kind::Parameter(Shape::Array(length, Box::new(inner))),
-                Kind::Function => {
+                TypeKind::Parameter(inner) => TypeKind::Parameter(Shape::Array(length, Box::new(inner))),
+                TypeKind::Function => {
                     d.error(Place::of(&array.elem), &messages::array_of_functions());
-                    Kind::Wrong
+                    TypeKind::Wrong
                 }
-                Kind::Wrong => Kind::Wrong,
+                TypeKind::Wrong => TypeKind::Wrong,
             }
         }
         Type::Path(path) => {
-            let Some(last) = path.path.segments.last() else { return Kind::Function };
+            let Some(last) = path.path.segments.last() else { return TypeKind::Function };
             let name = last.ident.to_string();
             let of_f64 = match &last.arguments {
                 PathArguments::AngleBracketed(a) => {
@@ -246,13 +246,13 @@ fn shape(ty: &Type, d: &mut Diagnostics) -> Kind {
                 _ => false,
             };
             match name.as_str() {
-                "f64" if last.arguments.is_none() => Kind::Parameter(Shape::Scalar),
-                "Vec2" if of_f64 => Kind::Parameter(Shape::Vector2),
-                "Vec3" | "Vector3" if of_f64 => Kind::Parameter(Shape::Vector3),
-                "Mat3" | "Matrix3" if of_f64 => Kind::Parameter(Shape::Matrix3),
+                "f64" if last.arguments.is_none() => TypeKind::Parameter(Shape::Scalar),
+                "Vec2" if of_f64 => TypeKind::Parameter(Shape::Vector2),
+                "Vec3" | "Vector3" if of_f64 => TypeKind::Parameter(Shape::Vector3),
+                "Mat3" | "Matrix3" if of_f64 => TypeKind::Parameter(Shape::Matrix3),
                 "Vec2" | "Vec3" | "Mat3" => {
                     d.error(Place::of(ty), &messages::parameter_without_f64(name));
-                    Kind::Wrong
+                    TypeKind::Wrong
                 }
                 _ => function(ty, d),
             }
@@ -262,12 +262,12 @@ fn shape(ty: &Type, d: &mut Diagnostics) -> Kind {
 }
 
 /// A smooth function, unless the type cannot be one.
-fn function(ty: &Type, d: &mut Diagnostics) -> Kind {
+fn function(ty: &Type, d: &mut Diagnostics) -> TypeKind {
     if never_smooth(ty) {
         d.error(Place::of(ty), &messages::parameter_type(type_text(ty)));
-        return Kind::Wrong;
+        return TypeKind::Wrong;
     }
-    Kind::Function
+    TypeKind::Function
 }
 
 /// A type as it is usually written, without the blanks between tokens that do not need them.

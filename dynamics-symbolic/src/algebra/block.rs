@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::graph::{Graph, NodeId};
 
-use super::sparse::{Sparse, Values, dot};
+use super::sparse::{SparseMatrix, Values, dot};
 use super::unrolled::{Guard, Guarded};
 
 /// Most unknowns that are solved by cofactors.
@@ -18,7 +18,7 @@ pub(super) const DEPENDENT: f64 = 1e-3;
 
 /// One step of Gaussian elimination, all numbers being those of the whole system.
 #[derive(Clone, Debug)]
-struct Step {
+struct EliminationStep {
     row: usize,
     column: usize,
     reciprocal: NodeId,
@@ -31,7 +31,7 @@ struct Step {
 /// A factored block A.
 #[derive(Clone, Debug)]
 pub(super) struct BlockFactors {
-    steps: Vec<Step>,
+    steps: Vec<EliminationStep>,
     rows: Vec<usize>,
     columns: Vec<usize>,
     /// Of the core that is left after the steps, by column and row: A⁻¹·det A.
@@ -46,7 +46,12 @@ type Entries = BTreeMap<usize, BTreeMap<usize, NodeId>>;
 
 impl BlockFactors {
     /// Factors the block of the given rows and columns; `None` where it is singular in every state.
-    pub(super) fn new(g: &mut Graph, jacobian: &Sparse, rows: &[usize], columns: &[usize]) -> Option<Self> {
+    pub(super) fn new(
+        g: &mut Graph,
+        jacobian: &SparseMatrix,
+        rows: &[usize],
+        columns: &[usize],
+    ) -> Option<Self> {
         let mut left: Entries = rows
             .iter()
             .map(|r| {
@@ -83,7 +88,7 @@ impl BlockFactors {
 
     /// Rows at right angles to each other, more than cofactors serve: A⁻¹ = Aᵀ(A Aᵀ)⁻¹ with a diagonal A Aᵀ,
     /// as for angular velocities by Euler parameters beside the rate of their norm.
-    fn orthogonal(g: &mut Graph, jacobian: &Sparse, rows: &[usize], columns: &[usize]) -> Option<Self> {
+    fn orthogonal(g: &mut Graph, jacobian: &SparseMatrix, rows: &[usize], columns: &[usize]) -> Option<Self> {
         let n = rows.len();
         if n <= CORE {
             return None;
@@ -195,7 +200,7 @@ fn eliminate(
     row: usize,
     column: usize,
     guards: &mut Vec<Guard>,
-) -> Option<Step> {
+) -> Option<EliminationStep> {
     let mut right = left.remove(&row)?;
     let pivot = right[&column];
     if g.as_number(pivot).is_none() {
@@ -226,7 +231,7 @@ fn eliminate(
             }
         }
     }
-    Some(Step { row, column, reciprocal, below, right: right.into_iter().collect() })
+    Some(EliminationStep { row, column, reciprocal, below, right: right.into_iter().collect() })
 }
 
 /// The adjugate (by column and row) and the determinant of a matrix of at most three rows.
@@ -263,7 +268,7 @@ fn guard(
     determinant: NodeId,
     core: &[Vec<NodeId>],
     (rows, columns): (&[usize], &[usize]),
-    whole: Option<&Sparse>,
+    whole: Option<&SparseMatrix>,
 ) -> Guard {
     let (mut scale, mut varies) = (g.one(), false);
     for (j, column) in columns.iter().enumerate() {

@@ -11,7 +11,7 @@ use crate::graph::{Graph, NodeId};
 
 use super::block::BlockFactors;
 use super::ldl::Factors;
-use super::sparse::{Sparse, Values};
+use super::sparse::{SparseMatrix, Values};
 use super::structure::{Block, blocks};
 use super::unrolled::{Guard, Guarded};
 
@@ -37,8 +37,8 @@ pub(super) struct NullSpace {
     /// Rows at the head of the Jacobian that are no constraints: speeds, which lead in the place of
     /// independent coordinates.
     speeds: usize,
-    mass: Sparse,
-    jacobian: Sparse,
+    mass: SparseMatrix,
+    jacobian: SparseMatrix,
     blocks: Vec<BlockFactors>,
     /// Columns of R.
     motions: Vec<Values>,
@@ -53,8 +53,8 @@ impl NullSpace {
     /// in every state.
     pub(super) fn new(
         g: &mut Graph,
-        mass: &Sparse,
-        jacobian: &Sparse,
+        mass: &SparseMatrix,
+        jacobian: &SparseMatrix,
         partition: &Partition,
     ) -> Option<Self> {
         let mut blocks = Vec::new();
@@ -77,8 +77,8 @@ impl NullSpace {
     /// others and the constraints' rows being 0.
     pub(super) fn by_speeds(
         g: &mut Graph,
-        mass: &Sparse,
-        kinematics: &Sparse,
+        mass: &SparseMatrix,
+        kinematics: &SparseMatrix,
         speeds: usize,
     ) -> Option<Self> {
         let n = mass.rows.len();
@@ -104,8 +104,8 @@ impl NullSpace {
     /// Reduces M by the columns `motions` of R, each told by a coordinate of `leaders`.
     fn led_by(
         g: &mut Graph,
-        mass: &Sparse,
-        jacobian: &Sparse,
+        mass: &SparseMatrix,
+        jacobian: &SparseMatrix,
         (partition, blocks): (Partition, Vec<BlockFactors>),
         motions: Vec<Values>,
         (speeds, leaders): (usize, &[usize]),
@@ -304,7 +304,7 @@ impl NullSpace {
 /// Adds the dependent entries to `x` so that Φ_q x = `right` (zero where there is none).
 fn substitute(
     g: &mut Graph,
-    jacobian: &Sparse,
+    jacobian: &SparseMatrix,
     blocks: &[Block],
     factors: &[BlockFactors],
     x: &mut Values,
@@ -327,7 +327,7 @@ fn substitute(
 }
 
 /// A x.
-fn times(g: &mut Graph, a: &Sparse, x: &Values) -> Values {
+fn times(g: &mut Graph, a: &SparseMatrix, x: &Values) -> Values {
     let mut sums = Values::default();
     let entries: Vec<(usize, NodeId)> = x.entries(g).collect();
     for (j, value) in entries {

@@ -7,7 +7,7 @@ use crate::graph::{Bindings, Graph};
 
 use super::modular::{is_singular, null_space};
 use super::null_space::Partition;
-use super::sparse::Sparse;
+use super::sparse::SparseMatrix;
 use super::structure::{Block, blocks};
 
 /// Up to here all sets of independent coordinates are looked at: degrees of freedom, coordinates.
@@ -17,7 +17,7 @@ const MOST: usize = 300;
 
 /// What there is to choose from.
 #[derive(Debug)]
-pub(super) enum Choice {
+pub(super) enum PartitionChoice {
     /// Partitions, the structurally cheapest first.
     Partitions(Vec<Partition>),
     /// The rows are redundant at a random point.
@@ -25,12 +25,12 @@ pub(super) enum Choice {
 }
 
 /// The partitions of the coordinates of Φ_q that are worth a try.
-pub(super) fn partitions(g: &Graph, jacobian: &Sparse, coordinates: usize) -> Choice {
+pub(super) fn partitions(g: &Graph, jacobian: &SparseMatrix, coordinates: usize) -> PartitionChoice {
     let values = jacobian.rows.iter().map(|row| row.iter().map(|(c, x)| (*c, g.fingerprint(*x))).collect());
     let basis = null_space(values.collect(), coordinates);
     let freedom = basis.len();
     if coordinates - freedom < jacobian.rows.len() {
-        return Choice::Redundant;
+        return PartitionChoice::Redundant;
     }
     let pattern = jacobian.pattern();
     let regular = |set: &[usize]| {
@@ -50,15 +50,15 @@ pub(super) fn partitions(g: &Graph, jacobian: &Sparse, coordinates: usize) -> Ch
         descend(first, coordinates, &priced)
     };
     found.sort_by(|(a, p), (b, r)| (a, &p.independent).cmp(&(b, &r.independent)));
-    Choice::Partitions(found.into_iter().map(|(_, partition)| partition).collect())
+    PartitionChoice::Partitions(found.into_iter().map(|(_, partition)| partition).collect())
 }
 
 /// The structural cost of a set of independent coordinates with its partition; `None` where the others are
 /// not determined by it.
-type Priced<'a> = dyn Fn(&[usize]) -> Option<(usize, Partition)> + 'a;
+type PartitionPrice<'a> = dyn Fn(&[usize]) -> Option<(usize, Partition)> + 'a;
 
 /// Exchanges one independent coordinate for a dependent one as long as that is cheaper.
-fn descend(first: Vec<usize>, coordinates: usize, priced: &Priced) -> Vec<(usize, Partition)> {
+fn descend(first: Vec<usize>, coordinates: usize, priced: &PartitionPrice) -> Vec<(usize, Partition)> {
     let mut seen = BTreeSet::from([first.clone()]);
     let Some(mut best) = priced(&first) else { return Vec::new() };
     let mut found = vec![best.clone()];
@@ -138,14 +138,14 @@ pub(super) struct Slopes {
 }
 
 impl Slopes {
-    pub(super) fn at(g: &Graph, jacobian: &Sparse, states: &[&dyn Bindings]) -> Self {
+    pub(super) fn at(g: &Graph, jacobian: &SparseMatrix, states: &[&dyn Bindings]) -> Self {
         let roots: Vec<_> = jacobian.rows.iter().flat_map(|row| row.values().copied()).collect();
         Self { values: states.iter().map(|state| g.evaluate(&roots, *state)).collect() }
     }
 
     /// How far the dependent blocks are from being singular at the worst of the states: the least ratio of a
     /// block's determinant to the norms of its columns, 1 at best.
-    pub(super) fn conditioning(&self, jacobian: &Sparse, partition: &Partition) -> f64 {
+    pub(super) fn conditioning(&self, jacobian: &SparseMatrix, partition: &Partition) -> f64 {
         let ratios = self.values.iter().flat_map(|values| {
             partition.blocks.iter().map(|block| {
                 determinant(entries(jacobian, values, block)).abs() / by_columns(jacobian, values, block)
@@ -157,7 +157,7 @@ impl Slopes {
 
     /// At which of the states no block vanishes: its determinant is above `least` of the norms of its
     /// columns, and of its rows.
-    pub(super) fn regular(&self, jacobian: &Sparse, partition: &Partition, least: f64) -> Vec<bool> {
+    pub(super) fn regular(&self, jacobian: &SparseMatrix, partition: &Partition, least: f64) -> Vec<bool> {
         let at = |values: &Vec<f64>| {
             partition.blocks.iter().all(|block| {
                 let (columns, rows) = (by_columns(jacobian, values, block), by_rows(jacobian, values, block));
@@ -168,13 +168,13 @@ impl Slopes {
     }
 }
 
-fn entries(jacobian: &Sparse, values: &[f64], (rows, columns): &Block) -> Vec<Vec<f64>> {
+fn entries(jacobian: &SparseMatrix, values: &[f64], (rows, columns): &Block) -> Vec<Vec<f64>> {
     let entry = |r: usize, c: usize| jacobian.rows[r].get(&c).map_or(0.0, |x| values[x.index()]);
     rows.iter().map(|r| columns.iter().map(|c| entry(*r, *c)).collect()).collect()
 }
 
 /// The product of the norms of the block's columns in the whole Jacobian.
-fn by_columns(jacobian: &Sparse, values: &[f64], (_, columns): &Block) -> f64 {
+fn by_columns(jacobian: &SparseMatrix, values: &[f64], (_, columns): &Block) -> f64 {
     columns
         .iter()
         .map(|c| jacobian.column(*c).map(|(_, x)| values[x.index()].powi(2)).sum::<f64>().sqrt())
@@ -182,7 +182,7 @@ fn by_columns(jacobian: &Sparse, values: &[f64], (_, columns): &Block) -> f64 {
 }
 
 /// The same of its rows.
-fn by_rows(jacobian: &Sparse, values: &[f64], (rows, _): &Block) -> f64 {
+fn by_rows(jacobian: &SparseMatrix, values: &[f64], (rows, _): &Block) -> f64 {
     rows.iter()
         .map(|r| jacobian.rows[*r].values().map(|x| values[x.index()].powi(2)).sum::<f64>().sqrt())
         .product()

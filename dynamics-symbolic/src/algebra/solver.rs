@@ -7,14 +7,14 @@ use crate::graph::{Bindings, Graph, NodeId, Symbol};
 use super::lengths;
 use super::minimum_degree::MinimumDegree;
 use super::null_space::{NullSpace, Partition};
-use super::partition::{Choice, Slopes, partitions};
-use super::sparse::Sparse;
+use super::partition::{PartitionChoice, Slopes, partitions};
+use super::sparse::SparseMatrix;
 use super::structure::blocks;
 use super::unrolled::{Elimination, Guard, Guarded, Unrolled};
 
 /// The equations of a system with constraints: N coordinates, R rows.
 #[derive(Clone, Copy, Debug)]
-pub struct Constrained<'a> {
+pub struct ConstrainedEquations<'a> {
     /// M, N×N, symmetric; may be singular where the constraints carry what has no inertia.
     pub mass: &'a [Vec<NodeId>],
     /// Q, N.
@@ -87,7 +87,8 @@ impl Solver {
         jacobian: &[Vec<NodeId>],
         independent: &[usize],
     ) -> Option<Self> {
-        let (mass, jacobian) = (Sparse::new(g, mass, mass.len()), Sparse::new(g, jacobian, mass.len()));
+        let (mass, jacobian) =
+            (SparseMatrix::new(g, mass, mass.len()), SparseMatrix::new(g, jacobian, mass.len()));
         let dependent: Vec<usize> = (0..mass.rows.len()).filter(|c| !independent.contains(c)).collect();
         let blocks = blocks(&jacobian.pattern(), &dependent)?;
         let partition = Partition { independent: independent.to_vec(), blocks };
@@ -104,7 +105,8 @@ impl Solver {
         kinematics: &[Vec<NodeId>],
         speeds: usize,
     ) -> Option<Self> {
-        let (mass, kinematics) = (Sparse::new(g, mass, mass.len()), Sparse::new(g, kinematics, mass.len()));
+        let (mass, kinematics) =
+            (SparseMatrix::new(g, mass, mass.len()), SparseMatrix::new(g, kinematics, mass.len()));
         NullSpace::by_speeds(g, &mass, &kinematics, speeds)
             .map(|reduced| Self(Way::Blocks(Box::new(reduced))))
     }
@@ -201,7 +203,7 @@ const CANCELLED: f64 = 1e-4;
 /// Why it is left to the general solver.
 pub fn unroll(
     g: &mut Graph,
-    system: &Constrained,
+    system: &ConstrainedEquations,
     states: &States,
     limit: usize,
 ) -> Result<(Unrolled, Solver), Stuck> {
@@ -232,7 +234,7 @@ pub fn unroll(
 /// As for [`unroll`].
 pub fn unroll_by_speeds(
     g: &mut Graph,
-    system: &Constrained,
+    system: &ConstrainedEquations,
     (kinematics, speeds): (&[Vec<NodeId>], usize),
     drift: &[NodeId],
     limit: usize,
@@ -298,7 +300,7 @@ struct Short {
 }
 
 impl Short {
-    fn new(g: &mut Graph, system: &Constrained) -> Self {
+    fn new(g: &mut Graph, system: &ConstrainedEquations) -> Self {
         let (n, r) = (system.mass.len(), system.jacobian.len());
         let terms =
             [&system.mass.concat()[..], &system.jacobian.concat(), system.force, system.gamma].concat();
@@ -314,8 +316,8 @@ impl Short {
     /// The better of all ways.
     fn solver(&self, g: &mut Graph, states: &States) -> Result<Solver, Stuck> {
         let n = self.mass.len();
-        let (mass, jacobian) = (Sparse::new(g, &self.mass, n), Sparse::new(g, &self.jacobian, n));
-        let Choice::Partitions(candidates) = partitions(g, &jacobian, n) else {
+        let (mass, jacobian) = (SparseMatrix::new(g, &self.mass, n), SparseMatrix::new(g, &self.jacobian, n));
+        let PartitionChoice::Partitions(candidates) = partitions(g, &jacobian, n) else {
             return Err(Stuck::Redundant);
         };
         let way = |g: &mut Graph, choice: Option<&Partition>| match choice {
@@ -340,11 +342,12 @@ impl Short {
             let applies =
                 [applies(&trial, &guards, states.likely), applies(&trial, &vanishing, states.passed)];
             let conditioning = choice.map_or(1.0, |p| anywhere.conditioning(&jacobian, p));
-            Some(Priced { choice, cost, applies, conditioning })
+            Some(PricedSolution { choice, cost, applies, conditioning })
         };
         let tried = if g.len() > LARGE { 2 } else { TRIED };
         let worth = worth_trying(&candidates, &jacobian, (&at, states.likely.len()), tried);
-        let found: Vec<Priced> = worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
+        let found: Vec<PricedSolution> =
+            worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
         let choice = prefer(found).ok_or(Stuck::NoPivots)?;
         way(g, choice).ok_or(Stuck::NoPivots)
     }
@@ -385,7 +388,7 @@ pub(crate) fn applies(g: &Graph, guards: &[Guard], states: &[&dyn Bindings]) -> 
 /// of all.
 fn worth_trying<'a>(
     candidates: &'a [Partition],
-    jacobian: &Sparse,
+    jacobian: &SparseMatrix,
     (at, likely): (&Slopes, usize),
     tried: usize,
 ) -> Vec<&'a Partition> {
@@ -406,7 +409,7 @@ fn worth_trying<'a>(
 }
 
 /// A way to solve: by a partition, or q̈ and λ together.
-struct Priced<'a> {
+struct PricedSolution<'a> {
     choice: Option<&'a Partition>,
     cost: usize,
     /// At which of the likely states it applies, and at which of those that are passed.
@@ -416,22 +419,22 @@ struct Priced<'a> {
 
 /// Those that apply at the likeliest of the states, as far as they cost no more than so many times what is
 /// cheapest.
-fn applying(all: Vec<Priced<'_>>, which: usize, times: f64) -> Vec<Priced<'_>> {
+fn applying(all: Vec<PricedSolution<'_>>, which: usize, times: f64) -> Vec<PricedSolution<'_>> {
     let cheapest = all.iter().map(|way| way.cost).min().unwrap_or(0);
-    let affordable = |way: &&Priced| way.cost as f64 <= times * cheapest as f64;
+    let affordable = |way: &&PricedSolution| way.cost as f64 <= times * cheapest as f64;
     let best = all.iter().filter(affordable).map(|way| way.applies[which].clone()).max().unwrap_or_default();
     all.into_iter().filter(|way| way.applies[which] == best).collect()
 }
 
 /// The partition to be taken, or q̈ and λ together (`Some(None)`) where that is cheaper; `None` where there
 /// is no way at all.
-fn prefer(found: Vec<Priced<'_>>) -> Option<Option<&Partition>> {
-    let is_good = |way: &Priced| way.conditioning > POOR;
-    let (good, poor): (Vec<Priced>, Vec<Priced>) = found.into_iter().partition(is_good);
+fn prefer(found: Vec<PricedSolution<'_>>) -> Option<Option<&Partition>> {
+    let is_good = |way: &PricedSolution| way.conditioning > POOR;
+    let (good, poor): (Vec<PricedSolution>, Vec<PricedSolution>) = found.into_iter().partition(is_good);
     let all = if good.is_empty() { poor } else { good };
     let applying =
         [(0, WORTH), (1, PASSED)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
-    let cost = |way: &&Priced| way.cost;
+    let cost = |way: &&PricedSolution| way.cost;
     let together = applying.iter().find(|way| way.choice.is_none()).map(|way| way.cost);
     let blocks = || applying.iter().filter(|way| way.choice.is_some());
     let cheapest = blocks().min_by_key(cost).map_or(usize::MAX, |way| way.cost);

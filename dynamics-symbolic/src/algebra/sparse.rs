@@ -6,13 +6,13 @@ use crate::graph::{Graph, NodeId};
 
 /// A sparse matrix by rows.
 #[derive(Clone, Debug)]
-pub(super) struct Sparse {
+pub(super) struct SparseMatrix {
     pub(super) rows: Vec<BTreeMap<usize, NodeId>>,
     /// The rows in which each column has entries, ascending.
     columns: Vec<Vec<usize>>,
 }
 
-impl Sparse {
+impl SparseMatrix {
     /// From a dense matrix with `width` columns.
     pub(super) fn new(g: &Graph, matrix: &[Vec<NodeId>], width: usize) -> Self {
         let entries =

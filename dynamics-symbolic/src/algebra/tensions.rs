@@ -25,7 +25,7 @@ use super::ldl::Factors;
 use super::levers::{Levers, Stationary};
 
 /// A linear combination; what is known stands under `None`.
-type Form = BTreeMap<Option<usize>, NodeId>;
+type AffineForm = BTreeMap<Option<usize>, NodeId>;
 
 impl Levers {
     /// Solves for the forces in the rods; `None` where inertia is not diagonal and constant in these terms,
@@ -57,8 +57,8 @@ impl Levers {
         let factors = Factors::new(g, &matrix).ok()?;
         let tensions = factors.solve(g, &right);
         // What each quantity is made of: its own force, and the tensions.
-        let mut values: Vec<Form> =
-            (0..force.len()).map(|v| Form::from([(None, g.mul(inverse[v], force[v]))])).collect();
+        let mut values: Vec<AffineForm> =
+            (0..force.len()).map(|v| AffineForm::from([(None, g.mul(inverse[v], force[v]))])).collect();
         for (r, row) in scaled.iter().enumerate() {
             for (v, c) in row {
                 values[*v].insert(Some(r), *c);
@@ -97,9 +97,9 @@ struct Row {
 struct Turned {
     rows: Vec<Row>,
     /// What intermediate quantities are in these terms.
-    forms: BTreeMap<usize, Form>,
+    forms: BTreeMap<usize, AffineForm>,
     /// What unknowns are in these terms, where they are not themselves.
-    back: BTreeMap<usize, Form>,
+    back: BTreeMap<usize, AffineForm>,
     /// The unknown that each inertia belongs to, and the inertia.
     inertia: Vec<(usize, NodeId)>,
     size: usize,
@@ -167,10 +167,10 @@ impl Turned {
             [(unit1, b1), (unit2, b2), (unit1, b2), (unit2, b1)].map(|(unit, b)| g.mul(unit, b));
         let (right, left) = (g.mul(over, r1), g.mul(over, r2));
         let left = g.neg(left);
-        self.forms.insert(n + pair[0], Form::from([(Some(u), l1), (Some(own), right)]));
-        self.forms.insert(n + pair[1], Form::from([(Some(u), l2), (Some(own), left)]));
+        self.forms.insert(n + pair[0], AffineForm::from([(Some(u), l1), (Some(own), right)]));
+        self.forms.insert(n + pair[1], AffineForm::from([(Some(u), l2), (Some(own), left)]));
         let shift = g.neg(over);
-        let mut back = Form::from([(Some(u), one)]);
+        let mut back = AffineForm::from([(Some(u), one)]);
         add(g, &mut back, &along, shift);
         self.back.insert(u, back);
         Some(())
@@ -184,8 +184,8 @@ impl Turned {
         levers: &Levers,
         u: usize,
         of: impl Iterator<Item = (usize, NodeId)>,
-    ) -> Option<Form> {
-        let (mut sum, mut known) = (Form::new(), BTreeMap::<NodeId, NodeId>::new());
+    ) -> Option<AffineForm> {
+        let (mut sum, mut known) = (AffineForm::new(), BTreeMap::<NodeId, NodeId>::new());
         for (k, factor) in of {
             let definition = &levers.definitions[k];
             for (i, c) in definition.terms.iter().filter(|(i, _)| *i != u) {
@@ -261,12 +261,12 @@ impl Turned {
     }
 }
 
-fn form_of(turned: &Turned, i: usize, one: NodeId) -> Form {
-    turned.forms.get(&i).cloned().unwrap_or_else(|| Form::from([(Some(i), one)]))
+fn form_of(turned: &Turned, i: usize, one: NodeId) -> AffineForm {
+    turned.forms.get(&i).cloned().unwrap_or_else(|| AffineForm::from([(Some(i), one)]))
 }
 
 /// Adds factor·form.
-fn add(g: &mut Graph, to: &mut Form, form: &Form, factor: NodeId) {
+fn add(g: &mut Graph, to: &mut AffineForm, form: &AffineForm, factor: NodeId) {
     for (i, c) in form {
         let part = g.mul(factor, *c);
         let old = to.get(i).copied().unwrap_or(g.zero());
@@ -275,13 +275,13 @@ fn add(g: &mut Graph, to: &mut Form, form: &Form, factor: NodeId) {
 }
 
 /// A form in terms of others.
-fn put_in(g: &mut Graph, form: &Form, values: &[Form]) -> Form {
+fn put_in(g: &mut Graph, form: &AffineForm, values: &[AffineForm]) -> AffineForm {
     let one = g.one();
-    let mut sum = Form::new();
+    let mut sum = AffineForm::new();
     for (i, c) in form {
         match i {
             Some(i) => add(g, &mut sum, &values[*i], *c),
-            None => add(g, &mut sum, &Form::from([(None, one)]), *c),
+            None => add(g, &mut sum, &AffineForm::from([(None, one)]), *c),
         }
     }
     sum

@@ -22,7 +22,7 @@ const MOST: (usize, usize) = (2500, 160);
 
 /// Factors in ascending order, repeated for powers; by them the coefficient, which depends on parameters
 /// alone.
-type Polynomial = BTreeMap<Vec<NodeId>, NodeId>;
+type NodePolynomial = BTreeMap<Vec<NodeId>, NodeId>;
 
 /// What became of some results.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ pub fn collect(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected
     if g.operations(&distinct) > MOST.0 || distinct.len() > MOST.1 {
         return unchanged;
     }
-    let mut forms: Vec<Vec<Polynomial>> = distinct.iter().map(|r| polynomials(g, *r)).collect();
+    let mut forms: Vec<Vec<NodePolynomial>> = distinct.iter().map(|r| polynomials(g, *r)).collect();
     for (root, forms) in distinct.iter().zip(&mut forms) {
         forms.retain(|form| !squares.contains(root) || form.contains_key(&Vec::new()));
     }
@@ -69,20 +69,24 @@ pub fn collect(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected
 }
 
 /// For every root the polynomial that it is to be written as, if any: by trying, on graphs of their own.
-fn choose<'a>(g: &Graph, roots: &[NodeId], forms: &'a [Vec<Polynomial>]) -> Vec<Option<&'a Polynomial>> {
-    let cost = |choice: &[Option<&Polynomial>]| {
+fn choose<'a>(
+    g: &Graph,
+    roots: &[NodeId],
+    forms: &'a [Vec<NodePolynomial>],
+) -> Vec<Option<&'a NodePolynomial>> {
+    let cost = |choice: &[Option<&NodePolynomial>]| {
         let mut trial = Graph::new();
         let built = build(&mut trial, g, roots, choice, &|_| None);
         trial.weight(&built)
     };
-    let alone = |root: usize, form: Option<&Polynomial>| {
+    let alone = |root: usize, form: Option<&NodePolynomial>| {
         let mut trial = Graph::new();
         let built = build(&mut trial, g, &roots[root..=root], &[form], &|_| None);
         trial.weight(&built)
     };
     // All that are shorter by themselves at once, as what they share falls away only together; then one by
     // one.
-    let mut choice: Vec<Option<&Polynomial>> = vec![None; roots.len()];
+    let mut choice: Vec<Option<&NodePolynomial>> = vec![None; roots.len()];
     let mut best = cost(&choice);
     let mut together = choice.clone();
     let mut promising = Vec::new();
@@ -118,7 +122,7 @@ fn build(
     g: &mut Graph,
     source: &Graph,
     roots: &[NodeId],
-    choice: &[Option<&Polynomial>],
+    choice: &[Option<&NodePolynomial>],
     known: &dyn Fn(NodeId) -> Option<NodeId>,
 ) -> Vec<NodeId> {
     // What is needed of the source: roots that stay, factors and coefficients of the others.
@@ -223,11 +227,11 @@ fn factored(g: &mut Graph, terms: Vec<Term>) -> NodeId {
 }
 
 /// Two sums whose product is a part of a sum.
-type Product = (Vec<Term>, Vec<Term>);
+type ProductOfSums = (Vec<Term>, Vec<Term>);
 
 /// The terms as products of a sum of symbols and parameters with a sum of functions: w² s − w² c − u² s + u²
 /// c = (w² − u²)(s − c). Products of single terms are left over where nothing of that kind is found.
-fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<Product> {
+fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<ProductOfSums> {
     // By the symbols of each term: the functions that they stand before, with numbers.
     let mut rows: BTreeMap<Vec<NodeId>, BTreeMap<Vec<NodeId>, NodeId>> = BTreeMap::new();
     for term in terms {
@@ -238,7 +242,7 @@ fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<Product> {
         symbols.sort_unstable();
         rows.entry(symbols).or_default().insert(functions, term.number);
     }
-    let mut found: Vec<(Vec<Term>, Polynomial)> = Vec::new();
+    let mut found: Vec<(Vec<Term>, NodePolynomial)> = Vec::new();
     for (factors, row) in rows {
         let mut place = None;
         for (at, (_, other)) in found.iter().enumerate() {
@@ -294,8 +298,8 @@ fn shared(g: &Graph, terms: &[Term]) -> Option<NodeId> {
 
 /// Ways to write a node as a polynomial: with everything multiplied out, and with sums of rates left
 /// together.
-fn polynomials(g: &mut Graph, root: NodeId) -> Vec<Polynomial> {
-    let mut found: Vec<Polynomial> = Vec::new();
+fn polynomials(g: &mut Graph, root: NodeId) -> Vec<NodePolynomial> {
+    let mut found: Vec<NodePolynomial> = Vec::new();
     for sums in [false, true] {
         let mut memo = BTreeMap::new();
         let Some(polynomial) = expand(g, root, sums, &mut memo) else { continue };
@@ -311,16 +315,16 @@ fn expand(
     g: &mut Graph,
     id: NodeId,
     sums: bool,
-    memo: &mut BTreeMap<NodeId, Option<Polynomial>>,
-) -> Option<Polynomial> {
+    memo: &mut BTreeMap<NodeId, Option<NodePolynomial>>,
+) -> Option<NodePolynomial> {
     if let Some(known) = memo.get(&id) {
         return known.clone();
     }
     let one = g.one();
-    let atom = Polynomial::from([(vec![id], one)]);
+    let atom = NodePolynomial::from([(vec![id], one)]);
     let found = match g.node(id) {
-        _ if g.is_zero(id) => Some(Polynomial::new()),
-        _ if g.is_constant(id) => Some(Polynomial::from([(Vec::new(), id)])),
+        _ if g.is_zero(id) => Some(NodePolynomial::new()),
+        _ if g.is_constant(id) => Some(NodePolynomial::from([(Vec::new(), id)])),
         Node::Add(..) | Node::Sub(..) if sums && g.dependence(id).within(Dependence::RATES) => Some(atom),
         Node::Add(a, b) => {
             expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).map(|(a, b)| plus(g, a, b, false))
@@ -328,7 +332,7 @@ fn expand(
         Node::Sub(a, b) => {
             expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).map(|(a, b)| plus(g, a, b, true))
         }
-        Node::Neg(a) => expand(g, a, sums, memo).map(|a| plus(g, Polynomial::new(), a, true)),
+        Node::Neg(a) => expand(g, a, sums, memo).map(|a| plus(g, NodePolynomial::new(), a, true)),
         Node::Mul(a, b) => {
             expand(g, a, sums, memo).zip(expand(g, b, sums, memo)).and_then(|(a, b)| times(g, &a, &b))
         }
@@ -339,7 +343,7 @@ fn expand(
     found
 }
 
-fn put(g: &mut Graph, to: &mut Polynomial, factors: Vec<NodeId>, coefficient: NodeId) {
+fn put(g: &mut Graph, to: &mut NodePolynomial, factors: Vec<NodeId>, coefficient: NodeId) {
     let sum = match to.get(&factors) {
         Some(old) => g.add(*old, coefficient),
         None => coefficient,
@@ -351,7 +355,7 @@ fn put(g: &mut Graph, to: &mut Polynomial, factors: Vec<NodeId>, coefficient: No
     }
 }
 
-fn plus(g: &mut Graph, mut a: Polynomial, b: Polynomial, subtract: bool) -> Polynomial {
+fn plus(g: &mut Graph, mut a: NodePolynomial, b: NodePolynomial, subtract: bool) -> NodePolynomial {
     for (factors, c) in b {
         let c = if subtract { g.neg(c) } else { c };
         put(g, &mut a, factors, c);
@@ -359,15 +363,15 @@ fn plus(g: &mut Graph, mut a: Polynomial, b: Polynomial, subtract: bool) -> Poly
     a
 }
 
-fn times(g: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
+fn times(g: &mut Graph, a: &NodePolynomial, b: &NodePolynomial) -> Option<NodePolynomial> {
     if a.len() * b.len() > 4 * TERMS {
         return None;
     }
-    let degree = |p: &Polynomial| p.keys().map(Vec::len).max().unwrap_or(0);
+    let degree = |p: &NodePolynomial| p.keys().map(Vec::len).max().unwrap_or(0);
     if degree(a) + degree(b) > FACTORS {
         return None;
     }
-    let mut product = Polynomial::new();
+    let mut product = NodePolynomial::new();
     for (x, c) in a {
         for (y, d) in b {
             let mut factors = [x.as_slice(), y].concat();
@@ -380,7 +384,7 @@ fn times(g: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
 }
 
 /// a sin²x r + a cos²x r = a r, wherever both coefficients are the same.
-fn without_squares(g: &mut Graph, mut polynomial: Polynomial) -> Polynomial {
+fn without_squares(g: &mut Graph, mut polynomial: NodePolynomial) -> NodePolynomial {
     while let Some((sine, cosine, rest)) = square(g, &polynomial) {
         let coefficient = polynomial[&sine];
         polynomial.remove(&sine);
@@ -391,7 +395,7 @@ fn without_squares(g: &mut Graph, mut polynomial: Polynomial) -> Polynomial {
 }
 
 /// The first pair of terms a sin²x r and a cos²x r, with r.
-fn square(g: &Graph, polynomial: &Polynomial) -> Option<(Vec<NodeId>, Vec<NodeId>, Vec<NodeId>)> {
+fn square(g: &Graph, polynomial: &NodePolynomial) -> Option<(Vec<NodeId>, Vec<NodeId>, Vec<NodeId>)> {
     for (factors, coefficient) in polynomial {
         for pair in factors.windows(2) {
             let (Node::Unary(Unary::Sin, angle), true) = (g.node(pair[0]), pair[0] == pair[1]) else {

@@ -2,7 +2,7 @@
 
 use crate::graph::{Graph, Node, NodeId, Symbol};
 
-use super::local::{Choice, partials};
+use super::local::{BranchChoice, partials};
 
 /// Derivatives of `roots` along the direction in which every symbol s moves with velocity `seed(s)` (`None`:
 /// it does not move).
@@ -23,7 +23,7 @@ pub fn directional(
         if node.children().all(|c| tangent[c.index()].is_none()) {
             continue;
         }
-        if let Some(choice) = Choice::of(node) {
+        if let Some(choice) = BranchChoice::of(node) {
             let zero = g.zero();
             let [then, otherwise] =
                 [choice.then, choice.otherwise].map(|c| tangent[c.index()].unwrap_or(zero));

@@ -10,7 +10,7 @@ use crate::graph::{Binary, Comparison, Graph, Node, NodeId, Number, Unary};
 /// Its derivative is a choice between their derivatives. A sum of both, weighted by 1 and 0, will not do: 0 ·
 /// NaN is NaN, and the branch not taken is often outside of its domain, which is why it is not taken.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Choice {
+pub(super) struct BranchChoice {
     comparison: Comparison,
     left: NodeId,
     right: NodeId,
@@ -18,7 +18,7 @@ pub(super) struct Choice {
     pub(super) otherwise: NodeId,
 }
 
-impl Choice {
+impl BranchChoice {
     /// The choice that a node is, if it is one.
     pub(super) fn of(node: Node) -> Option<Self> {
         let comparison = Comparison::LessEqual;
@@ -76,7 +76,7 @@ pub(super) fn partials(g: &mut Graph, id: NodeId, wanted: &dyn Fn(NodeId) -> boo
             }
         }
         Node::Binary(f, a, b) => binary(g, id, f, (a, b), wanted, &mut out),
-        // Choices have no partial derivatives that could be multiplied: see [`Choice`].
+        // Choices have no partial derivatives that could be multiplied: see [`BranchChoice`].
         Node::Select { .. } => {}
         Node::Smooth { function, order, argument } => {
             if wanted(argument) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::graph::{Graph, Node, NodeId, Symbol};
 
-use super::local::{Choice, partials};
+use super::local::{BranchChoice, partials};
 
 /// Gradient of Σ seedₖ·rootₖ with respect to `symbols`; the seeds are held fixed.
 pub fn gradient(g: &mut Graph, seeded: &[(NodeId, NodeId)], symbols: &[Symbol]) -> Vec<NodeId> {
@@ -19,10 +19,10 @@ pub fn gradient(g: &mut Graph, seeded: &[(NodeId, NodeId)], symbols: &[Symbol]) 
             node => node.children().any(|c| active[c.index()]),
         };
     }
-    let mut sweep = Sweep { symbols, active, chosen: BTreeMap::new() };
+    let mut sweep = ReverseSweep { symbols, active, chosen: BTreeMap::new() };
     // Inner choices first: no recursion, and each is swept once however often it is read.
     for id in &ids {
-        if let Some(choice) = Choice::of(g.node(*id)).filter(|_| sweep.active[id.index()]) {
+        if let Some(choice) = BranchChoice::of(g.node(*id)).filter(|_| sweep.active[id.index()]) {
             sweep.choose(g, *id, choice);
         }
     }
@@ -30,15 +30,15 @@ pub fn gradient(g: &mut Graph, seeded: &[(NodeId, NodeId)], symbols: &[Symbol]) 
 }
 
 /// What all sweeps of one gradient share.
-struct Sweep<'a> {
+struct ReverseSweep<'a> {
     symbols: &'a [Symbol],
     active: Vec<bool>,
     /// Gradients of choices: choices between the gradients of their branches.
     chosen: BTreeMap<NodeId, Vec<NodeId>>,
 }
 
-impl Sweep<'_> {
-    fn choose(&mut self, g: &mut Graph, id: NodeId, choice: Choice) {
+impl ReverseSweep<'_> {
+    fn choose(&mut self, g: &mut Graph, id: NodeId, choice: BranchChoice) {
         let one = g.one();
         let [then, otherwise] = [choice.then, choice.otherwise].map(|branch| {
             let ids = g.cone(&[branch]);

@@ -13,7 +13,7 @@ use crate::mechanics::{Model, Speed};
 use super::Finding;
 use super::constraints::Analysis;
 use super::constraints::contents::FOREIGN;
-use super::constraints::exact::{Echelon, Outcome, Sparse};
+use super::constraints::exact::{Echelon, Outcome, SparseVector};
 use super::constraints::linear::{is_rate, steady_slope};
 use super::quadratic::degree_at_most;
 
@@ -76,7 +76,7 @@ pub(super) fn together(model: &Model, analysis: &Analysis, found: &mut Vec<Findi
 
 /// The names and the gradients by the velocities, at a random point, of the constraints that always hold,
 /// then of the speeds.
-fn rows(model: &Model) -> (Vec<String>, Vec<Sparse>) {
+fn rows(model: &Model) -> (Vec<String>, Vec<SparseVector>) {
     let mut g = model.graph.clone();
     let n = model.coordinates.len() as u32;
     let (mut names, mut nodes) = (Vec::new(), Vec::new());
@@ -96,7 +96,7 @@ fn rows(model: &Model) -> (Vec<String>, Vec<Sparse>) {
         differentiate(&mut g, speed.node, Symbol::Rate);
     }
     let values = Sampler::new(&g, &nodes).at(0);
-    let sparse = |row: &[Fingerprint]| -> Sparse {
+    let sparse = |row: &[Fingerprint]| -> SparseVector {
         row.iter().copied().enumerate().filter(|(_, x)| *x != Fingerprint::ZERO).collect()
     };
     (names, values.chunks(n.max(1) as usize).map(sparse).collect())

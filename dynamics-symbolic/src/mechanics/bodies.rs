@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 use crate::graph::{Dependence, Graph, Node, NodeId, Number};
 
-use super::model::{Body, Model, Step};
+use super::model::{Body, FrameStep, Model};
 use super::vectors::{M3, V3, added, cross, dot, scaled, transposed, turned, zero};
 
 /// Mass, first moment about the origin, and inertia about it.
@@ -34,7 +34,7 @@ pub(super) struct Carried {
 pub(super) struct Link {
     /// The step before, an index that is smaller than this link's; `None`: the world.
     pub(super) parent: Option<usize>,
-    pub(super) step: Step,
+    pub(super) step: FrameStep,
     pub(super) own: Carried,
 }
 
@@ -68,7 +68,7 @@ impl Tree {
             return None;
         }
         let made_of: Vec<NodeId> =
-            bodies.iter().flat_map(|body| body.steps.iter().flat_map(Step::nodes)).collect();
+            bodies.iter().flat_map(|body| body.steps.iter().flat_map(FrameStep::nodes)).collect();
         let mut tree = Self {
             links: Vec::new(),
             coordinates,
@@ -77,7 +77,7 @@ impl Tree {
             potential,
             made_of: g.cone(&made_of),
         };
-        let mut known: BTreeMap<(Option<usize>, Step), usize> = BTreeMap::new();
+        let mut known: BTreeMap<(Option<usize>, FrameStep), usize> = BTreeMap::new();
         for body in &bodies {
             let mut at = None;
             for step in &body.steps {
@@ -127,7 +127,7 @@ impl Tree {
     }
 }
 
-impl Step {
+impl FrameStep {
     /// Its nodes.
     pub(super) fn nodes(&self) -> Vec<NodeId> {
         match self {
@@ -159,8 +159,8 @@ fn is_plain(g: &mut Graph, body: &Body) -> bool {
     let turning = |g: &Graph, x: &NodeId| g.dependence(*x).within(moved.with(Dependence::RATES));
     carried.into_iter().all(|x| g.is_constant(*x))
         && body.steps.iter().all(|step| match step {
-            Step::Shift(by) => by.iter().all(|x| placed(g, x)),
-            Step::Turn { rotation, rate } => {
+            FrameStep::Shift(by) => by.iter().all(|x| placed(g, x)),
+            FrameStep::Turn { rotation, rate } => {
                 rotation.iter().flatten().all(|x| placed(g, x))
                     && rate.iter().all(|x| turning(g, x))
                     && is_rotation(g, rotation)
@@ -240,18 +240,18 @@ impl Carried {
     }
 
     /// What T does not see move with the step, and the rest.
-    fn split(&self, g: &mut Graph, step: &Step) -> (Self, Self) {
+    fn split(&self, g: &mut Graph, step: &FrameStep) -> (Self, Self) {
         let none = Self { mass: g.zero(), moment: zero(g), inertia: [zero(g); 3] };
         if step.is_still(g) {
             return (*self, none);
         }
         let (mut moves, mut stays) = (none, *self);
         match step {
-            Step::Shift(_) => {
+            FrameStep::Shift(_) => {
                 moves.inertia = self.inertia;
                 stays.inertia = none.inertia;
             }
-            Step::Turn { rotation, rate } => {
+            FrameStep::Turn { rotation, rate } => {
                 let Some(k) = axis(g, rotation) else { return (none, *self) };
                 if (0..3).any(|i| i != k && !g.is_zero(rate[i])) {
                     return (none, *self);
@@ -269,10 +269,10 @@ impl Carried {
     }
 
     /// The same in the frame before a step.
-    pub(super) fn before(&self, g: &mut Graph, step: &Step) -> Self {
+    pub(super) fn before(&self, g: &mut Graph, step: &FrameStep) -> Self {
         match step {
-            Step::Shift(by) => self.shifted(g, by),
-            Step::Turn { rotation, .. } => Self {
+            FrameStep::Shift(by) => self.shifted(g, by),
+            FrameStep::Turn { rotation, .. } => Self {
                 mass: self.mass,
                 moment: turned(g, rotation, &self.moment),
                 inertia: match axis(g, rotation) {

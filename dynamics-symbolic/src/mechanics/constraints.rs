@@ -18,7 +18,7 @@ use super::model::{Constraint, Model};
 use super::velocity_form::transport;
 
 /// The constraints' own equations; N coordinates, R rows, the first H of them holonomic.
-pub(super) struct Rows {
+pub(super) struct ConstraintTerms {
     /// By name, with what the user wrote.
     pub(super) named: Vec<Named>,
     /// H.
@@ -30,7 +30,7 @@ pub(super) struct Rows {
     pub(super) gamma: Vec<NodeId>,
 }
 
-impl Rows {
+impl ConstraintTerms {
     /// Of a model's constraints; `None` without any.
     pub(super) fn of(model: &mut Model) -> Option<Self> {
         let n = model.coordinates.len();
@@ -126,7 +126,11 @@ pub(crate) fn reaction(g: &mut Graph, rows: &[Named], holonomic: usize, n: usize
 
 /// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol; or how many nodes they had taken when they were
 /// given up.
-pub(super) fn derivatives(g: &mut Graph, rows: &Rows, n: usize) -> Result<ConstraintDerivatives, usize> {
+pub(super) fn derivatives(
+    g: &mut Graph,
+    rows: &ConstraintTerms,
+    n: usize,
+) -> Result<ConstraintDerivatives, usize> {
     let start = g.len();
     let reaction = reaction(g, &rows.named, rows.holonomic, n);
     let mut swept = |roots: &[NodeId], by: fn(u32) -> Symbol| {

@@ -5,12 +5,12 @@ use crate::calculus::{directional, gradient, timeless};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::bodies::Tree;
-use super::constraints::{self, Rows};
+use super::constraints::{self, ConstraintTerms};
 use super::equations::{
     Aside, ConstraintEquations, Derivation, Equations, Named, Released, Solution, Underivable, Variations,
 };
 use super::forces::{dissipated, generalized, power};
-use super::inverse::{self, Residual, SOLVED_FOR, Sweep, residual_by_entries};
+use super::inverse::{self, Residual, SOLVED_FOR, SweepDirection, residual_by_entries};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
 use super::levers::levers;
 use super::model::{Energy, EnergyRole, Force, Model, Output};
@@ -32,7 +32,7 @@ pub fn derive(model: &mut Model) -> Result<Equations, Underivable> {
 /// As for [`fn@derive`].
 pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Underivable> {
     let n = model.coordinates.len();
-    let rows = Rows::of(model);
+    let rows = ConstraintTerms::of(model);
     let speeds = Speeds::of(model);
     let mut energies = Energies::sum(&mut model.graph, &model.energies);
     let tree = Tree::of(model, energies.kinetic, energies.potential);
@@ -132,7 +132,7 @@ pub fn momentum_rates(model: &mut Model) -> Vec<NodeId> {
 /// S. Luh, M. W. Walker and R. P. C. Paul, J. Dyn. Syst. Meas. Control 102 (1980) 69).
 pub fn residual(model: &mut Model) -> Vec<NodeId> {
     let n = model.coordinates.len();
-    let rows = Rows::of(model);
+    let rows = ConstraintTerms::of(model);
     let energies = Energies::sum(&mut model.graph, &model.energies);
     let tree = Tree::of(model, energies.kinetic, energies.potential);
     let g = &mut model.graph;
@@ -153,11 +153,11 @@ pub fn residual(model: &mut Model) -> Vec<NodeId> {
 /// The nodes that were taken, where they are more than can end in programs that are emitted.
 pub fn variations(model: &mut Model, joined: &[NodeId]) -> Result<Variations, usize> {
     let size = (model.coordinates.len(), model.inputs.len());
-    let rows = Rows::of(model);
+    let rows = ConstraintTerms::of(model);
     let g = &mut model.graph;
     let velocities = rows.as_ref().map_or(&[][..], |rows| rows.velocity_residual.as_slice());
     let mut best: Result<(usize, Graph, Variations), usize> = Err(0);
-    for sweep in [Sweep::Forward, Sweep::Reverse] {
+    for sweep in [SweepDirection::Forward, SweepDirection::Reverse] {
         // On a copy, so that what is not taken leaves no trace.
         let mut trial = g.clone();
         match inverse::variations(&mut trial, joined, velocities, sweep, size) {
@@ -184,7 +184,7 @@ pub fn variations(model: &mut Model, joined: &[NodeId]) -> Result<Variations, us
 pub fn output_variations(model: &mut Model) -> Result<Vec<NodeId>, usize> {
     let roots: Vec<NodeId> = model.outputs.iter().flat_map(scalars).map(|output| output.node).collect();
     let (n, inputs) = (model.coordinates.len(), model.inputs.len());
-    let rows = Rows::of(model).map_or(0, |rows| rows.named.len());
+    let rows = ConstraintTerms::of(model).map_or(0, |rows| rows.named.len());
     // On a copy, so that what is not taken leaves no trace.
     let mut trial = model.graph.clone();
     let found = inverse::output_variations(&mut trial, &roots, (n, rows, inputs))?;
@@ -202,7 +202,7 @@ fn energy_function(g: &mut Graph, momenta: &[NodeId], lagrangian: NodeId) -> Nod
 /// What the rows give; `forces`: Q, and Q without what depends on multipliers.
 fn constraint_equations(
     g: &mut Graph,
-    rows: Rows,
+    rows: ConstraintTerms,
     (force, free_force): (&[NodeId], Vec<NodeId>),
     solution: Solution,
     released: Vec<Released>,
@@ -393,8 +393,12 @@ impl Parts {
 
     /// Measured on models of 6 to 11 coordinates: the residual of a velocity form is swept best along each
     /// symbol, any other best backwards.
-    fn sweep(&self) -> Sweep {
-        if self.derivation == Derivation::VelocityForm { Sweep::Forward } else { Sweep::Reverse }
+    fn sweep(&self) -> SweepDirection {
+        if self.derivation == Derivation::VelocityForm {
+            SweepDirection::Forward
+        } else {
+            SweepDirection::Reverse
+        }
     }
 }
 

@@ -47,14 +47,16 @@ pub(super) struct SolvedFor<'a> {
 pub(super) fn jacobians(
     g: &mut Graph,
     ways: &[Residual],
-    sweep: Sweep,
+    sweep: SweepDirection,
     solved: &SolvedFor,
     (inputs, parameters): (usize, usize),
 ) -> Result<Jacobians, Failure> {
     let n = solved.accelerations.len();
     let mut best = (usize::MAX, ways[0], sweep);
     if n <= SMALL {
-        for (way, sweep) in ways.iter().flat_map(|way| [(way, Sweep::Forward), (way, Sweep::Reverse)]) {
+        for (way, sweep) in
+            ways.iter().flat_map(|way| [(way, SweepDirection::Forward), (way, SweepDirection::Reverse)])
+        {
             // On a copy, so that what is not taken leaves no trace.
             let mut trial = g.clone();
             let residual = way(&mut trial);
@@ -74,7 +76,7 @@ pub(super) fn jacobians(
 
 /// How ∂r/∂x is swept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sweep {
+pub(super) enum SweepDirection {
     /// One forward sweep per symbol x.
     Forward,
     /// One reverse sweep per coordinate.
@@ -112,7 +114,7 @@ impl Implicit<'_> {
     fn jacobians(
         &self,
         g: &mut Graph,
-        sweep: Sweep,
+        sweep: SweepDirection,
         inputs: usize,
         parameters: usize,
     ) -> Result<Jacobians, Failure> {
@@ -120,8 +122,12 @@ impl Implicit<'_> {
         Ok(Jacobians {
             by_q: self.jacobian(g, &symbols(n, Symbol::Coordinate), sweep)?,
             by_u: self.jacobian(g, &symbols(n, Symbol::Rate), sweep)?,
-            by_inputs: self.jacobian(g, &symbols(inputs, Symbol::Input), Sweep::Forward)?,
-            by_parameters: self.jacobian(g, &symbols(parameters, Symbol::Parameter), Sweep::Reverse)?,
+            by_inputs: self.jacobian(g, &symbols(inputs, Symbol::Input), SweepDirection::Forward)?,
+            by_parameters: self.jacobian(
+                g,
+                &symbols(parameters, Symbol::Parameter),
+                SweepDirection::Reverse,
+            )?,
         })
     }
 
@@ -130,7 +136,7 @@ impl Implicit<'_> {
         &self,
         g: &mut Graph,
         by: &[Symbol],
-        sweep: Sweep,
+        sweep: SweepDirection,
     ) -> Result<Vec<Vec<NodeId>>, Failure> {
         let start = g.len();
         let within = |g: &Graph| match g.len() - start {
@@ -138,8 +144,8 @@ impl Implicit<'_> {
             _ => Ok(()),
         };
         let rows = match sweep {
-            Sweep::Forward => Vec::new(),
-            Sweep::Reverse => {
+            SweepDirection::Forward => Vec::new(),
+            SweepDirection::Reverse => {
                 let minus = g.integer(-1);
                 let row = |r: &NodeId| {
                     let row = gradient(g, &[(*r, minus)], by);
@@ -151,8 +157,10 @@ impl Implicit<'_> {
         let mut result = vec![Vec::with_capacity(by.len()); self.solved.accelerations.len()];
         for (j, x) in by.iter().enumerate() {
             let column = match sweep {
-                Sweep::Forward => directional(g, self.residual, &mut |g, s| (s == *x).then(|| g.integer(-1))),
-                Sweep::Reverse => rows.iter().map(|row| row[j]).collect(),
+                SweepDirection::Forward => {
+                    directional(g, self.residual, &mut |g, s| (s == *x).then(|| g.integer(-1)))
+                }
+                SweepDirection::Reverse => rows.iter().map(|row| row[j]).collect(),
             };
             let right = put_in(g, &column, self.solved.accelerations, self.solved.multipliers)?;
             for (row, x) in result.iter_mut().zip((self.solved.solve)(g, &right)) {
@@ -172,20 +180,20 @@ pub(super) fn variations(
     g: &mut Graph,
     residual: &[NodeId],
     velocities: &[NodeId],
-    sweep: Sweep,
+    sweep: SweepDirection,
     (n, inputs): (usize, usize),
 ) -> Result<Variations, usize> {
     let (q, u) = (symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate));
     let start = g.len();
-    let mut by = |roots: &[NodeId], by: &[Symbol], sweep: Sweep| {
+    let mut by = |roots: &[NodeId], by: &[Symbol], sweep: SweepDirection| {
         let rows = derivatives(g, roots, by, sweep);
         if g.len() - start > MOST_NODES { Err(g.len() - start) } else { Ok(rows) }
     };
     Ok(Variations {
         by_q: by(residual, &q, sweep)?,
         by_u: by(residual, &u, sweep)?,
-        by_inputs: by(residual, &symbols(inputs, Symbol::Input), Sweep::Forward)?,
-        velocity_by_q: by(velocities, &q, Sweep::Reverse)?,
+        by_inputs: by(residual, &symbols(inputs, Symbol::Input), SweepDirection::Forward)?,
+        velocity_by_q: by(velocities, &q, SweepDirection::Reverse)?,
     })
 }
 
@@ -200,7 +208,7 @@ pub(super) fn output_variations(
 ) -> Result<Vec<NodeId>, usize> {
     let start = g.len();
     let mut by = |count: usize, symbol: fn(u32) -> Symbol| {
-        let rows = derivatives(g, outputs, &symbols(count, symbol), Sweep::Reverse);
+        let rows = derivatives(g, outputs, &symbols(count, symbol), SweepDirection::Reverse);
         if g.len() - start > MOST_NODES { Err(g.len() - start) } else { Ok(rows) }
     };
     let all = [
@@ -214,11 +222,11 @@ pub(super) fn output_variations(
 }
 
 /// ∂roots/∂by, a row per root.
-fn derivatives(g: &mut Graph, roots: &[NodeId], by: &[Symbol], sweep: Sweep) -> Vec<Vec<NodeId>> {
+fn derivatives(g: &mut Graph, roots: &[NodeId], by: &[Symbol], sweep: SweepDirection) -> Vec<Vec<NodeId>> {
     let one = g.one();
     let rows: Vec<Vec<NodeId>> = match sweep {
-        Sweep::Reverse => roots.iter().map(|root| gradient(g, &[(*root, one)], by)).collect(),
-        Sweep::Forward => {
+        SweepDirection::Reverse => roots.iter().map(|root| gradient(g, &[(*root, one)], by)).collect(),
+        SweepDirection::Forward => {
             let mut rows = vec![Vec::with_capacity(by.len()); roots.len()];
             for x in by {
                 let column = directional(g, roots, &mut |g, s| (s == *x).then(|| g.one()));

@@ -39,7 +39,7 @@ pub(super) fn levers(
         Symbol::Coordinate(j) => Some(g.symbol(Symbol::Acceleration(j))),
         _ => None,
     })[0];
-    let tape = Tape::new(g, &weighted, power, n)?;
+    let tape = LinearTape::new(g, &weighted, power, n)?;
     let mut inertia = Vec::new();
     for (weight, x, y) in form.products() {
         let two = g.integer(2);
@@ -57,18 +57,18 @@ pub(super) fn levers(
 }
 
 /// A linear combination of unknowns and intermediate quantities.
-type Form = BTreeMap<usize, NodeId>;
+type LinearForm = BTreeMap<usize, NodeId>;
 
 /// Nodes that are linear in the symbols q̈.
-struct Tape {
+struct LinearTape {
     unknowns: usize,
     /// What each of them is made of.
-    forms: BTreeMap<NodeId, Form>,
+    forms: BTreeMap<NodeId, LinearForm>,
     /// Intermediate quantities in order.
-    defined: Vec<(NodeId, Form)>,
+    defined: Vec<(NodeId, LinearForm)>,
 }
 
-impl Tape {
+impl LinearTape {
     fn new(g: &mut Graph, weighted: &[NodeId], power: NodeId, unknowns: usize) -> Option<Self> {
         let mut tape = Self { unknowns, forms: BTreeMap::new(), defined: Vec::new() };
         let linear = |g: &Graph, id: NodeId| g.dependence(id).on(Dependence::ACCELERATIONS);
@@ -87,7 +87,7 @@ impl Tape {
             let turns = form.len() > 1 || form.values().any(|c| !g.is_constant(*c));
             if shared || turns && heavy.contains(&id) {
                 let quantity = unknowns + tape.defined.len();
-                let itself = Form::from([(quantity, g.one())]);
+                let itself = LinearForm::from([(quantity, g.one())]);
                 tape.defined.push((id, core::mem::replace(&mut form, itself)));
             }
             tape.forms.insert(id, form);
@@ -96,9 +96,9 @@ impl Tape {
     }
 
     /// What a node is made of; `None` where it is not linear.
-    fn form(&self, g: &mut Graph, id: NodeId) -> Option<Form> {
+    fn form(&self, g: &mut Graph, id: NodeId) -> Option<LinearForm> {
         match g.node(id) {
-            Node::Symbol(Symbol::Acceleration(j)) => Some(Form::from([(j as usize, g.one())])),
+            Node::Symbol(Symbol::Acceleration(j)) => Some(LinearForm::from([(j as usize, g.one())])),
             Node::Add(a, b) => self.sum(g, a, b, Graph::add),
             Node::Sub(a, b) => self.sum(g, a, b, Graph::sub),
             Node::Neg(a) => {
@@ -122,7 +122,7 @@ impl Tape {
         a: NodeId,
         b: NodeId,
         f: fn(&mut Graph, NodeId, NodeId) -> NodeId,
-    ) -> Option<Form> {
+    ) -> Option<LinearForm> {
         let (mut sum, other) = (self.forms.get(&a)?.clone(), self.forms.get(&b)?);
         for (i, c) in other {
             let old = sum.get(i).copied().unwrap_or(g.zero());
@@ -131,7 +131,7 @@ impl Tape {
         Some(sum)
     }
 
-    fn scaled(&self, g: &mut Graph, of: NodeId, factor: NodeId) -> Option<Form> {
+    fn scaled(&self, g: &mut Graph, of: NodeId, factor: NodeId) -> Option<LinearForm> {
         if g.dependence(factor).on(Dependence::ACCELERATIONS) {
             return None;
         }
@@ -147,7 +147,7 @@ impl Tape {
             _ => None,
         });
         speeds.extend(as_rates.ok()?);
-        let definition = |(_, form): &(NodeId, Form)| {
+        let definition = |(_, form): &(NodeId, LinearForm)| {
             let (on, factors): (Vec<usize>, Vec<NodeId>) = form.iter().map(|(i, c)| (*i, *c)).unzip();
             let turning = directional(g, &factors, &mut transport);
             let mut offset = Vec::new();

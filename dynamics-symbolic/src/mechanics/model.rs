@@ -103,7 +103,7 @@ pub struct AngleSet {
 
 /// A step from one frame to the next.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Step {
+pub enum FrameStep {
     /// To an origin with these coordinates in the frame before, axes parallel.
     Shift([NodeId; 3]),
     /// Axes turned about the origin.
@@ -119,7 +119,7 @@ pub enum Step {
 #[derive(Clone, Debug)]
 pub struct Body {
     /// From the world to its frame.
-    pub steps: Vec<Step>,
+    pub steps: Vec<FrameStep>,
     /// Mass.
     pub mass: NodeId,
     /// Center of mass in the frame.

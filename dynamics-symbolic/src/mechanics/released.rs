@@ -2,10 +2,10 @@
 //! rows, solved on the graph like the whole one, so that a contact model runs on generated code in flight as
 //! on the ground.
 
-use crate::algebra::{Constrained, Guard, Guarded, States, Unrolled, unroll};
+use crate::algebra::{ConstrainedEquations, Guard, Guarded, States, Unrolled, unroll};
 use crate::graph::{Graph, NodeId};
 
-use super::constraints::Rows;
+use super::constraints::ConstraintTerms;
 use super::equations::Released;
 use super::lagrange::Inertia;
 use super::model::Constraint;
@@ -22,7 +22,7 @@ const TIMES: usize = 2;
 pub(super) fn released(
     g: &mut Graph,
     inertia: &Inertia,
-    rows: &Rows,
+    rows: &ConstraintTerms,
     constraints: &[Constraint],
     states: &States,
     whole: Option<&Unrolled>,
@@ -73,14 +73,14 @@ fn rows_without(constraints: &[Constraint], modes: &[usize]) -> Vec<usize> {
 fn without(
     g: &mut Graph,
     inertia: &Inertia,
-    rows: &Rows,
+    rows: &ConstraintTerms,
     held: &[usize],
     states: &States,
     limit: usize,
 ) -> Option<Unrolled> {
     let jacobian: Vec<Vec<NodeId>> = held.iter().map(|row| rows.jacobian[*row].clone()).collect();
     let gamma: Vec<NodeId> = held.iter().map(|row| rows.gamma[*row]).collect();
-    let system = Constrained {
+    let system = ConstrainedEquations {
         mass: &inertia.mass,
         force: &inertia.force,
         jacobian: &jacobian,

@@ -2,14 +2,14 @@
 //! q̈ = γ by whatever order of elimination is cheapest, on the graph or, where that fails, at run time.
 
 use crate::algebra::{
-    Constrained, Factors, Levers, Solver, States, Stationary, Stuck, Unrolled, applies, unroll,
+    ConstrainedEquations, Factors, Levers, Solver, States, Stationary, Stuck, Unrolled, applies, unroll,
 };
 use crate::calculus::directional;
 use crate::graph::{Dependence, Graph, NodeId};
 
-use super::constraints::{Rows, reaction};
+use super::constraints::{ConstraintTerms, reaction};
 use super::equations::{General, Jacobians, Pivot, Released, Solution, Underivable, Withheld};
-use super::inverse::{Failure, Residual, SolvedFor, Sweep, jacobians, residual_by_entries};
+use super::inverse::{Failure, Residual, SolvedFor, SweepDirection, jacobians, residual_by_entries};
 use super::lagrange::Inertia;
 use super::model::Constraint;
 use super::released::released;
@@ -51,7 +51,7 @@ pub(super) enum Solved {
 }
 
 /// A part of the residual by inverse dynamics, and how it is best swept.
-pub(super) type Swept<'a> = (Residual<'a>, Sweep);
+pub(super) type Swept<'a> = (Residual<'a>, SweepDirection);
 
 impl Solved {
     /// Solves equations without constraints, through `levers` where that is shorter than through M.
@@ -95,7 +95,12 @@ impl Solved {
     }
 
     /// Solves equations with constraints. Inertia is then a matter of the directions that they leave.
-    pub(super) fn constrained(g: &mut Graph, inertia: &Inertia, rows: &Rows, manifold: &Manifold) -> Self {
+    pub(super) fn constrained(
+        g: &mut Graph,
+        inertia: &Inertia,
+        rows: &ConstraintTerms,
+        manifold: &Manifold,
+    ) -> Self {
         if inertia.force.iter().any(|f| g.dependence(*f).on(Dependence::MULTIPLIERS)) {
             return Self::General(General::Friction);
         }
@@ -103,7 +108,7 @@ impl Solved {
             return Self::General(General::Redundant);
         }
         let numbers: Vec<usize> = (0..rows.named.len()).collect();
-        let system = Constrained {
+        let system = ConstrainedEquations {
             mass: &inertia.mass,
             force: &inertia.force,
             jacobian: &rows.jacobian,
@@ -187,7 +192,7 @@ impl Solved {
         &self,
         g: &mut Graph,
         inertia: &Inertia,
-        rows: &Rows,
+        rows: &ConstraintTerms,
         constraints: &[Constraint],
         manifold: &Manifold,
     ) -> Vec<Released> {
@@ -216,7 +221,7 @@ impl Solved {
         &self,
         g: &mut Graph,
         inertia: &Inertia,
-        rows: Option<&Rows>,
+        rows: Option<&ConstraintTerms>,
         (swept, sweep): Swept,
         size: (usize, usize),
     ) -> Result<Result<Jacobians, Withheld>, Underivable> {
@@ -257,7 +262,7 @@ impl Solved {
 }
 
 /// M q̈ − Q − Φ_qᵀλ joined by Φ̈, from M q̈ − Q.
-pub(super) fn with_constraints(g: &mut Graph, motion: Vec<NodeId>, rows: &Rows) -> Vec<NodeId> {
+pub(super) fn with_constraints(g: &mut Graph, motion: Vec<NodeId>, rows: &ConstraintTerms) -> Vec<NodeId> {
     let reaction = reaction(g, &rows.named, rows.holonomic, motion.len());
     let mut residual: Vec<NodeId> = motion.into_iter().zip(reaction).map(|(m, r)| g.sub(m, r)).collect();
     residual.extend(directional(g, &rows.velocity_residual, &mut along_motion));

@@ -18,11 +18,11 @@
 //! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972; T. R. Kane, D. A.
 //! Levinson, *Dynamics: Theory and Applications*, McGraw-Hill 1985, chapters 2 and 6.
 
-use crate::algebra::{Constrained, Guard, Guarded, Solver, States, unroll_by_speeds};
+use crate::algebra::{ConstrainedEquations, Guard, Guarded, Solver, States, unroll_by_speeds};
 use crate::calculus::{directional, gradient, placeless, timeless};
 use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol, Unary};
 
-use super::constraints::{Rows, jacobian, offsets};
+use super::constraints::{ConstraintTerms, jacobian, offsets};
 use super::equations::{Aside, SpeedEquations};
 use super::lagrange::Inertia;
 use super::model::Model;
@@ -50,7 +50,7 @@ pub(super) struct Beside<'a> {
     /// The equations in coordinates.
     pub(super) inertia: &'a Inertia,
     /// The constraints' rows, if there are some; none of them switched.
-    pub(super) rows: Option<&'a Rows>,
+    pub(super) rows: Option<&'a ConstraintTerms>,
     /// What of Q is no inertia; `None` where that cannot be told.
     pub(super) given: Option<&'a [NodeId]>,
     /// Where the solution is to apply.
@@ -59,7 +59,7 @@ pub(super) struct Beside<'a> {
 
 /// In which form the equations are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
+enum SpeedForm {
     /// s from γ alone: Q as it is in coordinates.
     Projected,
     /// s with the speeds' own drift.
@@ -100,20 +100,20 @@ impl Speeds {
         let Some(results) = solved.results() else { return (solved, Some(Aside::General)) };
         let (mut best, mut aside) = ((g.weight(&results), None), Aside::Longer);
         let needed = solved.applies(g, &beside.states);
-        for form in [Form::Projected, Form::Drifting, Form::Hamel] {
+        for form in [SpeedForm::Projected, SpeedForm::Drifting, SpeedForm::Hamel] {
             // On a copy from before the solution in coordinates, whose forms would win where values are
             // equal.
             let mut trial = unsolved.clone();
             let found = match self.solve(&mut trial, beside, form) {
                 Ok(found) => found,
                 Err(why) => {
-                    aside = if form == Form::Projected { why } else { aside };
+                    aside = if form == SpeedForm::Projected { why } else { aside };
                     continue;
                 }
             };
             let weight = found.results().map_or(usize::MAX, |results| trial.weight(&results));
             if found.applies(&trial, &beside.states) < needed {
-                aside = if form == Form::Projected { Aside::Unsafe } else { aside };
+                aside = if form == SpeedForm::Projected { Aside::Unsafe } else { aside };
             } else if weight < best.0 && same(g, &solved, &trial, &found) {
                 best = (weight, Some((found, trial)));
             }
@@ -128,24 +128,24 @@ impl Speeds {
     }
 
     /// K.
-    fn kinematics(&self, rows: Option<&Rows>) -> Vec<Vec<NodeId>> {
+    fn kinematics(&self, rows: Option<&ConstraintTerms>) -> Vec<Vec<NodeId>> {
         let of_rows = rows.map_or(&[][..], |rows| &rows.jacobian);
         self.jacobian.iter().chain(of_rows).cloned().collect()
     }
 
-    fn solve(&self, g: &mut Graph, beside: &Beside, form: Form) -> Result<Solved, Aside> {
+    fn solve(&self, g: &mut Graph, beside: &Beside, form: SpeedForm) -> Result<Solved, Aside> {
         let (inertia, kinematics) = (beside.inertia, self.kinematics(beside.rows));
         let (n, speeds) = (inertia.force.len(), self.values.len());
         if kinematics.len() != n {
             return Err(Aside::Constraints);
         }
-        if form == Form::Hamel {
+        if form == SpeedForm::Hamel {
             self.hamel(g, beside, &kinematics).ok_or(Aside::Longer)?;
         }
-        let drift: &[NodeId] = if form == Form::Projected { &[] } else { &self.drift };
+        let drift: &[NodeId] = if form == SpeedForm::Projected { &[] } else { &self.drift };
         if let Some(rows) = beside.rows {
             let numbers: Vec<usize> = (0..rows.named.len()).collect();
-            let system = Constrained {
+            let system = ConstrainedEquations {
                 mass: &inertia.mass,
                 force: &inertia.force,
                 jacobian: &rows.jacobian,

@@ -21,7 +21,7 @@ use crate::graph::{Graph, NodeId, Number, Symbol};
 
 use super::bodies::{Carried, Tree};
 use super::lagrange::Inertia;
-use super::model::Step;
+use super::model::FrameStep;
 use super::vectors::{M3, V3, added, cross, dot, scaled, transposed, turned, zero};
 use super::velocity_form::{along_motion, transport};
 
@@ -76,12 +76,12 @@ impl Tree {
         for link in &self.links {
             let (v, omega) = link.parent.map_or_else(|| (zero(g), zero(g)), |parent| twists[parent]);
             twists.push(match &link.step {
-                Step::Shift(by) => {
+                FrameStep::Shift(by) => {
                     let (moving, carried) = (along(g, by, &mut transport), cross(g, &omega, by));
                     let carried = added(g, &v, &carried);
                     (added(g, &carried, &moving), omega)
                 }
-                Step::Turn { rotation, rate } => {
+                FrameStep::Turn { rotation, rate } => {
                     let back = transposed(rotation);
                     let omega = turned(g, &back, &omega);
                     (turned(g, &back, &v), added(g, &omega, rate))
@@ -157,7 +157,7 @@ impl Tree {
     }
 }
 
-impl Step {
+impl FrameStep {
     /// What unit rates of the coordinates give: directions of the shift's velocity or of the turn's rate.
     fn columns(&self, g: &mut Graph, n: usize) -> Vec<(usize, V3)> {
         let mut found = Vec::new();
@@ -219,9 +219,9 @@ impl Motion {
     }
 
     /// Beyond a step.
-    fn after(&self, g: &mut Graph, step: &Step, direction: Direction) -> Self {
+    fn after(&self, g: &mut Graph, step: &FrameStep, direction: Direction) -> Self {
         match step {
-            Step::Shift(by) => {
+            FrameStep::Shift(by) => {
                 let speed = along(g, by, &mut transport);
                 let (own, carried) = (along(g, &speed, &mut { direction }), self.carried(g, by));
                 let twice = added(g, &speed, &speed);
@@ -230,7 +230,7 @@ impl Motion {
                 let a = added(g, &a, &coriolis);
                 Self { a: added(g, &a, &own), ..*self }
             }
-            Step::Turn { rotation, rate } => {
+            FrameStep::Turn { rotation, rate } => {
                 let back = transposed(rotation);
                 let (omega, alpha) = (turned(g, &back, &self.omega), turned(g, &back, &self.alpha));
                 let (own, across) = (along(g, rate, &mut { direction }), cross(g, &omega, rate));

@@ -18,7 +18,7 @@ use super::model::symbols;
 
 /// A term w·x·y of T.
 #[derive(Clone, Copy, Debug)]
-struct Product {
+struct QuadraticTerm {
     weight: NodeId,
     x: usize,
     y: usize,
@@ -28,7 +28,7 @@ struct Product {
 #[derive(Clone, Debug, Default)]
 pub(super) struct VelocityForm {
     velocities: Vec<NodeId>,
-    products: Vec<Product>,
+    products: Vec<QuadraticTerm>,
 }
 
 impl VelocityForm {
@@ -44,7 +44,7 @@ impl VelocityForm {
         for (weight, x, y) in terms {
             if valid.contains(&x) && valid.contains(&y) {
                 let (x, y) = (form.index(x), form.index(y));
-                form.products.push(Product { weight, x, y });
+                form.products.push(QuadraticTerm { weight, x, y });
             } else {
                 let square = g.mul(x, y);
                 let term = g.mul(weight, square);

@@ -100,7 +100,7 @@ const TOGETHER: usize = 4_000;
 
 /// Steps for `results`, except what is `done`.
 fn emit(g: &Graph, groups: &Groups, results: &[NodeId], done: &mut [bool]) -> Vec<Step> {
-    let mut order = Order { g, groups, done, steps: Vec::new() };
+    let mut order = StepOrder { g, groups, done, steps: Vec::new() };
     for angles in order.levels(results) {
         order.visit(&angles);
         for angle in angles {
@@ -112,14 +112,14 @@ fn emit(g: &Graph, groups: &Groups, results: &[NodeId], done: &mut [bool]) -> Ve
 }
 
 /// Steps in the order in which they are computed.
-struct Order<'a> {
+struct StepOrder<'a> {
     g: &'a Graph,
     groups: &'a Groups,
     done: &'a mut [bool],
     steps: Vec<Step>,
 }
 
-impl Order<'_> {
+impl StepOrder<'_> {
     /// The angles whose sines and cosines `results` need: those that need none themselves, those that need
     /// only these, and so on. Levels of a single angle are left where they are used.
     fn levels(&self, results: &[NodeId]) -> Vec<Vec<NodeId>> {

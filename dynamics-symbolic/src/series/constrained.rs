@@ -29,9 +29,9 @@ use super::{Compact, LIMIT, Series, Unexpandable, complete, forget, renamed, rig
 /// Programs for N coordinates under R rows of constraints, the first H of them holonomic.
 ///
 /// In [`Series::graph`] there are further symbols: `Acceleration(i)`, coefficient k of q̈ᵢ, or of λ where i ≥
-/// N; `Mode(i)`, coefficient k of result i of [`Constrained::ahead`] after the factors.
+/// N; `Mode(i)`, coefficient k of result i of [`ConstrainedSeries::ahead`] after the factors.
 #[derive(Clone, Debug)]
-pub struct Constrained {
+pub struct ConstrainedSeries {
     /// Nodes of `residue` and `ahead`, with the symbols of [`Series::graph`] for order K in the place of k
     /// and lanes of their own.
     pub graph: Graph,
@@ -118,7 +118,7 @@ pub(super) fn expand(
     let [residue, factors_ahead, shared_ahead] = &asked_ahead[..] else {
         unreachable!("three were asked for")
     };
-    let constrained = Constrained {
+    let constrained = ConstrainedSeries {
         residue: inline(&graph, "series_residue", residue),
         ahead: inline(&graph, "series_ahead", &[&factors_ahead[..], shared_ahead].concat()),
         lanes: factors_ahead.len() / 2,

@@ -13,7 +13,7 @@ use super::formula::{Formula, Formulas, Key, product, sum};
 
 /// Π atomᵉ by atom, no exponent zero.
 type Monomial = BTreeMap<NodeId, i32>;
-type Polynomial = BTreeMap<Monomial, Number>;
+type NumberPolynomial = BTreeMap<Monomial, Number>;
 
 /// More terms than this, before angles are combined, are not textbook material.
 pub(super) const TERMS: usize = 64;
@@ -23,13 +23,13 @@ const HIGHEST: i32 = 32;
 
 /// A polynomial in atoms: symbols, functions, denominators.
 #[derive(Clone, Debug)]
-pub(super) struct Expanded(Polynomial);
+pub(super) struct Expanded(NumberPolynomial);
 
 impl Expanded {
     /// Expands a node; `None` where an intermediate gets longer than `limit`, or where the result cannot be
     /// verified. May add nodes (sums of angles) to the graph.
     pub(super) fn new(g: &mut Graph, root: NodeId, limit: usize) -> Option<Self> {
-        let mut known: BTreeMap<NodeId, Polynomial> = BTreeMap::new();
+        let mut known: BTreeMap<NodeId, NumberPolynomial> = BTreeMap::new();
         for id in arithmetic(g, root, limit)? {
             let p = polynomial(g, id, &known, limit)?;
             known.insert(id, p);
@@ -107,23 +107,23 @@ fn arithmetic(g: &Graph, root: NodeId, limit: usize) -> Option<BTreeSet<NodeId>>
 fn polynomial(
     g: &Graph,
     id: NodeId,
-    known: &BTreeMap<NodeId, Polynomial>,
+    known: &BTreeMap<NodeId, NumberPolynomial>,
     limit: usize,
-) -> Option<Polynomial> {
+) -> Option<NumberPolynomial> {
     let at = |x: NodeId| known.get(&x);
     let minus = Number::integer(-1);
-    let single = |atom: NodeId, e: i32| Polynomial::from([(Monomial::from([(atom, e)]), Number::ONE)]);
+    let single = |atom: NodeId, e: i32| NumberPolynomial::from([(Monomial::from([(atom, e)]), Number::ONE)]);
     let p = match g.node(id) {
-        Node::Number(n) => Polynomial::from([(Monomial::new(), n)]),
+        Node::Number(n) => NumberPolynomial::from([(Monomial::new(), n)]),
         Node::Add(a, b) => add(at(a)?, at(b)?, Number::ONE)?,
         Node::Sub(a, b) => add(at(a)?, at(b)?, minus)?,
-        Node::Neg(a) => add(&Polynomial::new(), at(a)?, minus)?,
+        Node::Neg(a) => add(&NumberPolynomial::new(), at(a)?, minus)?,
         Node::Mul(a, b) => multiply(at(a)?, at(b)?, limit)?,
         Node::Div(a, b) => {
             let below = at(b)?;
             let reciprocal = match below.iter().next() {
                 Some((m, c)) if below.len() == 1 => {
-                    Polynomial::from([(m.iter().map(|(a, e)| (*a, -e)).collect(), c.recip()?)])
+                    NumberPolynomial::from([(m.iter().map(|(a, e)| (*a, -e)).collect(), c.recip()?)])
                 }
                 _ => single(b, -1),
             };
@@ -135,7 +135,7 @@ fn polynomial(
 }
 
 /// a + c·b; `None`, here and below, where a coefficient does not fit.
-fn add(a: &Polynomial, b: &Polynomial, c: Number) -> Option<Polynomial> {
+fn add(a: &NumberPolynomial, b: &NumberPolynomial, c: Number) -> Option<NumberPolynomial> {
     let mut sum = a.clone();
     for (m, x) in b {
         accumulate(&mut sum, m.clone(), x.times(c)?)?;
@@ -143,11 +143,11 @@ fn add(a: &Polynomial, b: &Polynomial, c: Number) -> Option<Polynomial> {
     Some(sum)
 }
 
-fn multiply(a: &Polynomial, b: &Polynomial, limit: usize) -> Option<Polynomial> {
+fn multiply(a: &NumberPolynomial, b: &NumberPolynomial, limit: usize) -> Option<NumberPolynomial> {
     if a.len() * b.len() > 4 * limit {
         return None;
     }
-    let mut out = Polynomial::new();
+    let mut out = NumberPolynomial::new();
     for (ma, ca) in a {
         for (mb, cb) in b {
             let mut m = ma.clone();
@@ -162,7 +162,7 @@ fn multiply(a: &Polynomial, b: &Polynomial, limit: usize) -> Option<Polynomial> 
     Some(out)
 }
 
-fn accumulate(p: &mut Polynomial, m: Monomial, c: Number) -> Option<()> {
+fn accumulate(p: &mut NumberPolynomial, m: Monomial, c: Number) -> Option<()> {
     let sum = p.get(&m).map_or(Some(c), |old| old.plus(c))?;
     if sum.value() == 0.0 {
         p.remove(&m);
@@ -213,7 +213,7 @@ fn common_factor(terms: &[(Monomial, Number)]) -> (Monomial, Number, Vec<(Monomi
 
 /// One step of cos a cos b ± sin a sin b = cos(a ∓ b), sin a cos b ± cos a sin b = sin(a ± b), cos² + sin² =
 /// 1; whether there was one.
-fn combine_angles(g: &mut Graph, p: &mut Polynomial) -> bool {
+fn combine_angles(g: &mut Graph, p: &mut NumberPolynomial) -> bool {
     for (m, c) in p.clone() {
         let trigonometric: Vec<(NodeId, Unary, NodeId)> = m
             .iter()
@@ -243,7 +243,7 @@ fn combine_angles(g: &mut Graph, p: &mut Polynomial) -> bool {
 /// The term that combines with c·m = c·r·f(a)·h(b), what the two become, and whether the sign changes.
 fn partner(
     g: &mut Graph,
-    p: &Polynomial,
+    p: &NumberPolynomial,
     (m, c): (&Monomial, Number),
     (first, f, a): (NodeId, Unary, NodeId),
     (second, h, b): (NodeId, Unary, NodeId),

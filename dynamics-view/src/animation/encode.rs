@@ -184,9 +184,9 @@ impl<T: Clone + PartialEq> Column<T> {
 
 /// A number that may be NaN and then equals itself.
 #[derive(Clone, Copy, Debug)]
-struct Number(f64);
+struct EncodedNumber(f64);
 
-impl PartialEq for Number {
+impl PartialEq for EncodedNumber {
     fn eq(&self, other: &Self) -> bool {
         self.0 == other.0 || (self.0.is_nan() && other.0.is_nan())
     }
@@ -198,7 +198,7 @@ struct Scene {
     /// What stays the same of each figure, as the inside of a JSON object.
     figures: Vec<String>,
     measures: Vec<Measure>,
-    numbers: Vec<Column<Number>>,
+    numbers: Vec<Column<EncodedNumber>>,
     /// The words of text figures in order.
     words: Vec<Column<String>>,
     instants: usize,
@@ -247,7 +247,7 @@ impl Reel {
             self.take_apart(shape, &mut parts);
         }
         let Parts { figures, measures, numbers, words } = parts;
-        let numbers = numbers.into_iter().map(Number);
+        let numbers = numbers.into_iter().map(EncodedNumber);
         if let Some(&id) = self.known.get(&figures) {
             let scene = &mut self.scenes[id];
             for (column, number) in scene.numbers.iter_mut().zip(numbers) {

@@ -27,7 +27,7 @@ pub(super) struct Plot<'a> {
     pub(super) axes_height: f64,
     pub(super) x: Side,
     pub(super) y: Side,
-    pub(super) curves: Vec<Curve<'a>>,
+    pub(super) curves: Vec<StyledSeries<'a>>,
     /// Upright lines: x in axis coordinates.
     pub(super) instants: Vec<Vec<f64>>,
     pub(super) legend: Vec<Vec<Entry>>,
@@ -45,7 +45,7 @@ pub(super) struct Side {
 }
 
 /// A series with its looks.
-pub(super) struct Curve<'a> {
+pub(super) struct StyledSeries<'a> {
     pub(super) series: &'a Series,
     pub(super) look: Look,
 }
@@ -286,7 +286,7 @@ fn side(axis: &Axis, range: Range, ticks: Ticks, room: f64) -> Side {
 /// Dashes on a curve that goes up and down this many times the width of its axes make it a blur.
 const DENSE: f64 = 6.0;
 
-fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -> Vec<Curve<'a>> {
+fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -> Vec<StyledSeries<'a>> {
     let climb = |series: &Series| -> f64 {
         let part = |point: &[f64; 2]| y.range.part(y.coordinate(point[1])) * height;
         let climbs = series.points.windows(2).map(|pair| (part(&pair[1]) - part(&pair[0])).abs());
@@ -301,7 +301,7 @@ fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -
         .series
         .iter()
         .enumerate()
-        .map(|(k, series)| Curve {
+        .map(|(k, series)| StyledSeries {
             series,
             look: Look {
                 color: series.color.unwrap_or(Color::cycle(k)),
@@ -319,7 +319,7 @@ fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -
 }
 
 /// The names in rows above the axes; none where the y-axis says it already.
-fn legend(panel: &Panel, curves: &[Curve<'_>], width: f64) -> Vec<Vec<Entry>> {
+fn legend(panel: &Panel, curves: &[StyledSeries<'_>], width: f64) -> Vec<Vec<Entry>> {
     let only_named_by_axis = match panel.series.as_slice() {
         [only] => panel.y.title.starts_with(&only.name),
         _ => false,

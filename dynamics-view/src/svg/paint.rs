@@ -5,7 +5,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
 
-use super::layout::{Curve, Look, Plot, ROW, SAMPLE, Sample, TICK};
+use super::layout::{Look, Plot, ROW, SAMPLE, Sample, StyledSeries, TICK};
 use super::{FONT, MARGIN};
 use crate::chart::Mark;
 use crate::reduce;
@@ -197,7 +197,7 @@ fn titles(svg: &mut String, plot: &Plot<'_>, top: f64) {
 }
 
 /// A series: its pieces between gaps, and its signs.
-fn draw(svg: &mut String, plot: &Plot<'_>, curve: &Curve<'_>) {
+fn draw(svg: &mut String, plot: &Plot<'_>, curve: &StyledSeries<'_>) {
     let placed: Vec<Option<[f64; 2]>> = curve
         .series
         .points
@@ -256,7 +256,7 @@ fn dots(svg: &mut String, look: Look, places: &[[f64; 2]]) {
     );
 }
 
-fn line(svg: &mut String, curve: &Curve<'_>, points: &[[f64; 2]]) {
+fn line(svg: &mut String, curve: &StyledSeries<'_>, points: &[[f64; 2]]) {
     let look = curve.look;
     match points {
         [] => {}

@@ -11,7 +11,7 @@ use super::super::Elaborator;
 use super::super::calls::Argument;
 use super::super::operators::Operator;
 use super::super::values::{Scalar, Value};
-use super::{By, Components, Rows, Turn, key, transpose};
+use super::{Components, RotationParameters, Rows, Turn, key, transpose};
 use crate::messages;
 use crate::syntax::Role;
 
@@ -23,7 +23,9 @@ impl Elaborator<'_> {
         components: Components,
         name: &Ident,
     ) -> Value {
-        let turns = self.turns(m).unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: By::Matrix }]));
+        let turns = self
+            .turns(m)
+            .unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: RotationParameters::Matrix }]));
         let velocity = match components {
             Components::World => self.in_the_world(&turns, name),
             Components::Body => {
@@ -47,7 +49,9 @@ impl Elaborator<'_> {
             other => return self.fail(at, &messages::expected_shape("a `Mat3`", other.shape())),
         };
         self.note_inertia(&inertia, at);
-        let turns = self.turns(m).unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: By::Matrix }]));
+        let turns = self
+            .turns(m)
+            .unwrap_or_else(|| Rc::new(vec![Turn { rows: m.clone(), by: RotationParameters::Matrix }]));
         let mut needed = turns.len();
         while needed > 0 && self.leaves(&turns[needed - 1], &inertia, name.span()) {
             needed -= 1;
@@ -56,7 +60,7 @@ impl Elaborator<'_> {
             return Value::Poison;
         };
         for turn in turns.iter() {
-            if let By::Parameters(e) = &turn.by
+            if let RotationParameters::Parameters(e) = &turn.by
                 && matches!(self.role, Role::Kinetic | Role::Lagrangian)
                 && self.have_unit_norm(e)
             {
@@ -123,7 +127,7 @@ impl Elaborator<'_> {
 
     /// Whether R I Rᵀ = I.
     fn leaves(&mut self, turn: &Turn, inertia: &Rc<Rows>, at: Span) -> bool {
-        if matches!(turn.by, By::Matrix) {
+        if matches!(turn.by, RotationParameters::Matrix) {
             return false;
         }
         let (r, back) = (Value::Matrix(turn.rows.clone()), Value::matrix(transpose(&turn.rows)));
@@ -179,7 +183,7 @@ impl Elaborator<'_> {
     /// mirror, S with S (ω×) Sᵀ = −(Sω)×.
     fn proper(&mut self, turn: &Turn, at: Span) -> Option<Rc<Rows>> {
         let m = &turn.rows;
-        if !matches!(turn.by, By::Matrix) {
+        if !matches!(turn.by, RotationParameters::Matrix) {
             return Some(m.clone());
         }
         let determinant = self.determinant_of(m, at)?;
@@ -191,7 +195,7 @@ impl Elaborator<'_> {
 
     /// Rᵀω of what the turns make of Rᵀ Ṙ: the sign of every mirror among them is taken back.
     fn unmirrored(&mut self, turns: &[Turn], mut velocity: [Scalar; 3], name: &Ident) -> Option<[Scalar; 3]> {
-        for turn in turns.iter().filter(|turn| matches!(turn.by, By::Matrix)) {
+        for turn in turns.iter().filter(|turn| matches!(turn.by, RotationParameters::Matrix)) {
             let determinant = self.determinant_of(&turn.rows, name.span())?;
             if !self.model.graph.is_one(determinant.node) {
                 velocity = velocity.each_ref().map(|x| self.product(&determinant, x));
@@ -209,14 +213,14 @@ impl Elaborator<'_> {
     fn own(&mut self, turn: &Turn, components: Components, name: &Ident) -> Option<[Scalar; 3]> {
         let at = name.span();
         match &turn.by {
-            By::Angle { axis, angle } => {
+            RotationParameters::Angle { axis, angle } => {
                 let Value::Scalar(rate) = self.time_derivative(Value::Scalar(angle.clone()), name) else {
                     return None;
                 };
                 Some(axis.each_ref().map(|x| self.product(x, &rate)))
             }
-            By::Parameters(e) => self.of_parameters(e, components, name),
-            By::Matrix => {
+            RotationParameters::Parameters(e) => self.of_parameters(e, components, name),
+            RotationParameters::Matrix => {
                 let Value::Matrix(rates) = self.time_derivative(Value::Matrix(turn.rows.clone()), name)
                 else {
                     return None;
@@ -238,11 +242,13 @@ impl Elaborator<'_> {
     /// The angular velocity of a turn by an angle, or of a matrix of numbers, which does not turn.
     pub(in super::super) fn rate_of_angle(&mut self, turn: &Turn, name: &Ident) -> Option<[Scalar; 3]> {
         match &turn.by {
-            By::Angle { .. } => self.own(turn, Components::Body, name),
-            By::Matrix if turn.rows.iter().flatten().all(|x| self.model.graph.is_constant(x.node)) => {
+            RotationParameters::Angle { .. } => self.own(turn, Components::Body, name),
+            RotationParameters::Matrix
+                if turn.rows.iter().flatten().all(|x| self.model.graph.is_constant(x.node)) =>
+            {
                 Some(self.nothing())
             }
-            By::Parameters(_) | By::Matrix => None,
+            RotationParameters::Parameters(_) | RotationParameters::Matrix => None,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Taylor coefficients of motions: part of `impl Dynamics`.
 
 use dynamics_symbolic::schedule::Program;
-use dynamics_symbolic::series::{Constrained, Series};
+use dynamics_symbolic::series::{ConstrainedSeries, Series};
 use dynamics_symbolic::text::unexpandable;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -117,7 +117,7 @@ impl Emission<'_> {
             .whole(program)
     }
 
-    fn expanding_constrained(&self, series: &Series, constrained: &Constrained) -> TokenStream {
+    fn expanding_constrained(&self, series: &Series, constrained: &ConstrainedSeries) -> TokenStream {
         let (private, chooses, head, prologue) =
             (&self.private, series.chooses, self.series_head(), self.prologue());
         let (n, rows, lanes) = (self.degrees(), self.rows(), series.lanes);
@@ -180,7 +180,7 @@ impl Emission<'_> {
     }
 }
 
-/// What [`Recurrences`](dynamics_symbolic::series::Constrained) are called with.
+/// What [`Recurrences`](dynamics_symbolic::series::ConstrainedSeries) are called with.
 struct Closures<'a> {
     emission: &'a Emission<'a>,
     n: usize,

@@ -11,8 +11,8 @@ use crate::mechanics::Model;
 use super::generic::{Dependent, Samples, Verdict, entangled};
 use super::integrable::{self, Integrability, Unsaid};
 use super::likely;
-use super::manifold::{self, Dependence, Manifold};
-use super::rows::Rows;
+use super::manifold::{self, RowDependence, SampledManifold};
+use super::rows::ConstraintRows;
 use super::sample::Sample;
 use crate::check::finding::{Combination, ConstraintFinding};
 
@@ -111,9 +111,9 @@ pub fn analyse(model: &Model) -> Analysis {
     if model.constraints.is_empty() {
         return Analysis::default();
     }
-    let rows = Rows::of(model);
+    let rows = ConstraintRows::of(model);
     let samples = Samples::of(&rows);
-    let order = Order::of(model, &rows);
+    let order = RowOrder::of(model, &rows);
     let mut all = Set { model, rows: &rows, samples: &samples, faults: Vec::new(), entangled: Vec::new() };
     let base = all.examine(&order.always, &order.always, true);
     let mut known =
@@ -165,13 +165,13 @@ pub fn analyse(model: &Model) -> Analysis {
 }
 
 /// In which order rows are looked at: those marked as redundant last.
-struct Order {
+struct RowOrder {
     always: Vec<usize>,
     switched: Vec<Vec<usize>>,
 }
 
-impl Order {
-    fn of(model: &Model, rows: &Rows) -> Self {
+impl RowOrder {
+    fn of(model: &Model, rows: &ConstraintRows) -> Self {
         let of = |c: usize| (0..rows.len()).filter(move |r| rows.constraint[*r] == c);
         let chosen = |redundant: bool| {
             let wanted = move |c: &usize| {
@@ -196,8 +196,8 @@ struct Look {
     order: Vec<usize>,
     rank: usize,
     general: Vec<Dependent>,
-    manifold: Option<Manifold>,
-    ranks: Option<manifold::Ranks>,
+    manifold: Option<SampledManifold>,
+    ranks: Option<manifold::SampledRanks>,
     /// Switched rows touch each other wherever all hold.
     touching: bool,
 }
@@ -222,7 +222,7 @@ impl Look {
 
     /// Leaves out the states in which rows touch others that do so only while everything is on, as a slot
     /// takes over from a lock: motions hand over there, and none stays.
-    fn leave_out_where_others_touch(&mut self, rows: &Rows, known: &[usize]) {
+    fn leave_out_where_others_touch(&mut self, rows: &ConstraintRows, known: &[usize]) {
         let Some(manifold) = &mut self.manifold else { return };
         if manifold.tangent.iter().any(|r| !known.contains(r)) {
             manifold.leave_out_tangent();
@@ -241,7 +241,7 @@ struct Known {
 
 struct Set<'a> {
     model: &'a Model,
-    rows: &'a Rows,
+    rows: &'a ConstraintRows,
     samples: &'a Samples,
     faults: Vec<ConstraintFinding>,
     /// Rows that are in some relation.
@@ -257,7 +257,7 @@ impl Set<'_> {
         // ones decide.
         let meant = general.iter().all(|d| !contradicts(d) || self.redundant(d.row));
         let possible = project && meant && order.len() <= manifold::LIMIT;
-        let manifold = possible.then(|| Manifold::of(self.model, self.rows, order));
+        let manifold = possible.then(|| SampledManifold::of(self.model, self.rows, order));
         let manifold = manifold.filter(|m| !contradictory || (m.nominal && !m.samples.is_empty()));
         if manifold.is_some() {
             general.iter_mut().filter(|d| contradicts(d)).for_each(|d| d.verdict = Verdict::Open);
@@ -393,7 +393,7 @@ impl Set<'_> {
         ConstraintFinding::TooMany { rows, coordinates, name, origin }
     }
 
-    fn combination(&self, d: &Dependence) -> Combination {
+    fn combination(&self, d: &RowDependence) -> Combination {
         let Some(constant) = d.constant.as_ref().filter(|c| c.iter().all(|(_, (_, d))| *d == 1)) else {
             return Combination::Of(self.rows.named(d.row, d.others.iter().copied()));
         };
@@ -428,7 +428,7 @@ impl Set<'_> {
     }
 }
 
-fn summarise(rows: &Rows, look: Look) -> Analysis {
+fn summarise(rows: &ConstraintRows, look: Look) -> Analysis {
     let holonomic = |r: &usize| *r < rows.holonomic;
     let mut superfluous: Vec<usize> = look.general.iter().map(|d| d.row).collect();
     let mut not_unique = entangled(&look.general);
@@ -495,7 +495,7 @@ fn summarise(rows: &Rows, look: Look) -> Analysis {
 
 fn judge_integrability(
     model: &Model,
-    rows: &Rows,
+    rows: &ConstraintRows,
     known: Option<&Integrability>,
     faults: &mut Vec<ConstraintFinding>,
 ) {

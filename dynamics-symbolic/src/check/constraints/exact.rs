@@ -3,10 +3,10 @@
 use crate::graph::Fingerprint;
 
 /// A sparse vector: indices ascending, no zeros.
-pub(in crate::check) type Sparse = Vec<(usize, Fingerprint)>;
+pub(in crate::check) type SparseVector = Vec<(usize, Fingerprint)>;
 
 /// a − factor·b.
-fn minus(a: &Sparse, factor: Fingerprint, b: &Sparse) -> Sparse {
+fn minus(a: &SparseVector, factor: Fingerprint, b: &SparseVector) -> SparseVector {
     let mut result = Vec::with_capacity(a.len() + b.len());
     let (mut a, mut b) = (a.iter().copied().peekable(), b.iter().copied().peekable());
     loop {
@@ -38,7 +38,7 @@ pub(in crate::check) enum Outcome {
     /// It is this combination of them; the right-hand side agrees or does not.
     Dependent {
         /// Coefficients by row.
-        coefficients: Sparse,
+        coefficients: SparseVector,
         /// Whether the right-hand sides satisfy the same relation.
         consistent: bool,
     },
@@ -48,7 +48,7 @@ pub(in crate::check) enum Outcome {
 #[derive(Clone, Debug, Default)]
 pub(in crate::check) struct Echelon {
     /// The reduced row, leading entry 1, its right-hand side, and what it is made of.
-    reduced: Vec<(Sparse, Fingerprint, Sparse)>,
+    reduced: Vec<(SparseVector, Fingerprint, SparseVector)>,
     /// Position in `reduced` of the row that leads with a column.
     leading: Vec<Option<usize>>,
 }
@@ -60,7 +60,7 @@ impl Echelon {
     }
 
     /// Adds a row with its right-hand side, unless it depends on those that are there.
-    pub(in crate::check) fn add(&mut self, name: usize, row: &Sparse, right: Fingerprint) -> Outcome {
+    pub(in crate::check) fn add(&mut self, name: usize, row: &SparseVector, right: Fingerprint) -> Outcome {
         let (mut row, mut right, mut made) = (row.clone(), right, vec![(name, Fingerprint::ONE)]);
         // Entries in front of the one looked at lead no reduced row.
         let mut at = 0;
@@ -82,7 +82,7 @@ impl Echelon {
             return Outcome::Dependent { coefficients, consistent: right == Fingerprint::ZERO };
         };
         let scale = |x: Fingerprint| x.div(value);
-        let scaled = |v: Sparse| v.into_iter().map(|(i, x)| (i, scale(x))).collect::<Sparse>();
+        let scaled = |v: SparseVector| v.into_iter().map(|(i, x)| (i, scale(x))).collect::<SparseVector>();
         if self.leading.len() <= column {
             self.leading.resize(column + 1, None);
         }
@@ -94,14 +94,14 @@ impl Echelon {
 
 #[cfg(test)]
 mod tests {
-    use super::{Echelon, Outcome, Sparse};
+    use super::{Echelon, Outcome, SparseVector};
     use crate::graph::{Fingerprint, Number};
 
     fn number(n: i64) -> Fingerprint {
         Fingerprint::number(Number::integer(n))
     }
 
-    fn sparse(row: &[i64]) -> Sparse {
+    fn sparse(row: &[i64]) -> SparseVector {
         row.iter().enumerate().filter(|(_, x)| **x != 0).map(|(i, x)| (i, number(*x))).collect()
     }
 

@@ -8,8 +8,8 @@
 use crate::check::modular::{combination, integers};
 use crate::graph::{Fingerprint, NodeId, Sampler, Symbol};
 
-use super::exact::{Echelon, Outcome, Sparse};
-use super::rows::Rows;
+use super::exact::{Echelon, Outcome, SparseVector};
+use super::rows::ConstraintRows;
 use crate::check::finding::Combination;
 
 /// A row that depends on others.
@@ -39,14 +39,14 @@ pub(super) enum Verdict {
 /// Φ_q, Φ_t and Φ at random points. Parameters are the same at all of them.
 pub(super) struct Samples {
     /// Per point and row: the row of Φ_q, then Φ_t or b, then Φ or A q̇ + b.
-    points: Vec<Vec<(Sparse, Fingerprint, Fingerprint)>>,
+    points: Vec<Vec<(SparseVector, Fingerprint, Fingerprint)>>,
     coordinates: usize,
     holonomic: usize,
 }
 
 impl Samples {
     /// As many points as settle the constant coefficients of all rows.
-    pub(super) fn of(rows: &Rows) -> Self {
+    pub(super) fn of(rows: &ConstraintRows) -> Self {
         let nodes: Vec<NodeId> = (0..rows.len())
             .flat_map(|r| {
                 rows.jacobian[r].iter().map(|(_, node)| *node).chain([rows.offset[r], rows.values[r]])
@@ -72,7 +72,7 @@ impl Samples {
     }
 
     /// Which of the rows in this order depend on those before them.
-    pub(super) fn dependents(&self, rows: &Rows, order: &[usize]) -> (usize, Vec<Dependent>) {
+    pub(super) fn dependents(&self, rows: &ConstraintRows, order: &[usize]) -> (usize, Vec<Dependent>) {
         let mut here = Echelon::default();
         let mut independent = Vec::new();
         let mut found = Vec::new();
@@ -91,10 +91,10 @@ impl Samples {
     /// What the dependence of row r, with these coefficients at one point, means.
     fn judge(
         &self,
-        rows: &Rows,
+        rows: &ConstraintRows,
         r: usize,
         independent: &[usize],
-        at_one: &Sparse,
+        at_one: &SparseVector,
         consistent: bool,
     ) -> Dependent {
         let mut everywhere = Echelon::default();
@@ -132,23 +132,23 @@ impl Samples {
     }
 
     /// A row at all points side by side.
-    fn joined(&self, r: usize) -> Sparse {
-        let shift = |(i, point): (usize, &Vec<(Sparse, Fingerprint, Fingerprint)>)| {
+    fn joined(&self, r: usize) -> SparseVector {
+        let shift = |(i, point): (usize, &Vec<(SparseVector, Fingerprint, Fingerprint)>)| {
             let moved = point[r].0.iter().map(move |(j, x)| (i * self.coordinates + j, *x));
-            moved.collect::<Sparse>()
+            moved.collect::<SparseVector>()
         };
         self.points.iter().enumerate().flat_map(shift).collect()
     }
 
     /// Φ_r minus the combination of the other Φ.
-    fn remainder(&self, r: usize, coefficients: &Sparse) -> Fingerprint {
+    fn remainder(&self, r: usize, coefficients: &SparseVector) -> Fingerprint {
         let value = |s: usize| self.points[0][s].2;
         coefficients.iter().fold(value(r), |rest, (s, c)| rest.sub(c.mul(value(*s))))
     }
 }
 
 /// Coefficients as integers over a common denominator; `None` where they are no rational constants.
-fn rational(coefficients: &Sparse) -> Option<(i64, Vec<(usize, i64)>)> {
+fn rational(coefficients: &SparseVector) -> Option<(i64, Vec<(usize, i64)>)> {
     let vector: Vec<Fingerprint> =
         core::iter::once(Fingerprint::ONE).chain(coefficients.iter().map(|(_, c)| *c)).collect();
     let numbers = integers(&vector)?;

@@ -12,7 +12,7 @@ use crate::graph::{Fingerprint, NodeId, Sampler, Symbol};
 use crate::mechanics::{ConstraintEquations, EnergyRole, Equations, Model};
 
 use super::analysis::Analysis;
-use super::exact::{Echelon, Sparse};
+use super::exact::{Echelon, SparseVector};
 use super::manifold::evaluate;
 use super::orthogonal::Basis;
 use super::sample::Sample;
@@ -91,11 +91,11 @@ fn slopes_are_zero(model: &Model, constraints: &ConstraintEquations, i: usize) -
     constraints.jacobian.iter().all(|row| model.graph.is_zero(row[i]))
 }
 
-fn sparse(row: &[Fingerprint], shift: usize) -> Sparse {
+fn sparse(row: &[Fingerprint], shift: usize) -> SparseVector {
     row.iter().enumerate().filter(|(_, x)| **x != Fingerprint::ZERO).map(|(j, x)| (j + shift, *x)).collect()
 }
 
-fn rank(rows: impl Iterator<Item = Sparse>) -> usize {
+fn rank(rows: impl Iterator<Item = SparseVector>) -> usize {
     let mut echelon = Echelon::default();
     rows.enumerate().for_each(|(i, row)| drop(echelon.add(i, &row, Fingerprint::ZERO)));
     echelon.rank()

@@ -18,7 +18,7 @@ use crate::mechanics::{ConstraintKind, Model};
 use super::exact::{Echelon, Outcome};
 use super::manifold::evaluate;
 use super::orthogonal::Basis;
-use super::rows::Rows;
+use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
 /// Most rows that are eliminated, and most nodes that brackets may take.
@@ -50,7 +50,11 @@ pub(super) struct Unsaid {
 }
 
 /// Decides for all nonholonomic rows; `None` where that would take too long.
-pub(super) fn integrability(model: &Model, rows: &Rows, superfluous: &[usize]) -> Option<Integrability> {
+pub(super) fn integrability(
+    model: &Model,
+    rows: &ConstraintRows,
+    superfluous: &[usize],
+) -> Option<Integrability> {
     let mut all = Integrability::default();
     let mut g = rows.graph.clone();
     for group in groups(rows, superfluous) {
@@ -90,7 +94,7 @@ fn position(group: &[usize], row: usize) -> usize {
 }
 
 /// Independent rows that are connected by coordinates, in their order.
-fn groups(rows: &Rows, superfluous: &[usize]) -> Vec<Vec<usize>> {
+fn groups(rows: &ConstraintRows, superfluous: &[usize]) -> Vec<Vec<usize>> {
     let mut label: Vec<usize> = (0..rows.coordinates).collect();
     fn root(label: &[usize], mut j: usize) -> usize {
         while label[j] != j {
@@ -119,7 +123,7 @@ fn groups(rows: &Rows, superfluous: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// The coordinates that a row moves or depends on.
-fn coordinates(rows: &Rows, r: usize) -> Vec<usize> {
+fn coordinates(rows: &ConstraintRows, r: usize) -> Vec<usize> {
     let nodes: Vec<NodeId> = rows.jacobian[r].iter().map(|(_, node)| *node).chain([rows.offset[r]]).collect();
     let mut found: Vec<usize> = rows.jacobian[r].iter().map(|(j, _)| *j).collect();
     found.extend(rows.graph.cone(&nodes).into_iter().filter_map(|id| match rows.graph.node(id) {
@@ -156,7 +160,7 @@ enum Products {
 }
 
 impl<'g> Distribution<'g> {
-    fn of(g: &'g mut Graph, rows: &Rows, group: &[usize]) -> Option<Self> {
+    fn of(g: &'g mut Graph, rows: &ConstraintRows, group: &[usize]) -> Option<Self> {
         if group.len() > ROWS {
             return None;
         }

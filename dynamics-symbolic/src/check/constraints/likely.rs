@@ -17,7 +17,7 @@ use crate::mechanics::Model;
 
 use super::manifold::{LIMIT, coordinate_scales, slopes, typical_length};
 use super::newton::{ON_MANIFOLD, Projection};
-use super::rows::Rows;
+use super::rows::ConstraintRows;
 use super::sample::Sample;
 
 /// Most coordinates by which directions are given: the first four, as Euler parameters have.
@@ -26,7 +26,7 @@ const TRIED: usize = 4;
 const ASIDE: f64 = 0.5;
 
 /// The states, the likeliest first; velocities and inputs are random.
-pub(super) fn likely(model: &Model, rows: &Rows) -> Vec<Sample> {
+pub(super) fn likely(model: &Model, rows: &ConstraintRows) -> Vec<Sample> {
     if rows.holonomic > LIMIT {
         return Vec::new();
     }
@@ -47,7 +47,7 @@ pub(super) fn likely(model: &Model, rows: &Rows) -> Vec<Sample> {
 }
 
 /// The state with one angle a quarter of a turn on, for each that rows of velocities read and no other.
-pub(super) fn turned(model: &Model, rows: &Rows, straight: &Sample) -> Vec<Sample> {
+pub(super) fn turned(model: &Model, rows: &ConstraintRows, straight: &Sample) -> Vec<Sample> {
     let reads = |rows: &[NodeId], j: usize| Reads::of(model, rows).symbol(Symbol::Coordinate(j as u32));
     let (positions, velocities) = rows.values.split_at(rows.holonomic);
     let is_free =
@@ -62,7 +62,7 @@ pub(super) fn turned(model: &Model, rows: &Rows, straight: &Sample) -> Vec<Sampl
 
 /// The origin, or where rows have no direction there, states beside it: in the k-th each of these rows has
 /// its k-th coordinate moved.
-fn with_directions(rows: &Rows, chosen: &[usize], origin: Sample, scale: &[f64]) -> Vec<Sample> {
+fn with_directions(rows: &ConstraintRows, chosen: &[usize], origin: Sample, scale: &[f64]) -> Vec<Sample> {
     let slopes = slopes(rows, &origin, chosen);
     let blind: Vec<usize> = chosen.iter().copied().filter(|r| slopes[*r].iter().all(|x| *x == 0.0)).collect();
     let longest = blind.iter().map(|r| rows.jacobian[*r].len()).max();

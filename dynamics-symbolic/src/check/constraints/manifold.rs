@@ -11,7 +11,7 @@ use crate::mechanics::Model;
 
 use super::newton::{End, Projection};
 use super::orthogonal::{Basis, fraction, norm};
-use super::rows::Rows;
+use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
 /// Random starts, and states on the manifold that are enough.
@@ -46,7 +46,7 @@ const CONSTANT: f64 = 1e-8;
 
 /// The manifold of some rows.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Manifold {
+pub(super) struct SampledManifold {
     /// States on it.
     pub(super) samples: Vec<Sample>,
     /// At each of them, the number of coordinates less the dimension of the manifold.
@@ -87,7 +87,7 @@ fn missed(stuck: Vec<(Projection, Sample, Vec<f64>)>, size: f64) -> Vec<(usize, 
 
 /// A row that depends on others at every sample.
 #[derive(Clone, Debug)]
-pub(super) struct Dependence {
+pub(super) struct RowDependence {
     pub(super) row: usize,
     /// Those that take part at some sample.
     pub(super) others: Vec<usize>,
@@ -98,18 +98,18 @@ pub(super) struct Dependence {
 }
 
 /// The rows in a given order at every sample.
-pub(super) struct Ranks {
+pub(super) struct SampledRanks {
     /// Smallest and largest rank met.
     pub(super) rank: (usize, usize),
     /// Rows that depend on those before them at every sample.
-    pub(super) dependent: Vec<Dependence>,
+    pub(super) dependent: Vec<RowDependence>,
     /// Rows that are in a relation at some sample: their multipliers are not unique there.
     pub(super) entangled: Vec<usize>,
 }
 
-impl Manifold {
+impl SampledManifold {
     /// Finds states in which the rows `chosen` hold.
-    pub(super) fn of(model: &Model, rows: &Rows, chosen: &[usize]) -> Self {
+    pub(super) fn of(model: &Model, rows: &ConstraintRows, chosen: &[usize]) -> Self {
         let nodes: Vec<NodeId> = chosen.iter().map(|r| rows.values[*r]).collect();
         let reads = Reads::of(model, &nodes);
         let given = |i: u32| model.nominal.iter().any(|(p, _)| *p == i);
@@ -174,7 +174,7 @@ impl Manifold {
     }
 
     /// A state on the manifold, or the place beside it where rows are tangent, with what is held there.
-    fn settled(&mut self, projection: &Projection, rows: &Rows, sample: Sample) -> Sample {
+    fn settled(&mut self, projection: &Projection, rows: &ConstraintRows, sample: Sample) -> Sample {
         let place = match projection.tangent(&sample).map(|place| (projection.beside(&place), place)) {
             Some((None, place)) => place,
             found => {
@@ -203,7 +203,7 @@ impl Manifold {
     }
 
     /// Looks at rows in the given order at every sample; rows without a gradient are left out.
-    pub(super) fn ranks(&self, rows: &Rows, order: &[usize]) -> Option<Ranks> {
+    pub(super) fn ranks(&self, rows: &ConstraintRows, order: &[usize]) -> Option<SampledRanks> {
         let order: Vec<usize> = order.iter().copied().filter(|r| !self.vanishing.contains(r)).collect();
         let all: Vec<At> = self.samples.iter().map(|s| At::of(rows, s, &order)).collect();
         let first = all.first()?;
@@ -214,7 +214,7 @@ impl Manifold {
         let mut entangled: Vec<usize> = all.iter().flat_map(At::entangled).collect();
         entangled.sort_unstable();
         entangled.dedup();
-        Some(Ranks { rank, dependent, entangled })
+        Some(SampledRanks { rank, dependent, entangled })
     }
 }
 
@@ -233,7 +233,7 @@ struct Relation {
 }
 
 impl At {
-    fn of(rows: &Rows, sample: &Sample, order: &[usize]) -> Self {
+    fn of(rows: &ConstraintRows, sample: &Sample, order: &[usize]) -> Self {
         let dense = slopes(rows, sample, order);
         let offsets = offsets(rows, sample, order);
         let offset = |r: usize| order.iter().position(|s| *s == r).map_or(0.0, |at| offsets[at]);
@@ -264,7 +264,7 @@ impl At {
 }
 
 /// What is known about a row from all samples.
-fn join(row: usize, all: &[At]) -> Dependence {
+fn join(row: usize, all: &[At]) -> RowDependence {
     let own = || all.iter().filter_map(|at| at.dependent.iter().find(|d| d.row == row));
     let mut others: Vec<usize> = own().flat_map(|d| d.coefficients.iter().map(|(s, _)| *s)).collect();
     others.sort_unstable();
@@ -277,12 +277,12 @@ fn join(row: usize, all: &[At]) -> Dependence {
         fraction(first).filter(|_| same).map(|f| (*s, f))
     });
     let constant = constant.collect();
-    Dependence { row, others, constant, consistent: own().all(|d| d.consistent) }
+    RowDependence { row, others, constant, consistent: own().all(|d| d.consistent) }
 }
 
 /// Whether the gradient of a row is far shorter at a state than at states around it, or turns round there, as
 /// that of |Φ| does.
-fn vanishes(rows: &Rows, sample: &Sample, scale: &[f64], r: usize) -> bool {
+fn vanishes(rows: &ConstraintRows, sample: &Sample, scale: &[f64], r: usize) -> bool {
     let slope = slopes(rows, sample, &[r]).swap_remove(0);
     let to = |side: f64| {
         let mut there = sample.clone();
@@ -311,11 +311,11 @@ fn vanishes(rows: &Rows, sample: &Sample, scale: &[f64], r: usize) -> bool {
 /// Whether a row that depends on others in every state, so that it is constant where these hold, is zero
 /// nowhere among them: it contradicts them. Not where no state was found in which they hold, and not of rows
 /// that bind velocities.
-pub(super) fn misses(model: &Model, rows: &Rows, others: &[usize], row: usize) -> bool {
+pub(super) fn misses(model: &Model, rows: &ConstraintRows, others: &[usize], row: usize) -> bool {
     if others.iter().chain([&row]).any(|r| *r >= rows.holonomic) {
         return false;
     }
-    let found = Manifold::of(model, rows, others).samples;
+    let found = SampledManifold::of(model, rows, others).samples;
     let off = |sample: &Sample| {
         let (value, slope) =
             (evaluate(&rows.graph, sample, &[rows.values[row]])[0], &slopes(rows, sample, &[row])[0]);
@@ -326,12 +326,12 @@ pub(super) fn misses(model: &Model, rows: &Rows, others: &[usize], row: usize) -
 }
 
 /// Rank of some rows at a state.
-pub(super) fn rank(rows: &Rows, sample: &Sample, chosen: &[usize]) -> usize {
+pub(super) fn rank(rows: &ConstraintRows, sample: &Sample, chosen: &[usize]) -> usize {
     At::of(rows, sample, chosen).rank
 }
 
 /// Rows of Φ_q and A at a state.
-pub(super) fn slopes(rows: &Rows, sample: &Sample, chosen: &[usize]) -> Vec<Vec<f64>> {
+pub(super) fn slopes(rows: &ConstraintRows, sample: &Sample, chosen: &[usize]) -> Vec<Vec<f64>> {
     let nodes: Vec<NodeId> =
         chosen.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(_, node)| *node)).collect();
     let values = evaluate(&rows.graph, sample, &nodes);
@@ -344,7 +344,7 @@ pub(super) fn slopes(rows: &Rows, sample: &Sample, chosen: &[usize]) -> Vec<Vec<
     chosen.iter().map(row).collect()
 }
 
-fn offsets(rows: &Rows, sample: &Sample, chosen: &[usize]) -> Vec<f64> {
+fn offsets(rows: &ConstraintRows, sample: &Sample, chosen: &[usize]) -> Vec<f64> {
     let nodes: Vec<NodeId> = chosen.iter().map(|r| rows.offset[*r]).collect();
     evaluate(&rows.graph, sample, &nodes)
 }

@@ -10,7 +10,7 @@ use core::cmp::Ordering;
 use crate::graph::{NodeId, Tape};
 
 use super::orthogonal::norm;
-use super::rows::Rows;
+use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
 /// Iterations of one descent.
@@ -33,7 +33,7 @@ pub(super) enum End {
 
 /// The holonomic rows among some, ready to be evaluated.
 pub(super) struct Projection<'r> {
-    pub(super) rows: &'r Rows,
+    pub(super) rows: &'r ConstraintRows,
     pub(super) chosen: Vec<usize>,
     tape: Tape,
     /// Typical size of each coordinate.
@@ -70,7 +70,7 @@ impl Local {
 }
 
 impl<'r> Projection<'r> {
-    pub(super) fn new(rows: &'r Rows, chosen: &[usize], scale: Vec<f64>) -> Self {
+    pub(super) fn new(rows: &'r ConstraintRows, chosen: &[usize], scale: Vec<f64>) -> Self {
         let chosen: Vec<usize> = chosen.iter().copied().filter(|r| *r < rows.holonomic).collect();
         let slopes = chosen.iter().flat_map(|r| rows.jacobian[*r].iter().map(|(_, node)| *node));
         let nodes: Vec<NodeId> = slopes.chain(chosen.iter().map(|r| rows.values[*r])).collect();

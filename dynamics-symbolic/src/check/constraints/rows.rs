@@ -7,7 +7,7 @@ use crate::graph::{Graph, NodeId, Symbol};
 use crate::mechanics::Model;
 
 /// The rows Φ(q,t) and A q̇ + b, holonomic ones first, as they are in λ.
-pub(super) struct Rows {
+pub(super) struct ConstraintRows {
     /// A copy of the model's graph with the nodes below.
     pub(super) graph: Graph,
     /// Number of coordinates.
@@ -26,7 +26,7 @@ pub(super) struct Rows {
     pub(super) names: Vec<String>,
 }
 
-impl Rows {
+impl ConstraintRows {
     pub(super) fn of(model: &Model) -> Self {
         let mut rows = Self {
             graph: model.graph.clone(),

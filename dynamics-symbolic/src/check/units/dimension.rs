@@ -123,10 +123,10 @@ pub(super) fn write_product(factors: &[(&str, Exponent)]) -> String {
     }
 }
 
-type Named = &'static [(&'static str, [i32; BASES])];
+type NamedDimensions = &'static [(&'static str, [i32; BASES])];
 
 /// Dimensions that engineers know under a shorter name. One name each: a moment of a force reads `J` too.
-const SI_NAMED: Named = &[
+const SI_NAMED: NamedDimensions = &[
     ("N", [1, 1, -2, 0, 0, 0, 0]),
     ("J", [2, 1, -2, 0, 0, 0, 0]),
     ("W", [2, 1, -3, 0, 0, 0, 0]),
@@ -143,7 +143,7 @@ const SI_NAMED: Named = &[
     ("N/A", [1, 1, -2, -1, 0, 0, 0]),
 ];
 
-const US_NAMED: Named = &[
+const US_NAMED: NamedDimensions = &[
     ("lb", [1, 1, -2, 0, 0, 0, 0]),
     ("ft*lb", [2, 1, -2, 0, 0, 0, 0]),
     ("ft*lb/s", [2, 1, -3, 0, 0, 0, 0]),

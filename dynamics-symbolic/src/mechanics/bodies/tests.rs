@@ -46,7 +46,7 @@ fn chain() -> Model {
         omega[k] = g.add(omega[k], rate);
         let mut along = zero(g);
         along[k] = rate;
-        steps.extend([Step::Shift(shift), Step::Turn { rotation: turn, rate: along }]);
+        steps.extend([FrameStep::Shift(shift), FrameStep::Turn { rotation: turn, rate: along }]);
 
         let (mass, center) = (parameter(g), [(); 3].map(|()| parameter(g)));
         let inertia = [(); 3].map(|()| [(); 3].map(|()| parameter(g)));
@@ -119,11 +119,11 @@ fn a_wrong_note_is_not_believed() {
         }),
         ("rate", |m| {
             let still = m.graph.zero();
-            let Some(Step::Turn { rate, .. }) = m.bodies[2].steps.last_mut() else { unreachable!() };
+            let Some(FrameStep::Turn { rate, .. }) = m.bodies[2].steps.last_mut() else { unreachable!() };
             *rate = [still; 3];
         }),
         ("turned back", |m| {
-            let Some(Step::Turn { rotation, .. }) = m.bodies[2].steps.last_mut() else { unreachable!() };
+            let Some(FrameStep::Turn { rotation, .. }) = m.bodies[2].steps.last_mut() else { unreachable!() };
             *rotation = transposed(rotation);
         }),
         ("gravity", |m| {
@@ -148,18 +148,18 @@ fn what_is_no_tree_of_rotations_is_derived_otherwise() {
     let changes: [Change; 4] = [
         ("steps that move with time", |m| {
             let t = m.graph.symbol(Symbol::Time);
-            let Some(Step::Shift(by)) = m.bodies[0].steps.first_mut() else { unreachable!() };
+            let Some(FrameStep::Shift(by)) = m.bodies[0].steps.first_mut() else { unreachable!() };
             by[0] = t;
         }),
         ("inertia that changes", |m| m.bodies[0].mass = m.graph.symbol(Symbol::Coordinate(0))),
         ("a turn that stretches", |m| {
             let two = m.graph.integer(2);
-            let Some(Step::Turn { rotation, .. }) = m.bodies[0].steps.last_mut() else { unreachable!() };
+            let Some(FrameStep::Turn { rotation, .. }) = m.bodies[0].steps.last_mut() else { unreachable!() };
             rotation[2][2] = two;
         }),
         ("a mirror", |m| {
             let back = m.graph.integer(-1);
-            let Some(Step::Turn { rotation, .. }) = m.bodies[0].steps.last_mut() else { unreachable!() };
+            let Some(FrameStep::Turn { rotation, .. }) = m.bodies[0].steps.last_mut() else { unreachable!() };
             rotation[2][2] = back;
         }),
     ];
