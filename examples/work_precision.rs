@@ -22,7 +22,7 @@ mod problems;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use dynamics::analysis::{Cost, ErrorOf, Measured, Page, Reference, Study, WorkPrecision};
+use dynamics::analysis::{Cost, ErrorOf, Page, Reference, RunMeasurement, Study, WorkPrecision};
 use dynamics::model::Vector;
 use dynamics::prelude::*;
 use problems::{DoublePendulum, Kepler, StiffSpring};
@@ -269,7 +269,7 @@ fn digits<M: Simulate>(study: &Study<'_, M>, scale: f64) {
 }
 
 /// What a method did at a tolerance.
-fn run<'a, M: Simulate>(study: &'a Study<'_, M>, method: &str, tolerance: f64) -> &'a Measured {
+fn run<'a, M: Simulate>(study: &'a Study<'_, M>, method: &str, tolerance: f64) -> &'a RunMeasurement {
     let points = &study.curve(method).expect("it ran").points;
     let point =
         points.iter().find(|point| (point.setting / tolerance - 1.0).abs() < 1e-9).expect("it ran so");
@@ -299,7 +299,7 @@ fn stiff(session: &mut Session) -> Result<()> {
 
 fn bound<M: Simulate>(study: &Study<'_, M>) {
     let (explicit, implicit) = (run(study, DP5, 1e-4), run(study, &Method::Radau5.to_string(), 1e-4));
-    let steps = |run: &Measured| run.steps.unwrap_or_default();
+    let steps = |run: &RunMeasurement| run.steps.unwrap_or_default();
     let (many, few) = (steps(explicit), steps(implicit));
     println!("{}: {many} steps of {DP5} at 1e-4, {few} of Radau IIA", study.problem());
     assert!(

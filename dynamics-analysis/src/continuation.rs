@@ -60,10 +60,10 @@ pub use fold_curve::{FoldCurves, OfFolds, fold_curve};
 pub use followed_curves::{FoldCurve, HopfCurve};
 pub use hopf_curve::{HopfCurves, OfHopfPoints, hopf_curve};
 
-use super::equilibria::{Asked, find, periodic, scales};
+use super::equilibria::{EquilibriumOptions, find, periodic, scales};
 use locate::null_plane;
-use problem::{Direction, Place, Problem, is_range};
-use trace::{Options, Sample, Tracer, check_near};
+use problem::{ContinuationPoint, ContinuationProblem, Direction, is_range};
+use trace::{ContinuationOptions, Sample, Tracer, check_near};
 
 /// A family of models: one for each value of a parameter.
 #[must_use = "a family does nothing by itself; go on with `.from(&start, value)`"]
@@ -87,7 +87,7 @@ impl<F> Family<F> {
     where
         F: Fn(f64) -> M,
     {
-        let options = Options {
+        let options = ContinuationOptions {
             name: "parameter".to_owned(),
             range: [f64::NAN; 2],
             first: 0.01,
@@ -109,7 +109,7 @@ pub struct Continuation<M: Constraints, F> {
     start: M::State,
     value: f64,
     forward: Option<bool>,
-    options: Options,
+    options: ContinuationOptions,
 }
 
 impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
@@ -182,7 +182,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
 
     fn one_way(
         &self,
-        problem: &Problem<'_, M>,
+        problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
         forward: bool,
     ) -> Result<Branch<M::State>, ContinuationError<M::State>> {
@@ -193,7 +193,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// With the problem that the options pose.
     fn traced<R>(
         &self,
-        f: impl FnOnce(&Problem<'_, M>, &[bool]) -> Result<R, ContinuationError<M::State>>,
+        f: impl FnOnce(&ContinuationProblem<'_, M>, &[bool]) -> Result<R, ContinuationError<M::State>>,
     ) -> Result<R, ContinuationError<M::State>> {
         let range @ [lo, hi] = self.options.range;
         if !is_range(range, self.value) {
@@ -213,8 +213,13 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         let make = |p: [f64; 2]| (self.make)(p[0]);
         let model = make([self.value, 0.0]);
         let scales = scales(M::COORDINATES, self.start.q().as_slice());
-        let mut problem =
-            Problem { make: &make, count: 1, scales, widths: [hi - lo, 1.0], held: alloc::vec::Vec::new() };
+        let mut problem = ContinuationProblem {
+            make: &make,
+            count: 1,
+            scales,
+            widths: [hi - lo, 1.0],
+            held: alloc::vec::Vec::new(),
+        };
         let place = self.settled(&model, &problem)?;
         let periodic = periodic(&model, &place.state);
         problem.prepare(&place)?;
@@ -225,17 +230,21 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     fn settled(
         &self,
         model: &M,
-        problem: &Problem<'_, M>,
-    ) -> Result<Place<M::State>, ContinuationError<M::State>> {
+        problem: &ContinuationProblem<'_, M>,
+    ) -> Result<ContinuationPoint<M::State>, ContinuationError<M::State>> {
         let moving = self.start.u().as_slice().iter().any(|u| *u != 0.0);
-        let found = find(model, &self.start, Asked { moving, ..Asked::REST })?;
+        let found = find(model, &self.start, EquilibriumOptions { moving, ..EquilibriumOptions::REST })?;
         let uncertainty = found.uncertainty.as_slice();
         check_near(&self.start, &found.state, &problem.scales, uncertainty, M::COORDINATES)?;
-        Ok(Place { state: found.state, p: [self.value, 0.0] })
+        Ok(ContinuationPoint { state: found.state, p: [self.value, 0.0] })
     }
 
     /// The first point, with its direction.
-    fn begin(&self, problem: &Problem<'_, M>, sign: f64) -> Result<Sample<M>, ContinuationError<M::State>> {
+    fn begin(
+        &self,
+        problem: &ContinuationProblem<'_, M>,
+        sign: f64,
+    ) -> Result<Sample<M>, ContinuationError<M::State>> {
         let model = problem.model([self.value, 0.0])?;
         let place = self.settled(&model, problem)?;
         let balance = problem.balance(&place, &[])?;
@@ -250,9 +259,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     }
 }
 
-impl<M: Constraints> Problem<'_, M> {
+impl<M: Constraints> ContinuationProblem<'_, M> {
     /// Finds what stands still, and what coordinates are measured by that are 0 at the start.
-    fn prepare(&mut self, place: &Place<M::State>) -> Result<(), ContinuationError<M::State>> {
+    fn prepare(&mut self, place: &ContinuationPoint<M::State>) -> Result<(), ContinuationError<M::State>> {
         let balance = self.balance(place, &[])?;
         self.held = self.ignorable(&balance);
         let balance = self.balance(place, &[])?;

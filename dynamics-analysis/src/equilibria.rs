@@ -28,13 +28,13 @@ use core::fmt;
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::constrain::{Mechanism, Reaction, project_positions, with_workspace};
+use dynamics_runtime::constrain::{ConstraintReaction, Mechanism, project_positions, with_workspace};
 use dynamics_runtime::error::{SolveError, StateError};
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use nalgebra::DVector;
 
 pub use error::EquilibriumError;
-pub use search::{Found, Search};
+pub use search::{EquilibriumSearch, EquilibriumSet};
 pub use stability::{Stability, StabilityVerdict, Undecided};
 
 use crate::LinearizeError;
@@ -54,13 +54,13 @@ pub trait Equilibria: Constraints + Powers {
     /// No equilibrium nearby, forces or constraints that change with time, a force that jumps, a model
     /// without derivatives.
     fn equilibrium(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
-        find(self, start, Asked::REST)
+        find(self, start, EquilibriumOptions::REST)
     }
 
-    /// A search from many starts. Options follow; [`Search::run`] runs it. All starts have the inputs, the
-    /// time and the switched constraints of this state.
-    fn equilibria(&self, around: Self::State) -> Search<'_, Self> {
-        Search::new(self, around)
+    /// A search from many starts. Options follow; [`EquilibriumSearch::run`] runs it. All starts have the
+    /// inputs, the time and the switched constraints of this state.
+    fn equilibria(&self, around: Self::State) -> EquilibriumSearch<'_, Self> {
+        EquilibriumSearch::new(self, around)
     }
 
     /// A steady motion with the velocities of a state: the coordinates are adjusted until nothing
@@ -71,7 +71,7 @@ pub trait Equilibria: Constraints + Powers {
     /// # Errors
     /// As [`Equilibria::equilibrium`], and a motion that does not stay steady.
     fn steady(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
-        find(self, start, Asked { moving: true, ..Asked::REST })
+        find(self, start, EquilibriumOptions { moving: true, ..EquilibriumOptions::REST })
     }
 
     /// As [`Equilibria::steady`] for rolling systems, with the choice of the independent velocities that are
@@ -85,15 +85,20 @@ pub trait Equilibria: Constraints + Powers {
         start: &Self::State,
         independent: &[&str],
     ) -> Result<Equilibrium<Self::State>, EquilibriumError> {
-        find_holding(self, start, Asked { moving: true, ..Asked::REST }, &indices::<Self>(independent)?)
+        find_holding(
+            self,
+            start,
+            EquilibriumOptions { moving: true, ..EquilibriumOptions::REST },
+            &indices::<Self>(independent)?,
+        )
     }
 
     /// A search for steady motions from many starts. All starts have the velocities of this state (for
     /// rolling systems, the independent ones). Random starts differ in the coordinates that have a range
-    /// ([`Search::within`]). Give ranges to the unknown coordinates, such as the lean, and none to cyclic
-    /// ones, such as the position.
-    fn steady_motions(&self, around: Self::State) -> Search<'_, Self> {
-        Search::new(self, around).moving()
+    /// ([`EquilibriumSearch::within`]). Give ranges to the unknown coordinates, such as the lean, and none
+    /// to cyclic ones, such as the position.
+    fn steady_motions(&self, around: Self::State) -> EquilibriumSearch<'_, Self> {
+        EquilibriumSearch::new(self, around).moving()
     }
 
     /// Whether an equilibrium or a steady motion is stable. The criterion is the energy if it is conserved,
@@ -115,7 +120,7 @@ pub struct Equilibrium<S: ModelState> {
     /// The state; velocities are zero except in steady motions.
     pub state: S,
     /// The reaction of each constraint.
-    pub reactions: Vec<Reaction<S::Vector>>,
+    pub reactions: Vec<ConstraintReaction<S::Vector>>,
     /// The largest residual generalized force.
     pub force_left: f64,
     /// Iterations made.
@@ -161,21 +166,21 @@ impl<S: ModelState> fmt::Display for Equilibrium<S> {
 
 /// What is asked for.
 #[derive(Clone, Copy)]
-pub(super) struct Asked {
+pub(super) struct EquilibriumOptions {
     /// Velocities of the start stay.
     pub(super) moving: bool,
     /// Time stands still.
     pub(super) frozen: bool,
 }
 
-impl Asked {
+impl EquilibriumOptions {
     pub(super) const REST: Self = Self { moving: false, frozen: false };
 }
 
 pub(super) fn find<M: Constraints>(
     model: &M,
     start: &M::State,
-    asked: Asked,
+    asked: EquilibriumOptions,
 ) -> Result<Equilibrium<M::State>, EquilibriumError> {
     find_holding(model, start, asked, &[])
 }
@@ -184,7 +189,7 @@ pub(super) fn find<M: Constraints>(
 fn find_holding<M: Constraints>(
     model: &M,
     start: &M::State,
-    asked: Asked,
+    asked: EquilibriumOptions,
     held: &[usize],
 ) -> Result<Equilibrium<M::State>, EquilibriumError> {
     if M::FRICTION {
@@ -251,7 +256,7 @@ fn check_stays<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equili
     let statics = Statics::of(model, state, &[])?;
     let allowed = allowed(model, state, &statics)?;
     check_rest(model, state)?;
-    check_later(model, state, Asked { moving: true, frozen: false }, &statics, &allowed)
+    check_later(model, state, EquilibriumOptions { moving: true, frozen: false }, &statics, &allowed)
 }
 
 /// That what balances in a pole of the coordinates does so in truth: they are of one place all along the
@@ -304,7 +309,7 @@ fn check_rest<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equilib
 fn check_later<M: Constraints>(
     model: &M,
     state: &M::State,
-    asked: Asked,
+    asked: EquilibriumOptions,
     statics: &Statics<M::Rows>,
     allowed: &DVector<f64>,
 ) -> Result<(), EquilibriumError> {
@@ -390,7 +395,7 @@ pub(super) fn check_time<M: Constraints>(
     }
     let allowed = allowed(model, state, statics)?;
     check_rest(model, state)?;
-    check_later(model, state, Asked { moving: true, frozen: false }, statics, &allowed)?;
+    check_later(model, state, EquilibriumOptions { moving: true, frozen: false }, statics, &allowed)?;
     if all { check_all_times(model, state, statics, &allowed) } else { Ok(()) }
 }
 

@@ -35,7 +35,8 @@ pub use continuation::{
     Stays, continuation, fold_curve, hopf_curve,
 };
 pub use equilibria::{
-    Equilibria, Equilibrium, EquilibriumError, Found, Search, Stability, StabilityVerdict, Undecided,
+    Equilibria, Equilibrium, EquilibriumError, EquilibriumSearch, EquilibriumSet, Stability,
+    StabilityVerdict, Undecided,
 };
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
 pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
@@ -50,8 +51,8 @@ pub use periodic::{
     PeriodicMotions, PeriodicOrbit, Poincare, Return, Section, Shooting, Threshold, Trivial,
 };
 pub use work_precision::{
-    Cost, Curve, ErrorOf, Errors, Measured, OutsideError, Point, Reference, Study, WorkPrecision,
-    WorkPrecisionError,
+    Cost, ErrorOf, Errors, OutsideError, Point, Reference, RunMeasurement, Study, WorkPrecision,
+    WorkPrecisionCurve, WorkPrecisionError,
 };
 
 pub use vibration::{

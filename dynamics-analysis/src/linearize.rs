@@ -199,7 +199,7 @@ impl Linearization {
 }
 
 /// All that is read of a model at a state; matrices N×N where nothing else is said.
-pub(super) struct Read {
+pub(super) struct ModelDerivatives {
     pub(super) mass: DMatrix<f64>,
     /// ∂r/∂q and ∂r/∂q̇.
     pub(super) force_by: [DMatrix<f64>; 2],
@@ -218,7 +218,7 @@ pub(super) struct Read {
     pub(super) multipliers: DVector<f64>,
 }
 
-impl Read {
+impl ModelDerivatives {
     pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, LinearizeError> {
         let solved =
             solve_once(model, &model.constants().map_err(dynamics_runtime::error::SolveError::from)?, state)?;
@@ -286,7 +286,7 @@ fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), Line
         let (mut held, mut branches) = (*state, Branches::FREE);
         kinks.iter().enumerate().filter(at_zero).for_each(|(index, _)| branches.hold(index, below));
         held.hold(branches);
-        Read::of(model, &held)
+        ModelDerivatives::of(model, &held)
     };
     if !kinks.iter().enumerate().any(|kink| at_zero(&kink)) {
         return Ok(());
@@ -310,7 +310,7 @@ fn linearize<M: Constraints>(
     check_start(model, state)?;
     refuse_corner(model, state)?;
     let preferred = indices::<M>(wanted)?;
-    let read = Read::of(model, state)?;
+    let read = ModelDerivatives::of(model, state)?;
     if !preferred.is_empty() {
         return in_coordinates(model, state, &read, [&preferred; 2]);
     }
@@ -335,7 +335,7 @@ fn linearize<M: Constraints>(
 fn in_coordinates<M: Constraints>(
     model: &M,
     state: &M::State,
-    read: &Read,
+    read: &ModelDerivatives,
     preferred: [&[usize]; 2],
 ) -> Result<Linearization, LinearizeError> {
     let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, preferred);
@@ -349,7 +349,7 @@ fn in_coordinates<M: Constraints>(
 }
 
 /// The linear equations in the coordinates of a tangent space.
-pub(super) fn assemble<M: Constraints>(read: &Read, tangent: &Tangent) -> Linearization {
+pub(super) fn assemble<M: Constraints>(read: &ModelDerivatives, tangent: &Tangent) -> Linearization {
     let [mass, damping, stiffness, particular] = read.project(tangent);
     let named = |indices: &[usize]| indices.iter().map(|i| M::COORDINATES[*i]).collect::<Vec<_>>();
     Linearization {

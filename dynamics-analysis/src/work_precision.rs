@@ -39,7 +39,7 @@ use core::time::Duration;
 pub use error::{OutsideError, WorkPrecisionError};
 pub use errors::{ErrorOf, Errors};
 pub use reference::Reference;
-pub use study::{Cost, Curve, Measured, Point, Study};
+pub use study::{Cost, Point, RunMeasurement, Study, WorkPrecisionCurve};
 
 use dynamics_runtime::methods::{Any, Dop853, Radau5, Tsit5, Verner9};
 use dynamics_runtime::model::ModelState;
@@ -48,13 +48,13 @@ use dynamics_runtime::motion::{Simulate, Simulation};
 use crate::runs;
 
 /// Options of simulations.
-type Options<'m, M> = Box<dyn Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm>;
+type StudyRunSetup<'m, M> = Box<dyn Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm>;
 
 /// A method under a name.
 struct Candidate<'m, M: Simulate> {
     name: String,
     method: Any<M>,
-    options: Option<Options<'m, M>>,
+    options: Option<StudyRunSetup<'m, M>>,
     /// Tolerances or steps of its own, instead of those of the study.
     settings: Option<Vec<f64>>,
 }
@@ -86,7 +86,7 @@ pub struct WorkPrecision<'m, M: Simulate> {
     named_none: bool,
     tolerances: Option<Vec<f64>>,
     steps: Vec<f64>,
-    options: Option<Options<'m, M>>,
+    options: Option<StudyRunSetup<'m, M>>,
     reference: Option<Reference<M>>,
     effort: Duration,
 }
@@ -157,7 +157,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         method: impl Into<Any<M>>,
         options: impl Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm,
     ) -> Self {
-        let options: Option<Options<'m, M>> = Some(Box::new(options));
+        let options: Option<StudyRunSetup<'m, M>> = Some(Box::new(options));
         self.candidates.push(Candidate { name: name.into(), method: method.into(), options, settings: None });
         self
     }

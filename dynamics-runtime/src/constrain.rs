@@ -33,19 +33,19 @@ pub use correct::{correct, solve_baumgarte};
 pub use embed::Embedding;
 pub(crate) use gradients::{Gradients, distance};
 pub use held::{ActiveRows, active_rows};
-pub use impact::{Impact, impact};
+pub use impact::{ImpactSolution, impact};
 #[cfg(feature = "alloc")]
-pub use mechanism::{Mechanism, Reaction};
+pub use mechanism::{ConstraintReaction, Mechanism};
 pub use nearby::at_time;
 pub use project::{Projection, project_along, project_positions, project_velocities};
 pub use speeds::move_by_speeds;
 pub use system::RANK_TOLERANCE;
 
 use held::holds;
-use system::{Miss, Names, Read, System};
+use system::{FactoredSystem, Miss, Names, Read};
 
 use crate::error::SolveError;
-use crate::linalg::{Memory, max_abs};
+use crate::linalg::{WorkMemory, max_abs};
 use crate::model::{Constraints, Known, ModelState, Route, Solved, Terms, Vector, Workspace};
 
 pub mod assemble;
@@ -75,13 +75,13 @@ pub const fn workspace_len(n: usize, r: usize) -> usize {
 ///
 /// # Panics
 /// Where it is shorter than [`workspace_len`] says: a fault of the program, not of its input.
-fn lent(workspace: &mut [f64], n: usize, r: usize) -> Memory<'_> {
+fn lent(workspace: &mut [f64], n: usize, r: usize) -> WorkMemory<'_> {
     let (needed, given) = (workspace_len(n, r), workspace.len());
     assert!(
         given >= needed,
         "a workspace of {given} numbers for {n} coordinates and {r} rows; give {needed}"
     );
-    Memory::new(workspace)
+    WorkMemory::new(workspace)
 }
 
 const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
@@ -380,7 +380,7 @@ pub(crate) fn check_unique<M: Constraints>(
     }
 }
 
-fn diagnosis(system: &System<'_>) -> Diagnosis {
+fn diagnosis(system: &FactoredSystem<'_>) -> Diagnosis {
     Diagnosis { active: system.active(), rank: system.rank(), condition: system.condition() }
 }
 
@@ -422,7 +422,7 @@ struct Factored<'w> {
     floor: &'w mut [f64],
     /// How far rows that repeat each other may differ.
     slack: f64,
-    system: System<'w>,
+    system: FactoredSystem<'w>,
 }
 
 impl<'w> Factored<'w> {
@@ -443,7 +443,7 @@ impl<'w> Factored<'w> {
         state: &M::State,
         active: &dyn Fn(usize) -> bool,
         forces: bool,
-        mut memory: Memory<'w>,
+        mut memory: WorkMemory<'w>,
     ) -> Result<Option<Self>, SolveError> {
         let usual = memory.take(M::Rows::LEN);
         let Some(read) = read(model, state, active, forces, usual, &mut memory)? else { return Ok(None) };
@@ -453,7 +453,7 @@ impl<'w> Factored<'w> {
             *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
         }
         let slack = slack(model, state, jacobian, active);
-        let system = System::factor(
+        let system = FactoredSystem::factor(
             mass,
             jacobian,
             active,
@@ -475,7 +475,7 @@ fn contradiction(
     miss: Miss,
     size: f64,
     slack: f64,
-    system: &System<'_>,
+    system: &FactoredSystem<'_>,
     names: Names,
 ) -> Result<(), SolveError> {
     if miss.size <= CONTRADICTION.max(100.0 * slack) * size {
@@ -497,7 +497,7 @@ fn read<'w, M: Constraints>(
     active: &dyn Fn(usize) -> bool,
     forces: bool,
     usual: &mut [f64],
-    memory: &mut Memory<'w>,
+    memory: &mut WorkMemory<'w>,
 ) -> Result<Option<Read<'w>>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let read = Read::new(n, r, memory);

@@ -93,7 +93,7 @@ pub use stormer_verlet::{Rattle, StormerVerlet};
 #[cfg(feature = "alloc")]
 pub(crate) use system::one_by_one;
 pub use system::{Hold, OfPositions, Settled, System};
-pub use tableau::Row;
+pub use tableau::TableauRow;
 #[cfg(feature = "alloc")]
 pub(crate) use tableau::zip;
 #[cfg(feature = "alloc")]

@@ -27,7 +27,7 @@ use core::ops::Deref;
 
 use error::KinematicsErrorKind as Kind;
 pub use error::{KinematicsError, KinematicsErrorKind};
-use frame::{Frame, Measure};
+use frame::{JacobianSvd, Measure};
 use locate::{SUSPECT, Singular};
 pub use summary::{KinematicSummary, Passage};
 use trace::{Effort, Point, Tracer};
@@ -61,7 +61,7 @@ pub struct Analysis<'m, M: Simulate + Constraints> {
     model: &'m M,
     guess: M::State,
     end: Option<f64>,
-    output: Option<Output>,
+    output: Option<PathOutput>,
     longest: Option<f64>,
     most_steps: u64,
     pass: bool,
@@ -69,26 +69,26 @@ pub struct Analysis<'m, M: Simulate + Constraints> {
 
 /// Which states an analysis gives.
 #[derive(Clone, Copy)]
-enum Output {
+enum PathOutput {
     Every(f64),
     Intervals(u32),
 }
 
 /// What the options say once they are checked.
-struct Checked {
+struct KinematicOptions {
     end: f64,
     longest: f64,
     every: Option<f64>,
 }
 
 /// The path of a mechanism as far as it was followed.
-pub(crate) struct Reached<M: Model> {
+pub(crate) struct FollowedPath<M: Model> {
     states: Vec<(M::State, M::Vector)>,
     summary: KinematicSummary,
     every: Option<f64>,
 }
 
-impl<M: Model> Clone for Reached<M> {
+impl<M: Model> Clone for FollowedPath<M> {
     fn clone(&self) -> Self {
         Self { states: self.states.clone(), summary: self.summary.clone(), every: self.every }
     }
@@ -135,7 +135,7 @@ impl<M: Simulate + Constraints> KinematicsError<M> {
     }
 }
 
-impl<M: Simulate + Constraints> Reached<M> {
+impl<M: Simulate + Constraints> FollowedPath<M> {
     fn into_motion(self, model: &M, constants: M::Constants) -> KinematicMotion<'_, M> {
         let motion = Motion::of_positions(model, constants, self.states, self.every, self.summary.counts());
         KinematicMotion { motion, summary: self.summary }
@@ -164,13 +164,13 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     /// Gives states at equal intervals from the start, as [`Motion::states`]; the steps of the path are
     /// chosen by themselves.
     pub fn every(mut self, interval: f64) -> Self {
-        self.output = Some(Output::Every(interval));
+        self.output = Some(PathOutput::Every(interval));
         self
     }
 
     /// Divides the whole interval into so many equal parts, as [`Analysis::every`] does.
     pub fn intervals(mut self, count: u32) -> Self {
-        self.output = Some(Output::Intervals(count));
+        self.output = Some(PathOutput::Intervals(count));
         self
     }
 
@@ -206,7 +206,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
             state: Box::new(self.guess),
             reached: None,
         };
-        let Checked { end, longest, every } = self.check().map_err(|error| refused(error.into()))?;
+        let KinematicOptions { end, longest, every } = self.check().map_err(|error| refused(error.into()))?;
         let constants = self.model.constants().map_err(|error| refused(Kind::SingularMassMatrix(error)))?;
         let (tracer, start) = self.begin(&constants).map_err(refused)?;
         let mut path = Path::new(tracer, start, end, longest, self.most_steps, self.pass);
@@ -223,7 +223,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         }
     }
 
-    fn check(&self) -> Result<Checked, OptionError> {
+    fn check(&self) -> Result<KinematicOptions, OptionError> {
         let number = |option, value: f64, good: bool, admissible| {
             if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
         };
@@ -242,18 +242,18 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         number("max_steps", self.most_steps as f64, self.most_steps > 0, "at least 1")?;
         let every = match self.output {
             None => None,
-            Some(Output::Every(every)) => {
+            Some(PathOutput::Every(every)) => {
                 number("every", every, every > 0.0 && every.is_finite(), "an interval above 0")?;
                 number("every", every, span / every < 1e8, "an interval that gives fewer than 10⁸ times")?;
                 Some(every)
             }
-            Some(Output::Intervals(count)) => {
+            Some(PathOutput::Intervals(count)) => {
                 let value = f64::from(count);
                 number("intervals", value, (1.0..1e8).contains(&value), "a number from 1 to less than 10⁸")?;
                 Some(span / value)
             }
         };
-        Ok(Checked { end, longest, every })
+        Ok(KinematicOptions { end, longest, every })
     }
 
     /// The first point: assembled, without freedom, regular.
@@ -284,20 +284,20 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         Ok((tracer, point))
     }
 
-    fn frame(&self, measure: &Measure, state: &M::State) -> Result<Frame, Kind> {
-        Frame::new(measure, self.model, state).map_err(|row| {
+    fn frame(&self, measure: &Measure, state: &M::State) -> Result<JacobianSvd, Kind> {
+        JacobianSvd::new(measure, self.model, state).map_err(|row| {
             Kind::Start(crate::error::StateError::ConstraintNotFinite { row: M::ROWS[row].name })
         })
     }
 
     /// Freedom is freedom beside the start too; a singular position is none there.
-    fn not_driven(&self, measure: &Measure, state: &M::State, frame: &Frame) -> Kind {
+    fn not_driven(&self, measure: &Measure, state: &M::State, frame: &JacobianSvd) -> Kind {
         let n = M::Vector::LEN;
         let mut beside = *state;
         for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
             *q += 1e-2 * (1.0 + q.abs()) * (0.5 + math::sin(1.0 + 2.4 * i as f64));
         }
-        let generic = Frame::new(measure, self.model, &beside).map_or(0, |frame| frame.rank(RANK));
+        let generic = JacobianSvd::new(measure, self.model, &beside).map_or(0, |frame| frame.rank(RANK));
         let freedom = frame.freedom(RANK);
         let coordinates = Involved::ranked(M::COORDINATES, freedom.iter().copied().enumerate());
         if generic < n {
@@ -521,7 +521,7 @@ impl<'c, M: Constraints> Path<'c, M> {
         }
     }
 
-    fn reached(&mut self, every: Option<f64>) -> Reached<M> {
+    fn reached(&mut self, every: Option<f64>) -> FollowedPath<M> {
         let Effort { steps, rejected, corrections } = self.tracer.effort;
         let at = |state: &M::State| state.t();
         let summary = KinematicSummary {
@@ -534,6 +534,6 @@ impl<'c, M: Constraints> Path<'c, M> {
             worst_condition_time: self.worst.1,
             passages: core::mem::take(&mut self.passages),
         };
-        Reached { states: core::mem::take(&mut self.states), summary, every }
+        FollowedPath { states: core::mem::take(&mut self.states), summary, every }
     }
 }

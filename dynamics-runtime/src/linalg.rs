@@ -7,7 +7,7 @@ mod rows;
 mod svd;
 
 pub(crate) use lu::Lu;
-pub(crate) use memory::{Indices, Memory};
+pub(crate) use memory::{Indices, WorkMemory};
 pub(crate) use rows::{add, add_scaled, dot, max_abs, norm, swap_rows};
 pub(crate) use svd::Svd;
 

@@ -19,7 +19,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity};
 use nalgebra::{DMatrix, DVector};
 
 use super::locate::null_plane;
-use super::problem::{Balance, Direction, Problem, difference};
+use super::problem::{Balance, ContinuationProblem, Direction, difference};
 use super::trace::{Tracer, shape};
 use super::{Continuation, ContinuationError};
 use crate::equilibria::EquilibriumError;
@@ -75,7 +75,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
 /// That forces do not change with time on the way to the first load: on the branch, or where that is not
 /// found, on its straight continuation.
 fn timeless<M: Constraints>(
-    problem: &Problem<'_, M>,
+    problem: &ContinuationProblem<'_, M>,
     balance: &Balance<M>,
     load: f64,
 ) -> Result<(), EquilibriumError> {
@@ -99,7 +99,7 @@ fn timeless<M: Constraints>(
 }
 
 fn critical<M: Constraints>(
-    problem: &Problem<'_, M>,
+    problem: &ContinuationProblem<'_, M>,
     balance: &Balance<M>,
     sign: f64,
 ) -> Result<Vec<CriticalLoad<M::State>>, ContinuationError<M::State>> {

@@ -11,7 +11,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
 use super::ContinuationError;
 use super::branch::BranchEnd;
 use super::newton::{Arrived, Missed, Singular};
-use super::problem::{Balance, Direction, Place, Problem, is_range};
+use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction, is_range};
 use crate::equilibria::{EquilibriumError, scales};
 
 /// Steps shorter than this come to no end.
@@ -23,8 +23,8 @@ const AIM: f64 = 0.12;
 const TURN: f64 = 0.35;
 
 /// From where to where a curve is followed, and how.
-pub(super) struct Plan<S> {
-    pub(super) place: Place<S>,
+pub(super) struct CurveOptions<S> {
+    pub(super) place: ContinuationPoint<S>,
     pub(super) ranges: [[f64; 2]; 2],
     pub(super) longest: f64,
     pub(super) points: usize,
@@ -36,7 +36,7 @@ pub(super) struct Plan<S> {
 #[must_use = "a curve does nothing until `.run()`"]
 pub struct PlaneCurve<M: Constraints, F, K> {
     pub(super) make: F,
-    pub(super) plan: Plan<M::State>,
+    pub(super) plan: CurveOptions<M::State>,
     pub(super) kind: K,
 }
 
@@ -67,7 +67,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M, K> PlaneCurve<M, F, K> {
 }
 
 /// A curve, as far as it was followed.
-pub(super) struct Curve<S> {
+pub(super) struct TracedCurve<S> {
     pub(super) points: Vec<([f64; 2], S)>,
     /// Points before which both parameters turned round.
     pub(super) turns: Vec<usize>,
@@ -79,10 +79,10 @@ type Condition<'c, M> = dyn Fn(&Balance<M>) -> Option<Singular> + 'c;
 
 /// A curve, and where it could not be followed to its end, what is wrong with the model beyond, if that is
 /// why.
-pub(super) type Followed<S> = (Curve<S>, Option<Option<EquilibriumError>>);
+pub(super) type Followed<S> = (TracedCurve<S>, Option<Option<EquilibriumError>>);
 
-impl<S: ModelState> Plan<S> {
-    pub(super) fn at(place: Place<S>) -> Self {
+impl<S: ModelState> CurveOptions<S> {
+    pub(super) fn at(place: ContinuationPoint<S>) -> Self {
         Self { place, ranges: [[f64::NAN; 2]; 2], longest: 0.05, points: 1000, backward: false }
     }
 
@@ -110,7 +110,7 @@ impl<S: ModelState> Plan<S> {
         }
         let widths = self.ranges.map(|[lo, hi]| hi - lo);
         let scales = scales(M::COORDINATES, self.place.state.q().as_slice());
-        let mut problem = Problem { make, count: 2, scales, widths, held: Vec::new() };
+        let mut problem = ContinuationProblem { make, count: 2, scales, widths, held: Vec::new() };
         problem.held = problem.ignorable(&problem.balance(&self.place, &[])?);
         let balance = problem.balance(&self.place, &[])?;
         problem.measure_lengths(&balance, &[]);
@@ -129,13 +129,13 @@ impl<S: ModelState> Plan<S> {
 
     fn follow<M: Constraints<State = S> + Powers>(
         &self,
-        problem: &Problem<'_, M>,
+        problem: &ContinuationProblem<'_, M>,
         start: Arrived<M>,
         mut tangent: Direction,
         condition: &Condition<'_, M>,
     ) -> Followed<S> {
         let mut here = start.balance;
-        let mut curve = Curve { points: Vec::new(), turns: Vec::new(), end: BranchEnd::Points };
+        let mut curve = TracedCurve { points: Vec::new(), turns: Vec::new(), end: BranchEnd::Points };
         curve.points.push((here.place.p, here.place.state));
         let (mut h, mut missed) = (0.2 * self.longest, None);
         while curve.points.len() < self.points {
@@ -190,11 +190,11 @@ impl<S: ModelState> Plan<S> {
 /// The curve up to where forces change with time: its last point is looked at as the first one was, and where
 /// that shows anything, all are.
 fn timeless<M: Constraints>(
-    problem: &Problem<'_, M>,
+    problem: &ContinuationProblem<'_, M>,
     (mut curve, lost): Followed<M::State>,
 ) -> Followed<M::State> {
     let at = |(p, state): &([f64; 2], M::State)| {
-        let found = problem.check_times(&Place { state: *state, p: *p });
+        let found = problem.check_times(&ContinuationPoint { state: *state, p: *p });
         found.err().filter(EquilibriumError::is_of_time)
     };
     let Some(of_last) = curve.points.last().and_then(at) else { return (curve, lost) };
@@ -206,7 +206,7 @@ fn timeless<M: Constraints>(
 }
 
 fn step<M: Constraints>(
-    problem: &Problem<'_, M>,
+    problem: &ContinuationProblem<'_, M>,
     here: &Balance<M>,
     tangent: &Direction,
     h: f64,

@@ -11,10 +11,10 @@ use dynamics_runtime::model::{Constraints, Powers};
 
 use super::ContinuationError;
 use super::branch::Special;
-use super::curve::{Curve, Plan, PlaneCurve};
+use super::curve::{CurveOptions, PlaneCurve, TracedCurve};
 use super::followed_curves::FoldCurve;
 use super::newton::Singular;
-use super::problem::Place;
+use super::problem::ContinuationPoint;
 
 /// The kind of curve that [`fold_curve`] opens.
 #[derive(Clone, Copy, Debug)]
@@ -35,8 +35,8 @@ pub fn fold_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     fold: &Special<M::State>,
     second: f64,
 ) -> FoldCurves<M, F> {
-    let place = Place { state: fold.state, p: [fold.parameter, second] };
-    PlaneCurve { make, plan: Plan::at(place), kind: OfFolds }
+    let place = ContinuationPoint { state: fold.state, p: [fold.parameter, second] };
+    PlaneCurve { make, plan: CurveOptions::at(place), kind: OfFolds }
 }
 
 impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
@@ -49,7 +49,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
         let fold = |balance: &_| Singular::beside(balance, false, None);
         let found = self.plan.run::<M>(&make, &fold, ContinuationError::NoFold)?;
-        let of = |curve: Curve<M::State>| FoldCurve {
+        let of = |curve: TracedCurve<M::State>| FoldCurve {
             points: curve.points,
             cusps: curve.turns,
             end: curve.end,

@@ -12,11 +12,11 @@ use dynamics_runtime::model::{Constraints, Powers};
 
 use super::ContinuationError;
 use super::branch::{BranchEnd, Special, SpecialKind};
-use super::curve::{Curve, Plan, PlaneCurve};
+use super::curve::{CurveOptions, PlaneCurve, TracedCurve};
 use super::followed_curves::HopfCurve;
 use super::hopf_test_function::Swings;
 use super::newton::Singular;
-use super::problem::{Balance, Place};
+use super::problem::{Balance, ContinuationPoint};
 
 /// A curve that cannot be followed any further, whose frequency is below this part of its largest and falls,
 /// ends where the frequency is zero.
@@ -41,8 +41,8 @@ pub fn hopf_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     hopf: &Special<M::State>,
     second: f64,
 ) -> HopfCurves<M, F> {
-    let place = Place { state: hopf.state, p: [hopf.parameter, second] };
-    PlaneCurve { make, plan: Plan::at(place), kind: OfHopfPoints(hopf.kind) }
+    let place = ContinuationPoint { state: hopf.state, p: [hopf.parameter, second] };
+    PlaneCurve { make, plan: CurveOptions::at(place), kind: OfHopfPoints(hopf.kind) }
 }
 
 impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
@@ -75,7 +75,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
         }
         let most = frequencies.iter().fold(0.0, |most: f64, x| most.max(*x));
         let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < SLOW * most);
-        let of = |curve: Curve<M::State>, end| HopfCurve {
+        let of = |curve: TracedCurve<M::State>, end| HopfCurve {
             points: curve.points,
             frequencies,
             end,

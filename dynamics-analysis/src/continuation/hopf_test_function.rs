@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 use dynamics_runtime::model::Constraints;
 use nalgebra::Complex;
 
-use crate::linearize::{Read, Tangent, assemble, general};
+use crate::linearize::{ModelDerivatives, Tangent, assemble, general};
 
 /// A pair next to another one may be so far from it, as a part of its frequency.
 const NEXT: f64 = 0.5;
@@ -42,7 +42,7 @@ impl Swings {
 
     /// The eigenvalues that swing, nearest to the frequency first.
     fn near<M: Constraints>(&self, model: &M, state: &M::State) -> Option<Vec<Complex<f64>>> {
-        let read = Read::of(model, state).ok()?;
+        let read = ModelDerivatives::of(model, state).ok()?;
         let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[]; 2]);
         let all = general(assemble::<M>(&read, &tangent).state_matrix().ok()?).ok()?;
         let to = Complex::new(0.0, self.frequency);

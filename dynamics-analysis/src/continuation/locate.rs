@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::branch::{Special, SpecialKind};
 use super::newton::Singular;
-use super::problem::{Balance, Direction, Problem};
+use super::problem::{Balance, ContinuationProblem, Direction};
 use super::trace::{Sample, Tracer, shape};
 
 /// Points nearer than this along the branch are one.
@@ -294,7 +294,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
 /// The two directions in which F changes least, orthonormal in what coordinates and parameters are measured
 /// by: at a fold the first of them is the branch.
 pub(super) fn null_plane<M: Constraints>(
-    problem: &Problem<'_, M>,
+    problem: &ContinuationProblem<'_, M>,
     balance: &Balance<M>,
 ) -> Option<[Direction; 2]> {
     let (unknowns, n) = (balance.jacobian.ncols(), balance.size());
@@ -323,7 +323,10 @@ pub(super) fn null_plane<M: Constraints>(
 }
 
 /// The direction of a plane that leaves the parameter as it is.
-fn without_parameter<M: Constraints>(problem: &Problem<'_, M>, [e, f]: &[Direction; 2]) -> Direction {
+fn without_parameter<M: Constraints>(
+    problem: &ContinuationProblem<'_, M>,
+    [e, f]: &[Direction; 2],
+) -> Direction {
     let [x, y] = [f.p[0], -e.p[0]].map(|p| p / problem.widths[0]);
     match x == 0.0 && y == 0.0 {
         true => e.clone(),

@@ -11,7 +11,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
 use super::locate::null_plane;
-use super::problem::{Balance, Place, Problem};
+use super::problem::{Balance, ContinuationPoint, ContinuationProblem};
 
 /// Displacements tried: these times powers of ten.
 const MANTISSAS: [f64; 2] = [1.0, 3.0];
@@ -29,10 +29,14 @@ const ASKEW: f64 = 1e-6;
 const SMALLER: f64 = 30.0;
 const LARGER: f64 = 300.0;
 
-impl<M: Constraints> Problem<'_, M> {
+impl<M: Constraints> ContinuationProblem<'_, M> {
     /// Coordinates of a unit of which all are 0 at the start, by a tenth of what they would do over the whole
     /// range; those that would not move are the result.
-    pub(super) fn measure_zeros(&mut self, place: &Place<M::State>, balance: &Balance<M>) -> Vec<usize> {
+    pub(super) fn measure_zeros(
+        &mut self,
+        place: &ContinuationPoint<M::State>,
+        balance: &Balance<M>,
+    ) -> Vec<usize> {
         let q = place.state.q().as_slice();
         let of_unit = |i: usize, f: &dyn Fn(usize) -> f64| {
             let same = (0..q.len()).filter(|j| M::COORDINATES[*j].unit == M::COORDINATES[i].unit);
@@ -123,14 +127,14 @@ impl<M: Constraints> Problem<'_, M> {
     fn stiffest(&self, balance: &Balance<M>) -> Option<f64> {
         let here = balance.per_inertia()?.1.amax();
         let at = |p: f64| {
-            let moved = Place { p: [p, balance.place.p[1]], ..balance.place };
+            let moved = ContinuationPoint { p: [p, balance.place.p[1]], ..balance.place };
             Some(self.per_inertia(&self.placed(&moved, &balance.statics)?, balance)?.amax())
         };
         let ends = [-0.5, 0.5].map(|part| at(balance.place.p[0] + part * self.widths[0]));
         Some(ends.into_iter().flatten().filter(|x| x.is_finite()).fold(here, f64::max))
     }
 
-    fn per_inertia(&self, place: &Place<M::State>, like: &Balance<M>) -> Option<DMatrix<f64>> {
+    fn per_inertia(&self, place: &ContinuationPoint<M::State>, like: &Balance<M>) -> Option<DMatrix<f64>> {
         let preferred = &like.statics.tangent.coordinates;
         let there = self.balance(place, preferred).ok()?;
         (there.statics.tangent.coordinates == *preferred).then(|| there.per_inertia())?.map(|(_, k)| k)

@@ -20,7 +20,7 @@ use dynamics_runtime::model::Constraints;
 use nalgebra::{DMatrix, DVector};
 
 use super::hopf_test_function::Swings;
-use super::problem::{Balance, Direction, Place, Problem};
+use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
 use crate::equilibria::EquilibriumError;
 use crate::linearize::general;
 
@@ -94,7 +94,11 @@ impl Singular {
         Some(found)
     }
 
-    fn at<M: Constraints>(&self, problem: &Problem<'_, M>, place: &Place<M::State>) -> Option<Vec<f64>> {
+    fn at<M: Constraints>(
+        &self,
+        problem: &ContinuationProblem<'_, M>,
+        place: &ContinuationPoint<M::State>,
+    ) -> Option<Vec<f64>> {
         if let Some(swings) = &self.swings {
             return Some(alloc::vec![swings.test(&problem.model(place.p).ok()?, &place.state)?]);
         }
@@ -113,7 +117,7 @@ impl Singular {
     /// g and f, and a row of slopes by all unknowns for each.
     pub(super) fn rows<M: Constraints>(
         &self,
-        problem: &Problem<'_, M>,
+        problem: &ContinuationProblem<'_, M>,
         balance: &Balance<M>,
     ) -> Option<(Vec<f64>, DMatrix<f64>)> {
         let here = match &self.swings {
@@ -157,7 +161,7 @@ pub(super) enum Missed {
     Model(EquilibriumError),
 }
 
-impl<M: Constraints> Problem<'_, M> {
+impl<M: Constraints> ContinuationProblem<'_, M> {
     /// What the j-th unknown is measured by.
     pub(super) fn measure(&self, balance: &Balance<M>, j: usize) -> f64 {
         match j.checked_sub(balance.size()) {
@@ -180,9 +184,9 @@ impl<M: Constraints> Problem<'_, M> {
     /// farther than `reach` from the guess.
     pub(super) fn solve(
         &self,
-        guess: &Place<M::State>,
+        guess: &ContinuationPoint<M::State>,
         preferred: &[usize],
-        plane: Option<(&Direction, &Place<M::State>)>,
+        plane: Option<(&Direction, &ContinuationPoint<M::State>)>,
         singular: Option<&Singular>,
         reach: f64,
     ) -> Result<Arrived<M>, Missed> {
@@ -228,7 +232,7 @@ impl<M: Constraints> Problem<'_, M> {
     fn system(
         &self,
         balance: &Balance<M>,
-        plane: Option<(&Direction, &Place<M::State>)>,
+        plane: Option<(&Direction, &ContinuationPoint<M::State>)>,
         singular: Option<&Singular>,
         beta: f64,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {

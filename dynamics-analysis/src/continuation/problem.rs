@@ -32,7 +32,7 @@ const NARROW: f64 = 1e-8;
 
 /// A position at values of the parameters; the second one of models that have one parameter is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place<S> {
+pub(super) struct ContinuationPoint<S> {
     pub(super) state: S,
     pub(super) p: [f64; 2],
 }
@@ -51,7 +51,7 @@ impl Direction {
 }
 
 /// A family of models, and what its coordinates and parameters are measured by.
-pub(super) struct Problem<'f, M: Constraints> {
+pub(super) struct ContinuationProblem<'f, M: Constraints> {
     pub(super) make: &'f dyn Fn([f64; 2]) -> M,
     /// How many parameters it has: 1, or 2.
     pub(super) count: usize,
@@ -65,7 +65,7 @@ pub(super) struct Problem<'f, M: Constraints> {
 
 /// The equations at a place.
 pub(super) struct Balance<M: Constraints> {
-    pub(super) place: Place<M::State>,
+    pub(super) place: ContinuationPoint<M::State>,
     pub(super) model: M,
     pub(super) statics: Statics<M::Rows>,
     /// Which of the independent coordinates are free, by their place among them.
@@ -82,14 +82,18 @@ pub(super) struct Balance<M: Constraints> {
     pub(super) unsure: f64,
 }
 
-impl<M: Constraints> Problem<'_, M> {
+impl<M: Constraints> ContinuationProblem<'_, M> {
     /// A distance between neighbours, in what coordinates and parameters are measured by.
-    pub(super) fn distance(&self, a: &Place<M::State>, b: &Place<M::State>) -> f64 {
+    pub(super) fn distance(&self, a: &ContinuationPoint<M::State>, b: &ContinuationPoint<M::State>) -> f64 {
         self.norm(&self.between(a, b))
     }
 
-    pub(super) fn between(&self, a: &Place<M::State>, b: &Place<M::State>) -> Direction {
-        let of = |place: &Place<M::State>| DVector::from_column_slice(place.state.q().as_slice());
+    pub(super) fn between(
+        &self,
+        a: &ContinuationPoint<M::State>,
+        b: &ContinuationPoint<M::State>,
+    ) -> Direction {
+        let of = |place: &ContinuationPoint<M::State>| DVector::from_column_slice(place.state.q().as_slice());
         Direction { q: of(b) - of(a), p: [b.p[0] - a.p[0], b.p[1] - a.p[1]] }
     }
 
@@ -102,7 +106,11 @@ impl<M: Constraints> Problem<'_, M> {
         self.dot(a, a).sqrt()
     }
 
-    pub(super) fn moved(&self, place: &Place<M::State>, by: &Direction) -> Place<M::State> {
+    pub(super) fn moved(
+        &self,
+        place: &ContinuationPoint<M::State>,
+        by: &Direction,
+    ) -> ContinuationPoint<M::State> {
         let mut next = *place;
         next.state.q_mut().as_mut_slice().iter_mut().zip(by.q.iter()).for_each(|(q, d)| *q += d);
         (0..self.count).for_each(|k| next.p[k] += by.p[k]);
@@ -119,14 +127,14 @@ impl<M: Constraints> Problem<'_, M> {
     /// Forces and stiffness alone; `preferred` coordinates are independent where they can be.
     pub(super) fn statics(
         &self,
-        place: &Place<M::State>,
+        place: &ContinuationPoint<M::State>,
         preferred: &[usize],
     ) -> Result<Statics<M::Rows>, EquilibriumError> {
         Statics::of(&self.model(place.p)?, &place.state, preferred)
     }
 
     /// That forces which balance at a place do so at all times that are looked at of an equilibrium.
-    pub(super) fn check_times(&self, place: &Place<M::State>) -> Result<(), EquilibriumError> {
+    pub(super) fn check_times(&self, place: &ContinuationPoint<M::State>) -> Result<(), EquilibriumError> {
         if !M::EXPLICIT_TIME {
             return Ok(());
         }
@@ -141,7 +149,7 @@ impl<M: Constraints> Problem<'_, M> {
 
     pub(super) fn balance(
         &self,
-        place: &Place<M::State>,
+        place: &ContinuationPoint<M::State>,
         preferred: &[usize],
     ) -> Result<Balance<M>, EquilibriumError> {
         let model = self.model(place.p)?;
@@ -186,7 +194,11 @@ impl<M: Constraints> Problem<'_, M> {
 
     /// Back to the constraints, with the independent coordinates of `like` as they are; `None` where they
     /// cannot be followed.
-    pub(super) fn placed(&self, place: &Place<M::State>, like: &Statics<M::Rows>) -> Option<Place<M::State>> {
+    pub(super) fn placed(
+        &self,
+        place: &ContinuationPoint<M::State>,
+        like: &Statics<M::Rows>,
+    ) -> Option<ContinuationPoint<M::State>> {
         if M::Residual::LEN == 0 {
             return Some(*place);
         }

@@ -13,7 +13,7 @@ use dynamics_runtime::model::{Constraints, Powers};
 use nalgebra::{DMatrix, DVector};
 
 use super::branch::{Branch, Special, SpecialKind};
-use super::problem::{Balance, Direction, Place, Problem};
+use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
 use super::trace::{Sample, Tracer};
 use super::{Continuation, ContinuationError};
 use crate::numbers::Numbers;
@@ -39,7 +39,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// Halves of all branches that meet in a point.
     pub(super) fn halves(
         &self,
-        problem: &Problem<'_, M>,
+        problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
         at: &Special<M::State>,
     ) -> Result<Halves<M::State>, ContinuationError<M::State>> {
@@ -49,7 +49,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
             kind if kind.is_branch_point() => 1,
             _ => return Err(ContinuationError::NoBranchPoint { parameter }),
         };
-        let place = Place { state: at.state, p: [parameter, 0.0] };
+        let place = ContinuationPoint { state: at.state, p: [parameter, 0.0] };
         let balance = problem.balance(&place, &[])?;
         let none = || ContinuationError::NoOtherBranch { parameter };
         let space = softest(problem, &balance, count + 1).ok_or_else(none)?;
@@ -138,7 +138,7 @@ fn mixed(space: &[Direction], parts: &[f64], size: f64) -> Direction {
 
 /// The directions in which F changes least, orthonormal in what coordinates and parameters are measured by.
 fn softest<M: Constraints>(
-    problem: &Problem<'_, M>,
+    problem: &ContinuationProblem<'_, M>,
     balance: &Balance<M>,
     count: usize,
 ) -> Option<Vec<Direction>> {

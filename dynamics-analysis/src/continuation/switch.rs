@@ -7,7 +7,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Powers};
 
 use super::branch::{Branch, Diagram, Special, SpecialKind};
 use super::meet::aside;
-use super::problem::{Place, Problem, is_range};
+use super::problem::{ContinuationPoint, ContinuationProblem, is_range};
 use super::trace::{Sample, Tracer};
 use super::{Continuation, ContinuationError};
 
@@ -86,7 +86,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// Adds the branches that leave from a point, unless they are known.
     fn leave(
         &self,
-        problem: &Problem<'_, M>,
+        problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
         point: &Special<M::State>,
         limit: usize,
@@ -126,7 +126,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     #[expect(clippy::type_complexity, reason = "two results in one")]
     fn arms(
         &self,
-        problem: &Problem<'_, M>,
+        problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
         at: &Special<M::State>,
     ) -> Result<[Result<Branch<M::State>, ContinuationError<M::State>>; 2], ContinuationError<M::State>> {
@@ -158,29 +158,33 @@ fn is_multiple<S: ModelState>(at: &Special<S>) -> bool {
     matches!(at.kind, SpecialKind::Several { .. })
 }
 
-fn place<S: ModelState>(special: &Special<S>) -> Place<S> {
-    Place { state: special.state, p: [special.parameter, 0.0] }
+fn place<S: ModelState>(special: &Special<S>) -> ContinuationPoint<S> {
+    ContinuationPoint { state: special.state, p: [special.parameter, 0.0] }
 }
 
 /// Whether a branch goes where another one went: its first points after the one in which they meet all lie on
 /// that.
 fn lies_on<M: Constraints>(
-    problem: &Problem<'_, M>,
+    problem: &ContinuationProblem<'_, M>,
     branch: &Branch<M::State>,
     other: &Branch<M::State>,
 ) -> bool {
-    let points: Vec<Place<M::State>> =
-        branch.points.iter().map(|point| Place { state: point.state, p: [point.parameter, 0.0] }).collect();
+    let points: Vec<ContinuationPoint<M::State>> = branch
+        .points
+        .iter()
+        .map(|point| ContinuationPoint { state: point.state, p: [point.parameter, 0.0] })
+        .collect();
     points.len() > 1 && points.iter().take(6).skip(1).all(|point| on_chord(problem, point, other))
 }
 
 fn on_chord<M: Constraints>(
-    problem: &Problem<'_, M>,
-    point: &Place<M::State>,
+    problem: &ContinuationProblem<'_, M>,
+    point: &ContinuationPoint<M::State>,
     other: &Branch<M::State>,
 ) -> bool {
     other.points.windows(2).any(|pair| {
-        let [a, b] = [&pair[0], &pair[1]].map(|end| Place { state: end.state, p: [end.parameter, 0.0] });
+        let [a, b] =
+            [&pair[0], &pair[1]].map(|end| ContinuationPoint { state: end.state, p: [end.parameter, 0.0] });
         let (chord, to) = (problem.between(&a, &b), problem.between(&a, point));
         let length = problem.norm(&chord);
         let along = problem.dot(&chord, &to) / (length * length);

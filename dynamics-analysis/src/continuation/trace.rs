@@ -19,7 +19,7 @@ use dynamics_runtime::progress::Progress;
 use super::branch::{Branch, BranchEnd, BranchPoint, Special};
 use super::error::ContinuationError;
 use super::newton::{Missed, Singular};
-use super::problem::{Balance, Direction, Place, Problem};
+use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
 use super::watch::Watch;
 use crate::equilibria::{Equilibria, EquilibriumError};
 
@@ -42,7 +42,7 @@ const CLOSED: f64 = 1e-6;
 
 /// How a branch is followed.
 #[derive(Clone, Debug)]
-pub(super) struct Options {
+pub(super) struct ContinuationOptions {
     pub(super) name: String,
     pub(super) range: [f64; 2],
     pub(super) first: f64,
@@ -62,7 +62,7 @@ pub(super) struct Sample<M: Constraints> {
 }
 
 impl<M: Constraints> Sample<M> {
-    pub(super) fn place(&self) -> &Place<M::State> {
+    pub(super) fn place(&self) -> &ContinuationPoint<M::State> {
         &self.balance.place
     }
 
@@ -73,8 +73,8 @@ impl<M: Constraints> Sample<M> {
 
 /// What follows one branch.
 pub(super) struct Tracer<'t, M: Constraints> {
-    pub(super) problem: &'t Problem<'t, M>,
-    pub(super) options: &'t Options,
+    pub(super) problem: &'t ContinuationProblem<'t, M>,
+    pub(super) options: &'t ContinuationOptions,
     pub(super) periodic: &'t [bool],
     pub(super) points: Vec<BranchPoint<M::State>>,
     pub(super) special: Vec<Special<M::State>>,
@@ -84,14 +84,18 @@ pub(super) struct Tracer<'t, M: Constraints> {
 }
 
 /// How a step ended.
-enum Step<M: Constraints> {
+enum StepOutcome<M: Constraints> {
     Taken(Box<Sample<M>>, Box<Sample<M>>, f64),
     /// At an end of the range.
     Last(Box<Sample<M>>, Box<Sample<M>>),
 }
 
 impl<'t, M: Constraints + Powers> Tracer<'t, M> {
-    pub(super) fn new(problem: &'t Problem<'t, M>, options: &'t Options, periodic: &'t [bool]) -> Self {
+    pub(super) fn new(
+        problem: &'t ContinuationProblem<'t, M>,
+        options: &'t ContinuationOptions,
+        periodic: &'t [bool],
+    ) -> Self {
         #[cfg(feature = "progress")]
         let progress = if options.progress {
             Progress::of("points", 0.0, options.points as f64)
@@ -165,8 +169,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
                 }
             }
             let (middle, next, after, last) = match step {
-                Step::Taken(middle, next, after) => (middle, next, after, false),
-                Step::Last(middle, next) => (middle, next, h, true),
+                StepOutcome::Taken(middle, next, after) => (middle, next, after, false),
+                StepOutcome::Last(middle, next) => (middle, next, h, true),
             };
             let known = self.special.len();
             let sound = leaving || self.inspect_step(&here, &middle, &next);
@@ -195,7 +199,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     }
 
     /// One step of length h, or up to the end of the range.
-    fn step(&self, here: &Sample<M>, h: f64, leaving: bool) -> Result<Step<M>, Missed> {
+    fn step(&self, here: &Sample<M>, h: f64, leaving: bool) -> Result<StepOutcome<M>, Missed> {
         let [lo, hi] = self.options.range;
         let p = |sample: &Sample<M>| sample.place().p[0];
         let slope = here.tangent.p[0];
@@ -234,12 +238,12 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         // Shorter steps then go up to where that begins.
         next.balance.check_time(false).map_err(Missed::Model)?;
         if last {
-            return Ok(Step::Last(Box::new(middle), Box::new(next)));
+            return Ok(StepOutcome::Last(Box::new(middle), Box::new(next)));
         }
         let by_angle = if angle > 0.0 { (AIM / angle).clamp(0.5, 2.0) } else { 2.0 };
         let by_effort = if iterations > 6 { 0.5 } else { 2.0 };
         let after = if leaving { h } else { h * by_angle.min(by_effort) };
-        Ok(Step::Taken(Box::new(middle), Box::new(next), after))
+        Ok(StepOutcome::Taken(Box::new(middle), Box::new(next), after))
     }
 
     /// Whether the middle of a step deviates from the cubic through its ends (Hermite): the step then leads
@@ -284,7 +288,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     /// period 2π count by what is left of turns.
     fn closes(
         &self,
-        origin: &Place<M::State>,
+        origin: &ContinuationPoint<M::State>,
         direction: &Direction,
         here: &Sample<M>,
         next: &Sample<M>,
@@ -326,10 +330,10 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     }
 
     /// Ends with the first point once more.
-    fn close(&mut self, here: &Place<M::State>) {
+    fn close(&mut self, here: &ContinuationPoint<M::State>) {
         let [first, .., last] = &self.points[..] else { return };
         let first = first.clone();
-        let there = Place { state: first.state, p: [first.parameter, 0.0] };
+        let there = ContinuationPoint { state: first.state, p: [first.parameter, 0.0] };
         let mut by = self.problem.between(here, &there);
         by.q.iter_mut()
             .zip(self.periodic)
@@ -349,10 +353,13 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     }
 
     /// The length of the branch up to a place beside its last point.
-    pub(super) fn arclength(&self, place: &Place<M::State>) -> f64 {
+    pub(super) fn arclength(&self, place: &ContinuationPoint<M::State>) -> f64 {
         self.points.last().map_or(0.0, |last| {
             last.arclength
-                + self.problem.distance(&Place { state: last.state, p: [last.parameter, place.p[1]] }, place)
+                + self.problem.distance(
+                    &ContinuationPoint { state: last.state, p: [last.parameter, place.p[1]] },
+                    place,
+                )
         })
     }
 
@@ -382,7 +389,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     /// The number of points before forces change with time, and the reason.
     fn changing(&self) -> Option<(usize, EquilibriumError)> {
         let at = |state: M::State, parameter: f64| {
-            let found = self.problem.check_times(&Place { state, p: [parameter, 0.0] });
+            let found = self.problem.check_times(&ContinuationPoint { state, p: [parameter, 0.0] });
             found.err().filter(EquilibriumError::is_of_time)
         };
         let last = self.points.last().and_then(|point| at(point.state, point.parameter));

@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 use dynamics_runtime::model::Constraints;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::problem::{Balance, Direction, Problem};
+use super::problem::{Balance, ContinuationProblem, Direction};
 use crate::equilibria::{EquilibriumError, Statics};
 use crate::linearize::{LinearizeError, general};
 
@@ -51,7 +51,7 @@ pub(super) struct Changes {
 
 impl Watch {
     pub(super) fn of<M: Constraints>(
-        problem: &Problem<'_, M>,
+        problem: &ContinuationProblem<'_, M>,
         balance: &Balance<M>,
         tangent: &Direction,
     ) -> Result<Self, EquilibriumError> {

@@ -7,13 +7,13 @@ const VANISHED: f64 = 1e-13;
 
 /// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with balanced rows and columns, so that soft directions keep their digits beside
 /// stiff ones.
-pub(super) struct Factors {
+pub(super) struct BalancedSvd {
     pub(super) rows: DVector<f64>,
     pub(super) columns: DVector<f64>,
     pub(super) svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
 }
 
-impl Factors {
+impl BalancedSvd {
     pub(super) fn of(k: &DMatrix<f64>) -> Option<Self> {
         let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
         let rows = DVector::from_iterator(k.nrows(), k.row_iter().map(|row| inverse(row.amax())));

@@ -21,7 +21,7 @@ use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
-use super::factors::Factors;
+use super::factors::BalancedSvd;
 use super::soft::Soft;
 use super::statics::{Statics, scales};
 use super::{EquilibriumError, corner};
@@ -59,7 +59,7 @@ pub(super) struct Settled<M: Constraints> {
 }
 
 /// The iteration at one position.
-struct Search<'m, M: Constraints> {
+struct NewtonIteration<'m, M: Constraints> {
     model: &'m M,
     constants: M::Constants,
     /// What coordinates of the start are measured by.
@@ -72,7 +72,7 @@ struct Search<'m, M: Constraints> {
 }
 
 /// F and K in unit vectors of the metric: L⁻¹F and L⁻¹K L⁻ᵀ with L Lᵀ = EᵀG E, and Lᵀ of the coordinates.
-struct Weighed {
+struct WeightedEquations {
     force: DVector<f64>,
     stiffness: DMatrix<f64>,
     upper: DMatrix<f64>,
@@ -89,7 +89,7 @@ fn uncertainty<M: Constraints>(
     model: &M,
     state: &M::State,
     statics: &Statics<M::Rows>,
-    factors: &Factors,
+    factors: &BalancedSvd,
     noise: &DVector<f64>,
 ) -> Result<DVector<f64>, EquilibriumError> {
     // At folds and pitchforks corrections shrink by a half or a third each: what is left is a few times the
@@ -109,7 +109,7 @@ pub(super) fn distance<M: Constraints>(
     if size == 0 {
         return Ok(DVector::zeros(statics.stiffness.ncols()));
     }
-    let factors = Factors::of(&statics.stiffness).ok_or(LinearizeError::NoConvergence { size })?;
+    let factors = BalancedSvd::of(&statics.stiffness).ok_or(LinearizeError::NoConvergence { size })?;
     uncertainty(model, state, statics, &factors, &statics.noise(model, state)?)
 }
 
@@ -121,7 +121,8 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
     let first = scales(M::COORDINATES, state.q().as_slice());
     let most = statics.masses.amax();
     let metric = statics.masses.iter().map(|mass| if *mass > 1e-12 * most { *mass } else { 1.0 }).collect();
-    let mut search = Search { model, constants, first, metric, mu: 1e-3, most: statics.force.amax() };
+    let mut search =
+        NewtonIteration { model, constants, first, metric, mu: 1e-3, most: statics.force.amax() };
     let mut last = f64::INFINITY;
     if statics.force.is_empty() {
         // What cannot move rests, whatever acts: its reactions hold it.
@@ -129,7 +130,8 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
     }
     for iteration in 0..MOST {
         let stiffness = statics.covariant(model, &state, &search.metric)?;
-        let factors = Factors::of(&stiffness).ok_or_else(|| search.unsettled(iteration, &statics, &state))?;
+        let factors =
+            BalancedSvd::of(&stiffness).ok_or_else(|| search.unsettled(iteration, &statics, &state))?;
         let newton = factors.solve(&-&statics.force);
         let change = search.relative(&state, &(&statics.tangent.positions * &newton));
         let is_near = change <= NEAR;
@@ -151,13 +153,13 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
     Err(search.unsettled(MOST, &statics, &state))
 }
 
-impl<M: Constraints> Search<'_, M> {
-    fn weighed(&self, statics: &Statics<M::Rows>, stiffness: &DMatrix<f64>) -> Option<Weighed> {
+impl<M: Constraints> NewtonIteration<'_, M> {
+    fn weighed(&self, statics: &Statics<M::Rows>, stiffness: &DMatrix<f64>) -> Option<WeightedEquations> {
         let [e, d] =
             [&statics.tangent.velocities, &statics.tangent.positions].map(|basis| lower(&self.metric, basis));
         let (e, d) = (e?, d?);
         let half = e.solve_lower_triangular(stiffness)?;
-        Some(Weighed {
+        Some(WeightedEquations {
             force: e.solve_lower_triangular(&statics.force)?,
             stiffness: d.solve_lower_triangular(&half.transpose())?.transpose(),
             upper: d.transpose(),
@@ -234,9 +236,9 @@ impl<M: Constraints> Search<'_, M> {
         &mut self,
         state: &M::State,
         statics: &Statics<M::Rows>,
-        weighed: &Weighed,
+        weighed: &WeightedEquations,
     ) -> Option<M::State> {
-        let Weighed { force, stiffness, upper } = weighed;
+        let WeightedEquations { force, stiffness, upper } = weighed;
         let here = force.norm_squared();
         let (square, slope) = (stiffness.tr_mul(stiffness), stiffness.tr_mul(force));
         let floor = square.diagonal().amax().max(f64::MIN_POSITIVE);
@@ -267,7 +269,7 @@ impl<M: Constraints> Search<'_, M> {
         &self,
         state: &M::State,
         statics: &Statics<M::Rows>,
-        (stiffness, factors): (&DMatrix<f64>, &Factors),
+        (stiffness, factors): (&DMatrix<f64>, &BalancedSvd),
         change: f64,
     ) -> Option<M::State> {
         let noise = statics.noise(self.model, state).ok()?;
@@ -309,7 +311,7 @@ impl<M: Constraints> Search<'_, M> {
     fn is_balanced(
         &self,
         statics: &Statics<M::Rows>,
-        factors: &Factors,
+        factors: &BalancedSvd,
         change: f64,
         noise: &DVector<f64>,
     ) -> bool {
@@ -328,7 +330,7 @@ impl<M: Constraints> Search<'_, M> {
         &self,
         state: M::State,
         statics: Statics<M::Rows>,
-        factors: &Factors,
+        factors: &BalancedSvd,
         change: f64,
         iterations: usize,
     ) -> Result<Settled<M>, EquilibriumError> {

@@ -22,7 +22,9 @@ use nalgebra::{DMatrix, DVector};
 use super::rounding::NOISES;
 use super::statics::excess;
 use super::{Equilibrium, EquilibriumError, conditioning, many_times, vector};
-use crate::linearize::{Linearization, LinearizeError, Read, SmallMotions, Tangent, assemble, scales};
+use crate::linearize::{
+    Linearization, LinearizeError, ModelDerivatives, SmallMotions, Tangent, assemble, scales,
+};
 
 /// Most iterations.
 const MOST: usize = 60;
@@ -90,7 +92,7 @@ fn choices<M: Constraints>(start: &M::State) -> [Vec<usize>; 3] {
 
 impl<M: Constraints> Rolling<'_, M> {
     fn at(&self, state: &M::State) -> Result<Here, EquilibriumError> {
-        let read = Read::of(self.model, state)?;
+        let read = ModelDerivatives::of(self.model, state)?;
         let tangent =
             Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
         let linear = assemble::<M>(&read, &tangent);
@@ -104,7 +106,7 @@ impl<M: Constraints> Rolling<'_, M> {
         let step = &here.tangent.positions * by;
         next.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
         self.place(&mut next)?;
-        let read = Read::of(self.model, &next)?;
+        let read = ModelDerivatives::of(self.model, &next)?;
         let tangent =
             Tangent::new(&read.jacobian, read.holonomic, &read.mass, [self.preferred.as_slice(); 2]);
         let missed = self.model.velocity_residual(&next);
@@ -118,7 +120,7 @@ impl<M: Constraints> Rolling<'_, M> {
     /// also move position and heading.
     fn place(&self, state: &mut M::State) -> Result<(), EquilibriumError> {
         for _ in 0..CORRECTIONS {
-            let read = Read::of(self.model, state)?;
+            let read = ModelDerivatives::of(self.model, state)?;
             if read.holonomic == 0 {
                 break;
             }

@@ -11,13 +11,13 @@ use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{Constraints, ModelState, Terms, Vector};
 
 use super::statics::scales;
-use super::{Asked, Equilibrium, EquilibriumError, find_holding};
+use super::{Equilibrium, EquilibriumError, EquilibriumOptions, find_holding};
 use crate::linearize::indices;
 use crate::numbers::Numbers;
 
 /// A search for equilibria with its options, before it runs.
 #[must_use = "a search does nothing until `.run()`"]
-pub struct Search<'m, M: Constraints> {
+pub struct EquilibriumSearch<'m, M: Constraints> {
     model: &'m M,
     around: M::State,
     starts: Vec<M::State>,
@@ -30,7 +30,7 @@ pub struct Search<'m, M: Constraints> {
     held: Vec<String>,
 }
 
-impl<'m, M: Constraints> Search<'m, M> {
+impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
     pub(super) fn new(model: &'m M, around: M::State) -> Self {
         let (starts, ranges) = (Vec::new(), Vec::new());
         let (frozen, moving, held) = (false, false, Vec::new());
@@ -97,14 +97,14 @@ impl<'m, M: Constraints> Search<'m, M> {
     ///
     /// # Errors
     /// Invalid options. If no start leads to an equilibrium, the reason of the first start.
-    pub fn run(self) -> Result<Found<M::State>, EquilibriumError> {
+    pub fn run(self) -> Result<EquilibriumSet<M::State>, EquilibriumError> {
         let periodic = periodic(self.model, &self.around);
         let mut starts: Vec<M::State> =
             self.starts.iter().map(|start| at_time(start, self.around.t())).collect();
         if starts.is_empty() {
             starts.push(self.around);
         }
-        let mut found = Found {
+        let mut found = EquilibriumSet {
             equilibria: Vec::new(),
             hits: Vec::new(),
             failures: Vec::new(),
@@ -112,7 +112,7 @@ impl<'m, M: Constraints> Search<'m, M> {
             lone: 0,
         };
         let ranges = if self.random > 0 { self.ranges(&periodic)? } else { Vec::new() };
-        let asked = Asked { frozen: self.frozen, moving: self.moving };
+        let asked = EquilibriumOptions { frozen: self.frozen, moving: self.moving };
         let held: Vec<&str> = self.held.iter().map(String::as_str).collect();
         let held = indices::<M>(&held)?;
         let find = |start: &M::State| find_holding(self.model, start, asked, &held);
@@ -177,7 +177,7 @@ impl<'m, M: Constraints> Search<'m, M> {
 
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found<S: ModelState> {
+pub struct EquilibriumSet<S: ModelState> {
     /// Each equilibrium once, by growing coordinates; angles on which the model depends with period 2π within
     /// (−π, π].
     pub equilibria: Vec<Equilibrium<S>>,
@@ -189,7 +189,7 @@ pub struct Found<S: ModelState> {
     lone: usize,
 }
 
-impl<S: ModelState> Found<S> {
+impl<S: ModelState> EquilibriumSet<S> {
     /// The estimated share of random starts that would lead to equilibria that were not found. It is the
     /// share of starts whose equilibrium was found only once (I. J. Good, Biometrika 40 (1953) 237); `None`
     /// without random starts. No search of this kind proves that it found all.
@@ -253,7 +253,7 @@ impl<S: ModelState> Found<S> {
 }
 
 /// How many there are, and what is known of their being all.
-impl<S: ModelState> fmt::Display for Found<S> {
+impl<S: ModelState> fmt::Display for EquilibriumSet<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (one, hits) in self.equilibria.iter().zip(&self.hits) {
             let values = one.coordinates.iter().zip(one.state.q().as_slice());

@@ -15,7 +15,7 @@ use dynamics_runtime::model::{Constraints, Kink, MOST_KINKS, ModelState, Vector}
 use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
-use super::factors::Factors;
+use super::factors::BalancedSvd;
 use super::rounding::NOISES;
 use super::statics::{Statics, scales};
 
@@ -65,7 +65,7 @@ pub(super) struct Soft<'a, M: Constraints> {
     pub(super) model: &'a M,
     pub(super) state: &'a M::State,
     pub(super) statics: &'a Statics<M::Rows>,
-    pub(super) factors: &'a Factors,
+    pub(super) factors: &'a BalancedSvd,
     pub(super) noise: &'a DVector<f64>,
 }
 

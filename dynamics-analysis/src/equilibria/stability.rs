@@ -39,7 +39,7 @@ use super::{EquilibriumError, check_stays};
 use crate::linearize::{Linearization, LinearizeError, SmallMotions, eigenvector, general};
 
 /// M v̇ + D v + K z = 0, ż = v, and the names of z.
-struct Linear {
+struct SecondOrderSystem {
     mass: DMatrix<f64>,
     damping: DMatrix<f64>,
     stiffness: DMatrix<f64>,
@@ -181,7 +181,7 @@ fn routh<M: Constraints>(
     state: &M::State,
     linear: &Linearization,
     ignorable: &[usize],
-) -> Result<Option<Linear>, EquilibriumError> {
+) -> Result<Option<SecondOrderSystem>, EquilibriumError> {
     if linear.coordinates != linear.velocities {
         return Ok(None);
     }
@@ -200,7 +200,7 @@ fn routh<M: Constraints>(
     let by_v = inertia.solve(&part(m, ignorable, &kept));
     let by_z = inertia.solve(&part(d, ignorable, &kept));
     let (m_out, d_out) = (part(m, &kept, ignorable), part(d, &kept, ignorable));
-    Ok(Some(Linear {
+    Ok(Some(SecondOrderSystem {
         mass: part(m, &kept, &kept) - &m_out * &by_v,
         damping: part(d, &kept, &kept) - &m_out * &by_z - &d_out * &by_v,
         stiffness: part(k, &kept, &kept) - &d_out * &by_z,
@@ -255,7 +255,7 @@ fn unsure<M: Constraints>(
 }
 
 /// The verdict on M v̇ + D v + K z = 0.
-fn of_second_order(linear: &Linear, energy: Energy) -> Result<Stability, EquilibriumError> {
+fn of_second_order(linear: &SecondOrderSystem, energy: Energy) -> Result<Stability, EquilibriumError> {
     let conservative = energy == Energy::Kept;
     let n = linear.mass.nrows();
     let squares = squares(linear)?;
@@ -368,17 +368,17 @@ fn on_the_axis(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict 
 const COALESCED: f64 = 1e6;
 
 /// An eigenvalue, or a square of a frequency, with its uncertainty.
-struct Found<T> {
+struct EigenvalueEstimate<T> {
     value: T,
     unsure: f64,
     conditioning: f64,
     shape: DVector<f64>,
 }
 
-type Eigenvalue = Found<Complex<f64>>;
+type Eigenvalue = EigenvalueEstimate<Complex<f64>>;
 
 /// ω² of the symmetric part of K against M, ascending.
-fn squares(linear: &Linear) -> Result<Vec<Found<f64>>, EquilibriumError> {
+fn squares(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstimate<f64>>, EquilibriumError> {
     let n = linear.mass.nrows();
     if n == 0 {
         return Ok(Vec::new());
@@ -399,20 +399,25 @@ fn squares(linear: &Linear) -> Result<Vec<Found<f64>>, EquilibriumError> {
         // Rounding of the iteration, and the uncertainty of K, on shapes of unit inertia.
         let of_k = shape.abs().dot(&(&linear.unsure * shape.abs()));
         let unsure = n as f64 * 4.0 * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
-        found.push(Found { value: *value, unsure, conditioning: 1.0, shape });
+        found.push(EigenvalueEstimate { value: *value, unsure, conditioning: 1.0, shape });
     }
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
     Ok(found)
 }
 
 /// Eigenvalues ±√(−ω²), exact pairs.
-fn undamped(squares: &[Found<f64>]) -> Vec<Eigenvalue> {
-    let pair = |one: &Found<f64>| {
+fn undamped(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
+    let pair = |one: &EigenvalueEstimate<f64>| {
         let root = one.value.abs().sqrt();
         // √(ω² ± δ) is off by δ/2ω, and by √δ at most.
         let unsure = (one.unsure / (2.0 * root).max(f64::MIN_POSITIVE)).min(one.unsure.sqrt());
         let value = if one.value < 0.0 { Complex::new(root, 0.0) } else { Complex::new(0.0, root) };
-        [value, -value].map(|value| Found { value, unsure, conditioning: 1.0, shape: one.shape.clone() })
+        [value, -value].map(|value| EigenvalueEstimate {
+            value,
+            unsure,
+            conditioning: 1.0,
+            shape: one.shape.clone(),
+        })
     };
     squares.iter().flat_map(pair).collect()
 }
@@ -443,7 +448,7 @@ fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, Equ
         // Of relative changes of elements, so that it is the same in all units.
         let size = of(&left).dot(&(a.abs() * of(&right)));
         let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
-        found.push(Found { value, unsure, conditioning, shape });
+        found.push(EigenvalueEstimate { value, unsure, conditioning, shape });
     }
     Ok(found)
 }

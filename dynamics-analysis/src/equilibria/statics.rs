@@ -41,14 +41,14 @@ pub(crate) struct Statics<R> {
 const POLE: f64 = 1e-12;
 
 /// M, Q and the rows of Φ_q that hold.
-struct Read {
+struct StaticTerms {
     mass: DMatrix<f64>,
     force: DVector<f64>,
     jacobian: DMatrix<f64>,
     rows: Vec<usize>,
 }
 
-impl Read {
+impl StaticTerms {
     fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, EquilibriumError> {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
@@ -113,7 +113,7 @@ impl<R: Vector> Statics<R> {
         preferred: &[usize],
     ) -> Result<Self, EquilibriumError> {
         let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
-        let read = Read::of(model, state)?;
+        let read = StaticTerms::of(model, state)?;
         let holonomic = read.rows.iter().filter(|row| **row < M::Residual::LEN).count();
         let tangent = Tangent::new(&read.jacobian, holonomic, &read.mass, [preferred, preferred]);
         let rows = read.rows.len();
@@ -176,7 +176,7 @@ impl<R: Vector> Statics<R> {
         let (d, e) = (&self.tangent.positions, &self.tangent.velocities);
         let metric = DMatrix::from_diagonal(&DVector::from_column_slice(metric));
         let square = e.tr_mul(&(&metric * e));
-        let read = Read::of(model, state)?;
+        let read = StaticTerms::of(model, state)?;
         let held = DVector::from_iterator(rows.len(), rows.iter().map(|row| self.multipliers[*row]));
         let left = -(&read.force + read.jacobian.tr_mul(&held));
         let along = square.cholesky().ok_or(LinearizeError::Inertia)?.solve(&self.force);
@@ -203,7 +203,7 @@ impl<R: Vector> Statics<R> {
         model: &M,
         state: &M::State,
     ) -> Result<DVector<f64>, EquilibriumError> {
-        let read = Read::of(model, state)?;
+        let read = StaticTerms::of(model, state)?;
         let held =
             DVector::from_iterator(read.rows.len(), read.rows.iter().map(|row| self.multipliers[*row]));
         Ok(-self.tangent.velocities.tr_mul(&(read.force + read.jacobian.tr_mul(&held))))

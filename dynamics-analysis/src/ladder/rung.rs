@@ -15,7 +15,7 @@ use crate::runs::{self, in_a_line, reaches};
 /// An output by a closure.
 type Output<'m, M> = Box<dyn Fn(&Motion<'m, M>, &<M as dynamics_runtime::model::Model>::State) -> f64 + 'm>;
 /// Options of a simulation.
-type Options<'m, M> = Box<dyn Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm>;
+type RungSetup<'m, M> = Box<dyn Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm>;
 
 /// A model of a scene, with its start and its outputs.
 #[must_use = "a rung does nothing until it is part of a ladder"]
@@ -24,7 +24,7 @@ pub struct Rung<'m, M: Simulate> {
     model: &'m M,
     start: M::State,
     outputs: Vec<(String, Output<'m, M>)>,
-    options: Option<Options<'m, M>>,
+    options: Option<RungSetup<'m, M>>,
 }
 
 impl<'m, M: Simulate> Rung<'m, M> {

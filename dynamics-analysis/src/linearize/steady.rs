@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::reduce::Tangent;
 use super::spectrum::drop_rounding;
-use super::{Linearization, LinearizeError, Read, assemble};
+use super::{Linearization, LinearizeError, ModelDerivatives, assemble};
 
 /// Accelerations below this part of what a displacement or velocity by 1, or by its own size, would cause
 /// count as rest: about the error of an equilibrium that was iterated for, or typed in with nine digits.
@@ -110,7 +110,7 @@ pub(crate) fn later<M: Constraints>(
     state: &M::State,
     tangent: &Tangent,
     after: f64,
-) -> Option<(M::State, Read, Tangent)> {
+) -> Option<(M::State, ModelDerivatives, Tangent)> {
     let constants = model.constants().ok()?;
     let solved = solve_once(model, &constants, state).ok()?;
     // Independent velocities stay: what rounding leaves of their rates, times the square of a time in which
@@ -124,7 +124,7 @@ pub(crate) fn later<M: Constraints>(
     with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut later, memory)).ok()?;
     let same = [tangent.coordinates.as_slice(), &tangent.rates];
     let at = |state: &M::State| {
-        let read = Read::of(model, state).ok()?;
+        let read = ModelDerivatives::of(model, state).ok()?;
         let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, same);
         Some((read, tangent))
     };

@@ -154,7 +154,7 @@ pub(super) fn by_parameter<M: Parameters + Clone>(
 }
 
 /// The equations at one state.
-pub(super) struct Equations {
+pub(super) struct EquationsAtState {
     n: usize,
     rows: Vec<usize>,
     /// Pseudo-inverse of the system above; made where it is asked for.
@@ -163,7 +163,7 @@ pub(super) struct Equations {
     mass: DMatrix<f64>,
 }
 
-impl Equations {
+impl EquationsAtState {
     /// M, Φ_q and what solves with them.
     pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, SensitivityError> {
         let (mass, jacobian) = terms(model, state)?;
@@ -316,7 +316,7 @@ pub(super) fn coefficients<M: Constraints + Parameters + Clone>(
     if generated && exact {
         return Ok(found);
     }
-    let equations = Equations::of(model, state)?;
+    let equations = EquationsAtState::of(model, state)?;
     let solved = solve_once(model, constants, state).map_err(|error| not_solved::<M>(state, error))?;
     let accelerations = DVector::from_column_slice(solved.accelerations.as_slice());
     let multipliers = solved.multipliers.as_slice();
@@ -366,14 +366,14 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     if M::Rows::LEN == 0 {
         return Ok(());
     }
-    let equations = Equations::of(model, state)?;
+    let equations = EquationsAtState::of(model, state)?;
     let rows = &equations.rows;
     let holonomic: Vec<usize> = rows.iter().copied().filter(|row| *row < M::Residual::LEN).collect();
     let h = holonomic.len();
     let (positions, velocities) = (changes.rows(0, n).into_owned(), changes.rows(n, n).into_owned());
     // Rows of velocities alone do not hold positions: Φ_q of the others solves for them.
     let first = equations.jacobian.rows(0, h).into_owned();
-    let places = Equations::with(equations.mass.clone(), first, holonomic.clone());
+    let places = EquationsAtState::with(equations.mass.clone(), first, holonomic.clone());
     let places = places.ok_or(SensitivityError::NotFinite { time: state.t() })?;
     let mut missed = &places.jacobian * &positions;
     let made_of = places.jacobian.abs() * DVector::from_column_slice(state.q().as_slice()).abs();

@@ -35,8 +35,8 @@ use experiment::{Experiment, Told};
 use levenberg::{Levenberg, Outcome};
 pub use resample::Resampled;
 pub use result::{Fit, Fitted, Outlier, Residuals};
+use robust::FitWeights;
 pub use robust::Loss;
-use robust::Weighed;
 
 use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError};
@@ -92,7 +92,7 @@ pub struct Fitting<'m, M: Simulate> {
 }
 
 /// A fit that was checked.
-pub(super) struct Problem<'a, M: Simulate> {
+pub(super) struct FitProblem<'a, M: Simulate> {
     pub(super) experiments: Vec<Experiment<'a, M>>,
     pub(super) unknowns: Vec<Unknown>,
     pub(super) tolerance: f64,
@@ -227,7 +227,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         Ok((fit, resampled))
     }
 
-    fn problem(&self) -> Result<Problem<'_, M>, FitError> {
+    fn problem(&self) -> Result<FitProblem<'_, M>, FitError> {
         let told: Vec<&Told<'m, M>> = self.before.iter().chain([&self.told]).collect();
         let unknowns = self.unknowns(&told)?;
         let own_tolerance = self.tolerance.is_some();
@@ -244,7 +244,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
             return Err(FitError::Loss { limit });
         }
         let tolerance = self.tolerance.unwrap_or(TOLERANCE);
-        Ok(Problem { experiments, unknowns, tolerance, most: self.most, absolute, loss: self.loss })
+        Ok(FitProblem { experiments, unknowns, tolerance, most: self.most, absolute, loss: self.loss })
     }
 
     fn unknowns(&self, told: &[&Told<'m, M>]) -> Result<Vec<Unknown>, FitError> {
@@ -279,7 +279,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     }
 }
 
-impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
+impl<M: Simulate + Parameters + Clone> FitProblem<'_, M> {
     /// All that was measured.
     pub(super) fn series(&self) -> impl Iterator<Item = &Series> {
         self.experiments.iter().flat_map(|experiment| &experiment.series)
@@ -359,7 +359,7 @@ impl<M: Simulate + Parameters + Clone> Problem<'_, M> {
             Loss::Squares => {
                 let outcome = search.minimize(first, evaluate)?;
                 let count = outcome.residuals.len();
-                (outcome, Weighed::evenly(count))
+                (outcome, FitWeights::evenly(count))
             }
             loss => {
                 // Residuals that are errors of the motions tell no noise.

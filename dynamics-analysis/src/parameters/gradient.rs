@@ -41,9 +41,9 @@ use alloc::vec::Vec;
 use dynamics_runtime::model::{Parameters, Vector};
 use dynamics_runtime::motion::{Motion, Simulate, Simulation};
 
-use objective::{Plan, Term};
+use objective::{ParsedObjective, Term};
 
-use super::sensitivity::{Asked, Options, TOLERANCE};
+use super::sensitivity::{SensitivityRequest, SensitivityRunSetup, TOLERANCE};
 use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError};
 
@@ -67,7 +67,7 @@ pub struct Objective<'m, M: Simulate> {
     names: Vec<String>,
     end: Option<f64>,
     tolerance: f64,
-    options: Option<Options<'m, M>>,
+    options: Option<SensitivityRunSetup<'m, M>>,
 }
 
 impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
@@ -150,9 +150,14 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
         }
         let variables = self.variables()?;
         let end = self.end.ok_or(SensitivityError::NoEnd)?;
-        let plan = Plan::of::<M>(&self.terms, end)?;
-        let asked =
-            Asked { variables: &variables, end, tolerance: self.tolerance, absolute: None, times: None };
+        let plan = ParsedObjective::of::<M>(&self.terms, end)?;
+        let asked = SensitivityRequest {
+            variables: &variables,
+            end,
+            tolerance: self.tolerance,
+            absolute: None,
+            times: None,
+        };
         let options = self.options.as_deref().map(|options| options as &dyn Fn(_) -> _);
         let motion = asked.motion(self.model, self.start, options)?;
         if motion.end_time() != end {

@@ -42,7 +42,8 @@ use super::variable::{Variable, VariableError};
 use crate::linearize::scales;
 
 /// Options of simulations.
-pub(super) type Options<'m, M> = Box<dyn Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm>;
+pub(super) type SensitivityRunSetup<'m, M> =
+    Box<dyn Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm>;
 
 /// Tolerance where none is given, as that of simulations.
 pub(super) const TOLERANCE: f64 = 1e-9;
@@ -64,7 +65,7 @@ pub struct Sensitivity<'m, M: Simulate> {
     end: Option<f64>,
     tolerance: f64,
     times: Option<Vec<f64>>,
-    options: Option<Options<'m, M>>,
+    options: Option<SensitivityRunSetup<'m, M>>,
 }
 
 impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
@@ -127,13 +128,19 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
         }
         let options = self.options.as_deref().map(|options| options as &dyn Fn(_) -> _);
         let (end, tolerance) = (self.end.ok_or(SensitivityError::NoEnd)?, self.tolerance);
-        Asked { variables: &variables, end, tolerance, absolute: None, times: self.times.as_deref() }
-            .run(self.model, self.start, options)
+        SensitivityRequest {
+            variables: &variables,
+            end,
+            tolerance,
+            absolute: None,
+            times: self.times.as_deref(),
+        }
+        .run(self.model, self.start, options)
     }
 }
 
 /// What is asked for, with names read.
-pub(super) struct Asked<'a> {
+pub(super) struct SensitivityRequest<'a> {
     pub(super) variables: &'a [Variable],
     pub(super) end: f64,
     pub(super) tolerance: f64,
@@ -142,7 +149,7 @@ pub(super) struct Asked<'a> {
     pub(super) times: Option<&'a [f64]>,
 }
 
-impl Asked<'_> {
+impl SensitivityRequest<'_> {
     /// The motion alone.
     pub(super) fn motion<'m, M: Simulate>(
         &self,
@@ -261,7 +268,7 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
         let variable = Variable::of::<M>(by)?;
         let column = self.variables.iter().position(|v| *v == variable);
         let column = column.ok_or_else(|| SensitivityError::NotAsked { name: by.to_owned() })?;
-        let quantity = Measured::of::<M>(quantity)?;
+        let quantity = MeasuredQuantity::of::<M>(quantity)?;
         let value = |k: usize| Ok((self.times[k], self.rows(&[quantity], k)?[(0, column)]));
         (0..self.times.len()).map(value).collect()
     }
@@ -269,19 +276,19 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
     /// The derivatives of these quantities at the time of an index, a row for each.
     pub(super) fn rows(
         &self,
-        quantities: &[Measured],
+        quantities: &[MeasuredQuantity],
         index: usize,
     ) -> Result<DMatrix<f64>, SensitivityError> {
         let (n, changes) = (M::Vector::LEN, &self.changes[index]);
         let mut found = DMatrix::zeros(quantities.len(), self.variables.len());
-        let outputs = quantities.iter().any(|q| matches!(q, Measured::Output(_)));
+        let outputs = quantities.iter().any(|q| matches!(q, MeasuredQuantity::Output(_)));
         let of_outputs = if outputs { Some(self.outputs(index)?) } else { None };
         for (i, quantity) in quantities.iter().enumerate() {
             match (quantity, &of_outputs) {
-                (Measured::Position(k), _) => found.set_row(i, &changes.row(*k)),
-                (Measured::Velocity(k), _) => found.set_row(i, &changes.row(n + k)),
-                (Measured::Output(k), Some(outputs)) => found.set_row(i, &outputs.row(*k)),
-                (Measured::Output(_), None) => {}
+                (MeasuredQuantity::Position(k), _) => found.set_row(i, &changes.row(*k)),
+                (MeasuredQuantity::Velocity(k), _) => found.set_row(i, &changes.row(n + k)),
+                (MeasuredQuantity::Output(k), Some(outputs)) => found.set_row(i, &outputs.row(*k)),
+                (MeasuredQuantity::Output(_), None) => {}
             }
         }
         Ok(found)
@@ -344,13 +351,13 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
 
 /// A quantity that can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Measured {
+pub(super) enum MeasuredQuantity {
     Position(usize),
     Velocity(usize),
     Output(usize),
 }
 
-impl Measured {
+impl MeasuredQuantity {
     /// What a name means.
     pub(super) fn of<M: Simulate>(name: &str) -> Result<Self, SensitivityError> {
         if let Some(i) = M::OUTPUTS.iter().position(|output| output.name == name) {

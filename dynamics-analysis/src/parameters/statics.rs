@@ -24,7 +24,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use super::equations::{by_parameter, differences, step};
 use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError, moved};
-use crate::equilibria::{Asked, find};
+use crate::equilibria::{EquilibriumOptions, find};
 use crate::linearize::{Linearization, SmallMotions};
 
 /// Singular values of the stiffness, free of units, below this part of the largest: half the digits are lost
@@ -112,7 +112,7 @@ fn check_times<M: Simulate + Parameters + Clone>(
         let mut start = *state;
         start.q_mut().as_mut_slice().iter_mut().zip(change.by.iter()).for_each(|(q, d)| *q += by * d);
         // What else ends a search beside it, as a value that is none, does not touch the derivative.
-        match find(&beside, &start, Asked { moving, ..Asked::REST }) {
+        match find(&beside, &start, EquilibriumOptions { moving, ..EquilibriumOptions::REST }) {
             Err(error) if error.is_of_time() => return Err(error.into()),
             _ => {}
         }

@@ -19,7 +19,7 @@ use dynamics_runtime::model::{Branches, Constraints, Kink, MOST_KINKS, ModelStat
 use super::PeriodicError;
 
 /// The branches that are held.
-pub(super) struct Corners {
+pub(super) struct HeldBranches {
     count: usize,
     held: Branches,
     below: [bool; MOST_KINKS],
@@ -36,7 +36,7 @@ pub(super) fn slope(h: f64, mut g: impl FnMut(f64) -> f64) -> f64 {
     (45.0 * pair(1.0) - 9.0 * pair(2.0) + pair(3.0)) / (60.0 * h)
 }
 
-impl Corners {
+impl HeldBranches {
     pub(super) fn at<M: Constraints>(model: &M, state: &M::State) -> Self {
         let kinks = read(model, state);
         let mut held = Branches::FREE;

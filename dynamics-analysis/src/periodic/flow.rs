@@ -24,7 +24,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::DMatrix;
 
 use super::PeriodicError;
-use super::corners::Corners;
+use super::corners::HeldBranches;
 use super::variation::derivatives;
 use crate::LinearizeError;
 
@@ -66,7 +66,7 @@ struct Ride<S> {
     /// State, tangent vectors and divergence, one after the other.
     y: Vec<f64>,
     slope: Vec<f64>,
-    corners: Corners,
+    corners: HeldBranches,
     control: Controller,
     /// The next step.
     h: f64,
@@ -157,7 +157,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
         until: f64,
     ) -> Result<Ride<M::State>, PeriodicError> {
         let y = pack(start, tangents);
-        let corners = Corners::at(self.model, start);
+        let corners = HeldBranches::at(self.model, start);
         let slope = self.rate(&corners.hold(start), &y)?;
         if !slope.iter().all(|x| x.is_finite()) {
             return Err(not_finite::<M>(start, &slope));
@@ -237,7 +237,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
     pub(super) fn attempt(
         &mut self,
         from: &M::State,
-        corners: &Corners,
+        corners: &HeldBranches,
         y: &[f64],
         slope: &[f64],
         h: f64,

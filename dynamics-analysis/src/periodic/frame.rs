@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::PeriodicError;
 use super::flow::Flow;
-use crate::linearize::{Read, Tangent, scales};
+use crate::linearize::{ModelDerivatives, Tangent, scales};
 
 /// The tangent space of what the constraints leave at a state.
 #[derive(Clone)]
@@ -32,7 +32,7 @@ impl Frame {
             let all: Vec<usize> = (0..n).collect();
             return Ok(Self { coordinates: all.clone(), rates: all, basis: DMatrix::identity(2 * n, 2 * n) });
         }
-        let read = Read::of(model, state).map_err(PeriodicError::Derivatives)?;
+        let read = ModelDerivatives::of(model, state).map_err(PeriodicError::Derivatives)?;
         let preferred: [&[usize]; 2] = like.map_or([&[], &[]], |like| [&like.coordinates, &like.rates]);
         let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, preferred);
         let (c, f) = (tangent.coordinates.len(), tangent.rates.len());

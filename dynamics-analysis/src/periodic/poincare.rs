@@ -31,9 +31,9 @@ const MOST: usize = 100_000_000;
 type Function<'m, S> = dyn Fn(&S) -> f64 + 'm;
 
 /// Further options of the simulation.
-type Options<'m, M> = dyn for<'s> Fn(Simulation<'s, M>) -> Simulation<'s, M> + 'm;
+type SectionRunSetup<'m, M> = dyn for<'s> Fn(Simulation<'s, M>) -> Simulation<'s, M> + 'm;
 
-enum Kind<'m, S> {
+enum SectionKind<'m, S> {
     /// Not said yet.
     None,
     /// Zeros of a function.
@@ -49,7 +49,7 @@ enum Kind<'m, S> {
 pub struct Poincare<'m, M: Simulate> {
     model: &'m M,
     start: M::State,
-    kind: Kind<'m, M::State>,
+    kind: SectionKind<'m, M::State>,
     /// Sections that were given.
     given: usize,
     skip: usize,
@@ -57,7 +57,7 @@ pub struct Poincare<'m, M: Simulate> {
     until: Option<f64>,
     tolerance: f64,
     turns: Vec<(String, f64)>,
-    options: Option<Box<Options<'m, M>>>,
+    options: Option<Box<SectionRunSetup<'m, M>>>,
 }
 
 /// Points of a motion on a section.
@@ -92,7 +92,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         Self {
             model,
             start,
-            kind: Kind::None,
+            kind: SectionKind::None,
             given: 0,
             skip,
             points,
@@ -106,20 +106,20 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     /// The surface on which this function of the state is zero, passed in this direction. The start should
     /// not lie on it.
     pub fn section(self, function: impl Fn(&M::State) -> f64 + 'm, direction: Direction) -> Self {
-        self.of_kind(Kind::Function(Box::new(function), direction))
+        self.of_kind(SectionKind::Function(Box::new(function), direction))
     }
 
     /// The surface of an event of the model, passed in this direction.
     pub fn event(self, name: &str, direction: Direction) -> Self {
-        self.of_kind(Kind::Event(name.into(), direction))
+        self.of_kind(SectionKind::Event(name.into(), direction))
     }
 
     /// Equal intervals of time (stroboscopic), such as the period of a drive.
     pub fn every(self, period: f64) -> Self {
-        self.of_kind(Kind::Every(period))
+        self.of_kind(SectionKind::Every(period))
     }
 
-    fn of_kind(mut self, kind: Kind<'m, M::State>) -> Self {
+    fn of_kind(mut self, kind: SectionKind<'m, M::State>) -> Self {
         (self.kind, self.given) = (kind, self.given + 1);
         self
     }
@@ -196,13 +196,13 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             });
         }
         let points = match &self.kind {
-            Kind::None => {
+            SectionKind::None => {
                 let needed = "given by `.section(..)`, `.event(..)` or `.every(..)`";
                 return Err(PeriodicError::Option { what: "the section", value: f64::NAN, needed });
             }
-            Kind::Every(period) => self.strobe(*period)?,
-            Kind::Function(function, direction) => self.cross(Some(function), NAME, *direction)?,
-            Kind::Event(name, direction) => self.cross(None, name, *direction)?,
+            SectionKind::Every(period) => self.strobe(*period)?,
+            SectionKind::Function(function, direction) => self.cross(Some(function), NAME, *direction)?,
+            SectionKind::Event(name, direction) => self.cross(None, name, *direction)?,
         };
         for (coordinate, period) in &folded {
             self.check_fold(&points, *coordinate, *period)?;

@@ -209,7 +209,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
             finite("the coordinate that is held", *value)?;
             holds.push(Hold::Coordinate(index::<M>(name)?, *value));
         }
-        let asked = newton::Asked {
+        let asked = newton::ShootingOptions {
             segments: self.segments,
             hold_period: self.hold_period,
             holds: &holds,

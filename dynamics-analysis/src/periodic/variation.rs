@@ -16,7 +16,7 @@ use dynamics_runtime::model::{Constraints, Vector};
 use nalgebra::DMatrix;
 
 use crate::LinearizeError;
-use crate::linearize::{Read, Tangent};
+use crate::linearize::{ModelDerivatives, Tangent};
 
 /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows.
 pub(super) fn derivatives<M: Constraints>(
@@ -38,7 +38,7 @@ pub(super) fn solve<M: Constraints>(
     by: &mut [Vec<f64>; 2],
 ) -> Result<(), LinearizeError> {
     let n = M::Vector::LEN;
-    let read = Read::of(model, state)?;
+    let read = ModelDerivatives::of(model, state)?;
     let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[]; 2]);
     let e = &tangent.velocities;
     let factors = e.tr_mul(&(&read.mass * e)).cholesky().ok_or(LinearizeError::Inertia)?;

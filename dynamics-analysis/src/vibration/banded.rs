@@ -108,7 +108,7 @@ impl Banded {
     }
 
     /// L D Lᵀ; `Err` with the row whose pivot is zero or not a number.
-    pub(super) fn factor(mut self) -> Result<Factors, usize> {
+    pub(super) fn factor(mut self) -> Result<BandedLdlt, usize> {
         let w = self.width;
         for i in 0..self.n {
             for j in i.saturating_sub(w)..=i {
@@ -125,16 +125,16 @@ impl Banded {
                 return Err(i);
             }
         }
-        Ok(Factors { of: self })
+        Ok(BandedLdlt { of: self })
     }
 }
 
 /// L D Lᵀ.
-pub(super) struct Factors {
+pub(super) struct BandedLdlt {
     of: Banded,
 }
 
-impl Factors {
+impl BandedLdlt {
     /// How many elements of D are negative: as many eigenvalues are.
     pub(super) fn negative(&self) -> usize {
         (0..self.of.n).filter(|i| self.of.get(*i, *i) < 0.0).count()

@@ -93,7 +93,7 @@ pub struct Campbell {
 }
 
 /// What a diagram is made from.
-struct Study<'a, F> {
+struct CampbellModel<'a, F> {
     planes: &'a [(&'a str, &'a str)],
     at: F,
 }
@@ -129,7 +129,7 @@ impl Campbell {
                 must_be: "a positive number",
             });
         }
-        let mut study = Study { planes, at: |speed: f64| at(speed).map_err(Into::into) };
+        let mut study = CampbellModel { planes, at: |speed: f64| at(speed).map_err(Into::into) };
         let modes = speeds.iter().map(|speed| study.modes(*speed)).collect::<Result<Vec<_>, _>>()?;
         let mut found = Self {
             speeds: speeds.into(),
@@ -145,7 +145,7 @@ impl Campbell {
         Ok(found)
     }
 
-    fn find_critical<F>(&mut self, study: &mut Study<'_, F>, order: f64) -> Result<(), VibrationError>
+    fn find_critical<F>(&mut self, study: &mut CampbellModel<'_, F>, order: f64) -> Result<(), VibrationError>
     where
         F: FnMut(f64) -> Result<Linearization, VibrationError>,
     {
@@ -166,7 +166,7 @@ impl Campbell {
         Ok(())
     }
 
-    fn find_onsets<F>(&mut self, study: &mut Study<'_, F>) -> Result<(), VibrationError>
+    fn find_onsets<F>(&mut self, study: &mut CampbellModel<'_, F>) -> Result<(), VibrationError>
     where
         F: FnMut(f64) -> Result<Linearization, VibrationError>,
     {
@@ -192,7 +192,7 @@ impl Campbell {
     /// The speeds at which a count changes, with the modes there.
     fn changes<F>(
         &self,
-        study: &mut Study<'_, F>,
+        study: &mut CampbellModel<'_, F>,
         count: &dyn Fn(f64, &[RotorMode]) -> usize,
     ) -> Result<Vec<(f64, Vec<RotorMode>)>, VibrationError>
     where
@@ -266,7 +266,7 @@ impl Campbell {
     }
 }
 
-impl<F: FnMut(f64) -> Result<Linearization, VibrationError>> Study<'_, F> {
+impl<F: FnMut(f64) -> Result<Linearization, VibrationError>> CampbellModel<'_, F> {
     fn modes(&mut self, speed: f64) -> Result<Vec<RotorMode>, VibrationError> {
         let linear = (self.at)(speed)?;
         let modes = linear.modes()?;

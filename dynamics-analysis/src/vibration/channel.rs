@@ -84,14 +84,14 @@ pub(super) struct Channel {
 }
 
 /// H and what belongs to it at one frequency.
-pub(super) struct Evaluated {
+pub(super) struct TransferValue {
     pub(super) value: Complex<f64>,
     /// dH/dω.
     pub(super) slope: Complex<f64>,
     pub(super) uncertainty: f64,
 }
 
-impl Evaluated {
+impl TransferValue {
     /// d|H|²/dω.
     pub(super) fn rise(&self) -> f64 {
         2.0 * (self.value.conj() * self.slope).re
@@ -125,7 +125,7 @@ impl Channel {
     }
 
     /// `None` where iω − A has no inverse with digits; then its condition number.
-    pub(super) fn at(&self, frequency: f64) -> Result<Evaluated, f64> {
+    pub(super) fn at(&self, frequency: f64) -> Result<TransferValue, f64> {
         let n = self.a.nrows();
         let s = Complex::new(0.0, frequency);
         let mut shifted = self.a.map(|x| Complex::new(-x, 0.0));
@@ -153,6 +153,6 @@ impl Channel {
         let [of_a, of_b, of_c] = self.off;
         let taken_out = of_a * left.norm() * x.norm() + of_b * left.norm() + of_c * x.norm();
         let uncertainty = n.max(1) as f64 * f64::EPSILON * rounding + taken_out;
-        Ok(Evaluated { value, slope: Complex::new(0.0, 1.0) * by_s, uncertainty })
+        Ok(TransferValue { value, slope: Complex::new(0.0, 1.0) * by_s, uncertainty })
     }
 }

@@ -202,7 +202,7 @@ impl fmt::Display for VibrationError {
                 "at {frequency:.9e} rad/s the response is infinite, or not to be told: it is the frequency \
                  of a mode without damping that is reached and seen ({}, condition number \
                  {conditioning:.1e}); ask beside it, or give the mode damping",
-                Value(*eigenvalue)
+                EigenvalueText(*eigenvalue)
             ),
             Self::Free { conditioning } => write!(
                 f,
@@ -213,20 +213,20 @@ impl fmt::Display for VibrationError {
                 f,
                 "there is no steady response: a mode with the eigenvalue {} does not die away; give it \
                  damping, or control it first",
-                Value(*eigenvalue)
+                EigenvalueText(*eigenvalue)
             ),
             Self::Unstabilisable { eigenvalue, states, distance } => write!(
                 f,
                 "no control reaches the mode with the eigenvalue {}, which does not die away ({}; distance \
                  {distance:.1e}); add an input that does work along it",
-                Value(*eigenvalue),
+                EigenvalueText(*eigenvalue),
                 List(states)
             ),
             Self::Undetectable { eigenvalue, states, distance } => write!(
                 f,
                 "the mode with the eigenvalue {}, which does not die away, has no weight ({}; distance \
                  {distance:.1e}); give one to what moves in it",
-                Value(*eigenvalue),
+                EigenvalueText(*eigenvalue),
                 List(states)
             ),
             Self::Feedthrough { output, input } => write!(
@@ -268,16 +268,16 @@ impl fmt::Display for VibrationError {
                 f,
                 "the mode with the eigenvalue {} does not swing, so that it has no period to be shown; \
                  simulate it",
-                Value(*eigenvalue)
+                EigenvalueText(*eigenvalue)
             ),
         }
     }
 }
 
 /// An eigenvalue, a pair as one.
-struct Value(Complex<f64>);
+struct EigenvalueText(Complex<f64>);
 
-impl fmt::Display for Value {
+impl fmt::Display for EigenvalueText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Complex { re, im } = self.0;
         if im == 0.0 { write!(f, "{re:.6e}/s") } else { write!(f, "{re:.6e} ± {:.6e}i/s", im.abs()) }

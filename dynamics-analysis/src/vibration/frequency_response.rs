@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 
 use nalgebra::Complex;
 
-use super::channel::{Channel, Evaluated, Excitation};
+use super::channel::{Channel, Excitation, TransferValue};
 use super::state_space::Signal;
 use super::{StateSpace, VibrationError};
 
@@ -175,7 +175,11 @@ impl StateSpace {
     }
 
     /// The response at one frequency, a failure with the mode that is its cause.
-    pub(super) fn response_at(&self, channel: &Channel, frequency: f64) -> Result<Evaluated, VibrationError> {
+    pub(super) fn response_at(
+        &self,
+        channel: &Channel,
+        frequency: f64,
+    ) -> Result<TransferValue, VibrationError> {
         if !(frequency.is_finite() && frequency >= 0.0) {
             let must_be = "0 or a positive number of rad/s";
             return Err(VibrationError::Value { what: "a frequency", value: frequency, must_be });

@@ -17,10 +17,10 @@ use dynamics_runtime::model::{Constraints, ModelState, Outputs, Vector};
 use nalgebra::{DMatrix, DVector};
 
 use super::{VibrationError, Withheld};
-use crate::linearize::{Linearization, Read, Tangent, scales};
+use crate::linearize::{Linearization, ModelDerivatives, Tangent, scales};
 
 /// ẋ = A x + B w, y = C x + D w at an instant.
-pub(super) struct Equations {
+pub(super) struct StateSpaceMatrices {
     pub(super) a: DMatrix<f64>,
     pub(super) b: DMatrix<f64>,
     pub(super) c: DMatrix<f64>,
@@ -28,7 +28,7 @@ pub(super) struct Equations {
 }
 
 /// Deviations as linear functions of x and w.
-struct By {
+struct LinearDeviation {
     x: DMatrix<f64>,
     w: DMatrix<f64>,
 }
@@ -37,10 +37,10 @@ struct By {
 pub(super) fn equations<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
-    read: &Read,
+    read: &ModelDerivatives,
     tangent: &Tangent,
     linear: &Linearization,
-) -> Result<(Equations, Vec<(usize, Withheld)>), VibrationError> {
+) -> Result<(StateSpaceMatrices, Vec<(usize, Withheld)>), VibrationError> {
     let a = linear.state_matrix()?;
     // Unit generalized forces along coordinates join the inputs.
     let n = M::Vector::LEN;
@@ -49,7 +49,7 @@ pub(super) fn equations<M: Constraints + Outputs>(
     let [q, u, accelerations] = motions(read, tangent, linear, &a, &b);
     let reactions = reactions(read, [&q, &u, &accelerations], &forces);
     let (declared, withheld) = declared(model, state, read, [&q, &u, &accelerations], &reactions)?;
-    let stacked = |of: fn(&By) -> &DMatrix<f64>| {
+    let stacked = |of: fn(&LinearDeviation) -> &DMatrix<f64>| {
         let rows = [&declared, &q, &u, &accelerations].map(of);
         DMatrix::from_fn(rows.iter().map(|m| m.nrows()).sum(), rows[1].ncols(), |i, j| {
             let (mut i, mut part) = (i, 0);
@@ -61,7 +61,7 @@ pub(super) fn equations<M: Constraints + Outputs>(
         })
     };
     let (c, d) = (stacked(|by| &by.x), stacked(|by| &by.w));
-    Ok((Equations { a, b, c, d }, withheld))
+    Ok((StateSpaceMatrices { a, b, c, d }, withheld))
 }
 
 /// B for generalized forces on all coordinates: mass⁻¹Eᵀ of them.
@@ -78,12 +78,12 @@ fn by_forces(
 
 /// δq, δq̇ and δq̈ of all coordinates.
 fn motions(
-    read: &Read,
+    read: &ModelDerivatives,
     tangent: &Tangent,
     linear: &Linearization,
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
-) -> [By; 3] {
+) -> [LinearDeviation; 3] {
     let (d, e) = (&tangent.positions, &tangent.velocities);
     let (n, c, f) = (d.nrows(), linear.coordinates.len(), linear.velocities.len());
     let particular = tangent.particular(&(&read.velocity_by * d));
@@ -92,19 +92,26 @@ fn motions(
         (tangent.particular(&(gamma_u * e)), tangent.particular(&(gamma_q * d + gamma_u * &particular)));
     let none = DMatrix::zeros(n, b.ncols());
     [
-        By { x: join(d, &DMatrix::zeros(n, f)), w: none.clone() },
-        By { x: join(&particular, e), w: none },
-        By { x: e * a.rows(c, f) + join(&h, &g), w: e * b.rows(c, f) },
+        LinearDeviation { x: join(d, &DMatrix::zeros(n, f)), w: none.clone() },
+        LinearDeviation { x: join(&particular, e), w: none },
+        LinearDeviation { x: e * a.rows(c, f) + join(&h, &g), w: e * b.rows(c, f) },
     ]
 }
 
 /// δλ of the rows that hold, where they are unique; and what λ is measured by, with the part of it that is
 /// not unique.
-fn reactions(read: &Read, [q, u, accelerations]: [&By; 3], forces: &DMatrix<f64>) -> (By, [DMatrix<f64>; 2]) {
+fn reactions(
+    read: &ModelDerivatives,
+    [q, u, accelerations]: [&LinearDeviation; 3],
+    forces: &DMatrix<f64>,
+) -> (LinearDeviation, [DMatrix<f64>; 2]) {
     let rows = read.jacobian.nrows();
     if rows == 0 {
         let none = |of: &DMatrix<f64>| DMatrix::zeros(0, of.ncols());
-        return (By { x: none(&q.x), w: none(&q.w) }, [DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)]);
+        return (
+            LinearDeviation { x: none(&q.x), w: none(&q.w) },
+            [DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)],
+        );
     }
     // Rows of one length: their units decide nothing about which of them repeat others.
     let length = |i: usize| match read.jacobian.row(i).norm() {
@@ -118,7 +125,7 @@ fn reactions(read: &Read, [q, u, accelerations]: [&By; 3], forces: &DMatrix<f64>
     let x = &units * &inverse * (&read.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
     let w = &units * &inverse * (&read.mass * &accelerations.w - forces);
     let open = &units * (DMatrix::identity(rows, rows) - inverse * columns);
-    (By { x, w }, [units, open])
+    (LinearDeviation { x, w }, [units, open])
 }
 
 /// By singular values; those below 1e-10 of the largest count as zero.
@@ -132,7 +139,7 @@ fn pseudo_inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
 pub(super) fn corners<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
-    read: &Read,
+    read: &ModelDerivatives,
 ) -> Vec<(usize, Withheld)> {
     let corners = Arguments::<M>::of(state, read).corners(model).into_iter().enumerate();
     corners.filter(|(_, is_corner)| *is_corner).map(|(i, _)| (i, Withheld::Corner)).collect()
@@ -143,10 +150,10 @@ pub(super) fn corners<M: Constraints + Outputs>(
 fn declared<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
-    read: &Read,
-    [q, u, accelerations]: [&By; 3],
-    (lambda, [units, open]): &(By, [DMatrix<f64>; 2]),
-) -> Result<(By, Vec<(usize, Withheld)>), VibrationError> {
+    read: &ModelDerivatives,
+    [q, u, accelerations]: [&LinearDeviation; 3],
+    (lambda, [units, open]): &(LinearDeviation, [DMatrix<f64>; 2]),
+) -> Result<(LinearDeviation, Vec<(usize, Withheld)>), VibrationError> {
     let (y, n) = (M::OUTPUTS.len(), M::Vector::LEN);
     let at = Arguments::<M>::of(state, read);
     let by = at.derivatives(model).ok_or(VibrationError::NoOutputDerivatives)?;
@@ -154,7 +161,7 @@ fn declared<M: Constraints + Outputs>(
     let by_lambda = by[3].select_columns(&active);
     let (beside, whole) = (&by_lambda * open, &by_lambda * units);
     let direct = join(&by[4], &DMatrix::zeros(y, n));
-    let found = By {
+    let found = LinearDeviation {
         x: &by[0] * &q.x + &by[1] * &u.x + &by[2] * &accelerations.x + &by_lambda * &lambda.x,
         w: &by[2] * &accelerations.w + &by_lambda * &lambda.w + direct,
     };
@@ -177,7 +184,7 @@ struct Arguments<M: Constraints> {
 }
 
 impl<M: Constraints + Outputs> Arguments<M> {
-    fn of(state: &M::State, read: &Read) -> Self {
+    fn of(state: &M::State, read: &ModelDerivatives) -> Self {
         let (mut accelerations, mut multipliers) = (M::Vector::zeros(), M::Rows::zeros());
         accelerations.as_mut_slice().copy_from_slice(read.accelerations.as_slice());
         multipliers.as_mut_slice().copy_from_slice(read.multipliers.as_slice());

@@ -12,7 +12,7 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::VibrationError;
-use super::banded::{Banded, Factors};
+use super::banded::{Banded, BandedLdlt};
 
 /// Most iterations.
 const MOST: usize = 200;
@@ -82,10 +82,10 @@ pub fn lowest_modes(mass: &Banded, stiffness: &Banded, count: usize) -> Result<L
 }
 
 /// Factors of K + s M, s = 0 where K has an inverse with digits.
-fn shifted(mass: &Banded, stiffness: &Banded) -> Result<(Factors, f64), VibrationError> {
+fn shifted(mass: &Banded, stiffness: &Banded) -> Result<(BandedLdlt, f64), VibrationError> {
     let n = mass.len();
     let stiffest = (0..n).map(|i| (stiffness.get(i, i) / mass.get(i, i)).abs()).fold(0.0, f64::max);
-    let pivots = |factors: &Factors| factors.first_negative();
+    let pivots = |factors: &BandedLdlt| factors.first_negative();
     if let Ok(factors) = stiffness.clone().factor() {
         // A pivot that is the rounding of nothing is told by a shift of that size.
         let least = stiffness.minus(1e-14 * stiffest, mass).factor();
@@ -108,7 +108,7 @@ fn shifted(mass: &Banded, stiffness: &Banded) -> Result<(Factors, f64), Vibratio
 fn iterate(
     mass: &Banded,
     stiffness: &Banded,
-    (factors, shift): (&Factors, f64),
+    (factors, shift): (&BandedLdlt, f64),
     vectors: usize,
     count: usize,
 ) -> Result<LowestModes, VibrationError> {
@@ -146,7 +146,7 @@ fn iterate(
 }
 
 /// X by one step, M-orthonormal, with the Ritz values of K + s M, ascending.
-fn step(mass: &Banded, factors: &Factors, x: &DMatrix<f64>) -> Option<(DMatrix<f64>, Vec<f64>)> {
+fn step(mass: &Banded, factors: &BandedLdlt, x: &DMatrix<f64>) -> Option<(DMatrix<f64>, Vec<f64>)> {
     let (n, q) = x.shape();
     let (mut y, mut right, mut of_y) = (DMatrix::zeros(n, q), DMatrix::zeros(n, q), DMatrix::zeros(n, q));
     for j in 0..q {

@@ -17,7 +17,7 @@ use nalgebra::{Complex, DMatrix};
 use super::linear_equations::{corners, equations};
 use super::varying::varying;
 use super::{VibrationError, Withheld};
-use crate::linearize::{LinearizeError, Read, SmallMotions, Tangent, general};
+use crate::linearize::{LinearizeError, ModelDerivatives, SmallMotions, Tangent, general};
 
 /// A named input, state or output.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl Signal {
 
 /// Where the value of a state stands in a model's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum StateEntry {
     Coordinate(usize),
     Rate(usize),
 }
@@ -46,7 +46,7 @@ pub(super) enum Place {
 /// on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held {
-    pub(super) place: Place,
+    pub(super) place: StateEntry,
     value: f64,
     rate: f64,
     since: f64,
@@ -56,8 +56,8 @@ impl Held {
     /// How far a state is from the reference at its time.
     pub(super) fn deviation<S: ModelState>(&self, state: &S) -> f64 {
         let at = match self.place {
-            Place::Coordinate(i) => state.q().as_slice().get(i),
-            Place::Rate(i) => state.u().as_slice().get(i),
+            StateEntry::Coordinate(i) => state.q().as_slice().get(i),
+            StateEntry::Rate(i) => state.u().as_slice().get(i),
         };
         at.map_or(f64::NAN, |at| at - self.value - self.rate * (state.t() - self.since))
     }
@@ -174,7 +174,7 @@ pub(super) fn of_model<M: Constraints + Outputs>(
     if let Some(reason) = &linear.unsteady {
         return Err(reason.clone().into());
     }
-    let read = Read::of(model, state)?;
+    let read = ModelDerivatives::of(model, state)?;
     let indices = |named: &[Quantity]| -> Vec<usize> {
         named.iter().filter_map(|q| M::COORDINATES.iter().position(|c| c.name == q.name)).collect()
     };
@@ -221,17 +221,18 @@ fn places<M: Constraints + Outputs>(
 ) -> (Vec<Held>, Vec<Signal>) {
     let (q, u, since) = (state.q().as_slice(), state.u().as_slice(), state.t());
     let of_q = independent[0].iter().map(|i| Held {
-        place: Place::Coordinate(*i),
+        place: StateEntry::Coordinate(*i),
         value: q[*i],
         rate: u[*i],
         since,
     });
-    let of_u = independent[1].iter().map(|i| Held { place: Place::Rate(*i), value: u[*i], rate: 0.0, since });
+    let of_u =
+        independent[1].iter().map(|i| Held { place: StateEntry::Rate(*i), value: u[*i], rate: 0.0, since });
     let places: Vec<_> = of_q.chain(of_u).collect();
     let named: [Vec<Signal>; 2] = [signals(names::coordinates::<M>()), signals(names::velocities::<M>())];
     let signal = |held: &Held| match held.place {
-        Place::Coordinate(i) => named[0][i].clone(),
-        Place::Rate(i) => named[1][i].clone(),
+        StateEntry::Coordinate(i) => named[0][i].clone(),
+        StateEntry::Rate(i) => named[1][i].clone(),
     };
     let states = places.iter().map(signal).collect();
     (places, states)

@@ -12,7 +12,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Outputs, Vector};
 use nalgebra::DMatrix;
 
 use super::VibrationError;
-use super::linear_equations::{Equations, equations};
+use super::linear_equations::{StateSpaceMatrices, equations};
 use crate::linearize::{LinearizeError, Tangent, assemble, drop_rounding, later};
 
 /// Change of a row or column, in parts of it, over a hundredth of the motion's time scale that counts as one.
@@ -25,7 +25,7 @@ pub(super) fn varying<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
     tangent: &Tangent,
-    now: &Equations,
+    now: &StateSpaceMatrices,
 ) -> Result<(Vec<usize>, Vec<usize>), VibrationError> {
     let fastest = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
     let [mut outputs, mut inputs] = [Vec::new(), Vec::new()];

@@ -8,7 +8,7 @@ use dynamics_runtime::motion::Simulate;
 use dynamics_view::text::readable;
 
 use super::errors::ErrorOf;
-use super::study::{Cost, Curve, Study};
+use super::study::{Cost, Study, WorkPrecisionCurve};
 
 /// Errors that are asked about.
 const ASKED: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
@@ -54,7 +54,7 @@ impl<M: Simulate> Study<'_, M> {
     }
 
     /// The curves that get so far, from the cheapest on.
-    fn cheapest(&self, error: f64, cost: Cost) -> Vec<(&Curve, f64)> {
+    fn cheapest(&self, error: f64, cost: Cost) -> Vec<(&WorkPrecisionCurve, f64)> {
         let costs = self.curves.iter().map(|curve| (curve, self.cost_of(curve, ErrorOf::State, error, cost)));
         let mut costs: Vec<_> = costs.filter_map(|(curve, cost)| Some((curve, cost?))).collect();
         costs.sort_by(|(_, a), (_, b)| a.total_cmp(b));
@@ -63,6 +63,6 @@ impl<M: Simulate> Study<'_, M> {
 }
 
 /// The name of a curve, with where it is from if that is not this library.
-fn named(curve: &Curve) -> String {
+fn named(curve: &WorkPrecisionCurve) -> String {
     if curve.outside { format!("{} (measured elsewhere)", curve.name) } else { curve.name.clone() }
 }

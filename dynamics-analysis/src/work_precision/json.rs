@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 /// What a name stands for.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value {
+pub(super) enum JsonValue {
     Null,
     Truth(bool),
     Number(f64),
@@ -15,7 +15,7 @@ pub(super) enum Value {
 }
 
 /// Names and values of an object, in their order; what is wrong otherwise.
-pub(super) fn object(line: &str) -> Result<Vec<(String, Value)>, String> {
+pub(super) fn object(line: &str) -> Result<Vec<(String, JsonValue)>, String> {
     let mut rest = Reader { rest: line };
     rest.expect('{')?;
     let mut fields = Vec::new();
@@ -66,21 +66,23 @@ impl Reader<'_> {
         Err(format!("`{c}` expected, not `{found}`"))
     }
 
-    fn value(&mut self) -> Result<Value, String> {
+    fn value(&mut self) -> Result<JsonValue, String> {
         match self.peek() {
-            Some('"') => self.text().map(Value::Text),
-            Some('[') => self.numbers().map(Value::Numbers),
+            Some('"') => self.text().map(JsonValue::Text),
+            Some('[') => self.numbers().map(JsonValue::Numbers),
             Some('{') => Err("an object within the object".into()),
             _ => {
-                for (word, value) in
-                    [("null", Value::Null), ("true", Value::Truth(true)), ("false", Value::Truth(false))]
-                {
+                for (word, value) in [
+                    ("null", JsonValue::Null),
+                    ("true", JsonValue::Truth(true)),
+                    ("false", JsonValue::Truth(false)),
+                ] {
                     if let Some(rest) = self.rest.strip_prefix(word) {
                         self.rest = rest;
                         return Ok(value);
                     }
                 }
-                self.number().map(Value::Number)
+                self.number().map(JsonValue::Number)
             }
         }
     }
@@ -161,16 +163,16 @@ mod tests {
         let fields =
             object(r#" {"a": 1e-3, "b":"x\"\u00e9\n", "c":[1, -2.5,3E2 ], "d":null,"e":true,"f":[]} "#)
                 .unwrap();
-        let values: Vec<Value> = fields.into_iter().map(|(_, value)| value).collect();
+        let values: Vec<JsonValue> = fields.into_iter().map(|(_, value)| value).collect();
         assert_eq!(
             values,
             [
-                Value::Number(1e-3),
-                Value::Text("x\"é\n".into()),
-                Value::Numbers([1.0, -2.5, 300.0].to_vec()),
-                Value::Null,
-                Value::Truth(true),
-                Value::Numbers(Vec::new())
+                JsonValue::Number(1e-3),
+                JsonValue::Text("x\"é\n".into()),
+                JsonValue::Numbers([1.0, -2.5, 300.0].to_vec()),
+                JsonValue::Null,
+                JsonValue::Truth(true),
+                JsonValue::Numbers(Vec::new())
             ]
         );
         assert_eq!(object("{}").unwrap(), []);

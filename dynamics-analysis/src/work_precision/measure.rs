@@ -10,14 +10,18 @@ use dynamics_runtime::model::{ModelState, Vector};
 use dynamics_runtime::motion::{Simulate, Simulation};
 
 use super::errors::{End, largest};
-use super::reference::Found;
-use super::study::{Curve, Measured, Point};
+use super::reference::ReferenceSolution;
+use super::study::{Point, RunMeasurement, WorkPrecisionCurve};
 use super::{Candidate, WorkPrecision};
 use crate::runs::{self, in_a_line, reaches};
 
 /// All methods at all their tolerances or steps.
-pub(super) fn curves<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, reference: &Found) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = study
+pub(super) fn curves<M: Simulate>(
+    study: &WorkPrecision<'_, M>,
+    end: f64,
+    reference: &ReferenceSolution,
+) -> Vec<WorkPrecisionCurve> {
+    let mut curves: Vec<WorkPrecisionCurve> = study
         .candidates
         .iter()
         .map(|candidate| {
@@ -25,7 +29,7 @@ pub(super) fn curves<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, refere
                 setting,
                 outcome: first_run(study, candidate, setting, end, reference),
             };
-            Curve {
+            WorkPrecisionCurve {
                 name: candidate.name.clone(),
                 outside: false,
                 adaptive: candidate.method.is_adaptive(),
@@ -58,13 +62,13 @@ fn first_run<'m, M: Simulate>(
     candidate: &Candidate<'m, M>,
     setting: f64,
     end: f64,
-    reference: &Found,
-) -> Result<Measured, String> {
+    reference: &ReferenceSolution,
+) -> Result<RunMeasurement, String> {
     let motion = simulation(study, candidate, setting, end).run().map_err(|error| in_a_line(&error))?;
     reaches(&motion.end(), end)?;
     let reached = End::of(study.model, &motion.end());
     let counts = motion.counts();
-    Ok(Measured {
+    Ok(RunMeasurement {
         errors: reached.errors(&reference.end),
         time: counts.wall_time.unwrap_or_default(),
         repeats: Some(0),
@@ -79,7 +83,12 @@ fn first_run<'m, M: Simulate>(
 
 /// Sets the time of every run that succeeded to the median of its repeats. What ends elsewhere when it is
 /// repeated, by more than the reference can be wrong, has no error that could be told: it failed.
-fn time<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, curves: &mut [Curve], reference: &Found) {
+fn time<M: Simulate>(
+    study: &WorkPrecision<'_, M>,
+    end: f64,
+    curves: &mut [WorkPrecisionCurve],
+    reference: &ReferenceSolution,
+) {
     let runs: Vec<(&Candidate<'_, M>, f64)> = curves
         .iter()
         .zip(&study.candidates)
@@ -119,7 +128,7 @@ fn time<M: Simulate>(study: &WorkPrecision<'_, M>, end: f64, curves: &mut [Curve
 }
 
 /// Why a repeat is not the run that it repeats.
-fn strays<S: ModelState>(first: &End, again: Option<&S>, reference: &Found) -> Option<String> {
+fn strays<S: ModelState>(first: &End, again: Option<&S>, reference: &ReferenceSolution) -> Option<String> {
     const REMEDY: &str = "let what the run calls depend on time and state alone";
     let Some(again) = again else { return Some(format!("it fails when it is repeated; {REMEDY}")) };
     let by = [largest(&first.q, again.q().as_slice()), largest(&first.u, again.u().as_slice())];

@@ -13,15 +13,15 @@ use dynamics_view::text::{exact, json, json_number};
 
 use super::error::OutsideError;
 use super::errors::{End, Errors};
-use super::json::{Value, object};
-use super::study::{Curve, Measured, Point, Study};
+use super::json::{JsonValue, object};
+use super::study::{Point, RunMeasurement, Study, WorkPrecisionCurve};
 use crate::runs::median;
 
 /// One line of a file.
 struct Line {
     solver: String,
     tolerance: f64,
-    outcome: Result<Measured, String>,
+    outcome: Result<RunMeasurement, String>,
 }
 
 impl<M: Simulate> Study<'_, M> {
@@ -95,7 +95,7 @@ impl<M: Simulate> Study<'_, M> {
         let fields = object(text)?;
         let field = |name: &str| fields.iter().find(|(other, _)| other == name).map(|(_, value)| value);
         let of_text = |name: &str| match field(name) {
-            Some(Value::Text(text)) => Ok(text.clone()),
+            Some(JsonValue::Text(text)) => Ok(text.clone()),
             _ => Err(format!("`{name}` is no text")),
         };
         if of_text("problem")? != self.problem {
@@ -103,22 +103,22 @@ impl<M: Simulate> Study<'_, M> {
         }
         let solver = of_text("solver")?;
         let tolerance = match field("tolerance") {
-            Some(Value::Number(tolerance)) if *tolerance > 0.0 => *tolerance,
+            Some(JsonValue::Number(tolerance)) if *tolerance > 0.0 => *tolerance,
             _ => return Err("`tolerance` is no number above 0".into()),
         };
         if field("failure").is_some() {
             return Ok(Some(Line { solver, tolerance, outcome: Err(of_text("failure")?) }));
         }
         let number = |name: &str| match field(name) {
-            None | Some(Value::Null) => Ok(None),
-            Some(Value::Number(number)) if *number >= 0.0 => Ok(Some(*number)),
+            None | Some(JsonValue::Null) => Ok(None),
+            Some(JsonValue::Number(number)) if *number >= 0.0 => Ok(Some(*number)),
             Some(_) => Err(format!("`{name}` is no number of at least 0")),
         };
         let time = number("time_us")?.filter(|time| *time > 0.0).ok_or("`time_us` is missing or 0")?;
         let time = Duration::try_from_secs_f64(time * 1e-6).map_err(|_| "`time_us` is too large")?;
         let end = match field("end") {
             None => None,
-            Some(Value::Numbers(values)) => Some(self.end_of(values)?),
+            Some(JsonValue::Numbers(values)) => Some(self.end_of(values)?),
             Some(_) => return Err("`end` is no list of numbers".into()),
         };
         let errors = match &end {
@@ -135,7 +135,7 @@ impl<M: Simulate> Study<'_, M> {
             }
         };
         let whole = |count: Option<f64>| count.map(|count| count as u64);
-        let run = Measured {
+        let run = RunMeasurement {
             errors,
             time,
             repeats: whole(number("repeats")?).map(|count| count as usize),
@@ -168,7 +168,7 @@ impl<M: Simulate> Study<'_, M> {
     }
 }
 
-fn write_run(out: &mut String, run: &Measured) {
+fn write_run(out: &mut String, run: &RunMeasurement) {
     let _ = write!(out, ",\"time_us\":{}", json_number(run.time.as_nanos() as f64 * 1e-3));
     if let Some(repeats) = run.repeats {
         let _ = write!(out, ",\"repeats\":{repeats}");
@@ -193,17 +193,17 @@ fn write_run(out: &mut String, run: &Measured) {
 }
 
 /// The lines of one solver, from coarse to fine, one per tolerance.
-fn curve(name: String, mut lines: Vec<Line>) -> Curve {
+fn curve(name: String, mut lines: Vec<Line>) -> WorkPrecisionCurve {
     lines.sort_by(|a, b| b.tolerance.total_cmp(&a.tolerance));
     let mut points: Vec<Point> = Vec::new();
     for same in lines.chunk_by(|a, b| a.tolerance == b.tolerance) {
         let runs = || same.iter().filter_map(|line| line.outcome.as_ref().ok());
         let mut times: Vec<Duration> = runs().map(|run| run.time).collect();
         let outcome = match (runs().next(), median(&mut times)) {
-            (Some(first), Some(time)) => Ok(Measured { time, ..first.clone() }),
+            (Some(first), Some(time)) => Ok(RunMeasurement { time, ..first.clone() }),
             _ => same[0].outcome.clone(),
         };
         points.push(Point { setting: same[0].tolerance, outcome });
     }
-    Curve { name, outside: true, adaptive: true, points }
+    WorkPrecisionCurve { name, outside: true, adaptive: true, points }
 }

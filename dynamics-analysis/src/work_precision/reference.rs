@@ -26,9 +26,9 @@ const CONSTRAINED: u64 = 1_000_000;
 const THREE_DIGITS: f64 = 1e-3;
 
 /// What errors are measured against.
-pub struct Reference<M: Simulate>(Kind<M>);
+pub struct Reference<M: Simulate>(ReferenceKind<M>);
 
-enum Kind<M: Simulate> {
+enum ReferenceKind<M: Simulate> {
     Chosen,
     Runs { methods: [Any<M>; 2], tolerance: f64 },
     Known { end: M::State, uncertainty: f64 },
@@ -40,7 +40,7 @@ impl<M: Simulate> Default for Reference<M> {
     /// at which they do not. No step of a reference is longer than a five-hundredth of the motion, unless
     /// options say another `.max_step(..)`.
     fn default() -> Self {
-        Self(Kind::Chosen)
+        Self(ReferenceKind::Chosen)
     }
 }
 
@@ -50,7 +50,7 @@ impl<M: Simulate> Reference<M> {
     /// in common but the model.
     #[must_use]
     pub fn runs(first: impl Into<Any<M>>, second: impl Into<Any<M>>, tolerance: f64) -> Self {
-        Self(Kind::Runs { methods: [first.into(), second.into()], tolerance })
+        Self(ReferenceKind::Runs { methods: [first.into(), second.into()], tolerance })
     }
 
     /// A known state at the end, with the uncertainty of its positions and velocities. The uncertainty of
@@ -58,15 +58,21 @@ impl<M: Simulate> Reference<M> {
     /// to each other than to this state, it is compared with the default reference.
     #[must_use]
     pub fn known(end: M::State, uncertainty: f64) -> Self {
-        Self(Kind::Known { end, uncertainty })
+        Self(ReferenceKind::Known { end, uncertainty })
     }
 
     /// Runs what has to be run.
-    pub(super) fn find(self, study: &WorkPrecision<'_, M>, end: f64) -> Result<Found, WorkPrecisionError> {
+    pub(super) fn find(
+        self,
+        study: &WorkPrecision<'_, M>,
+        end: f64,
+    ) -> Result<ReferenceSolution, WorkPrecisionError> {
         match self.0 {
-            Kind::Chosen => chosen(study, end),
-            Kind::Runs { methods, tolerance } => by_runs(study, end, &methods, tolerance, MOST_STEPS),
-            Kind::Known { end: state, uncertainty } => {
+            ReferenceKind::Chosen => chosen(study, end),
+            ReferenceKind::Runs { methods, tolerance } => {
+                by_runs(study, end, &methods, tolerance, MOST_STEPS)
+            }
+            ReferenceKind::Known { end: state, uncertainty } => {
                 if !(uncertainty >= 0.0 && uncertainty.is_finite()) {
                     return Err(WorkPrecisionError::Uncertainty { value: uncertainty });
                 }
@@ -78,7 +84,7 @@ impl<M: Simulate> Reference<M> {
 
 /// The reference of a study.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Found {
+pub(super) struct ReferenceSolution {
     pub(super) end: End,
     /// In each of its parts.
     pub(super) uncertainty: Errors,
@@ -88,7 +94,7 @@ pub(super) struct Found {
     pub(super) given: bool,
 }
 
-impl Found {
+impl ReferenceSolution {
     /// Rejects a reference of fewer than three digits. No uncertainty is below what is rounded in so many
     /// steps: half a last place in each, all to one side, as equal steps of an even motion do.
     fn checked(mut self, start: &End, span: f64, steps: u64) -> Result<Self, WorkPrecisionError> {
@@ -113,7 +119,7 @@ impl Found {
 pub(super) fn chosen<M: Simulate>(
     study: &WorkPrecision<'_, M>,
     end: f64,
-) -> Result<Found, WorkPrecisionError> {
+) -> Result<ReferenceSolution, WorkPrecisionError> {
     // Beside a change point steps may shrink to nothing.
     let most_steps = if M::ROWS.is_empty() { MOST_STEPS } else { CONSTRAINED };
     let found = by_runs(study, end, &[Dop853.into(), DormandPrince5.into()], TIGHT, most_steps);
@@ -126,7 +132,7 @@ pub(super) fn chosen<M: Simulate>(
             Err(error) => return Err(error),
             Ok(found) => {
                 let how = format!("{}, as {method} fails at {tight:e}", found.how);
-                return Ok(Found { how, ..found });
+                return Ok(ReferenceSolution { how, ..found });
             }
         }
     }
@@ -139,7 +145,7 @@ fn by_runs<M: Simulate>(
     methods: &[Any<M>; 2],
     tolerance: f64,
     most_steps: u64,
-) -> Result<Found, WorkPrecisionError> {
+) -> Result<ReferenceSolution, WorkPrecisionError> {
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(WorkPrecisionError::Setting { what: "tolerances", value: tolerance });
     }
@@ -162,7 +168,7 @@ fn by_runs<M: Simulate>(
     let spread = apart(0, 1).zip(apart(0, 2), larger).zip(apart(1, 2), larger);
     let how = format!("{first} and {second} at tolerance {tolerance:e}");
     let [best, ..] = ends;
-    Found { end: best, uncertainty: spread.map(|x| 2.0 * x), how, given: false }.checked(
+    ReferenceSolution { end: best, uncertainty: spread.map(|x| 2.0 * x), how, given: false }.checked(
         &End::of(study.model, &study.start),
         (end - study.start.t()).abs(),
         steps,
@@ -179,7 +185,7 @@ fn known<M: Simulate>(
     end: f64,
     state: M::State,
     uncertainty: f64,
-) -> Result<Found, WorkPrecisionError> {
+) -> Result<ReferenceSolution, WorkPrecisionError> {
     if reaches(&state, end).is_err() {
         return Err(WorkPrecisionError::ReferenceState { time: state.t(), end });
     }
@@ -195,7 +201,7 @@ fn known<M: Simulate>(
         sum = sum.zip(End::of(study.model, &moved).errors(&known), |a, b| a + b);
     }
     let uncertainty = Errors { positions: uncertainty, velocities: uncertainty, ..sum };
-    Found { end: known, uncertainty, how: "a known end".into(), given: true }.checked(
+    ReferenceSolution { end: known, uncertainty, how: "a known end".into(), given: true }.checked(
         &End::of(study.model, &study.start),
         (end - study.start.t()).abs(),
         1,

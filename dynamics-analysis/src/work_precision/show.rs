@@ -12,7 +12,7 @@ use dynamics_view::text::readable;
 use dynamics_view::{Axis, Chart, Color, Mark, Panel, Series};
 
 use super::errors::ErrorOf;
-use super::study::{Cost, Curve, Measured, Point, Study};
+use super::study::{Cost, Point, RunMeasurement, Study, WorkPrecisionCurve};
 use crate::page::{Page, PageSection};
 use crate::runs::repeated;
 use crate::table::columns;
@@ -167,7 +167,7 @@ impl<M: Simulate> Study<'_, M> {
         let cell = |value: Option<f64>, digits| {
             value.map_or_else(|| "–".to_string(), |value| readable(value, digits))
         };
-        let cost = |curve: &Curve, error: f64| {
+        let cost = |curve: &WorkPrecisionCurve, error: f64| {
             let found = unit * self.cost_of(curve, part, error, cost)?;
             // Between two runs counts are no whole numbers.
             Some(if cost == Cost::Evaluations { found.round() } else { found })
@@ -245,7 +245,13 @@ impl<M: Simulate> Study<'_, M> {
     }
 
     /// (cost, error) of the runs that succeeded and are measured in both, with what is said of each.
-    fn points(&self, curve: &Curve, part: ErrorOf, cost: Cost, unit: f64) -> Vec<((f64, f64), String)> {
+    fn points(
+        &self,
+        curve: &WorkPrecisionCurve,
+        part: ErrorOf,
+        cost: Cost,
+        unit: f64,
+    ) -> Vec<((f64, f64), String)> {
         let lowest = LOWEST * self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
         let place = |point: &Point| {
             let run = point.outcome.as_ref().ok()?;
@@ -257,7 +263,7 @@ impl<M: Simulate> Study<'_, M> {
     }
 
     /// A run in a line.
-    fn label(&self, curve: &Curve, setting: f64, run: &Measured, part: ErrorOf) -> String {
+    fn label(&self, curve: &WorkPrecisionCurve, setting: f64, run: &RunMeasurement, part: ErrorOf) -> String {
         let setting =
             if curve.adaptive { format!("tolerance {setting:e}") } else { format!("h = {setting:e}") };
         let (error, time) =
@@ -292,7 +298,7 @@ impl<M: Simulate> fmt::Display for Study<'_, M> {
     }
 }
 
-fn name_with_failures(curve: &Curve) -> String {
+fn name_with_failures(curve: &WorkPrecisionCurve) -> String {
     match curve.points.iter().filter(|point| point.outcome.is_err()).count() {
         0 => curve.name.clone(),
         count if count == curve.points.len() => format!("{} (all {count} failed)", curve.name),

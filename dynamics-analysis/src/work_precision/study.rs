@@ -7,7 +7,7 @@ use core::time::Duration;
 use dynamics_runtime::motion::Simulate;
 
 use super::errors::{End, ErrorOf, Errors};
-use super::reference::Found;
+use super::reference::ReferenceSolution;
 
 /// What accuracy costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -20,7 +20,7 @@ pub enum Cost {
 
 /// What one run reached and cost.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct RunMeasurement {
     /// Differences from the reference at the end.
     pub errors: Errors,
     /// Median of the repeats.
@@ -39,7 +39,7 @@ pub struct Measured {
     pub(super) end: Option<End>,
 }
 
-impl Measured {
+impl RunMeasurement {
     pub(super) fn cost(&self, cost: Cost) -> Option<f64> {
         match cost {
             Cost::Time => Some(self.time.as_secs_f64()),
@@ -54,12 +54,12 @@ pub struct Point {
     /// Its tolerance, or its step where that is fixed.
     pub setting: f64,
     /// What it reached, or why it failed.
-    pub outcome: Result<Measured, String>,
+    pub outcome: Result<RunMeasurement, String>,
 }
 
 /// The runs of one method, from coarse to fine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct WorkPrecisionCurve {
     /// Its name.
     pub name: String,
     /// It was measured elsewhere and added.
@@ -77,8 +77,8 @@ pub struct Study<'m, M: Simulate> {
     pub(super) problem: String,
     pub(super) start: M::State,
     pub(super) interval: (f64, f64),
-    pub(super) reference: Found,
-    pub(super) curves: Vec<Curve>,
+    pub(super) reference: ReferenceSolution,
+    pub(super) curves: Vec<WorkPrecisionCurve>,
 }
 
 impl<M: Simulate> Study<'_, M> {
@@ -102,13 +102,13 @@ impl<M: Simulate> Study<'_, M> {
 
     /// The curves: own ones in the order in which methods were named, then those added.
     #[must_use]
-    pub fn curves(&self) -> &[Curve] {
+    pub fn curves(&self) -> &[WorkPrecisionCurve] {
         &self.curves
     }
 
     /// The curve of this name.
     #[must_use]
-    pub fn curve(&self, name: &str) -> Option<&Curve> {
+    pub fn curve(&self, name: &str) -> Option<&WorkPrecisionCurve> {
         self.curves.iter().find(|curve| curve.name == name)
     }
 
@@ -119,7 +119,13 @@ impl<M: Simulate> Study<'_, M> {
         self.cost_of(self.curve(curve)?, part, error, cost)
     }
 
-    pub(super) fn cost_of(&self, curve: &Curve, part: ErrorOf, error: f64, cost: Cost) -> Option<f64> {
+    pub(super) fn cost_of(
+        &self,
+        curve: &WorkPrecisionCurve,
+        part: ErrorOf,
+        error: f64,
+        cost: Cost,
+    ) -> Option<f64> {
         let floor = self.reference.uncertainty.of(part)?;
         if error.is_nan() || error < floor {
             return None;

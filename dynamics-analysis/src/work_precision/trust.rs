@@ -8,7 +8,7 @@ use dynamics_runtime::motion::Simulate;
 use super::error::WorkPrecisionError;
 use super::errors::Errors;
 use super::reference::chosen;
-use super::study::{Measured, Study};
+use super::study::{RunMeasurement, Study};
 use super::{Candidate, WorkPrecision};
 
 /// Two methods whose ends agree to this part of their distance from the end that was given have found another
@@ -53,7 +53,7 @@ impl<M: Simulate> Study<'_, M> {
             .iter()
             .flat_map(|curve| &curve.points)
             .filter_map(|point| point.outcome.as_ref().ok());
-        let runs: Vec<&Measured> = runs.collect();
+        let runs: Vec<&RunMeasurement> = runs.collect();
         (1..runs.len()).any(|k| runs[..k].iter().any(|other| self.agree(runs[k], other, ALIKE).is_some()))
     }
 
@@ -80,7 +80,7 @@ impl<M: Simulate> Study<'_, M> {
             let run = curve.points.iter().rev().find_map(|point| point.outcome.as_ref().ok())?;
             Some((candidate.method.method(), curve.name.as_str(), run))
         });
-        let finest: Vec<(Method, &str, &Measured)> = finest.collect();
+        let finest: Vec<(Method, &str, &RunMeasurement)> = finest.collect();
         for (k, (method, name, run)) in finest.iter().enumerate() {
             for (_, other, second) in finest[..k].iter().filter(|(other, ..)| other != method) {
                 if let Some((what, distance, apart)) = self.agree(run, second, AGREED) {
@@ -94,7 +94,7 @@ impl<M: Simulate> Study<'_, M> {
 
     /// In what two runs are nearer to each other, by this part, than to the reference: how far they are from
     /// it and from each other.
-    fn agree(&self, a: &Measured, b: &Measured, part: f64) -> Option<(&'static str, f64, f64)> {
+    fn agree(&self, a: &RunMeasurement, b: &RunMeasurement, part: f64) -> Option<(&'static str, f64, f64)> {
         let apart = a.end.as_ref()?.errors(b.end.as_ref()?);
         let uncertainty = self.reference.uncertainty;
         let parts = [

@@ -95,7 +95,7 @@ pub(super) fn compare<M: Constraints>(
     state: &M::State,
 ) -> Result<Comparison<M::Vector, M::Rows>, SolveError> {
     let reference: OutcomeOf<M> = with_workspace::<M, _>(|workspace| solve_general(model, state, workspace))?;
-    let dense = Dense::new(model, state, &reference);
+    let dense = DenseEquations::new(model, state, &reference);
     let mut formulations = Vec::new();
     let mut add = |name: String, solved: Result<SolvedOf<M>, String>| {
         let (accelerations, reactions) = match &solved {
@@ -136,7 +136,7 @@ fn unrolled<M: Constraints>(
 }
 
 /// The equations at a state, dense, with the rows that hold alone.
-struct Dense {
+struct DenseEquations {
     n: usize,
     rows: Vec<usize>,
     mass: DMatrix<f64>,
@@ -149,7 +149,7 @@ struct Dense {
     size: f64,
 }
 
-impl Dense {
+impl DenseEquations {
     fn new<M: Constraints>(model: &M, state: &M::State, reference: &OutcomeOf<M>) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);

@@ -28,7 +28,7 @@ pub fn correct<M: Constraints>(
 }
 
 /// A change of coordinates or velocities that the constraints make, and what they take to make it.
-pub(super) struct Correction<V, R> {
+pub(super) struct ConstraintCorrection<V, R> {
     /// δ.
     pub(super) change: V,
     /// μ with M δ = Φ_qᵀ μ: impulses, where velocities change.
@@ -36,9 +36,9 @@ pub(super) struct Correction<V, R> {
 }
 
 /// A correction of a model.
-pub(super) type CorrectionOf<M> = Correction<<M as Model>::Vector, <M as Constraints>::Rows>;
+pub(super) type CorrectionOf<M> = ConstraintCorrection<<M as Model>::Vector, <M as Constraints>::Rows>;
 
-impl<V: Vector, R: Vector> Correction<V, R> {
+impl<V: Vector, R: Vector> ConstraintCorrection<V, R> {
     pub(super) fn none() -> Self {
         Self { change: V::zeros(), impulses: R::zeros() }
     }
@@ -61,12 +61,12 @@ pub(super) fn correct_rows<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<CorrectionOf<M>, SolveError> {
     let Some(mut factored) = Factored::new(model, state, active, false, workspace)? else {
-        return Ok(Correction::not_a_number());
+        return Ok(ConstraintCorrection::not_a_number());
     };
     // A state on the constraints is on all of them, as near as rounding lets it be.
     factored.system.weigh_alike();
-    let mut correction = Correction::none();
-    let Correction { change, impulses }: &mut CorrectionOf<M> = &mut correction;
+    let mut correction = ConstraintCorrection::none();
+    let ConstraintCorrection { change, impulses }: &mut CorrectionOf<M> = &mut correction;
     let _left_over = factored.system.solve(
         factored.force,
         right.as_slice(),

@@ -22,7 +22,7 @@ use super::system::{RANK_TOLERANCE, Read, scale_coordinates};
 use super::{Gradients, gradients, holds, lent, names};
 use crate::error::SolveError;
 use crate::linalg::lu::{self, Lu};
-use crate::linalg::{Memory, max_abs, norm};
+use crate::linalg::{WorkMemory, max_abs, norm};
 use crate::math::sqrt;
 use crate::model::{Constraints, Model, ModelState, Modes, Terms, Vector};
 
@@ -87,7 +87,7 @@ impl<M: Constraints> Embedding<M> {
         Ok(Self { positions, velocities, modes: state.modes(), renewals: 0, projections: 0, worst })
     }
 
-    fn choose(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<Pair<M>, SolveError> {
+    fn choose(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<PartitionPair<M>, SolveError> {
         let modes = state.modes();
         let velocities = partition(model, state, &|row| holds::<M>(modes, row), workspace)?;
         if M::Residual::LEN == M::Rows::LEN {
@@ -284,7 +284,7 @@ impl<M: Constraints> Embedding<M> {
 }
 
 type PartitionOf<M> = Partition<<M as Model>::Vector, <M as Constraints>::Rows>;
-type Pair<M> = (PartitionOf<M>, PartitionOf<M>);
+type PartitionPair<M> = (PartitionOf<M>, PartitionOf<M>);
 
 impl<V: Vector, R: Vector> Partition<V, R> {
     /// Whether rows that hold are not in it, for they repeat those that are.
@@ -297,8 +297,8 @@ impl<V: Vector, R: Vector> Partition<V, R> {
         &self,
         model: &M,
         state: &M::State,
-        memory: &mut Memory<'w>,
-    ) -> Block<'w> {
+        memory: &mut WorkMemory<'w>,
+    ) -> FactoredBlock<'w> {
         let k = self.rank;
         let (block, weight, scale) = (memory.take(k * k), memory.take(k), memory.take(k));
         let gradients = Gradients::alone(model, state, memory.take(gradients::memory(V::LEN, R::LEN)));
@@ -310,18 +310,18 @@ impl<V: Vector, R: Vector> Partition<V, R> {
             (0..k).for_each(|j| row[j] = weight[i] * of(self.columns[j] as usize));
         }
         let factored = Lu::new(block, k, memory);
-        Block { factored, weight, scale }
+        FactoredBlock { factored, weight, scale }
     }
 }
 
 /// A factored block.
-struct Block<'w> {
+struct FactoredBlock<'w> {
     factored: Lu<'w>,
     weight: &'w mut [f64],
     scale: &'w mut [f64],
 }
 
-impl Block<'_> {
+impl FactoredBlock<'_> {
     /// 1 where nothing is dependent.
     fn quality(&self) -> f64 {
         if self.factored.least > 1.0 { 1.0 } else { self.factored.least }

@@ -22,13 +22,13 @@
 mod patterns;
 mod search;
 
-use super::system::{self, System};
+use super::system::{self, FactoredSystem};
 use super::{
     Factored, Outcome, OutcomeOf, check_gradients, contradiction, diagnosis, holds, names, not_a_number,
 };
 use crate::error::SolveError;
 use crate::linalg::lu;
-use crate::linalg::{Indices, Memory, dot, max_abs};
+use crate::linalg::{Indices, WorkMemory, dot, max_abs};
 use crate::model::{Constraints, ModelState, Vector};
 use patterns::patterns;
 
@@ -97,9 +97,9 @@ pub(super) fn solve<M: Constraints>(
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     // What is solved for lies behind what the system takes.
     let (first, second) = workspace.split_at_mut(system_memory(n, r));
-    let mut rest = Memory::new(second);
+    let mut rest = WorkMemory::new(second);
     let active = |row: usize| holds::<M>(modes, row);
-    let Some(mut factored) = Factored::in_memory(model, state, &active, true, Memory::new(first))? else {
+    let Some(mut factored) = Factored::in_memory(model, state, &active, true, WorkMemory::new(first))? else {
         return Ok(not_a_number());
     };
     if factored.system.vanished && !checked {
@@ -150,7 +150,12 @@ pub(super) const fn memory_in_all(n: usize, r: usize) -> usize {
 }
 
 impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
-    fn new(model: &'m M, state: &'m M::State, factored: &mut Factored<'_>, memory: &mut Memory<'w>) -> Self {
+    fn new(
+        model: &'m M,
+        state: &'m M::State,
+        factored: &mut Factored<'_>,
+        memory: &mut WorkMemory<'w>,
+    ) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (offset, by_force) = (memory.zeros(r), memory.zeros(r * n));
         let free = memory.take(n);
@@ -207,7 +212,7 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
     }
 
     /// The one solution that there should be.
-    fn solution(&mut self, system: &mut System<'_>, work: &mut [f64]) -> Result<M::Rows, SolveError> {
+    fn solution(&mut self, system: &mut FactoredSystem<'_>, work: &mut [f64]) -> Result<M::Rows, SolveError> {
         let k = self.k;
         let open = (0..k).map(|i| self.read.get(i)).find(|row| !system.is_unique(*row));
         if let Some(row) = open
@@ -265,7 +270,7 @@ impl<'w, 'm, M: Constraints> Problem<'w, 'm, M> {
     /// for all patterns of signs as soon as it does for one of them and for each sign changed alone; of more
     /// than six reactions, no more than those and the sample are looked at.
     #[cold]
-    fn is_the_same_for_all(&mut self, system: &mut System<'_>) -> bool {
+    fn is_the_same_for_all(&mut self, system: &mut FactoredSystem<'_>) -> bool {
         let (n, r, frictionless) = (M::Vector::LEN, M::Rows::LEN, self.frictionless());
         let (none, mut a, mut lambda) = (M::Vector::zeros(), M::Vector::zeros(), M::Rows::zeros());
         let alone = if self.k > EXHAUSTIVE { self.k as u64 } else { 0 };

@@ -8,7 +8,7 @@
 //! by principal pivoting (Murty, Opsearch 11, 1974). Friction takes no part. Pfeiffer & Glocker, Multibody
 //! Dynamics with Unilateral Contacts (1996), §8.
 
-use super::correct::{Correction, CorrectionOf, correct_rows};
+use super::correct::{ConstraintCorrection, CorrectionOf, correct_rows};
 use super::{Factored, Gradients, holds, names};
 use crate::error::SolveError;
 use crate::linalg::{add, add_scaled, dot, max_abs};
@@ -19,7 +19,7 @@ const ROUNDS: usize = 256;
 
 /// What an impact did.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Impact<R> {
+pub struct ImpactSolution<R> {
     /// Λ by rows: time integrals of the multipliers during the impact; 0 where nothing acted.
     pub impulses: R,
     /// T⁻ − T⁺ of the kinetic energy T = ½ q̇ᵀMq̇: −½ Λᵀ Φ_q(q̇⁺ + q̇⁻). Negative where a moving constraint
@@ -43,7 +43,7 @@ pub fn impact<M: Constraints>(
     state: &mut M::State,
     hits: &[(usize, f64)],
     workspace: &mut [f64],
-) -> Result<Impact<M::Rows>, SolveError> {
+) -> Result<ImpactSolution<M::Rows>, SolveError> {
     let mut set = Set::<M> { hits, modes: state.modes(), out: 0, restoring: false, before: M::Rows::zeros() };
     let (mut after, mut impulses) = set.compress(model, state, workspace)?;
     if hits.iter().any(|(_, restitution)| *restitution != 0.0) {
@@ -62,7 +62,7 @@ pub fn impact<M: Constraints>(
     }
     let energy_lost = lost(model, state, &after, &impulses, workspace);
     *state = after;
-    Ok(Impact { impulses, energy_lost })
+    Ok(ImpactSolution { impulses, energy_lost })
 }
 
 /// Which contacts take part.
@@ -173,12 +173,12 @@ impl<M: Constraints> Set<'_, M> {
             add_scaled(force.as_mut_slice(), *impulse, gradients.row(row));
         }
         let Some(mut factored) = Factored::new(model, state, &held, false, workspace)? else {
-            return Ok(Correction::not_a_number());
+            return Ok(ConstraintCorrection::not_a_number());
         };
         factored.force.copy_from_slice(force.as_slice());
         factored.gamma.fill(0.0);
-        let mut correction = Correction::none();
-        let Correction { change, impulses }: &mut CorrectionOf<M> = &mut correction;
+        let mut correction = ConstraintCorrection::none();
+        let ConstraintCorrection { change, impulses }: &mut CorrectionOf<M> = &mut correction;
         factored.system.solve(factored.force, factored.gamma, change.as_mut_slice(), impulses.as_mut_slice());
         Ok(correction)
     }

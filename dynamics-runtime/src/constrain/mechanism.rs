@@ -11,7 +11,7 @@ use crate::model::{Constraints, ModelState, Vector};
 
 /// What a constraint does to a motion.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reaction<V> {
+pub struct ConstraintReaction<V> {
     /// Name of the constraint.
     pub name: &'static str,
     /// λ of its rows, conjugate to its components: a force where Φ is a length, and, where Φ is a vector
@@ -25,7 +25,7 @@ pub struct Reaction<V> {
 }
 
 /// One line: `rope  λ = 12.3456` and, where other constraints repeat it, that it is shared out.
-impl<V> fmt::Display for Reaction<V> {
+impl<V> fmt::Display for ConstraintReaction<V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:<16}λ =", self.name)?;
         for (i, multiplier) in self.multipliers.iter().enumerate() {
@@ -54,7 +54,7 @@ pub trait Mechanism: Constraints {
     ///
     /// # Errors
     /// As [`Mechanism::multipliers`].
-    fn reactions(&self, state: &Self::State) -> Result<Vec<Reaction<Self::Vector>>, SolveError> {
+    fn reactions(&self, state: &Self::State) -> Result<Vec<ConstraintReaction<Self::Vector>>, SolveError> {
         let multipliers = Mechanism::multipliers(self, state)?;
         let unique = unique_rows(self, state)?;
         Ok(with_workspace::<Self, _>(|workspace| {
@@ -65,7 +65,7 @@ pub trait Mechanism: Constraints {
                 for row in rows.clone() {
                     add_scaled(generalized_force.as_mut_slice(), multipliers[row], gradients.row(row));
                 }
-                Reaction {
+                ConstraintReaction {
                     name: constraint.name,
                     multipliers: multipliers.as_slice()[rows.clone()].to_vec(),
                     generalized_force,

@@ -8,7 +8,7 @@
 use super::held::active_rows;
 use super::{Involved, with_workspace};
 use crate::error::StateError;
-use crate::linalg::{Indices, Memory, max_abs};
+use crate::linalg::{Indices, WorkMemory, max_abs};
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// Pivots of the scaled equations below this are rounding: velocities would be known to no digit.
@@ -51,8 +51,8 @@ pub fn move_by_speeds<M: Constraints>(
     StateError::check_parameters(model)?;
     StateError::check::<M>(&moved)?;
     with_workspace::<M, _>(|memory| {
-        let memory = &mut Memory::new(memory);
-        let mut system = System::read(model, &moved, speeds, memory);
+        let memory = &mut WorkMemory::new(memory);
+        let mut system = SpeedSystem::read(model, &moved, speeds, memory);
         if let Err(pivot) = system.eliminate() {
             let shares = system.undetermined(memory);
             let coordinates = Involved::ranked(M::COORDINATES, shares);
@@ -68,7 +68,7 @@ pub fn move_by_speeds<M: Constraints>(
 
 /// The equations by rows, the right-hand side behind, rows and columns in the order in which they are
 /// eliminated.
-struct System<'w> {
+struct SpeedSystem<'w> {
     /// N.
     unknowns: usize,
     /// Y by rows, then y.
@@ -86,9 +86,14 @@ struct System<'w> {
     rank: usize,
 }
 
-impl<'w> System<'w> {
+impl<'w> SpeedSystem<'w> {
     /// Of a state at rest, so that the constraints' residuals are what does not come from velocities.
-    fn read<M: Constraints>(model: &M, state: &M::State, speeds: &[f64], memory: &mut Memory<'w>) -> Self {
+    fn read<M: Constraints>(
+        model: &M,
+        state: &M::State,
+        speeds: &[f64],
+        memory: &mut WorkMemory<'w>,
+    ) -> Self {
         let (n, s, r) = (M::Vector::LEN, speeds.len(), M::ROWS.len());
         let mass = memory.zeros(n * n);
         let (force, jacobian, gamma) = (memory.zeros(n), memory.zeros(n * r), memory.zeros(r));
@@ -190,7 +195,10 @@ impl<'w> System<'w> {
 
     /// By coordinate, the scaled velocities that no equation sees: one without a pivot moves, and those with
     /// pivots follow.
-    fn undetermined(&self, memory: &mut Memory<'w>) -> impl Iterator<Item = (usize, f64)> + Clone + use<'w> {
+    fn undetermined(
+        &self,
+        memory: &mut WorkMemory<'w>,
+    ) -> impl Iterator<Item = (usize, f64)> + Clone + use<'w> {
         let width = self.unknowns + 1;
         let shares = memory.zeros(self.unknowns);
         shares[self.order.get(self.rank)] = 1.0;
@@ -230,7 +238,7 @@ impl<'w> System<'w> {
         model: &M,
         state: &M::State,
         speeds: &[f64],
-        memory: &mut Memory<'w>,
+        memory: &mut WorkMemory<'w>,
     ) -> Result<(), StateError> {
         let (n, s, u) = (self.unknowns, speeds.len(), state.u());
         let (values, terms) = (memory.zeros(s), memory.zeros(n));

@@ -22,7 +22,7 @@
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::linalg::PIVOT_TOLERANCE;
 use crate::linalg::orthogonal::{self, Orthogonal};
-use crate::linalg::{Indices, Memory, dot, max_abs, norm};
+use crate::linalg::{Indices, WorkMemory, dot, max_abs, norm};
 use crate::math::sqrt;
 use crate::model::Quantity;
 
@@ -62,14 +62,14 @@ pub(crate) struct Read<'w> {
 }
 
 impl<'w> Read<'w> {
-    pub(crate) fn new(n: usize, r: usize, memory: &mut Memory<'w>) -> Self {
+    pub(crate) fn new(n: usize, r: usize, memory: &mut WorkMemory<'w>) -> Self {
         let (mass, force) = (memory.zeros(n * n), memory.zeros(n));
         Self { mass, force, jacobian: memory.zeros(r * n), gamma: memory.zeros(r) }
     }
 }
 
 /// The factored system.
-pub(crate) struct System<'w> {
+pub(crate) struct FactoredSystem<'w> {
     n: usize,
     /// Rows that hold.
     active: Indices<'w>,
@@ -89,7 +89,7 @@ pub(crate) struct System<'w> {
     w: &'w mut [f64],
 }
 
-/// Memory of a [`System`], besides what is [`Read`].
+/// Memory of a [`FactoredSystem`], besides what is [`Read`].
 pub(crate) const fn memory(n: usize, r: usize) -> usize {
     n * n + 3 * n + 4 * r + orthogonal::memory(r)
 }
@@ -109,7 +109,7 @@ pub(crate) struct Miss {
     pub(crate) residual: f64,
 }
 
-impl<'w> System<'w> {
+impl<'w> FactoredSystem<'w> {
     /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `redundant`: the rows that
     /// are declared so. `slack`: at least [`RANK_TOLERANCE`], the share of its length by which a row has to
     /// differ from the others. `usual`: the lengths of rows where they have not vanished.
@@ -120,7 +120,7 @@ impl<'w> System<'w> {
         redundant: &dyn Fn(usize) -> bool,
         (slack, usual): (f64, &[f64]),
         names: Names,
-        memory: &mut Memory<'w>,
+        memory: &mut WorkMemory<'w>,
     ) -> Result<Self, SolveError> {
         let (n, r) = (names.coordinates.len(), names.rows.len());
         let scale = memory.take(n);

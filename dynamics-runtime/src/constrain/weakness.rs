@@ -57,7 +57,7 @@ pub(crate) fn condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
     if M::IS_FREE {
         return 1.0;
     }
-    let found = Frame::new(model, state, None).and_then(|frame| {
+    let found = GradientSvd::new(model, state, None).and_then(|frame| {
         let full = independent_rows(model, state, &frame);
         Some(frame.spread(&frame.order(), full)?.condition())
     });
@@ -65,7 +65,7 @@ pub(crate) fn condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
 }
 
 fn weakest<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Option<Weakness> {
-    let frame = Frame::new(model, state, usual)?;
+    let frame = GradientSvd::new(model, state, usual)?;
     let order = frame.order();
     let full = independent_rows(model, state, &frame);
     let spread = frame.spread(&order, full)?;
@@ -97,13 +97,13 @@ fn weakest<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>
 
 /// Rank of the constraints where their manifold is regular: the number of rows, unless some are declared to
 /// repeat others.
-fn independent_rows<M: Constraints>(model: &M, state: &M::State, here: &Frame) -> usize {
+fn independent_rows<M: Constraints>(model: &M, state: &M::State, here: &GradientSvd) -> usize {
     if !M::CONSTRAINTS.iter().any(|constraint| constraint.redundant) {
         return here.rows.len();
     }
     let rank_here = here.rank();
     let beside = with_workspace::<M, _>(|workspace| beside_on_constraints(model, state, workspace));
-    let beside = beside.and_then(|beside| Frame::new(model, &beside, None));
+    let beside = beside.and_then(|beside| GradientSvd::new(model, &beside, None));
     beside.map_or(rank_here, |beside| beside.rank().max(rank_here))
 }
 
@@ -121,7 +121,7 @@ impl Spread {
 }
 
 /// Φ_qᵀ, scaled and decomposed.
-struct Frame {
+struct GradientSvd {
     rows: Vec<usize>,
     a: Vec<f64>,
     v: Vec<f64>,
@@ -142,7 +142,7 @@ fn scaled<M: Constraints>(model: &M, at: &M::State, held: &M::State) -> Vec<f64>
     })
 }
 
-impl Frame {
+impl GradientSvd {
     /// With the lengths of rows as they are at a `usual` state, where they are longer there.
     fn new<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Option<Self> {
         let n = M::Vector::LEN;

@@ -12,17 +12,17 @@
 //! * **Source**: Dormand, Prince, J. Comp. Appl. Math. 6 (1980) 19; Shampine, Math. Comp. 46 (1986) 135;
 //!   coefficients as in Hairer, Nørsett, Wanner, *Solving ODE I*, table II.5.2 and §II.6.
 
-use super::tableau::{Row, advance, stiffness, sum, zip};
+use super::tableau::{TableauRow, advance, stiffness, sum, zip};
 use super::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
-const A2: Row<1> = [(0, 0.2)];
-const A3: Row<2> = [(0, 3.0 / 40.0), (1, 9.0 / 40.0)];
-const A4: Row<3> = [(0, 44.0 / 45.0), (1, -56.0 / 15.0), (2, 32.0 / 9.0)];
-const A5: Row<4> =
+const A2: TableauRow<1> = [(0, 0.2)];
+const A3: TableauRow<2> = [(0, 3.0 / 40.0), (1, 9.0 / 40.0)];
+const A4: TableauRow<3> = [(0, 44.0 / 45.0), (1, -56.0 / 15.0), (2, 32.0 / 9.0)];
+const A5: TableauRow<4> =
     [(0, 19372.0 / 6561.0), (1, -25360.0 / 2187.0), (2, 64448.0 / 6561.0), (3, -212.0 / 729.0)];
-const A6: Row<5> = [
+const A6: TableauRow<5> = [
     (0, 9017.0 / 3168.0),
     (1, -355.0 / 33.0),
     (2, 46732.0 / 5247.0),
@@ -30,10 +30,10 @@ const A6: Row<5> = [
     (4, -5103.0 / 18656.0),
 ];
 /// Weights of the 5th-order result; also the row of the seventh stage.
-const B: Row<5> =
+const B: TableauRow<5> =
     [(0, 35.0 / 384.0), (2, 500.0 / 1113.0), (3, 125.0 / 192.0), (4, -2187.0 / 6784.0), (5, 11.0 / 84.0)];
 /// B minus the weights of the 4th-order result.
-const E: Row<6> = [
+const E: TableauRow<6> = [
     (0, 71.0 / 57600.0),
     (2, -71.0 / 16695.0),
     (3, 71.0 / 1920.0),
@@ -42,7 +42,7 @@ const E: Row<6> = [
     (6, -1.0 / 40.0),
 ];
 /// Shampine's dense output.
-const D: Row<6> = [
+const D: TableauRow<6> = [
     (0, -12715105075.0 / 11282082432.0),
     (2, 87487479700.0 / 32700410799.0),
     (3, -10690763975.0 / 1880347072.0),

@@ -81,7 +81,7 @@ pub struct Esdirk4<V: Vector> {
 
 /// How the iterations of a stage ended.
 #[derive(PartialEq)]
-enum Newton {
+enum StageOutcome {
     Solved,
     Slow,
     NotFinite,
@@ -163,7 +163,7 @@ impl<V: Vector> Esdirk4<V> {
         start: &StepNode<V>,
         (h, i): (f64, usize),
         (scale, enough): (&Phase<V>, f64),
-    ) -> Result<Newton, S::Error> {
+    ) -> Result<StageOutcome, S::Error> {
         let (t, step) = (start.t + C[i] * h, GAMMA * h);
         let (from, mut u) = (self.before(&start.y, h, i), self.predicted(start, h, i));
         let (mut before, mut renewed) = (f64::INFINITY, false);
@@ -175,7 +175,7 @@ impl<V: Vector> Esdirk4<V> {
                 renewed = true;
             }
             if !self.factor(h) {
-                return Ok(Newton::Slow);
+                return Ok(StageOutcome::Slow);
             }
             let mut change = from.u;
             (0..V::LEN).for_each(|l| change[l] += step * a[l] - u[l]);
@@ -190,7 +190,7 @@ impl<V: Vector> Esdirk4<V> {
             // Where this fails, what is corrected most is to blame.
             self.error.u = change;
             if !size.is_finite() {
-                return Ok(Newton::NotFinite);
+                return Ok(StageOutcome::NotFinite);
             }
             let rate = if iteration > 1 { size / before } else { 1.0 };
             if iteration > 1 {
@@ -201,17 +201,17 @@ impl<V: Vector> Esdirk4<V> {
                 let mut k = Phase { q: u, u };
                 (0..V::LEN).for_each(|l| k.u[l] = (u[l] - from.u[l]) / step);
                 self.k[i] = k;
-                return Ok(Newton::Solved);
+                return Ok(StageOutcome::Solved);
             }
             if iteration > 1 && rate > SLOW {
                 if rate > 2.0 && renewed {
-                    return Ok(Newton::Slow);
+                    return Ok(StageOutcome::Slow);
                 }
                 self.known = false;
             }
             before = size;
         }
-        Ok(Newton::Slow)
+        Ok(StageOutcome::Slow)
     }
 
     /// (1 − hγ J)⁻¹ v, for J = [[0, 1], [∂a/∂q, ∂a/∂u]].
@@ -236,17 +236,17 @@ impl<V: Vector> Esdirk4<V> {
         start: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
-    ) -> Result<Newton, S::Error> {
+    ) -> Result<StageOutcome, S::Error> {
         let scale = zip(&start.y, &start.y, |x, y| tolerances.scale(x, y));
         let tightest = tolerances.relative.max(f64::MIN_POSITIVE);
         let enough = LEFT.max(10.0 * f64::EPSILON / tightest).min(0.1);
         for i in 1..STAGES {
             let ended = self.stage(system, start, (h, i), (&scale, enough))?;
-            if ended != Newton::Solved {
+            if ended != StageOutcome::Solved {
                 return Ok(ended);
             }
         }
-        Ok(Newton::Solved)
+        Ok(StageOutcome::Solved)
     }
 }
 
@@ -293,8 +293,8 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         let ended = self.stages(system, start, h, tolerances);
         self.foreseen = None;
         let ended = ended?;
-        self.solved = ended != Newton::Slow;
-        if ended != Newton::Solved {
+        self.solved = ended != StageOutcome::Slow;
+        if ended != StageOutcome::Solved {
             self.known = false;
             return Ok((start.y, if self.solved { f64::NAN } else { f64::INFINITY }));
         }

@@ -76,7 +76,7 @@ const MOST_EVALUATIONS: u32 = 16_384;
 
 /// How parts are looked at together.
 #[derive(Clone, Copy, PartialEq)]
-enum Look {
+enum Refinement {
     /// For the first time: their samples are all that is known.
     First,
     /// Within a part that was divided; what samples near them missed what was expected by, as a bound
@@ -157,7 +157,7 @@ impl Scan {
         let mut rest = samples;
         while rest.len() >= 2 {
             let parts = (rest.len() - 1).min(PARTS);
-            self.panel(&rest[..=parts], Look::First, g, found)?;
+            self.panel(&rest[..=parts], Refinement::First, g, found)?;
             rest = &rest[parts..];
         }
         Ok(())
@@ -167,15 +167,15 @@ impl Scan {
     fn panel(
         &mut self,
         samples: &[Sample],
-        look: Look,
+        look: Refinement,
         g: Value<'_>,
         found: Found<'_>,
     ) -> Result<(), Stopped> {
         let parts = samples.len() - 1;
         let at = curvatures(samples);
         let (rough, doubt) = match look {
-            Look::First => (roughest(&at[1..parts]), 0.0),
-            Look::Closer(doubt) => (None, doubt),
+            Refinement::First => (roughest(&at[1..parts]), 0.0),
+            Refinement::Closer(doubt) => (None, doubt),
         };
         let mut inner = [None; PARTS];
         let mut surprise = 0.0f64;
@@ -197,7 +197,9 @@ impl Scan {
                 inner[part] = Some(self.divide(from, to, g)?);
             }
             match inner[part] {
-                Some([a, b, c]) => self.panel(&[from, a, b, c, to], Look::Closer(surprise), g, found)?,
+                Some([a, b, c]) => {
+                    self.panel(&[from, a, b, c, to], Refinement::Closer(surprise), g, found)?
+                }
                 None => self.part(from, to, g, found)?,
             }
         }

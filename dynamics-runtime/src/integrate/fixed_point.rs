@@ -33,7 +33,7 @@ pub(super) struct FixedPoint {
 
 /// How far an iteration moved velocities of a step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Correction {
+pub(super) struct IterationChange {
     /// As a part of what the step changes.
     pub(super) size: f64,
     /// What rounding of the positions makes of it, likewise.
@@ -54,7 +54,7 @@ impl FixedPoint {
     }
 
     /// After a correction.
-    pub(super) fn after(&mut self, Correction { size, rounding }: Correction) -> Course {
+    pub(super) fn after(&mut self, IterationChange { size, rounding }: IterationChange) -> Course {
         let before = core::mem::replace(&mut self.before, size);
         self.stalled = if size < SHRINKS * self.least { 0 } else { self.stalled + 1 };
         self.least = self.least.min(size);
@@ -76,7 +76,10 @@ impl FixedPoint {
 /// Positions are rounded to ε |q|. Iterations that converge at all have h² |∂q̈/∂q| below 1, so that this
 /// moves velocities by ε |q|/h at most: what is smaller may be rounding, as of an angle that has made some
 /// thousand turns.
-pub(super) fn correction(values: impl Iterator<Item = (f64, f64, f64)>, (q, h): (&[f64], f64)) -> Correction {
+pub(super) fn correction(
+    values: impl Iterator<Item = (f64, f64, f64)>,
+    (q, h): (&[f64], f64),
+) -> IterationChange {
     let (mut correction, mut change) = (0.0f64, 0.0f64);
     for (old, new, from) in values {
         // NaN stays.
@@ -87,7 +90,7 @@ pub(super) fn correction(values: impl Iterator<Item = (f64, f64, f64)>, (q, h): 
     let rounding = UNITS * f64::EPSILON * farthest / h.abs();
     // What is at rest may be held there by rounding alone.
     let part = |x: f64| if x == 0.0 { 0.0 } else { x / change };
-    Correction { size: part(correction), rounding: part(rounding) }
+    IterationChange { size: part(correction), rounding: part(rounding) }
 }
 
 #[cfg(test)]
@@ -97,7 +100,7 @@ mod tests {
     fn ends(mut sizes: impl FnMut(u32) -> f64) -> (u32, Course) {
         let mut course = FixedPoint::new();
         (1..)
-            .map(|k| (k, course.after(Correction { size: sizes(k), rounding: 0.0 })))
+            .map(|k| (k, course.after(IterationChange { size: sizes(k), rounding: 0.0 })))
             .find(|(_, course)| *course != Course::Again)
             .unwrap()
     }

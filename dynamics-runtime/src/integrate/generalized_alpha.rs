@@ -68,14 +68,14 @@ const USUAL: f64 = 0.8;
 
 /// αₘ, α_f, β and γ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Coefficients {
+struct AlphaCoefficients {
     m: f64,
     f: f64,
     beta: f64,
     gamma: f64,
 }
 
-impl Coefficients {
+impl AlphaCoefficients {
     fn of(rho: f64) -> Self {
         let (m, f) = ((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0));
         Self { m, f, beta: 0.25 * (1.0 + f - m) * (1.0 + f - m), gamma: 0.5 + f - m }
@@ -105,9 +105,9 @@ impl Coefficients {
 /// The generalized-α method.
 #[derive(Clone, Debug)]
 pub struct GeneralizedAlpha<V: Vector> {
-    asked: Coefficients,
+    asked: AlphaCoefficients,
     /// Those of the step that is being made.
-    coefficients: Coefficients,
+    coefficients: AlphaCoefficients,
     /// G = hγ ∂q̈/∂u + h²β ∂q̈/∂q; room for ∂q̈/∂u; κ − P G, factored.
     matrices: Matrices<V, 3>,
     exchanges: V,
@@ -120,7 +120,7 @@ pub struct GeneralizedAlpha<V: Vector> {
     /// Its end, before it is settled.
     end: Phase<V>,
     left: Left<V>,
-    last: Option<Last<V>>,
+    last: Option<LastAlphaStep<V>>,
     error: Phase<V>,
     solved: bool,
 }
@@ -149,7 +149,7 @@ struct Left<V> {
 
 /// The last accepted step.
 #[derive(Clone, Copy, Debug)]
-struct Last<V> {
+struct LastAlphaStep<V> {
     end: StepNode<V>,
     h: f64,
     left: Left<V>,
@@ -182,7 +182,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     /// With a factor ρ∞ from 0 to 1 by which a step damps what is infinitely fast.
     #[must_use]
     pub fn damping(rho: f64) -> Self {
-        let asked = Coefficients::of(rho.clamp(0.0, 1.0));
+        let asked = AlphaCoefficients::of(rho.clamp(0.0, 1.0));
         let zero = V::zeros();
         Self {
             asked,
@@ -213,7 +213,9 @@ impl<V: Vector> GeneralizedAlpha<V> {
             let ratio = h / last.h;
             last.end == *start && ratio > 0.0 && ratio <= LONGER
         });
-        let Some(Last { h: long, left: Left { mut own, mut lag, .. }, mut astray, before, a, .. }) = last
+        let Some(LastAlphaStep {
+            h: long, left: Left { mut own, mut lag, .. }, mut astray, before, a, ..
+        }) = last
         else {
             self.coefficients = self.asked.first();
             self.from = From { own: start.a, a: start.a, u: start.y.u, before: None };
@@ -269,7 +271,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
 
     /// Factors κ − P(hγ ∂q̈/∂u + h²β ∂q̈/∂q) at a point; false where that is singular.
     fn factor<S: System<V>>(&mut self, system: &mut S, at: &StepNode<V>, h: f64) -> Result<bool, S::Error> {
-        let (n, Coefficients { beta, gamma, .. }) = (V::LEN, self.coefficients);
+        let (n, AlphaCoefficients { beta, gamma, .. }) = (V::LEN, self.coefficients);
         self.factored_for = (0.0, 0.0);
         let (moved, rest) = self.matrices.all().split_at_mut(n * n);
         let (by_u, matrix) = rest.split_at_mut(n * n);
@@ -294,7 +296,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
 
     /// The end of the step with this a.
     fn end(&self, start: &StepNode<V>, h: f64) -> Phase<V> {
-        let (Coefficients { beta, gamma, .. }, From { a, u, .. }) = (self.coefficients, &self.from);
+        let (AlphaCoefficients { beta, gamma, .. }, From { a, u, .. }) = (self.coefficients, &self.from);
         let mut end = Phase { q: start.y.q, u: *u };
         for l in 0..V::LEN {
             end.q[l] += h * (u[l] + h * ((0.5 - beta) * a[l] + beta * self.a[l]));
@@ -312,7 +314,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
 
     /// q̈ that belongs to a.
     fn own(&self) -> V {
-        let Coefficients { m, f, .. } = self.coefficients;
+        let AlphaCoefficients { m, f, .. } = self.coefficients;
         let From { a, own, .. } = &self.from;
         let mut found = self.a;
         (0..V::LEN).for_each(|l| found[l] = ((1.0 - m) * found[l] + m * a[l] - f * own[l]) / (1.0 - f));
@@ -327,7 +329,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
         own: &V,
         h: f64,
     ) -> Result<(V, V), S::Error> {
-        let (n, Coefficients { beta, gamma, .. }) = (V::LEN, self.coefficients);
+        let (n, AlphaCoefficients { beta, gamma, .. }) = (V::LEN, self.coefficients);
         let mut right = plus(&at.a, -1.0, own);
         let mut onto = V::zeros();
         if system.is_constrained() {
@@ -351,7 +353,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
         h: f64,
         permitted: &Tolerances,
     ) -> Result<bool, S::Error> {
-        let Coefficients { beta, gamma, .. } = self.coefficients;
+        let AlphaCoefficients { beta, gamma, .. } = self.coefficients;
         let enough = LEFT.max(10.0 * f64::EPSILON / permitted.relative.max(f64::MIN_POSITIVE)).min(0.1);
         let (known, by) = self.factored_for;
         let mut fresh = known == 0.0 || by != beta || (h / known - 1.0).abs() > SAME;
@@ -490,7 +492,7 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
     }
 
     fn accepted(&mut self, step: &Step<V>) {
-        self.last = Some(Last {
+        self.last = Some(LastAlphaStep {
             end: step.end,
             h: step.h,
             left: self.left,

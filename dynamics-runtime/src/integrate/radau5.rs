@@ -104,7 +104,7 @@ pub struct Radau5<V: Vector> {
     iterations: u32,
     rate: f64,
     factor: f64,
-    last: Option<Last<V>>,
+    last: Option<LastRadauStep<V>>,
     /// u of the stages less u at the start, nearly, where the step to be tried is one that was made before.
     known: Option<[V; 3]>,
     /// What error estimates are held against, for these tolerances.
@@ -116,7 +116,7 @@ pub struct Radau5<V: Vector> {
 
 /// The last accepted step.
 #[derive(Clone, Copy, Debug)]
-struct Last<V> {
+struct LastRadauStep<V> {
     end: (f64, Phase<V>),
     h: f64,
     error: f64,
@@ -136,7 +136,7 @@ fn split<V: Vector>(matrices: &mut Matrices<V, SQUARES>) -> [&mut [f64]; 6] {
 
 /// How the Newton iterations ended.
 #[derive(PartialEq)]
-enum Newton {
+enum NewtonOutcome {
     Solved,
     /// They diverge, or would need too many.
     Slow,
@@ -251,11 +251,11 @@ impl<V: Vector> Radau5<V> {
         h: f64,
         scale: &Phase<V>,
         (enough, staged): (f64, bool),
-    ) -> Result<Newton, S::Error> {
+    ) -> Result<NewtonOutcome, S::Error> {
         let mut w = combine(&T_INVERSE, &self.z);
         self.factor = 1.0;
         if !(if staged { self.factor_filter(h) } else { self.factor_transformed(h) }) {
-            return Ok(Newton::Slow);
+            return Ok(NewtonOutcome::Slow);
         }
         let mut renew = staged;
         self.rate = FAST;
@@ -268,7 +268,7 @@ impl<V: Vector> Radau5<V> {
                 self.k[i + 1] = Phase { q: y.u, u: a };
             }
             if renew && !self.factor_stages(system, start, h)? {
-                return Ok(Newton::Slow);
+                return Ok(NewtonOutcome::Slow);
             }
             let change = if staged { self.staged_correction(h) } else { self.correction(&w, h) };
             let size = self.size(&change, h, scale);
@@ -276,7 +276,7 @@ impl<V: Vector> Radau5<V> {
             // Where this fails, what is corrected most is to blame.
             self.error.u = change[0];
             if !size.is_finite() {
-                return Ok(Newton::NotFinite);
+                return Ok(NewtonOutcome::NotFinite);
             }
             if iteration > 1 {
                 let rate = size / before;
@@ -289,14 +289,14 @@ impl<V: Vector> Radau5<V> {
                     let rounding = size.max(before) <= enough;
                     // What Newton's method itself does in the beginning says little.
                     if !rounding && (!staged || size > 1e3 * first) {
-                        return Ok(Newton::Slow);
+                        return Ok(NewtonOutcome::Slow);
                     }
                     self.factor = 1.0;
                 } else {
                     self.factor = self.rate / (1.0 - self.rate);
                     let left = math::powi(self.rate, (MOST_ITERATIONS - 1).saturating_sub(iteration) as i32);
                     if !staged && iteration < MOST_ITERATIONS && self.factor * size * left >= enough {
-                        return Ok(Newton::Slow);
+                        return Ok(NewtonOutcome::Slow);
                     }
                 }
             } else {
@@ -310,10 +310,10 @@ impl<V: Vector> Radau5<V> {
             // One correction does not tell whether the next is smaller: a stiff direction that turns makes
             // another large of what is small in it.
             if self.factor * size <= enough && iteration > 1 {
-                return Ok(Newton::Solved);
+                return Ok(NewtonOutcome::Solved);
             }
         }
-        Ok(Newton::Slow)
+        Ok(NewtonOutcome::Slow)
     }
 
     /// ΔW from the accelerations of the stages.
@@ -540,24 +540,24 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
                 false => enough,
             };
             let ended = self.iterate(system, start, h, &scale, (enough, staged))?;
-            self.solved = ended != Newton::Slow;
+            self.solved = ended != NewtonOutcome::Slow;
             match ended {
-                Newton::Solved => break,
+                NewtonOutcome::Solved => break,
                 _ if !fresh => {
                     self.differentiate(system, start)?;
                     fresh = true;
                 }
-                Newton::Slow if !staged => {
+                NewtonOutcome::Slow if !staged => {
                     staged = true;
                     self.factored_for = 0.0;
                     self.staged.1 = (2 * self.staged.1).min(1 << 20);
                     self.staged.0 = self.staged.1;
                 }
-                Newton::Slow => {
+                NewtonOutcome::Slow => {
                     self.factor = 1.0;
                     return Ok((start.y, f64::INFINITY));
                 }
-                Newton::NotFinite => return Ok((start.y, f64::NAN)),
+                NewtonOutcome::NotFinite => return Ok((start.y, f64::NAN)),
             }
         }
         let end = self.stage(start, h, 2);
@@ -635,7 +635,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
 
     fn accepted(&mut self, step: &Step<V>) {
         self.staged.0 = self.staged.0.saturating_sub(1);
-        self.last = Some(Last {
+        self.last = Some(LastRadauStep {
             end: (step.end.t, step.end.y),
             h: step.h,
             error: self.judged.max(1e-2),

@@ -9,15 +9,15 @@
 //! * **Cost**: 4 evaluations of q̈ per step.
 //! * **Source**: Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.
 
-use super::tableau::{Row, advance, stiffness, sum, zip};
+use super::tableau::{TableauRow, advance, stiffness, sum, zip};
 use super::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
-const A2: Row<1> = [(0, 0.5)];
-const A3: Row<1> = [(1, 0.5)];
-const A4: Row<1> = [(2, 1.0)];
-const B: Row<4> = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)];
+const A2: TableauRow<1> = [(0, 0.5)];
+const A3: TableauRow<1> = [(1, 0.5)];
+const A4: TableauRow<1> = [(2, 1.0)];
+const B: TableauRow<4> = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)];
 
 /// The classical Runge–Kutta method, order 4.
 #[derive(Clone, Copy, Debug)]

@@ -219,7 +219,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                         self.rejected += 1;
                         continue;
                     }
-                    Err(error) => trial = Err(Failure::Evaluation(error)),
+                    Err(error) => trial = Err(StepRejection::Evaluation(error)),
                 }
             }
             if Y::IS_FREE {
@@ -251,15 +251,15 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                         system.accepted();
                         return Ok(self.commit(&trial, h));
                     }
-                    false => Failure::Error,
+                    false => StepRejection::Error,
                 },
                 Err(failure) => failure,
             };
             detours = 0;
             failures += 1;
             self.rejected += 1;
-            if !matches!(failure, Failure::Error) {
-                let shorter = if matches!(failure, Failure::NotSolved) { 0.5 } else { 0.25 };
+            if !matches!(failure, StepRejection::Error) {
+                let shorter = if matches!(failure, StepRejection::NotSolved) { 0.5 } else { 0.25 };
                 self.h = shorter * h.abs();
                 self.control.iter_mut().for_each(Controller::failed);
             }
@@ -320,28 +320,28 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         system: &mut Y,
         end_t: f64,
         h: f64,
-    ) -> Result<Trial<V>, Failure<Y::Error>> {
+    ) -> Result<Trial<V>, StepRejection<Y::Error>> {
         let (mut kept, mut plain) = (StepFlags::default(), 0.0);
         self.fruitless = self.fruitless.saturating_sub(1);
-        let branches = self.hold_branches(system, h).map_err(Failure::Evaluation)? != Hold::Off;
+        let branches = self.hold_branches(system, h).map_err(StepRejection::Evaluation)? != Hold::Off;
         let begin = self.now;
         loop {
             // Before the start is looked at, which may depend on it.
             let tolerances = &self.options.tolerances;
             system.hold_stages(kept.stages, tolerances);
             let mut start = begin;
-            system.attempting(&mut start, h).map_err(Failure::Evaluation)?;
+            system.attempting(&mut start, h).map_err(StepRejection::Evaluation)?;
             let attempt = if AGAIN {
                 Self::attempt_again(&mut self.scheme, system, (&start, h), tolerances)
             } else {
                 self.scheme.attempt(system, &start, h, tolerances)
             };
-            let (mut y, mut error) = attempt.map_err(Failure::Evaluation)?;
+            let (mut y, mut error) = attempt.map_err(StepRejection::Evaluation)?;
             if !self.scheme.converged() {
-                return Err(Failure::NotSolved);
+                return Err(StepRejection::NotSolved);
             }
             if !(y.is_finite() && error.is_finite()) {
-                return Err(Failure::NotFinite(self.culprit()));
+                return Err(StepRejection::NotFinite(self.culprit()));
             }
             if kept.stages {
                 self.fruitless = if error > 0.1 * plain { FRUITLESS } else { 0 };
@@ -357,7 +357,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             if error > 1.0 && !self.is_fixed() {
                 // What settling removes from the end is left in the states of the stages.
                 kept.between = true;
-                error *= self.lasting_part(system, end_t, &y).map_err(Failure::Evaluation)?;
+                error *= self.lasting_part(system, end_t, &y).map_err(StepRejection::Evaluation)?;
             }
             let tolerances = &self.options.tolerances;
             let mut apart = self.apart(system, error, &y);
@@ -366,7 +366,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             let moved = if Y::IS_FREE || !acceptable {
                 None
             } else {
-                system.settle(end_t, &mut y, tolerances).map_err(Failure::Evaluation)?
+                system.settle(end_t, &mut y, tolerances).map_err(StepRejection::Evaluation)?
             };
             if Y::IS_FREE {
                 // Nothing moves it, and nothing of this is compiled.
@@ -380,24 +380,25 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     && self.is_fixed()
                     && let Some(coordinate) = self.displaced(&unsettled, &y, h)
                 {
-                    return Err(Failure::Displaced(coordinate));
+                    return Err(StepRejection::Displaced(coordinate));
                 }
             }
             // Stages of the step lie where it ended before it was settled.
             let noise = moved.as_ref().map_or(0.0, |moved| moved.noise);
             let a = match moved {
                 Some(moved) => {
-                    let decided =
-                        self.decided(system, &moved, (&unsettled, &y), end_t).map_err(Failure::Evaluation)?;
+                    let decided = self
+                        .decided(system, &moved, (&unsettled, &y), end_t)
+                        .map_err(StepRejection::Evaluation)?;
                     error = error.max(decided);
                     apart = if moved.noise > UNCERTAIN { apart.max(moved.noise) } else { apart };
                     system.accelerations(end_t, &y.q, &y.u)
                 }
                 None => self.scheme.finish(system, end_t, &y),
             };
-            let a = a.map_err(Failure::Evaluation)?;
+            let a = a.map_err(StepRejection::Evaluation)?;
             return match a.as_slice().iter().position(|x| !x.is_finite()) {
-                Some(coordinate) => Err(Failure::NotFinite(coordinate)),
+                Some(coordinate) => Err(StepRejection::NotFinite(coordinate)),
                 None => {
                     kept.branches = branches;
                     Ok(Trial { start: begin, end: StepNode { t: end_t, y, a }, error, apart, noise, kept })
@@ -486,13 +487,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.options.tolerances.worst(&self.scheme.error_vector(), y, y)
     }
 
-    fn give_up<E>(&self, failure: Failure<E>, h: f64) -> StepError<E> {
+    fn give_up<E>(&self, failure: StepRejection<E>, h: f64) -> StepError<E> {
         match failure {
-            Failure::Evaluation(error) => StepError::Evaluation(error),
-            Failure::NotFinite(coordinate) => StepError::NotFinite { coordinate, h },
-            Failure::Error => StepError::StepTooSmall { coordinate: self.worst(), h },
-            Failure::NotSolved => StepError::NotSolved { coordinate: self.worst(), h },
-            Failure::Displaced(coordinate) => StepError::Displaced { coordinate, h },
+            StepRejection::Evaluation(error) => StepError::Evaluation(error),
+            StepRejection::NotFinite(coordinate) => StepError::NotFinite { coordinate, h },
+            StepRejection::Error => StepError::StepTooSmall { coordinate: self.worst(), h },
+            StepRejection::NotSolved => StepError::NotSolved { coordinate: self.worst(), h },
+            StepRejection::Displaced(coordinate) => StepError::Displaced { coordinate, h },
         }
     }
 }
@@ -512,7 +513,7 @@ struct Trial<V> {
 }
 
 /// Why an attempt was rejected.
-enum Failure<E> {
+enum StepRejection<E> {
     Error,
     Evaluation(E),
     NotFinite(usize),

@@ -5,11 +5,11 @@ use crate::math;
 use crate::model::Vector;
 
 /// The entries of one row of a Butcher tableau that are not zero: (stage, coefficient).
-pub type Row<const K: usize> = [(usize, f64); K];
+pub type TableauRow<const K: usize> = [(usize, f64); K];
 
 /// Σⱼ aⱼ kⱼ.
 #[inline(always)]
-pub(crate) fn sum<V: Vector, const K: usize>(row: &Row<K>, k: &[Phase<V>]) -> Phase<V> {
+pub(crate) fn sum<V: Vector, const K: usize>(row: &TableauRow<K>, k: &[Phase<V>]) -> Phase<V> {
     let mut out = Phase::<V>::zeros();
     let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
     for i in 0..V::LEN {
@@ -29,7 +29,7 @@ pub(crate) fn sum<V: Vector, const K: usize>(row: &Row<K>, k: &[Phase<V>]) -> Ph
 pub(crate) fn advance<V: Vector, const K: usize>(
     y: &Phase<V>,
     h: f64,
-    row: &Row<K>,
+    row: &TableauRow<K>,
     k: &[Phase<V>],
 ) -> Phase<V> {
     let mut out = sum(row, k);
@@ -58,7 +58,7 @@ pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V
 
 /// The rows of a tableau as data, with the nodes of the method and the index of the stage that the first of
 /// them makes.
-pub(crate) type Rows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
+pub(crate) type TableauRows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
 
 /// Stages of an explicit method from y at t, each from those before it, by rows that are data; where the last
 /// of them stands. To the bits of [`advance`] and [`System::derivative`] written out stage by stage, slower
@@ -67,7 +67,7 @@ pub(crate) type Rows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
 pub(crate) fn stages<V: Vector, S: System<V>>(
     system: &mut S,
     (t, y, h): (f64, &Phase<V>, f64),
-    (rows, nodes, first): Rows<'_>,
+    (rows, nodes, first): TableauRows<'_>,
     k: &mut [Phase<V>],
 ) -> Result<Phase<V>, S::Error> {
     let mut at = *y;

@@ -13,17 +13,17 @@
 //! * **Source**: Tsitouras, Comput. Math. Appl. 62 (2011) 770; coefficients from its multi-precision values,
 //!   rounded to the nearest `f64`.
 
-use super::tableau::{Row, advance, stages, stiffness, sum, sum_by, zip};
+use super::tableau::{TableauRow, advance, stages, stiffness, sum, sum_by, zip};
 use super::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 const C: [f64; 7] = [0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0];
-const A2: Row<1> = [(0, 0.161)];
-const A3: Row<2> = [(0, -0.008480655492356989), (1, 0.335480655492357)];
-const A4: Row<3> = [(0, 2.8971530571054935), (1, -6.359448489975075), (2, 4.3622954328695815)];
-const A5: Row<4> =
+const A2: TableauRow<1> = [(0, 0.161)];
+const A3: TableauRow<2> = [(0, -0.008480655492356989), (1, 0.335480655492357)];
+const A4: TableauRow<3> = [(0, 2.8971530571054935), (1, -6.359448489975075), (2, 4.3622954328695815)];
+const A5: TableauRow<4> =
     [(0, 5.325864828439257), (1, -11.748883564062828), (2, 7.4955393428898365), (3, -0.09249506636175525)];
-const A6: Row<5> = [
+const A6: TableauRow<5> = [
     (0, 5.86145544294642),
     (1, -12.92096931784711),
     (2, 8.159367898576159),
@@ -31,7 +31,7 @@ const A6: Row<5> = [
     (4, -0.028269050394068383),
 ];
 /// Weights of the 5th-order result; also the row of the seventh stage.
-const B: Row<6> = [
+const B: TableauRow<6> = [
     (0, 0.09646076681806523),
     (1, 0.01),
     (2, 0.4798896504144996),
@@ -40,7 +40,7 @@ const B: Row<6> = [
     (5, 2.324710524099774),
 ];
 /// Weights of the 4th-order result less B.
-const E: Row<7> = [
+const E: TableauRow<7> = [
     (0, -0.0017800110522257714),
     (1, -0.0008164344596567469),
     (2, 0.007880878010261995),
@@ -50,7 +50,7 @@ const E: Row<7> = [
     (6, 0.015151515151515152),
 ];
 /// Dense output: the coefficients of θ⁴ in Tsitouras's weights; the rest follows from both ends.
-const D: Row<7> = [
+const D: TableauRow<7> = [
     (0, -1.0530884977290216),
     (1, 0.1017),
     (2, 2.490627285651253),

@@ -5,7 +5,7 @@
 //! Verner gives their rows; the weights of the dense output are what the order conditions of all trees to
 //! order 8 leave for these stages: they determine them.
 
-use super::tableau::Row;
+use super::tableau::TableauRow;
 
 /// Nodes.
 pub const C: [f64; 21] = [
@@ -32,26 +32,27 @@ pub const C: [f64; 21] = [
     0.487,
 ];
 /// Row of stage 1.
-pub(crate) const A1: Row<1> = [(0, 0.03462)];
+pub(crate) const A1: TableauRow<1> = [(0, 0.03462)];
 /// Row of stage 2.
-pub(crate) const A2: Row<2> = [(0, -0.038933543885728734), (1, 0.13595789452450918)];
+pub(crate) const A2: TableauRow<2> = [(0, -0.038933543885728734), (1, 0.13595789452450918)];
 /// Row of stage 3.
-pub(crate) const A3: Row<2> = [(0, 0.03638413148954267), (2, 0.109152394468628)];
+pub(crate) const A3: TableauRow<2> = [(0, 0.03638413148954267), (2, 0.109152394468628)];
 /// Row of stage 4.
-pub(crate) const A4: Row<3> = [(0, 2.02576391439397), (2, -7.638023836496292), (3, 6.173259922102322)];
+pub(crate) const A4: TableauRow<3> = [(0, 2.02576391439397), (2, -7.638023836496292), (3, 6.173259922102322)];
 /// Row of stage 5.
-pub(crate) const A5: Row<3> =
+pub(crate) const A5: TableauRow<3> =
     [(0, 0.05112275589406061), (3, 0.17708237945550215), (4, 0.0008027762409222502)];
 /// Row of stage 6.
-pub(crate) const A6: Row<4> =
+pub(crate) const A6: TableauRow<4> =
     [(0, 0.13160063579752163), (3, -0.29572762526696367), (4, 0.08781378035642952), (5, 0.6213052975225275)];
 /// Row of stage 7.
-pub(crate) const A7: Row<3> = [(0, 0.07166666666666667), (5, 0.33055335789153195), (6, 0.24277997544180138)];
+pub(crate) const A7: TableauRow<3> =
+    [(0, 0.07166666666666667), (5, 0.33055335789153195), (6, 0.24277997544180138)];
 /// Row of stage 8.
-pub(crate) const A8: Row<4> =
+pub(crate) const A8: TableauRow<4> =
     [(0, 0.071806640625), (5, 0.3294380283228177), (6, 0.11651900292718229), (7, -0.034013671875)];
 /// Row of stage 9.
-pub(crate) const A9: Row<5> = [
+pub(crate) const A9: TableauRow<5> = [
     (0, 0.04836757646340647),
     (5, 0.03928989925676164),
     (6, 0.10547409458903446),
@@ -59,7 +60,7 @@ pub(crate) const A9: Row<5> = [
     (8, -0.10412291746271944),
 ];
 /// Row of stage 10.
-pub(crate) const A10: Row<6> = [
+pub(crate) const A10: TableauRow<6> = [
     (0, -0.026645614872014785),
     (5, 0.03333333333333333),
     (6, -0.1631072244872467),
@@ -68,7 +69,7 @@ pub(crate) const A10: Row<6> = [
     (9, 0.21522674780318796),
 ];
 /// Row of stage 11.
-pub(crate) const A11: Row<7> = [
+pub(crate) const A11: TableauRow<7> = [
     (0, 0.036890092487086225),
     (5, -0.1465181576725543),
     (6, 0.22425777681720244),
@@ -78,7 +79,7 @@ pub(crate) const A11: Row<7> = [
     (10, 0.43838406519683376),
 ];
 /// Row of stage 12.
-pub(crate) const A12: Row<8> = [
+pub(crate) const A12: TableauRow<8> = [
     (0, -0.48660122151133406),
     (5, -6.304602650282853),
     (6, -0.2812456182894726),
@@ -89,7 +90,7 @@ pub(crate) const A12: Row<8> = [
     (11, 2.8028087862720628),
 ];
 /// Row of stage 13.
-pub(crate) const A13: Row<9> = [
+pub(crate) const A13: TableauRow<9> = [
     (0, 0.41853674577534716),
     (5, 6.724547581906459),
     (6, -0.4254442801646118),
@@ -101,7 +102,7 @@ pub(crate) const A13: Row<9> = [
     (12, 0.2553202529443446),
 ];
 /// Row of stage 14.
-pub(crate) const A14: Row<10> = [
+pub(crate) const A14: TableauRow<10> = [
     (0, -0.7793740861228846),
     (5, -13.937342538107776),
     (6, 1.2520488533793572),
@@ -114,7 +115,7 @@ pub(crate) const A14: Row<10> = [
     (13, 0.4409353709534278),
 ];
 /// Row of stage 15.
-pub(crate) const A15: Row<9> = [
+pub(crate) const A15: TableauRow<9> = [
     (0, 2.0580513374668863),
     (5, 22.357937727968032),
     (6, 0.9094981099755634),
@@ -129,7 +130,7 @@ pub(crate) const A15: Row<9> = [
 pub const ROWS: [&[(usize, f64)]; 16] =
     [&[], &A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A12, &A13, &A14, &A15];
 /// Row of stage 17.
-pub(crate) const A17: Row<10> = [
+pub(crate) const A17: TableauRow<10> = [
     (0, 0.015499736681895594),
     (7, 0.3355153219059635),
     (8, 0.20036139441918607),
@@ -142,7 +143,7 @@ pub(crate) const A17: Row<10> = [
     (16, 0.027181715702085017),
 ];
 /// Row of stage 18.
-pub(crate) const A18: Row<11> = [
+pub(crate) const A18: TableauRow<11> = [
     (0, 0.013024539431143383),
     (7, -0.7452850902413112),
     (8, 0.2643867896429301),
@@ -156,7 +157,7 @@ pub(crate) const A18: Row<11> = [
     (17, 0.06941415157202692),
 ];
 /// Row of stage 19.
-pub(crate) const A19: Row<12> = [
+pub(crate) const A19: TableauRow<12> = [
     (0, 0.013970899969259426),
     (7, -0.46657653359576745),
     (8, 0.24163727872162571),
@@ -171,7 +172,7 @@ pub(crate) const A19: Row<12> = [
     (18, -0.12127967356222542),
 ];
 /// Row of stage 20.
-pub(crate) const A20: Row<13> = [
+pub(crate) const A20: TableauRow<13> = [
     (0, 0.016046388883181127),
     (7, 0.09517712399458336),
     (8, 0.13591872646553177),
@@ -187,7 +188,7 @@ pub(crate) const A20: Row<13> = [
     (19, -0.11507507129585039),
 ];
 /// Weights of the result, order 9.
-pub const B: Row<9> = [
+pub const B: TableauRow<9> = [
     (0, 0.014611976858423152),
     (7, -0.3915211862331339),
     (8, 0.23109325002895065),
@@ -199,7 +200,7 @@ pub const B: Row<9> = [
     (14, 0.030570139830827976),
 ];
 /// Weights of the embedded result of order 8, less [`B`].
-pub const E: Row<10> = [
+pub const E: TableauRow<10> = [
     (0, -0.005357988290444578),
     (7, -2.583020491182464),
     (8, 0.14252253154686625),
@@ -212,7 +213,7 @@ pub const E: Row<10> = [
     (15, -0.048342313738239585),
 ];
 /// Dense output, coefficient r₅.
-pub(crate) const D4: Row<14> = [
+pub(crate) const D4: TableauRow<14> = [
     (0, -10.79350134829103),
     (7, 142.24417281207067),
     (8, -52.444292984602235),
@@ -229,7 +230,7 @@ pub(crate) const D4: Row<14> = [
     (20, 57.559946437860184),
 ];
 /// Dense output, coefficient r₆.
-pub(crate) const D5: Row<14> = [
+pub(crate) const D5: TableauRow<14> = [
     (0, 9.431820562333698),
     (7, -127.10690745545251),
     (8, 46.69298825994423),
@@ -246,7 +247,7 @@ pub(crate) const D5: Row<14> = [
     (20, -45.42527105500738),
 ];
 /// Dense output, coefficient r₇.
-pub(crate) const D6: Row<14> = [
+pub(crate) const D6: TableauRow<14> = [
     (0, 36.54120836152431),
     (7, -872.9562399394661),
     (8, 334.9218630022023),
@@ -263,7 +264,7 @@ pub(crate) const D6: Row<14> = [
     (20, -427.7351813776212),
 ];
 /// Dense output, coefficient r₈.
-pub(crate) const D7: Row<14> = [
+pub(crate) const D7: TableauRow<14> = [
     (0, -23.33763642316899),
     (7, 557.2880680747634),
     (8, -213.4792500464644),
@@ -280,7 +281,7 @@ pub(crate) const D7: Row<14> = [
     (20, 246.06577526752997),
 ];
 /// Dense output, coefficient r₉.
-pub(crate) const D8: Row<14> = [
+pub(crate) const D8: TableauRow<14> = [
     (0, -32.19357055471806),
     (7, 1057.6652861505438),
     (8, -413.4004778109618),

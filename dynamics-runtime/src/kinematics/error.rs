@@ -18,7 +18,7 @@ pub struct KinematicsError<M: Model> {
     pub time: f64,
     /// The position there; velocities are those of the last position that was reached.
     pub state: Box<M::State>,
-    pub(super) reached: Option<Box<super::Reached<M>>>,
+    pub(super) reached: Option<Box<super::FollowedPath<M>>>,
 }
 
 /// The kinds of failure.

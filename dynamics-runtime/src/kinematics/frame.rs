@@ -7,8 +7,8 @@ use alloc::vec::Vec;
 use crate::constrain::held::active;
 use crate::constrain::system::Read;
 use crate::constrain::{Gradients, gradients};
-use crate::linalg::Memory;
 use crate::linalg::Svd;
+use crate::linalg::WorkMemory;
 use crate::math;
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
@@ -79,7 +79,7 @@ impl Measure {
 
 /// U Σ Vᵀ of the scaled Jacobian at a point.
 #[derive(Clone)]
-pub(super) struct Frame {
+pub(super) struct JacobianSvd {
     /// Norms of the rows.
     pub(super) scales: Vec<f64>,
     a: Vec<f64>,
@@ -92,7 +92,7 @@ pub(super) struct Frame {
 /// So many frames are made from the one before in a row.
 const OLDEST: u32 = 100;
 
-impl Frame {
+impl JacobianSvd {
     pub(super) fn new<M: Constraints>(measure: &Measure, model: &M, state: &M::State) -> Result<Self, usize> {
         let (m, n) = (measure.rows.len(), measure.weights.len());
         let scales = measure.norms(model, state)?;
@@ -277,7 +277,7 @@ fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
 pub(super) fn weights<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut memory = vec![0.0; gradients::memory(n, r)];
-    let Read { mass, force, jacobian, gamma } = Read::new(n, r, &mut Memory::new(&mut memory));
+    let Read { mass, force, jacobian, gamma } = Read::new(n, r, &mut WorkMemory::new(&mut memory));
     model.terms(state, &mut Terms { mass, force, jacobian, gamma });
     let mut weights: Vec<f64> = mass.iter().step_by(n + 1).copied().collect();
     crate::constrain::assemble::weigh(&mut weights);

@@ -17,7 +17,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::frame::{Frame, Measure};
+use super::frame::{JacobianSvd, Measure};
 use super::trace::{Point, Tracer};
 use crate::constrain::Involved;
 use crate::constrain::nearby::at_time;
@@ -90,7 +90,7 @@ impl<M: Constraints> Tracer<'_, M> {
                 None if exact => return None,
                 None => {
                     let state = begun(locks_up);
-                    (state, Frame::new(&self.measure, self.model, &state).ok()?)
+                    (state, JacobianSvd::new(&self.measure, self.model, &state).ok()?)
                 }
             };
             let off = if exact { HOLDS } else { EXTRAPOLATED };
@@ -114,14 +114,14 @@ impl<M: Constraints> Tracer<'_, M> {
     }
 
     /// By how far the constraints are missed, in parts of the size of the coordinates.
-    fn off(&self, state: &M::State, frame: &Frame) -> f64 {
+    fn off(&self, state: &M::State, frame: &JacobianSvd) -> f64 {
         let residual = scaled(&self.measure, self.model.residual(state).as_slice(), &frame.scales);
         math::sqrt(dot(&residual, &residual)) / self.measure.scale(state.q().as_slice())
     }
 
     /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q, by more
     /// than a part of what it was before.
-    fn resists(&self, state: &M::State, frame: &Frame, drive: f64) -> bool {
+    fn resists(&self, state: &M::State, frame: &JacobianSvd, drive: f64) -> bool {
         let mut at_rest = *state;
         *at_rest.u_mut() = M::Vector::zeros();
         let rates = scaled(&self.measure, self.model.velocity_residual(&at_rest).as_slice(), &frame.scales);
@@ -140,7 +140,7 @@ impl<M: Constraints> Tracer<'_, M> {
 
     /// Gauss–Newton on the equations of the singular position; `None` where it does not converge. Where the
     /// path passes one at a distance, it may converge to where the equations are missed least.
-    fn polish(&self, mut state: M::State, locks_up: bool) -> Option<(M::State, Frame)> {
+    fn polish(&self, mut state: M::State, locks_up: bool) -> Option<(M::State, JacobianSvd)> {
         let n = M::Vector::LEN;
         let m = self.measure.rows.len();
         let equations = m + if locks_up { 1 } else { 2 };
@@ -149,7 +149,7 @@ impl<M: Constraints> Tracer<'_, M> {
         let pace = self.measure.length(state.u().as_slice()).max(1e-3 * scale);
         let mut last = f64::INFINITY;
         for _ in 0..12 {
-            let frame = Frame::new(&self.measure, self.model, &state).ok()?;
+            let frame = JacobianSvd::new(&self.measure, self.model, &state).ok()?;
             let functions = SingularFunctions::new(self, state, &frame);
             let mut a = vec![0.0; equations * (n + 1)];
             let mut right = scaled(&self.measure, self.model.residual(&state).as_slice(), &frame.scales);
@@ -182,7 +182,7 @@ impl<M: Constraints> Tracer<'_, M> {
             }
             state = at_time(&state, state.t() + step[n] / pace);
             if length <= 1e-14 || (length <= 1e-11 && length >= 0.5 * last) {
-                let frame = Frame::new(&self.measure, self.model, &state).ok()?;
+                let frame = JacobianSvd::new(&self.measure, self.model, &state).ok()?;
                 return Some((state, frame));
             }
             if length.is_nan() || length >= 2.0 * last {
@@ -204,7 +204,7 @@ struct SingularFunctions<'t, 'm, M: Constraints> {
 }
 
 impl<'t, 'm, M: Constraints> SingularFunctions<'t, 'm, M> {
-    fn new(tracer: &'t Tracer<'m, M>, state: M::State, frame: &'t Frame) -> Self {
+    fn new(tracer: &'t Tracer<'m, M>, state: M::State, frame: &'t JacobianSvd) -> Self {
         let (right, left) = frame.weak_pair();
         Self { tracer, scales: &frame.scales, right, left, u: *state.u() }
     }

@@ -1,18 +1,18 @@
 //! Following the position of a driven mechanism through time.
 //!
-//! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on Φ(q,
-//! t) = 0. A step counts only where Newton contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the
+//! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on Φ(q, t) =
+//! 0. A step counts only where Newton contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the
 //! solution found is the only one nearby), where no singular position can lie between (see
-//! [`super::frame::Frame::leads_to`]), and where the way found leads back to its start; so branches are not
-//! lost, and singular positions are approached in ever shorter steps instead of being stepped over. The step
-//! follows Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, §5.1; E. J.
-//! Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
+//! [`super::frame::JacobianSvd::leads_to`]), and where the way found leads back to its start; so branches
+//! are not lost, and singular positions are approached in ever shorter steps instead of being stepped over.
+//! The step follows Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
+//! §5.1; E. J. Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
 use super::error::KinematicsErrorKind as Kind;
-use super::frame::{Frame, Measure};
+use super::frame::{JacobianSvd, Measure};
 use crate::constrain;
 use crate::constrain::nearby::at_time;
 use crate::error::SolveError;
@@ -41,7 +41,7 @@ const MOST_CORRECTIONS: u32 = 12;
 pub(super) struct Point<M: Model> {
     pub(super) state: M::State,
     pub(super) accelerations: M::Vector,
-    pub(super) frame: Frame,
+    pub(super) frame: JacobianSvd,
 }
 
 // By hand, because a derive would ask the same of the model.
@@ -75,7 +75,11 @@ impl<'m, M: Constraints> Tracer<'m, M> {
 
     /// Velocities, accelerations and the Jacobian at a position that fulfils the constraints; `state` comes
     /// with predicted velocities, `before` is the frame of a point nearby.
-    pub(super) fn complete(&mut self, mut state: M::State, before: Option<&Frame>) -> Result<Point<M>, Kind> {
+    pub(super) fn complete(
+        &mut self,
+        mut state: M::State,
+        before: Option<&JacobianSvd>,
+    ) -> Result<Point<M>, Kind> {
         let mut right = self.model.velocity_residual(&state);
         negate(&mut right);
         let change = constrain::correct(self.model, self.constants, &state, &right, &mut self.workspace)?;
@@ -84,7 +88,7 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         let not_finite = |row: usize| Kind::Solve(SolveError::ConstraintNotFinite { row: M::ROWS[row].name });
         let frame = match before {
             Some(before) => before.next(&self.measure, self.model, &state),
-            None => Frame::new(&self.measure, self.model, &state),
+            None => JacobianSvd::new(&self.measure, self.model, &state),
         };
         let frame = frame.map_err(not_finite)?;
         Ok(Point { state, accelerations, frame })

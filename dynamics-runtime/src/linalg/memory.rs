@@ -1,9 +1,9 @@
 //! Memory that a caller lends, cut into pieces; indices kept in it.
 
 /// What is left of the memory that a caller lends.
-pub(crate) struct Memory<'w>(&'w mut [f64]);
+pub(crate) struct WorkMemory<'w>(&'w mut [f64]);
 
-impl<'w> Memory<'w> {
+impl<'w> WorkMemory<'w> {
     /// All of it; the caller answers for its length.
     pub(crate) fn new(memory: &'w mut [f64]) -> Self {
         Self(memory)

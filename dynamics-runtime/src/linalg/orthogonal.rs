@@ -11,7 +11,7 @@
 //! Cost: 2nr² operations. Golub & Van Loan, Matrix Computations, 4th ed., §5.4–5.5. Stability: backward
 //! stable; the rank found this way can exceed the numerical rank in matrices contrived to that end (Kahan's).
 
-use super::memory::{Indices, Memory};
+use super::memory::{Indices, WorkMemory};
 use super::rows::{add_scaled, dot, norm, swap_rows, two_rows};
 
 /// Turns x into (β, v₂, …) with H x = β e₁, H = I − τ v vᵀ, v₁ = 1; returns τ.
@@ -77,7 +77,7 @@ impl<'w> Orthogonal<'w> {
         (r, n): (usize, usize),
         redundant: &dyn Fn(usize) -> bool,
         tolerance: f64,
-        memory: &mut Memory<'w>,
+        memory: &mut WorkMemory<'w>,
     ) -> Self {
         let (tau, tau_right) = (memory.take(r), memory.take(r));
         let order = memory.indices(r);
@@ -272,7 +272,7 @@ mod tests {
         // A small tail beside a large head, a row that repeats another, and one that nearly does.
         let rows = [[1.0, 1e-9, 0.0], [0.6, 0.0, 0.8], [1.0, 1e-9, 0.0], [0.6, 1e-5, 0.8]];
         let (mut a, mut work) = (rows.concat(), [0.0; memory(4)]);
-        let it = Orthogonal::new(&mut a, (4, 3), &|_| false, 1e-8, &mut Memory::new(&mut work));
+        let it = Orthogonal::new(&mut a, (4, 3), &|_| false, 1e-8, &mut WorkMemory::new(&mut work));
         assert!(it.rank == 3 && it.condition > 1e4, "{} {}", it.rank, it.condition);
         for row in rows {
             // Rows lie in the span of the first columns of Q, and keep their length.

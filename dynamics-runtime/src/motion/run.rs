@@ -35,7 +35,7 @@ use crate::motion::run::step_size_collapse::StepSizeCollapse;
 use crate::motion::run::stiffness_detection::Stiffness;
 pub(crate) use crate::motion::run::stiffness_detection::longer;
 use crate::motion::stabilization::singular_start::least_distance;
-use crate::motion::stabilization::{Drift, Drifted, adaptive_gain};
+use crate::motion::stabilization::{DriftVerdict, Drifted, adaptive_gain};
 use crate::motion::trajectory::record::{Counts, Record};
 
 /// Conditioning of constraints from which on a singular position is near.
@@ -381,11 +381,11 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         }
         let state = rhs.state(step.end.t, &step.end.y.q, &step.end.y.u);
         let (part, shortened) = match rhs.stabilization.look(rhs.model, &state, step.h)? {
-            Drift::Harmless => return Ok(()),
-            Drift::TooFar(Drifted { what, row, residual, distance, limit }) => {
+            DriftVerdict::Harmless => return Ok(()),
+            DriftVerdict::TooFar(Drifted { what, row, residual, distance, limit }) => {
                 return Err(Kind::Drift { what, row, residual, distance, limit });
             }
-            Drift::Decides { part, shortened } => (part, shortened),
+            DriftVerdict::Decides { part, shortened } => (part, shortened),
         };
         let Weakness { condition, rows, coordinates } = weakness(rhs.model, &state);
         // Plain drift of constraints that are far from losing rank has a limit of its own.

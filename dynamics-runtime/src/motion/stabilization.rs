@@ -11,7 +11,7 @@ pub(crate) mod singular_start;
 use alloc::vec::Vec;
 
 pub(crate) use crate::motion::stabilization::contacts::ContactHistory;
-pub(crate) use crate::motion::stabilization::drift_monitor::{Drift, Drifted};
+pub(crate) use crate::motion::stabilization::drift_monitor::{DriftVerdict, Drifted};
 pub(crate) use crate::motion::stabilization::initial_consistency::PlaceError;
 
 use crate::constrain::assemble::{CONSISTENT, size_along};
@@ -94,7 +94,7 @@ pub(crate) struct StabilizationNotes<M: Constraints> {
     counts: StabilizationCounts,
     push: M::Vector,
     pace: Pace,
-    look: Option<drift_monitor::Look<M::Rows>>,
+    look: Option<drift_monitor::DriftInspection<M::Rows>>,
     usual: Option<f64>,
     latest: Option<f64>,
     moved: Option<f64>,
@@ -114,7 +114,7 @@ pub(crate) struct Stabilization<M: Constraints> {
     /// No row is smaller, once that was asked.
     least_size: Option<f64>,
     /// The last close look at what has drifted.
-    look: Option<drift_monitor::Look<M::Rows>>,
+    look: Option<drift_monitor::DriftInspection<M::Rows>>,
     /// The contacts of the run, which take part in every impact where they touch.
     pub(crate) contacts: Vec<ContactHistory>,
     /// Mean of the sensitivities of the projections that ended steps so far, on a logarithmic scale. It is
@@ -494,7 +494,7 @@ impl<M: Constraints> Stabilization<M> {
         model: &M,
         state: &mut M::State,
         hits: &[(usize, f64)],
-    ) -> Result<constrain::Impact<M::Rows>, SolveError> {
+    ) -> Result<constrain::ImpactSolution<M::Rows>, SolveError> {
         constrain::impact(model, state, hits, &mut self.workspace)
     }
 

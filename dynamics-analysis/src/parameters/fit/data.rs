@@ -9,7 +9,7 @@ use dynamics_runtime::model::{ModelState, Parameters};
 use dynamics_runtime::motion::{Motion, Simulate};
 use nalgebra::{DMatrix, DVector};
 
-use super::super::sensitivity::{Measured, Sensitivities};
+use super::super::sensitivity::{MeasuredQuantity, Sensitivities};
 use super::super::sensitivity_error::SensitivityError;
 use super::FitError;
 
@@ -33,7 +33,7 @@ pub(super) struct Given {
 pub(in super::super) struct Series {
     pub(in super::super) name: String,
     pub(in super::super) unit: String,
-    pub(in super::super) quantity: Measured,
+    pub(in super::super) quantity: MeasuredQuantity,
     pub(in super::super) points: Vec<(f64, f64)>,
     /// σ of the noise; 1 where it was not given.
     pub(in super::super) sigma: f64,
@@ -47,7 +47,7 @@ pub(super) fn read<M: Simulate>(
 ) -> Result<(Vec<Series>, f64), FitError> {
     let mut found = Vec::new();
     for Given { name, points, sigma } in data {
-        let quantity = Measured::of::<M>(name).map_err(FitError::Motion)?;
+        let quantity = MeasuredQuantity::of::<M>(name).map_err(FitError::Motion)?;
         let name = named(name, index);
         if points.is_empty() {
             return Err(FitError::NoData { name: name.clone() });
@@ -91,7 +91,7 @@ pub(super) fn all_or_none<'a>(data: impl Iterator<Item = &'a Given>) -> Result<b
 /// The least root mean square of measured coordinates and velocities, as simulations see them; `None` where
 /// outputs alone were measured.
 pub(super) fn least_size(series: &[Series]) -> Option<f64> {
-    let of_state = series.iter().filter(|s| !matches!(s.quantity, Measured::Output(_)));
+    let of_state = series.iter().filter(|s| !matches!(s.quantity, MeasuredQuantity::Output(_)));
     let size = |s: &Series| (s.points.iter().map(|(_, y)| y * y).sum::<f64>() / s.points.len() as f64).sqrt();
     of_state.map(size).filter(|size| *size > 0.0).reduce(f64::min)
 }
@@ -112,9 +112,9 @@ pub(super) fn residuals<M: Simulate>(
             }
             let state = sampler.at(*t);
             let modelled = match quantity {
-                Measured::Position(i) => state.q()[*i],
-                Measured::Velocity(i) => state.u()[*i],
-                Measured::Output(i) => motion.outputs_of(&state)[*i],
+                MeasuredQuantity::Position(i) => state.q()[*i],
+                MeasuredQuantity::Velocity(i) => state.u()[*i],
+                MeasuredQuantity::Output(i) => motion.outputs_of(&state)[*i],
             };
             if !modelled.is_finite() {
                 return Err(SensitivityError::NotFinite { time: *t });
@@ -130,7 +130,7 @@ pub(super) fn jacobian<M: Simulate + Parameters + Clone>(
     series: &[Series],
     found: &Sensitivities<'_, M>,
 ) -> Result<DMatrix<f64>, SensitivityError> {
-    let quantities: Vec<Measured> = series.iter().map(|s| s.quantity).collect();
+    let quantities: Vec<MeasuredQuantity> = series.iter().map(|s| s.quantity).collect();
     let rows = (0..found.times().len()).map(|k| found.rows(&quantities, k)).collect::<Result<Vec<_>, _>>()?;
     let count = series.iter().map(|s| s.points.len()).sum();
     let mut jacobian = DMatrix::zeros(count, found.variables().len());

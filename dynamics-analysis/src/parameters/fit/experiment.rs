@@ -8,7 +8,7 @@ use dynamics_runtime::model::{ModelState, Parameters, Vector};
 use dynamics_runtime::motion::Simulate;
 use nalgebra::{DMatrix, DVector};
 
-use super::super::sensitivity::{Asked, Options};
+use super::super::sensitivity::{SensitivityRequest, SensitivityRunSetup};
 use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::{Variable, VariableError};
 use super::data::{self, Given, Series};
@@ -22,7 +22,7 @@ pub(super) struct Told<'m, M: Simulate> {
     /// Parameters that are others than those of the model.
     pub(super) known: Vec<(String, f64)>,
     pub(super) data: Vec<Given>,
-    pub(super) options: Option<Options<'m, M>>,
+    pub(super) options: Option<SensitivityRunSetup<'m, M>>,
 }
 
 impl<M: Simulate> Told<'_, M> {
@@ -42,7 +42,7 @@ pub(in super::super) struct Experiment<'a, M: Simulate> {
     end: f64,
     /// The tolerance of what is near zero, where it is another.
     small: Option<f64>,
-    options: Option<&'a Options<'a, M>>,
+    options: Option<&'a SensitivityRunSetup<'a, M>>,
 }
 
 impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
@@ -115,7 +115,8 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
         times.sort_by(f64::total_cmp);
         times.dedup();
         let (end, absolute) = (self.end, self.small);
-        let asked = Asked { variables: &variables, end, tolerance, absolute, times: Some(&times) };
+        let asked =
+            SensitivityRequest { variables: &variables, end, tolerance, absolute, times: Some(&times) };
         let options = self.options.map(|options| options as &dyn Fn(_) -> _);
         let mut by = DMatrix::zeros(if jacobian { self.count() } else { 0 }, unknowns.len());
         if !jacobian || own.is_empty() {

@@ -49,7 +49,7 @@ pub(super) struct Outcome {
 }
 
 /// Residuals, and their Jacobian where it is asked for.
-type Evaluated = Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError>;
+pub(super) type ResidualEvaluation = Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError>;
 
 impl Levenberg<'_> {
     /// # Errors
@@ -58,7 +58,7 @@ impl Levenberg<'_> {
     pub(super) fn minimize(
         &self,
         first: &DVector<f64>,
-        evaluate: impl Fn(&DVector<f64>, bool) -> Evaluated,
+        evaluate: impl Fn(&DVector<f64>, bool) -> ResidualEvaluation,
     ) -> Result<Outcome, SensitivityError> {
         let with_jacobian = |at: &DVector<f64>| {
             let (residuals, jacobian) = evaluate(at, true)?;

@@ -8,7 +8,7 @@ use dynamics_runtime::motion::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::parallel::ordered;
-use super::{Fit, FitError, Problem};
+use super::{Fit, FitError, FitProblem};
 use crate::numbers::Numbers;
 
 /// Fits of data with resampled residuals.
@@ -70,7 +70,7 @@ impl Resampled {
 }
 
 pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
-    problem: &Problem<'_, M>,
+    problem: &FitProblem<'_, M>,
     fit: &Fit,
     count: usize,
     seed: u64,
@@ -95,7 +95,7 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
             }
             experiment.with(series)
         });
-        let again = Problem {
+        let again = FitProblem {
             experiments: drawn.collect(),
             unknowns: problem.unknowns.clone(),
             tolerance: problem.tolerance,

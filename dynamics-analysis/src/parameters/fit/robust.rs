@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::sensitivity_error::SensitivityError;
-use super::levenberg::{Levenberg, Outcome};
+use super::levenberg::{Levenberg, Outcome, ResidualEvaluation};
 
 /// Limit of Huber's loss at which normal noise costs 5 % of the information (Holland & Welsch, table 1).
 const HUBER_LIMIT: f64 = 1.345;
@@ -96,7 +96,7 @@ const SETTLED: f64 = 1e-6;
 
 /// How a fit weighed its data.
 #[derive(Clone, Debug)]
-pub(super) struct Weighed {
+pub(super) struct FitWeights {
     pub(super) loss: Loss,
     /// s, in σ; 1 where σ is given or the loss is that of least squares.
     pub(super) scale: f64,
@@ -104,7 +104,7 @@ pub(super) struct Weighed {
     pub(super) weights: Vec<f64>,
 }
 
-impl Weighed {
+impl FitWeights {
     pub(super) fn evenly(count: usize) -> Self {
         Self { loss: Loss::Squares, scale: 1.0, weights: alloc::vec![1.0; count] }
     }
@@ -127,17 +127,14 @@ impl Weighed {
     }
 }
 
-/// Residuals, and their Jacobian where it is asked for.
-type Evaluated = Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError>;
-
 /// Makes the sum of losses smallest. The scale is found along the way where it is not given, and is no less
 /// than `least`.
 pub(super) fn minimize(
     search: &Levenberg<'_>,
     (loss, scale, least): (Loss, Option<f64>, f64),
     first: &DVector<f64>,
-    evaluate: impl Fn(&DVector<f64>, bool) -> Evaluated,
-) -> Result<(Outcome, Weighed), SensitivityError> {
+    evaluate: impl Fn(&DVector<f64>, bool) -> ResidualEvaluation,
+) -> Result<(Outcome, FitWeights), SensitivityError> {
     let scale_of = |residuals: &DVector<f64>| scale.unwrap_or_else(|| median_size(residuals).max(least));
     let mut at = first.clone();
     let (mut residuals, _) = evaluate(&at, false)?;
@@ -146,7 +143,7 @@ pub(super) fn minimize(
     let nearer = Loss::Huber(loss.limit().map_or(HUBER_LIMIT, |limit| limit.min(HUBER_LIMIT)));
     for (stage, most) in [(nearer, MOST_ROUNDS_BEFORE), (loss, MOST_ROUNDS)] {
         for round in 1..=most {
-            let weighed = Weighed::of(stage, scale_of(&residuals), &residuals);
+            let weighed = FitWeights::of(stage, scale_of(&residuals), &residuals);
             let roots = DVector::from_iterator(residuals.len(), weighed.weights.iter().map(|w| w.sqrt()));
             let found = search.minimize(&at, |at, jacobian| {
                 let (residuals, by) = evaluate(at, jacobian)?;
@@ -156,7 +153,7 @@ pub(super) fn minimize(
             let before = residuals;
             at = found.at;
             residuals = evaluate(&at, false)?.0;
-            let again = Weighed::of(stage, scale_of(&residuals), &residuals);
+            let again = FitWeights::of(stage, scale_of(&residuals), &residuals);
             // What the weights admit no longer moves.
             let moved = (&residuals - &before).component_mul(&roots).norm();
             let settles = moved <= SETTLED * residuals.component_mul(&roots).norm().max(least)
@@ -167,7 +164,7 @@ pub(super) fn minimize(
             }
         }
     }
-    let (weighed, settled) = last.unwrap_or_else(|| (Weighed::evenly(residuals.len()), false));
+    let (weighed, settled) = last.unwrap_or_else(|| (FitWeights::evenly(residuals.len()), false));
     let (residuals, jacobian) = evaluate(&at, true)?;
     let jacobian = jacobian.unwrap_or_else(|| DMatrix::zeros(0, 0));
     Ok((Outcome { at, residuals, jacobian, iterations, settled }, weighed))

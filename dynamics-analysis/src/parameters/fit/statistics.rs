@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::size;
 use super::result::{Fit, Fitted, Outlier, Residuals};
-use super::robust::{Loss, Weighed};
-use super::{FitError, Problem, RANK};
+use super::robust::{FitWeights, Loss};
+use super::{FitError, FitProblem, RANK};
 
 /// What all of an unknown changes of the modelled values, as a part of them, by which it has an influence:
 /// the error of derivatives lies below.
@@ -17,9 +17,9 @@ const INFLUENCE: f64 = 1e-9;
 
 impl Fit {
     pub(super) fn of<M: Simulate + Parameters + Clone>(
-        problem: &Problem<'_, M>,
+        problem: &FitProblem<'_, M>,
         at: &DVector<f64>,
-        (residuals, weighed): (DVector<f64>, Weighed),
+        (residuals, weighed): (DVector<f64>, FitWeights),
         jacobian: &DMatrix<f64>,
         iterations: usize,
     ) -> Result<Self, FitError> {
@@ -96,7 +96,7 @@ impl Fit {
 /// The datum that stands out at some values of the unknowns by what was measured, and not by what the model
 /// makes.
 pub(super) fn outlier_at<M: Simulate + Parameters + Clone>(
-    problem: &Problem<'_, M>,
+    problem: &FitProblem<'_, M>,
     at: &DVector<f64>,
 ) -> Option<Outlier> {
     let (residuals, _) = problem.evaluate(at, false).ok()?;
@@ -108,7 +108,7 @@ pub(super) fn outlier_at<M: Simulate + Parameters + Clone>(
 }
 
 fn by_quantity<M: Simulate + Parameters + Clone>(
-    problem: &Problem<'_, M>,
+    problem: &FitProblem<'_, M>,
     residuals: &DVector<f64>,
     weights: &[f64],
 ) -> Vec<Residuals> {

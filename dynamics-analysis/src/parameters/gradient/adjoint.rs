@@ -10,12 +10,12 @@ use nalgebra::{DMatrix, DVector};
 use super::super::equations::{settle, size};
 use super::super::sensitivity::along::MOST_STEPS;
 use super::super::sensitivity::collocation::Gauss;
-use super::super::sensitivity::linear::Linear;
+use super::super::sensitivity::linear::VariationalEquations;
 use super::super::sensitivity::smooth::refuse_jumps;
 use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::Variable;
-use super::corners::Corners;
-use super::objective::{Blend, Instant, Plan};
+use super::corners::IntegrandCorners;
+use super::objective::{Blend, Instant, ParsedObjective};
 
 /// Derivatives are measured by no less than this part of what moving the whole motion does, for each size of
 /// their variable: what has no influence is made of rounding alone.
@@ -34,7 +34,7 @@ const HALVED: (usize, f64) = (10, 0.3);
 const LATER: f64 = 1e-4;
 
 /// What was found.
-pub(super) struct Found {
+pub(super) struct AdjointGradient {
     pub(super) value: f64,
     pub(super) derivatives: Vec<f64>,
     pub(super) steps: usize,
@@ -45,9 +45,9 @@ pub(super) struct Found {
 pub(super) fn back<M: Simulate + Parameters + Clone>(
     motion: &Motion<'_, M>,
     variables: &[Variable],
-    plan: &Plan,
+    plan: &ParsedObjective,
     tolerance: f64,
-) -> Result<Found, SensitivityError> {
+) -> Result<AdjointGradient, SensitivityError> {
     let knots: Vec<M::State> = motion.steps().collect();
     let (start, end) = (motion.start_time(), motion.end_time());
     let outside = |instant: &&Instant| !(start.min(end)..=start.max(end)).contains(&instant.time);
@@ -57,7 +57,8 @@ pub(super) fn back<M: Simulate + Parameters + Clone>(
     refuse_jumps(motion, &knots)?;
     let values = variables.iter().map(|variable| variable.value(motion.model(), &motion.start()));
     let mut least: Vec<f64> = values.map(|value| LEAST / value.map_or(1.0, size)).collect();
-    let (found, way) = Way::follow(motion, &knots, variables, plan, (tolerance, MOST_STEPS), &least, None)?;
+    let (found, way) =
+        AdjointPass::follow(motion, &knots, variables, plan, (tolerance, MOST_STEPS), &least, None)?;
     let mut again = false;
     for (k, least) in least.iter_mut().enumerate() {
         if way.gathered[k] > 0.0 && way.gathered[k] < OWN * *least * way.moved {
@@ -66,18 +67,18 @@ pub(super) fn back<M: Simulate + Parameters + Clone>(
         }
     }
     let most = AGAIN.0 * found.steps + AGAIN.1;
-    match again
-        .then(|| Way::follow(motion, &knots, variables, plan, (tolerance, most), &least, Some(way.corners)))
-    {
+    match again.then(|| {
+        AdjointPass::follow(motion, &knots, variables, plan, (tolerance, most), &least, Some(way.corners))
+    }) {
         Some(Ok((finer, _))) => Ok(finer),
         _ => Ok(found),
     }
 }
 
 /// λ, what it has gathered, and what errors are measured by.
-struct Way<'a, 'm, M: Simulate> {
-    linear: Linear<'a, 'm, M>,
-    plan: &'a Plan,
+struct AdjointPass<'a, 'm, M: Simulate> {
+    linear: VariationalEquations<'a, 'm, M>,
+    plan: &'a ParsedObjective,
     fine: Gauss,
     coarse: Gauss,
     tolerance: f64,
@@ -108,7 +109,7 @@ struct Way<'a, 'm, M: Simulate> {
 }
 
 /// What a step adds.
-struct Step {
+struct AdjointStep {
     lambda: DMatrix<f64>,
     derivatives: DVector<f64>,
     gathered: DVector<f64>,
@@ -119,16 +120,16 @@ struct Step {
     integrand: f64,
 }
 
-impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
+impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
     fn follow(
         motion: &'a Motion<'m, M>,
         knots: &[M::State],
         variables: &[Variable],
-        plan: &'a Plan,
+        plan: &'a ParsedObjective,
         (tolerance, most_steps): (f64, usize),
         least: &[f64],
         corners: Option<Vec<[f64; 2]>>,
-    ) -> Result<(Found, Self), SensitivityError> {
+    ) -> Result<(AdjointGradient, Self), SensitivityError> {
         let (n, count) = (M::Vector::LEN, variables.len());
         let parameters = variables.iter().map(|variable| match variable {
             Variable::Parameter(i) => Some(*i),
@@ -138,7 +139,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
             knots.iter().flat_map(|state| of(state).as_slice()).fold(0.0, |most: f64, x| most.max(x.abs()))
         };
         let mut way = Self {
-            linear: Linear::new(motion, parameters.collect()),
+            linear: VariationalEquations::new(motion, parameters.collect()),
             plan,
             fine: Gauss::new(5),
             coarse: Gauss::new(4),
@@ -170,7 +171,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         };
         way.along(knots)?;
         way.at_start(&knots[0], variables)?;
-        let found = Found {
+        let found = AdjointGradient {
             value: way.value,
             derivatives: way.derivatives.as_slice().to_vec(),
             steps: way.steps,
@@ -205,7 +206,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         let asks = self.linear.parameters.iter().any(Option::is_some);
         let of_parameters = if asks { self.of_variables.clone() } else { Vec::new() };
         let (linear, with_parameters) = (&mut self.linear, false);
-        let mut corners = Corners {
+        let mut corners = IntegrandCorners {
             linear,
             integrand,
             sizes,
@@ -366,7 +367,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
         Ok(())
     }
 
-    fn accept(&mut self, step: Step) {
+    fn accept(&mut self, step: AdjointStep) {
         self.lambda = step.lambda;
         self.derivatives += step.derivatives;
         self.gathered += step.gathered;
@@ -377,11 +378,11 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
     }
 
     /// Tries a step; `None` where it has no solution.
-    fn step(&mut self, t: f64, h: f64, fine: bool) -> Result<Option<Step>, SensitivityError> {
+    fn step(&mut self, t: f64, h: f64, fine: bool) -> Result<Option<AdjointStep>, SensitivityError> {
         let (n, count) = (M::Vector::LEN, self.linear.parameters.len());
         let nodes = if fine { self.fine.nodes.clone() } else { self.coarse.nodes.clone() };
         let (mut equations, mut of_parameters) = (Vec::new(), Vec::new());
-        let mut step = Step {
+        let mut step = AdjointStep {
             lambda: DMatrix::zeros(0, 0),
             derivatives: DVector::zeros(count),
             gathered: DVector::zeros(count),
@@ -447,7 +448,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
     }
 
     /// By how many tolerances the lower order differs.
-    fn error(&self, fine: &Step, coarse: &Step) -> f64 {
+    fn error(&self, fine: &AdjointStep, coarse: &AdjointStep) -> f64 {
         let n = M::Vector::LEN;
         let mut most = 0.0_f64;
         let mut measure = |off: f64, size: f64| {
@@ -473,7 +474,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> Way<'a, 'm, M> {
 
     /// That an integrand rose by as much as its rate says. What a corner leaves shrinks with the step, what a
     /// jump leaves does not.
-    fn refuse_jump(&mut self, from: f64, to: f64, step: &Step) -> Result<(), SensitivityError> {
+    fn refuse_jump(&mut self, from: f64, to: f64, step: &AdjointStep) -> Result<(), SensitivityError> {
         let plan = self.plan;
         let Some(integrand) = plan.integrand.as_ref().filter(|integrand| integrand.has_outputs()) else {
             return Ok(());

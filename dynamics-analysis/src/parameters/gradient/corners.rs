@@ -12,7 +12,7 @@ use dynamics_runtime::model::{ModelState, Parameters, Vector};
 use dynamics_runtime::motion::Simulate;
 use nalgebra::DVector;
 
-use super::super::sensitivity::linear::Linear;
+use super::super::sensitivity::linear::VariationalEquations;
 use super::super::sensitivity_error::SensitivityError;
 use super::objective::Blend;
 
@@ -33,8 +33,8 @@ const PERSISTS: f64 = 0.7;
 const MOST: usize = 4000;
 
 /// Looks at an integrand.
-pub(super) struct Corners<'w, 'a, 'm, M: Simulate> {
-    pub(super) linear: &'w mut Linear<'a, 'm, M>,
+pub(super) struct IntegrandCorners<'w, 'a, 'm, M: Simulate> {
+    pub(super) linear: &'w mut VariationalEquations<'a, 'm, M>,
     pub(super) integrand: &'w Blend,
     /// By what derivatives by positions and by velocities are multiplied: the sizes of these.
     pub(super) sizes: [f64; 2],
@@ -51,7 +51,7 @@ pub(super) struct Corners<'w, 'a, 'm, M: Simulate> {
 /// A place, the derivatives there, and the value.
 type Look = (f64, DVector<f64>, f64);
 
-impl<M: Simulate + Parameters + Clone> Corners<'_, '_, '_, M> {
+impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
     /// The times, by growing time, between which derivatives jump.
     pub(super) fn along(&mut self, knots: &[M::State]) -> Result<Vec<[f64; 2]>, SensitivityError> {
         let mut times: Vec<f64> = knots.iter().map(|state| state.t()).collect();

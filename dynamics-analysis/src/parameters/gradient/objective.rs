@@ -9,8 +9,8 @@ use dynamics_runtime::motion::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{by_parameter, differences, not_solved};
-use super::super::sensitivity::Measured;
-use super::super::sensitivity::linear::Linear;
+use super::super::sensitivity::MeasuredQuantity;
+use super::super::sensitivity::linear::VariationalEquations;
 use super::super::sensitivity_error::SensitivityError;
 use crate::linearize::scales;
 
@@ -37,24 +37,24 @@ pub(super) struct Blend {
 /// What is taken at an instant.
 pub(super) struct Instant {
     pub(super) time: f64,
-    quantity: Measured,
+    quantity: MeasuredQuantity,
     weight: f64,
     /// The value from which differences are squared.
     from: Option<f64>,
 }
 
 /// An objective, read.
-pub(super) struct Plan {
+pub(super) struct ParsedObjective {
     /// By growing time.
     pub(super) instants: Vec<Instant>,
     pub(super) integrand: Option<Blend>,
 }
 
-impl Plan {
+impl ParsedObjective {
     pub(super) fn of<M: Simulate>(terms: &[Term], end: f64) -> Result<Self, SensitivityError> {
         let mut plan = Self { instants: Vec::new(), integrand: None };
         let weighed = |name: &str, weight: f64| {
-            let quantity = Measured::of::<M>(name)?;
+            let quantity = MeasuredQuantity::of::<M>(name)?;
             if !weight.is_finite() {
                 return Err(SensitivityError::Weight { name: name.into(), weight });
             }
@@ -101,7 +101,7 @@ impl Instant {
     /// Its part of the value, and what it asks the derivatives of.
     pub(super) fn read<M: Simulate + Parameters + Clone>(
         &self,
-        along: &Linear<'_, '_, M>,
+        along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
     ) -> Result<(f64, Blend), SensitivityError> {
         let mut one = Blend::none::<M>();
@@ -118,7 +118,7 @@ impl Instant {
 }
 
 /// Derivatives of a blend at a state.
-pub(super) struct By {
+pub(super) struct BlendDerivatives {
     /// By q and q̇, 2N.
     pub(super) state: DVector<f64>,
     /// By each column's parameter.
@@ -132,11 +132,11 @@ impl Blend {
         Self { state: DVector::zeros(2 * M::Vector::LEN), outputs: DVector::zeros(M::OUTPUTS.len()) }
     }
 
-    fn add<M: Simulate>(&mut self, quantity: Measured, weight: f64) {
+    fn add<M: Simulate>(&mut self, quantity: MeasuredQuantity, weight: f64) {
         match quantity {
-            Measured::Position(i) => self.state[i] += weight,
-            Measured::Velocity(i) => self.state[M::Vector::LEN + i] += weight,
-            Measured::Output(i) => self.outputs[i] += weight,
+            MeasuredQuantity::Position(i) => self.state[i] += weight,
+            MeasuredQuantity::Velocity(i) => self.state[M::Vector::LEN + i] += weight,
+            MeasuredQuantity::Output(i) => self.outputs[i] += weight,
         }
     }
 
@@ -165,7 +165,7 @@ impl Blend {
 
     pub(super) fn value<M: Simulate + Parameters + Clone>(
         &self,
-        along: &Linear<'_, '_, M>,
+        along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
     ) -> Result<f64, SensitivityError> {
         Ok(self.of_state(state) + self.of_outputs(along.motion.model(), state)?)
@@ -174,12 +174,12 @@ impl Blend {
     /// The derivatives; `a` is A of the variational equations there.
     pub(super) fn derivatives<M: Simulate + Parameters + Clone>(
         &self,
-        along: &Linear<'_, '_, M>,
+        along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
         a: &DMatrix<f64>,
-    ) -> Result<By, SensitivityError> {
+    ) -> Result<BlendDerivatives, SensitivityError> {
         let parameters = DVector::zeros(along.parameters.len());
-        let mut found = By { state: self.state.clone(), parameters, exact: true };
+        let mut found = BlendDerivatives { state: self.state.clone(), parameters, exact: true };
         if !self.has_outputs() {
             return Ok(found);
         }
@@ -199,7 +199,7 @@ impl Blend {
     /// By q and q̇ alone.
     pub(super) fn by_state<M: Simulate + Parameters + Clone>(
         &self,
-        along: &Linear<'_, '_, M>,
+        along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
         a: &DMatrix<f64>,
     ) -> Result<DVector<f64>, SensitivityError> {
@@ -209,7 +209,7 @@ impl Blend {
     /// Of the outputs by q and q̇, and whether exactly.
     fn of_outputs_by_state<M: Simulate + Parameters + Clone>(
         &self,
-        along: &Linear<'_, '_, M>,
+        along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
         a: &DMatrix<f64>,
     ) -> Result<(DVector<f64>, bool), SensitivityError> {
@@ -223,7 +223,7 @@ impl Blend {
     /// laws enter.
     fn generated<M: Simulate + Parameters + Clone>(
         &self,
-        along: &Linear<'_, '_, M>,
+        along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
         a: &DMatrix<f64>,
     ) -> Option<DVector<f64>> {
@@ -257,7 +257,7 @@ impl Blend {
     /// Likewise by differences.
     fn by_differences<M: Simulate + Parameters + Clone>(
         &self,
-        along: &Linear<'_, '_, M>,
+        along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
     ) -> Result<DVector<f64>, SensitivityError> {
         let n = M::Vector::LEN;

@@ -10,7 +10,7 @@ use super::super::equations::{settle, size};
 use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::Variable;
 use super::collocation::Gauss;
-use super::linear::Linear;
+use super::linear::VariationalEquations;
 use super::smooth::refuse_jumps;
 
 /// Columns below this part of the motion per unit of the variable are scaled by the motion instead, because a
@@ -24,7 +24,7 @@ const AGAIN: (usize, usize) = (4, 100);
 pub(in super::super) const MOST_STEPS: usize = 1_000_000;
 
 /// What was found at the times, and how.
-pub(super) struct Found {
+pub(super) struct SensitivitySolution {
     pub(super) changes: Vec<DMatrix<f64>>,
     pub(super) exact: bool,
     pub(super) steps: usize,
@@ -39,7 +39,7 @@ pub(super) fn along<M: Simulate + Parameters + Clone>(
     variables: &[Variable],
     times: &[f64],
     tolerance: f64,
-) -> Result<Found, SensitivityError> {
+) -> Result<SensitivitySolution, SensitivityError> {
     let n = M::Vector::LEN;
     let mut least = least(motion, variables);
     let (found, largest) = follow(motion, variables, times, tolerance, &least, MOST_STEPS)?;
@@ -69,7 +69,7 @@ fn follow<M: Simulate + Parameters + Clone>(
     tolerance: f64,
     least: &DMatrix<f64>,
     most_steps: usize,
-) -> Result<(Found, DMatrix<f64>), SensitivityError> {
+) -> Result<(SensitivitySolution, DMatrix<f64>), SensitivityError> {
     let knots: Vec<M::State> = motion.steps().collect();
     refuse_jumps(motion, &knots)?;
     let parameters = variables.iter().map(|variable| match variable {
@@ -88,8 +88,8 @@ fn follow<M: Simulate + Parameters + Clone>(
     }
     settle(motion.model(), &motion.start(), &parameters, &mut x)?;
     let first = knots.get(1).map_or(0.0, |next| next.t() - knots[0].t());
-    let mut way = Way {
-        linear: Linear::new(motion, parameters),
+    let mut way = ForwardPass {
+        linear: VariationalEquations::new(motion, parameters),
         fine: Gauss::new(5),
         coarse: Gauss::new(4),
         tolerance,
@@ -97,7 +97,7 @@ fn follow<M: Simulate + Parameters + Clone>(
         most_steps,
         largest: x.map(f64::abs),
         h: first,
-        found: Found { changes: Vec::new(), exact: true, steps: 0 },
+        found: SensitivitySolution { changes: Vec::new(), exact: true, steps: 0 },
     };
     let mut times = times.iter().copied().peekable();
     let sign = first.signum();
@@ -137,8 +137,8 @@ fn least<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix
     DMatrix::from_fn(2, variables.len(), |half, k| LEAST * of_motion[half] / of(k))
 }
 
-struct Way<'a, 'm, M: Simulate> {
-    linear: Linear<'a, 'm, M>,
+struct ForwardPass<'a, 'm, M: Simulate> {
+    linear: VariationalEquations<'a, 'm, M>,
     fine: Gauss,
     coarse: Gauss,
     tolerance: f64,
@@ -148,10 +148,10 @@ struct Way<'a, 'm, M: Simulate> {
     /// The largest of each element so far: what errors are measured by.
     largest: DMatrix<f64>,
     h: f64,
-    found: Found,
+    found: SensitivitySolution,
 }
 
-impl<M: Simulate + Parameters + Clone> Way<'_, '_, M> {
+impl<M: Simulate + Parameters + Clone> ForwardPass<'_, '_, M> {
     /// From one time to another, between which the motion is smooth.
     fn go(&mut self, mut x: DMatrix<f64>, from: f64, to: f64) -> Result<DMatrix<f64>, SensitivityError> {
         let sign = (to - from).signum();

@@ -15,7 +15,7 @@ use super::collocation::AtNode;
 const LAW_STEP: f64 = 1e-4;
 
 /// A and b along a motion.
-pub(in super::super) struct Linear<'a, 'm, M: Simulate> {
+pub(in super::super) struct VariationalEquations<'a, 'm, M: Simulate> {
     pub(in super::super) motion: &'a Motion<'m, M>,
     /// The parameter of each column of b; `None` where the parameters stay.
     pub(in super::super) parameters: Vec<Option<usize>>,
@@ -24,7 +24,7 @@ pub(in super::super) struct Linear<'a, 'm, M: Simulate> {
     pub(in super::super) exact: bool,
 }
 
-impl<'a, 'm, M: Simulate + Parameters + Clone> Linear<'a, 'm, M> {
+impl<'a, 'm, M: Simulate + Parameters + Clone> VariationalEquations<'a, 'm, M> {
     pub(in super::super) fn new(motion: &'a Motion<'m, M>, parameters: Vec<Option<usize>>) -> Self {
         Self { motion, parameters, sampler: motion.sampler(), exact: true }
     }

@@ -9,7 +9,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Vector};
 
 use super::{Flow, unpack};
 use crate::periodic::PeriodicError;
-use crate::periodic::corners::{Corners, Crossed, read, slope, turn};
+use crate::periodic::corners::{Crossed, HeldBranches, read, slope, turn};
 
 /// The state, with tangent vectors, just beyond.
 pub(super) struct Passed<S> {
@@ -25,7 +25,7 @@ impl<M: Constraints> Flow<'_, M> {
         state: &M::State,
         within: f64,
     ) -> Result<bool, SolveError> {
-        let here = Corners::at(self.model, state);
+        let here = HeldBranches::at(self.model, state);
         let u = state.u();
         let held = here.hold(state);
         let a = self.accelerations(&held)?;
@@ -43,7 +43,7 @@ impl<M: Constraints> Flow<'_, M> {
             if kink.value.abs() > within * slope(within, value).abs() {
                 continue;
             }
-            let mut other = Corners::at(self.model, state);
+            let mut other = HeldBranches::at(self.model, state);
             other.flip(index, kink, kink.smooth);
             let beyond = self.accelerations(&other.hold(state))?;
             let size =
@@ -58,7 +58,7 @@ impl<M: Constraints> Flow<'_, M> {
     /// Ends the step where the first branch ends, and passes on to the other.
     pub(super) fn pass_corner(
         &mut self,
-        corners: &mut Corners,
+        corners: &mut HeldBranches,
         from: &M::State,
         (y, rate): (&[f64], &[f64]),
         mut crossed: Crossed,

@@ -23,7 +23,7 @@ const MOST_CHANGE: f64 = 0.3;
 /// Halvings of a step before it is given up.
 const HALVINGS: usize = 10;
 
-pub(super) struct Asked<'a> {
+pub(super) struct ShootingOptions<'a> {
     pub(super) segments: usize,
     pub(super) hold_period: bool,
     pub(super) holds: &'a [Hold],
@@ -33,7 +33,7 @@ pub(super) struct Asked<'a> {
     pub(super) most_iterations: usize,
 }
 
-pub(super) struct Found<S> {
+pub(super) struct ShootingSolution<S> {
     pub(super) nodes: Vec<S>,
     pub(super) period: f64,
     pub(super) iterations: usize,
@@ -107,9 +107,9 @@ impl<S> Shots<S> {
     }
 }
 
-struct Problem<'a, 'm, M: Simulate> {
+struct ShootingProblem<'a, 'm, M: Simulate> {
     flow: Flow<'m, M>,
-    asked: &'a Asked<'a>,
+    asked: &'a ShootingOptions<'a>,
     holds: Vec<Hold>,
     sizes: DVector<f64>,
     autonomous: bool,
@@ -129,9 +129,9 @@ pub(super) fn search<M: Simulate>(
     model: &M,
     guesses: &[M::State],
     period: f64,
-    asked: &Asked<'_>,
-) -> Result<Found<M::State>, PeriodicError> {
-    let (mut problem, nodes) = Problem::new(model, guesses, period, asked)?;
+    asked: &ShootingOptions<'_>,
+) -> Result<ShootingSolution<M::State>, PeriodicError> {
+    let (mut problem, nodes) = ShootingProblem::new(model, guesses, period, asked)?;
     let of_coordinate = problem.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
     let lone = problem.autonomous && problem.conserved.is_empty() && of_coordinate;
     match problem.search(nodes.clone(), period) {
@@ -177,13 +177,13 @@ fn nodes<M: Simulate>(
     Ok(nodes)
 }
 
-impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
+impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
     /// With where segments start.
     fn new(
         model: &'m M,
         guesses: &[M::State],
         period: f64,
-        asked: &'a Asked<'a>,
+        asked: &'a ShootingOptions<'a>,
     ) -> Result<(Self, Vec<M::State>), PeriodicError> {
         let mut flow = Flow::new(model, asked.tolerance, asked.most_steps)?;
         let nodes = nodes(&mut flow, guesses, period, asked.segments)?;
@@ -210,7 +210,11 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
     }
 
     /// Newton's method from these nodes.
-    fn search(&mut self, nodes: Vec<M::State>, period: f64) -> Result<Found<M::State>, PeriodicError> {
+    fn search(
+        &mut self,
+        nodes: Vec<M::State>,
+        period: f64,
+    ) -> Result<ShootingSolution<M::State>, PeriodicError> {
         let mut shots = self.shoot(nodes, period)?;
         let mut because = None;
         let mut correction = f64::INFINITY;
@@ -238,7 +242,7 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
                 return Err(PeriodicError::Rests { at: stacked(&shots.nodes[0]).as_slice().into() });
             }
             let solved = self.alone(&mut shots, solved)?;
-            return Ok(Found {
+            return Ok(ShootingSolution {
                 iterations: iteration,
                 correction: size,
                 conditioning: solved.most / solved.least.max(f64::MIN_POSITIVE),
@@ -438,7 +442,7 @@ impl<'a, 'm, M: Simulate> Problem<'a, 'm, M> {
 /// How often a closed motion repeats within its period.
 pub(super) fn repeats<M: Simulate>(
     model: &M,
-    found: &Found<M::State>,
+    found: &ShootingSolution<M::State>,
     advance: &DVector<f64>,
     (tolerance, most_steps): (f64, usize),
 ) -> Result<usize, PeriodicError> {

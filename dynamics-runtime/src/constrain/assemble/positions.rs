@@ -41,7 +41,7 @@ pub(super) fn solve<M: Constraints>(
     let guess = *state;
     room.evaluate(model, state);
     room.weigh();
-    let mut search = Search { model, given, room };
+    let mut search = PositionSearch { model, given, room };
     search.newton(state)?;
     if search.missed(state)?.is_none() {
         return Ok(());
@@ -65,13 +65,13 @@ pub(super) fn solve<M: Constraints>(
     }
 }
 
-struct Search<'s, 'w, M> {
+struct PositionSearch<'s, 'w, M> {
     model: &'s M,
     given: &'s [bool],
     room: &'s mut Room<'w>,
 }
 
-impl<M: Constraints> Search<'_, '_, M> {
+impl<M: Constraints> PositionSearch<'_, '_, M> {
     /// The row that is missed most, if the constraints are missed.
     fn missed(&mut self, state: &M::State) -> Result<Option<Violation>, StateError> {
         let values = self.model.residual(state);

@@ -13,7 +13,7 @@
 use super::patterns::patterns;
 use super::{Problem, SAME, Solutions};
 use crate::linalg::Lu;
-use crate::linalg::{Memory, dot, max_abs};
+use crate::linalg::{WorkMemory, dot, max_abs};
 use crate::model::{Constraints, Vector};
 
 /// Newton steps from one start; piecewise linear laws take two.
@@ -42,7 +42,7 @@ impl<M: Constraints> Problem<'_, '_, M> {
             self.evaluate(&lambda, None);
             let (size, noise) = (self.size(&lambda), self.noise());
             let left = max_abs(&self.right[..k]);
-            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut Memory::new(work));
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkMemory::new(work));
             let negative = lu.negative;
             if left <= noise.max(1e-13 * size) {
                 return Some((lambda, negative));
@@ -105,7 +105,7 @@ impl<M: Constraints> Problem<'_, '_, M> {
             if left <= NEAR * self.size(&lambda) {
                 return Some(lambda);
             }
-            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut Memory::new(work));
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkMemory::new(work));
             if lu.least > 1e-14 {
                 lu.solve(&self.right[..k], &mut self.step[..k]);
             } else {

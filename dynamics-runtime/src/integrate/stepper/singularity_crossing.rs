@@ -18,7 +18,7 @@
 
 use super::super::tableau::zip;
 use super::super::{Method, Phase, Scheme, Settled, StepNode, System};
-use super::{Failure, SURPRISE, Stepper, Trial};
+use super::{SURPRISE, StepRejection, Stepper, Trial};
 use crate::math;
 use crate::model::Vector;
 
@@ -216,7 +216,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         &mut self,
         system: &mut Y,
         (attempt, h): (u32, f64),
-        trial: &Result<Trial<V>, Failure<Y::Error>>,
+        trial: &Result<Trial<V>, StepRejection<Y::Error>>,
     ) -> Verdict {
         if Y::IS_FREE || self.options.fixed.is_none() || !system.is_held() {
             return Verdict::Good;
@@ -227,7 +227,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             Ok(_) if !Self::is_explicit() => Verdict::Good,
             Ok(trial) => self.passing.judge(attempt, trial.apart, || system.is_weak(start, &trial.end)),
             // Elsewhere it is just too long.
-            Err(Failure::Displaced(_) | Failure::Evaluation(_) | Failure::NotSolved) => {
+            Err(StepRejection::Displaced(_) | StepRejection::Evaluation(_) | StepRejection::NotSolved) => {
                 let ahead = |x: f64, u: f64| x + h * u;
                 let y = zip(&start.y, &Phase { q: start.y.u, u: start.a }, ahead);
                 let end = StepNode { t: start.t + h, y, a: start.a };
@@ -257,16 +257,16 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     #[cold]
     pub(super) fn left_where_it_is<E>(
         &self,
-        trial: Result<Trial<V>, Failure<E>>,
+        trial: Result<Trial<V>, StepRejection<E>>,
         h: f64,
-    ) -> Result<Trial<V>, Failure<E>> {
+    ) -> Result<Trial<V>, StepRejection<E>> {
         let trial = trial?;
         match self.displaced(
             &zip(&trial.end.y, &self.scheme.disagreement(), |end, apart| end - apart),
             &trial.end.y,
             h,
         ) {
-            Some(coordinate) => Err(Failure::Displaced(coordinate)),
+            Some(coordinate) => Err(StepRejection::Displaced(coordinate)),
             None => Ok(trial),
         }
     }

@@ -24,7 +24,7 @@ pub(crate) const GIVEN: f64 = 1e-6;
 const ASIDE: f64 = 0.3;
 
 /// A quantity in two charts.
-pub(crate) struct Pair {
+pub(crate) struct ChartPair {
     pub(crate) what: Compared,
     pub(crate) name: &'static str,
     pub(crate) values: [f64; 2],
@@ -34,7 +34,7 @@ pub(crate) struct Pair {
     pub(crate) size: f64,
 }
 
-impl Pair {
+impl ChartPair {
     /// Whether the values differ by more than rounding, of the size here or of one met elsewhere.
     pub(crate) fn apart(&self, size: f64) -> bool {
         let [a, b] = self.values;
@@ -55,7 +55,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
     ) -> Result<Option<[M::State; 2]>, ChartError> {
         // None of a state that is not a number, which the run refuses.
         let Some(states) = self.beside([from, to], state) else { return Ok(None) };
-        if let Some(Pair { what, name, values, .. }) =
+        if let Some(ChartPair { what, name, values, .. }) =
             self.pairs([from, to], &states).into_iter().find(|pair| pair.apart(0.0))
         {
             return Err(ChartError::Disagree { what, name, values, time: state.t() });
@@ -102,7 +102,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         Some([here, there])
     }
 
-    pub(crate) fn pairs(&self, charts: [usize; 2], states: &[M::State; 2]) -> Vec<Pair> {
+    pub(crate) fn pairs(&self, charts: [usize; 2], states: &[M::State; 2]) -> Vec<ChartPair> {
         let models = charts.map(|chart| &self.charts[chart]);
         let both = [0, 1].map(|k| (models[k], &states[k]));
         let conditioning = both.map(|(model, state)| condition_number(model, state));
@@ -114,7 +114,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
             let worst = if what == Compared::Energy { MOST_OF_ENERGY } else { MOST_CONDITIONING };
             let rounding = ROUNDINGS * f64::EPSILON * (1.0 + conditioning.min(worst));
             let size = scale.max(values[0].abs()).max(values[1].abs());
-            pairs.push(Pair { what, name, values, rounding, size });
+            pairs.push(ChartPair { what, name, values, rounding, size });
         };
         // Where there are no accelerations the run says why.
         if let [Ok(a), Ok(b)] = both.map(|(model, state)| model.accelerations(state)) {

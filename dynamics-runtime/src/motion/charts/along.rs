@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use crate::model::{ModelState, Vector};
 use crate::motion::charts::ChartSwitching;
-use crate::motion::charts::agree::{GIVEN, Pair};
+use crate::motion::charts::agree::{ChartPair, GIVEN};
 use crate::motion::charts::error::{ChartError, Compared};
 use crate::motion::simulation::{Simulate, Simulation};
 use crate::motion::trajectory::motion::Motion;
@@ -20,7 +20,7 @@ const BESIDE: f64 = 1e-3;
 struct ComparedSizes(Vec<(Compared, &'static str, f64)>);
 
 impl ComparedSizes {
-    fn meet(&mut self, pair: &Pair) {
+    fn meet(&mut self, pair: &ChartPair) {
         let known = self.0.iter_mut().find(|(what, name, _)| (*what, *name) == (pair.what, pair.name));
         match known {
             Some((_, _, size)) if pair.size > *size => *size = pair.size,
@@ -29,7 +29,7 @@ impl ComparedSizes {
         }
     }
 
-    fn apart(&self, pair: &Pair) -> bool {
+    fn apart(&self, pair: &ChartPair) -> bool {
         let known = self.0.iter().find(|(what, name, _)| (*what, *name) == (pair.what, pair.name));
         pair.apart(known.map_or(0.0, |(_, _, size)| *size))
     }
@@ -74,7 +74,7 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
     }
 
     /// Whether a disagreement at the end of step k is one right before or right after it, too.
-    fn lasts(&self, k: usize, found: &Pair, sizes: &ComparedSizes) -> bool {
+    fn lasts(&self, k: usize, found: &ChartPair, sizes: &ComparedSizes) -> bool {
         let records = &self.motion.trajectory.records;
         let here = &records[k].state;
         let neighbours = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|i| records.get(i));
@@ -106,14 +106,14 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
     }
 
     /// What is compared: the inputs that the law gives in each chart, and all else with those of this part.
-    fn pairs(&self, [here, there]: [M::State; 2]) -> Vec<Pair> {
+    fn pairs(&self, [here, there]: [M::State; 2]) -> Vec<ChartPair> {
         let (own, others) = (self.motion.complete(here), self.other.complete(there));
         let mut same = there;
         *same.inputs_mut() = *own.inputs();
         let inputs = M::INPUTS.iter().enumerate().map(|(i, quantity)| {
             let values = [&own, &others].map(|state| state.inputs().as_slice()[i]);
             let size = values[0].abs().max(values[1].abs());
-            Pair { what: Compared::Input, name: quantity.name, values, rounding: GIVEN, size }
+            ChartPair { what: Compared::Input, name: quantity.name, values, rounding: GIVEN, size }
         });
         inputs.chain(self.atlas.pairs(self.charts, &[own, same])).collect()
     }

@@ -139,7 +139,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
             assert!(M::KINKS <= MOST_KINKS && M::REACTION_KINKS <= MOST_KINKS, "more kinks than are followed")
         };
         let size = 1.0 + max_abs(path(1.0).q.as_slice());
-        let mut search = Search { t, h, size, resolution: resolution(t, h), first: f64::INFINITY };
+        let mut search = SwitchingSearch { t, h, size, resolution: resolution(t, h), first: f64::INFINITY };
         if M::HAS_KINKS {
             let branches = self.branches;
             let begins = |i: usize, kink: &Kink| match (kink.decides, branches.holds(i)) {
@@ -177,7 +177,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 }
 
 /// The first of all places in a step where a kink is.
-struct Search {
+struct SwitchingSearch {
     t: f64,
     h: f64,
     /// 1 + |q|.
@@ -186,7 +186,7 @@ struct Search {
     first: f64,
 }
 
-impl Search {
+impl SwitchingSearch {
     /// Looks at so many kinks; `begins` is the sign that one has at the start, 0 where that is what is found
     /// there.
     fn run<const SAMPLES: usize>(

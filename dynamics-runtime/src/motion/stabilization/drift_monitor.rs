@@ -43,7 +43,7 @@ pub(crate) struct Drifted {
 }
 
 /// What a close look says of a step.
-pub(crate) enum Drift {
+pub(crate) enum DriftVerdict {
     Harmless,
     TooFar(Drifted),
     /// Where the motion goes on: what part of it, and by how much a gradient is shorter there than beside it.
@@ -55,7 +55,7 @@ pub(crate) enum Drift {
 
 /// What a close look found, by which the steps after it are judged.
 #[derive(Clone, Copy)]
-pub(crate) struct Look<R> {
+pub(crate) struct DriftInspection<R> {
     modes: Modes,
     /// Lengths of the gradients, and those of [`DriftProbe::usual`].
     lengths: R,
@@ -68,7 +68,7 @@ pub(crate) struct Look<R> {
     left: u32,
 }
 
-impl<R: Vector> Look<R> {
+impl<R: Vector> DriftInspection<R> {
     /// The part of the motion that drift decides where |δ|²/|r| is this.
     fn foretells(&self, reach: f64) -> f64 {
         self.part / self.reach * reach
@@ -103,7 +103,7 @@ impl<M: Constraints> Stabilization<M> {
     /// What the constraints have drifted up to the end of a step of length `h`: how far, and whether that
     /// decides where the motion goes on, see [`crate::motion::stabilization::near_singular`].
     #[inline]
-    pub(crate) fn look(&mut self, model: &M, state: &M::State, h: f64) -> Result<Drift, SolveError> {
+    pub(crate) fn look(&mut self, model: &M, state: &M::State, h: f64) -> Result<DriftVerdict, SolveError> {
         let missed = (model.residual(state), model.velocity_residual(state));
         let last = self.look.filter(|look| look.modes == state.modes());
         let last = last.and_then(|look| Some((look, self.reach(model, state, h, &missed, &look.usual)?)));
@@ -111,8 +111,8 @@ impl<M: Constraints> Stabilization<M> {
             let least = self.drift_limit * self.least_size(model);
             let little = reach > 0.0 && look.age() * look.foretells(reach) <= FAR;
             if look.left > 0 && little && delta <= least && delta <= h.abs() * least {
-                self.look = Some(Look { left: look.left - 1, ..look });
-                return Ok(Drift::Harmless);
+                self.look = Some(DriftInspection { left: look.left - 1, ..look });
+                return Ok(DriftVerdict::Harmless);
             }
         }
         self.look_closely(model, state, h, &missed, last)
@@ -153,8 +153,8 @@ impl<M: Constraints> Stabilization<M> {
         state: &M::State,
         h: f64,
         missed: &(M::Residual, M::Rows),
-        last: Option<(Look<M::Rows>, Reach)>,
-    ) -> Result<Drift, SolveError> {
+        last: Option<(DriftInspection<M::Rows>, Reach)>,
+    ) -> Result<DriftVerdict, SolveError> {
         let mut here: ProbedState<M> =
             ProbedState { residual: missed.0, lengths: M::Rows::zeros(), weights: M::Vector::zeros() };
         let (limit, least) = (self.drift_limit, self.least_size(model));
@@ -165,7 +165,7 @@ impl<M: Constraints> Stabilization<M> {
         let all = rows
             .all(|row| (row >= M::Residual::LEN || little(row, missed.0[row])) && little(row, missed.1[row]));
         if !all && let Some(drifted) = drifted(model, state, limit, missed, &distances) {
-            return Ok(Drift::TooFar(drifted));
+            return Ok(DriftVerdict::TooFar(drifted));
         }
         // M has been found along with the gradients.
         let n = M::Vector::LEN;
@@ -184,11 +184,18 @@ impl<M: Constraints> Stabilization<M> {
         // At rest only a part of what drift decides is seen.
         let reach = reach.filter(|_| max_abs(state.u().as_slice()) > 0.0);
         let (modes, lengths) = (state.modes(), here.lengths);
-        self.look =
-            reach.map(|Reach { reach, .. }| Look { modes, lengths, usual, part, reach, steps, left: steps });
+        self.look = reach.map(|Reach { reach, .. }| DriftInspection {
+            modes,
+            lengths,
+            usual,
+            part,
+            reach,
+            steps,
+            left: steps,
+        });
         Ok(match part > DECIDED {
-            true => Drift::Decides { part, shortened: self.shortened(model, state, &usual) },
-            false => Drift::Harmless,
+            true => DriftVerdict::Decides { part, shortened: self.shortened(model, state, &usual) },
+            false => DriftVerdict::Harmless,
         })
     }
 
@@ -240,7 +247,7 @@ mod tests {
     /// believed less.
     #[test]
     fn what_is_foretold_is_trusted_as_it_proves_true() {
-        let of = |steps, left| Look {
+        let of = |steps, left| DriftInspection {
             modes: Modes::ALL_HOLD,
             lengths: R::new(1.0, 1.0),
             usual: R::new(1.0, 5.0),

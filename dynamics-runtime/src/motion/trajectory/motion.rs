@@ -353,10 +353,10 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
 
     /// The interpolant of the step that leaves a record, by what made the one before again, if that is
     /// remembered.
-    fn interpolant(&self, index: usize, memory: &mut Option<Memory<M>>) -> Cached<M::Vector> {
+    fn interpolant(&self, index: usize, memory: &mut Option<ReplayState<M>>) -> Cached<M::Vector> {
         let step = self.step(index);
         let (mut step_replay, room) = match memory.take() {
-            Some(Memory { step_replay, next, room }) => (step_replay.filter(|_| next == index), room),
+            Some(ReplayState { step_replay, next, room }) => (step_replay.filter(|_| next == index), room),
             None => (None, Vec::new()),
         };
         let mut rhs = self.rhs_in(index, room);
@@ -375,7 +375,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             again => self.by_its_ends(&mut rhs, &step, again),
         };
         let settles = M::IS_HELD && rhs.settles_between(&*interpolant, &step, tolerances);
-        *memory = Some(Memory { step_replay, next: index + 1, room: rhs.stabilization.into_memory() });
+        *memory = Some(ReplayState { step_replay, next: index + 1, room: rhs.stabilization.into_memory() });
         Cached { index, interpolant, settles }
     }
 
@@ -436,12 +436,12 @@ pub struct Sampler<'a, 'm, M: SimulationModel> {
     /// Puts states onto the constraints, where `.consistent_output()` or the step asks for it.
     stabilization: Option<Stabilization<M>>,
     /// What made the last step again, if it is to be remembered and is.
-    memory: Option<Option<Memory<M>>>,
+    memory: Option<Option<ReplayState<M>>>,
 }
 
 /// What made a step again, if it may go on with another one, and which; and what constraints are kept in,
 /// whoever makes the next.
-struct Memory<M: SimulationModel> {
+struct ReplayState<M: SimulationModel> {
     step_replay: Option<Box<dyn StepReplay<M>>>,
     next: usize,
     room: Vec<f64>,
