@@ -1,6 +1,7 @@
 //! Who may use whom: the rules of ARCHITECTURE.md, checked against the sources.
 
 mod modules;
+mod type_names;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -230,6 +231,25 @@ fn modules_of_a_folder_use_each_other_in_one_direction() {
                 "{name}: {circle:?} use each other in a circle, by these names: {:#?}",
                 arrows.collect::<Vec<_>>()
             );
+        }
+    }
+}
+
+/// A type name stands for one type of its crate. A choice of a method alone has the name of its scheme.
+#[test]
+fn a_type_name_stands_for_one_type() {
+    for name in [
+        "dynamics-symbolic",
+        "dynamics-vocabulary",
+        "dynamics-macros",
+        "dynamics-view",
+        "dynamics-runtime",
+        "dynamics-analysis",
+    ] {
+        for (word, files) in type_names::definitions(&root().join(name).join("src")) {
+            let choices = files.iter().filter(|file| file.ends_with("integrate/choice.rs")).count();
+            let types = files.len() - choices.min(1);
+            assert!(types <= 1, "{name}: `{word}` stands for several types, in {files:#?}");
         }
     }
 }
