@@ -248,14 +248,20 @@ impl<M: Simulate> fmt::Debug for FirstOrder<'_, M> {
 }
 
 /// Why a model cannot be given to another solver, or what came back is no state.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AdapterError {
     /// A parameter is not finite, or a mass or an inertia is none.
+    #[error("{0}")]
     Parameter(StateError),
     /// The parameters alone make the mass matrix singular.
+    #[error("{0}")]
     Singular(SingularMassMatrix),
     /// The motion is not finite, for an input has no value.
+    #[error(
+        "the motion is not finite at t = {time}, as input `{input}` has no value; set it in the start state \
+         or give `FirstOrder::inputs(|t, state| ..)`"
+    )]
     Input {
         /// When that was seen.
         time: f64,
@@ -263,6 +269,7 @@ pub enum AdapterError {
         input: &'static str,
     },
     /// A vector of the solver has not as many elements as the system.
+    #[error("{given} elements are no state of {needed}; start the solver from `FirstOrder::initial`")]
     Length {
         /// How many it has.
         given: usize,
@@ -270,6 +277,7 @@ pub enum AdapterError {
         needed: usize,
     },
     /// The solver went on to where the motion is not finite.
+    #[error(fmt = not_finite)]
     NotFinite {
         /// When.
         time: f64,
@@ -288,35 +296,19 @@ impl From<SingularMassMatrix> for AdapterError {
     }
 }
 
-impl fmt::Display for AdapterError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Parameter(error) => error.fmt(f),
-            Self::Singular(error) => error.fmt(f),
-            Self::Input { time, input } => write!(
-                f,
-                "the motion is not finite at t = {time}, as input `{input}` has no value; set it in the \
-                 start state or give `FirstOrder::inputs(|t, state| ..)`"
-            ),
-            Self::Length { given, needed } => {
-                write!(
-                    f,
-                    "{given} elements are no state of {needed}; start the solver from `FirstOrder::initial`"
-                )
-            }
-            Self::NotFinite { time, name, rate, failure } => {
-                let of = if *rate { "the velocity of " } else { "" };
-                write!(f, "the solver returned a motion whose {of}`{name}` is not finite at t = {time}")?;
-                match failure {
-                    Some((when, error)) => {
-                        write!(f, "; the model had no accelerations at t = {when}: {error}")
-                    }
-                    None => f.write_str("; ask it for shorter steps, or simulate the model to learn why"),
-                }
-            }
-        }
+fn not_finite(
+    time: &f64,
+    name: &str,
+    rate: &bool,
+    failure: &Option<(f64, SolveError)>,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    let of = if *rate { "the velocity of " } else { "" };
+    write!(f, "the solver returned a motion whose {of}`{name}` is not finite at t = {time}")?;
+    match failure {
+        Some((when, error)) => write!(f, "; the model had no accelerations at t = {when}: {error}"),
+        None => f.write_str("; ask it for shorter steps, or simulate the model to learn why"),
     }
 }
 
 crate::error::sentence_for_debugging!(AdapterError);
-impl core::error::Error for AdapterError {}

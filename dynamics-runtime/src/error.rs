@@ -43,12 +43,14 @@ sentence_for_debugging!(SingularMassMatrix);
 impl core::error::Error for SingularMassMatrix {}
 
 /// Why accelerations and reactions do not exist at a state.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError {
     /// The mass matrix has no inverse on the motions that the constraints leave.
+    #[error("{0}")]
     SingularMassMatrix(SingularMassMatrix),
     /// The constraints contradict each other here: no acceleration satisfies them all.
+    #[error(fmt = contradiction)]
     Contradiction {
         /// Row that is missed most, `closure.x`.
         row: &'static str,
@@ -59,6 +61,11 @@ pub enum SolveError {
     },
     /// The constraints lose rank here, branches cross, and accelerations beside this position do not tell on
     /// which one the motion is.
+    #[error(
+        "branches of the constraints cross here, where {active} rows have rank {rank}, and accelerations \
+         beside this position do not tell on which the motion goes on; start with velocities along one of \
+         them, or pass it at another time"
+    )]
     BranchUndetermined {
         /// Rank of the constraint Jacobian here.
         rank: usize,
@@ -67,6 +74,7 @@ pub enum SolveError {
     },
     /// Reaction-dependent forces leave no solution, or several (Painlevé's paradox). Of no solution it is a
     /// proof: the forces are linear for each pattern of signs of the reactions, and all patterns were tried.
+    #[error(fmt = painleve)]
     Friction {
         /// The reaction that decides, `floor`.
         row: &'static str,
@@ -77,6 +85,7 @@ pub enum SolveError {
     /// No solution was found that a contact of any compliance keeps to, and whether there is one is not
     /// known: forces are not linear in the reactions for a pattern of their signs, or depend on so many
     /// reactions that not all patterns were tried.
+    #[error(fmt = unsolved)]
     FrictionUnsolved {
         /// The reaction that decides, `floor[3]`.
         row: &'static str,
@@ -86,12 +95,21 @@ pub enum SolveError {
         tried: u64,
     },
     /// No impulses that push let all contacts that hit at once come apart.
+    #[error(
+        "no impulses of `{row}` and the contacts that hit with it push all of them apart; contacts that \
+         repeat each other cannot be told apart: leave one of them out"
+    )]
     ImpactUndecided {
         /// The row of the first of them.
         row: &'static str,
     },
     /// What is hit is driven against constraints and contacts that do not give way: no velocities keep all of
     /// them apart. A moving constraint squeezes what lies between.
+    #[error(
+        "`{row}` is driven against constraints and contacts that do not give way: no velocities keep all of \
+         them apart, and what lies between is squeezed; let what moves stop before, release what it presses \
+         against, or make one of them compliant"
+    )]
     ImpactSqueezes {
         /// The row of the contact that closes most, whatever the velocities are.
         row: &'static str,
@@ -100,11 +118,20 @@ pub enum SolveError {
     },
     /// Applied forces, or whether a contact lifts off, depend on a reaction that the constraints leave
     /// undecided, because they repeat each other.
+    #[error(
+        "a force, or a contact that may lift off, depends on the reaction of `{row}`, which is not decided: \
+         other constraints repeat this one; leave one of them out, or make them compliant"
+    )]
     ReactionNotUnique {
         /// Its row.
         row: &'static str,
     },
     /// Positions or velocities that satisfy the constraints were not found near the given ones.
+    #[error(
+        "no {what} that satisfy the constraints were found near the given ones: `{row}` is still missed by \
+         {residual:e} (a distance of {distance:e}); the constraints contradict each other there, or the \
+         mechanism cannot be closed"
+    )]
     OffConstraint {
         /// What was sought: `positions` or `velocities`.
         what: &'static str,
@@ -116,11 +143,20 @@ pub enum SolveError {
         distance: f64,
     },
     /// A constraint restricts nothing here to first order: its gradient Φ_q vanishes.
+    #[error(
+        "the gradient of constraint `{row}` vanishes here, so that it restricts no acceleration; write it so \
+         that it crosses zero with a slope (the root of a square instead of the square), or stay away from \
+         this position"
+    )]
     VanishingGradient {
         /// The row.
         row: &'static str,
     },
     /// Derivatives of the accelerations do not exist where a constraint row depends on the others.
+    #[error(
+        "constraint `{row}` depends on the others here (pivot {pivot:e}): the accelerations have no \
+         derivatives; differentiate at another state"
+    )]
     DependentRow {
         /// The row.
         row: &'static str,
@@ -128,21 +164,31 @@ pub enum SolveError {
         pivot: f64,
     },
     /// Derivatives of the accelerations are generated for a model whose constraints all hold.
+    #[error(
+        "constraint `{constraint}` is released, and derivatives are generated for all constraints; linearise \
+         a model without it"
+    )]
     Released {
         /// The constraint that does not hold.
         constraint: &'static str,
     },
     /// Constraints depend on each other here, so that λ and its coefficients are not unique.
+    #[error(
+        "the motion has no Taylor series here: {rows} depend on each other, and what each of them carries is \
+         not decided; choose another method, as methods::Dop853"
+    )]
     NotExpandable {
         /// The rows that do, the most involved first.
         rows: Involved,
     },
     /// A constraint, its Jacobian or γ is infinite or not a number.
+    #[error("constraint `{row}` is not finite here")]
     ConstraintNotFinite {
         /// The row.
         row: &'static str,
     },
     /// Reactions depend on inputs, and one was not set.
+    #[error("the reactions depend on inputs, and `{input}` has no value; set it in the state")]
     InputNotSet {
         /// The input.
         input: &'static str,
@@ -158,81 +204,19 @@ impl From<SingularMassMatrix> for SolveError {
 /// Accelerations from here on are those of a mechanism that locks up.
 const BEYOND: f64 = 1e12;
 
-impl fmt::Display for SolveError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::SingularMassMatrix(error) => error.fmt(f),
-            Self::BranchUndetermined { rank, active } => write!(
-                f,
-                "branches of the constraints cross here, where {active} rows have rank {rank}, and \
-                 accelerations beside this position do not tell on which the motion goes on; start with \
-                 velocities along one of them, or pass it at another time"
-            ),
-            Self::Contradiction { row, residual, rank } => {
-                write!(f, "the constraints contradict each other: no acceleration satisfies `{row}` ")?;
-                // Where velocities grow without bound, what is missed does too: its digits are the last
-                // step's.
-                if residual.abs() < BEYOND {
-                    write!(f, "(missed by {residual:e}) ")?;
-                }
-                write!(f, "together with the others, whose Jacobian has rank {rank} here")
-            }
-            Self::FrictionUnsolved { row, reactions, tried } => unsolved(f, row, *reactions, *tried),
-            Self::Friction { row, solutions } => painleve(f, row, *solutions),
-            Self::InputNotSet { input } => {
-                write!(f, "the reactions depend on inputs, and `{input}` has no value; set it in the state")
-            }
-            Self::ImpactUndecided { row } => write!(
-                f,
-                "no impulses of `{row}` and the contacts that hit with it push all of them apart; contacts \
-                 that repeat each other cannot be told apart: leave one of them out"
-            ),
-            Self::ImpactSqueezes { row, .. } => write!(
-                f,
-                "`{row}` is driven against constraints and contacts that do not give way: no velocities keep \
-                 all of them apart, and what lies between is squeezed; let what moves stop before, release \
-                 what it presses against, or make one of them compliant"
-            ),
-            Self::ReactionNotUnique { row } => write!(
-                f,
-                "a force, or a contact that may lift off, depends on the reaction of `{row}`, which is not \
-                 decided: other constraints repeat this one; leave one of them out, or make them compliant"
-            ),
-            Self::OffConstraint { what, row, residual, distance } => write!(
-                f,
-                "no {what} that satisfy the constraints were found near the given ones: `{row}` is still \
-                 missed by {residual:e} (a distance of {distance:e}); the constraints contradict each other \
-                 there, or the mechanism cannot be closed"
-            ),
-            Self::VanishingGradient { row } => write!(
-                f,
-                "the gradient of constraint `{row}` vanishes here, so that it restricts no acceleration; \
-                 write it so that it crosses zero with a slope (the root of a square instead of the square), \
-                 or stay away from this position"
-            ),
-            Self::DependentRow { row, pivot } => write!(
-                f,
-                "constraint `{row}` depends on the others here (pivot {pivot:e}): the accelerations have no \
-                 derivatives; differentiate at another state"
-            ),
-            Self::Released { constraint } => write!(
-                f,
-                "constraint `{constraint}` is released, and derivatives are generated for all constraints; \
-                 linearise a model without it"
-            ),
-            Self::NotExpandable { rows } => write!(
-                f,
-                "the motion has no Taylor series here: {rows} depend on each other, and what each of them \
-                 carries is not decided; choose another method, as methods::Dop853"
-            ),
-            Self::ConstraintNotFinite { row } => write!(f, "constraint `{row}` is not finite here"),
-        }
+fn contradiction(row: &str, residual: &f64, rank: &usize, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    write!(f, "the constraints contradict each other: no acceleration satisfies `{row}` ")?;
+    // Where velocities grow without bound, what is missed does too: its digits are the last
+    // step's.
+    if residual.abs() < BEYOND {
+        write!(f, "(missed by {residual:e}) ")?;
     }
+    write!(f, "together with the others, whose Jacobian has rank {rank} here")
 }
 
 /// That no solution was found, why that proves nothing, and what to do.
-fn unsolved(f: &mut fmt::Formatter<'_>, row: &str, reactions: usize, tried: u64) -> fmt::Result {
-    let every = reactions < u64::BITS as usize && tried >= 1 << reactions;
+fn unsolved(row: &str, reactions: &usize, tried: &u64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let every = *reactions < u64::BITS as usize && *tried >= 1 << *reactions;
     write!(
         f,
         "no acceleration and reactions that satisfy the equations with friction were found here, of which \
@@ -253,7 +237,7 @@ fn unsolved(f: &mut fmt::Formatter<'_>, row: &str, reactions: usize, tried: u64)
 }
 
 /// The three ways in which rigid friction has no answer.
-fn painleve(f: &mut fmt::Formatter<'_>, row: &str, solutions: usize) -> fmt::Result {
+fn painleve(row: &str, solutions: &usize, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let remedy = "make the contact compliant, or end the motion before";
     match solutions {
         0 => write!(
@@ -276,14 +260,14 @@ fn painleve(f: &mut fmt::Formatter<'_>, row: &str, solutions: usize) -> fmt::Res
 }
 
 sentence_for_debugging!(SolveError);
-impl core::error::Error for SolveError {}
 
 /// Why values do not make a state of a model: one is not finite, the constraints do not hold, or they cannot
 /// be made to hold.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StateError {
     /// A coordinate, velocity, input, parameter or the time is infinite or not a number.
+    #[error("{what} `{name}` is {value}; give a finite number")]
     NotFinite {
         /// What it is: `time`, `coordinate`, `velocity of`, `input`, `parameter`.
         what: &'static str,
@@ -293,6 +277,7 @@ pub enum StateError {
         value: f64,
     },
     /// A mass, an inertia or a rotation is none.
+    #[error("{premise}: {why}")]
     Unphysical {
         /// What it should be, and of which parameters and coordinates it is made.
         premise: &'static Premise,
@@ -300,6 +285,7 @@ pub enum StateError {
         why: Refuted,
     },
     /// A constraint to be engaged or released is not among the switched ones.
+    #[error(fmt = not_switched)]
     NotSwitched {
         /// The name that was given.
         name: &'static str,
@@ -307,6 +293,7 @@ pub enum StateError {
         constraints: &'static [Constraint],
     },
     /// A holonomic constraint does not hold at the coordinates.
+    #[error(fmt = constraint_violated)]
     ConstraintViolated {
         /// The row, `closure.x`.
         row: &'static str,
@@ -318,6 +305,7 @@ pub enum StateError {
         switched: Option<&'static str>,
     },
     /// The velocities do not fit a constraint: Φ̇ or A q̇ + b is not 0.
+    #[error(fmt = velocity_violated)]
     VelocityViolated {
         /// The row.
         row: &'static str,
@@ -329,6 +317,7 @@ pub enum StateError {
         switched: Option<&'static str>,
     },
     /// A nonholonomic constraint is released to one side, and the velocities slip to the other.
+    #[error(fmt = wrong_side)]
     WrongSide {
         /// The row.
         row: &'static str,
@@ -337,24 +326,34 @@ pub enum StateError {
     },
     /// A constraint holds, but its gradient Φ_q vanishes there (Φ is a square, for example): it holds
     /// nothing.
+    #[error(
+        "constraint `{row}` holds nothing here: its gradient vanishes where it is fulfilled; write it \
+         without the square, or start elsewhere"
+    )]
     VanishingGradient {
         /// The row.
         row: &'static str,
     },
     /// A constraint or its gradient is infinite or not a number at the state, or, where coordinates are to be
     /// found, at the guess.
+    #[error("constraint `{row}` is not finite here; give other coordinates or guesses")]
     ConstraintNotFinite {
         /// The row.
         row: &'static str,
     },
     /// A constraint is finite at the state or the guess, but its gradient is not: the length of a vector
     /// where it is zero, for example.
+    #[error(
+        "constraint `{row}` has no finite gradient here (a length or a root where it is 0); give other \
+         coordinates or guesses, or write it with squares"
+    )]
     GradientNotFinite {
         /// The row.
         row: &'static str,
     },
     /// No values of the coordinates that were not given fulfil the constraints, at least none that the guess
     /// leads to.
+    #[error(fmt = not_assembled)]
     NotAssembled {
         /// The row that is missed most at the closest approach.
         row: &'static str,
@@ -366,6 +365,11 @@ pub enum StateError {
         given: Involved,
     },
     /// The guess leads to no position that fulfils the constraints, and there is one elsewhere.
+    #[error(
+        "the guess leads to no position that fulfils the constraints (`{row}` is missed by {residual:e} \
+         there), but there is one elsewhere, with `{coordinate}` = {value:.4}; give a guess nearer to what \
+         is wanted"
+    )]
     NotReached {
         /// The row that is missed most where the guess leads.
         row: &'static str,
@@ -377,6 +381,10 @@ pub enum StateError {
         value: f64,
     },
     /// Where the guess leads, branches of solutions meet, and nothing decides between them.
+    #[error(
+        "the guess leads to a point where branches meet (`{row}` is missed by {residual:e} there) and does \
+         not decide between them; give another guess for {coordinates}"
+    )]
     SingularGuess {
         /// The row that is missed most there.
         row: &'static str,
@@ -387,6 +395,11 @@ pub enum StateError {
     },
     /// The position is singular, branches of motions meet there, and the velocities that were given do not
     /// say along which it moves.
+    #[error(
+        "the position is singular: {} here, branches meet, and the velocities that are given do not decide \
+         between them; give the rates of {coordinates} as well, or start beside it",
+        .rows.rank_loss()
+    )]
     VelocityUndetermined {
         /// The rows that depend on each other at this position alone.
         rows: Involved,
@@ -394,12 +407,20 @@ pub enum StateError {
         coordinates: Involved,
     },
     /// A rate is given beside generalized speeds, from which all velocities follow.
+    #[error(
+        "the rate of `{coordinate}` is given beside generalized speeds, from which it follows; give the \
+         speeds or the rates"
+    )]
     RateBesideSpeeds {
         /// The coordinate whose rate it is.
         coordinate: &'static str,
     },
     /// The generalized speeds do not determine the velocities in this position, with the constraints that
     /// hold.
+    #[error(
+        "the generalized speeds do not tell the rates of {coordinates} apart in this position (pivot \
+         {pivot:.1e}); start from rates, from another position, or with other speeds or coordinates"
+    )]
     SpeedsSingular {
         /// The coordinates whose rates no speed tells apart.
         coordinates: Involved,
@@ -408,6 +429,10 @@ pub enum StateError {
         pivot: f64,
     },
     /// The constraints that hold do not admit the speeds that were given.
+    #[error(
+        "the constraints that hold do not admit `{speed}` = {given:e}, it is {found:e}; give speeds that \
+         they admit, or release the constraint that determines it"
+    )]
     SpeedNotMet {
         /// The speed.
         speed: &'static str,
@@ -417,6 +442,7 @@ pub enum StateError {
         found: f64,
     },
     /// No values of the velocities that were not given fulfil the constraints.
+    #[error(fmt = velocity_not_assembled)]
     VelocityNotAssembled {
         /// The row that is missed most.
         row: &'static str,
@@ -428,99 +454,66 @@ pub enum StateError {
     },
 }
 
-impl fmt::Display for StateError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFinite { what, name, value } => {
-                write!(f, "{what} `{name}` is {value}; give a finite number")
-            }
-            Self::Unphysical { premise, why } => write!(f, "{premise}: {why}"),
-            Self::NotSwitched { name, constraints } => not_switched(f, name, constraints),
-            Self::ConstraintViolated { row, residual, distance, switched } => {
-                write!(
-                    f,
-                    "constraint `{row}` does not hold: its residual is {residual:e}, the coordinates are \
-                     {distance:e} away from it; give coordinates that fulfil it, or only some of them and \
-                     `.assemble()`"
-                )?;
-                or_release(f, *switched)
-            }
-            Self::VelocityViolated { row, residual, distance, switched } => {
-                write!(
-                    f,
-                    "the velocities violate constraint `{row}`: its residual is {residual:e}, they are \
-                     {distance:e} away from it; give velocities that fulfil it, or only some of them and \
-                     `.assemble()`"
-                )?;
-                or_release(f, *switched)
-            }
-            Self::WrongSide { row, slip } => write!(
-                f,
-                "constraint `{row}` is released to the side of {} values, but slips with {slip:e}; release \
-                 it with `.release_to(name, {})`",
-                if *slip < 0.0 { "growing" } else { "falling" },
-                slip.signum()
-            ),
-            Self::VanishingGradient { row } => write!(
-                f,
-                "constraint `{row}` holds nothing here: its gradient vanishes where it is fulfilled; write \
-                 it without the square, or start elsewhere"
-            ),
-            Self::ConstraintNotFinite { row } => {
-                write!(f, "constraint `{row}` is not finite here; give other coordinates or guesses")
-            }
-            Self::GradientNotFinite { row } => write!(
-                f,
-                "constraint `{row}` has no finite gradient here (a length or a root where it is 0); give \
-                 other coordinates or guesses, or write it with squares"
-            ),
-            Self::NotAssembled { row, residual, distance, given } => {
-                not_assembled(f, row, [*residual, *distance], given)
-            }
-            Self::NotReached { row, residual, coordinate, value } => write!(
-                f,
-                "the guess leads to no position that fulfils the constraints (`{row}` is missed by \
-                 {residual:e} there), but there is one elsewhere, with `{coordinate}` = {value:.4}; give a \
-                 guess nearer to what is wanted"
-            ),
-            Self::SingularGuess { row, residual, coordinates } => write!(
-                f,
-                "the guess leads to a point where branches meet (`{row}` is missed by {residual:e} there) \
-                 and does not decide between them; give another guess for {coordinates}"
-            ),
-            Self::VelocityUndetermined { rows, coordinates } => write!(
-                f,
-                "the position is singular: {} here, branches meet, and the velocities that are given do not \
-                 decide between them; give the rates of {coordinates} as well, or start beside it",
-                rows.rank_loss()
-            ),
-            Self::RateBesideSpeeds { coordinate } => write!(
-                f,
-                "the rate of `{coordinate}` is given beside generalized speeds, from which it follows; give \
-                 the speeds or the rates"
-            ),
-            Self::SpeedsSingular { coordinates, pivot } => write!(
-                f,
-                "the generalized speeds do not tell the rates of {coordinates} apart in this position (pivot \
-                 {pivot:.1e}); start from rates, from another position, or with other speeds or coordinates"
-            ),
-            Self::SpeedNotMet { speed, given, found } => write!(
-                f,
-                "the constraints that hold do not admit `{speed}` = {given:e}, it is {found:e}; give speeds \
-                 that they admit, or release the constraint that determines it"
-            ),
-            Self::VelocityNotAssembled { row, residual, given } if given.is_empty() => write!(
-                f,
-                "no velocities fulfil the constraints here: `{row}` is missed by {residual:e}; the position \
-                 is singular, start from another"
-            ),
-            Self::VelocityNotAssembled { row, residual, given } => write!(
-                f,
-                "no velocities fulfil the constraints: `{row}` is missed by {residual:e}; change what is \
-                 given for the rates of {given}"
-            ),
-        }
+fn constraint_violated(
+    row: &str,
+    residual: &f64,
+    distance: &f64,
+    switched: &Option<&'static str>,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    write!(
+        f,
+        "constraint `{row}` does not hold: its residual is {residual:e}, the coordinates are \
+         {distance:e} away from it; give coordinates that fulfil it, or only some of them and \
+         `.assemble()`"
+    )?;
+    or_release(f, *switched)
+}
+
+fn velocity_violated(
+    row: &str,
+    residual: &f64,
+    distance: &f64,
+    switched: &Option<&'static str>,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    write!(
+        f,
+        "the velocities violate constraint `{row}`: its residual is {residual:e}, they are \
+         {distance:e} away from it; give velocities that fulfil it, or only some of them and \
+         `.assemble()`"
+    )?;
+    or_release(f, *switched)
+}
+
+fn wrong_side(row: &str, slip: &f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    write!(
+        f,
+        "constraint `{row}` is released to the side of {} values, but slips with {slip:e}; release \
+         it with `.release_to(name, {})`",
+        if *slip < 0.0 { "growing" } else { "falling" },
+        slip.signum()
+    )
+}
+
+fn velocity_not_assembled(
+    row: &str,
+    residual: &f64,
+    given: &Involved,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    if given.is_empty() {
+        return write!(
+            f,
+            "no velocities fulfil the constraints here: `{row}` is missed by {residual:e}; the position is \
+             singular, start from another"
+        );
     }
+    write!(
+        f,
+        "no velocities fulfil the constraints: `{row}` is missed by {residual:e}; change what is given for \
+         the rates of {given}"
+    )
 }
 
 /// The other way out where a constraint that does not hold is switched: at the start all of them hold that
@@ -532,7 +525,7 @@ fn or_release(f: &mut fmt::Formatter<'_>, switched: Option<&str>) -> fmt::Result
     }
 }
 
-fn not_switched(f: &mut fmt::Formatter<'_>, name: &str, constraints: &[Constraint]) -> fmt::Result {
+fn not_switched(name: &str, constraints: &[Constraint], f: &mut fmt::Formatter<'_>) -> fmt::Result {
     if constraints.iter().any(|c| c.name == name) {
         return write!(f, "constraint `{name}` always holds; declare it with the option `switched`");
     }
@@ -546,10 +539,11 @@ fn not_switched(f: &mut fmt::Formatter<'_>, name: &str, constraints: &[Constrain
 }
 
 fn not_assembled(
-    f: &mut fmt::Formatter<'_>,
     row: &str,
-    [residual, distance]: [f64; 2],
+    residual: &f64,
+    distance: &f64,
     given: &Involved,
+    f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     write!(
         f,
@@ -566,4 +560,3 @@ fn not_assembled(
 }
 
 sentence_for_debugging!(StateError);
-impl core::error::Error for StateError {}

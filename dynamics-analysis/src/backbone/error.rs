@@ -10,10 +10,14 @@ use super::BackboneCurve;
 use crate::{EquilibriumError, PeriodicError};
 
 /// Why a nonlinear mode was not followed to its end. What was computed up to there is in the error.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BackboneError<S: ModelState> {
     /// The energy is not positive and finite, or less than four motions are asked for.
+    #[error(
+        "`.until({energy})` with `.points({points})` makes no sense; give a positive energy above that of \
+         the equilibrium, and four motions or more"
+    )]
     Option {
         /// The energy.
         energy: f64,
@@ -21,10 +25,16 @@ pub enum BackboneError<S: ModelState> {
         points: usize,
     },
     /// Energy is not known to be conserved. Closed motions are then isolated, and there is no family.
+    #[error(
+        "energy is not known to be conserved, so that closed motions form no family; take dampers, forces \
+         and inputs out, write dead loads as potentials, and look at single motions with `.periodic(..)`"
+    )]
     NotConserved,
     /// The state is no equilibrium, or has no modes.
+    #[error("there is no equilibrium with modes to begin with: {0}")]
     Rest(EquilibriumError),
     /// There is no such mode.
+    #[error("there is no mode {mode}; they are counted from 0, and there are {count}")]
     NoMode {
         /// Which was asked for.
         mode: usize,
@@ -32,16 +42,27 @@ pub enum BackboneError<S: ModelState> {
         count: usize,
     },
     /// The mode does not swing: it is free to move, damped, or leaves the equilibrium.
+    #[error(
+        "the mode does not swing (its eigenvalue is {:.3e} + {:.3e}i per second), so that no closed motions \
+         begin with it; choose another one",
+        .eigenvalue.re,
+        .eigenvalue.im
+    )]
     DoesNotSwing {
         /// σ, in 1/s.
         eigenvalue: Complex<f64>,
     },
     /// The mode has no positive energy, as in systems that gyroscopic forces stabilise.
+    #[error(
+        "a small motion in the mode has {energy:.3e} of energy above rest, which does not order a family; \
+         the equilibrium is stable by gyroscopic forces alone, or unstable"
+    )]
     NoEnergy {
         /// That of a small motion in it.
         energy: f64,
     },
     /// No closed motion of the family was found beyond an energy.
+    #[error(fmt = stopped)]
     Stopped {
         /// The last energy above that of the equilibrium.
         energy: f64,
@@ -52,63 +73,34 @@ pub enum BackboneError<S: ModelState> {
     },
 }
 
-impl<S: ModelState> fmt::Display for BackboneError<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Option { energy, points } => write!(
-                f,
-                "`.until({energy})` with `.points({points})` makes no sense; give a positive energy above \
-                 that of the equilibrium, and four motions or more"
-            ),
-            Self::NotConserved => f.write_str(
-                "energy is not known to be conserved, so that closed motions form no family; take dampers, \
-                 forces and inputs out, write dead loads as potentials, and look at single motions with \
-                 `.periodic(..)`",
-            ),
-            Self::Rest(error) => write!(f, "there is no equilibrium with modes to begin with: {error}"),
-            Self::NoMode { mode, count } => {
-                write!(f, "there is no mode {mode}; they are counted from 0, and there are {count}")
-            }
-            Self::DoesNotSwing { eigenvalue } => write!(
-                f,
-                "the mode does not swing (its eigenvalue is {:.3e} + {:.3e}i per second), so that no closed \
-                 motions begin with it; choose another one",
-                eigenvalue.re, eigenvalue.im
-            ),
-            Self::NoEnergy { energy } => write!(
-                f,
-                "a small motion in the mode has {energy:.3e} of energy above rest, which does not order a \
-                 family; the equilibrium is stable by gyroscopic forces alone, or unstable"
-            ),
-            Self::Stopped { energy, reason: Some(reason), .. }
-                if matches!(**reason, PeriodicError::NotIsolated { .. }) =>
-            {
-                write!(
-                    f,
-                    "the family was followed up to {energy:.6e} of energy; beyond it closed motions of one \
-                 energy lie side by side, as where a momentum is conserved, too, or two directions are \
-                 alike: hold what moves freely by a constraint or in other coordinates, or look at single \
-                 motions with `.periodic(..)`"
-                )
-            }
-            Self::Stopped { energy, reason: Some(reason), .. } => {
-                write!(
-                    f,
-                    "the family was followed up to {energy:.6e} of energy, where it ends or turns: {reason}"
-                )
-            }
-            Self::Stopped { energy, reason: None, .. } => write!(
-                f,
-                "the family was followed up to {energy:.6e} of energy; what is found beyond is a motion of \
-                 another family, as where two frequencies come into resonance; take more points, or look at \
-                 what `.periodic(..)` finds there"
-            ),
-        }
+fn stopped<S: ModelState>(
+    energy: &f64,
+    reason: &Option<Box<PeriodicError>>,
+    _curve: &BackboneCurve<S>,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    match reason {
+        Some(reason) if matches!(**reason, PeriodicError::NotIsolated { .. }) => write!(
+            f,
+            "the family was followed up to {energy:.6e} of energy; beyond it closed motions of one \
+             energy lie side by side, as where a momentum is conserved, too, or two directions are \
+             alike: hold what moves freely by a constraint or in other coordinates, or look at single \
+             motions with `.periodic(..)`"
+        ),
+        Some(reason) => write!(
+            f,
+            "the family was followed up to {energy:.6e} of energy, where it ends or turns: {reason}"
+        ),
+        None => write!(
+            f,
+            "the family was followed up to {energy:.6e} of energy; what is found beyond is a motion of \
+             another family, as where two frequencies come into resonance; take more points, or look at \
+             what `.periodic(..)` finds there"
+        ),
     }
 }
 
 dynamics_runtime::sentence_for_debugging!(BackboneError<S: ModelState>);
-impl<S: ModelState> core::error::Error for BackboneError<S> {}
 
 impl<S: ModelState> BackboneError<S> {
     /// What was computed before it failed, if anything was.

@@ -2,33 +2,44 @@
 
 use alloc::string::String;
 use alloc::vec::Vec;
-use core::fmt;
 
 use dynamics_runtime::error::{SolveError, StateError};
 
 use crate::LinearizeError;
 
 /// Why an equilibrium or a steady motion was not found.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EquilibriumError {
     /// The start is not a state of the model, or no position fulfils the constraints.
+    #[error("{0}")]
     State(StateError),
     /// The constraints cannot be followed, or there are no reactions.
+    #[error("{0}")]
     Solve(SolveError),
     /// There are no derivatives.
+    #[error("{0}")]
     Derivatives(LinearizeError),
     /// Forces depend on an input that has no value.
+    #[error("forces depend on inputs, and `{input}` has no value; set it in the start")]
     InputNotSet {
         /// The input.
         input: &'static str,
     },
     /// A force is infinite or not a number where the search went.
+    #[error(
+        "the force on `{coordinate}` is not finite where the search for balance went; start nearer to the \
+         equilibrium"
+    )]
     NotFinite {
         /// The coordinate it acts on.
         coordinate: &'static str,
     },
     /// A constraint moves by itself: nothing is at rest.
+    #[error(
+        "constraint `{row}` moves by {rate:.3e} per second whatever is at rest, so that there is no \
+         equilibrium; hold what drives it, or choose coordinates that move along"
+    )]
     Moving {
         /// The row.
         row: &'static str,
@@ -36,6 +47,10 @@ pub enum EquilibriumError {
         rate: f64,
     },
     /// Forces change with time, so a balance now is none later.
+    #[error(
+        "forces change with time (at another time {force:.3e} are left on `{coordinate}`); ask for the \
+         balance of one instant with `.equilibria(..).at(t)`, or take the time out of the model"
+    )]
     DependsOnTime {
         /// The coordinate whose balance is lost.
         coordinate: &'static str,
@@ -44,6 +59,11 @@ pub enum EquilibriumError {
     },
     /// A branch of the model (`if`, min, max, abs, signum) changes exactly at this state, and forces balance
     /// on one side only.
+    #[error(
+        "a choice of the model (`if`, min, max, abs, signum) changes at this very position, and a force of \
+         {force:.3e} is left on `{coordinate}` on one side of it, so that equilibria are not isolated or \
+         there is none; leave dry friction out, or round the corner off"
+    )]
     Corner {
         /// The coordinate.
         coordinate: &'static str,
@@ -52,11 +72,21 @@ pub enum EquilibriumError {
     },
     /// Where the search ended, or where stability is asked for, the mass matrix is singular: a pole of polar
     /// coordinates, or gimbal lock. Generalized forces vanish there, whatever the applied forces are.
+    #[error(
+        "nothing that moves with `{coordinate}` has inertia in this place, or where the search ended: \
+         coordinates have a pole there (gimbal lock, r = 0), and no force on it says anything; start \
+         elsewhere, or use coordinates that are regular there"
+    )]
     Pole {
         /// The coordinate that has no inertia there.
         coordinate: &'static str,
     },
     /// No position near the start is in balance: the residual forces do not become smaller than this.
+    #[error(
+        "no equilibrium near the start: a force of {force_left:.6e} on `{coordinate}` is left where it is \
+         least, and there nothing resists along `{soft}` (a fold, beyond the limit load, or a coordinate \
+         that nothing holds); load it less, or start elsewhere"
+    )]
     NoEquilibrium {
         /// The coordinate on which most of it acts.
         coordinate: &'static str,
@@ -68,6 +98,10 @@ pub enum EquilibriumError {
         at: Vec<f64>,
     },
     /// Forces become smaller without end as coordinates grow.
+    #[error(
+        "the search for balance ran away: `{coordinate}` reached {value:.3e}, and forces still became \
+         smaller; start elsewhere, or bound what nothing holds"
+    )]
     Diverged {
         /// The coordinate that grew most.
         coordinate: &'static str,
@@ -76,6 +110,10 @@ pub enum EquilibriumError {
     },
     /// Forces are below rounding where the search ended and far around it, but not farther away: they have
     /// faded, like e^(−x).
+    #[error(
+        "forces along `{coordinate}` fade away below rounding toward {value:.3e}, which is no balance; start \
+         nearer to the equilibrium, or bound what nothing holds there"
+    )]
     Faded {
         /// The coordinate along which nothing is left.
         coordinate: &'static str,
@@ -83,6 +121,10 @@ pub enum EquilibriumError {
         value: f64,
     },
     /// The iteration did not settle.
+    #[error(
+        "no equilibrium after {iterations} iterations: a force of {force_left:.3e} is left on \
+         `{coordinate}`; forces that jump have none between, else start elsewhere"
+    )]
     NoConvergence {
         /// Iterations made.
         iterations: usize,
@@ -92,6 +134,10 @@ pub enum EquilibriumError {
         force_left: f64,
     },
     /// The motion accelerates: the given velocities do not belong to cyclic coordinates.
+    #[error(
+        "the motion is not steady: a little later `{name}` is off balance by {left:.3e}; give velocities to \
+         coordinates on which nothing depends, and choose coordinates that turn along"
+    )]
     NotSteady {
         /// The coordinate, or the row of a constraint.
         name: &'static str,
@@ -100,16 +146,30 @@ pub enum EquilibriumError {
     },
     /// A family of models is not defined near a value of its parameter: forces are not finite there, on
     /// either side.
+    #[error(
+        "the family of models has no forces that are numbers beside {parameter} of its parameter; end its \
+         range before that"
+    )]
     NotDefined {
         /// The value.
         parameter: f64,
     },
     /// A coordinate of random starts has no range.
+    #[error(
+        "random starts need a range for `{coordinate}`; give one with `.within(\"{coordinate}\", [from, \
+         to])`, or one for all with `.spread(..)`"
+    )]
     NoRange {
         /// The coordinate.
         coordinate: &'static str,
     },
     /// A range is empty or not finite.
+    #[error(
+        "the range of `{name}`, from {from} to {to}, is empty or not finite; give finite ends in \
+         order",
+        from = .range[0],
+        to = .range[1]
+    )]
     Range {
         /// The coordinate, as it was given.
         name: String,
@@ -117,6 +177,10 @@ pub enum EquilibriumError {
         range: [f64; 2],
     },
     /// A name is not that of a coordinate.
+    #[error(
+        "`{name}` is not a coordinate; give a name of the model, arrays whole (`theta`) or by element \
+         (`theta[0]`)"
+    )]
     UnknownCoordinate {
         /// The name.
         name: String,
@@ -130,98 +194,7 @@ impl EquilibriumError {
     }
 }
 
-impl fmt::Display for EquilibriumError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::State(error) => error.fmt(f),
-            Self::Solve(error) => error.fmt(f),
-            Self::Derivatives(error) => error.fmt(f),
-            Self::Pole { coordinate } => write!(
-                f,
-                "nothing that moves with `{coordinate}` has inertia in this place, or where the search \
-                 ended: coordinates have a pole there (gimbal lock, r = 0), and no force on it says \
-                 anything; start elsewhere, or use coordinates that are regular there"
-            ),
-            Self::InputNotSet { input } => {
-                write!(f, "forces depend on inputs, and `{input}` has no value; set it in the start")
-            }
-            Self::NotFinite { coordinate } => write!(
-                f,
-                "the force on `{coordinate}` is not finite where the search for balance went; start nearer \
-                 to the equilibrium"
-            ),
-            Self::Moving { row, rate } => write!(
-                f,
-                "constraint `{row}` moves by {rate:.3e} per second whatever is at rest, so that there is no \
-                 equilibrium; hold what drives it, or choose coordinates that move along"
-            ),
-            Self::DependsOnTime { coordinate, force } => write!(
-                f,
-                "forces change with time (at another time {force:.3e} are left on `{coordinate}`); ask for \
-                 the balance of one instant with `.equilibria(..).at(t)`, or take the time out of the model"
-            ),
-            Self::Corner { coordinate, force } => write!(
-                f,
-                "a choice of the model (`if`, min, max, abs, signum) changes at this very position, and a \
-                 force of {force:.3e} is left on `{coordinate}` on one side of it, so that equilibria are \
-                 not isolated or there is none; leave dry friction out, or round the corner off"
-            ),
-            Self::NoEquilibrium { coordinate, force_left, soft, .. } => write!(
-                f,
-                "no equilibrium near the start: a force of {force_left:.6e} on `{coordinate}` is left where \
-                 it is least, and there nothing resists along `{soft}` (a fold, beyond the limit load, or a \
-                 coordinate that nothing holds); load it less, or start elsewhere"
-            ),
-            Self::Diverged { coordinate, value } => write!(
-                f,
-                "the search for balance ran away: `{coordinate}` reached {value:.3e}, and forces still \
-                 became smaller; start elsewhere, or bound what nothing holds"
-            ),
-            Self::Faded { coordinate, value } => write!(
-                f,
-                "forces along `{coordinate}` fade away below rounding toward {value:.3e}, which is no \
-                 balance; start nearer to the equilibrium, or bound what nothing holds there"
-            ),
-            Self::NoConvergence { iterations, coordinate, force_left } => write!(
-                f,
-                "no equilibrium after {iterations} iterations: a force of {force_left:.3e} is left on \
-                 `{coordinate}`; forces that jump have none between, else start elsewhere"
-            ),
-            Self::NotSteady { name, left } => write!(
-                f,
-                "the motion is not steady: a little later `{name}` is off balance by {left:.3e}; give \
-                 velocities to coordinates on which nothing depends, and choose coordinates that turn along"
-            ),
-            Self::NotDefined { parameter } => write!(
-                f,
-                "the family of models has no forces that are numbers beside {parameter} of its parameter; \
-                 end its range before that"
-            ),
-            Self::NoRange { coordinate } => write!(
-                f,
-                "random starts need a range for `{coordinate}`; give one with `.within(\"{coordinate}\", \
-                 [from, to])`, or one for all with `.spread(..)`"
-            ),
-            Self::Range { name, range: [from, to] } => {
-                write!(
-                    f,
-                    "the range of `{name}`, from {from} to {to}, is empty or not finite; give finite ends in \
-                     order"
-                )
-            }
-            Self::UnknownCoordinate { name } => {
-                write!(
-                    f,
-                    "`{name}` is not a coordinate; give a name of the model, arrays whole (`theta`) or by \
-                     element (`theta[0]`)"
-                )
-            }
-        }
-    }
-}
-
 dynamics_runtime::sentence_for_debugging!(EquilibriumError);
-impl core::error::Error for EquilibriumError {}
 
 impl From<StateError> for EquilibriumError {
     fn from(error: StateError) -> Self {

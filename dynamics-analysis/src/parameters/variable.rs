@@ -20,10 +20,11 @@ pub enum Variable {
 }
 
 /// A name that cannot be varied, or an invalid value.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VariableError {
     /// There is nothing of this name.
+    #[error(fmt = unknown)]
     Unknown {
         /// What was asked for.
         name: String,
@@ -31,21 +32,25 @@ pub enum VariableError {
         nearest: Option<String>,
     },
     /// A parameter and a coordinate have this name.
+    #[error("`{name}` is a parameter and a coordinate; rename one of them")]
     Ambiguous {
         /// The name.
         name: String,
     },
     /// The same was named twice.
+    #[error("`{name}` is named twice; once is enough")]
     Twice {
         /// The name.
         name: String,
     },
     /// The model, written by hand, does not let this parameter be changed.
+    #[error("the model does not let `{name}` be changed; implement `Parameters::set_parameter` for it")]
     Fixed {
         /// The parameter.
         name: String,
     },
     /// A value is not a finite number.
+    #[error("`{name}` cannot be {value}; give finite numbers")]
     NotFinite {
         /// The name.
         name: String,
@@ -54,36 +59,18 @@ pub enum VariableError {
     },
 }
 
-impl fmt::Display for VariableError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown { name, nearest: Some(near) } => {
-                write!(f, "there is no parameter or start `{name}`; did you mean `{near}`?")
-            }
-            Self::Unknown { name, nearest: None } => {
-                write!(
-                    f,
-                    "there is no parameter or start `{name}`; `PARAMETERS` and `COORDINATES` list what \
-                    there is"
-                )
-            }
-            Self::Ambiguous { name } => {
-                write!(f, "`{name}` is a parameter and a coordinate; rename one of them")
-            }
-            Self::Twice { name } => write!(f, "`{name}` is named twice; once is enough"),
-            Self::Fixed { name } => {
-                write!(
-                    f,
-                    "the model does not let `{name}` be changed; implement `Parameters::set_parameter` for it"
-                )
-            }
-            Self::NotFinite { name, value } => write!(f, "`{name}` cannot be {value}; give finite numbers"),
-        }
+fn unknown(name: &str, nearest: &Option<String>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match nearest {
+        Some(near) => write!(f, "there is no parameter or start `{name}`; did you mean `{near}`?"),
+        None => write!(
+            f,
+            "there is no parameter or start `{name}`; `PARAMETERS` and `COORDINATES` list what \
+             there is"
+        ),
     }
 }
 
 dynamics_runtime::sentence_for_debugging!(VariableError);
-impl core::error::Error for VariableError {}
 
 /// The name of a coordinate's velocity: `theta_rate`, `x_rate[3]`.
 fn rate_name(coordinate: &str) -> String {

@@ -20,33 +20,50 @@ use crate::motion::failure::gimbal_lock::GimbalLock;
 use crate::motion::options::formulation::Formulation;
 
 /// The kinds of failure, with the values needed to act.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulationErrorKind {
     /// An option makes no sense; nothing was computed.
+    #[error("{0}")]
     Option(OptionError),
     /// The mass matrix has no inverse.
+    #[error("{0}")]
     SingularMassMatrix(SingularMassMatrix),
     /// Constraints and forces have no common solution.
+    #[error("{0}")]
     Solve(SolveError),
     /// An acceleration is infinite or not a number, however short the step.
+    #[error(
+        "the acceleration of `{coordinate}` is not finite; keep the motion away from where a force or a \
+         length has no finite value, or, if it does not come there, tighten the tolerance"
+    )]
     AccelerationNotFinite {
         /// The coordinate.
         coordinate: &'static str,
     },
     /// The inputs closure returned an infinite value or not a number.
+    #[error("the inputs closure gave no finite value for `{input}`")]
     InputNotFinite {
         /// The input.
         input: &'static str,
     },
     /// The tolerance asks for steps below the resolution of time: the motion has a singularity or a jump
     /// here.
+    #[error(
+        "the step size collapsed, the error of `{coordinate}` stays above the tolerance: the motion has a \
+         singularity or a jump here; loosen the tolerance (tighten it where it is above 1e-3: the motion may \
+         have been lost before), or make the jump an event"
+    )]
     StepSizeTooSmall {
         /// The coordinate with the largest error.
         coordinate: &'static str,
     },
     /// The equations of an implicit method have no solution that its iterations find, however short the step;
     /// with a fixed step, at that step.
+    #[error(
+        "the equations of an implicit step do not converge, least of all for `{coordinate}`; make a fixed \
+         step shorter, smooth a force that jumps or make the jump an event"
+    )]
     StepNotSolved {
         /// The coordinate that is corrected most.
         coordinate: &'static str,
@@ -54,12 +71,18 @@ pub enum SimulationErrorKind {
     /// The constraints would have moved the end of a fixed step by more than a fiftieth of the way that the
     /// step had come, or its stages beside a singular position disagreed by as much, in whatever parts it was
     /// made: they would decide the motion.
+    #[error(
+        "putting the end of this step back onto the constraints, or what its stages disagree by, would move \
+         it, `{coordinate}` most, by a large part of the way that it had come; make the fixed step shorter, \
+         or give a tolerance instead"
+    )]
     StepDisplaced {
         /// The coordinate that would have been moved most.
         coordinate: &'static str,
     },
     /// More steps, rejected ones included, than `.max_steps(..)` permits; or, where the motion slides, it
     /// would take twice as many as are left.
+    #[error(fmt = words::too_many_steps)]
     TooManySteps {
         /// The limit.
         limit: u64,
@@ -71,19 +94,26 @@ pub enum SimulationErrorKind {
         gain: Option<f64>,
     },
     /// The flag given to `.cancel(..)` was raised.
+    #[error("cancelled")]
     Cancelled,
     /// An event function is not a number.
+    #[error("the function of event `{event}` is not a number")]
     EventNotANumber {
         /// The event.
         event: String,
     },
     /// An event function changes faster than it can be followed within a step.
+    #[error(
+        "the function of event `{event}` changes too fast to be followed through a step; limit steps with \
+         `.max_step(..)`, or give the event a smoother function"
+    )]
     EventUnresolved {
         /// The event.
         event: String,
     },
     /// An event happens again and again in ever shorter time (Zeno's paradox: a ball that comes to rest by
     /// bouncing).
+    #[error(fmt = words::events_accumulate)]
     EventsAccumulate {
         /// The event.
         event: String,
@@ -94,6 +124,7 @@ pub enum SimulationErrorKind {
     },
     /// Steps become shorter and shorter and come to no end before the time that they approach: accelerations
     /// grow without bounds there.
+    #[error(fmt = words::steps_vanish)]
     StepsVanish {
         /// That time: extrapolated, or that of the last state.
         at: f64,
@@ -104,11 +135,13 @@ pub enum SimulationErrorKind {
     },
     /// The reset of an event left the motion at rest there, and it goes on in the same direction: the event
     /// happens again at once.
+    #[error(fmt = words::event_repeats)]
     EventRepeats {
         /// The event.
         event: String,
     },
     /// What an action at an event wanted to do to constraints is not possible.
+    #[error("at event `{event}`: {error}")]
     EventAction {
         /// The event.
         event: String,
@@ -116,8 +149,14 @@ pub enum SimulationErrorKind {
         error: Box<EventActionError>,
     },
     /// The start does not fulfil the constraints.
+    #[error("the start is not on the constraints: {0}")]
     Start(Box<StateError>),
     /// A constraint has drifted further than `.drift_limit(..)` permits.
+    #[error(
+        "constraint `{row}` has drifted in its {what} to {residual:e}, a distance of {distance:e} where \
+         {limit:e} is the limit; choose `Formulation::Projected`, tighten the tolerance, or raise \
+         `.drift_limit(..)`"
+    )]
     Drift {
         /// `positions` or `velocities`.
         what: &'static str,
@@ -131,6 +170,11 @@ pub enum SimulationErrorKind {
         limit: f64,
     },
     /// The motion grows without bounds, to where sums and products of its values are beyond all numbers.
+    #[error(
+        "the motion grows beyond all numbers: {}`{coordinate}` is {value:.1e}; end it before, or look for \
+         what feeds it, as a force or a damper of the wrong sign, or a start or a parameter that is far off",
+        ["", "the velocity of ", "the acceleration of "][usize::from(*.order).min(2)]
+    )]
     Overflow {
         /// The coordinate that is the largest, or whose velocity or acceleration is.
         coordinate: &'static str,
@@ -143,6 +187,7 @@ pub enum SimulationErrorKind {
         cause: Box<SimulationErrorKind>,
     },
     /// The motion cannot go on from here, and constraints lose rank here or just ahead: a singular position.
+    #[error(fmt = words::singular_position)]
     SingularPosition {
         /// The rows that depend on each other there.
         rows: Involved,
@@ -155,6 +200,11 @@ pub enum SimulationErrorKind {
     },
     /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions
     /// that constraints leave: what has no inertia moves without bounds.
+    #[error(
+        "the mass matrix becomes singular on the motions that are left: nothing that moves with \
+         {coordinates} has inertia here ({share:.1e} of the least at the start), and velocities grow without \
+         bounds; give it a positive mass, or end the motion before"
+    )]
     InertiaVanishes {
         /// The coordinates that have no inertia left together.
         coordinates: Involved,
@@ -165,6 +215,11 @@ pub enum SimulationErrorKind {
     },
     /// Friction, or another force that jumps, has brought the motion to rest: the accelerations on either
     /// side of the jump lead back to it.
+    #[error(
+        "the motion comes to rest on a jump of its accelerations, of {coordinates}, which lead to it from \
+         both sides, as friction does; let what sticks there be a switched constraint, or smooth the jump. \
+         The method met: {cause}"
+    )]
     RestsOnJump {
         /// The coordinates whose accelerations jump, in the order of by how much.
         coordinates: Involved,
@@ -173,6 +228,7 @@ pub enum SimulationErrorKind {
     },
     /// The motion starts at rest in a corner of a constraint, and accelerations do not say to which side it
     /// goes.
+    #[error(fmt = words::rests_in_corner)]
     RestsInCorner {
         /// The row.
         row: &'static str,
@@ -181,6 +237,11 @@ pub enum SimulationErrorKind {
     },
     /// A reaction grows without bounds toward a place just ahead, from which on the equations with friction
     /// have no answer (Painlevé's paradox).
+    #[error(
+        "the reaction of `{row}` and friction by it grow without bounds: {ahead:.1e} ahead the equations \
+         with friction have no answer (Painlevé's paradox), and the rigid model ends here; make the contact \
+         compliant, or end the motion before. The method met: {cause}"
+    )]
     FrictionGrows {
         /// The reaction that decides there, `floor`.
         row: &'static str,
@@ -191,6 +252,7 @@ pub enum SimulationErrorKind {
     },
     /// Three angles lock: what they turn has orientations beside this one that they cannot tell apart, and
     /// rates and accelerations without bounds.
+    #[error(fmt = words::gimbal_lock)]
     GimbalLock {
         /// The angles, and how near they are to locking.
         at: Box<GimbalLock>,
@@ -198,6 +260,7 @@ pub enum SimulationErrorKind {
         cause: Box<SimulationErrorKind>,
     },
     /// Coordinates have no inertia at all, and what holds them does not decide how they accelerate.
+    #[error(fmt = words::no_inertia)]
     NoInertia {
         /// The coordinates.
         coordinates: Involved,
@@ -209,6 +272,7 @@ pub enum SimulationErrorKind {
     },
     /// A constraint is not differentiable just where the motion stands, and asks for a jump that no force can
     /// make.
+    #[error(fmt = words::constraint_jumps)]
     ConstraintJumps {
         /// Its row.
         row: &'static str,
@@ -222,6 +286,11 @@ pub enum SimulationErrorKind {
     },
     /// The gap of a contact jumps to below zero: the body has met a step from the side, and the function of
     /// the contact does not say how.
+    #[error(
+        "the gap of contact `{row}` jumps to {gap:.3e} here, below zero: the body meets a step from the \
+         side, and how that is hit the gap does not say; declare the face of the step as a `(switched)` \
+         constraint with a `.contact(..)` of its own"
+    )]
     ContactJumps {
         /// Its row.
         row: &'static str,
@@ -229,6 +298,11 @@ pub enum SimulationErrorKind {
         gap: f64,
     },
     /// The start is a singular position, and what is given does not determine how the motion goes on.
+    #[error(
+        "the start is a singular position: {} there, which leaves {coordinates} open, so that accelerations \
+         are not determined; start beside it, or with velocities along a branch",
+        .rows.rank_loss()
+    )]
     SingularStart {
         /// The rows that depend on each other there.
         rows: Involved,
@@ -237,6 +311,12 @@ pub enum SimulationErrorKind {
     },
     /// A motion whose constraints drift is so near to a singular position, where branches of the mechanism
     /// meet, that its drift decides on which of them it goes on.
+    #[error(
+        "singular position: {} here, which leaves {coordinates} open (conditioning {condition:.1e}); on \
+         which branch the mechanism goes on, if on any, what its constraints have drifted would decide; \
+         choose `Formulation::Projected`",
+        .rows.rank_loss()
+    )]
     BranchUndetermined {
         /// The rows that depend on each other there.
         rows: Involved,
@@ -248,6 +328,7 @@ pub enum SimulationErrorKind {
     /// Branches of constraints have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and
     /// it has gone on along another one than its own, or that is not decided. The motion up to there is
     /// right.
+    #[error(fmt = words::branches_touch)]
     BranchesTouch {
         /// The row whose gradient vanishes there, or the rows that depend on each other.
         rows: Involved,
@@ -258,6 +339,7 @@ pub enum SimulationErrorKind {
     },
     /// A released constraint begins to slip against the side to which it was released, and its friction,
     /// which goes by that side, would drive it.
+    #[error(fmt = words::slips_back)]
     SlipsBack {
         /// The constraint.
         constraint: &'static str,
@@ -271,6 +353,10 @@ pub enum SimulationErrorKind {
         sticks: bool,
     },
     /// A contact is open on the side where it is not free.
+    #[error(
+        "contact `{row}` is open on the wrong side, its residual is {residual:e}; place it where the \
+         residual is 0 or positive"
+    )]
     Penetration {
         /// The row of the contact.
         row: &'static str,
@@ -278,6 +364,7 @@ pub enum SimulationErrorKind {
         residual: f64,
     },
     /// The reset of an event left a value that is infinite or not a number, or moved time.
+    #[error(fmt = words::bad_reset)]
     BadReset {
         /// The event.
         event: String,

@@ -57,21 +57,26 @@ impl From<StateError> for RunFailure {
 }
 
 /// Why there is no sweep.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SweepError {
     /// A name or a value.
+    #[error("{0}")]
     Variable(VariableError),
     /// Nothing varies.
+    #[error("nothing varies; add an axis with `.over(name, values)`")]
     NoAxis,
     /// An axis has no values.
+    #[error("the axis `{name}` has no values; give at least one")]
     Empty {
         /// What was to vary along it.
         name: String,
     },
     /// The grid has more than 2³² points.
+    #[error("the grid has more than 2³² points; sweep over parts of it")]
     TooMany,
     /// The cores cannot be had.
+    #[error("the threads cannot be started ({0}); ask for fewer with `.threads(..)`")]
     Threads(String),
 }
 
@@ -81,19 +86,4 @@ impl From<VariableError> for SweepError {
     }
 }
 
-impl fmt::Display for SweepError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Variable(error) => error.fmt(f),
-            Self::NoAxis => f.write_str("nothing varies; add an axis with `.over(name, values)`"),
-            Self::Empty { name } => write!(f, "the axis `{name}` has no values; give at least one"),
-            Self::TooMany => f.write_str("the grid has more than 2³² points; sweep over parts of it"),
-            Self::Threads(why) => {
-                write!(f, "the threads cannot be started ({why}); ask for fewer with `.threads(..)`")
-            }
-        }
-    }
-}
-
 dynamics_runtime::sentence_for_debugging!(SweepError);
-impl core::error::Error for SweepError {}

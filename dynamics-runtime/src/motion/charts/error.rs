@@ -33,10 +33,11 @@ pub enum Compared {
 }
 
 /// Why charts are not those of one model, or cannot be changed on the way.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChartError {
     /// No set of three angles has a second one of this name.
+    #[error(fmt = unknown_set)]
     UnknownSet {
         /// What was asked.
         name: String,
@@ -46,16 +47,22 @@ pub enum ChartError {
         model: &'static str,
     },
     /// The set was named before.
+    #[error("the set of `{name}` has two references; name it once")]
     Twice {
         /// Its second angle.
         name: &'static str,
     },
     /// More sets than charts are made for.
+    #[error("more than {most} sets change their charts; use Euler parameters, which need none")]
     TooMany {
         /// How many there may be.
         most: usize,
     },
     /// The reference of the model as it is given is turned already.
+    #[error(
+        "parameter `{parameter}` is {value} in the model, and not 0; give the model with its references not \
+         turned, and the start in that chart"
+    )]
     NotAtZero {
         /// The parameter.
         parameter: &'static str,
@@ -63,11 +70,19 @@ pub enum ChartError {
         value: f64,
     },
     /// No parameter changed when the reference was to be turned.
+    #[error(
+        "turning the reference of `{name}` changes no parameter; set the angle of a turn that stands before \
+         the set, as in `Mat3::rotation_x(self.reference) * Mat3::euler(EulerSequence::Zxz, q.angles)`"
+    )]
     Unturned {
         /// The second angle of the set.
         name: &'static str,
     },
     /// A parameter was set to something else than the turn of the reference.
+    #[error(
+        "parameter `{parameter}` is set to {value} where the turn of the reference is {turn}; set it to the \
+         turn as it is given, in rad, and have the model turn by it about the axis of the second angle"
+    )]
     NotTheTurn {
         /// The parameter.
         parameter: &'static str,
@@ -77,6 +92,10 @@ pub enum ChartError {
         turn: f64,
     },
     /// A place of a motion in another atlas.
+    #[error(
+        "there is no chart {chart} among the {charts} of this atlas; resume a motion with the atlas that \
+         made it"
+    )]
     NoSuchChart {
         /// Its chart.
         chart: usize,
@@ -84,6 +103,7 @@ pub enum ChartError {
         charts: usize,
     },
     /// The function of an event, given with the simulation, that is not the same in both charts.
+    #[error(fmt = event_disagrees)]
     EventDisagrees {
         /// The event.
         event: String,
@@ -93,6 +113,7 @@ pub enum ChartError {
         time: f64,
     },
     /// Angles that are no numbers.
+    #[error("the set of `{name}` cannot be measured from another reference: {error}")]
     NoRotation {
         /// The second angle of the set.
         name: &'static str,
@@ -100,6 +121,7 @@ pub enum ChartError {
         error: NotARotation,
     },
     /// The charts describe different motions.
+    #[error(fmt = disagree)]
     Disagree {
         /// What differs.
         what: Compared,
@@ -111,11 +133,19 @@ pub enum ChartError {
         time: f64,
     },
     /// An option that makes sense for a whole motion only.
+    #[error(
+        "`{option}` asks for the whole motion, which comes in parts; ask the motion itself with \
+         `sample(..)`, or a second run of other tolerance"
+    )]
     NotByParts {
         /// The option.
         option: &'static str,
     },
     /// An event happened at the very instant of a change, and would be met twice.
+    #[error(
+        "`{event}` happens at t = {time}, at the very instant of a change of chart, and would be met twice; \
+         start a little later, or end it there"
+    )]
     Coincident {
         /// The event.
         event: String,
@@ -123,75 +153,39 @@ pub enum ChartError {
         time: f64,
     },
     /// No end time was given, or it is not a number.
+    #[error("the simulation has no end; add `.until(t)`")]
     NoEnd,
 }
 
-impl fmt::Display for ChartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::UnknownSet { name, known, model } if known.is_empty() => write!(
-                f,
-                "`{name}` is not the second angle of a set: no three coordinates of `{model}` turn something \
-                 one after the other; write them as `Mat3::euler(..)`"
-            ),
-            Self::UnknownSet { name, known, .. } => {
-                write!(f, "`{name}` is not the second angle of a set; those of this model are ")?;
-                names(f, known)
-            }
-            Self::Twice { name } => write!(f, "the set of `{name}` has two references; name it once"),
-            Self::TooMany { most } => {
-                write!(f, "more than {most} sets change their charts; use Euler parameters, which need none")
-            }
-            Self::NotAtZero { parameter, value } => write!(
-                f,
-                "parameter `{parameter}` is {value} in the model, and not 0; give the model with its \
-                 references not turned, and the start in that chart"
-            ),
-            Self::Unturned { name } => write!(
-                f,
-                "turning the reference of `{name}` changes no parameter; set the angle of a turn that stands \
-                 before the set, as in `Mat3::rotation_x(self.reference) * Mat3::euler(EulerSequence::Zxz, \
-                 q.angles)`"
-            ),
-            Self::NotTheTurn { parameter, value, turn } => write!(
-                f,
-                "parameter `{parameter}` is set to {value} where the turn of the reference is {turn}; set it \
-                 to the turn as it is given, in rad, and have the model turn by it about the axis of the \
-                 second angle"
-            ),
-            Self::NoSuchChart { chart, charts } => {
-                write!(
-                    f,
-                    "there is no chart {chart} among the {charts} of this atlas; resume a motion with the \
-                     atlas that made it"
-                )
-            }
-            Self::EventDisagrees { event, values: [a, b], time } => write!(
-                f,
-                "event `{event}` is {a:.6e} in one chart and {b:.6e} in another at t = {time}: its function \
-                 reads the angles; have it ask the model that `with` gives where the body is"
-            ),
-            Self::NoRotation { name, error } => {
-                write!(f, "the set of `{name}` cannot be measured from another reference: {error}")
-            }
-            Self::Disagree { what, name, values: [a, b], time } => {
-                disagreement(f, *what, name, [*a, *b], *time)
-            }
-            Self::NotByParts { option } => {
-                write!(
-                    f,
-                    "`{option}` asks for the whole motion, which comes in parts; ask the motion itself with \
-                     `sample(..)`, or a second run of other tolerance"
-                )
-            }
-            Self::Coincident { event, time } => write!(
-                f,
-                "`{event}` happens at t = {time}, at the very instant of a change of chart, and would be met \
-                 twice; start a little later, or end it there"
-            ),
-            Self::NoEnd => f.write_str("the simulation has no end; add `.until(t)`"),
-        }
+fn unknown_set(name: &str, known: &[&'static str], model: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    if known.is_empty() {
+        return write!(
+            f,
+            "`{name}` is not the second angle of a set: no three coordinates of `{model}` turn something \
+             one after the other; write them as `Mat3::euler(..)`"
+        );
     }
+    write!(f, "`{name}` is not the second angle of a set; those of this model are ")?;
+    names(f, known)
+}
+
+fn event_disagrees(event: &str, values: &[f64; 2], time: &f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let [a, b] = values;
+    write!(
+        f,
+        "event `{event}` is {a:.6e} in one chart and {b:.6e} in another at t = {time}: its function \
+         reads the angles; have it ask the model that `with` gives where the body is"
+    )
+}
+
+fn disagree(
+    what: &Compared,
+    name: &str,
+    values: &[f64; 2],
+    time: &f64,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    disagreement(f, *what, name, *values, *time)
 }
 
 fn disagreement(
@@ -202,7 +196,7 @@ fn disagreement(
     time: f64,
 ) -> fmt::Result {
     let remedy = "say it by the frame of the body, not by the angles, and put the reference right before the \
-        three turns about coordinate axes, as a turn about the axis of the second";
+                  three turns about coordinate axes, as a turn about the axis of the second";
     match what {
         Compared::AngularAcceleration => write!(f, "the angular acceleration of what `{name}` turns")?,
         Compared::Acceleration => write!(f, "the acceleration of `{name}`")?,
@@ -219,12 +213,11 @@ fn disagreement(
     write!(
         f,
         " is {a:.6e} in one chart and {b:.6e} in another at t = {time}: they do not describe the same; \
-        {remedy}"
+         {remedy}"
     )
 }
 
 crate::error::sentence_for_debugging!(ChartError);
-impl core::error::Error for ChartError {}
 
 /// What ended a motion before its end.
 #[non_exhaustive]

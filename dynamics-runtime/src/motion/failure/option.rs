@@ -8,12 +8,14 @@ use alloc::string::String;
 use core::fmt;
 
 /// An option of a simulation that makes no sense.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptionError {
     /// `.until(..)` is missing.
+    #[error("the end is not given; add `.until(t)`")]
     NoEnd,
     /// A number is not admissible.
+    #[error("`.{option}({})` is not possible; give {admissible}", Readable(*.value))]
     Number {
         /// The option.
         option: &'static str,
@@ -23,6 +25,11 @@ pub enum OptionError {
         admissible: &'static str,
     },
     /// `.tolerances(absolute, relative)` are not admissible.
+    #[error(
+        "`.tolerances({}, {})` is not possible; give {admissible}",
+        Readable(*.absolute),
+        Readable(*.relative)
+    )]
     Tolerances {
         /// The absolute one.
         absolute: f64,
@@ -32,6 +39,7 @@ pub enum OptionError {
         admissible: &'static str,
     },
     /// A number among the options of a method is not admissible.
+    #[error("`{option}: {value}` of {method} is not possible; give {admissible}")]
     MethodNumber {
         /// The method.
         method: crate::motion::Method,
@@ -43,6 +51,7 @@ pub enum OptionError {
         admissible: &'static str,
     },
     /// An output time lies outside the simulated interval.
+    #[error("output time {time} lies outside the simulated interval from {start} to {end}")]
     OutputTime {
         /// What was given.
         time: f64,
@@ -52,6 +61,7 @@ pub enum OptionError {
         end: f64,
     },
     /// Two output times that follow one another are not in the order of the motion.
+    #[error(fmt = output_order)]
     OutputOrder {
         /// The two.
         pair: [f64; 2],
@@ -59,6 +69,7 @@ pub enum OptionError {
         backwards: bool,
     },
     /// There is no event of this name.
+    #[error(fmt = unknown_event)]
     UnknownEvent {
         /// What was given.
         name: String,
@@ -66,11 +77,13 @@ pub enum OptionError {
         suggestion: Option<String>,
     },
     /// Two ad-hoc events, or an ad-hoc event and one of the model, have the same name.
+    #[error("there are two events `{name}`; rename one")]
     DuplicateEvent {
         /// The name.
         name: String,
     },
     /// Two laws are given for the same constraint.
+    #[error("`.{option}(\"{constraint}\", ..)` is given twice; drop one of them")]
     GuardTwice {
         /// `contact` or `stick_slip`.
         option: &'static str,
@@ -78,11 +91,13 @@ pub enum OptionError {
         constraint: String,
     },
     /// An input has no value: neither in the start state nor by `.inputs(..)`.
+    #[error("input `{input}` has no value; set it in the start state or give `.inputs(|t, state| ..)`")]
     InputWithoutValue {
         /// The input.
         input: &'static str,
     },
     /// A value of the start state is infinite or not a number.
+    #[error(fmt = start_not_finite)]
     StartNotFinite {
         /// The coordinate; `t` for time.
         name: &'static str,
@@ -90,6 +105,7 @@ pub enum OptionError {
         rate: bool,
     },
     /// A parameter of the model is infinite or not a number.
+    #[error("parameter `{name}` of the model is {value}; give a finite number")]
     ParameterNotFinite {
         /// Its name, `m1`, `mass[3]`.
         name: &'static str,
@@ -97,6 +113,7 @@ pub enum OptionError {
         value: f64,
     },
     /// A mass, an inertia or a rotation of the model is none, by its parameters or in the start state.
+    #[error("{premise}: {why}")]
     Unphysical {
         /// What it should be, and of which parameters and coordinates it is made.
         premise: &'static Premise,
@@ -104,8 +121,10 @@ pub enum OptionError {
         why: Refuted,
     },
     /// A contact or sticking constraint cannot be what was asked for.
+    #[error("{0}")]
     Constraint(Box<EventActionError>),
     /// A number of a contact's law is not admissible.
+    #[error("`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give {admissible}")]
     Contact {
         /// The constraint.
         constraint: String,
@@ -117,6 +136,7 @@ pub enum OptionError {
         admissible: &'static str,
     },
     /// A contact needs a switched holonomic constraint of one row, sticking a switched nonholonomic one.
+    #[error(fmt = not_for_guard)]
     NotForGuard {
         /// `contact` or `stick_slip`.
         option: &'static str,
@@ -129,6 +149,10 @@ pub enum OptionError {
     },
     /// A contact or sticking constraint in a simulation that runs back in time: from which impact a state
     /// came cannot be told.
+    #[error(
+        "`.{option}(\"{constraint}\", ..)` cannot run back in time: what was lost in an impact or by \
+         sticking is not known; give an end after the start, or drop it"
+    )]
     Backwards {
         /// `contact` or `stick_slip`.
         option: &'static str,
@@ -136,8 +160,12 @@ pub enum OptionError {
         constraint: String,
     },
     /// A formulation was chosen for a model without constraints.
+    #[error("`.formulation(..)` says how constraints are kept, and the model has none; drop it")]
     NothingToHold,
     /// A gain of Baumgarte's stabilization is negative, infinite or not a number.
+    #[error(
+        "gain {name} = {value} of Baumgarte's stabilization is not possible; give a finite number, 0 or more"
+    )]
     Gain {
         /// `alpha` or `beta`.
         name: &'static str,
@@ -145,11 +173,13 @@ pub enum OptionError {
         value: f64,
     },
     /// A method without error estimate needs `.fixed_step(..)`.
+    #[error("{method} has no error estimate; give `.fixed_step(h)` or choose an adaptive method")]
     NeedsFixedStep {
         /// Which one.
         method: crate::motion::Method,
     },
     /// The motions of the model have no Taylor series.
+    #[error("{method} is not possible for this model: {reason}; choose another method")]
     NoSeries {
         /// The method that needs one.
         method: crate::motion::Method,
@@ -157,6 +187,10 @@ pub enum OptionError {
         reason: &'static str,
     },
     /// The method expands motions into Taylor series, and this formulation adds what is no part of them.
+    #[error(
+        "{method} satisfy the constraints in every coefficient, and what the formulation `{formulation}` \
+         adds is no part of them; drop `.formulation(..)`, or choose another method"
+    )]
     SeriesExcludes {
         /// The method.
         method: crate::motion::Method,
@@ -164,8 +198,10 @@ pub enum OptionError {
         formulation: crate::motion::Formulation,
     },
     /// `.estimate_error()` compares two motions, and `run_with` keeps none.
+    #[error("`.estimate_error()` compares two motions, and `run_with` keeps none; use `.run()`")]
     NothingToCompare,
     /// The method would run with this model and not keep what it is chosen for.
+    #[error("{method} is not made for this model: {reason}; {remedy}")]
     Unsuited {
         /// The method.
         method: crate::motion::Method,
@@ -175,6 +211,7 @@ pub enum OptionError {
         remedy: &'static str,
     },
     /// `.fixed_step(..)` leaves nothing for another step option to say.
+    #[error("`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")]
     FixedStepExcludes {
         /// The other option.
         option: &'static str,
@@ -196,120 +233,32 @@ impl OptionError {
     }
 }
 
-impl fmt::Display for OptionError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoEnd => write!(f, "the end is not given; add `.until(t)`"),
-            Self::Number { option, value, admissible } => {
-                write!(f, "`.{option}({})` is not possible; give {admissible}", Readable(*value))
-            }
-            Self::Tolerances { absolute, relative, admissible } => write!(
-                f,
-                "`.tolerances({}, {})` is not possible; give {admissible}",
-                Readable(*absolute),
-                Readable(*relative)
-            ),
-            Self::MethodNumber { method, option, value, admissible } => {
-                write!(f, "`{option}: {value}` of {method} is not possible; give {admissible}")
-            }
-            Self::OutputTime { time, start, end } => {
-                write!(f, "output time {time} lies outside the simulated interval from {start} to {end}")
-            }
-            Self::OutputOrder { pair: [first, second], backwards } => {
-                let order =
-                    if *backwards { "descending order, as the motion runs" } else { "ascending order" };
-                write!(
-                    f,
-                    "output time {} is followed by {}; give them in {order}",
-                    Readable(*first),
-                    Readable(*second)
-                )
-            }
-            Self::UnknownEvent { name, suggestion: Some(near) } => {
-                write!(f, "there is no event `{name}`; did you mean `{near}`?")
-            }
-            Self::UnknownEvent { name, suggestion: None } => {
-                write!(
-                    f,
-                    "there is no event `{name}`; declare it with `#[event]` or `.event(\"{name}\", ..)`"
-                )
-            }
-            Self::DuplicateEvent { name } => write!(f, "there are two events `{name}`; rename one"),
-            Self::GuardTwice { option, constraint } => {
-                write!(f, "`.{option}(\"{constraint}\", ..)` is given twice; drop one of them")
-            }
-            Self::InputWithoutValue { input } => {
-                write!(
-                    f,
-                    "input `{input}` has no value; set it in the start state or give `.inputs(|t, state| ..)`"
-                )
-            }
-            Self::StartNotFinite { name, rate } => {
-                let what = if *rate { "the velocity of " } else { "" };
-                write!(f, "the start is not finite: {what}`{name}`")
-            }
-            Self::Unphysical { premise, why } => write!(f, "{premise}: {why}"),
-            Self::ParameterNotFinite { name, value } => {
-                write!(f, "parameter `{name}` of the model is {value}; give a finite number")
-            }
-            Self::Constraint(error) => error.fmt(f),
-            Self::Contact { constraint, option, value, admissible } => {
-                write!(
-                    f,
-                    "`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give \
-                    {admissible}"
-                )
-            }
-            Self::NotForGuard { option, constraint, kind, found } => {
-                not_for_guard(f, [*option, *constraint], *kind, *found)
-            }
-            Self::Backwards { option, constraint } => write!(
-                f,
-                "`.{option}(\"{constraint}\", ..)` cannot run back in time: what was lost in an impact or by \
-                 sticking is not known; give an end after the start, or drop it"
-            ),
-            Self::NothingToHold => {
-                write!(f, "`.formulation(..)` says how constraints are kept, and the model has none; drop it")
-            }
-            Self::Gain { name, value } => {
-                write!(
-                    f,
-                    "gain {name} = {value} of Baumgarte's stabilization is not possible; give a finite \
-                     number, 0 or more"
-                )
-            }
-            Self::NeedsFixedStep { method } => {
-                write!(
-                    f,
-                    "{method} has no error estimate; give `.fixed_step(h)` or choose an adaptive method"
-                )
-            }
-            Self::NoSeries { method, reason } => {
-                write!(f, "{method} is not possible for this model: {reason}; choose another method")
-            }
-            Self::SeriesExcludes { method, formulation } => write!(
-                f,
-                "{method} satisfy the constraints in every coefficient, and what the formulation \
-                 `{formulation}` adds is no part of them; drop `.formulation(..)`, or choose another method"
-            ),
-            Self::NothingToCompare => {
-                write!(f, "`.estimate_error()` compares two motions, and `run_with` keeps none; use `.run()`")
-            }
-            Self::Unsuited { method, reason, remedy } => {
-                write!(f, "{method} is not made for this model: {reason}; {remedy}")
-            }
-            Self::FixedStepExcludes { option } => {
-                write!(f, "`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")
-            }
+fn output_order(pair: &[f64; 2], backwards: &bool, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let [first, second] = pair;
+    let order = if *backwards { "descending order, as the motion runs" } else { "ascending order" };
+    write!(f, "output time {} is followed by {}; give them in {order}", Readable(*first), Readable(*second))
+}
+
+fn unknown_event(name: &str, suggestion: &Option<String>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match suggestion {
+        Some(near) => write!(f, "there is no event `{name}`; did you mean `{near}`?"),
+        None => {
+            write!(f, "there is no event `{name}`; declare it with `#[event]` or `.event(\"{name}\", ..)`")
         }
     }
 }
 
+fn start_not_finite(name: &str, rate: &bool, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let what = if *rate { "the velocity of " } else { "" };
+    write!(f, "the start is not finite: {what}`{name}`")
+}
+
 fn not_for_guard(
+    option: &str,
+    constraint: &str,
+    kind: &ConstraintKind,
+    found: &ConstraintKind,
     f: &mut fmt::Formatter<'_>,
-    [option, constraint]: [&str; 2],
-    kind: ConstraintKind,
-    found: ConstraintKind,
 ) -> fmt::Result {
     write!(f, "`.{option}(..)` is not possible for `{constraint}`")?;
     let (role, is, other) = match found {
@@ -326,5 +275,3 @@ fn not_for_guard(
 }
 
 crate::error::sentence_for_debugging!(OptionError);
-
-impl core::error::Error for OptionError {}

@@ -7,10 +7,11 @@ use crate::error::SolveError;
 use crate::wording::Readable;
 
 /// Why a motion has no answer to a question.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
     /// The time lies outside the motion.
+    #[error(fmt = out_of_range)]
     OutOfRange {
         /// What was asked.
         time: f64,
@@ -20,6 +21,7 @@ pub enum MotionError {
         end: f64,
     },
     /// There is no output of this name.
+    #[error(fmt = unknown_output)]
     UnknownOutput {
         /// What was asked.
         name: String,
@@ -27,6 +29,7 @@ pub enum MotionError {
         suggestion: Option<String>,
     },
     /// There is no constraint of this name.
+    #[error(fmt = unknown_constraint)]
     UnknownConstraint {
         /// What was asked.
         name: String,
@@ -34,35 +37,29 @@ pub enum MotionError {
         suggestion: Option<String>,
     },
     /// Accelerations or reactions do not exist there.
+    #[error("{0}")]
     Solve(SolveError),
 }
 
-impl fmt::Display for MotionError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::OutOfRange { time, start, end } => {
-                let [time, start, end] = [*time, *start, *end].map(Readable);
-                write!(f, "t = {time} lies outside the motion, which goes from {start} to {end}")
-            }
-            Self::UnknownOutput { name, suggestion: Some(near) } => {
-                write!(f, "there is no output `{name}`; did you mean `{near}`?")
-            }
-            Self::UnknownOutput { name, suggestion: None } => {
-                write!(f, "there is no output `{name}`; declare it with `#[output]`")
-            }
-            Self::UnknownConstraint { name, suggestion: Some(near) } => {
-                write!(f, "there is no constraint `{name}`; did you mean `{near}`?")
-            }
-            Self::UnknownConstraint { name, suggestion: None } => {
-                write!(
-                    f,
-                    "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`"
-                )
-            }
-            Self::Solve(error) => error.fmt(f),
+fn out_of_range(time: &f64, start: &f64, end: &f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let [time, start, end] = [*time, *start, *end].map(Readable);
+    write!(f, "t = {time} lies outside the motion, which goes from {start} to {end}")
+}
+
+fn unknown_output(name: &str, suggestion: &Option<String>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match suggestion {
+        Some(near) => write!(f, "there is no output `{name}`; did you mean `{near}`?"),
+        None => write!(f, "there is no output `{name}`; declare it with `#[output]`"),
+    }
+}
+
+fn unknown_constraint(name: &str, suggestion: &Option<String>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match suggestion {
+        Some(near) => write!(f, "there is no constraint `{name}`; did you mean `{near}`?"),
+        None => {
+            write!(f, "there is no constraint `{name}`; declare it with `#[holonomic]` or `#[nonholonomic]`")
         }
     }
 }
 
 crate::error::sentence_for_debugging!(MotionError);
-impl core::error::Error for MotionError {}
