@@ -240,19 +240,19 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                     self.rejected += 1;
                     continue;
                 }
-                Ok(trial) if let Some(better) = self.better::<Y>(&trial, detours) => {
-                    (landing, detours) = (Some((better, better - start.t)), 0);
-                    self.rejected += 1;
-                    continue;
-                }
-                Ok(trial) => match self.judge(trial.error, h.abs()) {
-                    true => {
+                Ok(trial) => {
+                    if let Some(better) = self.better::<Y>(&trial, detours) {
+                        (landing, detours) = (Some((better, better - start.t)), 0);
+                        self.rejected += 1;
+                        continue;
+                    }
+                    if self.judge(trial.error, h.abs()) {
                         self.landing.made(h.abs());
                         system.accepted();
                         return Ok(self.commit(&trial, h));
                     }
-                    false => StepRejection::Error,
-                },
+                    StepRejection::Error
+                }
                 Err(failure) => failure,
             };
             detours = 0;

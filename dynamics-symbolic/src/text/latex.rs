@@ -66,13 +66,11 @@ impl Target for Latex {
         match n {
             Number::Rational(1, 1) => (None, None),
             // 9.81 reads better than 981/100, ½ better than 0.5.
-            Number::Rational(n, d)
-                if d > 8
-                    && let Some(text) = decimal(n, d) =>
-            {
+            Number::Rational(n, d) if d != 1 => {
+                let decimal = if d > 8 { decimal(n, d) } else { None };
+                let text = decimal.unwrap_or_else(|| format!("\\frac{{{n}}}{{{d}}}"));
                 (Some(Text::atom(text)), None)
             }
-            Number::Rational(n, d) if d != 1 => (Some(Text::atom(format!("\\frac{{{n}}}{{{d}}}"))), None),
             n => (Some(self.number(n)), None),
         }
     }

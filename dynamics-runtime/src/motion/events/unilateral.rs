@@ -235,16 +235,16 @@ impl UnilateralConstraint {
             {
                 change.release_to(name, -later.unwrap_or_default());
             }
-            ComplementarityRule::Stick { .. }
-                if holds && let Some(side) = change.side_ahead(self.constraint) =>
-            {
-                change.release_to(name, side);
-            }
-            // Nothing held it, and nothing will brake it: as where the contact that bears it lifts off.
-            ComplementarityRule::Stick { .. } if holds && change.slips_either_way(self.constraint) => {
-                change.release_to(name, self.side)
-            }
-            ComplementarityRule::Contact(_) | ComplementarityRule::Stick { .. } if holds => {
+            ComplementarityRule::Stick { .. } if holds => match change.side_ahead(self.constraint) {
+                Some(side) => change.release_to(name, side),
+                // Nothing held it, and nothing will brake it: as where the contact that bears it lifts off.
+                None if change.slips_either_way(self.constraint) => change.release_to(name, self.side),
+                None => {
+                    (self.lifted, self.grazes) = (Some(change.state().t()), None);
+                    change.release(name);
+                }
+            },
+            ComplementarityRule::Contact(_) if holds => {
                 (self.lifted, self.grazes) = (Some(change.state().t()), None);
                 change.release(name);
             }
