@@ -2,7 +2,7 @@
 //! the tolerance 1e-13, over random systems that are smooth, stiff and kinked. Errors are in units of what is
 //! permitted, by the norm of the step control.
 //!
-//! More systems by hand: `BETWEEN_STEPS=300 cargo test -p dynamics-runtime --release --test between_steps --
+//! More systems by hand: `BETWEEN_STEPS=300 cargo test -p dynamics-runtime --release between_steps --
 //! --nocapture`. With `BETWEEN_STEPS_LIST=5` states that are off by more than five times that are listed with
 //! their systems.
 
