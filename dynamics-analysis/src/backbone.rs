@@ -35,7 +35,7 @@ use super::periodic::{PeriodicError, PeriodicMotions, PeriodicOrbit};
 /// The first energy of a family, of its last.
 const FIRST: f64 = 1e-6;
 /// A closed motion that is farther from the secant than this part of the step belongs to another family.
-const BESIDE: f64 = 0.5;
+const FAMILY_DISTANCE: f64 = 0.5;
 /// The shortest step, of √(E_last − E₀).
 const SHORTEST: f64 = 1e-4;
 
@@ -280,5 +280,5 @@ fn belongs<S: ModelState>(here: &Member, step: &DVector<f64>, period: f64, orbit
     // Rates count by what they make of coordinates in a radian.
     let rate = TAU / period;
     let size = |x: &DVector<f64>| x.rows(0, n).norm().hypot(x.rows(n, n).norm() / rate);
-    size(&off) <= BESIDE * size(step).max(1e-6) && (orbit.period / period - 1.0).abs() < 0.1
+    size(&off) <= FAMILY_DISTANCE * size(step).max(1e-6) && (orbit.period / period - 1.0).abs() < 0.1
 }

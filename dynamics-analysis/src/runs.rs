@@ -13,7 +13,7 @@ use dynamics_runtime::motion::{Simulate, Simulation};
 /// not all of one.
 const ROUNDS: u32 = 3;
 /// Most repeats in one round.
-const MOST: u32 = 101;
+const MOST_REPEATS: u32 = 101;
 
 /// Longest steps of a run that others are measured against, in parts of the motion.
 const LONGEST: f64 = 2e-3;
@@ -75,7 +75,7 @@ pub(super) fn medians(
             let about = (*about).max(Duration::from_nanos(100)).as_secs_f64();
             let count = effort.as_secs_f64() / f64::from(ROUNDS) / about;
             // It succeeded before, with the same numbers.
-            repeats.extend((0..(count as u32).clamp(1, MOST)).filter_map(|_| once(i)));
+            repeats.extend((0..(count as u32).clamp(1, MOST_REPEATS)).filter_map(|_| once(i)));
         }
     }
     let of = |times: &mut Vec<Duration>| median(times).map(|time| Median { time, repeats: times.len() });

@@ -19,7 +19,7 @@ use super::trace::{Sample, Tracer, shape};
 const TWICE: f64 = 1e-13;
 /// A point that is enclosed lies no farther beside that, as a part of the step: farther away there is another
 /// one.
-const BESIDE: f64 = 0.01;
+const ENCLOSED_DISTANCE: f64 = 0.01;
 /// A point at the end of an interval may be found beyond it by this part, for rounding.
 const WITHIN: f64 = 1e-6;
 /// How often an interval is halved for what happens in it to stand alone.
@@ -97,7 +97,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return false;
         };
         let uncertainty = width * self.problem.widths[0];
-        let reach = BESIDE * self.problem.distance(a.place(), b.place()) + 10.0 * width;
+        let reach = ENCLOSED_DISTANCE * self.problem.distance(a.place(), b.place()) + 10.0 * width;
         let soft = crossing.and_then(|k| a.watch.like(k, &best.watch));
         let polished = Singular::beside(&best.balance, !is_fold, soft).and_then(|singular| {
             let place = best.place();

@@ -25,9 +25,9 @@ use crate::equilibria::EquilibriumError;
 use crate::linearize::general;
 
 /// Most corrections. More than eight mean that the step was too long.
-const MOST: usize = 12;
+const MOST_CORRECTIONS: usize = 12;
 /// Corrections from here on are the last ones.
-const NEAR: f64 = 1e-8;
+const LAST_CORRECTION: f64 = 1e-8;
 /// What coordinates and parameters are moved by for slopes of g and f, of what they are measured by.
 const ASIDE: f64 = 1e-5;
 
@@ -191,7 +191,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         reach: f64,
     ) -> Result<Arrived<M>, Missed> {
         let (mut place, mut last, mut beta) = (*guess, f64::INFINITY, 0.0);
-        for iterations in 0..MOST {
+        for iterations in 0..MOST_CORRECTIONS {
             let balance = self.balance(&place, preferred).map_err(Missed::Model)?;
             let (matrix, right) = self.system(&balance, plane, singular, beta).ok_or(Missed::Far)?;
             let n = balance.size();
@@ -204,7 +204,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             if !(change.is_finite() && away <= reach) {
                 return Err(Missed::Far);
             }
-            if change <= NEAR && (change <= 4.0 * f64::EPSILON || change >= 0.5 * last) {
+            if change <= LAST_CORRECTION && (change <= 4.0 * f64::EPSILON || change >= 0.5 * last) {
                 // What is left is rounding.
                 if !balance.is_balanced(change).map_err(Missed::Model)? {
                     return Err(Missed::Far);

@@ -22,7 +22,7 @@ use crate::numbers::Numbers;
 const ASIDE: [f64; 3] = [2e-2, 5e-3, 1e-3];
 /// Guesses for each direction of the space, at least and at most.
 const GUESSES: usize = 60;
-const MOST: usize = 40 * GUESSES;
+const MOST_BRANCH_GUESSES: usize = 40 * GUESSES;
 /// So many guesses in a row, for each half that is known, that lead to no other one: there is none that has
 /// its share of the guesses.
 const IN_VAIN: usize = 10;
@@ -98,7 +98,7 @@ fn around<M: Constraints + Powers>(
     let (mut found, mut ways, mut led): (Vec<Sample<M>>, Vec<Direction>, usize) = (Vec::new(), Vec::new(), 0);
     let mut numbers = Numbers(0x5eed);
     let mut in_vain = 0;
-    for guess in 0..MOST * space.len() {
+    for guess in 0..MOST_BRANCH_GUESSES * space.len() {
         if guess >= GUESSES * space.len()
             && (in_vain > IN_VAIN * found.len() || is_everywhere(found.len(), led, space))
         {

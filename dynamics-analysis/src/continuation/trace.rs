@@ -36,7 +36,7 @@ const CREPT: usize = 40;
 /// Load control ends at a fold that is nearer than this.
 const NEAR_LIMIT: f64 = 1e-2;
 /// The middle of a step may deviate from the cubic through its ends by this part of the step.
-const BESIDE: f64 = 0.01;
+const CUBIC_DEVIATION: f64 = 0.01;
 /// A branch has returned to its first point within this distance.
 const CLOSED: f64 = 1e-6;
 
@@ -261,7 +261,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         // The middle is one along the tangent at the beginning, and so may stand a little before or after
         // that of the cubic.
         let along = self.problem.dot(&off, &middle.tangent);
-        (self.problem.dot(&off, &off) - along * along).max(0.0).sqrt() > BESIDE * length
+        (self.problem.dot(&off, &off) - along * along).max(0.0).sqrt() > CUBIC_DEVIATION * length
     }
 
     /// The point at the end of the range, about this distance along the tangent.

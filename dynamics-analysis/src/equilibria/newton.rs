@@ -29,11 +29,11 @@ use crate::LinearizeError;
 
 /// Most iterations. Beside a fold, and at a pitchfork, each takes a third to a half of the error; of forces
 /// that begin with the fifth power a fifth.
-const MOST: usize = 500;
+const MOST_ITERATIONS: usize = 500;
 /// Corrections that are still this part of the last no longer shrink: those of a ninth power do.
 const SETTLED: f64 = 0.9;
 /// Corrections from here on, of what coordinates are measured by, are the last ones.
-const NEAR: f64 = 1e-7;
+const LAST_CORRECTION: f64 = 1e-7;
 /// The smallest part of a Newton step that is worth taking.
 const LEAST_PART: f64 = 1.0 / 32.0;
 /// A fall of ‖F‖², relative, below which it is the least.
@@ -44,7 +44,7 @@ const AWAY: f64 = 1e12;
 const FADING: f64 = 1e-12;
 /// How far beside a place where ‖F‖ does not fall to first order it is looked at, in what coordinates are
 /// measured by, and by which part of it ‖F‖² has to be smaller there.
-const BESIDE: [f64; 2] = [1e-3, 1e-2];
+const STALL_PROBES: [f64; 2] = [1e-3, 1e-2];
 const SMALLER: f64 = 1e-10;
 /// Forces up to this many times their measured rounding count as balance.
 const ROUNDED: f64 = 1e3;
@@ -128,13 +128,13 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
         // What cannot move rests, whatever acts: its reactions hold it.
         return Ok(Settled { state, statics, iterations: 0, uncertainty: alloc::vec![0.0; M::Vector::LEN] });
     }
-    for iteration in 0..MOST {
+    for iteration in 0..MOST_ITERATIONS {
         let stiffness = statics.covariant(model, &state, &search.metric)?;
         let factors =
             BalancedSvd::of(&stiffness).ok_or_else(|| search.unsettled(iteration, &statics, &state))?;
         let newton = factors.solve(&-&statics.force);
         let change = search.relative(&state, &(&statics.tangent.positions * &newton));
-        let is_near = change <= NEAR;
+        let is_near = change <= LAST_CORRECTION;
         // In the end only what rounding moves is left.
         let ends = is_near && (change <= f64::EPSILON * f64::EPSILON || change > SETTLED * last);
         let next = match is_near {
@@ -150,7 +150,7 @@ pub(super) fn settle<M: Constraints>(model: &M, start: M::State) -> Result<Settl
         search.check_bounds(&state)?;
         statics = Statics::of(model, &state, &[])?;
     }
-    Err(search.unsettled(MOST, &statics, &state))
+    Err(search.unsettled(MOST_ITERATIONS, &statics, &state))
 }
 
 impl<M: Constraints> NewtonIteration<'_, M> {
@@ -295,7 +295,7 @@ impl<M: Constraints> NewtonIteration<'_, M> {
             if size <= 0.0 || !size.is_finite() {
                 continue;
             }
-            for far in BESIDE.into_iter().flat_map(|far| [far, -far]) {
+            for far in STALL_PROBES.into_iter().flat_map(|far| [far, -far]) {
                 let next = self.moved_by(state, &(&way * (far / size)));
                 let is_less =
                     |next: &M::State| self.merit(next).is_some_and(|merit| merit < here * (1.0 - SMALLER));

@@ -27,9 +27,9 @@ use crate::linearize::{
 };
 
 /// Most iterations.
-const MOST: usize = 60;
+const MOST_ROLLING_ITERATIONS: usize = 60;
 /// Corrections from here on, of what coordinates are measured by, are the last ones.
-const NEAR: f64 = 1e-7;
+const LAST_ROLLING_CORRECTION: f64 = 1e-7;
 /// Most corrections of coordinates that depend on others.
 const CORRECTIONS: usize = 12;
 /// Columns below this part of the largest are zero.
@@ -152,20 +152,24 @@ impl<M: Constraints> Rolling<'_, M> {
         let mut state =
             self.moved(start, &self.at(start)?, &DVector::zeros(self.at(start)?.tangent.coordinates.len()))?;
         let mut last = f64::INFINITY;
-        for iterations in 0..MOST {
+        for iterations in 0..MOST_ROLLING_ITERATIONS {
             let here = self.at(&state)?;
             let newton = self.newton(&here);
             let change = self.relative(&state, &(&here.tangent.positions * &newton));
-            if change <= NEAR && (change <= f64::EPSILON * f64::EPSILON || change > 0.5 * last) {
+            if change <= LAST_ROLLING_CORRECTION
+                && (change <= f64::EPSILON * f64::EPSILON || change > 0.5 * last)
+            {
                 return self.accept(state, &here, iterations, &newton);
             }
-            last = if change <= NEAR { change } else { f64::INFINITY };
+            last = if change <= LAST_ROLLING_CORRECTION { change } else { f64::INFINITY };
             let mut part = (if falls { 0.5 } else { STRIDE } / change).min(1.0);
             let norm = here.force.norm();
             state = loop {
                 let next = self.moved(&state, &here, &(&newton * part));
                 if let Ok(next) = next
-                    && self.at(&next).is_ok_and(|there| !falls || change <= NEAR || there.force.norm() < norm)
+                    && self.at(&next).is_ok_and(|there| {
+                        !falls || change <= LAST_ROLLING_CORRECTION || there.force.norm() < norm
+                    })
                 {
                     break next;
                 }

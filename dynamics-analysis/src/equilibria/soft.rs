@@ -30,7 +30,7 @@ const LAST: f64 = 2.0;
 const STRIDE: f64 = 0.05;
 /// If the force vanishes at all of these distances, it vanishes everywhere nearby. The last two may lead to
 /// zero, where anything is possible.
-const FAR: [f64; 6] = [-0.05, 0.05, -0.4, 0.4, -1.0, 1.0];
+const SOFT_PROBES: [f64; 6] = [-0.05, 0.05, -0.4, 0.4, -1.0, 1.0];
 /// Other positions that are sampled if the force vanishes nearby: powers of ten of a coordinate, and how many
 /// in each.
 const DECADES: [i32; 2] = [-9, 9];
@@ -127,7 +127,7 @@ impl<M: Constraints> Soft<'_, M> {
                     change.iter().zip(noise.iter()).any(|(change, noise)| *change > NOISES * noise)
                 })
         };
-        if FAR[..4].iter().any(|s| changes(&moved(*s))) {
+        if SOFT_PROBES[..4].iter().any(|s| changes(&moved(*s))) {
             return Ok(false);
         }
         let i = all.iamax();
@@ -151,7 +151,7 @@ impl<M: Constraints> Soft<'_, M> {
         let stiff = self.factors.without(SOFT, own);
         // Cyclic coordinates are usually soft, and recognised at once.
         let mut never = true;
-        for s in FAR {
+        for s in SOFT_PROBES {
             let force = if never { self.left(left, &(along * s), &stiff)? } else { None };
             never &= force.is_some_and(|(force, _)| force.abs() <= least);
         }

@@ -48,7 +48,7 @@ pub(super) type SensitivityRunSetup<'m, M> =
 /// Tolerance where none is given, as that of simulations.
 pub(super) const TOLERANCE: f64 = 1e-9;
 /// Motions that stay below this are computed relative to their size, down to the other.
-const SMALL: f64 = 0.1;
+const SMALL_MOTION: f64 = 0.1;
 const SMALLEST: f64 = 1e-6;
 
 /// Sensitivities of a motion with their options, before they are computed.
@@ -175,7 +175,7 @@ impl SensitivityRequest<'_> {
         };
         let size = motion.steps().map(elements).fold(0.0, f64::max);
         // Where all of it is much smaller than its units a tolerance of 1 would be all that counts.
-        if self.absolute.is_none() && size > 0.0 && size < SMALL {
+        if self.absolute.is_none() && size > 0.0 && size < SMALL_MOTION {
             return run(Some(self.tolerance * size.max(SMALLEST)));
         }
         Ok(motion)

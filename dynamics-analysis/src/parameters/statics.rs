@@ -31,7 +31,7 @@ use crate::linearize::{Linearization, SmallMotions};
 /// there.
 const FOLD: f64 = 1e-8;
 /// Parts by which parameters are moved to see what the stiffness is made of.
-const BESIDE: f64 = 1e-6;
+const PARAMETER_MOVES: f64 = 1e-6;
 /// Terms below this part of the largest of their kind are what rounding leaves.
 const ROUNDING: f64 = 1e-13;
 /// Terms beside mass and stiffness up to this part count as none.
@@ -193,11 +193,14 @@ fn made_of<M: Simulate + Parameters + Clone>(
     };
     // Where the others are no models, K stands for itself.
     let n = linear.stiffness.nrows();
-    [BESIDE, -BESIDE].into_iter().filter_map(beside).fold(linear.stiffness.abs(), |most, change| {
-        DMatrix::from_fn(n, n, |i, j| {
-            if change[(i, j)].is_finite() { most[(i, j)].max(change[(i, j)].abs()) } else { most[(i, j)] }
-        })
-    })
+    [PARAMETER_MOVES, -PARAMETER_MOVES].into_iter().filter_map(beside).fold(
+        linear.stiffness.abs(),
+        |most, change| {
+            DMatrix::from_fn(n, n, |i, j| {
+                if change[(i, j)].is_finite() { most[(i, j)].max(change[(i, j)].abs()) } else { most[(i, j)] }
+            })
+        },
+    )
 }
 
 /// K⁻¹ `force`, and the conditioning of K; its rows and columns free of units by what they are made of (D.

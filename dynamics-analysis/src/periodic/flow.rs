@@ -31,7 +31,7 @@ use crate::LinearizeError;
 /// As the method itself has them.
 const CONTROL: ControllerSettings = ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 };
 /// Beyond this multiple of where it started, and of 1, a motion counts as run away.
-const FAR: f64 = 1e8;
+const RUN_AWAY: f64 = 1e8;
 
 /// Tangent vectors that are shorter have died away: on the way to zero they leave the range of numbers, where
 /// nothing is to be measured by them.
@@ -136,7 +136,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
             steps += 1;
             let (of_q, of_u) = (largest(&ride.y[..half]), largest(&ride.y[half..n]));
             let ((i, worst), far) =
-                if of_q.1 > FAR * reach { (of_q, FAR * reach) } else { (of_u, FAR * fast) };
+                if of_q.1 > RUN_AWAY * reach { (of_q, RUN_AWAY * reach) } else { (of_u, RUN_AWAY * fast) };
             if worst > far {
                 let coordinate = M::COORDINATES[i].name;
                 return Err(PeriodicError::RunsAway { time: ride.state.t(), coordinate, value: worst });

@@ -35,7 +35,7 @@ const GROUP: usize = 5;
 const SPREAD: f64 = 1e4;
 /// Vectors that become longer than this, or shorter than its inverse, have nearly left the range of numbers,
 /// and are brought back more often.
-const FAR: f64 = 1e100;
+const LONGEST_TANGENT: f64 = 1e100;
 /// Most orthonormalisations in a block.
 const MOST_PARTS: usize = 4096;
 
@@ -302,7 +302,7 @@ impl<'m, M: Simulate> Carried<'m, M> {
             (self.state, self.tangents) = (flown.state, flown.tangents);
             let sizes = self.orthonormalise()?;
             let apart = sizes.max() > SPREAD * sizes.min();
-            let lost = !sizes.iter().all(|size| (1.0 / FAR..FAR).contains(size));
+            let lost = !sizes.iter().all(|size| (1.0 / LONGEST_TANGENT..LONGEST_TANGENT).contains(size));
             if lost && self.parts >= MOST_PARTS {
                 return Err(PeriodicError::TooFast { time: self.state.t(), parts: self.parts });
             }

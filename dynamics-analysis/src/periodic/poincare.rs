@@ -17,7 +17,7 @@ use super::symmetry::{ROUNDING, SAME};
 use super::{PeriodicError, check, index, positive};
 
 /// Where equations are compared, in parts of the period of a coordinate: no fraction of any.
-const BESIDE: f64 = 0.137_035_9;
+const COMPARISON_PHASE: f64 = 0.137_035_9;
 
 /// The name under which a section function is an event.
 const NAME: &str = "section";
@@ -25,7 +25,7 @@ const NAME: &str = "section";
 /// Points at equal intervals unless their number is given.
 const EVERY: usize = 1000;
 /// Most of these: their times alone take nearly a gigabyte.
-const MOST: usize = 100_000_000;
+const MOST_RETURNS: usize = 100_000_000;
 
 /// A function of the state.
 type Function<'m, S> = dyn Fn(&S) -> f64 + 'm;
@@ -221,9 +221,9 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             // zero there, and goes through it; constraints hold it there.
             let mut beside = *point;
             if M::ROWS.is_empty() {
-                let moved = point.u().as_slice().iter().map(|u| BESIDE * apart * u);
+                let moved = point.u().as_slice().iter().map(|u| COMPARISON_PHASE * apart * u);
                 beside.q_mut().as_mut_slice().iter_mut().zip(moved).for_each(|(q, by)| *q += by);
-                beside.q_mut()[coordinate] += BESIDE * by;
+                beside.q_mut()[coordinate] += COMPARISON_PHASE * by;
             }
             let mut further = beside;
             further.q_mut()[coordinate] += by;
@@ -260,7 +260,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     fn strobe(&self, period: f64) -> Result<Vec<M::State>, PeriodicError> {
         positive("the interval", period)?;
         let wanted = self.points.unwrap_or(EVERY);
-        let total = self.skip.checked_add(wanted).filter(|total| *total <= MOST);
+        let total = self.skip.checked_add(wanted).filter(|total| *total <= MOST_RETURNS);
         let Some(total) = total else {
             let (value, needed) = (self.skip as f64 + wanted as f64, "at most a hundred million");
             return Err(PeriodicError::Option {

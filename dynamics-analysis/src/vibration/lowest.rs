@@ -15,7 +15,7 @@ use super::VibrationError;
 use super::banded::{Banded, BandedLdlt};
 
 /// Most iterations.
-const MOST: usize = 200;
+const MOST_SUBSPACE_ITERATIONS: usize = 200;
 /// Change of a Ritz value, in parts of it, below which it has settled.
 const SETTLED: f64 = 4e-15;
 /// Least eigenvalue, in parts of the shift, that is the rounding of 0.
@@ -120,7 +120,7 @@ fn iterate(
     let mut x = DMatrix::from_fn(n, vectors, seed);
     let mut values = alloc::vec![f64::INFINITY; vectors];
     let mut change = f64::INFINITY;
-    for iterations in 1..=MOST {
+    for iterations in 1..=MOST_SUBSPACE_ITERATIONS {
         let (then, ritz) = step(mass, factors, &x).ok_or(VibrationError::NoConvergence {
             what: "the subspace of the lowest modes",
             iterations,
@@ -142,7 +142,11 @@ fn iterate(
             return Ok(finish(mass, stiffness, (x, &values, shift), count, iterations));
         }
     }
-    Err(VibrationError::NoConvergence { what: "the lowest modes", iterations: MOST, residual: change })
+    Err(VibrationError::NoConvergence {
+        what: "the lowest modes",
+        iterations: MOST_SUBSPACE_ITERATIONS,
+        residual: change,
+    })
 }
 
 /// X by one step, M-orthonormal, with the Ritz values of K + s M, ascending.

@@ -16,7 +16,7 @@ use nalgebra::{Complex, DMatrix};
 use super::VibrationError;
 
 /// Most iterations for the sign of a matrix; it takes about ten.
-const MOST: usize = 100;
+const MOST_SIGN_ITERATIONS: usize = 100;
 /// Most Newton steps.
 const REFINEMENTS: usize = 12;
 
@@ -79,7 +79,7 @@ fn by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatr
     z.view_mut((n, 0), (n, n)).copy_from(&-q);
     z.view_mut((n, n), (n, n)).copy_from(&-a.transpose());
     let mut change = f64::INFINITY;
-    for k in 0..MOST {
+    for k in 0..MOST_SIGN_ITERATIONS {
         let factors = z.clone().lu();
         // |det|^{1/2n} without overflow.
         let logarithm: f64 = (0..2 * n).map(|i| factors.lu_internal()[(i, i)].abs().ln()).sum();
@@ -98,7 +98,7 @@ fn by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatr
         }
     }
     if change > 1e-3 {
-        return Err(failed(MOST, change));
+        return Err(failed(MOST_SIGN_ITERATIONS, change));
     }
     let mut left = DMatrix::zeros(2 * n, n);
     left.rows_mut(0, n).copy_from(&z.view((0, n), (n, n)));
@@ -106,7 +106,8 @@ fn by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatr
     let mut right = DMatrix::zeros(2 * n, n);
     right.rows_mut(0, n).copy_from(&-(z.view((0, 0), (n, n)) + DMatrix::identity(n, n)));
     right.rows_mut(n, n).copy_from(&-z.view((n, 0), (n, n)));
-    let x = left.svd(true, true).solve(&right, f64::EPSILON).map_err(|_| failed(MOST, change))?;
+    let x =
+        left.svd(true, true).solve(&right, f64::EPSILON).map_err(|_| failed(MOST_SIGN_ITERATIONS, change))?;
     Ok(0.5 * (&x + x.transpose()))
 }
 

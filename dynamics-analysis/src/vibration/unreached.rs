@@ -23,7 +23,7 @@ use super::channel::Channel;
 use crate::linearize::general;
 
 /// Distance of eigenvalues, in parts of A, within which they may belong to one defective one.
-const NEAR: f64 = 1e-5;
+const DEFECTIVE_DISTANCE: f64 = 1e-5;
 /// Least angle between the subspaces of A and Aᵀ: below it, as of a part of a defective block, they are not
 /// apart from the others.
 const APART: f64 = 1e-3;
@@ -33,7 +33,7 @@ const TELLS: f64 = 1e-10;
 const NILPOTENT: [f64; 2] = [10.0, 1e6];
 /// Shift of an inverse iteration beside its eigenvalues, in parts of the distance to the others, and its
 /// steps: nearer than that the vectors of a defective one become too alike.
-const BESIDE: f64 = 1e-2;
+const INVERSE_ITERATION_SHIFT: f64 = 1e-2;
 const STEPS: usize = 12;
 /// What a subspace may miss of being invariant, in parts of A's rounding.
 const MISSES: f64 = 1e3;
@@ -44,17 +44,22 @@ impl Channel {
     pub(super) fn without(&self, at: Complex<f64>) -> Option<Self> {
         // A double 0 that is free to move is two values about it, the root of rounding away.
         let zero = Complex::new(0.0, 0.0);
-        let or_zero =
-            || (at != zero && at.norm() <= NEAR * self.a.norm()).then(|| self.taken_out(zero)).flatten();
+        let or_zero = || {
+            (at != zero && at.norm() <= DEFECTIVE_DISTANCE * self.a.norm())
+                .then(|| self.taken_out(zero))
+                .flatten()
+        };
         self.taken_out(at).or_else(or_zero)
     }
 
     fn taken_out(&self, at: Complex<f64>) -> Option<Self> {
         let mut distances: Vec<f64> = general(self.a.clone()).ok()?.iter().map(|x| (x - at).norm()).collect();
         distances.sort_by(f64::total_cmp);
-        let most = distances.iter().filter(|distance| **distance <= NEAR * self.a.norm()).count();
+        let most =
+            distances.iter().filter(|distance| **distance <= DEFECTIVE_DISTANCE * self.a.norm()).count();
         let next = |count: usize| distances.get(count).copied().unwrap_or(self.a.norm());
-        let found = (1..=most.max(1)).find_map(|count| self.split(at, count, BESIDE * next(count)));
+        let found =
+            (1..=most.max(1)).find_map(|count| self.split(at, count, INVERSE_ITERATION_SHIFT * next(count)));
         found.and_then(|parts| parts.rest(self))
     }
 

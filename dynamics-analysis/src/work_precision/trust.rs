@@ -19,7 +19,7 @@ const AGREED: f64 = 1e-5;
 /// the same error. Runs near rounding decide.
 const ALIKE: f64 = 0.3;
 /// Distances below so many uncertainties contradict nothing: those are estimates.
-const FAR: f64 = 10.0;
+const UNCERTAINTIES_APART: f64 = 10.0;
 
 impl<M: Simulate> Study<'_, M> {
     /// Refuses what cannot be trusted.
@@ -67,7 +67,7 @@ impl<M: Simulate> Study<'_, M> {
             ("positions", distance.positions, may.positions, found.uncertainty.positions),
             ("velocities", distance.velocities, may.velocities, found.uncertainty.velocities),
         ] {
-            if distance > FAR * may {
+            if distance > UNCERTAINTIES_APART * may {
                 return Err(WorkPrecisionError::OtherEnd { how: found.how, what, distance, uncertainty });
             }
         }
@@ -107,7 +107,7 @@ impl<M: Simulate> Study<'_, M> {
             ),
         ];
         let told = parts.into_iter().find(|(_, apart, distance, uncertainty)| {
-            *distance > FAR * uncertainty && *apart < part * distance
+            *distance > UNCERTAINTIES_APART * uncertainty && *apart < part * distance
         });
         told.map(|(what, apart, distance, _)| (what, distance, apart))
     }

@@ -36,7 +36,7 @@ const WORTH: f64 = 1.05;
 /// Conditioning below which a block is not used.
 const USELESS: f64 = 1e-9;
 /// Most Newton steps for dependent coordinates.
-const MOST: u32 = 12;
+const MOST_NEWTON_STEPS: u32 = 12;
 
 /// Which rows determine which coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -170,7 +170,7 @@ impl<M: Constraints> Embedding<M> {
         let k = self.positions.rank;
         let mut size = f64::INFINITY;
         let mut change = 1.0;
-        for _ in 0..MOST {
+        for _ in 0..MOST_NEWTON_STEPS {
             let residual = model.residual(state);
             let before = core::mem::replace(&mut size, max_abs(self.pick(&residual, workspace)));
             if !size.is_finite() {

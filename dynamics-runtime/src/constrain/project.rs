@@ -13,7 +13,7 @@ use crate::linalg::{add, max_abs, norm};
 use crate::model::{Constraints, ModelState, Vector};
 
 /// Most Newton steps; from a drift of 1e-3 four are enough.
-const MOST: u32 = 25;
+const MOST_PROJECTION_STEPS: u32 = 25;
 /// Most simplified Newton steps.
 const MOST_ALONG: u32 = 100;
 /// Distance at which constraints still count as satisfied where they cannot all be: redundant ones, declared
@@ -62,7 +62,7 @@ pub fn project_positions<M: Constraints>(
     // Newton on a double root halves the distance with every step, and Φ falls to a quarter.
     let mut halvings = 0;
     while size > 0.0 {
-        if projection.iterations == MOST {
+        if projection.iterations == MOST_PROJECTION_STEPS {
             return Err(if halvings >= 8 {
                 vanishing(model, state, workspace)
             } else {

@@ -6,14 +6,14 @@ use crate::math;
 use crate::model::Vector;
 
 /// Share of the largest element below which no element is taken for its own scale.
-const SMALL: f64 = 1e-2;
+const SMALL_ELEMENT: f64 = 1e-2;
 /// Elements are taken for no smaller than this.
-const LEAST: f64 = 1e-3;
+const LEAST_ELEMENT: f64 = 1e-3;
 
 /// By how much an element is moved: half of its digits, so that rounding and curvature cost about the same,
 /// and exactly representable.
 pub(crate) fn increment(x: f64, largest: f64) -> f64 {
-    let size = x.abs().max(SMALL * largest).max(LEAST);
+    let size = x.abs().max(SMALL_ELEMENT * largest).max(LEAST_ELEMENT);
     let there = x + math::sqrt(f64::EPSILON) * size;
     there - x
 }

@@ -42,7 +42,7 @@ mod table;
 use table::*;
 
 /// Most Newton iterations of a stage.
-const MOST: u32 = 10;
+const MOST_STAGE_ITERATIONS: u32 = 10;
 /// Iterations that converge no faster get a new Jacobian.
 const SLOW: f64 = 0.2;
 /// Iterations that converge at this rate or faster keep it for the next step.
@@ -55,7 +55,7 @@ const STEADY: f64 = 1.2;
 const LEFT: f64 = 0.003;
 /// The embedded formula is so near to the step that their difference is less than the error: of y′ = λy two
 /// thirds of it at |hλ| = ½, a third at 1, a tenth at 2.
-const NEAR: f64 = 4.0;
+const EMBEDDED_CLOSENESS: f64 = 4.0;
 
 /// ESDIRK4(3)6L\[2\]SA.
 #[derive(Clone, Debug)]
@@ -167,7 +167,7 @@ impl<V: Vector> Esdirk4<V> {
         let (t, step) = (start.t + C[i] * h, GAMMA * h);
         let (from, mut u) = (self.before(&start.y, h, i), self.predicted(start, h, i));
         let (mut before, mut renewed) = (f64::INFINITY, false);
-        for iteration in 1..=MOST {
+        for iteration in 1..=MOST_STAGE_ITERATIONS {
             let q = zip(&Phase { q: from.q, u: from.u }, &Phase { q: u, u }, |x, u| x + step * u).q;
             let a = system.accelerations(t, &q, &u)?;
             if !self.known {
@@ -305,8 +305,8 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         let mut error = Phase::<V>::zeros();
         for (k, e) in self.k.iter().zip(E) {
             for l in 0..V::LEN {
-                error.q[l] += NEAR * h * e * k.q[l];
-                error.u[l] += NEAR * h * e * k.u[l];
+                error.q[l] += EMBEDDED_CLOSENESS * h * e * k.q[l];
+                error.u[l] += EMBEDDED_CLOSENESS * h * e * k.u[l];
             }
         }
         self.error = self.filter(&error, h);

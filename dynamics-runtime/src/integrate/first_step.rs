@@ -6,11 +6,11 @@
 //! That takes the tolerance of a velocity that is zero for what its changes are measured by: from rest it is
 //! hundreds of times too short, and longer at once for methods that need only some dozens of steps
 //! ([`Scheme::LONG_STEPS`](super::Scheme::LONG_STEPS)). A mechanism has times of its own, in which it moves
-//! as far as it is large and its accelerations change by as much as they are, |q|/|q̇|, √(|q|/|q̈|)
-//! and |q̈|/|q⃛|, and what a method of order p leaves of |q| in a part x of the least of them is of the order
-//! x^(p+1): they take the step that leaves a hundredth of the tolerance where it is longer, up to [`MOST`]
-//! times. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step
-//! size".
+//! as far as it is large and its accelerations change by as much as they are, |q|/|q̇|, √(|q|/|q̈|) and
+//! |q̈|/|q⃛|, and what a method of order p leaves of |q| in a part x of the least of them is of the order
+//! x^(p+1): they take the step that leaves a hundredth of the tolerance where it is longer, up to
+//! [`MOST_STEP_RATIO`] times. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*,
+//! §II.4, "starting step size".
 
 use super::tableau::zip;
 use super::{Phase, StepNode, System, Tolerances};
@@ -18,9 +18,10 @@ use crate::math;
 use crate::model::Vector;
 
 /// See this file's header: both estimates have to do with the same motion.
-const MOST: f64 = 100.0;
+const MOST_STEP_RATIO: f64 = 100.0;
 
-/// |h| for a method of the given order, which makes `long` steps or not; costs one to four evaluations. `direction` is ±1, `most` an upper bound.
+/// |h| for a method of the given order, which makes `long` steps or not; costs one to four evaluations.
+/// `direction` is ±1, `most` an upper bound.
 pub(crate) fn first_step<V: Vector, S: System<V>>(
     system: &mut S,
     start: &StepNode<V>,
@@ -55,7 +56,7 @@ pub(crate) fn first_step<V: Vector, S: System<V>>(
         };
         let of_order = fine.min(100.0 * h);
         let own = if long { own_step(start, &a, h, order, tolerances) } else { 0.0 };
-        return of_order.max(own.min(MOST * of_order)).min(most);
+        return of_order.max(own.min(MOST_STEP_RATIO * of_order)).min(most);
     }
     h
 }
@@ -97,7 +98,10 @@ mod tests {
     fn a_long_step_from_rest_is_a_part_of_the_time_in_which_the_mechanism_moves() {
         for omega in [1e-3f64, 1.0, 1e4] {
             let [short, long] = steps(|_, q, _| -omega * omega * q, 1.0, 0.0);
-            assert!((long * omega - 0.314).abs() < 0.001 || long == MOST * short, "{short:e} {long:e}");
+            assert!(
+                (long * omega - 0.314).abs() < 0.001 || long == MOST_STEP_RATIO * short,
+                "{short:e} {long:e}"
+            );
             // The short one does not know seconds from milliseconds.
             assert!(omega == 1.0 || short < 0.1 * long, "{short:e} {long:e}");
         }
@@ -117,7 +121,7 @@ mod tests {
     fn without_times_of_its_own_the_first_step_is_short() {
         for (a, q) in [(0.0, 1.0), (1.0, 0.0), (0.0, 0.0)] {
             let [short, long] = steps(|_, _, _| a, q, 0.0);
-            assert!(long == short || a > 0.0 && long <= MOST * short, "{short:e} {long:e}");
+            assert!(long == short || a > 0.0 && long <= MOST_STEP_RATIO * short, "{short:e} {long:e}");
             assert!(long > 0.0 && long.is_finite());
         }
     }

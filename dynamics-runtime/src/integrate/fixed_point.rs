@@ -2,13 +2,13 @@
 //! the structure of a motion asks for.
 
 /// Most iterations for the equations of a step.
-const MOST: u32 = 100;
+const MOST_FIXED_POINT_ITERATIONS: u32 = 100;
 /// Corrections that no longer shrink are rounding errors, if they are as small as this part of what the step
 /// changes.
 const ROUNDING: f64 = 1e-12;
 /// What the step changes is taken for no smaller than this part of what it is: rounding errors are not in
 /// proportion to changes.
-const LEAST: f64 = 1e-2;
+const LEAST_CHANGE: f64 = 1e-2;
 /// Corrections that are so many times the smallest one so far diverge.
 const GROWTH: f64 = 1e3;
 
@@ -50,7 +50,7 @@ pub(super) enum Course {
 
 impl FixedPoint {
     pub(super) fn new() -> Self {
-        Self { before: f64::INFINITY, least: f64::INFINITY, left: MOST, stalled: 0 }
+        Self { before: f64::INFINITY, least: f64::INFINITY, left: MOST_FIXED_POINT_ITERATIONS, stalled: 0 }
     }
 
     /// After a correction.
@@ -84,7 +84,7 @@ pub(super) fn correction(
     for (old, new, from) in values {
         // NaN stays.
         correction = if (new - old).abs() <= correction { correction } else { (new - old).abs() };
-        change = change.max((new - from).abs()).max(LEAST * new.abs());
+        change = change.max((new - from).abs()).max(LEAST_CHANGE * new.abs());
     }
     let farthest = q.iter().fold(0.0f64, |most, q| most.max(q.abs()));
     let rounding = UNITS * f64::EPSILON * farthest / h.abs();

@@ -37,7 +37,7 @@ use crate::math;
 use crate::model::Vector;
 
 /// Most Newton iterations.
-const MOST: u32 = 15;
+const MOST_NEWTON_STEPS: u32 = 15;
 /// Corrections that are so many times the smallest one so far diverge: what Newton's method itself does in
 /// the beginning says little.
 const GROWTH: f64 = 1e3;
@@ -358,7 +358,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
         let (known, by) = self.factored_for;
         let mut fresh = known == 0.0 || by != beta || (h / known - 1.0).abs() > SAME;
         let (mut first, mut before, mut rate, mut bent) = (f64::INFINITY, f64::INFINITY, 1.0, V::zeros());
-        for iteration in 1..=MOST {
+        for iteration in 1..=MOST_NEWTON_STEPS {
             (self.end, self.k[1].u) = (self.end(start, h), self.own());
             let (y, own) = (self.end, self.k[1].u);
             self.k[1].q = y.u;

@@ -21,10 +21,10 @@ use singularity_crossing::{Passing, UNCERTAIN, Verdict};
 /// whose error is too large shrinks as the power law of the error says: neither takes half as many.
 const MOST_REJECTIONS: u32 = 60;
 /// A step whose end moves by so many times what it was off, along what holds it, is near a singular position
-/// of that: made again with its stages settled, if it moves by more than [`FAR`] permitted errors.
+/// of that: made again with its stages settled, if it moves by more than [`FAR_IN_ERRORS`] permitted errors.
 const AMPLIFIED: f64 = 2.0;
 /// See [`AMPLIFIED`].
-const FAR: f64 = 1.0;
+const FAR_IN_ERRORS: f64 = 1.0;
 /// An error this large is no matter of a step that is a little too long.
 const SURPRISE: f64 = 30.0;
 /// See [`Stepper::fruitless`].
@@ -371,12 +371,16 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             if Y::IS_FREE {
                 // Nothing moves it, and nothing of this is compiled.
             } else if let Some(Settled { by, violation, .. }) = moved {
-                if by > FAR && by > AMPLIFIED * violation && !kept.stages && Self::hold(system, tolerances) {
+                if by > FAR_IN_ERRORS
+                    && by > AMPLIFIED * violation
+                    && !kept.stages
+                    && Self::hold(system, tolerances)
+                {
                     (plain, kept) = (f64::INFINITY, StepFlags { stages: true, ..StepFlags::default() });
                     continue;
                 }
-                kept.between |= by > FAR;
-                if by > FAR
+                kept.between |= by > FAR_IN_ERRORS;
+                if by > FAR_IN_ERRORS
                     && self.is_fixed()
                     && let Some(coordinate) = self.displaced(&unsettled, &y, h)
                 {

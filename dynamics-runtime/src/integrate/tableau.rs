@@ -89,7 +89,8 @@ pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f
     out
 }
 
-/// |h λ| of the dominant eigenvalue λ, from two nearby states (y, q̈) at the same time; `None` where they coincide.
+/// |h λ| of the dominant eigenvalue λ, from two nearby states (y, q̈) at the same time; `None` where they
+/// coincide.
 ///
 /// Hairer's test compares derivatives by the Euclidean norm of all of (q, u); a fast oscillator would then
 /// look stiff by a mere choice of units, because there u is ω times q. For q̈ = a(q, u) an eigensolution

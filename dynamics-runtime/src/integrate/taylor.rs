@@ -463,8 +463,9 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         self.error
     }
 
-    /// |h λ| where one mode makes the last coefficients, as it does where stability bounds the step, against the border of stability (p!)^(1/p). Then
-    /// xₖ = (h λ)ᵏ/k! times the mode; two orders are compared because those of one parity may vanish.
+    /// |h λ| where one mode makes the last coefficients, as it does where stability bounds the step, against
+    /// the border of stability (p!)^(1/p). Then xₖ = (h λ)ᵏ/k! times the mode; two orders are compared
+    /// because those of one parity may vanish.
     fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
         if self.short {
             return None;

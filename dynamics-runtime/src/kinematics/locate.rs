@@ -30,7 +30,8 @@ use crate::model::{Constraints, ModelState, Vector};
 pub(super) const SUSPECT: f64 = 1e-3;
 /// Points that are extrapolated.
 const MOST_POINTS: usize = 5;
-/// |wᵀΦ_t| above this part of the largest ‖Φ_t‖ on the way there is a lock-up: of a bifurcation the extrapolation leaves about 10⁻⁸.
+/// |wᵀΦ_t| above this part of the largest ‖Φ_t‖ on the way there is a lock-up: of a bifurcation the
+/// extrapolation leaves about 10⁻⁸.
 const DRIVEN: f64 = 1e-5;
 /// At the located position σ is below this part of the largest.
 const SINGULAR: f64 = 1e-7;

@@ -24,7 +24,7 @@ const ADMISSIBLE: f64 = 0.25;
 /// Contraction that steps aim at: Newton then needs three corrections.
 const AIM: f64 = 0.02;
 /// Largest first correction that counts, against the size of the coordinates.
-const NEAR: f64 = 0.1;
+const LARGEST_FIRST_CORRECTION: f64 = 0.1;
 /// Seen back from its end by Taylor's series, a step that counts begins where it did within this part of its
 /// way, and within [`STILL`].
 const RETURNS: f64 = 0.25;
@@ -118,7 +118,7 @@ impl<'m, M: Constraints> Tracer<'m, M> {
             self.effort.corrections += 1;
             let length = self.measure.length(step.as_slice()) / scale;
             let theta = length / last;
-            let longest = if k == 0 { NEAR } else { ADMISSIBLE * last };
+            let longest = if k == 0 { LARGEST_FIRST_CORRECTION } else { ADMISSIBLE * last };
             if length.is_nan() || length > longest {
                 // At the level of rounding corrections do not shrink any more.
                 return if last <= 1e-9 { Ok(contraction) } else { Err(self.missed(state)) };

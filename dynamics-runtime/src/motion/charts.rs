@@ -39,7 +39,7 @@ const CHANGE: &str = "change of chart";
 /// before it can come back.
 const BOUND: f64 = 0.5;
 /// Sets at most: with each the number of charts doubles.
-const MOST: usize = 6;
+const MOST_ANGLE_SETS: usize = 6;
 
 /// A model in all charts of its angles: those as it was made, and those with turned references.
 ///
@@ -89,8 +89,8 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
     /// changes nothing, or sets a number to something else.
     pub fn turning(mut self, middle: &str, turn: impl Fn(&mut M, f64)) -> Result<Self, ChartError> {
         let reference = Reference::of::<M>(middle)?;
-        if self.references.len() == MOST {
-            return Err(ChartError::TooMany { most: MOST });
+        if self.references.len() == MOST_ANGLE_SETS {
+            return Err(ChartError::TooMany { most: MOST_ANGLE_SETS });
         }
         if self.references.iter().any(|known| known.set.angles[1] == reference.set.angles[1]) {
             return Err(ChartError::Twice { name: reference.names[1] });

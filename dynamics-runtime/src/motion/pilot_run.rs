@@ -28,13 +28,13 @@ use crate::motion::trajectory::record::{EventRecord, Record};
 use crate::wording::Rounded;
 
 /// Motions of this size and above are held to the tolerance as it stands.
-const SMALL: f64 = 0.1;
+const SMALL_MOTION: f64 = 0.1;
 /// Steps that are made to see how large a motion becomes that starts small.
 const STEPS: usize = 20;
 /// Values below this part of the larger ones of their unit, or of 1, are zero but for rounding.
 const ZERO: f64 = 1e-13;
 /// Smallest absolute tolerance: some units in the last place of 1.
-const LEAST: f64 = 1e-15;
+const LEAST_ABSOLUTE_TOLERANCE: f64 = 1e-15;
 /// So many times what rounding moves velocities by in a step is no tolerance.
 const ROUNDINGS: f64 = 10.0;
 /// Fewer absolute tolerances than this in all of a motion are told of, where they are more by [`FEW_DIGITS`]
@@ -78,8 +78,9 @@ impl CoordinateSizes {
 
     /// Whether some unit has only small values, so that it has to be seen how large they become.
     fn has_small<M: Dynamics>(&self) -> bool {
-        let small =
-            |sizes: &[f64]| (0..sizes.len()).any(|i| largest_of_unit(sizes, M::COORDINATES, i) < SMALL);
+        let small = |sizes: &[f64]| {
+            (0..sizes.len()).any(|i| largest_of_unit(sizes, M::COORDINATES, i) < SMALL_MOTION)
+        };
         small(&self.q) || small(&self.u)
     }
 
@@ -164,11 +165,11 @@ impl<M: Constraints> PilotRun<M> {
         let (Some(size), Some((state, h))) = (self.sizes.smallest::<M>(), &self.last) else {
             return tolerance;
         };
-        if size >= SMALL {
+        if size >= SMALL_MOTION {
             return tolerance;
         }
         let rounding = ROUNDINGS * rounding_of(rhs, state) * h.abs();
-        (tolerance * size / SMALL).max(LEAST.max(rounding)).min(tolerance)
+        (tolerance * size / SMALL_MOTION).max(LEAST_ABSOLUTE_TOLERANCE.max(rounding)).min(tolerance)
     }
 }
 

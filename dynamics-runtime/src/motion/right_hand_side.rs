@@ -31,7 +31,7 @@ pub(crate) enum EvaluationError {
 }
 
 /// A move onto the constraints by more permitted errors than this is looked at more closely.
-pub(crate) const FAR: f64 = 1.0;
+pub(crate) const INSPECTED_MOVE: f64 = 1.0;
 /// How much larger than what is violated such a move may be: constraints that are so near to losing rank
 /// decide nothing any more.
 pub(crate) const WEAK: f64 = 1e6;
@@ -368,7 +368,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         let by = tolerances.norm(&moved, y, &settled);
         self.stabilization.moved = Some(by);
         let mut violation = by;
-        if by > FAR {
+        if by > INSPECTED_MOVE {
             // Near a singular position a small violation takes a large move, along the direction that the
             // constraints lose.
             let before = self.on_branches(&before);

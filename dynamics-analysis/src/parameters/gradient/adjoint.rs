@@ -19,7 +19,7 @@ use super::objective::{Blend, Instant, ParsedObjective};
 
 /// Derivatives are measured by no less than this part of what moving the whole motion does, for each size of
 /// their variable: what has no influence is made of rounding alone.
-const LEAST: f64 = 1e-3;
+const LEAST_INFLUENCE: f64 = 1e-3;
 /// Derivatives below this part of that are followed again, by their own size; in at most so many times the
 /// steps, and so many more.
 const OWN: f64 = 1e-2;
@@ -56,7 +56,7 @@ pub(super) fn back<M: Simulate + Parameters + Clone>(
     }
     refuse_jumps(motion, &knots)?;
     let values = variables.iter().map(|variable| variable.value(motion.model(), &motion.start()));
-    let mut least: Vec<f64> = values.map(|value| LEAST / value.map_or(1.0, size)).collect();
+    let mut least: Vec<f64> = values.map(|value| LEAST_INFLUENCE / value.map_or(1.0, size)).collect();
     let (found, way) =
         AdjointPass::follow(motion, &knots, variables, plan, (tolerance, MOST_STEPS), &least, None)?;
     let mut again = false;
@@ -192,7 +192,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
             self.integrand = self.integrand.max(integrand.value(&self.linear, state)?.abs());
         }
         let motion = self.linear.motion;
-        self.least_value = LEAST * self.integrand * (motion.end_time() - motion.start_time()).abs();
+        self.least_value = LEAST_INFLUENCE * self.integrand * (motion.end_time() - motion.start_time()).abs();
         Ok(())
     }
 
@@ -460,7 +460,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
                 off = off.max((fine.lambda[i] - coarse.lambda[i]).abs());
                 largest = largest.max(self.largest[i]).max(fine.lambda[i].abs());
             }
-            let least = if *size > 0.0 { LEAST * self.moved / size } else { 0.0 };
+            let least = if *size > 0.0 { LEAST_INFLUENCE * self.moved / size } else { 0.0 };
             measure(off, largest.max(least));
         }
         for k in 0..fine.derivatives.len() {

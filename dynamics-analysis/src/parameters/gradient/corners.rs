@@ -30,7 +30,7 @@ const NEIGHBOURS: f64 = 4.0;
 const APART: f64 = 4.0;
 const PERSISTS: f64 = 0.7;
 /// Most looks between two knots: what is rough everywhere is left to the steps.
-const MOST: usize = 4000;
+const MOST_LOOKS: usize = 4000;
 
 /// Looks at an integrand.
 pub(super) struct IntegrandCorners<'w, 'a, 'm, M: Simulate> {
@@ -111,7 +111,7 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
     fn between(&mut self, from: f64, to: f64, found: &mut Vec<[f64; 2]>) -> Result<(), SensitivityError> {
         let mut open = alloc::vec![(from, to)];
         while let Some((a, b)) = open.pop() {
-            if self.looks > MOST || b <= a {
+            if self.looks > MOST_LOOKS || b <= a {
                 continue;
             }
             let at = |k: usize| if k == 8 { b } else { a + (b - a) * k as f64 / 8.0 };

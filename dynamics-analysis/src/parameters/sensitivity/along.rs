@@ -15,7 +15,7 @@ use super::smooth::refuse_jumps;
 
 /// Columns below this part of the motion per unit of the variable are scaled by the motion instead, because a
 /// column without influence is only rounding.
-const LEAST: f64 = 1e-3;
+const LEAST_COLUMN_SCALE: f64 = 1e-3;
 /// Columns below this part of that are followed again, by their own size; in at most so many times the steps,
 /// and so many more.
 const OWN: f64 = 1e-2;
@@ -134,7 +134,7 @@ fn least<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix
     };
     let of_motion = [largest(M::State::q), largest(M::State::u)];
     let of = |k: usize| variables[k].value(motion.model(), &start).map_or(1.0, size);
-    DMatrix::from_fn(2, variables.len(), |half, k| LEAST * of_motion[half] / of(k))
+    DMatrix::from_fn(2, variables.len(), |half, k| LEAST_COLUMN_SCALE * of_motion[half] / of(k))
 }
 
 struct ForwardPass<'a, 'm, M: Simulate> {

@@ -17,7 +17,7 @@ use crate::periodic::frame::{Frame, direction, sizes, stacked};
 use crate::periodic::symmetry::{Conserved, is_autonomous};
 
 /// Misses that are small enough, in parts of the ranges of coordinates, where no step makes them smaller.
-const SMALL: f64 = 1e-8;
+const SMALL_MISS: f64 = 1e-8;
 /// Most that one step changes the period by, in parts of it.
 const MOST_CHANGE: f64 = 0.3;
 /// Halvings of a step before it is given up.
@@ -225,7 +225,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
             };
             let (size, worst) = (solved.step.amax(), shots.worst());
             let settled = size <= 1e-10 || correction <= 1e-7 && size >= 0.3 * correction;
-            let next = if settled && worst <= SMALL || iteration == self.asked.most_iterations {
+            let next = if settled && worst <= SMALL_MISS || iteration == self.asked.most_iterations {
                 None
             } else {
                 self.descend(&shots, &solved.step, &mut because)
@@ -235,7 +235,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
                 iteration += 1;
                 continue;
             }
-            if worst > SMALL {
+            if worst > SMALL_MISS {
                 return Err(self.not_found(&shots, iteration, because));
             }
             if self.autonomous && reach(&shots.passed, &self.sizes) <= 1e-4 * self.reach {

@@ -17,7 +17,7 @@ use crate::linalg::{WorkMemory, dot, max_abs};
 use crate::model::{Constraints, Vector};
 
 /// Newton steps from one start; piecewise linear laws take two.
-const MOST: usize = 25;
+const MOST_NEWTON_STEPS: usize = 25;
 /// Rounding errors of a reaction, in parts of what it is the sum of: where it changes its sign it is much
 /// smaller than that.
 const NOISE: f64 = 16.0 * f64::EPSILON;
@@ -27,7 +27,7 @@ const HALVINGS: usize = 30;
 /// Part of the foretold decrease that a damped step has to bring.
 const DECREASE: f64 = 1e-4;
 /// What is left of G, beside the reactions, from which Newton's steps in full go on.
-const NEAR: f64 = 1e-6;
+const FULL_STEP_RESIDUAL: f64 = 1e-6;
 /// Parts of a fixed-point step, and how many of them.
 const RELAXATION: [f64; 3] = [1.0, 0.5, 0.1];
 const MOST_FIXED: usize = 100;
@@ -38,7 +38,7 @@ impl<M: Constraints> Problem<'_, '_, M> {
     /// Newton from a start; the solution, and whether the determinant is negative there.
     pub(super) fn newton(&mut self, mut lambda: M::Rows, work: &mut [f64]) -> Option<(M::Rows, bool)> {
         let k = self.k;
-        for _ in 0..MOST {
+        for _ in 0..MOST_NEWTON_STEPS {
             self.evaluate(&lambda, None);
             let (size, noise) = (self.size(&lambda), self.noise());
             let left = max_abs(&self.right[..k]);
@@ -102,7 +102,7 @@ impl<M: Constraints> Problem<'_, '_, M> {
         let k = self.k;
         let mut left = self.evaluate(&lambda, strength)?;
         for _ in 0..MOST_DAMPED {
-            if left <= NEAR * self.size(&lambda) {
+            if left <= FULL_STEP_RESIDUAL * self.size(&lambda) {
                 return Some(lambda);
             }
             let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkMemory::new(work));
@@ -129,7 +129,7 @@ impl<M: Constraints> Problem<'_, '_, M> {
     /// Where λ ← λ + ω (λ₀ + S Q(λ) − λ) goes to.
     fn fixed_point(&mut self, mut lambda: M::Rows, relaxation: f64) -> Option<M::Rows> {
         for _ in 0..MOST_FIXED {
-            if self.evaluate(&lambda, None)? <= NEAR * self.size(&lambda) {
+            if self.evaluate(&lambda, None)? <= FULL_STEP_RESIDUAL * self.size(&lambda) {
                 return Some(lambda);
             }
             (0..self.k).for_each(|i| lambda[self.read.get(i)] += relaxation * self.right[i]);

@@ -116,7 +116,8 @@ mod tests {
         Complex::from(1.0) + z * sum
     }
 
-    /// |R| ≤ 1 on the imaginary axis, without poles in the left half plane as γ > 0, is A-stability; R(∞) = 0 is L-stability. What is embedded does not grow either.
+    /// |R| ≤ 1 on the imaginary axis, without poles in the left half plane as γ > 0, is A-stability; R(∞) =
+    /// 0 is L-stability. What is embedded does not grow either.
     #[test]
     fn the_step_is_l_stable() {
         for k in -300..=300 {

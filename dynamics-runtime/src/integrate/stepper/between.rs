@@ -29,7 +29,7 @@ const OVER_DEFECT: f64 = 0.25;
 const PERMITTED: f64 = 1.0;
 /// Most parts of a step. Where accelerations jump within it, more of them would only show the jump more
 /// closely.
-const MOST: usize = 16;
+const MOST_STEP_PARTS: usize = 16;
 
 /// A step that was made again in equal parts.
 pub(crate) struct Parts<V, D> {
@@ -68,13 +68,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let (mut least, mut best) = (whole, None);
         let mut count = 2;
         // Errors of smooth motions fall by this power of the number.
-        while count < MOST
+        while count < MOST_STEP_PARTS
             && crate::math::powi(count as f64, S::ERROR_ORDER as i32) < whole
             && whole.is_finite()
         {
             count *= 2;
         }
-        while count <= MOST {
+        while count <= MOST_STEP_PARTS {
             // Where a part cannot be made, finer ones are no better.
             let Ok(Some((off, parts))) = parts(scheme, system, step, count, tolerances) else { break };
             if off < least {

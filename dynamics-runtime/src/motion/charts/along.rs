@@ -11,10 +11,10 @@ use crate::motion::simulation::{Simulate, Simulation};
 use crate::motion::trajectory::motion::Motion;
 
 /// Nearer to locking than this, in rad, the other chart is not asked: rounding is most of what it says.
-const LEAST: f64 = 0.02;
+const LEAST_LOCK_ANGLE: f64 = 0.02;
 /// How far beside a step's end a disagreement has to be one as well, as a part of the step. Steps end where
 /// functions jump, and there rounding chooses the side.
-const BESIDE: f64 = 1e-3;
+const STEP_END_PROBE: f64 = 1e-3;
 
 /// The largest size met of each quantity: what vanishes for a while is rounding of what it is otherwise.
 struct ComparedSizes(Vec<(Compared, &'static str, f64)>);
@@ -83,7 +83,7 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
         // A motion of one instant has nothing beside it.
         moved.peek().is_none()
             || moved.any(|step| {
-                let mut state = self.motion.at(here.t() + BESIDE * step);
+                let mut state = self.motion.at(here.t() + STEP_END_PROBE * step);
                 *state.inputs_mut() = *here.inputs();
                 let pairs = self.both(state).map(|states| self.pairs(states)).unwrap_or_default();
                 pairs
@@ -101,7 +101,8 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
                 reference.express(&mut there, turned[0], turned[1]).ok()?;
             }
         }
-        let far = |state: &M::State| self.atlas.references.iter().all(|at| at.distance(state) > LEAST);
+        let far =
+            |state: &M::State| self.atlas.references.iter().all(|at| at.distance(state) > LEAST_LOCK_ANGLE);
         (far(&here) && far(&there)).then_some([here, there])
     }
 

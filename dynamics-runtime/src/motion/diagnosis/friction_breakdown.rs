@@ -16,7 +16,7 @@ use crate::motion::failure::SimulationErrorKind as Kind;
 /// First and last time that is looked ahead, in parts of 1 + |t|.
 const AHEAD: (f64, f64) = (1e-12, 1e-2);
 /// Up to where a jump is looked for: what is stiff and smooth turns round in longer times.
-const NEAR: f64 = 1e-8;
+const JUMP_HORIZON: f64 = 1e-8;
 /// Times by which what crossed the jump may take longer to come back.
 const SLOWER: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
 /// Part of a jump that comes back when it is crossed again.
@@ -39,7 +39,7 @@ pub(crate) fn explain<M: Constraints>(model: &M, state: &M::State, kind: &Kind) 
             Err(SolveError::Friction { row, .. }) => {
                 return Some(Kind::FrictionGrows { row, ahead: by, cause: cause() });
             }
-            Ok(beyond) if by <= NEAR * size => {
+            Ok(beyond) if by <= JUMP_HORIZON * size => {
                 // From the one side it may come back more slowly than from the other.
                 let back = |times: &f64| accelerations(&ahead(&there, &beyond, times * by)).ok();
                 let coordinates =

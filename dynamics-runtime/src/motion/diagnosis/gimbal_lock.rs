@@ -8,7 +8,7 @@ use crate::motion::failure::SimulationErrorKind as Kind;
 use crate::motion::failure::gimbal_lock::GimbalLock;
 
 /// Angles farther from locking than this are not told of.
-pub(crate) const NEAR: f64 = 0.05;
+pub(crate) const LARGEST_LOCK_ANGLE: f64 = 0.05;
 /// Angles nearer to locking than this are what a failure beside comes from.
 const LOCKED: f64 = 1e-3;
 
@@ -21,7 +21,7 @@ const WORSE: f64 = 2.0;
 pub(crate) fn locking<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option<GimbalLock> {
     let q = state.q().as_slice();
     let (distance, middle) = (set.distance(q), q[set.angles[1]]);
-    if distance > NEAR || distance.is_nan() {
+    if distance > LARGEST_LOCK_ANGLE || distance.is_nan() {
         return None;
     }
     let (lock, mut away) = (set.locks_at(middle).value(), *state);

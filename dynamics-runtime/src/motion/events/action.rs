@@ -39,7 +39,7 @@ const MET: f64 = 100.0;
 const FIXED: f64 = 1e-3;
 
 /// The time before and after an instant, in parts of 1 + |t|, between which what changes has jumped.
-const BESIDE: f64 = 1e-9;
+const JUMP_INTERVAL: f64 = 1e-9;
 
 /// How a constraint is struck.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -199,7 +199,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
                 }
                 change.lift(constraint)?;
             }
-            let later = change.beside(BESIDE);
+            let later = change.beside(JUMP_INTERVAL);
             if M::HAS_KINKS
                 && contact_corner::is_hit(
                     change.model,
@@ -258,7 +258,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
             let beside = self.beside(part);
             self.stabilization.slip(self.model, &beside, constraint)
         };
-        let (before, after) = (slip(-BESIDE), slip(BESIDE));
+        let (before, after) = (slip(-JUMP_INTERVAL), slip(JUMP_INTERVAL));
         let least = CONSISTENT * self.stabilization.speed(self.model, self.state, constraint);
         (after - before).abs() > least && -side * after > least
     }
@@ -276,7 +276,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     /// The side to which a constraint of one row that breaks away goes, where its reaction jumps here:
     /// against the one that comes. `None` where it does not.
     pub(crate) fn side_ahead(&mut self, constraint: &'static Constraint) -> Option<f64> {
-        let ahead = self.beside(BESIDE);
+        let ahead = self.beside(JUMP_INTERVAL);
         let mut reaction = |state: &M::State| {
             let solved = self.stabilization.reactions(self.model, self.constants, state).ok()?;
             Some(solved[constraint.first])

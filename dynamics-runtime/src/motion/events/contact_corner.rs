@@ -8,11 +8,11 @@ use crate::model::{Branches, Constraint, Kink, MOST_KINKS, ModelState, Simulatio
 use crate::motion::stabilization::Stabilization;
 
 /// Nearer to an edge than this part of 1 + |q| nothing says on which side of it a state is.
-const NEAR: f64 = 1e-12;
+const EDGE_RESOLUTION: f64 = 1e-12;
 /// Part of their length by which the gradients of two faces differ.
 const BENT: f64 = 1e-6;
 /// Displacement in parts of 1 + |q| by which it is seen to where accelerations lead.
-const BESIDE: f64 = 1e-6;
+const CORNER_PROBE: f64 = 1e-6;
 
 /// Whether a contact of one row is hit in an edge of its ground, at which the motion stands now and a little
 /// later.
@@ -43,7 +43,7 @@ pub(crate) fn rests_in<M: SimulationModel>(
                 return None;
             }
             let mut there = *now;
-            let by = BESIDE * (1.0 + max_abs(now.q().as_slice())) / largest;
+            let by = CORNER_PROBE * (1.0 + max_abs(now.q().as_slice())) / largest;
             (0..M::Vector::LEN).for_each(|j| there.q_mut()[j] += by * a[j]);
             Some(kinks_of(model, &there)[kink].value)
         };
@@ -62,7 +62,7 @@ pub(crate) fn rests_in<M: SimulationModel>(
 
 /// Up to here the argument of a kink is zero.
 fn near<S: ModelState>(state: &S) -> f64 {
-    NEAR * (1.0 + max_abs(state.q().as_slice()))
+    EDGE_RESOLUTION * (1.0 + max_abs(state.q().as_slice()))
 }
 
 fn kinks_of<M: SimulationModel>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {

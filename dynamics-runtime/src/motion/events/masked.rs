@@ -18,7 +18,7 @@ use crate::motion::events::functions::EventFunctions;
 use crate::motion::failure::SimulationErrorKind as Fault;
 
 /// Displacements for differences, in parts of 1 + |x|.
-const BESIDE: f64 = 1e-6;
+const DIFFERENCE_STEP: f64 = 1e-6;
 /// A gradient that the constraints leave less of than this part is made of theirs.
 const LEFT: f64 = 1e-5;
 /// Parts of 1 + |q| + |u| that rounding may leave of a function over the length of its gradient.
@@ -65,7 +65,7 @@ impl<M: SimulationModel> EventFunctions<'_, M> {
     ) -> Result<f64, Fault> {
         let mut beside = *state;
         let x = *number(&mut beside);
-        let epsilon = BESIDE * (1.0 + x.abs());
+        let epsilon = DIFFERENCE_STEP * (1.0 + x.abs());
         *number(&mut beside) = x + epsilon;
         let up = self.value(index, &beside, scratch)?;
         *number(&mut beside) = x - epsilon;

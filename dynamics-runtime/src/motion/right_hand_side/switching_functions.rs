@@ -8,7 +8,7 @@ use crate::motion::right_hand_side::{EvaluationError, RightHandSide};
 
 /// Where the branches of a step are looked up, as a part of it: its start may stand a rounding error before
 /// the place at which the last one was made to end.
-const NEAR: f64 = 1e-9;
+const BRANCH_LOOKUP: f64 = 1e-9;
 /// Nearer to the end, as a part of the step, it ends there already.
 const AT_END: f64 = 1e-13;
 /// Parts in which kinks are sampled first.
@@ -244,5 +244,5 @@ fn resolution(t: f64, h: f64) -> f64 {
 }
 
 fn begin(t: f64, h: f64) -> f64 {
-    resolution(t, h).max(NEAR)
+    resolution(t, h).max(BRANCH_LOOKUP)
 }

@@ -23,7 +23,7 @@ use crate::motion::stabilization::{Distances, Stabilization};
 /// Steps without a close look: directions change. Twice as many after each that found no more than [`SURE`]
 /// times what was foretold.
 const FEWEST: u32 = 3;
-const MOST: u32 = 12;
+const MOST_STEPS_UNSEEN: u32 = 12;
 const SURE: f64 = 3.0;
 /// What is foretold below this part of the motion is not looked at, a three-hundredth of what summaries warn
 /// of; from [`FEWEST`] steps on the less the older it is. Of 675,000 steps of four-bars, slider-cranks and
@@ -31,7 +31,7 @@ const SURE: f64 = 3.0;
 /// from 1e-3 to 1e-9 and two in fixed steps, none was beyond what is warned of, 2.7e-4 at most, an eightieth
 /// of what ends a motion; nor was one with [`FEWEST`] steps at most, with the same 2.7e-4. Were the age of it
 /// nothing, one would have been.
-const FAR: f64 = 1e-6;
+const INSPECTED_DRIFT: f64 = 1e-6;
 
 /// A constraint that has drifted too far.
 pub(crate) struct Drifted {
@@ -81,7 +81,7 @@ impl<R: Vector> DriftInspection<R> {
 
     /// For how many steps a close look may do that found no more than was foretold, or more.
     fn trust(&self, foretold: bool) -> u32 {
-        if foretold { (2 * self.steps).min(MOST) } else { FEWEST }
+        if foretold { (2 * self.steps).min(MOST_STEPS_UNSEEN) } else { FEWEST }
     }
 
     /// Whether gradients are about as long as they were: then their usual lengths are those of then.
@@ -109,7 +109,7 @@ impl<M: Constraints> Stabilization<M> {
         let last = last.and_then(|look| Some((look, self.reach(model, state, h, &missed, &look.usual)?)));
         if let Some((look, Reach { delta, reach })) = last {
             let least = self.drift_limit * self.least_size(model);
-            let little = reach > 0.0 && look.age() * look.foretells(reach) <= FAR;
+            let little = reach > 0.0 && look.age() * look.foretells(reach) <= INSPECTED_DRIFT;
             if look.left > 0 && little && delta <= least && delta <= h.abs() * least {
                 self.look = Some(DriftInspection { left: look.left - 1, ..look });
                 return Ok(DriftVerdict::Harmless);

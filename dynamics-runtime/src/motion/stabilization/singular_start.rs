@@ -13,7 +13,7 @@ pub(crate) const SINGULAR: f64 = 1e6;
 
 /// Time to either side of a singular start at which accelerations are looked at, in parts of the time in
 /// which the motion turns.
-const BESIDE: f64 = 1e-3;
+const SINGULAR_START_INTERVAL: f64 = 1e-3;
 
 /// Relative difference up to which accelerations to both sides of it agree.
 const AGREE: f64 = 0.05;
@@ -51,7 +51,7 @@ pub(crate) fn start_accelerations<M: Constraints>(
         // At rest and without forces it stays; where forces begin to move it branches are open.
         return if force == 0.0 { Ok(Some(*found)) } else { Err(undetermined) };
     }
-    let tau = BESIDE * (1.0 / speed).min(speed / force);
+    let tau = SINGULAR_START_INTERVAL * (1.0 / speed).min(speed / force);
     let mut beside = |tau: f64| -> Result<M::Vector, SolveError> {
         let mut state = at_time(start, start.t() + tau);
         for i in 0..M::Vector::LEN {

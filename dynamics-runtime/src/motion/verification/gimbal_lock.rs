@@ -3,7 +3,7 @@
 use crate::golden_section::golden;
 use crate::integrate::Tolerances;
 use crate::model::{AngleSet, ModelState, SimulationModel, Vector};
-use crate::motion::diagnosis::gimbal_lock::{NEAR, locking};
+use crate::motion::diagnosis::gimbal_lock::{LARGEST_LOCK_ANGLE, locking};
 use crate::motion::failure::gimbal_lock::GimbalLock;
 use crate::motion::trajectory::motion::Motion;
 
@@ -32,7 +32,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         let mut sampler = self.is_repeatable().then(|| self.sampler());
         let end = self.end_time();
         let mut look = |times: [f64; 3], around: [f64; 3]| {
-            if around[1] > NEAR || around[0] < around[1] || around[2] < around[1] {
+            if around[1] > LARGEST_LOCK_ANGLE || around[0] < around[1] || around[2] < around[1] {
                 return;
             }
             let found = match &mut sampler {
