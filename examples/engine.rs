@@ -15,7 +15,10 @@ use dynamics::prelude::*;
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, phi: rad, x: m)]
 #[inputs(pressure: Pa)]
-#[units(crank: m, rod: m, bore: m, flywheel: kg * m^2, rod_mass: kg, rod_inertia: kg * m^2, piston: kg, load: N * m * s)]
+#[units(
+    crank: m, rod: m, bore: m, flywheel: kg * m^2, rod_mass: kg, rod_inertia: kg * m^2, piston: kg,
+    load: N * m * s
+)]
 #[nominal(
     crank = 0.04,
     rod = 0.14,

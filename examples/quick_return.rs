@@ -13,7 +13,10 @@ use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, arm: rad, slide: m, link: rad, ram: m)]
-#[units(radius: m, depth: m, length: m, link_length: m, height: m, inertia: kg * m^2, block: kg, mass: kg, cut: N, edge: m / s, omega: rad / s)]
+#[units(
+    radius: m, depth: m, length: m, link_length: m, height: m, inertia: kg * m^2, block: kg, mass: kg, cut: N,
+    edge: m / s, omega: rad / s
+)]
 #[nominal(
     radius = 0.1,
     depth = 0.2,

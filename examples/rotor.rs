@@ -15,7 +15,10 @@ use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, alpha: rad, beta: rad)]
-#[units(mass: kg, stiffness: N / m, external: N * s / m, internal: N * s / m, offset: m, transverse: kg * m^2, polar: kg * m^2, tilting: N * m, speed: rad / s)]
+#[units(
+    mass: kg, stiffness: N / m, external: N * s / m, internal: N * s / m, offset: m, transverse: kg * m^2,
+    polar: kg * m^2, tilting: N * m, speed: rad / s
+)]
 struct Rotor {
     mass: f64,
     stiffness: [f64; 2],

@@ -64,7 +64,9 @@ impl Massless {
 /// The mass of the rod in two points, its centre where it was.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad)]
-#[units(crank: m, rod: m, inertia: kg * m^2, rod_mass: kg, part: 1, slider: kg, speed: rad / s, slope: N * m * s)]
+#[units(
+    crank: m, rod: m, inertia: kg * m^2, rod_mass: kg, part: 1, slider: kg, speed: rad / s, slope: N * m * s
+)]
 #[nominal(
     crank = 0.05,
     rod = 0.15,
@@ -127,7 +129,10 @@ impl TwoMasses {
 /// The rod as the body that it is, in one coordinate.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad)]
-#[units(crank: m, rod: m, inertia: kg * m^2, rod_mass: kg, part: 1, rod_inertia: kg * m^2, slider: kg, speed: rad / s, slope: N * m * s)]
+#[units(
+    crank: m, rod: m, inertia: kg * m^2, rod_mass: kg, part: 1, rod_inertia: kg * m^2, slider: kg,
+    speed: rad / s, slope: N * m * s
+)]
 #[nominal(
     crank = 0.05,
     rod = 0.15,
@@ -199,7 +204,10 @@ impl Rigid {
 /// The same rod with its pins: nothing has to be solved by hand, and the guide's force is a reaction.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, lean: rad, x: m)]
-#[units(crank: m, rod: m, inertia: kg * m^2, rod_mass: kg, part: 1, rod_inertia: kg * m^2, slider: kg, speed: rad / s, slope: N * m * s)]
+#[units(
+    crank: m, rod: m, inertia: kg * m^2, rod_mass: kg, part: 1, rod_inertia: kg * m^2, slider: kg,
+    speed: rad / s, slope: N * m * s
+)]
 #[nominal(
     crank = 0.05,
     rod = 0.15,

@@ -48,7 +48,8 @@ pub struct EulerAngles {
     /// The angles in rad, in the order of the sequence. The second is in 0..π for the sequences of Euler, in
     /// −π/2..π/2 for those of Tait and Bryan, the others in −π..π.
     pub angles: [f64; 3],
-    /// |sin| of the second angle of a sequence of Euler, |cos| of one of Tait and Bryan: 0 in gimbal lock. An error ε of the matrix becomes ε/conditioning in the first and in the third angle.
+    /// |sin| of the second angle of a sequence of Euler, |cos| of one of Tait and Bryan: 0 in gimbal lock.
+    /// An error ε of the matrix becomes ε/conditioning in the first and in the third angle.
     pub conditioning: f64,
 }
 

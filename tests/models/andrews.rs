@@ -8,7 +8,8 @@ use dynamics::prelude::*;
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(beta: rad, theta: rad, gamma: rad, phi: rad, delta: rad, omega: rad, epsilon: rad)]
 #[units(
-    m: kg, i: kg * m^2, a: m, b: m, c: m, d: m, da: m, e: m, ea: m, rr: m, ra: m, ss: m, sa: m, sb: m, sc: m, sd: m, ta: m, tb: m,
+    m: kg, i: kg * m^2, a: m, b: m, c: m, d: m, da: m, e: m, ea: m, rr: m, ra: m, ss: m, sa: m, sb: m,
+    sc: m, sd: m, ta: m, tb: m,
     u: m, ua: m, ub: m, zf: m, zt: m, fa: m, c0: N / m, l0: m, moment: N * m
 )]
 pub(crate) struct Andrews {

@@ -6,7 +6,10 @@ use dynamics::prelude::*;
 /// goes within a tenth of a second at 20 s.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]
-#[units(m: kg, stiffness: N / m, load: N / m, cubic: N / m^3, pull: N, growth: N * s / m, even: N, odd: N, late: N, rate: 1 / s)]
+#[units(
+    m: kg, stiffness: N / m, load: N / m, cubic: N / m^3, pull: N, growth: N * s / m, even: N, odd: N,
+    late: N, rate: 1 / s
+)]
 pub(crate) struct Shaken {
     pub(crate) m: f64,
     pub(crate) stiffness: f64,

@@ -185,8 +185,8 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
 /// constraint is one.
 const UNTOLD: f64 = 1e-4;
 
-/// |residual|/‖gradient‖, how far a state is from fulfilling a row; 0 where the residual is, infinite where the
-/// gradient vanishes here and elsewhere. `usual`: its usual length, see [`terms`].
+/// |residual|/‖gradient‖, how far a state is from fulfilling a row; 0 where the residual is, infinite where
+/// the gradient vanishes here and elsewhere. `usual`: its usual length, see [`terms`].
 pub(crate) fn distance(residual: f64, gradient: &[f64], usual: f64) -> f64 {
     let length = norm(gradient);
     if residual == 0.0 {

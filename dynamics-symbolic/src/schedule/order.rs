@@ -85,7 +85,8 @@ impl Groups {
                 Node::Unary(Unary::Sin, angle) => groups.sin_cos.entry(angle).or_default().0 = Some(id),
                 Node::Unary(Unary::Cos, angle) => groups.sin_cos.entry(angle).or_default().1 = Some(id),
                 Node::Smooth { function, order, argument } => {
-                    groups.smooth.entry((function, argument)).or_default()[usize::from(order)] = Some(id); // ≤ 3, checked before
+                    // At most 3, which was checked before.
+                    groups.smooth.entry((function, argument)).or_default()[usize::from(order)] = Some(id);
                 }
                 _ => {}
             }

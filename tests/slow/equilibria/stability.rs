@@ -424,7 +424,10 @@ mod weak {
 
     #[derive(Clone, Debug, Dynamics)]
     #[coordinates(x: m, y: m)]
-    #[units(m: kg, k: N / m, around: N / m, drag: N * s / m, fourth: N / m^3, load: N, turning: N * s / m, shaken: N, speed: rad / s)]
+    #[units(
+        m: kg, k: N / m, around: N / m, drag: N * s / m, fourth: N / m^3, load: N, turning: N * s / m,
+        shaken: N, speed: rad / s
+    )]
     pub(super) struct Weak {
         pub(super) m: f64,
         pub(super) k: [f64; 2],

@@ -2,12 +2,12 @@
 //!
 //! Where branches cross, the weak direction y of the constraints and the direction x of the motion fulfil y
 //! (y − k x) = c to second order, c = 0 on the manifold. States that have drifted have c ≠ 0: the crossing
-//! opens into two hyperbolas, and a motion that follows one of them turns, within
-//! |x| of order √c, to the other branch or back, smoothly and without a growing residual. What decides is the drift, so the motion is not
-//! determined there. It is told by the step δ = −Φ_q⁺Φ back to the constraints, which is c/(k x): where
-//! Newton's method does not contract from the state (½‖Φ_q⁺Φ_qq δ²‖/‖δ‖, Kantorovich's condition), or where δ
-//! changes at a rate that is a part of the motion's own velocity, ‖Φ_q⁺Φ_qq δ q̇‖/‖q̇‖. Both are of order
-//! c/(k x)². A step over the position that leaves none of its states there goes on on its branch.
+//! opens into two hyperbolas, and a motion that follows one of them turns, within |x| of order √c, to the
+//! other branch or back, smoothly and without a growing residual. What decides is the drift, so the motion
+//! is not determined there. It is told by the step δ = −Φ_q⁺Φ back to the constraints, which is c/(k x):
+//! where Newton's method does not contract from the state (½‖Φ_q⁺Φ_qq δ²‖/‖δ‖, Kantorovich's condition), or
+//! where δ changes at a rate that is a part of the motion's own velocity, ‖Φ_q⁺Φ_qq δ q̇‖/‖q̇‖. Both are of
+//! order c/(k x)². A step over the position that leaves none of its states there goes on on its branch.
 
 use alloc::boxed::Box;
 

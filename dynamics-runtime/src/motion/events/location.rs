@@ -17,9 +17,9 @@
 //!   and goes on holding for as long as that takes: neither a gap nor a pull of that size is resolved.
 //! * What crosses zero because a constraint that holds keeps it there, but for rounding, has not crossed: see
 //!   `masked.rs`.
-//! * A unilateral constraint (see `unilateral.rs`) acts where its function falls through zero. Where its constraint was switched,
-//!   the function is another one, and starts afresh; a unilateral constraint that leaves zero to the wrong side acts again at
-//!   once, and doing so twice at one instant is an error.
+//! * A unilateral constraint (see `unilateral.rs`) acts where its function falls through zero. Where its
+//!   constraint was switched, the function is another one, and starts afresh; a unilateral constraint that
+//!   leaves zero to the wrong side acts again at once, and doing so twice at one instant is an error.
 
 use alloc::boxed::Box;
 use alloc::string::String;

@@ -19,7 +19,8 @@ const ITERATIONS: usize = 60;
 const THROWS: u64 = 6;
 /// Descents to a closest approach, each with the weights of where the one before had ended.
 const REFINED: usize = 8;
-/// |WΦ| of a state on the manifold. Φ² = 0 is approached at half the distance each time, so that Φ is 1e-6 there.
+/// |WΦ| of a state on the manifold. Φ² = 0 is approached at half the distance each time, so that Φ is 1e-6
+/// there.
 pub(super) const ON_MANIFOLD: f64 = 1e-12;
 
 /// How a projection ended.

@@ -148,7 +148,10 @@ pub(crate) const SPRING: Spring = Spring { mass: 1.0, stiffness: 1.0 };
 /// reach.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]
-#[units(mass: kg, stiffness: N / m, cubic: N / m^3, damping: N * s / m, force: N, omega: rad / s, kick: N, at: s, width: s, buffer: m)]
+#[units(
+    mass: kg, stiffness: N / m, cubic: N / m^3, damping: N * s / m, force: N, omega: rad / s, kick: N, at: s,
+    width: s, buffer: m
+)]
 pub(crate) struct Kicked {
     pub(crate) mass: f64,
     pub(crate) stiffness: f64,
