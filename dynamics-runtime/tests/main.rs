@@ -4,7 +4,6 @@ mod assembly;
 mod between_steps;
 mod common;
 mod constrain;
-mod constrained_motion;
 mod events;
 mod failures;
 mod formulations;

@@ -2,6 +2,7 @@
 
 #[path = "../../../dynamics-runtime/tests/common/mod.rs"]
 mod common;
+mod constrained_motion;
 mod doubts;
 mod global_error;
 mod judged;
