@@ -13,4 +13,3 @@ mod methods;
 mod motion;
 mod random_systems;
 mod stiff;
-mod structure;

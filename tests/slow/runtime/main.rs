@@ -7,4 +7,5 @@ mod doubts;
 mod global_error;
 mod judged;
 mod references;
+mod structure;
 mod switching;
