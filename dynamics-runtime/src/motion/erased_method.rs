@@ -9,8 +9,8 @@ use core::fmt;
 use crate::integrate::choice::{Choice, Suits};
 use crate::integrate::{Dense, Method, Phase, Scheme, Step, StepOptions, Stepper, Tolerances};
 use crate::model::{Model, SimulationModel};
+use crate::motion::erased_method::stepping::{ErasedStepper, StepResult};
 use crate::motion::right_hand_side::RightHandSide;
-use crate::motion::run::{ErasedStepper, StepResult};
 
 /// The interpolant of one step, of whatever method.
 pub(crate) type Interpolant<V> = Box<dyn Dense<V> + Send + Sync>;

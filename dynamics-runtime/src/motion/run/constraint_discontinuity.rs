@@ -12,20 +12,27 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::constrain::held::holds;
+use crate::constrain::held::{active_rows, holds};
+use crate::constrain::nearby::at_time;
 use crate::integrate::{Crossing, Direction, Phase, Step, StepNode, zip};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraint, Known, ModelState, SimulationModel, Vector};
 use crate::motion::events::action::EventAction;
+use crate::motion::events::contact_corner;
 use crate::motion::events::location::Flow;
 use crate::motion::failure::{Jumping, SimulationErrorKind as Kind};
+use crate::motion::right_hand_side::RightHandSide;
+use crate::motion::run::RunState;
 use crate::motion::run::event_handling::check_reset;
+use crate::motion::run::failure::RunFailure;
+use crate::motion::run::plan::RunPlan;
 use crate::motion::run::sinks::Sink;
-use crate::motion::run::{Failure, RightHandSide, RunPlan, RunState, halt};
 use crate::motion::trajectory::record::EventRecord;
 
 /// Jumps of what a row asks for above this part of 1 + |q| or 1 + |q̇| are no rounding.
 const JUMPS: f64 = 1e-10;
+/// Time that a motion that rests in a corner does so at least, in parts of 1 + |t|.
+const RESTS: f64 = 1e-3;
 /// Stages of a fixed step lie within so many times its size.
 const STAGES: f64 = 1.1;
 /// Attempts to end a step just before a corner, each farther from it than the one before by [`FARTHER`].
@@ -71,28 +78,46 @@ struct Jump {
 }
 
 impl<M: SimulationModel> RunState<'_, '_, '_, M> {
+    /// Where a motion rests in a corner of a constraint steps come back to it, ever shorter, or leave it to a
+    /// side that nothing chose.
+    pub(crate) fn rests_in_corner(&mut self) -> Option<Kind> {
+        if !M::HAS_KINKS || M::IS_FREE {
+            return None;
+        }
+        let now = self.now();
+        let mut later = at_time(&now, now.t() + RESTS * (1.0 + now.t().abs()));
+        (0..M::Vector::LEN).for_each(|i| later.q_mut()[i] += (later.t() - now.t()) * now.u()[i]);
+        let RunPlan { rhs, locator, .. } = &mut *self.plan;
+        let ruled =
+            |row: &usize| locator.unilaterals().any(|(_, unilateral)| unilateral.constraint.first == *row);
+        let rows = active_rows::<M>(now.modes(), true).filter(|row| !ruled(row));
+        let stabilization = (rhs.constants, &mut rhs.stabilization);
+        let (row, leads_away) = contact_corner::rests_in(rhs.model, stabilization, [&now, &later], rows)?;
+        Some(Kind::RestsInCorner { row: M::ROWS[row].name, leads_away })
+    }
+
     /// The next step. One of fixed size that meets a corner ends there.
     #[inline]
-    pub(crate) fn advance(&mut self) -> Result<Step<M::Vector>, Failure> {
+    pub(crate) fn advance(&mut self) -> Result<Step<M::Vector>, RunFailure> {
         // Only unilateral constraints have rules for corners.
         if M::IS_UNSWITCHED {
-            return self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(halt::<M>);
+            return self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>);
         }
         match self.plan.options.fixed {
             Some(h) if M::HAS_KINKS && self.follows_corners() => self.advance_by(h),
-            _ => self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(halt::<M>),
+            _ => self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>),
         }
     }
 
     #[cold]
-    fn advance_by(&mut self, h: f64) -> Result<Step<M::Vector>, Failure> {
+    fn advance_by(&mut self, h: f64) -> Result<Step<M::Vector>, RunFailure> {
         let start = *self.stepper.now();
         // Stages may stand beyond a corner that the end does not reach.
         let holds = self.meets_corner(&start, &ahead(&start, STAGES * h));
         if holds {
             self.stepper.end_at_branch(None);
         }
-        let made = self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(halt::<M>);
+        let made = self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>);
         let meets = match &made {
             Ok(step) if !holds => self.meets_corner(&start, &step.end),
             _ => false,
@@ -101,7 +126,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             return made;
         }
         self.stepper.end_at_branch(made.as_ref().ok());
-        self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(halt::<M>)
+        self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>)
     }
 
     /// Whether there is a constraint that has a rule for its corners.
@@ -143,7 +168,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     pub(crate) fn end_before_corner(
         &mut self,
         step: &mut Step<M::Vector>,
-    ) -> Result<Option<Branches>, Failure> {
+    ) -> Result<Option<Branches>, RunFailure> {
         if M::IS_UNSWITCHED
             || M::IS_SMOOTH
             || !step.kept.branches
@@ -164,7 +189,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         step: &mut Step<M::Vector>,
         before: Branches,
         after: Branches,
-    ) -> Result<Option<Branches>, Failure> {
+    ) -> Result<Option<Branches>, RunFailure> {
         let whole = *step;
         let state = self.now();
         if !self.rule_jumps(&state, before, after) {
@@ -185,7 +210,10 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             back *= FARTHER;
         }
         // As far as it went, it says what it has met.
-        *step = self.stepper.shorten(&mut self.plan.rhs, &whole, whole.end.t).map_err(halt::<M>)?;
+        *step = self
+            .stepper
+            .shorten(&mut self.plan.rhs, &whole, whole.end.t)
+            .map_err(RunFailure::of_step::<M>)?;
         Ok(None)
     }
 
@@ -196,11 +224,11 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         sink: &mut dyn Sink<M>,
         after: Branches,
         h: f64,
-    ) -> Result<Flow, Failure> {
+    ) -> Result<Flow, RunFailure> {
         if M::IS_UNSWITCHED {
             return Ok(Flow::Continue);
         }
-        let at = |kind| Failure { kind, h };
+        let at = |kind| RunFailure { kind, h };
         let now = self.now();
         let Some((behind, _)) = self.plan.rhs.shifted_onto(&now, after, 1.0) else {
             return Ok(Flow::Continue);

@@ -10,14 +10,17 @@ use crate::motion::events::action::EventAction;
 use crate::motion::events::location::Flow;
 use crate::motion::events::slip_direction;
 use crate::motion::failure::SimulationErrorKind as Kind;
+use crate::motion::run::RunState;
+use crate::motion::run::failure::RunFailure;
+use crate::motion::run::monitor::Monitor as _;
+use crate::motion::run::plan::RunPlan;
 use crate::motion::run::sinks::Sink;
-use crate::motion::run::{Failure, RunPlan, RunState, halt};
 use crate::motion::trajectory::record::{EventRecord, Record};
 
 impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     /// Calls the actions at the state reached and goes on from what they leave.
-    pub(crate) fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, Failure> {
-        let at = |kind| Failure { kind, h };
+    pub(crate) fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, RunFailure> {
+        let at = |kind| RunFailure { kind, h };
         let before = self.now();
         let mut after = before;
         let crossings: Vec<Crossing> = self.plan.locator.found[acting..].to_vec();
@@ -36,8 +39,8 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         (before, mut after): (M::State, M::State),
         mut events: Vec<EventRecord<M::State>>,
         (acting, place, h): (usize, Option<&M::State>, f64),
-    ) -> Result<Flow, Failure> {
-        let at = |kind| Failure { kind, h };
+    ) -> Result<Flow, RunFailure> {
+        let at = |kind| RunFailure { kind, h };
         self.switch_back(&mut after, &mut events).map_err(at)?;
         let flow = if events.iter().any(|event| event.stopped) { Flow::Stop } else { Flow::Continue };
         if before != after {
@@ -133,15 +136,15 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         sink: &mut dyn Sink<M>,
         before: &M::State,
         after: &M::State,
-    ) -> Result<(), Failure> {
-        self.check_branch(sink, true)?;
-        self.touching.restart();
+    ) -> Result<(), RunFailure> {
+        self.after_step(sink, true)?;
+        self.monitors.restart();
         let RunPlan { rhs, end, .. } = &mut *self.plan;
         let stand = Record::new(self.stepper.now(), rhs.held, rhs.modes);
         hold(&mut rhs.held, before.inputs(), after.inputs());
         rhs.modes = after.modes();
         let y = Phase { q: *after.q(), u: *after.u() };
-        self.stepper.restart(rhs, before.t(), y, *end).map_err(halt::<M>)?;
+        self.stepper.restart(rhs, before.t(), y, *end).map_err(RunFailure::of_step::<M>)?;
         sink.stand(stand);
         Ok(())
     }

@@ -16,10 +16,13 @@ use core::cell::RefCell;
 use crate::integrate::{Crossing, Dense, Direction, Step, StepNode};
 use crate::model::{Model, ModelState, SimulationModel};
 use crate::motion::erased_method::Interpolant;
+use crate::motion::erased_method::stepping::ErasedStepper;
 use crate::motion::events::location::Flow;
 use crate::motion::failure::SimulationErrorKind as Kind;
+use crate::motion::run::RunState;
+use crate::motion::run::failure::{RunFailure, evaluation};
+use crate::motion::run::plan::RunPlan;
 use crate::motion::run::sinks::Sink;
-use crate::motion::run::{ErasedStepper, Failure, RunPlan, RunState, evaluation, halt};
 use crate::motion::trajectory::record::EventRecord;
 
 /// Deviation of an event function half-way from the secant, in parts of its change, from which on it jumps.
@@ -56,9 +59,9 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         &mut self,
         sink: &mut dyn Sink<M>,
         mut step: Step<M::Vector>,
-    ) -> Result<Flow, Failure> {
+    ) -> Result<Flow, RunFailure> {
         let h = step.h;
-        let at = |kind| Failure { kind, h };
+        let at = |kind| RunFailure { kind, h };
         // Crossings that are known to be at the end of the step, as it was made again to end there.
         let mut known: Vec<Crossing> = Vec::new();
         loop {
@@ -69,10 +72,10 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             let locator = &mut self.plan.locator;
             let Some(acting) = locator.first_acting() else {
                 locator.carry_on();
-                self.check_sides(sink, &step)?;
+                self.before_record(sink, &step)?;
                 in_order(&mut events, h);
                 events.into_iter().for_each(|event| sink.event(event));
-                return self.hand_over(sink, &step).map_err(at);
+                return self.record(sink, &step).map_err(at);
             };
             locator.cut_after(acting);
             let crossing = locator.found[acting];
@@ -82,7 +85,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             } else {
                 match end_at(self.stepper, self.plan, (&mut step, &*dense), &crossing) {
                     Ok(reached) => reached,
-                    Err(halt) => return Err(self.take_back(&whole, halt)),
+                    Err(failure) => return Err(self.take_back(&whole, failure)),
                 }
             };
             if matches!(reached, Reached::Far) {
@@ -93,7 +96,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             }
             let moves = !matches!(reached, Reached::Start);
             if moves {
-                self.check_sides(sink, &step)?;
+                self.before_record(sink, &step)?;
             } else {
                 // Implicit methods have no step of length zero. It counts, so that events without end come to
                 // that of the steps.
@@ -110,7 +113,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             }
             in_order(&mut events, h);
             events.into_iter().for_each(|event| sink.event(event));
-            let flow = if moves { self.hand_over(sink, &step).map_err(at)? } else { Flow::Continue };
+            let flow = if moves { self.record(sink, &step).map_err(at)? } else { Flow::Continue };
             let acted = self.act(sink, acting, step.h)?;
             return Ok(if flow == Flow::Stop { flow } else { acted });
         }
@@ -118,9 +121,9 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
 
     /// Looks for the crossings of a step, and gives its interpolant and the events before the first one that
     /// acts.
-    fn look(&mut self, step: &mut Step<M::Vector>, known: &[Crossing]) -> Result<Looked<M>, Failure> {
+    fn look(&mut self, step: &mut Step<M::Vector>, known: &[Crossing]) -> Result<Looked<M>, RunFailure> {
         let h = step.h;
-        let at = |kind| Failure { kind, h };
+        let at = |kind| RunFailure { kind, h };
         let RunPlan { rhs, locator, options, .. } = &mut *self.plan;
         // What the interpolant or the scan objects to lies within this step: the motion ends before it.
         // It tells whether there is a crossing. Where one that acts is, the method itself tells; by implicit
@@ -187,9 +190,9 @@ fn end_at<M: SimulationModel>(
     plan: &mut RunPlan<'_, '_, M>,
     (step, dense): (&mut Step<M::Vector>, &dyn Dense<M::Vector>),
     crossing: &Crossing,
-) -> Result<Reached, Failure> {
+) -> Result<Reached, RunFailure> {
     let whole = *step;
-    let at = |kind| Failure { kind, h: whole.h };
+    let at = |kind| RunFailure { kind, h: whole.h };
     let mut search = Search::new(crossing);
     let (mut theta, mut stands) = (crossing.theta, true);
     loop {
@@ -205,7 +208,7 @@ fn end_at<M: SimulationModel>(
                 stands = false;
                 break;
             }
-            Err(error) => return Err(halt::<M>(error)),
+            Err(error) => return Err(RunFailure::of_step::<M>(error)),
         };
         let reached = rhs.state(step.end.t, &step.end.y.q, &step.end.y.u);
         let miss = locator.value(crossing.index, &reached).map_err(at)?;
@@ -220,7 +223,7 @@ fn end_at<M: SimulationModel>(
     let theta = search.found().unwrap_or(theta);
     let end_t = whole.start.t + theta * whole.h;
     if !stands || end_t != step.end.t {
-        *step = stepper.shorten(&mut plan.rhs, &whole, end_t).map_err(halt::<M>)?;
+        *step = stepper.shorten(&mut plan.rhs, &whole, end_t).map_err(RunFailure::of_step::<M>)?;
     }
     Ok(if (theta - crossing.theta).abs() <= NEAR { Reached::Near } else { Reached::Far })
 }
@@ -233,12 +236,12 @@ fn slope<M: SimulationModel>(
     (whole, dense): (&Step<M::Vector>, &dyn Dense<M::Vector>),
     crossing: &Crossing,
     theta: f64,
-) -> Result<Option<f64>, Failure> {
+) -> Result<Option<f64>, RunFailure> {
     let RunPlan { rhs, locator, options, .. } = plan;
     let (a, b) = ((theta - NEAR).max(0.0), (theta + NEAR).min(1.0));
     let mut g = |theta| {
         let state = rhs.within(dense, whole, &options.tolerances, theta);
-        locator.value(crossing.index, &state).map_err(|kind: Kind| Failure { kind, h: whole.h })
+        locator.value(crossing.index, &state).map_err(|kind: Kind| RunFailure { kind, h: whole.h })
     };
     let (from, to) = (g(a)?, g(b)?);
     let jumps = (g(0.5 * (a + b))? - 0.5 * (from + to)).abs() > JUMPS * (to - from).abs();

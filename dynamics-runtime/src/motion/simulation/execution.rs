@@ -12,8 +12,10 @@ use crate::motion::events::unilateral::UnilateralConstraint;
 use crate::motion::failure::{OptionError, SimulationErrorKind};
 use crate::motion::pilot_run::PilotRun;
 use crate::motion::right_hand_side::{InputLaw, RightHandSide, with_inputs};
+use crate::motion::run::failure::RunFailure;
+use crate::motion::run::plan::{RunEnd, RunPlan};
+use crate::motion::run::run;
 use crate::motion::run::sinks::{ObserverSink, RecordingSink, Sink};
-use crate::motion::run::{Failure, RunEnd, RunPlan, run};
 use crate::motion::simulation::Simulation;
 use crate::motion::simulation::check::Checked;
 use crate::motion::stabilization::{PlaceError, Stabilization};
@@ -280,7 +282,7 @@ fn huge_and_negative<M: SimulationModel>(
 }
 
 /// Counts, when which method took over, how it ended.
-type RunOutcome<M> = (Counts, Option<(f64, SharedMethod<M>)>, Result<(), Failure>);
+type RunOutcome<M> = (Counts, Option<(f64, SharedMethod<M>)>, Result<(), RunFailure>);
 
 /// Runs a plan to its end; over to an implicit method where it is stiff. From when and with which is told.
 fn run_method<M: SimulationModel>(
@@ -312,7 +314,7 @@ fn resume<M: SimulationModel>(
     state: M::State,
     before: &Counts,
     sink: &mut dyn Sink<M>,
-) -> (Counts, Result<RunEnd<M::State>, Failure>) {
+) -> (Counts, Result<RunEnd<M::State>, RunFailure>) {
     plan.resumes = Some((state, before.steps + before.rejected));
     plan.hands_over = false;
     // What was asked for the first step is over.
@@ -343,9 +345,9 @@ struct FinishedRun<'m, M: SimulationModel> {
 }
 
 /// A run with how it ended.
-type RunResult<'m, M> = (FinishedRun<'m, M>, Result<(), Failure>);
+type RunResult<'m, M> = (FinishedRun<'m, M>, Result<(), RunFailure>);
 
-fn broken_off<M: SimulationModel>(halt: Failure, trajectory: Trajectory<M>) -> SimulationError<M> {
+fn broken_off<M: SimulationModel>(halt: RunFailure, trajectory: Trajectory<M>) -> SimulationError<M> {
     let state = trajectory.last().state;
     SimulationError {
         kind: halt.kind,

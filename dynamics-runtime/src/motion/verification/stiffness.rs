@@ -13,7 +13,7 @@ use crate::integrate::choice::Radau5;
 use crate::integrate::{Phase, Step, StepNode, System as _, zip};
 use crate::model::{ModelState as _, SimulationModel, Vector};
 use crate::motion::erased_method::ErasedMethod;
-use crate::motion::run::longer;
+use crate::motion::run::monitors::stiffness_detection::longer;
 use crate::motion::trajectory::motion::Motion;
 
 /// Shorter runs have nothing to gain: an implicit step takes as long as two or three of theirs.

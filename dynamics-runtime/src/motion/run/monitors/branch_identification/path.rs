@@ -7,7 +7,9 @@ use crate::integrate::{Phase, StepNode};
 use crate::linalg::norm;
 use crate::model::{Constraints, ModelState, Vector};
 use crate::motion::right_hand_side::RightHandSide;
-use crate::motion::run::branch_identification::degenerate_rows::{DegenerateRowSet, DegenerateRows};
+use crate::motion::run::monitors::branch_identification::degenerate_rows::{
+    DegenerateRowSet, DegenerateRows,
+};
 use crate::{constrain, math};
 
 /// Distances before the place at which the motion is read.

@@ -1,35 +1,64 @@
 //! Motions that slide along a jump of their accelerations: either side leads back to it, and steps go to and
 //! fro across it, as short as the tolerance asks for. Whether they would come to the end is seen long before
-//! the permitted steps are used up.
+//! the permitted steps are used up (A. F. Filippov, Differential Equations with Discontinuous Righthand
+//! Sides, Kluwer 1988).
+
+use crate::integrate::Method;
+use crate::model::SimulationModel;
+use crate::motion::erased_method::stepping::StepStatistics;
+use crate::motion::failure::SimulationErrorKind as Kind;
+use crate::motion::run::monitor::{Monitor, Watched};
+use crate::motion::run::monitors::step_limit::too_many_steps;
 
 /// Parts of the permitted steps, after each of which it is looked at.
 const PARTS: u64 = 64;
 /// Fewest steps of such a part.
-const FEWEST: u64 = 1024;
+const FEWEST_STEPS: u64 = 1024;
 /// Of so many steps at least one finds the motion sliding where it does: after one that has, 32 do not look.
-const SELDOM: u64 = 100;
+const STEPS_PER_FINDING: u64 = 100;
 /// By how many times what is left of the permitted steps would have to be exceeded: what slides may go on
 /// from there, faster.
 const MARGIN: f64 = 2.0;
 
-/// Where the last part of the permitted steps began.
+/// Ends a motion that slides and would use up its steps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlidingMode {
+    /// Where the last part of the permitted steps began: steps made, time, how often it was found to slide.
     made: u64,
     t: f64,
     found: u64,
 }
 
+impl<M: SimulationModel> Monitor<M> for SlidingMode {
+    fn begin(run: &mut Watched<'_, '_, '_, M>, _: Method) -> Self {
+        Self::from(run.stepper.now().t)
+    }
+
+    #[inline(always)]
+    fn before_step(
+        &mut self,
+        run: &mut Watched<'_, '_, '_, M>,
+        statistics: &StepStatistics,
+    ) -> Result<(), Kind> {
+        let steps = (run.steps_tried(statistics), run.plan.most_steps);
+        let slides = statistics.slides;
+        if slides > 0 && self.outlasts(steps, (statistics.t, run.plan.end), slides) {
+            return Err(too_many_steps(run, statistics));
+        }
+        Ok(())
+    }
+}
+
 impl SlidingMode {
-    pub(crate) fn from(t: f64) -> Self {
+    fn from(t: f64) -> Self {
         Self { made: 0, t, found: 0 }
     }
 
     /// So many steps were made, up to t, and so often the motion was found to slide: whether it did all along
     /// the last part of the permitted steps, and would not come to the end with the others.
     #[inline]
-    pub(crate) fn outlasts(&mut self, (made, limit): (u64, u64), (t, end): (f64, f64), found: u64) -> bool {
-        made >= self.made + (limit / PARTS).max(FEWEST) && self.looks(made, limit, (t, end), found)
+    fn outlasts(&mut self, (made, limit): (u64, u64), (t, end): (f64, f64), found: u64) -> bool {
+        made >= self.made + (limit / PARTS).max(FEWEST_STEPS) && self.looks(made, limit, (t, end), found)
     }
 
     #[cold]
@@ -37,7 +66,7 @@ impl SlidingMode {
         let (steps, won, slid) = (made - self.made, (t - self.t).abs(), found.saturating_sub(self.found));
         *self = Self { made, t, found };
         let (left, permitted) = ((end - t).abs(), limit.saturating_sub(made) as f64);
-        slid.saturating_mul(SELDOM) >= steps && left * steps as f64 > MARGIN * won * permitted
+        slid.saturating_mul(STEPS_PER_FINDING) >= steps && left * steps as f64 > MARGIN * won * permitted
     }
 }
 

@@ -26,17 +26,18 @@ pub(crate) mod path;
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
-use crate::motion::run::branch_identification::degenerate_rows::{
-    DegenerateRowSet, DegenerateRows, Lengths, rows_of,
-};
-use crate::motion::run::branch_identification::path::BranchPath;
-
 use crate::constrain::Involved;
-use crate::integrate::{Dense, Hermite, StepNode};
+use crate::integrate::{Dense, Hermite, Method, StepNode};
 use crate::linalg::norm;
 use crate::math;
-use crate::model::{Constraints, Known, ModelState, Vector};
+use crate::model::{Constraints, Known, ModelState, SimulationModel, Vector};
+use crate::motion::failure::SimulationErrorKind as Kind;
 use crate::motion::right_hand_side::RightHandSide;
+use crate::motion::run::monitor::{Advice, Monitor, Retreat, Watched};
+use crate::motion::run::monitors::branch_identification::degenerate_rows::{
+    DegenerateRowSet, DegenerateRows, Lengths, rows_of,
+};
+use crate::motion::run::monitors::branch_identification::path::BranchPath;
 
 /// Part of the largest gradient met below which its row may be about to vanish on the way between steps.
 const VANISHES: f64 = 1e-3;
@@ -78,14 +79,14 @@ const BEGINS: f64 = 1e-3;
 const RESTS: (f64, f64) = (1e-6, 1e-2);
 
 /// Branches of a constraint that touch on the way of a motion.
-pub(crate) struct BranchContact<V> {
-    pub(crate) rows: Involved,
+struct BranchContact<V> {
+    rows: Involved,
     /// When.
-    pub(crate) at: f64,
+    at: f64,
     /// It is known that the motion has gone over to another branch; else it could not be decided.
-    pub(crate) changed: bool,
+    changed: bool,
     /// The last state before.
-    pub(crate) before: StepNode<V>,
+    before: StepNode<V>,
 }
 
 /// A place where the gradient of a row vanishes, behind which it is not decided yet on which branch the
@@ -117,9 +118,39 @@ pub(crate) struct BranchIdentification<M: Constraints> {
     pending: Option<Pending>,
 }
 
+impl<M: SimulationModel> Monitor<M> for BranchIdentification<M> {
+    fn begin(run: &mut Watched<'_, '_, '_, M>, _: Method) -> Self {
+        let start = run.now();
+        Self::from(&mut run.plan.rhs, &start)
+    }
+
+    #[inline(always)]
+    fn after_step(
+        &mut self,
+        run: &mut Watched<'_, '_, '_, M>,
+        ends: bool,
+    ) -> Result<Advice, Retreat<M::Vector>> {
+        if M::IS_FREE || self.is_idle() {
+            return Ok(Advice::Continue);
+        }
+        match self.reached(&mut run.plan.rhs, run.stepper.now(), ends) {
+            None => Ok(Advice::Continue),
+            Some(BranchContact { rows, at, changed, before }) => {
+                Err(Retreat { kind: Kind::BranchesTouch { rows, at, changed }, to: before })
+            }
+        }
+    }
+
+    /// What was before says nothing of another state.
+    fn restart(&mut self) {
+        self.seen.clear();
+        self.pending = None;
+    }
+}
+
 impl<M: Constraints> BranchIdentification<M> {
     /// Of a run that starts at a state.
-    pub(crate) fn from(rhs: &mut RightHandSide<'_, '_, M>, start: &M::State) -> Self {
+    fn from(rhs: &mut RightHandSide<'_, '_, M>, start: &M::State) -> Self {
         let mut degenerates = DegenerateRowSet::none();
         if M::IS_FREE {
             // Nothing to follow, and nothing of it compiled.
@@ -133,13 +164,13 @@ impl<M: Constraints> BranchIdentification<M> {
     }
 
     /// Whether there is nothing to follow: no constraint, or one that may drift.
-    pub(crate) fn is_idle(&self) -> bool {
+    fn is_idle(&self) -> bool {
         self.degenerates.all.is_empty()
     }
 
     /// A step has ended here, the `last` of the motion or before it jumps. What touches, where the motion is
     /// known not to go on along its branch, or where it cannot be known.
-    pub(crate) fn reached(
+    fn reached(
         &mut self,
         rhs: &mut RightHandSide<'_, '_, M>,
         now: &StepNode<M::Vector>,
@@ -193,12 +224,6 @@ impl<M: Constraints> BranchIdentification<M> {
                 None
             }
         }
-    }
-
-    /// The motion goes on from another state: what was before says nothing of it.
-    pub(crate) fn restart(&mut self) {
-        self.seen.clear();
-        self.pending = None;
     }
 
     fn add(&mut self, rhs: &RightHandSide<'_, '_, M>, now: &StepNode<M::Vector>) {

@@ -105,11 +105,7 @@ impl<M: Constraints> DegenerateRowSet<M> {
         if self.all.is_empty() {
             return;
         }
-        self.weights = crate::motion::run::branch_identification::degenerate_rows::weights(
-            model,
-            start,
-            &mut self.workspace,
-        );
+        self.weights = weights(model, start, &mut self.workspace);
         let gradients = Gradients::alone(model, start, &mut self.workspace);
         for row in 0..M::Residual::LEN {
             let usual = length(gradients.row(row), self.weights.as_slice());
