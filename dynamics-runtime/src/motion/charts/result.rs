@@ -12,6 +12,7 @@ use crate::motion::charts::{CHANGE, ChartSwitching};
 use crate::motion::failure::MotionError;
 use crate::motion::simulation::Simulate;
 use crate::motion::summary::Summary;
+use crate::motion::summary::words::NOT_VERIFIED;
 use crate::motion::trajectory::motion::Motion;
 use crate::motion::trajectory::record::EventRecord;
 use crate::wording::{Grouped, Rounded};
@@ -159,10 +160,19 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
         changes
     }
 
-    /// Costs, drift and accuracy of all parts. Costs as much as their summaries.
+    /// Costs and drift of all parts: their summaries.
     #[must_use]
     pub fn summary(&self) -> ChartSwitchingSummary {
-        let segments: Vec<Summary> = self.segments.iter().map(|segment| segment.motion.summary()).collect();
+        self.summary_of(self.segments.iter().map(|segment| segment.motion.summary()).collect())
+    }
+
+    /// The same with what repeating the motion tells of its accuracy: see [`Motion::verify`].
+    #[must_use]
+    pub fn verify(&self) -> ChartSwitchingSummary {
+        self.summary_of(self.segments.iter().map(|segment| segment.motion.verify()).collect())
+    }
+
+    fn summary_of(&self, segments: Vec<Summary>) -> ChartSwitchingSummary {
         let scale = segments.iter().map(|segment| segment.energy_scale).fold(0.0, larger);
         let mut drift: f64 = segments.iter().map(|segment| segment.energy_drift * segment.energy_scale).sum();
         for pair in self.segments.windows(2) {
@@ -250,7 +260,10 @@ impl fmt::Display for ChartSwitchingSummary {
         if let Some(time) = self.wall_time {
             write!(f, "\n  wall time    {time:.3?}")?;
         }
-        if self.energy_drift.is_nan() {
+        let unverified = self.segments.iter().any(|segment| !segment.verified);
+        if unverified && self.segments.iter().any(|segment| segment.has_work) {
+            write!(f, "\n  drift        energy less work: ask `.verify()`")?;
+        } else if self.energy_drift.is_nan() {
             write!(
                 f,
                 "\n  drift        energy cannot be accounted for: inputs or their rates are not known"
@@ -266,6 +279,9 @@ impl fmt::Display for ChartSwitchingSummary {
                     Rounded(segment.interval.0)
                 )?;
             }
+        }
+        if unverified {
+            write!(f, "\n{NOT_VERIFIED}")?;
         }
         Ok(())
     }

@@ -63,6 +63,37 @@ pub struct GlobalError {
     pub broken_off: Option<(f64, String)>,
 }
 
+/// What of an estimated error makes a motion doubtful.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ErrorFinding {
+    /// The second run broke off: later errors are not known.
+    ReferenceBrokeOff {
+        /// When.
+        time: f64,
+        /// Why.
+        reason: String,
+    },
+    /// An event happens in one of the two runs alone.
+    EventUnmatched {
+        /// Its name.
+        name: String,
+        /// When.
+        time: f64,
+    },
+    /// Errors are as large as the motion.
+    AsLargeAsTheMotion {
+        /// From when on.
+        from: f64,
+    },
+    /// States between steps are off by more than a thousand permitted errors.
+    LargeBetweenSteps,
+    /// Errors are more than a thousand permitted ones.
+    Amplified {
+        /// The error in tolerances; NaN where a value is not a number.
+        ratio: f64,
+    },
+}
+
 /// Errors beyond this many permitted ones are warned of.
 const MUCH: f64 = 1e3;
 

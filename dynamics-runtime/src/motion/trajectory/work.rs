@@ -64,22 +64,24 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// NaN where a motion was saved from a failed simulation without its inputs closure.
     #[must_use]
     pub fn work(&self) -> WorkAccount {
-        self.energy_history(|_, _| {}).account
+        self.energy_history(true, |_, _| {}).account
     }
 
     /// (t, (E − E₀ − work)/scale) at the accepted steps, for plots of the energy's drift; `work` is that of
     /// forces and resets up to there, `scale` the largest of |T|, |V|, |E| met.
     #[must_use]
     pub fn energy_errors(&self) -> Vec<(f64, f64)> {
-        let history = self.energy_history(|_, _| {});
+        let history = self.energy_history(true, |_, _| {});
         let scale = if history.scale > 0.0 { history.scale } else { 1.0 };
         history.errors.into_iter().map(|(t, error)| (t, error / scale)).collect()
     }
 
-    /// `also` looks at the step that leaves each record, while it is at hand: steps of implicit methods are
-    /// as costly to make again as they were.
+    /// `works`: the works of forces are integrated, which makes every step again; else they are NaN. `also`
+    /// looks at the step that leaves each record, while it is at hand: steps of implicit methods are as
+    /// costly to make again as they were.
     pub(crate) fn energy_history(
         &self,
+        works: bool,
         mut also: impl FnMut(&mut Sampler<'_, 'm, M>, usize),
     ) -> EnergyHistory {
         let records = &self.trajectory.records;
@@ -106,7 +108,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
                         self.add_reset(&mut resets, state.t(), change);
                     }
                 }
-                Some(last) => self.add_work(&mut sampler, last, &mut work),
+                Some(last) if works => self.add_work(&mut sampler, last, &mut work),
+                Some(_) => work.fill(f64::NAN),
             }
             scale = scale.max(size);
             also(&mut sampler, index);

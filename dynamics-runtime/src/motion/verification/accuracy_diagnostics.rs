@@ -18,24 +18,18 @@ use crate::motion::trajectory::motion::Motion;
 use crate::motion::verification::missed_instability::MissedInstability;
 use crate::motion::verification::step_doubling::StepDoubling;
 use crate::motion::verification::undersampled_force::UndersampledForce;
-use crate::wording::{Part, Rounded, Times};
+use crate::wording::{Rounded, Times};
 
 /// More permitted errors than this are warned of.
-const MUCH: f64 = 1e3;
+pub(crate) const MUCH: f64 = 1e3;
 /// More permitted errors than this are told of, in a line that is no warning: what the tolerance was to be is
 /// left.
-const TOLD: f64 = 10.0;
-/// Energy that drifts by less than so many permitted errors is no more than the tolerance lets it.
-const DRIFTS: f64 = 10.0;
+pub(crate) const TOLD: f64 = 10.0;
 /// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff
 /// motions, where errors mostly die.
 const MUCH_SHOWN: (f64, f64) = (300.0, 60.0);
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
 const UNITS: f64 = 10.0;
-/// Part of the energy that may drift before that is warned of.
-const DRIFT: f64 = 0.01;
-/// What a warning begins with, on a line of its own.
-const WARNING: &str = "\n  warning      ";
 /// What a line about the accuracy begins with that is no warning.
 const ACCURACY: &str = "\n  accuracy     ";
 /// Places at which the energy's change by permitted errors is looked at.
@@ -126,15 +120,17 @@ impl fmt::Display for Unchecked {
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// `drift` of the energy at most, of `scale`.
-    pub(crate) fn accuracy(&self, drift: f64, scale: f64) -> AccuracyDiagnostics {
+    /// `drift` of the energy at most, of `scale`. `verified`: what repeats the motion is looked for, too.
+    pub(crate) fn accuracy(&self, (drift, scale): (f64, f64), verified: bool) -> AccuracyDiagnostics {
         // What has grown beyond all numbers has no scale.
         let energy_part = (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() {
             drift / scale
         } else {
             f64::INFINITY
         });
-        let (fixed, repeatable) = (self.trajectory.fixed, self.is_repeatable());
+        // Works that are not known leave nothing to be said.
+        let energy_part = energy_part.filter(|part| !part.is_nan());
+        let (fixed, repeatable) = (self.trajectory.fixed, verified && self.is_repeatable());
         let missed_instability = repeatable.then(|| self.missed_instability()).flatten();
         if fixed || self.trajectory.erased_method.is_none() {
             let missed_instability = missed_instability.filter(|_| fixed);
@@ -162,7 +158,8 @@ impl<M: SimulationModel> Motion<'_, M> {
         AccuracyDiagnostics {
             below_rounding: self.below_rounding(),
             // What rounds the energy is no drift.
-            energy: (permitted > 0.0).then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
+            energy: (permitted > 0.0 && !drift.is_nan())
+                .then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
             energy_part,
             fixed,
             step_doubling: apart.map(|StepDoubling { lasting, .. }| lasting),
@@ -229,89 +226,19 @@ impl<M: SimulationModel> Motion<'_, M> {
 }
 
 impl AccuracyDiagnostics {
-    /// The warnings, each line after an end of line. Where the error was estimated nothing is guessed of it.
-    pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>, estimated: bool) -> fmt::Result {
-        if let Some(BelowRounding { name, rate, value, time, permitted }) = &self.below_rounding {
-            let what = if *rate { "the velocity of " } else { "" };
-            let (time, value) = (Rounded(*time), Rounded(*value));
-            write!(
-                f,
-                "{WARNING}tolerance below rounding: {permitted:.1e} permitted of {what}{name} = {value} at t \
-                 = {time}; give a larger relative one"
-            )?;
-        }
-        if let Some(undersampled_force) = &self.undersampled_force {
-            f.write_str(WARNING)?;
-            undersampled_force.write(f)?;
-        }
-        if let Some(t) = self.hidden_stiffness {
-            write!(
-                f,
-                "{WARNING}stiff at t = {}: steps that are more than twenty times as long keep the tolerance \
-                 with methods::Radau5",
-                Rounded(t)
-            )?;
-        }
-        if let Some(missed_instability) = &self.missed_instability {
-            f.write_str(WARNING)?;
-            missed_instability.write(f, self.fixed)?;
-        }
-        self.write_energy(f)?;
-        fmt::Display::fmt(&self.unchecked, f)?;
-        if !estimated {
-            self.write_halved(f)?;
-        }
-        Ok(())
+    /// More permitted errors than this are warned of, of those that half steps show to last.
+    pub(crate) fn much(&self) -> f64 {
+        if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 }
     }
 
-    /// What the energy shows. Where forces work and half steps agree, but for moments, it is not asked: works
-    /// are integrated over states between the ends of steps, which a step far longer than a stiff damper
-    /// needs does not resolve, and what they miss in a moment stays. With constraints it is asked always:
-    /// whole and half steps may agree on the wrong branch.
-    fn write_energy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.works && self.step_doubling.is_some_and(|times| times <= TOLD) {
-            return Ok(());
-        }
-        if let Some(times) = self.energy.filter(|times| *times > MUCH) {
-            write!(
-                f,
-                "{WARNING}energy drifts by {} times what the tolerance permits in a step; give a smaller one",
-                Times(times)
-            )?;
-        }
-        let finite = self.energy_part.is_some_and(f64::is_finite);
-        let permitted = finite && !self.held && self.energy.is_some_and(|times| times <= DRIFTS);
-        if let Some(part) = self.energy_part.filter(|part| *part > DRIFT && !permitted) {
-            let remedy = if self.fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
-            match part.is_finite() {
-                true => write!(f, "{WARNING}energy drifts by {} of its scale; {remedy}", Part(part))?,
-                false => write!(
-                    f,
-                    "{WARNING}energy grows beyond all numbers; {remedy}, or end the motion before that"
-                )?,
-            }
-        }
-        Ok(())
-    }
-
-    /// What half steps show: a warning where it is much, or a plain line; another where it passes.
-    fn write_halved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// What half steps show where that is no warning but worth a line: that little is left of the tolerance.
+    pub(crate) fn write_global_error(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Some(times), Some(most)) = (self.step_doubling, self.step_doubling_at_most) else {
             return Ok(());
         };
-        let much = if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 };
-        let instead = if self.low_stages { "use methods::Radau5" } else { "give a smaller tolerance" };
-        let remedy = format_args!("; `.estimate_error()` measures it, or {instead}");
         let how = "(estimated by step doubling)";
-        if times > much {
-            write!(f, "{WARNING}global error about {} tolerances {how}{remedy}", Times(times))
-        } else if most > MUCH {
-            write!(
-                f,
-                "{WARNING}errors peak and pass, as where something fast comes early or late: global error \
-                 about {} tolerances {how} for less than a hundredth of the time{remedy}",
-                Times(most)
-            )
+        if times > self.much() || most > MUCH {
+            Ok(())
         } else if times > TOLD {
             write!(f, "{ACCURACY}global error about {} tolerances {how}", Times(times))
         } else if most > TOLD {

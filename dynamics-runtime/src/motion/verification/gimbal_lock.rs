@@ -17,19 +17,20 @@ const COARSE: f64 = 2.0;
 
 impl<M: SimulationModel> Motion<'_, M> {
     /// The nearest approach of any set of angles to gimbal lock, where the mass matrix suffers from it.
-    pub(crate) fn gimbal_lock(&self) -> Option<GimbalLock> {
+    /// `refined`: by the method's own states within steps, not only by the cubics of their ends.
+    pub(crate) fn gimbal_lock(&self, refined: bool) -> Option<GimbalLock> {
         if const { M::ANGLE_SETS.is_empty() } {
             return None;
         }
-        let nearest = M::ANGLE_SETS.iter().filter_map(|set| self.locking_of(*set));
+        let nearest = M::ANGLE_SETS.iter().filter_map(|set| self.locking_of(*set, refined));
         nearest.reduce(|a, b| if b.distance < a.distance { b } else { a })
     }
 
-    fn locking_of(&self, set: AngleSet) -> Option<GimbalLock> {
+    fn locking_of(&self, set: AngleSet, refined: bool) -> Option<GimbalLock> {
         let at = |state: &M::State| set.distance(state.q().as_slice());
         let (mut times, mut best) = ([self.start_time(); 3], None::<(f64, f64)>);
         let mut around = [f64::INFINITY; 3];
-        let mut sampler = self.is_repeatable().then(|| self.sampler());
+        let mut sampler = (refined && self.is_repeatable()).then(|| self.sampler());
         let end = self.end_time();
         let mut look = |times: [f64; 3], around: [f64; 3]| {
             if around[1] > LARGEST_LOCK_ANGLE || around[0] < around[1] || around[2] < around[1] {

@@ -68,7 +68,7 @@ pub struct MissedInstability {
 }
 
 impl MissedInstability {
-    /// The warning, without label.
+    /// The warning.
     pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>, fixed: bool) -> fmt::Result {
         let Self { during: (from, to), by, shown } = self;
         let (from, to) = (Rounded(*from), Rounded(*to));

@@ -55,7 +55,7 @@ pub struct UndersampledForce {
 }
 
 impl UndersampledForce {
-    /// The warning, without label.
+    /// The warning.
     pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, of_velocity, during: (from, to), times } = self;
         let of = if *of_velocity { "the velocity of " } else { "" };

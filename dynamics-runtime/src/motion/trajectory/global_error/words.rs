@@ -1,8 +1,9 @@
 //! The estimated error in the words of the summary.
 
+use alloc::vec::Vec;
 use core::fmt;
 
-use crate::motion::trajectory::global_error::{GlobalError, MUCH, ReferenceSettings, Shift};
+use crate::motion::trajectory::global_error::{ErrorFinding, GlobalError, MUCH, ReferenceSettings, Shift};
 use crate::wording::{Grouped, Rounded, Times};
 
 impl GlobalError {
@@ -18,6 +19,14 @@ impl GlobalError {
 impl fmt::Display for GlobalError {
     /// The lines of the summary, without an end of line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_lines(f)?;
+        self.findings().iter().try_for_each(|finding| write!(f, "\n  warning      {finding}"))
+    }
+}
+
+impl GlobalError {
+    /// The lines without warnings.
+    pub(crate) fn write_lines(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "  error        ")?;
         for (what, largest) in [("coordinates", self.coordinates), ("velocities", self.velocities)] {
             let comma = if what == "velocities" { ", " } else { "" };
@@ -62,55 +71,6 @@ impl fmt::Display for GlobalError {
                 Rounded(*time)
             )?;
         }
-        self.write_warnings(f)
-    }
-}
-
-impl GlobalError {
-    /// The error between steps, where it is worth saying: beyond ten permitted ones, and twice that at the
-    /// ends.
-    fn more_between(&self) -> Option<f64> {
-        let ratio = self.ratio?;
-        self.between.filter(|between| *between > 2.0 * ratio && *between > 10.0)
-    }
-
-    fn write_warnings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const WARNING: &str = "\n  warning      ";
-        if let Some((t, why)) = &self.broken_off {
-            write!(
-                f,
-                "{WARNING}the second run broke off at t = {}: {why}; later errors are not known",
-                Rounded(*t)
-            )?;
-        }
-        if let Some(Shift { name, time, .. }) = &self.unmatched {
-            write!(
-                f,
-                "{WARNING}event {name} at t = {} happens in one of the two runs alone; shorten the steps by \
-                 `.max_step(..)` or a smaller tolerance",
-                Rounded(*time)
-            )?;
-        }
-        match (self.lost_at, self.ratio) {
-            (Some(t), _) => write!(
-                f,
-                "{WARNING}errors as large as the motion from t = {} on: nothing later can be trusted",
-                Rounded(t)
-            )?,
-            (None, _) if self.more_between().is_some_and(|between| between > MUCH) => write!(
-                f,
-                "{WARNING}states between steps are off far beyond the tolerance; shorten the steps by \
-                 `.max_step(..)`"
-            )?,
-            (None, Some(ratio)) if ratio.is_nan() || ratio > MUCH => {
-                write!(
-                    f,
-                    "{WARNING}the motion amplifies errors far beyond the tolerance; give a smaller one for \
-                     more digits"
-                )?;
-            }
-            _ => {}
-        }
         if let Some(time) = self.doubling_time {
             let (time, digit) = (Rounded(time), Rounded(time / core::f64::consts::LOG10_2));
             write!(
@@ -120,5 +80,64 @@ impl GlobalError {
             )?;
         }
         Ok(())
+    }
+
+    /// What makes the motion doubtful.
+    #[must_use]
+    pub fn findings(&self) -> Vec<ErrorFinding> {
+        let mut findings = Vec::new();
+        if let Some((time, reason)) = &self.broken_off {
+            findings.push(ErrorFinding::ReferenceBrokeOff { time: *time, reason: reason.clone() });
+        }
+        if let Some(Shift { name, time, .. }) = &self.unmatched {
+            findings.push(ErrorFinding::EventUnmatched { name: name.clone(), time: *time });
+        }
+        match (self.lost_at, self.ratio) {
+            (Some(from), _) => findings.push(ErrorFinding::AsLargeAsTheMotion { from }),
+            (None, _) if self.more_between().is_some_and(|between| between > MUCH) => {
+                findings.push(ErrorFinding::LargeBetweenSteps);
+            }
+            (None, Some(ratio)) if ratio.is_nan() || ratio > MUCH => {
+                findings.push(ErrorFinding::Amplified { ratio });
+            }
+            _ => {}
+        }
+        findings
+    }
+
+    /// The error between steps, where it is worth saying: beyond ten permitted ones, and twice that at the
+    /// ends.
+    fn more_between(&self) -> Option<f64> {
+        let ratio = self.ratio?;
+        self.between.filter(|between| *between > 2.0 * ratio && *between > 10.0)
+    }
+}
+
+impl fmt::Display for ErrorFinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ReferenceBrokeOff { time, reason } => write!(
+                f,
+                "the second run broke off at t = {}: {reason}; later errors are not known",
+                Rounded(*time)
+            ),
+            Self::EventUnmatched { name, time } => write!(
+                f,
+                "event {name} at t = {} happens in one of the two runs alone; shorten the steps by \
+                 `.max_step(..)` or a smaller tolerance",
+                Rounded(*time)
+            ),
+            Self::AsLargeAsTheMotion { from } => write!(
+                f,
+                "errors as large as the motion from t = {} on: nothing later can be trusted",
+                Rounded(*from)
+            ),
+            Self::LargeBetweenSteps => f.write_str(
+                "states between steps are off far beyond the tolerance; shorten the steps by `.max_step(..)`",
+            ),
+            Self::Amplified { .. } => f.write_str(
+                "the motion amplifies errors far beyond the tolerance; give a smaller one for more digits",
+            ),
+        }
     }
 }
