@@ -169,7 +169,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
 
     /// The mode, of a system that conserves energy.
     fn linear(&self) -> Result<Mode, BackboneError<M::State>> {
-        if !M::CONSERVED.iter().any(|quantity| matches!(quantity.name, "energy" | "energy function")) {
+        if !M::CONSERVED.iter().any(|quantity| quantity.kind.is_energy()) {
             return Err(BackboneError::NotConserved);
         }
         self.model.stability(&self.rest).map_err(BackboneError::Rest)?;

@@ -23,6 +23,36 @@ pub struct Quantity {
     pub unit: &'static str,
 }
 
+/// What kind of quantity is conserved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ConservedKind {
+    /// The energy T + V.
+    Energy,
+    /// The energy function Σ q̇ᵢ ∂L/∂q̇ᵢ − L where that is not T + V (Jacobi's integral).
+    EnergyFunction,
+    /// A constant combination of the momenta ∂L/∂q̇ᵢ.
+    Momentum,
+}
+
+impl ConservedKind {
+    /// Whether it is the energy, or the energy function in its place.
+    #[must_use]
+    pub const fn is_energy(self) -> bool {
+        matches!(self, Self::Energy | Self::EnergyFunction)
+    }
+}
+
+/// A quantity that no motion of a model changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ConservedQuantity {
+    /// What it is.
+    pub kind: ConservedKind,
+    /// `energy`, `energy function`, `momentum of phi`.
+    pub name: &'static str,
+    /// Its unit, `""` where unknown or 1.
+    pub unit: &'static str,
+}
+
 /// Whether motions of a model can be expanded into Taylor series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expansion {

@@ -16,7 +16,8 @@ use core::fmt::{self, Debug};
 use core::ops::Index;
 
 pub use crate::declaration::{
-    AngleSet, Block, Claim, Constraint, ConstraintKind, Expansion, Premise, Quantity, Refuted, Route,
+    AngleSet, Block, Claim, ConservedKind, ConservedQuantity, Constraint, ConstraintKind, Expansion, Premise,
+    Quantity, Refuted, Route,
 };
 #[cfg(feature = "alloc")]
 pub(crate) use check::{parameter_not_finite, refuted};
@@ -123,7 +124,7 @@ pub trait Dynamics: Model {
 
     /// Whether the parameters alone decide that energy is conserved, and which momenta are: names of the
     /// conserved quantities in the order of [`Dynamics::conserved`].
-    const CONSERVED: &'static [Quantity];
+    const CONSERVED: &'static [ConservedQuantity];
 
     /// Operations of one evaluation of q̈ by the generated code, as the model's report counts them; `None`
     /// where there is no straight-line code.

@@ -258,7 +258,8 @@ fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {
 /// Smooth functions give a value and three derivatives. Equations of motion take two, their Jacobians three;
 /// only a model that divides velocities out again to get at a slope can ask for more.
 fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
-    let named = [&e.powers, &e.conserved, &e.outputs, &e.events].into_iter().flatten().map(|n| n.node);
+    let named = [&e.powers, &e.outputs, &e.events].into_iter().flatten();
+    let named = named.chain(e.conserved.iter().map(|c| &c.quantity)).map(|n| n.node);
     let mut roots: Vec<NodeId> = e.accelerations.iter().copied().chain(named).collect();
     // What cancels in the accelerations is still printed by the functions that return it.
     roots.extend(e.mass_matrix.iter().flatten().chain(&e.generalized_force).chain(&e.momenta));
@@ -329,7 +330,7 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         energy_function: inline("energy_function", &[e.energy_function]),
         kinetic_energy: e.energies.map(|(t, _)| inline("kinetic_energy", &[t])),
         potential_energy: e.energies.map(|(_, v)| inline("potential_energy", &[v])),
-        conserved: inline("conserved", &nodes(&e.conserved)),
+        conserved: inline("conserved", &e.conserved.iter().map(|c| c.quantity.node).collect::<Vec<_>>()),
         powers: inline("powers", &nodes(&e.powers)),
         jacobians: match &e.jacobians {
             Err(Withheld::General) => Err(NoJacobians::General),

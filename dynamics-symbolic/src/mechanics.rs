@@ -39,8 +39,9 @@ pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
 pub use derive::{derive, derive_on, momentum_rates, output_variations, residual, variations};
 pub use equations::{
-    Aside, ConstraintDerivatives, ConstraintEquations, Derivation, Equations, General, Jacobians, Named,
-    Pivot, Released, Solution, SpeedEquations, Underivable, Variations, Withheld,
+    Aside, ConservedKind, ConservedQuantity, ConstraintDerivatives, ConstraintEquations, Derivation,
+    Equations, General, Jacobians, Named, Pivot, Released, Solution, SpeedEquations, Underivable, Variations,
+    Withheld,
 };
 pub use model::{
     AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,

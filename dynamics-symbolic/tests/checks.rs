@@ -14,7 +14,7 @@ fn findings(model: Model) -> Vec<Finding> {
 
 fn conserved(model: Model) -> Vec<(String, String)> {
     let compiled = compile(model).unwrap_or_else(|found| panic!("{found:?}"));
-    compiled.equations.conserved.into_iter().map(|c| (c.name, c.unit)).collect()
+    compiled.equations.conserved.into_iter().map(|c| (c.quantity.name, c.quantity.unit)).collect()
 }
 
 fn names(model: Model) -> Vec<String> {

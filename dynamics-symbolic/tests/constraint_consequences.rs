@@ -21,7 +21,7 @@ fn faults(model: Model) -> Vec<Finding> {
 }
 
 fn conserved(model: Model) -> Vec<String> {
-    compiled(model).equations.conserved.into_iter().map(|c| c.name).collect()
+    compiled(model).equations.conserved.into_iter().map(|c| c.quantity.name).collect()
 }
 
 /// T = ½ẋ², with y and what else has no inertia, and V that contains them all.

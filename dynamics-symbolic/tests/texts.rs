@@ -111,7 +111,7 @@ fn labels(c: &Compiled) -> BTreeMap<String, NodeId> {
         out.extend([("T".to_owned(), t), ("V".to_owned(), v)]);
     }
     out.extend(e.powers.iter().map(|p| (format!("power of {}", p.name), p.node)));
-    let named = e.conserved.iter().chain(&e.outputs).chain(&e.events);
+    let named = e.conserved.iter().map(|c| &c.quantity).chain(&e.outputs).chain(&e.events);
     out.extend(named.map(|n| (n.name.clone(), n.node)));
     out
 }

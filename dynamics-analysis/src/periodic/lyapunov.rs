@@ -17,7 +17,7 @@ mod show;
 use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::model::{ModelState, Vector};
+use dynamics_runtime::model::{ConservedKind, ModelState, Vector};
 use dynamics_runtime::motion::Simulate;
 use nalgebra::{DMatrix, DVector};
 
@@ -435,9 +435,9 @@ impl<'m, M: Simulate> Carried<'m, M> {
         };
         let along = direction(&mut self.flow, &at_time(&self.state, self.state.t()))?;
         let moves = along.component_div(&self.weights).amax() > 1e-6;
-        let conserved = Conserved::along(self.flow.model, &passed, autonomous).names;
+        let conserved = Conserved::along(self.flow.model, &passed, autonomous).quantities;
         // A momentum is conserved because a coordinate does not matter, which makes two.
-        let momenta = conserved.iter().filter(|name| name.starts_with("momentum")).count();
+        let momenta = conserved.iter().filter(|of| of.kind == ConservedKind::Momentum).count();
         let others = if moves { conserved.len() - momenta } else { 0 };
         Ok((usize::from(autonomous && moves) + others + 2 * momenta).min(self.dimension).min(n))
     }

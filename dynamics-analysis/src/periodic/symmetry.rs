@@ -13,7 +13,7 @@
 use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
+use dynamics_runtime::model::{ConservedKind, ConservedQuantity, Constraints, ModelState, Powers, Vector};
 use nalgebra::{DMatrix, DVector};
 
 use super::PeriodicError;
@@ -141,17 +141,14 @@ pub(super) struct Known {
 /// The conserved quantities of a motion: the indices of [`dynamics_runtime::model::Dynamics::CONSERVED`] that
 /// hold, and the energy function if all powers vanish.
 pub(super) struct Conserved {
-    /// Names.
-    pub(super) names: Vec<&'static str>,
-    listed: Vec<usize>,
-    energy: bool,
+    /// Those of the model, then the energy function, if it is conserved along this motion only.
+    pub(super) quantities: Vec<ConservedQuantity>,
 }
 
 impl Conserved {
     pub(super) fn along<M: Powers>(model: &M, passed: &[M::State], autonomous: bool) -> Self {
-        let listed: Vec<usize> = (0..M::CONSERVED.len()).collect();
-        let mut names: Vec<&'static str> = M::CONSERVED.iter().map(|q| q.name).collect();
-        let listed_energy = names.iter().any(|name| matches!(*name, "energy" | "energy function"));
+        let mut quantities = M::CONSERVED.to_vec();
+        let listed_energy = quantities.iter().any(|quantity| quantity.kind.is_energy());
         // Forces that do no work here, and none beside here: with velocities of no particular ratio.
         let mut powers = alloc::vec![0.0; M::POWERS.len()];
         let idle = |state: &M::State| {
@@ -165,9 +162,10 @@ impl Conserved {
         };
         let energy = !listed_energy && autonomous && !passed.is_empty() && passed.iter().all(idle);
         if energy {
-            names.push("energy function");
+            let kind = ConservedKind::EnergyFunction;
+            quantities.push(ConservedQuantity { kind, name: "energy function", unit: "" });
         }
-        Self { names, listed, energy }
+        Self { quantities }
     }
 
     /// Gradients along independent directions.
@@ -177,23 +175,23 @@ impl Conserved {
         state: &M::State,
         frame: &Frame,
         sizes: &DVector<f64>,
-    ) -> Vec<(DVector<f64>, &'static str)> {
-        let value = |which: Option<usize>, state: &M::State| match which {
-            Some(index) => {
-                let mut values = alloc::vec![0.0; M::CONSERVED.len()];
-                model.conserved(state, &mut values);
-                values[index]
+    ) -> Vec<(DVector<f64>, ConservedQuantity)> {
+        let listed = M::CONSERVED.len();
+        let value = |index: usize, state: &M::State| {
+            if index == listed {
+                return model.energy_function(state);
             }
-            None => model.energy_function(state),
+            let mut values = alloc::vec![0.0; listed];
+            model.conserved(state, &mut values);
+            values[index]
         };
-        let which = self.listed.iter().map(|i| Some(*i)).chain(self.energy.then_some(None));
-        let gradient = |which: Option<usize>| {
+        let gradient = |index: usize| {
             DVector::from_fn(frame.len(), |k, _| {
                 let (along, step) = unit_step(&frame.basis.column(k).into_owned(), sizes);
-                slope(step, |by| value(which, &shifted(state, &along, by)))
+                slope(step, |by| value(index, &shifted(state, &along, by)))
             })
         };
-        which.map(gradient).zip(self.names.iter().copied()).collect()
+        self.quantities.iter().enumerate().map(|(index, of)| (gradient(index), *of)).collect()
     }
 }
 
@@ -255,9 +253,11 @@ pub(super) fn known<M: Constraints + Powers>(
             found.right.push((unit, Trivial::Coordinate { name: M::COORDINATES[*coordinate].name }));
         }
     }
-    for (gradient, name) in conserved.gradients(flow.model, state, frame, sizes) {
+    for (gradient, ConservedQuantity { kind, name, .. }) in
+        conserved.gradients(flow.model, state, frame, sizes)
+    {
         // At rest energy has no gradient but rounding.
-        let is_known = moves || name.starts_with("momentum");
+        let is_known = moves || kind == ConservedKind::Momentum;
         if is_known && gradient.amax() > 0.0 && missed(&gradient, true) {
             found.left.push((gradient, Trivial::Conserved { name }));
         }

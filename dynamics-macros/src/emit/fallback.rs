@@ -36,7 +36,7 @@ pub(crate) fn fallback(surface: &Surface) -> TokenStream {
                 type Constants = ();
                 type Series = ();
                 #quantities
-                const CONSERVED: #names
+                const CONSERVED: &'static [#private::ConservedQuantity] = &[];
                 fn constants(&self) -> #private::Result<(), #private::SingularMassMatrix> { #never }
                 fn accelerations_with(&self, _: &(), _: &Self::State) -> #to_vector { #never }
                 fn mass_matrix(&self, _: &Self::State) -> #matrix { #never }

@@ -10,7 +10,9 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use crate::integrate::{Method, Tolerances};
-use crate::model::{Constraint, ConstraintKind, Known, ModelState, Route, SimulationModel};
+use crate::model::{
+    ConservedKind, ConservedQuantity, Constraint, ConstraintKind, Known, ModelState, Route, SimulationModel,
+};
 use crate::motion::events::action::Impact;
 use crate::motion::failure::gimbal_lock::GimbalLock;
 use crate::motion::options::formulation::Formulation;
@@ -27,8 +29,10 @@ use crate::motion::verification::pivot_breakdown::PivotBreakdown;
 /// How much a quantity that should stay constant has changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
+    /// What it is.
+    pub kind: ConservedKind,
     /// Its name.
-    pub name: String,
+    pub name: &'static str,
     /// Largest change from its value at the start, or since the last reset.
     pub largest: f64,
     /// Largest |value| met.
@@ -180,9 +184,7 @@ impl<M: SimulationModel> Motion<'_, M> {
                 None => events.push((event.name.clone(), 1)),
             }
         }
-        // The energy has its own row, against its own scale: its value may be near zero by chance.
-        let is_energy = |name: &str| matches!(name, "energy" | "energy function");
-        let kept = M::CONSERVED.iter().map(|quantity| quantity.name).find(|name| is_energy(name));
+        let kept = M::CONSERVED.iter().find(|quantity| quantity.kind.is_energy()).map(|kept| kept.name);
         Summary {
             model: M::NAME,
             verified,
@@ -199,7 +201,8 @@ impl<M: SimulationModel> Motion<'_, M> {
             energy_unit: crate::model::names::energy_unit::<M>(),
             energy_name: if M::POWERS.is_empty() { kept.unwrap_or("energy") } else { "energy less work" },
             has_work: !M::POWERS.is_empty(),
-            conserved: self.drifts().into_iter().filter(|drift| !is_energy(&drift.name)).collect(),
+            // The energy has its own row, against its own scale: its value may be near zero by chance.
+            conserved: self.drifts().into_iter().filter(|drift| !drift.kind.is_energy()).collect(),
             formulation: self.trajectory.formulation.clone(),
             constraints: self.constraint_drift(),
             stabilization: self.trajectory.stabilization,
@@ -274,8 +277,9 @@ impl<M: SimulationModel> Motion<'_, M> {
     fn drifts(&self) -> Vec<Drift> {
         let count = M::CONSERVED.len();
         let (mut base, mut values) = (vec![0.0; count], vec![0.0; count]);
-        let new = |quantity: &crate::model::Quantity| Drift {
-            name: quantity.name.into(),
+        let new = |quantity: &ConservedQuantity| Drift {
+            kind: quantity.kind,
+            name: quantity.name,
             largest: 0.0,
             scale: 0.0,
         };

@@ -6,8 +6,8 @@ use core::any::TypeId;
 use dynamics_runtime::Expr;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route,
-    Solved, Terms,
+    ConservedQuantity, Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers,
+    Quantity, Route, Solved, Terms,
 };
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
@@ -115,7 +115,7 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Dynamics for Jets<T, N,
     const COORDINATES: &'static [Quantity] = &Self::QUANTITIES;
     const INPUTS: &'static [Quantity] = &[];
     const PARAMETERS: &'static [Quantity] = &[];
-    const CONSERVED: &'static [Quantity] = &[];
+    const CONSERVED: &'static [ConservedQuantity] = &[];
     fn constants(&self) -> Result<(), SingularMassMatrix> {
         Ok(())
     }

@@ -4,12 +4,12 @@
 use dynamics_runtime::constrain;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route,
-    Solved, Terms,
+    ConservedQuantity, Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers,
+    Quantity, Route, Solved, Terms,
 };
 use nalgebra::{SMatrix, SVector};
 
-use super::{PlainState, names};
+use super::{PlainState, conserved, names};
 
 /// What a constrained model by hand has to say. N coordinates, H holonomic rows, R rows in all.
 pub trait Held<const N: usize, const H: usize, const R: usize> {
@@ -72,7 +72,7 @@ macro_rules! held {
             const COORDINATES: &'static [Quantity] = &names::<$n>($q);
             const INPUTS: &'static [Quantity] = &[];
             const PARAMETERS: &'static [Quantity] = &[];
-            const CONSERVED: &'static [Quantity] = &names(["energy"]);
+            const CONSERVED: &'static [ConservedQuantity] = &conserved(["energy"]);
             fn constants(&self) -> Result<(), SingularMassMatrix> {
                 Ok(())
             }

@@ -7,7 +7,9 @@ pub mod constrained;
 pub mod by_jets;
 
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
-use dynamics_runtime::model::{Dynamics, Events, Model, ModelState, Modes, Outputs, Powers, Quantity};
+use dynamics_runtime::model::{
+    ConservedKind, ConservedQuantity, Dynamics, Events, Model, ModelState, Modes, Outputs, Powers, Quantity,
+};
 use nalgebra::{SMatrix, SVector};
 
 /// A state without names.
@@ -98,7 +100,7 @@ macro_rules! by_hand {
             const COORDINATES: &'static [Quantity] = &names::<$n>($q);
             const INPUTS: &'static [Quantity] = &names::<$m>($inputs);
             const PARAMETERS: &'static [Quantity] = &[];
-            const CONSERVED: &'static [Quantity] = &names($conserved);
+            const CONSERVED: &'static [ConservedQuantity] = &conserved($conserved);
             fn constants(&self) -> Result<(), SingularMassMatrix> {
                 Ok(())
             }
@@ -149,6 +151,18 @@ macro_rules! by_hand {
 pub(crate) use by_hand;
 
 /// Quantities without units.
+/// The energy, and momenta behind it.
+pub const fn conserved<const K: usize>(names: [&'static str; K]) -> [ConservedQuantity; K] {
+    let mut out = [ConservedQuantity { kind: ConservedKind::Energy, name: "", unit: "" }; K];
+    let mut i = 0;
+    while i < K {
+        let kind = if i == 0 { ConservedKind::Energy } else { ConservedKind::Momentum };
+        out[i] = ConservedQuantity { kind, name: names[i], unit: "" };
+        i += 1;
+    }
+    out
+}
+
 pub const fn names<const K: usize>(names: [&'static str; K]) -> [Quantity; K] {
     let mut out = [Quantity { name: "", unit: "" }; K];
     let mut i = 0;

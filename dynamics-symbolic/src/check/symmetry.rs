@@ -12,7 +12,9 @@
 
 use crate::calculus::{directional, gradient};
 use crate::graph::{Dependence, Fingerprint, NodeId, Number, Sampler, Symbol};
-use crate::mechanics::{ConstraintEquations, EnergyRole, Equations, ForceTerm, Model, Named};
+use crate::mechanics::{
+    ConservedKind, ConservedQuantity, ConstraintEquations, EnergyRole, Equations, ForceTerm, Model, Named,
+};
 
 use super::choices::deciders;
 use super::constraints::exact::{Echelon, Outcome};
@@ -20,8 +22,8 @@ use super::modular::{combination, integers, null_space};
 use super::units::{Dimension, Exponent, System, Unit};
 
 /// Finds what is conserved, the energy first.
-pub fn conserved(model: &mut Model, equations: &Equations) -> Vec<Named> {
-    let mut found: Vec<Named> = energy(model, equations).into_iter().collect();
+pub fn conserved(model: &mut Model, equations: &Equations) -> Vec<ConservedQuantity> {
+    let mut found: Vec<ConservedQuantity> = energy(model, equations).into_iter().collect();
     let rates = momentum_rates(model, equations);
     let mut slopes = choice_slopes(model);
     // The reactions Φ_qᵀλ do not act along directions that no constraint restricts.
@@ -33,14 +35,15 @@ pub fn conserved(model: &mut Model, equations: &Equations) -> Vec<Named> {
         let node = combine(model, &c, &equations.momenta);
         // A momentum that is a plain number says nothing.
         if !model.graph.is_constant(node) && !switches_in_time(model, &[node]) {
-            found.push(Named { name, unit, node });
+            let quantity = Named { name, unit, node };
+            found.push(ConservedQuantity { kind: ConservedKind::Momentum, quantity });
         }
     }
     found
 }
 
 /// dE/dt = Σ powers where neither time nor inputs enter L.
-fn energy(model: &mut Model, equations: &Equations) -> Option<Named> {
+fn energy(model: &mut Model, equations: &Equations) -> Option<ConservedQuantity> {
     let places = places(model);
     let switched = switches_in_time(model, &places);
     let g = &model.graph;
@@ -54,9 +57,12 @@ fn energy(model: &mut Model, equations: &Equations) -> Option<Named> {
     }
     let natural =
         equations.energies.is_none_or(|(t, v)| g.fingerprint(t).add(g.fingerprint(v)) == g.fingerprint(node));
-    let name = if natural { "energy" } else { "energy function" };
+    let (kind, name) = match natural {
+        true => (ConservedKind::Energy, "energy"),
+        false => (ConservedKind::EnergyFunction, "energy function"),
+    };
     let unit = system(model).map_or(String::new(), |s| Dimension::ENERGY.text(s));
-    Some(Named { name: name.to_owned(), unit, node })
+    Some(ConservedQuantity { kind, quantity: Named { name: name.to_owned(), unit, node } })
 }
 
 /// Whether an energy contains inputs, so that they do work when they change.

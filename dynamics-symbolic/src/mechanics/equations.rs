@@ -59,6 +59,26 @@ pub struct Named {
     pub node: NodeId,
 }
 
+/// What kind of quantity is conserved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConservedKind {
+    /// T + V.
+    Energy,
+    /// Σ q̇ᵢ ∂L/∂q̇ᵢ − L where that is not T + V (Jacobi's integral).
+    EnergyFunction,
+    /// A constant combination of the momenta ∂L/∂q̇ᵢ.
+    Momentum,
+}
+
+/// A quantity that no motion changes.
+#[derive(Clone, Debug)]
+pub struct ConservedQuantity {
+    /// What it is.
+    pub kind: ConservedKind,
+    /// Its name, unit and value.
+    pub quantity: Named,
+}
+
 /// Derivatives of q̈; N coordinates, W inputs, P parameters.
 #[derive(Clone, Debug)]
 pub struct Jacobians {
@@ -139,7 +159,7 @@ pub struct Equations {
     pub powers: Vec<Named>,
     /// Conserved quantities: the energy function, momenta of ignorable coordinates and of constant
     /// combinations.
-    pub conserved: Vec<Named>,
+    pub conserved: Vec<ConservedQuantity>,
     /// Derivatives of q̈, or why there are none.
     pub jacobians: Result<Jacobians, Withheld>,
     /// Outputs, flattened, with accelerations replaced by their values.

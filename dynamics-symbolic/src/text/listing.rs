@@ -137,7 +137,7 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
         "energy_function" => vec!["E".to_owned()],
         "kinetic_energy" => vec!["T".to_owned()],
         "potential_energy" => vec!["V".to_owned()],
-        "conserved" => own(&mut equations.conserved.iter().map(|c| c.name.clone())),
+        "conserved" => own(&mut equations.conserved.iter().map(|c| c.quantity.name.clone())),
         "powers" => own(&mut equations.powers.iter().map(|p| format!("power of {}", p.name))),
         "speeds" => {
             let name =

@@ -254,7 +254,8 @@ fn conserved(out: &mut String, equations: &Equations) {
     if equations.conserved.is_empty() {
         return entry(out, "conserved", "nothing");
     }
-    for (i, Named { name, unit, .. }) in equations.conserved.iter().enumerate() {
+    for (i, conserved) in equations.conserved.iter().enumerate() {
+        let Named { name, unit, .. } = &conserved.quantity;
         let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
         entry(out, if i == 0 { "conserved" } else { "" }, &format!("{name}{unit}"));
     }

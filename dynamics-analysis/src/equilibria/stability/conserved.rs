@@ -48,7 +48,7 @@ pub(super) fn energy<M: Constraints + Powers>(
     order: &[usize],
     damping: &DMatrix<f64>,
 ) -> Energy {
-    if M::CONSERVED.iter().any(|quantity| matches!(quantity.name, "energy" | "energy function")) {
+    if M::CONSERVED.iter().any(|quantity| quantity.kind.is_energy()) {
         return Energy::Kept;
     }
     let undamped = undamped(damping);

@@ -200,7 +200,8 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         let free = autonomous && !asked.hold_period;
         // Of a family one is found, so that there is something to choose by; then it is said that there are
         // others.
-        let conserved = Conserved::along(model, &passed, autonomous).names;
+        let conserved = Conserved::along(model, &passed, autonomous).quantities;
+        let conserved: Vec<_> = conserved.iter().map(|of| of.name).collect();
         let is_family = free && asked.holds.is_empty() && !conserved.is_empty();
         let mut holds = asked.holds.to_vec();
         holds.extend(is_family.then(|| Hold::Energy(model.energy_function(&nodes[0]))));

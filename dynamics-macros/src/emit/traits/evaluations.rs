@@ -2,7 +2,7 @@
 
 use dynamics_symbolic::compile::Kinks;
 use dynamics_symbolic::graph::{Binary, Dependence, FunctionId, Node};
-use dynamics_symbolic::mechanics::Named;
+use dynamics_symbolic::mechanics::{ConservedKind, Named};
 use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -104,6 +104,22 @@ impl Emission<'_> {
     pub(super) fn float(&self) -> TokenStream {
         let private = &self.private;
         quote!(#private::f64)
+    }
+
+    /// The list of what is conserved.
+    pub(super) fn conserved(&self) -> TokenStream {
+        let private = &self.private;
+        let items = self.compiled.equations.conserved.iter().map(|conserved| {
+            let Named { name, unit, .. } = &conserved.quantity;
+            let kind = match conserved.kind {
+                ConservedKind::Energy => quote!(Energy),
+                ConservedKind::EnergyFunction => quote!(EnergyFunction),
+                ConservedKind::Momentum => quote!(Momentum),
+            };
+            let kind = quote!(#private::ConservedKind::#kind);
+            quote!(#private::ConservedQuantity { kind: #kind, name: #name, unit: #unit })
+        });
+        quote!(&[#(#items),*])
     }
 
     pub(super) fn named(&self, named: &[Named]) -> TokenStream {

@@ -58,7 +58,7 @@ impl Emission<'_> {
             (quote!(<Self as #private::Model>::Vector), quote!(<Self as #private::Model>::Matrix));
         let staged = self.staged();
         let count = staged.constants.len();
-        let (f64, names) = (self.float(), self.named(&self.compiled.equations.conserved));
+        let (f64, names) = (self.float(), self.conserved());
         let quantities = identity::named(self.surface, &Names::of(&self.compiled.model));
         let (f1, constants) = self.constants(&staged);
         let (f2, accelerations) = self.accelerations(&staged);
@@ -83,7 +83,7 @@ impl Emission<'_> {
             impl #private::Dynamics for #model {
                 type Constants = [#f64; #count];
                 #quantities
-                const CONSERVED: &'static [#private::Quantity] = #names;
+                const CONSERVED: &'static [#private::ConservedQuantity] = #names;
                 #operations
                 #angle_sets
                 const VELOCITY_FORCES: #private::bool = #velocities;

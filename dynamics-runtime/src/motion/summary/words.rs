@@ -87,7 +87,7 @@ impl Summary {
                 self.energy_name, self.energy_drift, self.energy_scale
             )?;
         }
-        for Drift { name, largest, scale } in &self.conserved {
+        for Drift { name, largest, scale, .. } in &self.conserved {
             // A quantity whose value is no larger than its drift, such as the momentum of a system at rest,
             // has no scale of its own.
             if *largest < 0.1 * scale {

@@ -76,7 +76,7 @@ impl Dynamics for Springs {
     const COORDINATES: &'static [Quantity] = &[quantity("x", "m"), quantity("y[0]", "m")];
     const INPUTS: &'static [Quantity] = &[];
     const PARAMETERS: &'static [Quantity] = &[];
-    const CONSERVED: &'static [Quantity] = &[];
+    const CONSERVED: &'static [crate::model::ConservedQuantity] = &[];
     fn constants(&self) -> Result<(), SingularMassMatrix> {
         Ok(())
     }
