@@ -51,7 +51,7 @@ fn a_bouncing_ball_meets_the_closed_form() {
             "{account}"
         );
         assert_eq!(account.resets[0].name, "impact");
-        assert!(motion.summary().energy_drift < 1e-13, "resets do not count as drift");
+        assert!(motion.verify().energy_drift < 1e-13, "resets do not count as drift");
         // Apexes, one after every impact, are listed without having been asked for.
         let apexes = motion.events().iter().filter(|e| e.name == "apex").count();
         assert!(apexes >= expected.len() - 1, "{apexes}");
@@ -249,7 +249,7 @@ fn inputs_set_by_a_reset_are_held() {
     assert!((motion.end().q[0] - 1.0).abs() < 1e-10);
     assert_eq!(motion.at(0.5).inputs[0], 1.0);
     assert_eq!(motion.at(1.5).inputs[0], -1.0);
-    assert!(motion.summary().energy_drift < 1e-11);
+    assert!(motion.verify().energy_drift < 1e-11);
 }
 
 /// A relay with memory: the mode stands in an input that only resets change, the law turns it into the force.
@@ -412,7 +412,7 @@ proptest! {
         let span = end - offset;
         let lowest = motion.sample((0..=500).map(|k| offset + span * f64::from(k) / 500.0)).map(|s| s.q[0] - floor);
         prop_assert!(lowest.fold(f64::MAX, f64::min) > -1e-12 * (floor.abs() + height));
-        prop_assert!(motion.summary().energy_drift < 1e-12);
+        prop_assert!(motion.verify().energy_drift < 1e-12);
     }
 
     /// Crossings of an oscillator with drifting thresholds: as many as there are, each on the threshold, in

@@ -278,7 +278,7 @@ fn notices_stiffness(method: impl methods::Choice + std::fmt::Debug) {
     let stiff = Closure(|t, _, u| -1e3 * (u + t.sin()));
     let motion =
         stiff.simulate(at_rest_or_not([1.0], [0.0])).until(2.0).tolerance(1e-5).method(method).run().unwrap();
-    let summary = motion.summary();
+    let summary = motion.verify();
     let stiff_at = summary.stiff_at.unwrap_or_else(|| panic!("{method:?} sees no stiffness in\n{summary}"));
     assert!(stiff_at < 0.5 && summary.to_string().contains("stiff from t = "));
     let fast = oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(0.5).method(method);
@@ -436,7 +436,7 @@ fn steps_do_not_allocate() {
 fn the_energy_of_the_double_pendulum_holds_for_a_thousand_seconds() {
     let start = at_rest_or_not([2.0 * std::f64::consts::PI / 3.0, -std::f64::consts::PI / 18.0], [0.0, 0.0]);
     let motion = DoublePendulum::UNIT.simulate(start).until(1000.0).tolerance(1e-12).run().unwrap();
-    let summary = motion.summary();
+    let summary = motion.verify();
     println!("{summary}");
     assert!(summary.energy_drift < 1e-9, "{summary}");
     assert!(summary.energy_drift > 0.0);

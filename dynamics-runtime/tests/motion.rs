@@ -72,7 +72,7 @@ fn output_times_are_met_and_change_no_step() {
         .unwrap();
     assert_eq!(stopped.states().map(|s| s.t).collect::<Vec<_>>(), [0.0, 0.25, 0.5]);
     let still = model.simulate(at_rest_or_not([1.0], [0.0])).until(0.0).run().unwrap();
-    assert_eq!((still.steps().len(), still.at(0.0).q[0], still.summary().energy_drift), (1, 1.0, 0.0));
+    assert_eq!((still.steps().len(), still.at(0.0).q[0], still.verify().energy_drift), (1, 1.0, 0.0));
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn the_method_is_chosen_with_a_reason() {
     assert_eq!(run().run().unwrap().method(), Method::Verner9);
     assert_eq!(run().tolerance(1e-3).run().unwrap().method(), Method::Tsit5);
     assert_eq!(run().fixed_step(0.1).run().unwrap().method(), Method::Rk4);
-    let text = run().tolerance(1e-3).run().unwrap().summary().to_string();
+    let text = run().tolerance(1e-3).run().unwrap().verify().to_string();
     assert!(text.contains("Tsitouras 5(4), because tolerance 1e-3 asks for few digits"), "{text}");
 }
 
@@ -180,10 +180,10 @@ fn the_account_of_work_closes_to_the_tolerance() {
             account.forces[1].work
         );
         assert!(
-            motion.summary().energy_drift < 10.0 * closure,
+            motion.verify().energy_drift < 10.0 * closure,
             "the same error against the smaller scale of T and V"
         );
-        assert!(motion.summary().has_work);
+        assert!(motion.verify().has_work);
     }
 }
 
@@ -227,7 +227,7 @@ fn a_progress_bar_changes_nothing() {
 fn summaries_read_well() {
     let model = Kepler;
     let motion = model.simulate(at_rest_or_not([0.5, 0.0], [0.0, 3f64.sqrt()])).until(10.0).run().unwrap();
-    let text = motion.summary().to_string();
+    let text = motion.verify().to_string();
     for part in [
         "Kepler from t = 0 to 10",
         "Verner 9(8), because its long steps win at tolerance 1e-9",
@@ -243,7 +243,7 @@ fn summaries_read_well() {
     let errors = motion.energy_errors();
     assert_eq!(errors.len(), motion.steps().len());
     let largest = errors.iter().map(|(_, e)| e.abs()).fold(0.0, f64::max);
-    assert!((largest - motion.summary().energy_drift).abs() <= 1e-3 * largest);
+    assert!((largest - motion.verify().energy_drift).abs() <= 1e-3 * largest);
 }
 
 /// Jacobians are values whatever the model is: the oscillator is neither `Copy` nor `Debug` nor comparable.
@@ -284,12 +284,12 @@ fn the_worst_conditioning_is_found_whatever_the_units() {
         );
         assert_eq!(found.time, worst.t);
         let line = format!("conditioning mass matrix {:.1e} at most, at t = ", found.largest);
-        assert!(motion.summary().to_string().contains(&line), "{}", motion.summary());
+        assert!(motion.verify().to_string().contains(&line), "{}", motion.verify());
     }
     let model = Oscillator { omega: 1.0 };
     let motion = model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0).run().unwrap();
     assert_eq!(motion.summary().conditioning.largest, 1.0);
-    assert!(!motion.summary().to_string().contains("conditioning"));
+    assert!(!motion.verify().to_string().contains("conditioning"));
     // At the cusp the bead has no inertia.
     let cusp = at_rest_or_not([std::f64::consts::PI], [1.0]);
     let bead = CycloidBead { radius: 1.0, g: 9.81 };
@@ -310,7 +310,7 @@ fn small_motions_have_the_digits_of_large_ones() {
                 let exact = start.q[0] * cos + start.u[0] / omega * sin;
                 let error = (motion.end().q[0] - exact).abs() / size;
                 // Below a micrometre the absolute tolerance ends at some units in the last place of 1.
-                assert!(error < 1e-7f64.max(1e-13 / size), "{omega} {size}: {error:e}\n{}", motion.summary());
+                assert!(error < 1e-7f64.max(1e-13 / size), "{omega} {size}: {error:e}\n{}", motion.verify());
                 let steps = motion.counts().steps;
                 assert!(steps < 100, "{omega} {size}: {steps}");
             }
@@ -329,21 +329,21 @@ fn absolute_tolerances_follow_motions_and_not_rounding() {
     // A stiff spring whose force is rounding where it rests: 1e8 N/m at 1 m.
     let stretched = Closure(|_, q, u| -1e8 * (q - 0.3) - 2e3 * u);
     let rounding = stretched.simulate(at_rest_or_not([0.3 + 1e-16], [0.0])).until(1.0).run().unwrap();
-    assert!(rounding.counts().steps < 5000, "{}", rounding.summary());
+    assert!(rounding.counts().steps < 5000, "{}", rounding.verify());
     let damped = Closure(|_, q, u| -q - 0.5 * u);
     let motion = damped.simulate(at_rest_or_not([1.0], [0.0])).until(60.0).run().unwrap();
     assert_eq!(kept(&motion), both(1e-9));
-    assert!(motion.counts().steps < 150 && motion.summary().few_digits.is_empty(), "{}", motion.summary());
+    assert!(motion.counts().steps < 150 && motion.summary().few_digits.is_empty(), "{}", motion.verify());
     let spring = Closure(|_, q, _| -q);
     let small = at_rest_or_not([5e-7], [0.0]);
     let given = spring.simulate(small).until(10.0).tolerances(1e-9, 1e-9).run().unwrap();
     assert_eq!(kept(&given), both(1e-9));
-    let summary = given.summary();
+    let summary = given.verify();
     assert_eq!(summary.few_digits.len(), 2, "{summary}");
     let line = "few digits   x stays within 5e-7, 500 times the absolute tolerance; for more digits of it \
         give";
     assert!(summary.to_string().contains(line), "{summary}");
-    let own = spring.simulate(small).until(10.0).run().unwrap().summary();
+    let own = spring.simulate(small).until(10.0).run().unwrap().verify();
     // Ten times the size, of places or velocities, in the first steps.
     let absolute = own.tolerances.unwrap().absolute;
     assert!((4e-15..=5e-15).contains(&absolute) && own.few_digits.is_empty(), "{own}");
@@ -364,7 +364,7 @@ proptest! {
     ) {
         let model = DoublePendulum { m1: masses[0], m2: masses[1], l1: lengths[0], l2: lengths[1], g: 9.8 };
         let whole = model.simulate(at_rest_or_not(q, u)).until(2.0).tolerance(1e-11).run().unwrap();
-        prop_assert!(whole.summary().energy_drift < 1e-8);
+        prop_assert!(whole.verify().energy_drift < 1e-8);
         let first = model.simulate(at_rest_or_not(q, u)).until(middle).tolerance(1e-11).run().unwrap();
         prop_assert!((first.end().q - whole.at(middle).q).norm() < 1e-5);
         let second = model.simulate(first.end()).until(2.0).tolerance(1e-11).run().unwrap();

@@ -5,7 +5,7 @@ use crate::common;
 
 use allocation_counter::measure;
 use common::constrained::{FourBar, Held, PainleveRod, constraint, held};
-use common::{PlainState, at_rest_or_not, names};
+use common::{PlainState, at_rest_or_not, conserved, names};
 use dynamics_runtime::constrain::{
     self, Embedding, Mechanism, correct, impact, project_positions, project_velocities, solve, solve_general,
     solve_once, with_workspace,

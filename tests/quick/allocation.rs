@@ -79,7 +79,7 @@ fn steps_of_unrolled_constraints_do_not_allocate() {
             recorded.summary().stabilization.general,
             0,
             "generated code alone is looked at: {}",
-            recorded.summary()
+            recorded.verify()
         );
         let taylor = methods::Any::from(methods::Taylor { order: None });
         for method in &[

@@ -4,8 +4,8 @@
 use dynamics_runtime::constrain;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    ConservedQuantity, Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers,
-    Quantity, Route, Solved, Terms,
+    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route,
+    Solved, Terms,
 };
 use nalgebra::{SMatrix, SVector};
 
@@ -72,7 +72,7 @@ macro_rules! held {
             const COORDINATES: &'static [Quantity] = &names::<$n>($q);
             const INPUTS: &'static [Quantity] = &[];
             const PARAMETERS: &'static [Quantity] = &[];
-            const CONSERVED: &'static [ConservedQuantity] = &conserved(["energy"]);
+            const CONSERVED: &'static [dynamics_runtime::model::ConservedQuantity] = &conserved(["energy"]);
             fn constants(&self) -> Result<(), SingularMassMatrix> {
                 Ok(())
             }

@@ -100,7 +100,7 @@ macro_rules! by_hand {
             const COORDINATES: &'static [Quantity] = &names::<$n>($q);
             const INPUTS: &'static [Quantity] = &names::<$m>($inputs);
             const PARAMETERS: &'static [Quantity] = &[];
-            const CONSERVED: &'static [ConservedQuantity] = &conserved($conserved);
+            const CONSERVED: &'static [dynamics_runtime::model::ConservedQuantity] = &conserved($conserved);
             fn constants(&self) -> Result<(), SingularMassMatrix> {
                 Ok(())
             }

@@ -97,7 +97,7 @@ fn motions_through_gimbal_lock_are_told() {
         let start = FREE.state().theta(2.5).phi_rate(rate).build().unwrap();
         match FREE.simulate(start).until(2.0).tolerance(tolerance).run() {
             Ok(motion) => {
-                let summary = motion.summary();
+                let summary = motion.verify();
                 let Some(locking) = summary.gimbal_lock else { panic!("{rate} at {tolerance}: {summary}") };
                 // The angular momentum about the vertical over that of the fall: the least distance.
                 let inertia = FREE.across + FREE.m * FREE.l * FREE.l;
@@ -137,7 +137,7 @@ fn slender_bodies_lock_as_well() {
     let start = slender.state().theta(2.5).phi_rate(1e-3).build().unwrap();
     match slender.simulate(start).until(2.0).tolerance(1e-9).run() {
         Ok(motion) => {
-            let summary = motion.summary();
+            let summary = motion.verify();
             let locking = summary.gimbal_lock.as_ref().unwrap_or_else(|| panic!("{summary}"));
             assert!(locking.distance < 1e-3 && locking.conditioning > 1e3, "{summary}");
             assert_eq!(locking.doubtful, f64::EPSILON * locking.conditioning > 1e-9, "{summary}");
@@ -152,13 +152,13 @@ fn what_does_not_suffer_is_not_told_of() {
     let ringed = Top { ring: 1e-3, ..FREE };
     let start = ringed.state().theta(2.5).phi_rate(1e-3).build().unwrap();
     let motion = ringed.simulate(start).until(2.0).tolerance(1e-9).run().unwrap();
-    let summary = motion.summary();
+    let summary = motion.verify();
     assert!(summary.gimbal_lock.is_none(), "{summary}");
     // In no way at any distance; nor is a mass that is missing elsewhere put down to it.
     for theta in [2e-3, 0.02, 0.04] {
         let still = Top { g: 0.0, ring: 0.5, ..FREE };
         let start = still.state().theta(theta).build().unwrap();
-        let summary = still.simulate(start).until(0.1).run().unwrap().summary();
+        let summary = still.simulate(start).until(0.1).run().unwrap().verify();
         assert!(summary.gimbal_lock.is_none(), "{summary}");
     }
     let none = Top { across: 0.0, along: 0.0, l: 0.0, ..FREE };
@@ -166,7 +166,7 @@ fn what_does_not_suffer_is_not_told_of() {
     assert!(!matches!(error.kind, SimulationErrorKind::GimbalLock { .. }), "{error}");
     // And far from where it locks no set is told of.
     let start = FREE.state().theta(1.5).phi_rate(3.0).psi_rate(150.0).build().unwrap();
-    let summary = FREE.simulate(start).until(1.0).run().unwrap().summary();
+    let summary = FREE.simulate(start).until(1.0).run().unwrap().verify();
     assert!(summary.gimbal_lock.is_none(), "{summary}");
 }
 
@@ -177,7 +177,7 @@ fn fixed_steps_that_pass_over_gimbal_lock_are_told() {
         let start = FREE.state().theta(2.5).phi_rate(rate).build().unwrap();
         match FREE.simulate(start).until(1.1).fixed_step(h).run() {
             Ok(motion) => {
-                let summary = motion.summary();
+                let summary = motion.verify();
                 let locking =
                     summary.gimbal_lock.as_ref().unwrap_or_else(|| panic!("{rate} by {h}: {summary}"));
                 assert!(locking.doubtful && locking.passed_over, "{rate} by {h}: {summary}");
@@ -196,7 +196,7 @@ fn fixed_steps_that_pass_over_gimbal_lock_are_told() {
     }
     // Short enough for a wide berth, they are as good as any.
     let start = FREE.state().theta(2.5).phi_rate(0.5).build().unwrap();
-    let summary = FREE.simulate(start).until(1.1).fixed_step(1e-4).run().unwrap().summary();
+    let summary = FREE.simulate(start).until(1.1).fixed_step(1e-4).run().unwrap().verify();
     assert!(summary.gimbal_lock.is_none_or(|locking| !locking.doubtful), "{summary}");
 }
 
@@ -234,7 +234,7 @@ fn conditioning_of_euler_parameters_is_that_of_what_the_constraint_leaves() {
     let conditioning = |inertia| {
         let body = Spinning { inertia };
         let start = body.state().p([0.8, 0.0, 0.6, 0.0]).p_rate([0.3, 0.5, -0.4, 0.2]).build().unwrap();
-        let summary = body.simulate(start).until(1.0).run().unwrap().summary();
+        let summary = body.simulate(start).until(1.0).run().unwrap().verify();
         assert!(summary.conditioning.largest >= 1.0, "{summary}");
         summary.conditioning.largest
     };

@@ -60,7 +60,7 @@ fn embedded_trammels_are_as_accurate_as_their_angle_alone() {
             });
             let errors = motions.each_ref().map(|motion| worst(&|t| motion.at(t).phi()));
             (0..2).for_each(|k| excess[k] += (errors[k] / of_angle).ln() / tolerances.len() as f64);
-            let [projected, embedded] = motions.each_ref().map(Motion::summary);
+            let [projected, embedded] = motions.each_ref().map(Motion::verify);
             let shown = [&projected, &embedded]
                 .map(|summary| summary.accuracy.step_doubling_at_most.expect("adaptive steps"));
             println!(

@@ -223,7 +223,7 @@ fn choices_are_evaluated_one_by_one_and_motions_are_right_nevertheless() {
     let start = model.state().x(0.7).build().unwrap();
     let run = || model.simulate(start).until(6.0).tolerance(1e-11);
     let (found, exact) = (run().method(methods::GraggBulirschStoer).run().unwrap(), run().run().unwrap());
-    assert!((found.end().x() - exact.end().x()).abs() < 1e-8, "{}", found.summary());
+    assert!((found.end().x() - exact.end().x()).abs() < 1e-8, "{}", found.verify());
 }
 
 fn apart<S: ModelState>(a: &S, b: &S) -> f64 {

@@ -123,7 +123,7 @@ fn gains_that_bound_the_steps_are_named() {
 #[test]
 fn fixed_steps_that_end_off_the_constraints_are_to_be_shortened() {
     let run = PENDULUM.simulate(start()).until(1.0).method(methods::Rattle).fixed_step(0.01).run().unwrap();
-    let text = run.summary().to_string();
+    let text = run.verify().to_string();
     assert!(text.contains("of what a tolerance of 1e-9 permits at most; shorten the fixed step"), "{text}");
     assert!(!text.contains("smaller tolerance"), "{text}");
 }

@@ -42,9 +42,9 @@ fn a_derived_double_pendulum_meets_its_reference() {
     assert!((end.theta2() + 2.46949450975492676).abs() < 1e-9);
     assert!((end.theta1_rate() + 1.97580988134385349).abs() < 1e-9);
     assert!((end.theta2_rate() + 2.38063119314817533).abs() < 1e-9);
-    assert!(motion.summary().energy_drift < 1e-12, "{}", motion.summary());
+    assert!(motion.verify().energy_drift < 1e-12, "{}", motion.verify());
     let long = model.simulate(start).until(1000.0).tolerance(1e-12).run().unwrap();
-    assert!(long.summary().energy_drift < 1e-9, "{}", long.summary());
+    assert!(long.verify().energy_drift < 1e-9, "{}", long.verify());
     let place = model.bob2(&motion.coordinates_at(3.0)).value();
     let q = motion.at(3.0).q;
     assert!((place.x - q[0].sin() - q[1].sin()).abs() < 1e-15);
@@ -227,7 +227,7 @@ fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
         account.resets[0].work.abs() > 0.01 && account.closure_error.abs() < 1e-10 * account.scale,
         "{account}"
     );
-    assert!(switched.summary().energy_drift < 1e-10);
+    assert!(switched.verify().energy_drift < 1e-10);
 
     let pulled = run().inputs(|t, _| [0.3 * (2.0 * t).sin()]).run().unwrap();
     let account = pulled.work();
@@ -235,7 +235,7 @@ fn inputs_in_energies_are_accounted_for_or_said_to_be_unknown() {
         account.forces.last().unwrap().name == "changing inputs" && account.closure_error.is_nan(),
         "{account}"
     );
-    let summary = pulled.summary();
+    let summary = pulled.verify();
     assert!(
         summary.energy_drift.is_nan() && summary.to_string().contains("energy cannot be accounted for"),
         "{summary}"
@@ -340,7 +340,7 @@ fn the_work_of_a_constraint_that_moves_is_accounted_for() {
     let start = model.state().assemble().unwrap();
     for (tolerance, permitted) in [(1e-6, 1e-3), (1e-9, 1e-9), (1e-12, 1e-12)] {
         let motion = model.simulate(start).until(3.0).tolerance(tolerance).run().unwrap();
-        let summary = motion.summary();
+        let summary = motion.verify();
         assert!(summary.energy_drift < permitted, "{summary}");
         // What the table did is what the mass has.
         let gained = motion.energy_at(3.0) - motion.energy_at(0.0);

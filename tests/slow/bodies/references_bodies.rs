@@ -311,7 +311,7 @@ mod heavy_top {
                     let error = distance(&body.center_of_mass().value().to_array(), &REFERENCE[1].1);
                     assert!(error < bound, "tolerance {tolerance:e}: off by {error:.1e}");
                     // It is named: which angle of which set, how near and when.
-                    let summary = motion.summary();
+                    let summary = motion.verify();
                     let locking = summary.gimbal_lock.unwrap_or_else(|| panic!("{summary}"));
                     assert_eq!((locking.names[1], locking.set.to_string().as_str()), ("angles[1]", "3-1-2"));
                     assert!((locking.distance - 7.24e-7).abs() < 0.05 * 7.24e-7, "{summary}");

@@ -305,9 +305,9 @@ fn what_sticks_in_an_impact_is_named() {
     let (name, time) = stuck.summary().stuck_in_impact.unwrap();
     assert!(name == "stick" && (time - 0.1).abs() < 1e-9 && stuck.end().block() == 0.3);
     assert!(
-        stuck.summary().to_string().contains("`stick` stuck in an impact at t = 0.1"),
+        stuck.verify().to_string().contains("`stick` stuck in an impact at t = 0.1"),
         "{}",
-        stuck.summary()
+        stuck.verify()
     );
     let slid = run().on_event_with("gap", Direction::Falling, |change| {
         change.release_to("stick", 1.0);

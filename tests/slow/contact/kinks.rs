@@ -201,7 +201,7 @@ fn a_ball_bounces_on_a_spring_that_only_pushes() {
     let period = 2.0 * hit / model.g + 2.0 / w * (PI - f64::atan(hit * w / model.g));
     let start = model.state().x(height).build().unwrap();
     let check = |name: &str, tolerance: f64, motion: &dynamics::motion::Motion<'_, Trampoline>| {
-        let (end, summary) = (motion.end(), motion.summary());
+        let (end, summary) = (motion.end(), motion.verify());
         let error = (end.q()[0] - height).abs().max(end.u()[0].abs() / model.g);
         println!("{name} {tolerance:e}: error {error:.1e}, {} + {} steps", summary.steps, summary.rejected);
         assert!(error < 300.0 * tolerance + 1e-12, "{name} at {tolerance:e}: {error:e}");
@@ -307,7 +307,7 @@ fn a_contact_after_hertz_has_no_series_at_its_edge() {
             let motion = run.unwrap_or_else(|e| panic!("{tolerance:e}: {e}"));
             let lost = lost(&motion.end());
             assert!(lost < 1e3 * tolerance + 1e-11, "{tolerance:e}: {lost:e}");
-            assert!(motion.summary().steps < 1000, "{}", motion.summary());
+            assert!(motion.summary().steps < 1000, "{}", motion.verify());
         }
     }
 }
@@ -322,7 +322,7 @@ fn knots_of_a_spline_cost_no_accuracy() {
     let start = model.state().x(-2.9).build().unwrap();
     let exact = model.simulate(start).until(6.0).tolerance(1e-14).method(methods::Dop853).run().unwrap();
     with_all_methods!(model, start, 6.0, |name, tolerance, motion| {
-        let (error, summary) = ((motion.end().q()[0] - exact.end().q()[0]).abs(), motion.summary());
+        let (error, summary) = ((motion.end().q()[0] - exact.end().q()[0]).abs(), motion.verify());
         let (steps, rejected) = (summary.steps, summary.rejected);
         println!(
             "{name} {tolerance:e}: error {error:.1e}, energy {:.1e}, {steps} + {rejected} steps",
@@ -459,7 +459,7 @@ fn a_pulse_is_not_stepped_over_and_sets_nothing_sliding() {
             model.simulate(start).until(10.0).tolerance(1e-13).max_step(0.25 * width).max_steps(10_000_000);
         let exact = if width > 1e-3 { exact.run().unwrap().end().x_rate() } else { 10.0 / (1.0 + 5.0) };
         with_all_methods!(model, start, 10.0, |name, tolerance, motion| {
-            let (error, summary) = ((motion.end().x_rate() - exact).abs(), motion.summary());
+            let (error, summary) = ((motion.end().x_rate() - exact).abs(), motion.verify());
             let permitted = 300.0 * tolerance + if width > 1e-3 { 1e-11 } else { 20.0 * width };
             assert!(error < permitted, "{name}, {width} at {tolerance:e}: {error:e}");
             assert!(summary.slides_at.is_none(), "{summary}");
@@ -508,7 +508,7 @@ fn a_pendulum_meets_a_soft_stop_in_every_formulation() {
         ] {
             let run = model.simulate(start).until(5.0).tolerance(tolerance).method(methods::Dop853);
             let motion = run.formulation(formulation).run().unwrap_or_else(|e| panic!("{formulation}: {e}"));
-            let summary = motion.summary();
+            let summary = motion.verify();
             assert!(summary.energy_drift < 100.0 * tolerance, "{formulation}: {summary}");
         }
     }
@@ -523,7 +523,7 @@ fn what_slides_along_a_jump_neither_hangs_nor_moves() {
     let (stops_at, stands_at) = (1.5, 0.5 * 1.5 * 1.5);
     let run = |tolerance: f64| model.simulate(start).until(3.0).tolerance(tolerance).method(methods::Dop853);
     let motion = run(1e-5).run().unwrap();
-    let (end, summary) = (motion.end(), motion.summary());
+    let (end, summary) = (motion.end(), motion.verify());
     assert!((end.q()[0] - stands_at).abs() < 1e-4 && end.u()[0].abs() < 1e-4, "{summary}");
     assert!(summary.slides_at.is_some_and(|t| (t - stops_at).abs() < 1e-6), "{summary}");
     assert!(summary.to_string().contains("slides from t = 1.5"), "{summary}");

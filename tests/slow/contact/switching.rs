@@ -162,7 +162,7 @@ impl Gripped {
 #[test]
 fn the_summary_says_why_the_general_solver_was_used() {
     let model = Gripped { m: 1.0 };
-    let run = |start: GrippedState| model.simulate(start).until(0.1).run().unwrap().summary();
+    let run = |start: GrippedState| model.simulate(start).until(0.1).run().unwrap().verify();
     let summary = run(model.state().x_rate(1.0).release("first").build().unwrap());
     assert_eq!(
         (&summary.released[..], summary.stabilization.released),
@@ -177,7 +177,7 @@ fn the_summary_says_why_the_general_solver_was_used() {
         .fold(model.state().x_rate(1.0), |s, name| s.release(name));
     let pushed = Pushed { m: 1.0, l: 1.3, g: 9.81 };
     let state = |x: f64| pushed.state().x(x).y(-(1.69 - x * x).max(0.0).sqrt()).push(0.0);
-    let run_pushed = |start: PushedState| pushed.simulate(start).until(0.1).run().unwrap().summary();
+    let run_pushed = |start: PushedState| pushed.simulate(start).until(0.1).run().unwrap().verify();
     for summary in [
         run(model.state().build().unwrap()),
         run(all.build().unwrap()),
@@ -306,7 +306,7 @@ fn what_a_constraint_holds_at_zero_does_not_happen() {
             let run = run.on_event("touches", Direction::Any, |state| state.u[0] = 0.0);
             let motion =
                 run.event("rate", |s| 2.0 * (s.x() * s.x_rate() + s.y() * s.y_rate())).run().unwrap();
-            let summary = motion.summary();
+            let summary = motion.verify();
             // ω² = g/r: the period at 36.87° is longer by 2.6 %.
             let [(name, count)] = &summary.events[..] else {
                 panic!("{formulation} {tolerance:e}: {summary}")

@@ -80,7 +80,7 @@ mod inertia {
         let model = SliderCrank { crank: 0.2, rod: 0.5, flywheel: 1e-4, slider: 0.5 };
         let start = model.state().theta(0.5).theta_rate(2.0).phi_guess(0.1).x_guess(0.7).assemble().unwrap();
         let motion = model.simulate(start).until(20.0).tolerance(1e-8).run().unwrap();
-        assert!(motion.end().theta() > 10.0 && motion.summary().energy_drift < 1e-6, "{}", motion.summary());
+        assert!(motion.end().theta() > 10.0 && motion.verify().energy_drift < 1e-6, "{}", motion.verify());
     }
 }
 

@@ -363,7 +363,7 @@ fn the_error_is_that_of_the_crank_alone() {
 fn energy_less_the_work_of_the_motor_is_kept() {
     let model = PUBLISHED;
     let motion = model.simulate(start(&model)).until(0.03).tolerance(1e-12).run().unwrap();
-    assert!(motion.summary().energy_drift < 1e-10, "{}", motion.summary());
+    assert!(motion.verify().energy_drift < 1e-10, "{}", motion.verify());
     // T + V − E₀ = mom (β − β₀), whatever the loops do.
     let work = model.moment * (motion.end().beta() - motion.start().beta());
     let change = model.energy_function(&motion.end()) - model.energy_function(&motion.start());

@@ -308,7 +308,7 @@ fn bodies_in_hinges() {
     assert_eq!((rank(&jacobian(&model, &start)), model.degrees_of_freedom(&start)), (34, Ok(1)));
     assert!(model.reactions(&start).expect("reactions").iter().all(|reaction| !reaction.unique));
     let motion = model.simulate(start).until(2.0).tolerance(1e-11).run().expect("one freedom");
-    names_redundancy(&motion.summary().to_string());
+    names_redundancy(&motion.verify().to_string());
     for (t, error) in errors!(Linkage, model, motion) {
         assert!(error < 1e-9, "t = {t}: {error:.1e}");
     }
@@ -330,10 +330,10 @@ fn links_on_links() {
     let start = model.state().build().expect("the cube closes");
     assert_eq!((rank(&jacobian(&model, &start)), model.degrees_of_freedom(&start)), (4, Ok(1)));
     let motion = model.simulate(start).until(10.0).tolerance(1e-12).run().expect("one freedom");
-    names_redundancy(&motion.summary().to_string());
+    names_redundancy(&motion.verify().to_string());
     for (t, error) in errors!(Linkage, model, motion) {
         assert!(error < 1e-9, "t = {t}: {error:.1e}");
     }
-    let drift = motion.summary().energy_drift;
+    let drift = motion.verify().energy_drift;
     assert!(drift < 1e-11, "energy drifts by {drift:.1e}");
 }

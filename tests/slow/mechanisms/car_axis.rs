@@ -135,7 +135,7 @@ fn the_work_of_the_road_is_accounted_for() {
     let model = model();
     let motion = model.simulate(start(&model)).until(3.0).tolerance(1e-11).run().unwrap();
     assert!(CarAxis::POWERS.iter().any(|p| p.name == "upright"), "{:?}", CarAxis::POWERS);
-    assert!(motion.summary().energy_drift < 1e-8, "{}", motion.summary());
+    assert!(motion.verify().energy_drift < 1e-8, "{}", motion.verify());
     let change = model.energy_function(&motion.end()) - model.energy_function(&motion.start());
     assert!(change.abs() > 1e-4, "the road does work: {change}");
 }

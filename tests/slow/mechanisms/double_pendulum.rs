@@ -179,7 +179,7 @@ fn energy_and_rods_over_two_hundred_seconds() {
     let pi = core::f64::consts::PI;
     let start = cartesian(&model, [2.0 * pi / 3.0, -pi / 18.0, 0.0, 0.0]);
     let motion = model.simulate(start).until(200.0).tolerance(1e-12).run().unwrap();
-    let summary = motion.summary();
+    let summary = motion.verify();
     assert!(summary.energy_drift < 1e-8, "{summary}");
     assert!(
         summary.constraints.iter().all(|c| c.residual < 1e-12 && c.velocity_residual < 1e-12),

@@ -128,13 +128,13 @@ fn a01_by_generalized_alpha() {
         let method = methods::GeneralizedAlpha { rho };
         keeps_order_2(method, &model, start, &references, (1e-3, [1e-4; 3]));
         let kept = model.simulate(start).until(t).tolerance(1e-5).method(method).run().unwrap();
-        assert!(distance(kept.end().q.as_slice(), &q) < 1e-3, "{}", kept.summary());
+        assert!(distance(kept.end().q.as_slice(), &q) < 1e-3, "{}", kept.verify());
     }
     let thrice = TripleRod { mass: 1.0, length: 1.0, g: 9.81 };
     let again = thrice.state().x(-1.0).y(0.0).build().unwrap();
     let run = thrice.simulate(again).until(t).fixed_step(1e-3).method(methods::GeneralizedAlpha { rho: 0.5 });
     let motion = run.run().unwrap();
-    assert!(distance(motion.end().q.as_slice(), &q) < 1e-4, "{}", motion.summary());
+    assert!(distance(motion.end().q.as_slice(), &q) < 1e-4, "{}", motion.verify());
     assert!((motion.output("tension", t).unwrap() - tension).abs() < 1e-3 * tension);
 }
 
@@ -171,7 +171,7 @@ fn a01_over_a_hundred_seconds() {
     let (_, place, tension) = A01[4];
     assert!(distance(motion.end().q.as_slice(), &place) < 1e-9);
     assert!((motion.output("tension", 100.0).unwrap() - tension).abs() < 1e-8);
-    let summary = motion.summary();
+    let summary = motion.verify();
     assert!(summary.energy_drift < 1e-10, "{summary}");
     assert!(
         summary.constraints.iter().all(|c| c.residual < 1e-12 && c.velocity_residual < 1e-12),

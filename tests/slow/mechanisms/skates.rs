@@ -147,7 +147,7 @@ fn the_sleigh_ends_on_a_straight_line() {
     let start = model.state().x(0.2).x_rate(1.0).y_rate(0.4).phi_rate(2.0).build().unwrap();
     assert!((model.energy_function(&start) - 0.78).abs() < 1e-15);
     let motion = model.simulate(start).until(60.0).tolerance(1e-12).run().unwrap();
-    assert!(motion.summary().energy_drift < 1e-11, "{}", motion.summary());
+    assert!(motion.verify().energy_drift < 1e-11, "{}", motion.verify());
     let end = motion.end();
     assert!((end.phi() - 1.201880965211783547).abs() < 1e-10, "{}", end.phi());
     assert!(end.phi_rate().abs() < 1e-10);

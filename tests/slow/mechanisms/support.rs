@@ -201,7 +201,7 @@ fn judge<M: Simulate>(
         let run = if let Some(method) = &method { run.method(method) } else { run };
         let motion = run.run().unwrap_or_else(|e| panic!("{formulation:?} at {tolerance:e}: {e}"));
         let met = errors_of(&motion, references);
-        let summary = motion.summary();
+        let summary = motion.verify();
         let drifts = summary.constraints.iter();
         let drifted =
             drifts.fold([0.0f64; 2], |[a, b], d| [worse(a, d.residual), worse(b, d.velocity_residual)]);
@@ -238,7 +238,7 @@ pub(crate) fn keeps_order_2<M: Simulate>(
     let [coarse, fine] = [h, 0.5 * h].map(|h| {
         let run = model.simulate(start).until(end).fixed_step(h).method(&method).run();
         let motion = run.unwrap_or_else(|e| panic!("{method} with steps of {h:e}: {e}"));
-        let summary = motion.summary();
+        let summary = motion.verify();
         let drift = summary
             .constraints
             .iter()
@@ -313,7 +313,7 @@ impl Held {
         let end = references.iter().fold(0.0, |end: f64, r| end.max(r.t));
         let run = model.simulate(start).until(end).tolerance(tolerance).formulation(formulation).run();
         let motion = run.unwrap_or_else(|e| panic!("{formulation:?} at {tolerance:e}: {e}"));
-        let (errors, summary) = (errors_of(&motion, references), motion.summary());
+        let (errors, summary) = (errors_of(&motion, references), motion.verify());
         let drift = summary.constraints.iter();
         let drift = drift.fold(0.0, |most, row| worse(most, worse(row.residual, row.velocity_residual)));
         Self { errors: [errors[0].ln(), errors[1].ln()], drift, evaluations: summary.evaluations }

@@ -51,7 +51,7 @@ fn a_stiff_spring_swings_like_a_rod() {
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
         let motion =
             SPRING.simulate(start).until(10.0).tolerance(tolerance).method(methods::Radau5).run().unwrap();
-        let (end, summary) = (motion.end(), motion.summary());
+        let (end, summary) = (motion.end(), motion.verify());
         let found = [end.q[0], end.q[1], end.u[0], end.u[1]];
         let error = found.iter().zip(SPRING_END).fold(0.0f64, |most, (x, exact)| most.max((x - exact).abs()));
         println!(
@@ -98,7 +98,7 @@ fn a_stiff_controller_is_part_of_the_jacobian() {
     // The path is left by m ẍ/k.
     assert!((motion.end().x() - 10f64.cos() * (1.0 + 2e-8)).abs() < 1e-6);
     // Without what the law adds, Newton's iterations would diverge for every step above 1e-5.
-    assert!(motion.counts().steps < 500, "{}", motion.summary());
+    assert!(motion.counts().steps < 500, "{}", motion.verify());
 }
 
 /// Without a method asked for, the explicit one that begins says that the motion is stiff and the implicit
@@ -110,7 +110,7 @@ fn a_run_goes_over_to_an_implicit_method_where_it_is_stiff() {
     let run =
         || SPRING.simulate(start).until(10.0).tolerance(1e-5).event("lowest", |s: &State<Spring>| s.x());
     let motion = run().run().unwrap();
-    let (end, summary) = (motion.end(), motion.summary());
+    let (end, summary) = (motion.end(), motion.verify());
     println!("{summary}");
     let found = [end.q[0], end.q[1], end.u[0], end.u[1]];
     let error = found.iter().zip(SPRING_END).fold(0.0f64, |most, (x, exact)| most.max((x - exact).abs()));
@@ -141,7 +141,7 @@ fn a_run_goes_over_to_an_implicit_method_where_it_is_stiff() {
     let last = run().run_with(|_| ()).unwrap();
     assert_eq!((last.q, last.u), (end.q, end.u));
     let explicit =
-        SPRING.simulate(start).until(0.2).tolerance(1e-5).method(methods::Dop853).run().unwrap().summary();
+        SPRING.simulate(start).until(0.2).tolerance(1e-5).method(methods::Dop853).run().unwrap().verify();
     assert!(
         explicit.switched.is_none() && explicit.to_string().contains("use methods::Radau5"),
         "{explicit}"

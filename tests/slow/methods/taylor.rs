@@ -132,7 +132,7 @@ fn the_error_follows_the_tolerance_down_to_rounding() {
             tolerance < 1e-11 || error > 1e-3 * tolerance,
             "{tolerance:e}: {error:e}, no tolerance was used"
         );
-        assert!(!motion.summary().to_string().contains("stiff"), "{}", motion.summary());
+        assert!(!motion.verify().to_string().contains("stiff"), "{}", motion.verify());
     }
 }
 
@@ -377,7 +377,7 @@ fn free_fall_is_exact_in_few_steps() {
     let start = block.state().s(1.0).s_rate(3.0).build().unwrap();
     let motion = block.simulate(start).until(10.0).tolerance(1e-12).method(TAYLOR).run().unwrap();
     assert!((motion.end().s() - 31.0).abs() < 1e-13);
-    assert!(motion.counts().steps < 30, "{}", motion.summary());
+    assert!(motion.counts().steps < 30, "{}", motion.verify());
 }
 
 #[test]
@@ -392,7 +392,7 @@ fn a_branch_that_changes_within_a_step_is_not_passed() {
         let motion = block.simulate(start).until(end).tolerance(tolerance).method(TAYLOR).run().unwrap();
         // From 0.7 about the centre 0.075, a quarter of a period later: there.
         let error = (motion.end().s() - 0.075).abs();
-        assert!(error < 1e3 * tolerance, "{tolerance:e}: {error:e}\n{}", motion.summary());
+        assert!(error < 1e3 * tolerance, "{tolerance:e}: {error:e}\n{}", motion.verify());
     }
 }
 
@@ -525,7 +525,7 @@ fn stiffness_is_reported() {
     let model = Stiff { stiffness: 1e6, damping: 2e3 };
     let start = model.state().x(1.0).build().unwrap();
     let motion = model.simulate(start).until(1.0).tolerance(1e-6).method(TAYLOR).run().unwrap();
-    assert!(motion.summary().to_string().contains("stiff"), "{}", motion.summary());
+    assert!(motion.verify().to_string().contains("stiff"), "{}", motion.verify());
 }
 
 /// A bob on a spring.

@@ -164,7 +164,7 @@ fn the_error_follows_the_tolerance_down_to_rounding() {
             tolerance < 1e-11 || error > 1e-3 * tolerance,
             "{tolerance:e}: {error:e}, no tolerance was used"
         );
-        assert!(motion.steps().all(|state| drift(&BOB, &state) < 1e-14), "{}", motion.summary());
+        assert!(motion.steps().all(|state| drift(&BOB, &state) < 1e-14), "{}", motion.verify());
     }
 }
 
@@ -231,7 +231,7 @@ fn constraints_that_move_are_followed_forwards_and_backwards() {
     let there = hoop.simulate(start).until(4.0).tolerance(1e-14).method(TAYLOR).run().unwrap();
     let error = distance(there.end(), truth);
     assert!(error < 1e-11, "{error:e}");
-    assert!(there.steps().all(|state| drift(&hoop, &state) < 1e-13), "{}", there.summary());
+    assert!(there.steps().all(|state| drift(&hoop, &state) < 1e-13), "{}", there.verify());
     // ½ (ż² + …) − ½ Ω² ρ² is kept in the turning frame: T − Ω L with L the moment of momentum about the
     // axis.
     let jacobi =
@@ -264,7 +264,7 @@ fn singular_positions_are_passed_or_named() {
                     assert!(
                         good,
                         "{k} {tolerance:e}: energy {kept:e}, branch {branch:e}\n{}",
-                        motion.summary()
+                        motion.verify()
                     );
                 }
                 Err(error) => {
@@ -288,7 +288,7 @@ fn singular_positions_are_passed_or_named() {
     match model.simulate(start).until(1.0).tolerance(1e-9).method(TAYLOR).run() {
         Ok(motion) => {
             let end = motion.end();
-            assert!((end.theta() + end.phi()).abs() < 1e-6, "{}", motion.summary());
+            assert!((end.theta() + end.phi()).abs() < 1e-6, "{}", motion.verify());
         }
         Err(error) => assert!(error.to_string().contains("closure"), "{error}"),
     }
@@ -342,7 +342,7 @@ fn change_points_are_passed_on_the_branch_or_named() {
             let energy = |s: &State<Parallelogram>| model.energy_function(s);
             let off = [end.coupler(), end.crank() - end.rocker(), energy(&end) - energy(&start)];
             let worst = off.into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-            assert!(worst < 1e3 * tolerance + 1e-9, "{k} {tolerance:e}: {off:?}\n{}", motion.summary());
+            assert!(worst < 1e3 * tolerance + 1e-9, "{k} {tolerance:e}: {off:?}\n{}", motion.verify());
             passed += 1;
         }
     }

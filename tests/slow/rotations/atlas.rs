@@ -196,7 +196,7 @@ fn the_heavy_top_passes_its_pole() {
             assert!(error < 1e-11, "t = {t}: {name} is off by {error:.1e}");
         }
     }
-    let summary = motion.summary();
+    let summary = motion.verify();
     println!("{summary}");
     assert!(summary.energy_drift < 1e-11 && summary.changes.len() >= 2, "{summary}");
     let text = summary.to_string();
@@ -212,7 +212,7 @@ fn what_is_seen_goes_on() {
     let atlas = model.atlas();
     let motion =
         atlas.simulate(start).until(10.0).with(|run, _| run.tolerance(1e-10)).run().expect("no chart locks");
-    assert!(motion.changes().len() > 2, "{}", motion.summary());
+    assert!(motion.changes().len() > 2, "{}", motion.verify());
     let mut jumps = 0;
     for pair in motion.segments().windows(2) {
         let [before, after] = [&pair[0].motion, &pair[1].motion];
@@ -393,7 +393,7 @@ fn a_wheel_with_a_law() {
         .with(|run, model| run.tolerance(1e-11).inputs(move |_, state| law(model, state)))
         .run()
         .expect("no chart locks");
-    assert!(motion.changes().len() > 2, "{}", motion.summary());
+    assert!(motion.changes().len() > 2, "{}", motion.verify());
     let momentum = |t: f64| {
         let (at, q) = (motion.at(t), motion.coordinates_at(t));
         let frame = at.model.frame(&q);
@@ -590,7 +590,7 @@ fn closures_that_read_angles_are_refused() {
     assert!(
         !motion.changes().is_empty() && motion.events().any(|event| event.name == "steep"),
         "{}",
-        motion.summary()
+        motion.verify()
     );
 }
 

@@ -78,7 +78,7 @@ fn minimal_tension(exact: &Motion<'_, Pendulum>, t: f64) -> f64 {
 fn drift_over_a_thousand_seconds() {
     let run = |formulation| {
         let run = ROD.simulate(on_rod(2.0, 0.0)).until(1000.0).tolerance(1e-9).formulation(formulation);
-        run.run().unwrap().summary()
+        run.run().unwrap().verify()
     };
     let [augmented, gains, tied, projected, embedded] = ALL.map(run);
     let drift = |summary: &dynamics_runtime::motion::Summary| {
@@ -166,7 +166,7 @@ fn tied_gains_take_an_error_back_in_two_steps() {
         assert!(
             drift.abs() < 1e-8 && motion.counts().steps < 100,
             "{method}: {drift:e}, {}",
-            motion.summary()
+            motion.verify()
         );
     }
 }
@@ -260,7 +260,7 @@ fn an_embedded_run_that_starts_at_a_change_point_keeps_all_its_rows() {
                 - nalgebra::SVector::from([angle, -angle, 2.0 * model.a * angle.cos()]))
             .amax();
             assert!(error < 10.0 * tolerance, "{formulation} at {tolerance:e}: {error:e}");
-            motion.summary()
+            motion.verify()
         };
         let (projected, embedded) = (run(Formulation::Projected), run(Formulation::Embedded));
         for row in &embedded.constraints {
@@ -321,7 +321,7 @@ fn fixed_gains_hold_drift_backwards_as_they_do_forwards() {
 fn the_summary_says_where_the_projection_made_the_motion() {
     let run = |h: f64| {
         let run = ROD.simulate(on_rod(2.0, 0.5)).until(3.0).method(methods::Rk4).fixed_step(h);
-        run.run().unwrap().summary()
+        run.run().unwrap().verify()
     };
     let (coarse, fine) = (run(0.1), run(2e-4));
     assert_eq!(coarse.stabilization.settled, 30);
@@ -357,10 +357,10 @@ fn embedded_steps_go_over_dead_centres() {
     assert!(
         (coarse.end().q - embedded.end().q).amax() < 0.03 && coarse.counts().rejected > 0,
         "{}",
-        coarse.summary()
+        coarse.verify()
     );
     let projected = run(Formulation::Projected, 0.0025).unwrap();
-    let summary = embedded.summary();
+    let summary = embedded.verify();
     assert!(
         summary.constraints.iter().all(|row| row.residual < 1e-12 && row.velocity_residual < 1e-12),
         "{summary}"

@@ -11,7 +11,7 @@ use dynamics_runtime::motion::{Motion, Simulate, SimulationErrorKind, Unchecked}
 /// What half steps show at most beside the estimate by a second run: both in permitted errors.
 fn shown_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {
     let measured = motion.global_error().unwrap().ratio.unwrap();
-    let summary = motion.summary();
+    let summary = motion.verify();
     assert!(
         !summary.to_string().contains("step doubling"),
         "what is measured is not shown otherwise: {summary}"
@@ -57,7 +57,7 @@ fn motions_that_keep_their_accuracy_raise_no_doubts() {
         let oscillator = Oscillator { omega: 2.0 };
         let motion =
             oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(30.0).tolerance(tolerance).run().unwrap();
-        let summary = motion.summary();
+        let summary = motion.verify();
         assert!(!summary.to_string().contains("warning"), "{summary}");
         // Errors of an oscillator add up, and no more.
         let error = (motion.end().q[0] - 60f64.cos()).abs() / (tolerance * (1.0 + 60f64.cos().abs()));
@@ -67,7 +67,7 @@ fn motions_that_keep_their_accuracy_raise_no_doubts() {
     // What forgets its errors keeps those of a few steps.
     let damped = Closure(|_, q, u| -q - 2.0 * u);
     let motion = damped.simulate(at_rest_or_not([1.0], [0.0])).until(50.0).max_step(0.1).run().unwrap();
-    let summary = motion.summary();
+    let summary = motion.verify();
     assert!(summary.steps >= 500 && summary.accuracy.step_doubling_at_most.unwrap() < 1.0, "{summary}");
 }
 
@@ -79,7 +79,7 @@ fn growth_by_the_motion_is_found() {
     let motion = upright.simulate(start).until(20.0).tolerance(1e-10).run().unwrap();
     let error = (motion.end().q[0] - 4.0 * (0.5f64.tan() * (-20f64).exp()).atan()).abs();
     assert!(error > 1e3 * 1e-10, "{error:e}");
-    let summary = motion.summary();
+    let summary = motion.verify();
     assert!(summary.to_string().contains("warning      global error about"), "{summary}");
     let shown = 1e-10 * summary.accuracy.step_doubling.unwrap();
     assert!(shown > 0.3 * error && shown < 3.0 * error, "{shown:e} {error:e}");
@@ -91,7 +91,7 @@ fn stiff_motions_raise_no_false_alarm() {
     for method in [None, Some(Any::from(methods::Radau5)), Some(methods::Esdirk4.into())] {
         let simulation = stiff.simulate(at_rest_or_not([1.0], [0.0])).until(10.0).tolerance(1e-6);
         let simulation = if let Some(method) = &method { simulation.method(method) } else { simulation };
-        let summary = simulation.run().unwrap().summary();
+        let summary = simulation.run().unwrap().verify();
         assert!(!summary.to_string().contains("warning      global error"), "{summary}");
         assert!(summary.accuracy.step_doubling.unwrap() < 60.0, "{summary}");
     }
@@ -113,7 +113,7 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
             };
             let estimated = run().estimate_error().run().unwrap();
             let measured = estimated.global_error().unwrap().ratio.unwrap();
-            let summary = run().run().unwrap().summary();
+            let summary = run().run().unwrap().verify();
             let shown = summary.accuracy.step_doubling.unwrap();
             println!("{method} {tolerance:e} to {until}: {shown:.1} shown, {measured:.1} measured");
             let warned = summary.to_string().contains("warning      global error about");
@@ -140,7 +140,7 @@ fn errors_of_stiff_methods_that_add_up_are_shown_by_half_steps() {
                 }
             }
             assert!(
-                !estimated.summary().to_string().contains("step doubling"),
+                !estimated.verify().to_string().contains("step doubling"),
                 "what is measured is not shown otherwise"
             );
         }
@@ -162,7 +162,7 @@ fn half_steps_show_what_lasts_of_relaxation_oscillations() {
             model.simulate(start).until(11.0).tolerance(1e-9).method(methods::Radau5).run().unwrap();
         for tolerance in [1e-3, 1e-5] {
             let motion = model.simulate(start).until(11.0).tolerance(tolerance).method(method).run().unwrap();
-            let summary = motion.summary();
+            let summary = motion.verify();
             let (shown, lasts) =
                 (summary.accuracy.step_doubling.unwrap(), lasting(&motion, &reference, tolerance, 0.01));
             println!("{method} {tolerance:e}: {shown:.1} shown, {lasts:.1} true");
@@ -212,7 +212,7 @@ fn tolerances_below_rounding_are_named() {
     let start = at_rest_or_not([1e6 + 1.0], [0.0]);
     let run =
         |absolute: f64| far.simulate(start).until(5.0).tolerances(absolute, 0.0).max_steps(20_000).run();
-    let summary = run(1e-9).unwrap().summary();
+    let summary = run(1e-9).unwrap().verify();
     let found = summary.accuracy.below_rounding.unwrap();
     assert_eq!((found.name, found.rate, found.permitted), ("x", false, 1e-9));
     assert!(
@@ -220,12 +220,15 @@ fn tolerances_below_rounding_are_named() {
         "{summary}"
     );
     let said = summary.warnings();
-    assert!(said.iter().any(|warning| warning.starts_with("tolerance below rounding: 1.0e-9")), "{said:?}");
+    assert!(
+        said.iter().any(|warning| warning.to_string().starts_with("tolerance below rounding: 1.0e-9")),
+        "{said:?}"
+    );
     assert_eq!(said.len(), summary.to_string().matches("\n  warning  ").count());
-    let plain = run(1e-8).unwrap().summary();
+    let plain = run(1e-8).unwrap().verify();
     assert!(plain.accuracy.below_rounding.is_none(), "{plain}");
     let swing =
-        Oscillator { omega: 2.0 }.simulate(at_rest_or_not([1.0], [0.0])).until(5.0).run().unwrap().summary();
+        Oscillator { omega: 2.0 }.simulate(at_rest_or_not([1.0], [0.0])).until(5.0).run().unwrap().verify();
     assert!(swing.warnings().is_empty(), "{swing}");
 }
 
@@ -234,12 +237,12 @@ fn fixed_steps_that_lose_the_energy_are_too_long() {
     let oscillator = Oscillator { omega: 2.0 };
     let run =
         |h: f64| oscillator.simulate(at_rest_or_not([1.0], [0.0])).until(100.0).fixed_step(h).run().unwrap();
-    let summary = run(0.4).summary();
+    let summary = run(0.4).verify();
     assert!(
         summary.energy_drift > 0.1 && summary.to_string().contains("shorten the fixed step"),
         "{summary}"
     );
-    let summary = run(0.05).summary();
+    let summary = run(0.05).verify();
     assert!(summary.energy_drift < 1e-3 && !summary.to_string().contains("warning"), "{summary}");
     assert_eq!((summary.accuracy.step_doubling, summary.accuracy.below_rounding), (None, None));
 }
@@ -269,7 +272,7 @@ fn summaries_say_no_number_that_is_none() {
             for run in [run().run(), stopped.run(), run().event("end", |s| s.t - until).run()] {
                 failed += u32::from(run.is_err());
                 let motion = run.or_else(|error| error.motion(model).ok_or(error)).unwrap();
-                let said = motion.summary().to_string();
+                let said = motion.verify().to_string();
                 assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");
                 beyond += u32::from(
                     said.contains("warning      energy grows beyond all numbers; give a smaller tolerance"),
@@ -291,7 +294,7 @@ fn errors_beyond_ten_tolerances_are_told_plainly() {
         let orbit = at_rest_or_not([near, 0.0], [0.0, ((2.0 - near) / near).sqrt()]);
         for method in [Any::from(methods::DormandPrince5), methods::Dop853.into()] {
             let run = Kepler.simulate(orbit).until(periods * std::f64::consts::TAU).tolerance(tolerance);
-            let summary = run.method(&method).run().unwrap().summary();
+            let summary = run.method(&method).run().unwrap().verify();
             let (text, shown) = (summary.to_string(), summary.accuracy.step_doubling.unwrap());
             let plain = text.contains("\n  accuracy     global error about ");
             assert_eq!(plain, shown > 10.0 && shown <= 300.0, "{shown} {text}");
@@ -353,7 +356,7 @@ fn accelerations_beyond_all_bounds_are_called_by_their_name() {
 fn a_summary_takes_its_share_of_the_run() {
     let start: [f64; 60] = std::array::from_fn(|i| 1.0 + 0.01 * i as f64);
     let motion = Sixty.simulate(at_rest_or_not(start, [0.0; 60])).until(100.0).run().unwrap();
-    let summary = motion.summary();
+    let summary = motion.verify();
     let (looked, all) = summary.conditioning.looked_at;
     assert!(all == motion.steps().len() && all > 150, "{summary}");
     // n²/8 evaluations each; 8 at least, and as many beside the worst.
@@ -368,7 +371,7 @@ fn a_summary_takes_its_share_of_the_run() {
     // Of few coordinates all is looked at.
     let few =
         DoublePendulum::UNIT.simulate(at_rest_or_not([1.0, 0.0], [0.0, 0.0])).until(20.0).run().unwrap();
-    let summary = few.summary();
+    let summary = few.verify();
     assert!(summary.conditioning.looked_at.0 == few.steps().len(), "{summary}");
     assert!(
         summary.accuracy.unchecked == Unchecked::default() && !summary.to_string().contains("not checked")
@@ -385,7 +388,7 @@ fn stiff_motions_are_handed_over_at_tight_tolerances_too() {
     let fine = simulate(1e-13).run().unwrap();
     for tolerance in [1e-11, 1e-12, 1e-13] {
         let motion = simulate(tolerance).run().unwrap();
-        assert!(motion.switched().is_some() && motion.counts().steps < 10_000, "{}", motion.summary());
+        assert!(motion.switched().is_some() && motion.counts().steps < 10_000, "{}", motion.verify());
         // One jump lies between, which shifts by the error of the way to it.
         let apart = (motion.at(700.0).q() - fine.at(700.0).q()).amax();
         assert!(apart < 1e-7, "{tolerance:e}: {apart:e}");
@@ -433,7 +436,7 @@ fn small_and_damped_motions_raise_no_false_alarm() {
                 .until(300.0)
                 .tolerance(tolerance)
                 .method(&method);
-            let summary = run.run().unwrap().summary();
+            let summary = run.run().unwrap().verify();
             assert!(
                 summary.accuracy.hidden_stiffness.is_none() && summary.stiff_at.is_none(),
                 "{size:e} {summary}"
@@ -448,7 +451,7 @@ fn small_and_damped_motions_raise_no_false_alarm() {
             for method in [None, Some(Any::from(methods::Radau5))] {
                 let run = damped.simulate(start).until(20.0).tolerance(1e-6);
                 let run = if let Some(method) = &method { run.method(method) } else { run };
-                let summary = run.run().unwrap().summary();
+                let summary = run.run().unwrap().verify();
                 assert!(summary.warnings().is_empty(), "{summary}");
             }
         }

@@ -69,7 +69,7 @@ fn the_estimate_is_the_error_of_the_closed_form() {
                 (motion.end(), motion.counts().evaluations)
             );
             assert!(plain.global_error().is_none() && plain.summary().error.is_none());
-            let summary = motion.summary().to_string();
+            let summary = motion.verify().to_string();
             assert!(summary.contains("\n  error        coordinates "), "{summary}");
         }
     }
@@ -123,7 +123,7 @@ fn orbits_amplify_errors_without_doubling_them() {
         assert!(estimate.doubling_time.is_none(), "{estimate}");
         assert!(estimate.coordinates.error.max(estimate.velocities.error) >= 0.9 * exact);
         assert!(estimate.ratio.unwrap() > 1000.0 && estimate.is_large());
-        assert!(motion.summary().to_string().contains("warning"), "{}", motion.summary());
+        assert!(motion.verify().to_string().contains("warning"), "{}", motion.verify());
     }
 }
 
@@ -141,7 +141,7 @@ fn chaos_doubles_errors_until_nothing_is_left() {
     let estimate = motion.global_error().unwrap();
     let exact = motion.end().u.iter().zip(u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let exact_q = motion.end().q.iter().zip(q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    println!("{exact:.2e} {exact_q:.2e}\n{}", motion.summary());
+    println!("{exact:.2e} {exact_q:.2e}\n{}", motion.verify());
     assert!(exact > 1e-7, "chaos is what is tested: {exact:e}");
     assert!(
         estimate.velocities.error > 0.5 * exact && estimate.velocities.error < 20.0 * exact,
@@ -159,7 +159,7 @@ fn chaos_doubles_errors_until_nothing_is_left() {
         (lost[1] - lost[0]) / expected > 0.5 && (lost[1] - lost[0]) / expected < 2.0,
         "{lost:?}, {expected}"
     );
-    let summary = run(1e-8, 60.0).summary().to_string();
+    let summary = run(1e-8, 60.0).verify().to_string();
     assert!(summary.contains("nothing later can be trusted"), "{summary}");
 }
 
@@ -208,7 +208,7 @@ fn an_event_in_one_run_alone_is_told() {
     let missed = peaks.into_iter().find(|t| !near(*t)).unwrap();
     assert!((unmatched.time - missed).abs() < 0.1, "{} for {missed}: {estimate}", unmatched.time);
     assert!(
-        estimate.is_large() && motion.summary().to_string().contains("one of the two runs alone"),
+        estimate.is_large() && motion.verify().to_string().contains("one of the two runs alone"),
         "{estimate}"
     );
 }

@@ -74,7 +74,7 @@ fn singular_positions_are_no_unstable_rests() {
         let parallelogram = common::constrained::FourBar::PARALLELOGRAM;
         let motion =
             parallelogram.simulate(start).until(3.0).tolerance(tolerance).run().expect("it goes through");
-        let summary = motion.summary();
+        let summary = motion.verify();
         assert!(
             summary.accuracy.missed_instability.is_none() && summary.accuracy.undersampled_force.is_none(),
             "{summary}"
@@ -107,7 +107,7 @@ fn errors_of_attitudes_are_told() {
                 model.simulate(start).until(until).tolerance(tolerance).run().expect("nothing is singular");
             let (error, steps) = (verdict::apart(&motion.end(), &exact, tolerance), motion.counts().steps);
             println!("{name} at {tolerance:e}: {error:.1} tolerances, {steps} steps");
-            let summary = motion.summary();
+            let summary = motion.verify();
             let (shown, text) = (summary.accuracy.step_doubling.expect("half steps"), summary.to_string());
             assert!(error < 2.0 * shown, "{name} at {tolerance:e}: {error:.1} tolerances\n{text}");
             assert_eq!(text.contains("global error about"), shown > 10.0, "{text}");

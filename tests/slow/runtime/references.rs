@@ -54,7 +54,7 @@ fn kepler() {
         println!("Kepler t = {t}: {found:.2e}");
         assert!(found < tolerance, "error {found:e} at t = {t}");
     }
-    let summary = motion.summary();
+    let summary = motion.verify();
     println!("{summary}");
     assert!(summary.energy_drift < 1e-12);
     assert!(summary.conserved[0].largest < 1e-11);
@@ -165,7 +165,7 @@ fn pleiades() {
     ];
     let motion = Pleiades.simulate(start).until(3.0).tolerance(1e-13).run().unwrap();
     let found = error(&motion.end(), q, u);
-    println!("Pleiades: {found:.2e}\n{}", motion.summary());
+    println!("Pleiades: {found:.2e}\n{}", motion.verify());
     assert!(found < 1e-8, "error {found:e}");
     assert!((motion.energy_at(0.0) + 45.95246949784712).abs() < 1e-13 * 46.0);
 }

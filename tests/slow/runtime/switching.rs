@@ -93,7 +93,7 @@ fn a_ball_bounces_and_comes_to_rest() {
     let account = motion.work();
     assert!(account.resets.len() == 1 && account.resets[0].name == "floor contact", "{account}");
     assert!((account.resets[0].work + ball.m * ball.g * h).abs() < 1e-9, "{account}");
-    let summary = motion.summary();
+    let summary = motion.verify();
     assert_eq!(summary.impacts, 21);
     assert!((summary.energy_lost - ball.m * ball.g * h).abs() < 1e-9, "{summary}");
     assert!(summary.energy_drift < 1e-8, "{summary}");
@@ -110,7 +110,7 @@ fn a_ball_bounces_and_comes_to_rest() {
     // Asked for, it is no news.
     let contact = Contact { restitution: e, rest_speed: Some(0.01) };
     let motion = ball.simulate(start).until(6.0).contact("floor", contact).run().unwrap();
-    assert!(motion.end().modes.all_hold() && !motion.summary().to_string().contains("too slow"));
+    assert!(motion.end().modes.all_hold() && !motion.verify().to_string().contains("too slow"));
 }
 
 #[test]
@@ -261,7 +261,7 @@ fn a_block_on_a_belt_sticks_and_slips() {
     let mut expected = far / block.v;
     assert!(switches.len() > 6);
     // It sticks where its slip is zero: nothing jumps, and nothing is lost.
-    let summary = motion.summary();
+    let summary = motion.verify();
     assert_eq!((summary.impacts, summary.energy_lost), (0, 0.0), "{summary}");
     assert!(motion.events().iter().all(|event| event.impacts.is_empty()));
     assert!(motion.work().resets.is_empty(), "{}", motion.work());

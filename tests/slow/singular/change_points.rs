@@ -458,7 +458,7 @@ fn stages_in_the_change_point_are_on_the_branch() {
             .run();
         let motion = run.unwrap_or_else(|error| panic!("{formulation}: {error}"));
         let (end, off) = (motion.end(), |a: f64, b: f64| (a - b).abs());
-        assert!(motion.summary().stabilization.dependent > 0, "{}", motion.summary());
+        assert!(motion.summary().stabilization.dependent > 0, "{}", motion.verify());
         let angles =
             off(end.crank(), truth.crank()).max(off(end.rocker(), truth.crank())).max(end.coupler().abs());
         let rates = off(end.crank_rate(), truth.crank_rate()).max(off(end.rocker_rate(), truth.crank_rate()));

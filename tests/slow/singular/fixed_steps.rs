@@ -55,7 +55,7 @@ fn runs(formulation: Formulation, methods: &[methods::Any<FourBar>]) -> Runs {
             let judge = |motion: Motion<'_, FourBar>| {
                 let end = motion.end();
                 let off = (end.crank() - scene.crank).abs().max(turned(end.rocker(), scene.rocker));
-                (off, motion.summary().to_string().contains("\n  warning "))
+                (off, motion.verify().to_string().contains("\n  warning "))
             };
             for method in methods {
                 let outcome = run().method(method).run();

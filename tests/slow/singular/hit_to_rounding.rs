@@ -89,7 +89,7 @@ fn fixed_steps_that_land_there_go_on_on_the_branch_or_say_where_they_are() {
                         (end.crank() - truth).abs() < 1e-9 && (end.rocker() - truth).abs() < 1e-9,
                         "{case}"
                     );
-                    assert!(motion.summary().energy_drift < 1e-9, "{case}: {}", motion.summary());
+                    assert!(motion.verify().energy_drift < 1e-9, "{case}: {}", motion.verify());
                 }
                 Err(error) => {
                     let near = error.state.crank().sin().abs();

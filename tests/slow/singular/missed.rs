@@ -66,7 +66,7 @@ fn what_turns_round_within_the_tolerance_is_told() {
                         continue;
                     }
                 };
-                let (off, words) = ((motion.end().theta() - truth).abs(), motion.summary().to_string());
+                let (off, words) = ((motion.end().theta() - truth).abs(), motion.verify().to_string());
                 let told_of = words.contains(said);
                 println!("{gap:e} {formulation} {tolerance:e}: {off:.1e} {told_of}");
                 wrong += usize::from(off > 1e-2);
@@ -87,7 +87,7 @@ fn what_turns_round_within_the_tolerance_is_told() {
     let start =
         model.state().at_time(0.5 * core::f64::consts::PI).theta_guess(1.5).x_guess(3.0).assemble().unwrap();
     for tolerance in [1e-6, 1e-8, 1e-10] {
-        let summary = model.simulate(start).until(6.0).tolerance(tolerance).run().unwrap().summary();
+        let summary = model.simulate(start).until(6.0).tolerance(tolerance).run().unwrap().verify();
         assert!(summary.nearest.as_ref().is_some_and(|n| n.passed > 0 && n.missed.is_none()), "{summary}");
     }
 }
@@ -155,7 +155,7 @@ fn rows_that_repeat_others_or_are_released_hide_nothing() {
             model.state().at_time(0.5 * core::f64::consts::PI).theta_guess(1.5).x_guess(3.0).release("stop");
         let start = start.place(0.0).place_rate(0.1);
         let run = model.simulate(start.assemble().unwrap()).until(6.0).tolerance(1e-6).run().unwrap();
-        run.summary().nearest.unwrap().missed.is_some()
+        run.verify().nearest.unwrap().missed.is_some()
     };
     assert!([1e-7, 1e-8, 1e-9].map(told) == [true; 3]);
     assert!([1e-2, 0.0].map(told) == [false; 2]);
@@ -214,6 +214,6 @@ fn what_has_no_value_nearby_hides_nothing_and_halts_nothing() {
         let start =
             model.state().at_time(begin).theta_guess(1.5).x_guess(3.0).w(-0.5).w_rate(0.2).z_guess(0.8);
         let run = model.simulate(start.assemble().unwrap()).until(begin + 4.0).tolerance(1e-6).run().unwrap();
-        assert!(run.summary().nearest.unwrap().missed.is_some(), "{turns}");
+        assert!(run.verify().nearest.unwrap().missed.is_some(), "{turns}");
     }
 }

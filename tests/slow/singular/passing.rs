@@ -177,7 +177,7 @@ fn a_slider_crank_of_equal_lengths_stays_on_its_branch() {
             assert!((state.crank() - state.rod()).abs() < bound, "{tolerance:e}: {state:?}");
             assert!((state.slide() - state.crank().cos()).abs() < bound, "{tolerance:e}: {state:?}");
         }
-        assert!(motion.summary().energy_drift < 100.0 * bound, "{}", motion.summary());
+        assert!(motion.verify().energy_drift < 100.0 * bound, "{}", motion.verify());
     }
 }
 
@@ -270,7 +270,7 @@ fn pins_pass_flat_positions() {
                 let missed = (0..4).map(|i| (motion.end().q[i] - wanted[i]).abs()).fold(0.0, f64::max);
                 println!("{formulation} {tolerance:e}: {missed:.1e} in {} steps", motion.counts().steps);
                 assert!(missed < 300.0 * tolerance, "{formulation} at {tolerance:e} is {missed:e} off");
-                assert!(motion.counts().steps < 1000, "{}", motion.summary());
+                assert!(motion.counts().steps < 1000, "{}", motion.verify());
             }
         }
     }

@@ -13,7 +13,7 @@ fn what_was_passed_is_counted_and_named() {
         let motion = motion.unwrap();
         let turns = |angle: f64| (angle / core::f64::consts::PI).floor();
         let expected = turns(1.0) - turns(motion.end().crank());
-        let summary = motion.summary();
+        let summary = motion.verify();
         let nearest = summary.nearest.clone().unwrap();
         assert!(nearest.passed as f64 == expected && expected > 1.0, "{nearest:?}");
         assert!(nearest.condition > 1e5 && motion.at(nearest.time).crank().sin().abs() < 1e-4, "{nearest:?}");
@@ -22,7 +22,7 @@ fn what_was_passed_is_counted_and_named() {
     }
     // Between change points there is none.
     let motion = model.simulate(model.start(-0.5, -1.0)).until(0.5).tolerance(1e-9).run().unwrap();
-    let nearest = motion.summary().nearest.unwrap();
+    let nearest = motion.verify().nearest.unwrap();
     assert!(nearest.passed == 0 && nearest.condition < 10.0, "{nearest:?}");
 }
 
@@ -55,7 +55,7 @@ impl SliderCrank {
 fn massless_coordinates_do_not_make_the_mass_matrix_ill_conditioned() {
     let model = SliderCrank { inertia: 0.1, mass: 1.0, a: 0.1, b: 0.3 };
     let start = model.state().crank(0.5).crank_rate(5.0).slide_guess(0.4).assemble().unwrap();
-    let summary = model.simulate(start).until(1.0).run().unwrap().summary();
+    let summary = model.simulate(start).until(1.0).run().unwrap().verify();
     assert_eq!(summary.conditioning.largest, 1.0, "{summary}");
     assert!(summary.nearest.unwrap().passed == 0);
 }
@@ -72,7 +72,7 @@ fn other_dependent_coordinates_are_counted() {
         };
         let (embedded, projected) = (run(Formulation::Embedded), run(Formulation::Projected));
         assert!((embedded.end().crank() - projected.end().crank()).abs() < 1e-4, "{a} {b}");
-        embedded.summary().to_string()
+        embedded.verify().to_string()
     };
     // With equal lengths the slider stands in the pivot of the crank each time that this is upright: there
     // the rod's block vanishes.

@@ -63,7 +63,7 @@ fn tally<C: Curve>((from, to): (f64, f64), rate: f64, end: f64, formulations: &[
                         Ok(motion) => {
                             let off =
                                 (0..2).map(|i| (motion.end().q()[i] - truth[i]).abs()).fold(0.0, f64::max);
-                            let told = motion.summary().to_string().contains("\n  warning ");
+                            let told = motion.verify().to_string().contains("\n  warning ");
                             assert!(off < 1e3 * tolerance.powf(0.8) + 1e-6 || told, "{case}: {off:e}");
                             tally.right += usize::from(off < 1e-2);
                         }

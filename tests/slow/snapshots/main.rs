@@ -292,7 +292,7 @@ fn the_pivot_of_a_sleigh_that_vanishes_is_named() {
     let straight = |heading: f64| {
         let start =
             model.state().heading(heading).x_rate(heading.cos()).y_rate(heading.sin()).build().unwrap();
-        model.simulate(start).until(1.0).run().unwrap().summary()
+        model.simulate(start).until(1.0).run().unwrap().verify()
     };
     let (along, across) = (straight(0.0), straight(core::f64::consts::FRAC_PI_2));
     assert!(along.stabilization.general == 0 && along.pivot_breakdown.is_none(), "{along}");

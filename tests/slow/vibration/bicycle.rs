@@ -307,7 +307,7 @@ fn it_runs_on_generated_code() {
         for start in [start, start.roll_rate(0.3)] {
             let start = start.build().expect("it rolls");
             let motion = model.simulate(start).until(2.0).tolerance(1e-10).run().expect("it rolls");
-            let summary = motion.summary();
+            let summary = motion.verify();
             assert_eq!(summary.stabilization.general, 0, "{heading}\n{summary}");
         }
     }

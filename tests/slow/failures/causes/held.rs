@@ -55,7 +55,7 @@ fn a_tension_that_grazes_zero_is_passed() {
     // Farther below it slackens, and is caught.
     let start = model.state().y(-1.0).x_rate((4.99f64 * 9.81).sqrt()).build().unwrap();
     let motion = model.simulate(start).until(3.0).tolerance(1e-10).contact("string", 0.0).run().unwrap();
-    assert!(motion.events().len() == 4 && motion.summary().energy_lost > 5e-5, "{}", motion.summary());
+    assert!(motion.events().len() == 4 && motion.summary().energy_lost > 5e-5, "{}", motion.verify());
 }
 
 /// A bar whose ends run on a floor, and its middle on a shelf: that repeats the ends where the shelf is no

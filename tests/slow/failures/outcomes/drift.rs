@@ -22,7 +22,7 @@ fn unstabilised_motion_ends_where_it_has_left_the_constraint() {
     let drift = motion.summary().constraints[0].residual;
     assert!(drift > 1e-4, "{drift}");
     // What the tolerance promises is kept by the projection over the whole time.
-    let kept = run(Formulation::Projected).unwrap().summary();
+    let kept = run(Formulation::Projected).unwrap().verify();
     assert!(kept.constraints[0].residual < 1e-12 && kept.constraints[0].velocity_residual < 1e-12, "{kept}");
     // At a tight tolerance the drift stays small, grows with time, and is reported.
     let tight =
@@ -78,7 +78,7 @@ fn a_knife_that_slips_ends_an_unstabilised_motion() {
     assert!(distance > limit && distance < 10.0 * limit, "{error}");
     assert!((limit / expected - 1.0).abs() < 1e-12, "{limit} {expected}");
     assert!(error.time > 0.1 && error.time < 1000.0, "{error}");
-    let kept = run(Formulation::Projected).unwrap().summary();
+    let kept = run(Formulation::Projected).unwrap().verify();
     assert!(kept.constraints[0].velocity_residual < 1e-12, "{kept}");
 }
 
@@ -108,7 +108,7 @@ fn gains_too_large_for_the_motion_cost_steps() {
         model.simulate(start).until(2.0).tolerance(1e-8).formulation(formulation).run().unwrap()
     };
     let (mild, strong) = (run(10.0), run(1000.0));
-    assert!(strong.summary().steps > 10 * mild.summary().steps, "{}", strong.summary());
+    assert!(strong.summary().steps > 10 * mild.summary().steps, "{}", strong.verify());
     assert!((strong.end().q - mild.end().q).norm() < 1e-6);
 }
 

@@ -59,12 +59,12 @@ fn energy_drifts_with_fixed_steps() {
         let exact = 1.0 - (1.0 - per_step).powf(t / 0.5);
         assert!((lost(t) / exact - 1.0).abs() < 1e-9, "{} for {exact}", lost(t));
     }
-    assert!(motion.summary().to_string().contains("shorten the fixed step"), "{}", motion.summary());
-    assert!(!run(0.05, 1000.0).summary().to_string().contains("warning"));
+    assert!(motion.verify().to_string().contains("shorten the fixed step"), "{}", motion.verify());
+    assert!(!run(0.05, 1000.0).verify().to_string().contains("warning"));
     // Beyond its region of stability it explodes, and says so.
     let error = SPRING.simulate(start).until(1e4).fixed_step(2.9).method(methods::Rk4).run();
     let told = match error {
-        Ok(motion) => motion.summary().to_string().contains("shorten the fixed step"),
+        Ok(motion) => motion.verify().to_string().contains("shorten the fixed step"),
         Err(_) => true,
     };
     assert!(told, "it grows by a factor in every step");
@@ -88,17 +88,17 @@ fn symplectic_steps_come_into_resonance() {
             motion.steps().map(of).fold((f64::MAX, 0.0f64), |(lo, hi), e| (lo.min(e), hi.max(e)));
         assert!((least / kept - 1.0).abs() < 0.02 && (most - 1.0).abs() < 0.02, "{least} {most} for {kept}");
         assert_eq!(
-            motion.summary().to_string().contains("shorten the fixed step"),
+            motion.verify().to_string().contains("shorten the fixed step"),
             h > 0.5,
             "{}",
-            motion.summary()
+            motion.verify()
         );
     }
     // Beyond 2 it explodes.
     match run(2.05, 100.0) {
         Ok(motion) => {
             assert!(most(&motion) > 1e3, "{:e}", most(&motion));
-            assert!(motion.summary().to_string().contains("shorten the fixed step"), "{}", motion.summary());
+            assert!(motion.verify().to_string().contains("shorten the fixed step"), "{}", motion.verify());
         }
         Err(error) => assert!(error.time < 100.0, "{error}"),
     }

@@ -22,9 +22,9 @@ fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
         assert!((0.5..1.3).contains(&doubling), "{estimate}");
         let end = estimate.lost_at.unwrap();
         assert!(
-            motion.summary().to_string().contains("nothing later can be trusted"),
+            motion.verify().to_string().contains("nothing later can be trusted"),
             "{}",
-            motion.summary()
+            motion.verify()
         );
         assert!(end > drawn, "{estimate}");
         lost.push(end);
@@ -32,7 +32,7 @@ fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
         panel = panel.line(format!("tolerance {tolerance:e}"), charts::envelope(&until, 40));
         // A run without estimate warns, too.
         let plain =
-            CHAOTIC.simulate(chaotic_start()).until(40.0).tolerance(tolerance).run().unwrap().summary();
+            CHAOTIC.simulate(chaotic_start()).until(40.0).tolerance(tolerance).run().unwrap().verify();
         assert!(plain.to_string().contains("warning      global error about"), "{plain}");
     }
     println!("lost at {lost:.1?}");
@@ -52,7 +52,7 @@ fn implicit_methods_tell_of_chaos_in_models_that_choose() {
         list.iter().flat_map(|method| [1e-6, 1e-8].map(|tolerance| (method, tolerance)))
     {
         let motion = run().tolerance(tolerance).method(method).run().unwrap();
-        let (times, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.summary());
+        let (times, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.verify());
         let shown = summary.accuracy.step_doubling.unwrap();
         println!("{method} {tolerance:e}: {times:.0} permitted errors, half steps show {shown:.0}");
         assert!(times > 1e3 && shown > 0.2 * times, "{times} {summary}");
@@ -84,22 +84,22 @@ fn rests_that_are_unstable_are_not_stepped_over() {
             let mut sampler = exact.sampler();
             let off =
                 motion.steps().map(|state| (state.x() - sampler.at(state.t).x()).abs()).fold(0.0, f64::max);
-            let summary = motion.summary();
+            let summary = motion.verify();
             assert!(
                 off < 1e3 * tolerance || summary.to_string().contains("warning"),
                 "{method} {tolerance:e}: {off:e}\n{summary}"
             );
             stayed += u32::from(motion.steps().all(|state| state.x().abs() < 0.1));
             told += u32::from(summary.to_string().contains("an unstable motion is stepped over"));
-            let watched = run().tolerance(tolerance).method(method).max_step(1.0).run().unwrap().summary();
+            let watched = run().tolerance(tolerance).method(method).max_step(1.0).run().unwrap().verify();
             assert!(watched.accuracy.missed_instability.is_none(), "{method} {tolerance:e}\n{watched}");
         }
         // Steps of a size of their own are no better.
         let fixed = run().fixed_step(10.0).method(methods::Radau5).run().unwrap();
         assert!(
-            fixed.end().x().abs() < 0.1 && fixed.summary().to_string().contains("shorten the fixed step"),
+            fixed.end().x().abs() < 0.1 && fixed.verify().to_string().contains("shorten the fixed step"),
             "{}",
-            fixed.summary()
+            fixed.verify()
         );
     }
     println!("{stayed} runs stayed, {told} were told of");
@@ -114,7 +114,7 @@ fn rests_that_are_unstable_are_not_stepped_over() {
         for method in &list[..2] {
             let start = model.state().x(1e-3).build().unwrap();
             let summary =
-                model.simulate(start).until(0.5).tolerance(1e-4).method(method).run().unwrap().summary();
+                model.simulate(start).until(0.5).tolerance(1e-4).method(method).run().unwrap().verify();
             assert!(summary.accuracy.missed_instability.is_none(), "{summary}");
         }
     }
@@ -134,7 +134,7 @@ fn close_encounters_amplify_errors() {
                 KEPLER.simulate(apocentre(1.0 - distance)).until(20.0).tolerance(1e-9).method(method);
             let motion = simulation.estimate_error().run().unwrap();
             let ratio = motion.global_error().unwrap().ratio.unwrap();
-            let summary = motion.summary().to_string();
+            let summary = motion.verify().to_string();
             assert_eq!(summary.contains("warning"), ratio > 1e3, "{summary}");
             curve.push((distance, ratio));
         }
@@ -146,6 +146,6 @@ fn close_encounters_amplify_errors() {
     // A fixed step that does for the rest of the orbit throws the body out.
     let run = |h: f64| KEPLER.simulate(apocentre(0.99)).until(20.0).fixed_step(h).run().unwrap();
     let thrown = run(0.02);
-    assert!(thrown.summary().energy_drift > 0.01, "{}", thrown.summary());
-    assert!(thrown.summary().to_string().contains("shorten the fixed step"), "{}", thrown.summary());
+    assert!(thrown.verify().energy_drift > 0.01, "{}", thrown.verify());
+    assert!(thrown.verify().to_string().contains("shorten the fixed step"), "{}", thrown.verify());
 }

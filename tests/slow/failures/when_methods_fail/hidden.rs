@@ -29,7 +29,7 @@ fn inputs_that_jump_are_seen_by_step_control() {
             .unwrap();
         let error = (motion.end().x() - pushed(1.0, 3.0, 8.0, 20.0)).abs();
         assert!(error < 300.0 * tolerance, "{error:e} at {tolerance:e}");
-        assert!(motion.counts().rejected > 5, "{}", motion.summary());
+        assert!(motion.counts().rejected > 5, "{}", motion.verify());
     }
 }
 
@@ -43,7 +43,7 @@ fn pushes_between_the_stages_are_missed_without_max_step() {
     assert!(exact.abs() > 0.9);
     let simulation = || SPRING.simulate(at_rest()).until(10.0).tolerance(1e-9).inputs(push);
     let missed = simulation().estimate_error().run().unwrap();
-    assert_eq!(missed.end().x(), 0.0, "{}", missed.summary());
+    assert_eq!(missed.end().x(), 0.0, "{}", missed.verify());
     let found = simulation().max_step(0.001).run().unwrap();
     assert!((found.end().x() - exact).abs() < 1e-6, "{} for {exact}", found.end().x());
     // Better still: an event at the instant of the push ends a step there.
@@ -73,12 +73,12 @@ fn pushes_that_last_are_told_where_the_stages_miss_them() {
     for (method, k) in list.iter().flat_map(|method| (3..=12).map(move |k| (method, k))) {
         let tolerance = 10f64.powi(-k);
         let motion = run().tolerance(tolerance).method(method).run().unwrap();
-        let (off, summary) = ((motion.end().x_rate() - exact).abs() / tolerance, motion.summary());
+        let (off, summary) = ((motion.end().x_rate() - exact).abs() / tolerance, motion.verify());
         let told = summary.to_string().contains("and is missed: by");
         assert_eq!(told, off > 300.0, "{method} {tolerance:e}: {off:.0} permitted errors\n{summary}");
         missed += u32::from(told);
         let watched = run().tolerance(tolerance).method(method).max_step(1.0).run().unwrap();
-        let (off, summary) = ((watched.end().x_rate() - exact).abs() / tolerance, watched.summary());
+        let (off, summary) = ((watched.end().x_rate() - exact).abs() / tolerance, watched.verify());
         assert!(
             summary.accuracy.undersampled_force.is_none() && off < 300.0,
             "{method} {tolerance:e}: {off:.0}\n{summary}"
@@ -110,11 +110,11 @@ fn wells_that_are_passed_over_are_told() {
         for k in 4..=*least {
             let tolerance = 10f64.powi(-k);
             let motion = run().tolerance(tolerance).method(method).run().unwrap();
-            let (off, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.summary());
+            let (off, summary) = ((motion.end().x() - exact).abs() / tolerance, motion.verify());
             let told = summary.accuracy.undersampled_force.is_some();
             assert!(told || off < 300.0, "{method} {tolerance:e}: {off:.0} permitted errors\n{summary}");
             let watched = run().tolerance(tolerance).method(method).max_step(0.02).run().unwrap();
-            let (off, summary) = ((watched.end().x() - exact).abs() / tolerance, watched.summary());
+            let (off, summary) = ((watched.end().x() - exact).abs() / tolerance, watched.verify());
             assert!(
                 summary.accuracy.undersampled_force.is_none() && off < 300.0,
                 "{method} {tolerance:e}: {off:.0}\n{summary}"
@@ -134,13 +134,13 @@ fn events_that_only_just_happen_are_told() {
     let motion = simulation.method(methods::Dop853).estimate_error().run().unwrap();
     let passed = motion.events().iter().filter(|event| event.name == "gate").count();
     assert_eq!(passed, 13, "out at the start, in and out six times");
-    assert!(motion.global_error().unwrap().unmatched.is_none(), "{}", motion.summary());
+    assert!(motion.global_error().unwrap().unmatched.is_none(), "{}", motion.verify());
     // The error of a loose tolerance takes more than the gate is high.
     let simulation = SPRING.simulate(start).until(40.0).tolerance(1e-5).event("gate", gate);
     let motion = simulation.method(methods::Radau5).estimate_error().run().unwrap();
     assert!(
-        motion.summary().to_string().contains("happens in one of the two runs alone"),
+        motion.verify().to_string().contains("happens in one of the two runs alone"),
         "{}",
-        motion.summary()
+        motion.verify()
     );
 }

@@ -18,16 +18,16 @@ fn tolerances_below_rounding_are_named() {
     let error = |motion: &Motion<'_, Guided>| (motion.end().x() - 1e7 * 1f64.cos()).abs();
     let good = run(1e-6).unwrap();
     assert!(
-        error(&good) < 1e-5 && !good.summary().to_string().contains("below rounding"),
+        error(&good) < 1e-5 && !good.verify().to_string().contains("below rounding"),
         "{}",
-        good.summary()
+        good.verify()
     );
     match run(1e-10) {
         Ok(motion) => {
             assert!(
-                motion.summary().to_string().contains("tolerance below rounding"),
+                motion.verify().to_string().contains("tolerance below rounding"),
                 "{}",
-                motion.summary()
+                motion.verify()
             );
             assert!(error(&motion) > 1e-10, "{:e}", error(&motion));
         }
@@ -61,15 +61,15 @@ fn steps_collapse_at_a_singularity() {
     // A loose tolerance may jump over it, thrown out at any speed: the summary tells that errors grow.
     for tolerance in [1e-3, 1e-4, 1e-5, 1e-2] {
         if let Ok(motion) = model.simulate(start).until(2.0).tolerance(tolerance).run() {
-            let summary = motion.summary().to_string();
-            println!("{tolerance:e} {:?}", motion.summary().accuracy);
+            let summary = motion.verify().to_string();
+            println!("{tolerance:e} {:?}", motion.verify().accuracy);
             assert!(summary.contains("warning"), "at {tolerance:e}: {summary}");
         }
     }
     // With a fixed step it is jumped over, and the energy tells.
     match model.simulate(start).until(2.0).fixed_step(0.01).run() {
         Ok(motion) => {
-            assert!(motion.summary().to_string().contains("shorten the fixed step"), "{}", motion.summary())
+            assert!(motion.verify().to_string().contains("shorten the fixed step"), "{}", motion.verify())
         }
         Err(error) => assert!((error.time - 1.11).abs() < 0.05, "{error}"),
     }

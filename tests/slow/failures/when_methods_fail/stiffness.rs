@@ -21,12 +21,12 @@ fn explicit_methods_crawl_where_stability_bounds_their_steps() {
                 model.simulate(model.on_guide()).until(10.0).tolerance(1e-6).method(method).run().unwrap();
             assert!(Guided::error(&motion) < 1e-4, "{method} {damping}: {:e}", Guided::error(&motion));
             curve.push((damping, motion.summary().steps as f64));
-            let warned = motion.summary().to_string().contains("use methods::Radau5");
+            let warned = motion.verify().to_string().contains("use methods::Radau5");
             assert_eq!(
                 warned,
                 damping >= 1e3 && method.method() == Method::DormandPrince5,
                 "{}",
-                motion.summary()
+                motion.verify()
             );
         }
         curves.push(curve);
@@ -39,7 +39,7 @@ fn explicit_methods_crawl_where_stability_bounds_their_steps() {
     assert!(
         chosen.switched().is_some_and(|(t, method)| t < 1.0 && method == Method::Radau5),
         "{}",
-        chosen.summary()
+        chosen.verify()
     );
 
     // At small tolerances, too, where steps of high order stay clear of the border of stability.
@@ -50,16 +50,16 @@ fn explicit_methods_crawl_where_stability_bounds_their_steps() {
         let run =
             || bob.simulate(bob.state().x(1.0).build().unwrap()).until(10.0).tolerances(tolerance, tolerance);
         let (chosen, implicit) = (run().run().unwrap(), run().method(methods::Radau5).run().unwrap());
-        assert!(chosen.switched().is_some_and(|(t, _)| t < 1.0), "{tolerance:e}: {}", chosen.summary());
+        assert!(chosen.switched().is_some_and(|(t, _)| t < 1.0), "{tolerance:e}: {}", chosen.verify());
         assert!(
             chosen.counts().steps < implicit.counts().steps + 2000,
             "{tolerance:e}: {}",
-            chosen.summary()
+            chosen.verify()
         );
     }
     // What needs its steps is left to its method, however many they are.
     let swinging = CHAOTIC.simulate(chaotic_start()).until(200.0).tolerance(1e-9).run().unwrap();
-    assert!(swinging.switched().is_none() && swinging.counts().steps > 2500, "{}", swinging.summary());
+    assert!(swinging.switched().is_none() && swinging.counts().steps > 2500, "{}", swinging.verify());
 
     let panel = Panel::new(Axis::log("damping in N·s/m"), Axis::log("steps"));
     let panel =
@@ -107,7 +107,7 @@ fn low_stages_lose_what_a_stiff_direction_turns() {
         let found = [state.q[0], state.q[1], state.u[0], state.u[1]];
         let times = |(x, exact): (f64, f64)| (x - exact).abs() / (tolerance * (1.0 + exact.abs()));
         let error = found.into_iter().zip(end).map(times).fold(0.0, f64::max);
-        let summary = motion.summary();
+        let summary = motion.verify();
         println!(
             "{method} {tolerance:e}: {error:.1} times, {:.1} shown",
             summary.accuracy.step_doubling.unwrap()
@@ -138,14 +138,14 @@ fn implicit_methods_damp_what_oscillates() {
     let run =
         |h: f64| spring.simulate(start).until(1000.0).fixed_step(h).method(methods::Radau5).run().unwrap();
     let long = run(1.5);
-    assert!(long.energy_at(1000.0) < 0.4 * long.energy_at(0.0), "{}", long.summary());
-    assert!(long.summary().to_string().contains("shorten the fixed step"), "{}", long.summary());
+    assert!(long.energy_at(1000.0) < 0.4 * long.energy_at(0.0), "{}", long.verify());
+    assert!(long.verify().to_string().contains("shorten the fixed step"), "{}", long.verify());
     let short = run(0.1);
-    assert!((short.energy_at(1000.0) / short.energy_at(0.0) - 1.0).abs() < 1e-4, "{}", short.summary());
-    assert!(!short.summary().to_string().contains("warning"), "{}", short.summary());
+    assert!((short.energy_at(1000.0) / short.energy_at(0.0) - 1.0).abs() < 1e-4, "{}", short.verify());
+    assert!(!short.verify().to_string().contains("warning"), "{}", short.verify());
     // With step control a tolerance is kept, and the energy with it.
     let kept = spring.simulate(start).until(100.0).tolerance(1e-8).method(methods::Radau5).run().unwrap();
-    assert!(kept.summary().energy_drift < 1e-5, "{}", kept.summary());
+    assert!(kept.verify().energy_drift < 1e-5, "{}", kept.verify());
 }
 
 /// The generalized-α method damps by the factor that it is given, more the faster something swings; with 1,
@@ -163,11 +163,11 @@ fn generalized_alpha_damps_by_the_factor_it_is_given() {
     println!("{kept:?}");
     assert!(kept[0] < 1e-6 && kept[1] < 0.1 && kept[2] < 0.9 && kept.is_sorted(), "{kept:?}");
     let damped = run(0.5, 0.5);
-    assert!(damped.summary().to_string().contains("shorten the fixed step"), "{}", damped.summary());
+    assert!(damped.verify().to_string().contains("shorten the fixed step"), "{}", damped.verify());
     assert!((left(&run(1.0, 0.5)) - 1.0).abs() < 0.1);
     let short = run(0.8, 0.01);
-    assert!((left(&short) - 1.0).abs() < 1e-4, "{}", short.summary());
-    assert!(!short.summary().to_string().contains("warning"), "{}", short.summary());
+    assert!((left(&short) - 1.0).abs() < 1e-4, "{}", short.verify());
+    assert!(!short.verify().to_string().contains("warning"), "{}", short.verify());
 }
 
 /// At small tolerances error estimates hold steps inside the border of stability, where Hairer's test does
@@ -183,7 +183,7 @@ fn stiffness_is_told_at_small_tolerances() {
     ];
     for (method, k) in list.iter().flat_map(|method| [8, 10, 12].map(|k| (method, k))) {
         let run = || guided.simulate(guided.on_guide()).until(1.0).tolerance(10f64.powi(-k));
-        let summary = run().method(method).run().unwrap().summary();
+        let summary = run().method(method).run().unwrap().verify();
         assert!(summary.steps > 1000 && summary.to_string().contains("stiff"), "1e-{k}: {summary}");
         assert_eq!(
             summary.accuracy.hidden_stiffness.is_some(),
@@ -204,7 +204,7 @@ fn stiffness_is_told_at_small_tolerances() {
         let run =
             || bob.simulate(bob.state().x(1.0).build().unwrap()).until(*until).tolerance(10f64.powi(-k));
         let (summary, implicit) =
-            (run().method(method).run().unwrap().summary(), run().method(methods::Radau5).run().unwrap());
+            (run().method(method).run().unwrap().verify(), run().method(methods::Radau5).run().unwrap());
         assert!(summary.steps > 20 * implicit.counts().steps, "{method} 1e-{k}: {summary}");
         assert!(summary.to_string().contains("stiff"), "{method} 1e-{k}: {summary}");
     }
@@ -212,7 +212,7 @@ fn stiffness_is_told_at_small_tolerances() {
     for k in [4, 8, 12] {
         let run = || KEPLER.simulate(start).until(20.0).tolerance(10f64.powi(-k));
         for motion in [run().max_step(0.01).run(), run().method(methods::Tsit5).run(), run().run()] {
-            let summary = motion.unwrap().summary();
+            let summary = motion.unwrap().verify();
             assert!(summary.accuracy.hidden_stiffness.is_none(), "1e-{k}: {summary}");
         }
     }
@@ -231,7 +231,7 @@ fn steps_that_only_seem_to_pass_a_branch_do_not_creep() {
     {
         let motion = model.simulate(start).until(0.5).tolerance(tolerance).method(method).run().unwrap();
         println!("{method} {tolerance:e}: {:?}", motion.counts());
-        assert!(motion.counts().steps < 4000 && motion.end().x().abs() < tolerance, "{}", motion.summary());
-        assert!(motion.summary().to_string().contains("stiff from t = "), "{}", motion.summary());
+        assert!(motion.counts().steps < 4000 && motion.end().x().abs() < tolerance, "{}", motion.verify());
+        assert!(motion.verify().to_string().contains("stiff from t = "), "{}", motion.verify());
     }
 }

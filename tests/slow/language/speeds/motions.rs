@@ -61,7 +61,7 @@ fn every_kind_of_method_moves_a_sleigh_alike() {
             let v = motion.output("v", t).expect("an output");
             assert!((v - top * (k * t + c).tanh()).abs() < 1e-7, "{name} at {t}: {v}");
         }
-        assert!(motion.summary().energy_drift < 1e-7, "{name}: {}", motion.summary());
+        assert!(motion.verify().energy_drift < 1e-7, "{name}: {}", motion.verify());
     }
 }
 
@@ -131,7 +131,7 @@ where
         let motion =
             model.simulate(start).until(until).tolerance(tolerance).method(method).run().expect("runs");
         let worst = motion.states().map(|state| largest(model.residual(&state).as_slice().iter().copied()));
-        found.push((name, largest(worst), motion.summary().energy_drift));
+        found.push((name, largest(worst), motion.verify().energy_drift));
     }
     found
 }

@@ -12,7 +12,7 @@ use dynamics_runtime::model::{
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 
 use crate::common::constrained::{FourBar, Held, constraint, held};
-use crate::common::{ByHand, PlainState, names};
+use crate::common::{ByHand, PlainState, conserved, names};
 
 /// Random numbers by Steele, Lea & Flood's SplitMix64.
 pub struct Dice(pub u64);

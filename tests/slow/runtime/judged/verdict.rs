@@ -45,7 +45,7 @@ pub fn judge<M: Simulate>(scene: &Scene<M>, dice: &mut Dice) -> Option<Judged> {
         None => simulation,
     };
     let motion = simulation.run().ok()?;
-    let summary = motion.summary();
+    let summary = motion.verify();
     let (error, uncertain) = true_error(scene, &motion, tolerance)?;
     let text = summary.to_string();
     let told = text.lines().find(|line| line.contains("global error")).map(str::to_owned);
@@ -59,7 +59,7 @@ pub fn judge<M: Simulate>(scene: &Scene<M>, dice: &mut Dice) -> Option<Judged> {
         error,
         uncertain,
         shown: summary.accuracy.step_doubling_at_most.unwrap_or(f64::NAN),
-        warnings: summary.warnings(),
+        warnings: summary.warnings().iter().map(ToString::to_string).collect(),
         told,
     })
 }

@@ -200,7 +200,7 @@ fn right<M: Simulate + Constraints>(
                         let off = found.q().as_slice().iter().zip(case.truth).map(|(a, b)| (a - b).abs());
                         let off = off.fold(0.0, f64::max);
                         assert!(
-                            off < 1e-2 || motion.summary().to_string().contains("\n  warning "),
+                            off < 1e-2 || motion.verify().to_string().contains("\n  warning "),
                             "{named}: {off:e}"
                         );
                         right += usize::from(off < 1e-2 && found.t() == end);

@@ -142,7 +142,7 @@ fn cusps_are_not_passed_in_silence() {
                 for digits in [2, 3, 4, 6, 8, 10] {
                     let run = model.simulate(start).until(2.0).method(&method).formulation(formulation);
                     if let Ok(motion) = run.tolerance(10f64.powi(-digits)).max_steps(3000).run() {
-                        let summary = motion.summary().to_string();
+                        let summary = motion.verify().to_string();
                         assert!(
                             summary.contains("\n  warning "),
                             "{k} {formulation} {method} 1e-{digits}: {summary}"
@@ -414,7 +414,7 @@ fn slim_ellipses_touch_nothing() {
                             run_on += 1;
                             let (q, u) = (*motion.end().q(), *motion.end().u());
                             let off = 0.5 * (u[0] * u[0] + u[1] * u[1]) + model.g * q[0] - energy;
-                            let told = motion.summary().to_string().contains("\n  warning ");
+                            let told = motion.verify().to_string().contains("\n  warning ");
                             assert!(
                                 off.abs() < 0.05 || told,
                                 "{half} {until} {formulation} 1e-{digits}: {off:e}"
