@@ -69,6 +69,8 @@ fn main() -> common::Outcome {
     heading("ten seconds of motion");
     let motion = model.simulate(start).until(10.0).tolerance(1e-12).run()?;
     println!("{}", motion.summary());
+    heading("the same, with what repeating the motion tells of its accuracy");
+    println!("{}", motion.verify());
     println!("distance from 30 reference digits after 10 s: {:.1e} rad", error(&motion.end(), AFTER_10));
     assert!(error(&motion.end(), AFTER_10) < 1e-7);
     motion.plot(files.path("angles.svg"))?;

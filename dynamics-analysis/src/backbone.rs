@@ -28,9 +28,9 @@ use nalgebra::DVector;
 
 pub use error::BackboneError;
 
-use super::equilibria::{Equilibria, scales};
-use super::linearize::{Mode, SmallMotions};
-use super::periodic::{PeriodicError, PeriodicMotions, PeriodicOrbit};
+use super::equilibria::{judge, scales};
+use super::linearize::{Mode, linearize};
+use super::periodic::{PeriodicError, PeriodicOrbit, Shooting};
 
 /// The first energy of a family, of its last.
 const FIRST: f64 = 1e-6;
@@ -38,21 +38,6 @@ const FIRST: f64 = 1e-6;
 const FAMILY_DISTANCE: f64 = 0.5;
 /// The shortest step, of √(E_last − E₀).
 const SHORTEST: f64 = 1e-4;
-
-/// Models whose linear modes can be followed to large motions.
-pub trait NonlinearModes: Simulate + Powers {
-    /// A nonlinear mode: the family of closed motions that begins with a linear mode about an equilibrium.
-    /// Modes are numbered from 0 by growing frequency. Options follow; [`Backbone::run`] runs it. Each energy
-    /// must belong to one motion of the family. So it is an error if a momentum is conserved, too (two free
-    /// masses), or if directions are equivalent (a pendulum that can swing in any direction). If another
-    /// frequency is a whole multiple of this one, the family may not exist, and the result may involve both
-    /// modes.
-    fn nonlinear_mode(&self, equilibrium: &Self::State, mode: usize) -> Backbone<'_, Self> {
-        Backbone { model: self, rest: *equilibrium, mode, energy: f64::NAN, points: 40 }
-    }
-}
-
-impl<M: Simulate + Powers> NonlinearModes for M {}
 
 /// A family of closed motions with its options, before it is followed.
 #[must_use = "a nonlinear mode is not followed until `.run()`"]
@@ -62,6 +47,12 @@ pub struct Backbone<'m, M: Simulate> {
     mode: usize,
     energy: f64,
     points: usize,
+}
+
+impl<'m, M: Simulate> Backbone<'m, M> {
+    pub(crate) fn new(model: &'m M, rest: M::State, mode: usize) -> Self {
+        Self { model, rest, mode, energy: f64::NAN, points: 40 }
+    }
 }
 
 /// A family of closed motions, from a linear mode on.
@@ -125,7 +116,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
     /// An energy that is not positive, a mode that does not exist or does not swing, a model whose energy is
     /// not conserved. If the family could not be followed up to the energy, the error contains what was
     /// computed.
-    pub fn run(&self) -> Result<BackboneCurve<M::State>, BackboneError<M::State>> {
+    pub fn run(self) -> Result<BackboneCurve<M::State>, BackboneError<M::State>> {
         if !(self.energy.is_finite() && self.energy > 0.0) || self.points < 4 {
             return Err(BackboneError::Option { energy: self.energy, points: self.points });
         }
@@ -172,8 +163,8 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         if !M::CONSERVED.iter().any(|quantity| quantity.kind.is_energy()) {
             return Err(BackboneError::NotConserved);
         }
-        self.model.stability(&self.rest).map_err(BackboneError::Rest)?;
-        let modes = self.model.linearize(&self.rest).and_then(|linear| linear.modes());
+        judge(self.model, &self.rest).map_err(BackboneError::Rest)?;
+        let modes = linearize(self.model, &self.rest, &[]).and_then(|linear| linear.modes());
         let modes = modes.map_err(|error| BackboneError::Rest(error.into()))?;
         let count = modes.len();
         let mode =
@@ -220,7 +211,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         period: f64,
         energy: f64,
     ) -> Result<PeriodicOrbit<M::State>, PeriodicError> {
-        self.model.periodic(*guess, period).hold_energy(energy).run()
+        Shooting::new(self.model, *guess, period).hold_energy(energy).run()
     }
 
     /// The motion of the family at s; `None` where what is found is of another family.

@@ -175,7 +175,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// A start that is not an equilibrium, or not an isolated one; invalid options; a model that becomes
     /// impossible on the way; under load control, the limit load. The last two contain the branch up to
     /// there.
-    pub fn run(&self) -> Result<Branch<M::State>, ContinuationError<M::State>> {
+    pub fn run(self) -> Result<Branch<M::State>, ContinuationError<M::State>> {
         let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
         self.traced(|problem, periodic| self.one_way(problem, periodic, forward))
     }

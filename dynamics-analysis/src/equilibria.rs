@@ -35,6 +35,7 @@ use nalgebra::DVector;
 
 pub use error::EquilibriumError;
 pub use search::{EquilibriumSearch, EquilibriumSet};
+pub(crate) use stability::judge;
 pub use stability::{Stability, StabilityVerdict, Undecided};
 
 use crate::LinearizeError;
@@ -43,76 +44,6 @@ use newton::{Settled, settle};
 pub(super) use search::periodic;
 use statics::excess;
 pub(super) use statics::{Statics, scales};
-
-/// Models whose equilibria can be computed: all models with known powers of forces, as derived models have
-/// them.
-pub trait Equilibria: Constraints + Powers {
-    /// The equilibrium that the search finds from the position of a state, usually the nearest. Velocities of
-    /// the state are ignored; its inputs and switched constraints are kept.
-    ///
-    /// # Errors
-    /// No equilibrium nearby, forces or constraints that change with time, a force that jumps, a model
-    /// without derivatives.
-    fn equilibrium(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
-        find(self, start, EquilibriumOptions::REST)
-    }
-
-    /// A search from many starts. Options follow; [`EquilibriumSearch::run`] runs it. All starts have the
-    /// inputs, the time and the switched constraints of this state.
-    fn equilibria(&self, around: Self::State) -> EquilibriumSearch<'_, Self> {
-        EquilibriumSearch::new(self, around)
-    }
-
-    /// A steady motion with the velocities of a state: the coordinates are adjusted until nothing
-    /// accelerates. Velocities other than 0 must belong to cyclic coordinates, such as the angle of a driven
-    /// hoop or the spin of a top. A rolling system keeps its independent velocities, those of angles if
-    /// possible. For a disk these are its turning and its spin; the lean is found.
-    ///
-    /// # Errors
-    /// As [`Equilibria::equilibrium`], and a motion that does not stay steady.
-    fn steady(&self, start: &Self::State) -> Result<Equilibrium<Self::State>, EquilibriumError> {
-        find(self, start, EquilibriumOptions { moving: true, ..EquilibriumOptions::REST })
-    }
-
-    /// As [`Equilibria::steady`] for rolling systems, with the choice of the independent velocities that are
-    /// kept, by the names of their coordinates. For turns of a bicycle at a given speed these are `["roll",
-    /// "steer", "rear"]`, the first two of them 0.
-    ///
-    /// # Errors
-    /// Also if a name is not a coordinate, or its velocity depends on the others.
-    fn steady_in(
-        &self,
-        start: &Self::State,
-        independent: &[&str],
-    ) -> Result<Equilibrium<Self::State>, EquilibriumError> {
-        find_holding(
-            self,
-            start,
-            EquilibriumOptions { moving: true, ..EquilibriumOptions::REST },
-            &indices::<Self>(independent)?,
-        )
-    }
-
-    /// A search for steady motions from many starts. All starts have the velocities of this state (for
-    /// rolling systems, the independent ones). Random starts differ in the coordinates that have a range
-    /// ([`EquilibriumSearch::within`]). Give ranges to the unknown coordinates, such as the lean, and none
-    /// to cyclic ones, such as the position.
-    fn steady_motions(&self, around: Self::State) -> EquilibriumSearch<'_, Self> {
-        EquilibriumSearch::new(self, around).moving()
-    }
-
-    /// Whether an equilibrium or a steady motion is stable. The criterion is the energy if it is conserved,
-    /// otherwise the eigenvalues of small motions. The verdict says if linear theory does not decide. Cyclic
-    /// coordinates are left out, with their momenta held.
-    ///
-    /// # Errors
-    /// A state that is neither, and a model that cannot be linearised.
-    fn stability(&self, state: &Self::State) -> Result<Stability, EquilibriumError> {
-        stability::judge(self, state)
-    }
-}
-
-impl<M: Constraints + Powers> Equilibria for M {}
 
 /// A position in which forces and reactions balance, or a steady motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -175,6 +106,31 @@ pub(super) struct EquilibriumOptions {
 
 impl EquilibriumOptions {
     pub(super) const REST: Self = Self { moving: false, frozen: false };
+}
+
+/// See [`Analyze::equilibrium`](crate::Analyze::equilibrium).
+pub(crate) fn equilibrium<M: Constraints + Powers>(
+    model: &M,
+    start: &M::State,
+) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    find(model, start, EquilibriumOptions::REST)
+}
+
+/// See [`Analyze::steady`](crate::Analyze::steady).
+pub(crate) fn steady<M: Constraints + Powers>(
+    model: &M,
+    start: &M::State,
+) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    find(model, start, EquilibriumOptions { moving: true, ..EquilibriumOptions::REST })
+}
+
+/// See [`Analyze::steady_in`](crate::Analyze::steady_in).
+pub(crate) fn steady_in<M: Constraints + Powers>(
+    model: &M,
+    start: &M::State,
+    independent: &[&str],
+) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    find_holding(model, start, EquilibriumOptions { moving: true, ..EquilibriumOptions::REST }, &indices::<M>(independent)?)
 }
 
 pub(super) fn find<M: Constraints>(

@@ -2,8 +2,8 @@
 //!
 //! Answered by many runs: which method is the fastest for the required accuracy, and which model of a scene
 //! suffices for it ([`compare`]). Answered by exact derivatives: small motions about an equilibrium or a
-//! steady motion ([`SmallMotions`]), equilibria over a parameter ([`continuation`]), periodic and chaotic
-//! motions ([`PeriodicMotions`]). Users depend on the façade crate alone, which has this crate as
+//! steady motion ([`Analyze::linearize`]), equilibria over a parameter ([`continuation`]), periodic and chaotic
+//! motions ([`Analyze::periodic`]). Users depend on the façade crate alone, which has this crate as
 //! `dynamics::analysis`.
 //!
 //! ```text
@@ -14,6 +14,7 @@
 
 extern crate alloc;
 
+mod analyze;
 mod backbone;
 mod continuation;
 mod equilibria;
@@ -28,18 +29,19 @@ mod table;
 mod vibration;
 mod work_precision;
 
-pub use backbone::{Backbone, BackboneCurve, BackboneError, BackbonePoint, NonlinearModes};
+pub use analyze::Analyze;
+pub use backbone::{Backbone, BackboneCurve, BackboneError, BackbonePoint};
 pub use continuation::{
     Branch, BranchEnd, BranchPoint, Buckling, Continuation, ContinuationError, CriticalLoad, Diagram, Family,
     FoldCurve, FoldCurves, HopfCurve, HopfCurves, OfFolds, OfHopfPoints, PlaneCurve, Special, SpecialKind,
     Stays, continuation, fold_curve, hopf_curve,
 };
 pub use equilibria::{
-    Equilibria, Equilibrium, EquilibriumError, EquilibriumSearch, EquilibriumSet, Stability,
+    Equilibrium, EquilibriumError, EquilibriumSearch, EquilibriumSet, Stability,
     StabilityVerdict, Undecided,
 };
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
-pub use linearize::{Linearization, LinearizeError, Mode, SmallMotions};
+pub use linearize::{Linearization, LinearizeError, Mode};
 pub use page::Page;
 pub use parameters::{
     EquilibriumChange, Fit, FitError, Fitted, Fitting, FrequencyChange, Gradient, Loss, Objective, Outlier,
@@ -48,7 +50,7 @@ pub use parameters::{
 };
 pub use periodic::{
     Exponent, ExponentSign, Floquet, FloquetVerdict, Lyapunov, LyapunovExponents, Multiplier, PeriodicError,
-    PeriodicMotions, PeriodicOrbit, Poincare, Return, Section, Shooting, Threshold, Trivial,
+    PeriodicOrbit, Poincare, Return, Section, Shooting, Threshold, Trivial,
 };
 pub use work_precision::{
     Cost, ErrorOf, Errors, OutsideError, Point, Reference, RunMeasurement, Study, WorkPrecision,
@@ -58,18 +60,5 @@ pub use work_precision::{
 pub use vibration::{
     Banded, BandedModel, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes,
     Lqr, LqrDesign, ModeFilm, NormalModes, Onset, Peak, Reach, RotorMode, Signal, Spectrum, StateSpace,
-    TimeResponse, Vibration, VibrationError, Window, Withheld, frequencies, lowest_modes,
+    TimeResponse, VibrationError, Window, Withheld, frequencies, lowest_modes,
 };
-
-use dynamics_runtime::motion::Simulate;
-
-/// Studies of methods and models, for all models that can be simulated.
-pub trait Analyze: Simulate {
-    /// Begins a study of methods on this model, from a start state. Options follow; [`WorkPrecision::run`]
-    /// runs it.
-    fn work_precision(&self, start: Self::State) -> WorkPrecision<'_, Self> {
-        WorkPrecision::new(self, start)
-    }
-}
-
-impl<M: Simulate> Analyze for M {}

@@ -42,36 +42,6 @@ pub(super) use reduce::{Tangent, indices, scales};
 pub(super) use spectrum::{drop_rounding, general, symmetric as undamped, with_potential};
 pub(super) use steady::later;
 
-/// Linear models of small motions, for all models.
-pub trait SmallMotions: Constraints {
-    /// The linear equations of small motions about the motion through a state. The library chooses the
-    /// independent coordinates.
-    ///
-    /// # Errors
-    /// A state that is not on the constraints or singular, forces that depend on reactions, a model too large
-    /// for exact derivatives.
-    fn linearize(&self, state: &Self::State) -> Result<Linearization, LinearizeError> {
-        linearize(self, state, &[])
-    }
-
-    /// As [`SmallMotions::linearize`], with these coordinates among the independent ones, and their
-    /// velocities among the independent velocities as far as the nonholonomic constraints leave them: names
-    /// as in [`Dynamics::COORDINATES`](dynamics_runtime::model::Dynamics::COORDINATES).
-    ///
-    /// # Errors
-    /// Also where a name is not a coordinate, or the constraints do not leave all of the coordinates
-    /// independent.
-    fn linearize_in(
-        &self,
-        state: &Self::State,
-        independent: &[&str],
-    ) -> Result<Linearization, LinearizeError> {
-        linearize(self, state, independent)
-    }
-}
-
-impl<M: Constraints> SmallMotions for M {}
-
 /// Linear equations of small motions, in independent coordinates z (C of them) and velocities v (F of them, F
 /// ≤ C); W inputs.
 ///
@@ -299,7 +269,8 @@ fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), Line
     if smooth { Ok(()) } else { Err(LinearizeError::Corner) }
 }
 
-fn linearize<M: Constraints>(
+/// See [`Analyze::linearize_in`](crate::Analyze::linearize_in); `wanted` may be empty.
+pub(crate) fn linearize<M: Constraints>(
     model: &M,
     state: &M::State,
     wanted: &[&str],

@@ -41,42 +41,17 @@ const TOLERANCE: f64 = 1e-12;
 /// Steps of one shot: of a motion that takes more something is stiff, or the period is not one.
 const MOST_STEPS: usize = 200_000;
 
-/// Periodic and chaotic motions, for all models that can be simulated.
-pub trait PeriodicMotions: Simulate {
-    /// The Floquet multipliers of the motion through a state, which must close after the period: an
-    /// equilibrium under periodic coefficients, or a known closed motion. If time appears in the equations,
-    /// the period must be one of theirs.
-    ///
-    /// # Errors
-    /// A motion that does not close, equations that do not repeat, a model without derivatives, motions that
-    /// end or diverge.
-    fn floquet(&self, start: &Self::State, period: f64) -> Result<Floquet, PeriodicError> {
-        check_period(period)?;
-        check::<Self>(self, start)?;
-        let advance = DVector::zeros(2 * Self::Vector::LEN);
-        floquet::of_motion(self, &[*start], period, &advance, (TOLERANCE, MOST_STEPS))
-    }
-
-    /// A search for the closed motion near the one through a state. Options follow; [`Shooting::run`] runs
-    /// it. If time appears in the equations, the period is kept, and must be one of theirs or a multiple.
-    /// Otherwise it is a first guess.
-    fn periodic(&self, guess: Self::State, period: f64) -> Shooting<'_, Self> {
-        Shooting::new(self, guess, period)
-    }
-
-    /// A computation of Lyapunov exponents along the motion from a state. Options follow; [`Lyapunov::run`]
-    /// runs it.
-    fn lyapunov(&self, start: Self::State) -> Lyapunov<'_, Self> {
-        Lyapunov::new(self, start)
-    }
-
-    /// A section through the motion from a state. Options follow; [`Poincare::run`] runs it.
-    fn poincare(&self, start: Self::State) -> Poincare<'_, Self> {
-        Poincare::new(self, start)
-    }
+/// See [`Analyze::floquet`](crate::Analyze::floquet).
+pub(crate) fn floquet_of<M: Simulate>(
+    model: &M,
+    start: &M::State,
+    period: f64,
+) -> Result<Floquet, PeriodicError> {
+    check_period(period)?;
+    check(model, start)?;
+    let advance = DVector::zeros(2 * M::Vector::LEN);
+    floquet::of_motion(model, &[*start], period, &advance, (TOLERANCE, MOST_STEPS))
 }
-
-impl<M: Simulate> PeriodicMotions for M {}
 
 fn check<M: Simulate>(model: &M, start: &M::State) -> Result<(), PeriodicError> {
     StateError::check_parameters(model)?;

@@ -45,40 +45,6 @@ pub use frequency_response::{FrequencyResponse, frequencies};
 pub use lowest::{LowestModes, lowest_modes};
 pub use normal_modes::NormalModes;
 pub use resonance::{Gain, Peak};
+pub(crate) use state_space::of_model;
 pub use state_space::{Signal, StateSpace};
 pub use time_response::{Load, TimeResponse};
-
-use dynamics_runtime::model::{Constraints, Draw, Outputs};
-
-use crate::linearize::Mode;
-
-/// Linear vibration and control, for all derived models.
-pub trait Vibration: Constraints + Outputs {
-    /// The linear model about an equilibrium or a steady motion, with inputs and outputs by name.
-    ///
-    /// # Errors
-    /// A model that cannot be linearised, a state that is neither, and outputs without exact derivatives.
-    fn state_space(&self, state: &Self::State) -> Result<StateSpace, VibrationError> {
-        state_space::of_model(self, state)
-    }
-
-    /// A mode of small motions about this state as a film of the model's own drawing, for an
-    /// [`Animation`](dynamics_view::Animation): for one or more periods, each coordinate as q +
-    /// Re(`amplitude` · shape e^{iωt}), undamped so that it can be seen.
-    ///
-    /// # Errors
-    /// A mode that does not oscillate, or an amplitude that is not positive.
-    fn mode_film(
-        &self,
-        state: &Self::State,
-        mode: &Mode,
-        amplitude: f64,
-    ) -> Result<ModeFilm<'_, Self>, VibrationError>
-    where
-        Self: Draw,
-    {
-        ModeFilm::new(self, *state, mode, amplitude)
-    }
-}
-
-impl<M: Constraints + Outputs> Vibration for M {}

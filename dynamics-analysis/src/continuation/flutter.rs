@@ -13,7 +13,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::branch::SpecialKind;
 use super::trace::{Sample, Tracer};
-use crate::linearize::SmallMotions;
+use crate::linearize::linearize;
 use crate::{Stability, StabilityVerdict};
 
 /// Growth below this part of the frequency is rounding, unless the verdicts on both ends of a step tell it
@@ -66,7 +66,7 @@ fn pair(eigenvalues: &[Complex<f64>], like: Complex<f64>) -> Option<Complex<f64>
 }
 
 fn spectrum<M: Constraints>(sample: &Sample<M>) -> Option<Vec<Complex<f64>>> {
-    sample.balance.model.linearize(&sample.place().state).ok()?.eigenvalues().ok()
+    linearize(&sample.balance.model, &sample.place().state, &[]).ok()?.eigenvalues().ok()
 }
 
 impl<M: Constraints + Powers> Tracer<'_, M> {
@@ -173,6 +173,6 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
 /// Whether anything takes energy out or puts it in by velocities.
 fn is_damped<M: Constraints>(sample: &Sample<M>) -> bool {
     let largest = |m: &DMatrix<f64>| m.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let linear = sample.balance.model.linearize(&sample.place().state);
+    let linear = linearize(&sample.balance.model, &sample.place().state, &[]);
     linear.is_ok_and(|linear| largest(&linear.dissipative()) > 1e-12 * largest(&linear.damping))
 }

@@ -45,7 +45,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
     /// # Errors
     /// Ranges that are empty or without the start; no fold at the start; a model that becomes impossible on
     /// the way.
-    pub fn run(&self) -> Result<FoldCurve<M::State>, ContinuationError<M::State>> {
+    pub fn run(self) -> Result<FoldCurve<M::State>, ContinuationError<M::State>> {
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
         let fold = |balance: &_| Singular::beside(balance, false, None);
         let found = self.plan.run::<M>(&make, &fold, ContinuationError::NoFold)?;

@@ -51,7 +51,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
     /// # Errors
     /// Ranges that are empty or without the start; no Hopf point at the start; a curve that cannot be
     /// followed any further before its frequency is zero.
-    pub fn run(&self) -> Result<HopfCurve<M::State>, ContinuationError<M::State>> {
+    pub fn run(self) -> Result<HopfCurve<M::State>, ContinuationError<M::State>> {
         let (frequency, meet) = match self.kind.0 {
             SpecialKind::Hopf { frequency } => (frequency, false),
             SpecialKind::FrequenciesMeet { frequency } => (frequency, true),

@@ -21,7 +21,7 @@ use super::error::ContinuationError;
 use super::newton::{Missed, Singular};
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
 use super::watch::Watch;
-use crate::equilibria::{Equilibria, EquilibriumError};
+use crate::equilibria::{EquilibriumError, judge};
 
 /// The desired angle between tangents, and the largest that is accepted, in rad.
 const AIM: f64 = 0.12;
@@ -348,7 +348,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let arclength = self.points.last().map_or(0.0, |last| last.arclength) + gone;
         let (place, model) = (sample.place(), &sample.balance.model);
         self.unsure = self.unsure.max(sample.balance.unsure);
-        let stability = model.stability(&place.state);
+        let stability = judge(model, &place.state);
         self.points.push(BranchPoint { parameter: place.p[0], state: place.state, arclength, stability });
     }
 

@@ -23,7 +23,7 @@ use super::rounding::NOISES;
 use super::statics::excess;
 use super::{Equilibrium, EquilibriumError, conditioning, many_times, vector};
 use crate::linearize::{
-    Linearization, LinearizeError, ModelDerivatives, SmallMotions, Tangent, assemble, scales,
+    Linearization, LinearizeError, ModelDerivatives, Tangent, assemble, linearize, scales,
 };
 
 /// Most iterations.
@@ -214,7 +214,7 @@ impl<M: Constraints> Rolling<'_, M> {
         iterations: usize,
         last: &DVector<f64>,
     ) -> Result<Equilibrium<M::State>, EquilibriumError> {
-        if let Some(reason) = self.model.linearize(&state)?.unsteady {
+        if let Some(reason) = linearize(self.model, &state, &[])?.unsteady {
             return Err(match reason {
                 LinearizeError::Accelerates { .. } if here.force.amax() > 0.0 => self.none(here),
                 reason => reason.into(),

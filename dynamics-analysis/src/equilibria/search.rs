@@ -31,14 +31,14 @@ pub struct EquilibriumSearch<'m, M: Constraints> {
 }
 
 impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
-    pub(super) fn new(model: &'m M, around: M::State) -> Self {
+    pub(crate) fn new(model: &'m M, around: M::State) -> Self {
         let (starts, ranges) = (Vec::new(), Vec::new());
         let (frozen, moving, held) = (false, false, Vec::new());
         Self { model, around, starts, random: 0, seed: 0, ranges, spread: None, frozen, moving, held }
     }
 
     /// For steady motions.
-    pub(super) fn moving(mut self) -> Self {
+    pub(crate) fn moving(mut self) -> Self {
         self.moving = true;
         self
     }

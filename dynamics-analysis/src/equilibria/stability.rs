@@ -36,7 +36,7 @@ use super::newton::distance;
 use super::rounding::clear_rounding;
 use super::statics::{Statics, scales};
 use super::{EquilibriumError, check_stays};
-use crate::linearize::{Linearization, LinearizeError, SmallMotions, eigenvector, general};
+use crate::linearize::{Linearization, LinearizeError, eigenvector, general, linearize};
 
 /// M v̇ + D v + K z = 0, ż = v, and the names of z.
 struct SecondOrderSystem {
@@ -48,11 +48,11 @@ struct SecondOrderSystem {
     names: Vec<Quantity>,
 }
 
-pub(super) fn judge<M: Constraints + Powers>(
+pub(crate) fn judge<M: Constraints + Powers>(
     model: &M,
     state: &M::State,
 ) -> Result<Stability, EquilibriumError> {
-    let mut linear = model.linearize(state)?;
+    let mut linear = linearize(model, state, &[])?;
     if let Some(reason) = linear.unsteady {
         return Err(reason.into());
     }
@@ -88,7 +88,7 @@ fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization
     let of_columns = DVector::from_iterator(linear.coordinates.len(), of_columns);
     let names: Vec<&str> = linear.coordinates.iter().map(|coordinate| coordinate.name).collect();
     let beside = |state: &M::State| {
-        let there = model.linearize_in(state, &names).ok()?;
+        let there = linearize(model, state, &names).ok()?;
         (there.velocities == linear.velocities && there.coordinates == linear.coordinates).then_some(there)
     };
     let (mut stiffness, mut damping) = (linear.stiffness.clone(), linear.damping.clone());

@@ -206,7 +206,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     /// Invalid names or data; fewer data than unknowns; motions that fail at the start of the search;
     /// unknowns that the data cannot identify, or that diverged; iterations that do not converge. The error
     /// contains what was found up to there.
-    pub fn run(&self) -> Result<Fit, FitError> {
+    pub fn run(self) -> Result<Fit, FitError> {
         self.problem()?.solve()
     }
 

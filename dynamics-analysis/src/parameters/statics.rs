@@ -25,7 +25,7 @@ use super::equations::{by_parameter, differences, step};
 use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError, moved};
 use crate::equilibria::{EquilibriumOptions, find};
-use crate::linearize::{Linearization, SmallMotions};
+use crate::linearize::{Linearization, linearize};
 
 /// Singular values of the stiffness, free of units, below this part of the largest: half the digits are lost
 /// there.
@@ -81,7 +81,7 @@ pub(super) fn equilibrium_by<M: Simulate + Parameters + Clone>(
     parameter: &str,
 ) -> Result<EquilibriumChange, SensitivityError> {
     let parameter = parameter_of::<M>(parameter)?;
-    let linear = model.linearize(state)?;
+    let linear = linearize(model, state, &[])?;
     if let Some(reason) = linear.unsteady {
         return Err(reason.into());
     }
@@ -189,7 +189,7 @@ fn made_of<M: Simulate + Parameters + Clone>(
         }
         let (constants, mut state) = (other.constants().ok()?, *state);
         with_workspace::<M, _>(|memory| project_positions(&other, &constants, &mut state, memory)).ok()?;
-        Some((other.linearize_in(&state, &names).ok()?.stiffness - &linear.stiffness) / by)
+        Some((linearize(&other, &state, &names).ok()?.stiffness - &linear.stiffness) / by)
     };
     // Where the others are no models, K stands for itself.
     let n = linear.stiffness.nrows();
@@ -275,7 +275,7 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
     parameter: &str,
 ) -> Result<Vec<FrequencyChange>, SensitivityError> {
     let index = parameter_of::<M>(parameter)?;
-    let linear = model.linearize(state)?;
+    let linear = linearize(model, state, &[])?;
     conservative(&linear)?;
     let change = equilibrium_by(model, state, parameter)?;
     let names: Vec<&str> = linear.coordinates.iter().map(|q| q.name).collect();
@@ -293,8 +293,8 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
         with_workspace::<M, _>(|memory| project_positions(&moved, &constants, &mut state, memory))
             .map_err(failed)?;
         // In balance to the second order of the step: to all of it by the model's own search.
-        let state = crate::Equilibria::equilibrium(&moved, &state)?.state;
-        let beside = moved.linearize_in(&state, &names)?;
+        let state = crate::equilibria::equilibrium(&moved, &state)?.state;
+        let beside = linearize(&moved, &state, &names)?;
         let both = beside.mass.iter().chain(beside.stiffness.iter()).copied();
         Ok::<_, SensitivityError>(DVector::from_iterator(2 * rows * rows, both))
     };

@@ -157,7 +157,7 @@ impl<S: ModelState> LyapunovExponents<S> {
 }
 
 impl<'m, M: Simulate> Lyapunov<'m, M> {
-    pub(super) fn new(model: &'m M, start: M::State) -> Self {
+    pub(crate) fn new(model: &'m M, start: M::State) -> Self {
         Self { model, start, settle: 0.0, during: None, count: None, tolerance: 1e-9, most_steps: 20_000_000 }
     }
 

@@ -87,7 +87,7 @@ pub struct Return<S> {
 }
 
 impl<'m, M: Simulate> Poincare<'m, M> {
-    pub(super) fn new(model: &'m M, start: M::State) -> Self {
+    pub(crate) fn new(model: &'m M, start: M::State) -> Self {
         let (skip, points, tolerance) = (0, None, 1e-10);
         Self {
             model,

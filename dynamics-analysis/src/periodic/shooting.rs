@@ -103,7 +103,7 @@ impl<S: ModelState> fmt::Display for PeriodicOrbit<S> {
 }
 
 impl<'m, M: Simulate> Shooting<'m, M> {
-    pub(super) fn new(model: &'m M, guess: M::State, period: f64) -> Self {
+    pub(crate) fn new(model: &'m M, guess: M::State, period: f64) -> Self {
         Self {
             model,
             guesses: alloc::vec![guess],

@@ -27,7 +27,7 @@ pub struct ModeFilm<'m, M: Constraints> {
 }
 
 impl<'m, M: Constraints + Outputs + Draw> ModeFilm<'m, M> {
-    pub(super) fn new(
+    pub(crate) fn new(
         model: &'m M,
         rest: M::State,
         mode: &Mode,

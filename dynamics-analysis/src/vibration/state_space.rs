@@ -17,7 +17,7 @@ use nalgebra::{Complex, DMatrix};
 use super::linear_equations::{corners, equations};
 use super::varying::varying;
 use super::{VibrationError, Withheld};
-use crate::linearize::{LinearizeError, ModelDerivatives, SmallMotions, Tangent, general};
+use crate::linearize::{LinearizeError, ModelDerivatives, Tangent, general, linearize};
 
 /// A named input, state or output.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -166,11 +166,11 @@ pub(super) fn find(signals: &[Signal], name: &str, what: &'static str) -> Result
     })
 }
 
-pub(super) fn of_model<M: Constraints + Outputs>(
+pub(crate) fn of_model<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
 ) -> Result<StateSpace, VibrationError> {
-    let linear = model.linearize(state)?;
+    let linear = linearize(model, state, &[])?;
     if let Some(reason) = &linear.unsteady {
         return Err(reason.clone().into());
     }

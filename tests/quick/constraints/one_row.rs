@@ -113,7 +113,7 @@ fn kinematics_passes_what_one_row_closes() {
     assert!((error.time - core::f64::consts::FRAC_PI_2).abs() < 1e-9, "{error}");
     for (end, passages) in [(3.0, 1), (6.0, 2), (-4.0, 1)] {
         let motion = SCENE.kinematics(start).until(end).through_bifurcations().run().unwrap();
-        assert_eq!(motion.verify().passages.len(), passages);
+        assert_eq!(motion.summary().passages.len(), passages);
         for k in 0..=40 {
             let state = motion.at(end * f64::from(k) / 40.0);
             let (s, c) = state.t().sin_cos();
