@@ -62,7 +62,7 @@ pub use dynamics_analysis as analysis;
 pub use dynamics_macros::{Dynamics, dynamics};
 #[cfg(feature = "alloc")]
 pub use dynamics_runtime::{
-    CubicSpline, MeshError, SplineError, adapters, kinematics, methods, motion, output, spline,
+    CubicSpline, MeshError, SplineError, adapters, kinematics, mechanism, methods, motion, output, spline,
 };
 pub use dynamics_runtime::{
     Cylindrical, EulerAngles, EulerParameters, EulerSequence, Expr, Force, Frame, Inertia, Joint,
@@ -76,10 +76,10 @@ pub use dynamics_runtime::{
 pub mod prelude {
     #[cfg(feature = "analysis")]
     pub use dynamics_analysis::{
-        Analyze as _, BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError,
-        FitError, Linearization, LinearizeError, Loss, NonlinearModes as _, PeriodicError,
-        PeriodicMotions as _, SensitivityError, SmallMotions as _, Stability, StabilityVerdict, StateSpace,
-        Undecided, Vary as _, Vibration as _, VibrationError, continuation, fold_curve, hopf_curve,
+        BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, FitError,
+        Linearization, LinearizeError, Loss, NonlinearModes as _, PeriodicError, PeriodicMotions as _,
+        SensitivityError, SmallMotions as _, Stability, StabilityVerdict, StateSpace, Undecided, Vary as _,
+        Vibration as _, VibrationError, continuation, fold_curve, hopf_curve,
     };
     pub use dynamics_macros::{Dynamics, dynamics};
     pub use dynamics_macros::{
@@ -87,12 +87,12 @@ pub mod prelude {
         potential, redundant,
     };
     pub use dynamics_runtime::TimeDerivative as _;
-    #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::constrain::Mechanism;
     pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::kinematics::{KinematicMotion, Kinematics, KinematicsError};
+    pub use dynamics_runtime::kinematics::{KinematicMotion, KinematicsError};
     pub use dynamics_runtime::math::F64Ext as _;
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::mechanism::Mechanism;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::methods;
     #[cfg(feature = "alloc")]

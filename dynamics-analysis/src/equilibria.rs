@@ -28,7 +28,7 @@ use core::fmt;
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::constrain::{ConstraintReaction, Mechanism, project_positions, with_workspace};
+use dynamics_runtime::constrain::{ConstraintReaction, project_positions, reactions, with_workspace};
 use dynamics_runtime::error::{SolveError, StateError};
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use nalgebra::DVector;
@@ -177,7 +177,7 @@ fn find_holding<M: Constraints>(
         check_all_times(model, &state, &statics, &allowed)?;
     }
     Ok(Equilibrium {
-        reactions: if M::ROWS.is_empty() { Vec::new() } else { model.reactions(&state)? },
+        reactions: if M::ROWS.is_empty() { Vec::new() } else { reactions(model, &state)? },
         force_left: statics.worst().1.abs(),
         iterations,
         conditioning: conditioning::<M>(&state, &uncertainty),

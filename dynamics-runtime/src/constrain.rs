@@ -8,7 +8,7 @@
 //! allocates nothing.
 
 #[cfg(feature = "alloc")]
-mod compare;
+pub(crate) mod compare;
 #[cfg(feature = "alloc")]
 pub(crate) mod conditioning;
 mod correct;
@@ -20,7 +20,7 @@ mod impact;
 #[cfg(feature = "alloc")]
 pub(crate) mod inertia;
 #[cfg(feature = "alloc")]
-mod mechanism;
+pub(crate) mod mechanism;
 pub(crate) mod nearby;
 mod project;
 mod speeds;
@@ -35,7 +35,7 @@ pub(crate) use gradients::{Gradients, distance};
 pub use held::{ActiveRows, active_rows};
 pub use impact::{ImpactSolution, impact};
 #[cfg(feature = "alloc")]
-pub use mechanism::{ConstraintReaction, Mechanism};
+pub use mechanism::{ConstraintReaction, multipliers, reactions};
 pub use nearby::at_time;
 pub use project::{Projection, project_along, project_positions, project_velocities};
 pub use speeds::move_by_speeds;

@@ -43,18 +43,6 @@ const LONGEST: f64 = 0.05;
 const RANK: f64 = 1e-9;
 const DEFAULT_MAX_STEPS: u64 = 1_000_000;
 
-/// Models whose motion may follow from their constraints alone: every model that can be simulated.
-pub trait Kinematics: Simulate + Constraints {
-    /// Opens a kinematic analysis. All coordinates of `guess` are guesses; those of the positions that fulfil
-    /// the constraints near it are taken. Its time is where the motion begins; its velocities are not looked
-    /// at.
-    fn kinematics(&self, guess: Self::State) -> Analysis<'_, Self> {
-        Analysis::new(self, guess)
-    }
-}
-
-impl<M: Simulate + Constraints> Kinematics for M {}
-
 /// A kinematic analysis with its options, before it runs.
 #[must_use = "an analysis does nothing until `.run()`"]
 pub struct Analysis<'m, M: Simulate + Constraints> {
@@ -143,7 +131,7 @@ impl<M: Simulate + Constraints> FollowedPath<M> {
 }
 
 impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
-    fn new(model: &'m M, guess: M::State) -> Self {
+    pub(crate) fn new(model: &'m M, guess: M::State) -> Self {
         Self {
             model,
             guess,

@@ -21,6 +21,8 @@ pub mod integrate;
 pub mod kinematics;
 mod linalg;
 #[cfg(feature = "alloc")]
+pub mod mechanism;
+#[cfg(feature = "alloc")]
 pub mod methods;
 pub mod model;
 #[cfg(feature = "alloc")]

@@ -4,8 +4,9 @@ use crate::common;
 
 use common::at_rest_or_not;
 use common::constrained::{FourBar, PainleveRod, Rod, Sleigh, SliderCrank, TripleRod};
-use dynamics_runtime::constrain::{Mechanism, solve_once};
+use dynamics_runtime::constrain::solve_once;
 use dynamics_runtime::error::SolveError;
+use dynamics_runtime::mechanism::Mechanism;
 use dynamics_runtime::model::Constraints;
 use proptest::prelude::*;
 

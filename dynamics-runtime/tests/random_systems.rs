@@ -7,10 +7,11 @@ use allocation_counter::measure;
 use common::constrained::{FourBar, Held, PainleveRod, constraint, held};
 use common::{PlainState, at_rest_or_not, conserved, names};
 use dynamics_runtime::constrain::{
-    self, Embedding, Mechanism, correct, impact, project_positions, project_velocities, solve, solve_general,
+    self, Embedding, correct, impact, project_positions, project_velocities, solve, solve_general,
     solve_once, with_workspace,
 };
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
+use dynamics_runtime::mechanism::Mechanism as _;
 use dynamics_runtime::model::{
     Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity,
     Route, Solved, Terms,

@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::constrain::{Mechanism, project_positions, with_workspace};
+use dynamics_runtime::constrain::{project_positions, reactions, with_workspace};
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
@@ -235,7 +235,7 @@ impl<M: Constraints> Rolling<'_, M> {
         let reach = here.tangent.positions.abs() * reach;
         let uncertainty: Vec<f64> = reach.iter().copied().collect();
         Ok(Equilibrium {
-            reactions: self.model.reactions(&state)?,
+            reactions: reactions(self.model, &state)?,
             force_left: here.force.amax(),
             iterations,
             conditioning: conditioning::<M>(&state, &uncertainty),

@@ -89,7 +89,7 @@ impl<V, R> fmt::Display for Comparison<V, R> {
 }
 
 /// Compares them at a state.
-pub(super) fn compare<M: Constraints>(
+pub(crate) fn compare<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,

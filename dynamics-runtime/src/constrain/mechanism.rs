@@ -3,7 +3,6 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::compare::{Comparison, compare};
 use super::{Embedding, Factored, Gradients, check_inputs, holds, solve_once, with_workspace};
 use crate::error::SolveError;
 use crate::linalg::add_scaled;
@@ -36,75 +35,44 @@ impl<V> fmt::Display for ConstraintReaction<V> {
     }
 }
 
-/// Questions about the constraints of a model at a state; implemented for every model.
-pub trait Mechanism: Constraints {
-    /// λ at a state, by rows. Those of least norm where constraints repeat each other.
-    ///
-    /// # Errors
-    /// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that
-    /// are not finite, friction without a solution, an input that they depend on and that was not set.
-    fn multipliers(&self, state: &Self::State) -> Result<Self::Rows, SolveError> {
-        let multipliers = solve_once(self, &self.constants()?, state)?.multipliers;
-        check_inputs::<Self>(state, multipliers.as_slice())?;
-        Ok(multipliers)
-    }
-
-    /// What each constraint does, in the order of declaration, the holonomic ones first. Each is printed as a
-    /// line: `for reaction in model.reactions(&state)? { println!("{reaction}"); }`.
-    ///
-    /// # Errors
-    /// As [`Mechanism::multipliers`].
-    fn reactions(&self, state: &Self::State) -> Result<Vec<ConstraintReaction<Self::Vector>>, SolveError> {
-        let multipliers = Mechanism::multipliers(self, state)?;
-        let unique = unique_rows(self, state)?;
-        Ok(with_workspace::<Self, _>(|workspace| {
-            let gradients = Gradients::of(self, state, workspace);
-            let reaction = |constraint: &crate::model::Constraint| {
-                let rows = constraint.first..constraint.first + constraint.rows;
-                let mut generalized_force = Self::Vector::zeros();
-                for row in rows.clone() {
-                    add_scaled(generalized_force.as_mut_slice(), multipliers[row], gradients.row(row));
-                }
-                ConstraintReaction {
-                    name: constraint.name,
-                    multipliers: multipliers.as_slice()[rows.clone()].to_vec(),
-                    generalized_force,
-                    unique: unique[rows].iter().all(|x| *x),
-                }
-            };
-            Self::CONSTRAINTS.iter().map(reaction).collect()
-        }))
-    }
-
-    /// Coordinates less independent constraints that hold at a state: the dimension of the admissible
-    /// velocities.
-    ///
-    /// # Errors
-    /// A constraint that is not finite.
-    fn degrees_of_freedom(&self, state: &Self::State) -> Result<usize, SolveError> {
-        let embedding = with_workspace::<Self, _>(|workspace| Embedding::new(self, state, workspace))?;
-        Ok(Self::Vector::LEN - embedding.dependent_velocities().count())
-    }
-
-    /// Accelerations and reactions by every formulation, and how far they are apart.
-    ///
-    /// ```text
-    /// formulation                       accelerations  reactions
-    /// general solver (null space)       reference      reference
-    /// generated code (minimum degree)   2.2e-16        1.1e-16
-    /// ```
-    ///
-    /// # Errors
-    /// As [`Mechanism::multipliers`], of the general solver.
-    fn compare_formulations(
-        &self,
-        state: &Self::State,
-    ) -> Result<Comparison<Self::Vector, Self::Rows>, SolveError> {
-        compare(self, &self.constants()?, state)
-    }
+/// See [`Mechanism::multipliers`](crate::mechanism::Mechanism::multipliers).
+pub fn multipliers<M: Constraints>(model: &M, state: &M::State) -> Result<M::Rows, SolveError> {
+    let multipliers = solve_once(model, &model.constants()?, state)?.multipliers;
+    check_inputs::<M>(state, multipliers.as_slice())?;
+    Ok(multipliers)
 }
 
-impl<M: Constraints> Mechanism for M {}
+/// See [`Mechanism::reactions`](crate::mechanism::Mechanism::reactions).
+pub fn reactions<M: Constraints>(
+    model: &M,
+    state: &M::State,
+) -> Result<Vec<ConstraintReaction<M::Vector>>, SolveError> {
+    let multipliers = multipliers(model, state)?;
+    let unique = unique_rows(model, state)?;
+    Ok(with_workspace::<M, _>(|workspace| {
+        let gradients = Gradients::of(model, state, workspace);
+        let reaction = |constraint: &crate::model::Constraint| {
+            let rows = constraint.first..constraint.first + constraint.rows;
+            let mut generalized_force = M::Vector::zeros();
+            for row in rows.clone() {
+                add_scaled(generalized_force.as_mut_slice(), multipliers[row], gradients.row(row));
+            }
+            ConstraintReaction {
+                name: constraint.name,
+                multipliers: multipliers.as_slice()[rows.clone()].to_vec(),
+                generalized_force,
+                unique: unique[rows].iter().all(|x| *x),
+            }
+        };
+        M::CONSTRAINTS.iter().map(reaction).collect()
+    }))
+}
+
+/// See [`Mechanism::degrees_of_freedom`](crate::mechanism::Mechanism::degrees_of_freedom).
+pub(crate) fn degrees_of_freedom<M: Constraints>(model: &M, state: &M::State) -> Result<usize, SolveError> {
+    let embedding = with_workspace::<M, _>(|workspace| Embedding::new(model, state, workspace))?;
+    Ok(M::Vector::LEN - embedding.dependent_velocities().count())
+}
 
 /// Whether each row's multiplier is the same in all solutions.
 fn unique_rows<M: Constraints>(model: &M, state: &M::State) -> Result<Vec<bool>, SolveError> {

@@ -21,11 +21,7 @@ fn chaos_uses_up_digits_of_the_tolerance_one_by_one() {
         let doubling = estimate.doubling_time.unwrap();
         assert!((0.5..1.3).contains(&doubling), "{estimate}");
         let end = estimate.lost_at.unwrap();
-        assert!(
-            motion.verify().to_string().contains("nothing later can be trusted"),
-            "{}",
-            motion.verify()
-        );
+        assert!(motion.verify().to_string().contains("nothing later can be trusted"), "{}", motion.verify());
         assert!(end > drawn, "{estimate}");
         lost.push(end);
         let until = estimate.history.iter().copied().filter(|(t, _)| *t <= drawn).collect::<Vec<_>>();

@@ -24,11 +24,7 @@ fn tolerances_below_rounding_are_named() {
     );
     match run(1e-10) {
         Ok(motion) => {
-            assert!(
-                motion.verify().to_string().contains("tolerance below rounding"),
-                "{}",
-                motion.verify()
-            );
+            assert!(motion.verify().to_string().contains("tolerance below rounding"), "{}", motion.verify());
             assert!(error(&motion) > 1e-10, "{:e}", error(&motion));
         }
         Err(error) => {
