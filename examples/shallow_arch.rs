@@ -65,7 +65,7 @@ fn main() -> common::Outcome {
 
     // Statics: the complete curve, without help.
     let statics = continuation(loaded).from(&start, 0.0).until(-600.0..=600.0).named("load in N");
-    let curve = statics.run()?;
+    let curve = statics.clone().run()?;
     println!("{curve}\n");
     let length = (arch.free() * arch.half_span.powi(2)).cbrt();
     let z = (length.powi(2) - arch.half_span.powi(2)).sqrt();

@@ -76,10 +76,9 @@ pub use dynamics_runtime::{
 pub mod prelude {
     #[cfg(feature = "analysis")]
     pub use dynamics_analysis::{
-        BackboneError, ContinuationError, Equilibria as _, Equilibrium, EquilibriumError, FitError,
-        Linearization, LinearizeError, Loss, NonlinearModes as _, PeriodicError, PeriodicMotions as _,
-        SensitivityError, SmallMotions as _, Stability, StabilityVerdict, StateSpace, Undecided, Vary as _,
-        Vibration as _, VibrationError, continuation, fold_curve, hopf_curve,
+        Analyze as _, BackboneError, ContinuationError, Equilibrium, EquilibriumError, FitError,
+        Linearization, LinearizeError, Loss, PeriodicError, SensitivityError, Stability, StabilityVerdict,
+        StateSpace, Undecided, Vary as _, VibrationError, continuation, fold_curve, hopf_curve,
     };
     pub use dynamics_macros::{Dynamics, dynamics};
     pub use dynamics_macros::{

@@ -104,6 +104,7 @@ impl<F> Family<F> {
 
 /// A continuation with its options, before it runs.
 #[must_use = "a continuation does nothing until `.run()`"]
+#[derive(Clone)]
 pub struct Continuation<M: Constraints, F> {
     make: F,
     start: M::State,

@@ -130,7 +130,12 @@ pub(crate) fn steady_in<M: Constraints + Powers>(
     start: &M::State,
     independent: &[&str],
 ) -> Result<Equilibrium<M::State>, EquilibriumError> {
-    find_holding(model, start, EquilibriumOptions { moving: true, ..EquilibriumOptions::REST }, &indices::<M>(independent)?)
+    find_holding(
+        model,
+        start,
+        EquilibriumOptions { moving: true, ..EquilibriumOptions::REST },
+        &indices::<M>(independent)?,
+    )
 }
 
 pub(super) fn find<M: Constraints>(

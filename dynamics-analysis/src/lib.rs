@@ -37,8 +37,7 @@ pub use continuation::{
     Stays, continuation, fold_curve, hopf_curve,
 };
 pub use equilibria::{
-    Equilibrium, EquilibriumError, EquilibriumSearch, EquilibriumSet, Stability,
-    StabilityVerdict, Undecided,
+    Equilibrium, EquilibriumError, EquilibriumSearch, EquilibriumSet, Stability, StabilityVerdict, Undecided,
 };
 pub use ladder::{Compared, Comparison, Difference, Ladder, LadderError, Rung, RungReport, Verdict, compare};
 pub use linearize::{Linearization, LinearizeError, Mode};

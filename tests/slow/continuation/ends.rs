@@ -151,7 +151,7 @@ fn forces_with_a_corner() {
     let family = |load: f64| Yields { m: 1.0, load };
     let start = family(0.0).state().build().unwrap();
     let spring = continuation(family).from(&start, 0.0).until(0.0..=1.5);
-    let branch = spring.run().unwrap();
+    let branch = spring.clone().run().unwrap();
     let fold = branch.folds().next().unwrap();
     assert!((fold.parameter - 1.0).abs() <= fold.uncertainty && fold.uncertainty < 1e-6, "{fold:?}");
     for point in &branch.points {
@@ -203,7 +203,7 @@ fn from_the_very_fold_a_branch_goes_to_both_sides() {
     let model = family(LIMIT[0]);
     let start = model.equilibrium(&model.state().z(LIMIT[1]).build().unwrap()).unwrap().state;
     let fold = continuation(family).from(&start, LIMIT[0]).until(0.0..=0.06);
-    let ends = [fold.run().unwrap(), fold.backward().run().unwrap()].map(|branch| {
+    let ends = [fold.clone().run().unwrap(), fold.backward().run().unwrap()].map(|branch| {
         assert_eq!(branch.end, BranchEnd::Range, "{branch}");
         let last = branch.points.last().unwrap().clone();
         assert!(

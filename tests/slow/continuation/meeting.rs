@@ -55,7 +55,7 @@ fn henckys_chain_buckles_five_times() {
     for longest in [0.02, 0.05, 1.0] {
         let column =
             continuation(family).from(&start, 0.0).until(0.0..=4.0).longest_step(longest).first_step(longest);
-        let trunk = column.run().unwrap();
+        let trunk = column.clone().run().unwrap();
         assert_eq!(kinds(&trunk), [SUPERCRITICAL; 5], "{longest}: {trunk}");
         for (j, point) in trunk.special.iter().enumerate() {
             assert!((point.parameter / hencky(j + 1) - 1.0).abs() < 1e-13, "{point:?}");
@@ -112,7 +112,7 @@ fn what_passes_zero_to_opposite_sides_in_one_step_is_seen() {
     let family = |p: f64| Apart { m: 1.0, first: 1.0 - p, second: 1.0 - p };
     let start = family(0.0).state().build().unwrap();
     let column = continuation(family).from(&start, 0.0).until(0.0..=3.0);
-    let branch = column.run().unwrap();
+    let branch = column.clone().run().unwrap();
     assert_eq!(kinds(&branch), [SpecialKind::Several { count: 2 }], "{branch}");
     let point = &branch.special[0];
     assert!((point.parameter - 1.0).abs() <= point.uncertainty.max(1e-9), "{point:?}");
@@ -128,7 +128,7 @@ fn a_bar_that_gives_way_to_one_side() {
     let family = |load: f64| Inclined { m: 1.0, length: 1.0, spring: 1.0, offset: 0.0, load };
     let start = family(0.0).state().build().unwrap();
     let bar = continuation(family).from(&start, 0.0).until(0.0..=1.0);
-    let trunk = bar.run().unwrap();
+    let trunk = bar.clone().run().unwrap();
     assert_eq!(kinds(&trunk), [SpecialKind::Transcritical], "{trunk}");
     assert!((trunk.special[0].parameter - 0.5).abs() < 1e-14, "{trunk}");
     let arms = bar.switch(&trunk.special[0]).unwrap();
@@ -151,7 +151,7 @@ fn a_bar_that_gives_way_to_both_sides() {
     let family = |load: f64| Level { m: 1.0, length: 1.0, spring: 1.0, offset: 0.0, load };
     let start = family(0.0).state().build().unwrap();
     let bar = continuation(family).from(&start, 0.0).until(0.0..=2.0);
-    let trunk = bar.run().unwrap();
+    let trunk = bar.clone().run().unwrap();
     assert_eq!(kinds(&trunk), [SUBCRITICAL], "{trunk}");
     for arm in bar.switch(&trunk.special[0]).unwrap() {
         for point in &arm.points[1..] {
@@ -226,7 +226,7 @@ fn a_force_that_follows_in_part_buckles_the_column() {
     for longest in [0.05, 1.0] {
         let column =
             continuation(family).from(&start, 0.0).until(0.0..=2.5).longest_step(longest).first_step(longest);
-        let trunk = column.run().unwrap();
+        let trunk = column.clone().run().unwrap();
         let points: Vec<_> = trunk.branch_points().collect();
         assert_eq!(points.len(), 2, "{longest}: {trunk}");
         for (point, wanted) in points.iter().zip([1.0, 2.0]) {
@@ -245,7 +245,7 @@ fn steps_do_not_cut_the_corner_that_an_imperfection_leaves() {
             let family = |load: f64| Hinged { m: 1.0, length: 1.0, spring: 1.0, offset, load, torque: 0.0 };
             let start = family(0.0).state().theta(offset).build().unwrap();
             let bar = continuation(family).from(&start, 0.0).until(0.0..=2.0).longest_step(longest);
-            let branch = bar.run().unwrap();
+            let branch = bar.clone().run().unwrap();
             assert!(branch.special.is_empty(), "{offset}, {longest}: {branch}");
             let last = branch.points.last().unwrap();
             let load = (last.state.theta() - offset) / last.state.theta().sin();

@@ -50,7 +50,7 @@ fn two_equal_axes_have_eight_ways_to_lean() {
     let family = |load: f64| Mast { inertia: 1.0, k: [1.0, 1.0], length: 1.0, load };
     let start = family(0.0).state().build().unwrap();
     let mast = continuation(family).from(&start, 0.0).until(0.0..=1.5);
-    let trunk = mast.run().unwrap();
+    let trunk = mast.clone().run().unwrap();
     let [point] = &trunk.special[..] else { panic!("{trunk}") };
     assert!(
         point.kind == SpecialKind::Several { count: 2 } && (point.parameter - 1.0).abs() < 1e-8,
@@ -97,7 +97,7 @@ fn what_leans_every_way_is_told() {
     let family = |p: f64| Round { p };
     let start = family(0.0).state().build().unwrap();
     let round = continuation(family).from(&start, 0.0).until(0.0..=2.0);
-    let trunk = round.run().unwrap();
+    let trunk = round.clone().run().unwrap();
     let error = round.switch_all(&trunk.special[0]).unwrap_err();
     assert!(matches!(error, ContinuationError::Everywhere { .. }), "{error}");
     let diagram = round.branches(10).unwrap();
@@ -133,7 +133,7 @@ fn none_of_many_halves_is_left_out() {
         let family = |p: f64| Cube { p, mix };
         let start = family(0.0).state().build().unwrap();
         let cube = continuation(family).from(&start, 0.0).until(0.0..=1.5);
-        let trunk = cube.run().unwrap();
+        let trunk = cube.clone().run().unwrap();
         assert_eq!(trunk.special[0].kind, SpecialKind::Several { count: 3 });
         let halves = cube.switch_all(&trunk.special[0]).unwrap();
         let mut signs: Vec<[i32; 4]> = halves
