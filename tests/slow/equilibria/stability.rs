@@ -11,7 +11,7 @@ use super::turned_hoop::TurnedHoop;
 use super::ziegler::Ziegler;
 use super::{pendulum, plane, top, truss};
 
-fn verdict<M: Constraints + Powers>(model: &M, state: &M::State) -> StabilityVerdict {
+fn verdict<M: Simulate>(model: &M, state: &M::State) -> StabilityVerdict {
     model.stability(state).unwrap().verdict
 }
 

@@ -18,7 +18,7 @@ fn entry(report: &str, heading: &str) -> Option<String> {
 }
 
 /// The indices of rows in a list of constraints and rows.
-fn rows_named<M: Constraints>(list: &str) -> Vec<usize> {
+fn rows_named<M: Simulate>(list: &str) -> Vec<usize> {
     let one = |name: &str| -> Vec<usize> {
         if let Some(c) = M::CONSTRAINTS.iter().find(|c| c.name == name) {
             return (c.first..c.first + c.rows).collect();
@@ -37,12 +37,7 @@ fn unique_rows(all: &DMatrix<f64>, full: usize) -> Vec<usize> {
 
 /// Asserts what the report says of a mechanism with so many freedoms and independent rows, at states of it.
 #[track_caller]
-fn agree<M: Constraints>(
-    report: &str,
-    model: &M,
-    states: &[M::State],
-    (freedom, independent): (usize, usize),
-) {
+fn agree<M: Simulate>(report: &str, model: &M, states: &[M::State], (freedom, independent): (usize, usize)) {
     let rows = M::Rows::LEN;
     let said = entry(report, "degrees of freedom").expect("an entry");
     let count = if independent == rows {
@@ -85,7 +80,7 @@ fn agree<M: Constraints>(
 
 /// Every loop can be solved for its coordinates, and all together they are as many as independent rows.
 #[track_caller]
-fn determined<M: Constraints>(blocks: &[String], all: &DMatrix<f64>, independent: usize) {
+fn determined<M: Simulate>(blocks: &[String], all: &DMatrix<f64>, independent: usize) {
     let mut rows = 0;
     for text in blocks {
         let (_, list) = text.split_once(": ").expect("a list");

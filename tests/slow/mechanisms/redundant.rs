@@ -14,7 +14,7 @@ use turning_trammel::Turning;
 
 /// The rank at a state, and the constraints whose multipliers are unique there: without any of their rows the
 /// rank is less (Wojtyra 2009).
-fn by_singular_values<M: Constraints>(model: &M, state: &M::State) -> (usize, Vec<&'static str>) {
+fn by_singular_values<M: Simulate>(model: &M, state: &M::State) -> (usize, Vec<&'static str>) {
     let all = jacobian(model, state);
     let full = rank(&all);
     let own = |c: &dynamics::model::Constraint| {
@@ -26,7 +26,7 @@ fn by_singular_values<M: Constraints>(model: &M, state: &M::State) -> (usize, Ve
 /// Asserts that the report, the reactions at a state and singular values there say the same of rank and
 /// uniqueness.
 #[track_caller]
-fn agree<M: Constraints>(report: &str, model: &M, state: &M::State) -> (usize, Vec<&'static str>) {
+fn agree<M: Simulate>(report: &str, model: &M, state: &M::State) -> (usize, Vec<&'static str>) {
     let words = report.split_whitespace().collect::<Vec<_>>().join(" ");
     let (rank, unique) = by_singular_values(model, state);
     let said = format!("{rank} of {} rows of constraints independent", M::Rows::LEN);

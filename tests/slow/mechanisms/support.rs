@@ -31,7 +31,7 @@ impl Kkt {
     }
 
     /// What the model says.
-    pub(crate) fn of<M: Constraints>(model: &M, state: &M::State) -> Self {
+    pub(crate) fn of<M: Simulate>(model: &M, state: &M::State) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mut mass, mut force) = (vec![0.0; n * n], vec![0.0; n]);
         let (mut jacobian, mut gamma) = (vec![0.0; r * n], vec![0.0; r]);
@@ -103,7 +103,7 @@ impl Random {
 
 /// A state that satisfies the constraints to rounding, at random around another: Newton with the
 /// pseudo-inverse of Φ_q, none of the library's solvers. `None` where Newton does not settle.
-pub(crate) fn near<M: Constraints>(
+pub(crate) fn near<M: Simulate>(
     model: &M,
     around: &M::State,
     random: &mut Random,
@@ -370,7 +370,7 @@ fn errors_of<M: Simulate>(motion: &Motion<'_, M>, references: &[Reference<'_>]) 
 /// Asserts that every formulation agrees to 1e-10, in accelerations and in multipliers, with the dense
 /// solution of the equations by hand.
 #[track_caller]
-pub(crate) fn assert_agreement<M: Constraints>(model: &M, state: &M::State, by_hand: &Kkt) {
+pub(crate) fn assert_agreement<M: Simulate>(model: &M, state: &M::State, by_hand: &Kkt) {
     let (accelerations, multipliers) = by_hand.solve();
     let comparison = model.compare_formulations(state).expect("a solution");
     assert!(comparison.unique && comparison.disagreement() <= 1e-10, "{comparison}\nat {state:?}");
