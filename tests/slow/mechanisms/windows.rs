@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::support::Kkt;
 
 /// What the tests need of the models, whatever their number of windows.
-pub(crate) trait Windows: Constraints {
+pub(crate) trait Windows: Simulate {
     /// The model with published parameters.
     fn published() -> Self;
     /// Centres and angles of all rods.
