@@ -17,7 +17,7 @@
 //!
 //! Time is held. If forces change with time, even at later times alone, there is no equilibrium, and branches
 //! and curves end. Forces are sampled at three times in each point, and at all times of
-//! [`super::Equilibria::equilibrium`] in the last point and in special points.
+//! [`Analyze::equilibrium`](crate::Analyze::equilibrium) in the last point and in special points.
 //!
 //! Terms are those of AUTO, MatCont and BifurcationKit: folds (limit points), branch points, Hopf points;
 //! natural continuation is load control. Switched constraints keep the on/off state of the start. R. Seydel,

@@ -92,7 +92,9 @@ pub use stepper::Stepper;
 pub use stormer_verlet::{Rattle, StormerVerlet};
 #[cfg(feature = "alloc")]
 pub(crate) use system::one_by_one;
-pub use system::{Hold, OfPositions, Settled, System};
+pub use system::{
+    Accelerations, Canonical, Expandable, Hold, OfPositions, Settled, Stabilized, Switching, System,
+};
 pub use tableau::TableauRow;
 #[cfg(feature = "alloc")]
 pub(crate) use tableau::zip;

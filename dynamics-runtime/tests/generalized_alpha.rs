@@ -7,7 +7,8 @@ use std::convert::Infallible;
 
 use common::{DoublePendulum, at_rest_or_not};
 use dynamics_runtime::integrate::{
-    Dop853, GeneralizedAlpha, Phase, StepError, StepOptions, Stepper, System, Tolerances,
+    Accelerations, Canonical, Dop853, Expandable, GeneralizedAlpha, Phase, Stabilized, StepError,
+    StepOptions, Stepper, Switching, Tolerances,
 };
 use dynamics_runtime::integrate::{Settled, StepNode};
 use dynamics_runtime::methods;
@@ -39,11 +40,14 @@ impl Rod {
     }
 }
 
-impl System<V2> for Rod {
+impl Accelerations<V2> for Rod {
     type Error = Infallible;
     fn accelerations(&mut self, _: f64, q: &V2, u: &V2) -> Result<V2, Infallible> {
         Ok(DOWN + q * Self::multiplier(q, u))
     }
+}
+
+impl Stabilized<V2> for Rod {
     fn settles(&self) -> bool {
         true
     }
@@ -63,6 +67,12 @@ impl System<V2> for Rod {
         Ok(y.q * (0.5 * (1.0 - square) / square))
     }
 }
+
+impl Switching<V2> for Rod {}
+
+impl Canonical<V2> for Rod {}
+
+impl Expandable<V2> for Rod {}
 
 fn at(theta: f64, rate: f64) -> Phase<V2> {
     let (s, c) = theta.sin_cos();

@@ -4,8 +4,8 @@
 use std::convert::Infallible;
 
 use dynamics_runtime::integrate::{
-    Dense, Dop853, Esdirk4, GeneralizedAlpha, Phase, Radau5, Scheme, Step, StepError, StepFlags, StepNode,
-    StepOptions, Stepper, System, Tolerances,
+    Accelerations, Canonical, Dense, Dop853, Esdirk4, Expandable, GeneralizedAlpha, Phase, Radau5, Scheme,
+    Stabilized, Step, StepError, StepFlags, StepNode, StepOptions, Stepper, Switching, Tolerances,
 };
 use nalgebra::SVector;
 
@@ -69,7 +69,7 @@ struct Spring {
     evaluations: u32,
 }
 
-impl System<V2> for Spring {
+impl Accelerations<V2> for Spring {
     type Error = Infallible;
 
     fn accelerations(&mut self, _: f64, q: &V2, u: &V2) -> Result<V2, Infallible> {
@@ -95,6 +95,14 @@ impl System<V2> for Spring {
         Ok(())
     }
 }
+
+impl Stabilized<V2> for Spring {}
+
+impl Switching<V2> for Spring {}
+
+impl Canonical<V2> for Spring {}
+
+impl Expandable<V2> for Spring {}
 
 /// From rest to a time: the end and the steps.
 fn swing<S: Scheme<V2>>(system: Spring, q: V2, end: f64, options: StepOptions) -> (Phase<V2>, u64) {

@@ -44,7 +44,7 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
     }
 
     /// For rolling systems: the independent velocities that are kept in all starts, as for
-    /// [`super::Equilibria::steady_in`]. In searches for rest this has no effect.
+    /// [`Analyze::steady_in`](crate::Analyze::steady_in). In searches for rest this has no effect.
     pub fn holding(mut self, independent: &[&str]) -> Self {
         self.held = independent.iter().map(|name| (*name).to_owned()).collect();
         self

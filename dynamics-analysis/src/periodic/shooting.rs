@@ -187,7 +187,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
     ///
     /// # Errors
     /// If Newton's method does not converge, with the nearest motion; if there is a family of closed motions
-    /// and none was chosen; if the search ends at rest; as [`super::PeriodicMotions::floquet`].
+    /// and none was chosen; if the search ends at rest; as [`Analyze::floquet`](crate::Analyze::floquet).
     pub fn run(self) -> Result<PeriodicOrbit<M::State>, PeriodicError> {
         check_period(self.period)?;
         positive("the tolerance", self.tolerance)?;
@@ -237,11 +237,11 @@ impl<'m, M: Simulate> Shooting<'m, M> {
     }
 
     /// The multipliers of the motion through the guess as it is, without a search: as
-    /// [`super::PeriodicMotions::floquet`], of a motion that is known and goes on turning, with
+    /// [`Analyze::floquet`](crate::Analyze::floquet), of a motion that is known and goes on turning, with
     /// [`Shooting::advance`].
     ///
     /// # Errors
-    /// As [`super::PeriodicMotions::floquet`].
+    /// As [`Analyze::floquet`](crate::Analyze::floquet).
     pub fn judge(self) -> Result<Floquet, PeriodicError> {
         check_period(self.period)?;
         positive("the tolerance", self.tolerance)?;

@@ -8,7 +8,7 @@ use crate::model::Vector;
 pub trait Choice: Copy + Send + Sync + 'static {
     /// The method for phase vectors of this kind.
     type Scheme<V: Vector>: Scheme<V> + Send + Sync + 'static;
-    /// Whether it needs [`System::series`](integrate::System::series).
+    /// Whether it needs [`Expandable::series`](integrate::Expandable::series).
     const NEEDS_SERIES: bool = false;
     /// What a model has to be for the method to be what its documentation says.
     const SUITS: Suits = Suits::Any;

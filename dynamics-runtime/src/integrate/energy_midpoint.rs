@@ -9,7 +9,7 @@
 //! * **Structure**: keeps E to rounding, however many the steps (what rounding leaves of one step is made
 //!   good in the next: 2·10⁻¹⁴ of T and V up to 10 after 10⁶ steps of Kepler's problem with e = 0.9),
 //!   symmetric and reversible; not symplectic, and it keeps no momenta. Systems that do not tell their energy
-//!   ([`System::energy`]) get the midpoint rule.
+//!   ([`Canonical::energy`](super::Canonical::energy)) get the midpoint rule.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](super::Hermite)).
 //! * **Stability**: energy bounds the motion; the iterations converge to hω = 1, and from hω = 2 on the step
 //!   is refused.

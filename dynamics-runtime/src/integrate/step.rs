@@ -40,7 +40,7 @@ pub struct StepFlags {
     /// removes was no error.
     pub between: bool,
     /// Branches of the accelerations were held in it: see
-    /// [`System::hold_branches`](crate::integrate::System::hold_branches).
+    /// [`Switching::hold_branches`](crate::integrate::Switching::hold_branches).
     pub branches: bool,
 }
 

@@ -5,8 +5,8 @@ use crate::integrate::step::Tolerances;
 use crate::lanes::Lanes;
 use crate::model::Vector;
 
-/// What is integrated: q̈ = a(t, q, u).
-pub trait System<V: Vector> {
+/// q̈ = a(t, q, u): what every method asks for.
+pub trait Accelerations<V: Vector> {
     /// Why q̈ does not exist at a state.
     type Error;
     /// Nothing holds it, so that what is about constraints below is neither asked nor compiled.
@@ -23,7 +23,7 @@ pub trait System<V: Vector> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
     }
-    /// Writes (q̇, q̈) at four stages side by side, as [`System::derivative`] has each of them, and by it
+    /// Writes (q̇, q̈) at four stages side by side, as [`Accelerations::derivative`] has each of them, and by it
     /// where the system cannot evaluate them at once.
     #[inline(always)]
     fn derivatives(
@@ -39,12 +39,25 @@ pub trait System<V: Vector> {
     fn jacobian(&mut self, at: &StepNode<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {
         crate::integrate::differences::by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
+    /// Whether M q̈ contains velocities, as far as is known: Coriolis terms of a mass matrix that moves,
+    /// dampers, gyroscopic forces.
+    #[inline(always)]
+    fn has_velocity_forces(&self) -> bool {
+        true
+    }
     /// Is told before every attempt where the step starts and how long it is, with its sign. Where the
     /// accelerations depend on the step, those of the start, its first stage, become those of this one.
     #[inline(always)]
     fn attempting(&mut self, _start: &mut StepNode<V>, _h: f64) -> Result<(), Self::Error> {
         Ok(())
     }
+    /// Is told that the step which was tried last is made.
+    #[inline(always)]
+    fn accepted(&mut self) {}
+}
+
+/// What holds a system, constraints: how it is put back onto them. Nothing, by default.
+pub trait Stabilized<V: Vector>: Accelerations<V> {
     /// Whether something holds it: constraints.
     #[inline(always)]
     fn is_held(&self) -> bool {
@@ -87,6 +100,32 @@ pub trait System<V: Vector> {
     ) -> Result<Option<Settled>, Self::Error> {
         Ok(None)
     }
+    /// Moves the position at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic constraints.
+    #[inline(always)]
+    fn hold_end(&mut self, _start: &StepNode<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
+        Ok(())
+    }
+    /// Whether constraints hold, which [`Stabilized::across`] and [`Stabilized::onto_constraints`] know.
+    #[inline(always)]
+    fn is_constrained(&self) -> bool {
+        false
+    }
+    /// The part of `v`, as of accelerations, that constraints do not permit, along M⁻¹Φ_qᵀ: what is left of v
+    /// has Φ_q v = 0 and, unless `holonomic`, A v = 0.
+    #[inline(always)]
+    fn across(&mut self, _t: f64, _y: &Phase<V>, _v: &V, _holonomic: bool) -> Result<V, Self::Error> {
+        Ok(V::zeros())
+    }
+    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b) for rows that
+    /// bind velocities.
+    #[inline(always)]
+    fn onto_constraints(&mut self, _t: f64, _y: &Phase<V>, _rate: f64) -> Result<V, Self::Error> {
+        Ok(V::zeros())
+    }
+}
+
+/// Accelerations with branches: places where they are not smooth. None, by default.
+pub trait Switching<V: Vector>: Accelerations<V> {
     /// Where in a step (t, h), made with branches held, the accelerations first stop being smooth, as a part
     /// of it; `None` where they do not. The step is then made to end there. `fails`: its error is too large,
     /// for what such a place may be the reason. `path(θ)` interpolates.
@@ -110,37 +149,10 @@ pub trait System<V: Vector> {
     /// No branch is held any more, and the next accelerations are those of a start.
     #[inline(always)]
     fn free_branches(&mut self) {}
-    /// Is told that the step which was tried last is made.
-    #[inline(always)]
-    fn accepted(&mut self) {}
-    /// Whether M q̈ contains velocities, as far as is known: Coriolis terms of a mass matrix that moves,
-    /// dampers, gyroscopic forces.
-    #[inline(always)]
-    fn has_velocity_forces(&self) -> bool {
-        true
-    }
-    /// Moves the position at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic constraints.
-    #[inline(always)]
-    fn hold_end(&mut self, _start: &StepNode<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
-        Ok(())
-    }
-    /// Whether constraints hold, which [`System::across`] and [`System::onto_constraints`] know.
-    #[inline(always)]
-    fn is_constrained(&self) -> bool {
-        false
-    }
-    /// The part of `v`, as of accelerations, that constraints do not permit, along M⁻¹Φ_qᵀ: what is left of v
-    /// has Φ_q v = 0 and, unless `holonomic`, A v = 0.
-    #[inline(always)]
-    fn across(&mut self, _t: f64, _y: &Phase<V>, _v: &V, _holonomic: bool) -> Result<V, Self::Error> {
-        Ok(V::zeros())
-    }
-    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b) for rows that
-    /// bind velocities.
-    #[inline(always)]
-    fn onto_constraints(&mut self, _t: f64, _y: &Phase<V>, _rate: f64) -> Result<V, Self::Error> {
-        Ok(V::zeros())
-    }
+}
+
+/// Momenta and energy, for methods that preserve something. Not known, by default.
+pub trait Canonical<V: Vector>: Accelerations<V> {
     /// p = ∂L/∂q̇ and ṗ = ∂L/∂q + forces. False, and nothing written, where they are not known.
     #[inline(always)]
     fn momenta(&mut self, _t: f64, _y: &Phase<V>, _p: &mut V, _rate: &mut V) -> Result<bool, Self::Error> {
@@ -156,6 +168,10 @@ pub trait System<V: Vector> {
     fn energy(&mut self, _t: f64, _y: &Phase<V>) -> Option<f64> {
         None
     }
+}
+
+/// Taylor series of the motion. Not known, by default.
+pub trait Expandable<V: Vector>: Accelerations<V> {
     /// q̈ where the next step starts as a rule: what its series starts with may be found along with it.
     #[inline(always)]
     fn accelerations_ahead(&mut self, t: f64, y: &Phase<V>) -> Result<V, Self::Error> {
@@ -184,7 +200,13 @@ pub trait System<V: Vector> {
     }
 }
 
-impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {
+/// What is integrated: accelerations, and whatever of the other capabilities a system has. A system of one's
+/// own implements [`Accelerations`], and the others by empty blocks.
+pub trait System<V: Vector>: Stabilized<V> + Switching<V> + Canonical<V> + Expandable<V> {}
+
+impl<V: Vector, S: Stabilized<V> + Switching<V> + Canonical<V> + Expandable<V>> System<V> for S {}
+
+impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Accelerations<V> for F {
     type Error = E;
     const IS_FREE: bool = true;
     const IS_SMOOTH: bool = true;
@@ -194,7 +216,12 @@ impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> System<V> for F {
     }
 }
 
-/// Whether branches of the accelerations are held: see [`System::hold_branches`].
+impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Stabilized<V> for F {}
+impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Switching<V> for F {}
+impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Canonical<V> for F {}
+impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Expandable<V> for F {}
+
+/// Whether branches of the accelerations are held: see [`Switching::hold_branches`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hold {
     /// They are.
@@ -229,7 +256,7 @@ pub enum Hold {
 #[derive(Clone, Copy, Debug)]
 pub struct OfPositions<F>(pub F);
 
-impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> System<V> for OfPositions<F> {
+impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Accelerations<V> for OfPositions<F> {
     type Error = E;
     const IS_FREE: bool = true;
     const IS_SMOOTH: bool = true;
@@ -242,6 +269,11 @@ impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> System<V> for OfPositions<
         false
     }
 }
+
+impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Stabilized<V> for OfPositions<F> {}
+impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Switching<V> for OfPositions<F> {}
+impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Canonical<V> for OfPositions<F> {}
+impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Expandable<V> for OfPositions<F> {}
 
 /// How the end of a step was settled, as the norm of the error is measured (1: as much as the tolerance
 /// permits).
@@ -257,9 +289,9 @@ pub struct Settled {
     pub noise: f64,
 }
 
-/// [`System::derivatives`] of stages that cannot be evaluated at once.
+/// [`Accelerations::derivatives`] of stages that cannot be evaluated at once.
 #[inline(always)]
-pub(crate) fn one_by_one<V: Vector, S: System<V> + ?Sized>(
+pub(crate) fn one_by_one<V: Vector, S: Accelerations<V> + ?Sized>(
     system: &mut S,
     t: Lanes,
     y: &Stages<V>,

@@ -17,7 +17,7 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use crate::integrate::{System as _, Tolerances};
+use crate::integrate::{Accelerations as _, Tolerances};
 use crate::math;
 use crate::model::{Constraints, Dynamics, Model, ModelState, Quantity, Vector};
 use crate::motion::events::location::Flow;

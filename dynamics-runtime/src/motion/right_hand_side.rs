@@ -8,7 +8,7 @@ use alloc::boxed::Box;
 use crate::constrain::weakness::weakness;
 use crate::error::SolveError;
 use crate::integrate::{
-    Dense, Phase, Settled, Stages, Step, StepFlags, StepNode, System, Tolerances, increment, zip,
+    Accelerations, Dense, Phase, Settled, Stages, Step, StepFlags, StepNode, Tolerances, increment, zip,
 };
 use crate::lanes::{self, Lanes};
 use crate::linalg::max_abs;
@@ -339,7 +339,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
     }
 
-    /// See [`System::attempting`], of motions that are tied to their constraints.
+    /// See [`Accelerations::attempting`], of motions that are tied to their constraints.
     #[inline(never)]
     fn push_back(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
         let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
@@ -349,7 +349,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         Ok(())
     }
 
-    /// See [`System::settle`].
+    /// See [`Stabilized::settle`].
     #[inline(never)]
     fn settled(
         &mut self,

@@ -7,9 +7,10 @@
 
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::integrate::{
-    Composition4, Composition6, Composition8, Dop853, DormandPrince5, EnergyMidpoint, Esdirk4, Gauss4,
-    Gauss6, GeneralizedAlpha, GraggBulirschStoer, Phase, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler,
-    Settled, StepOptions, Stepper, StormerVerlet, System, Taylor, Tolerances, Tsit5, Verner9,
+    Accelerations, Canonical, Composition4, Composition6, Composition8, Dop853, DormandPrince5,
+    EnergyMidpoint, Esdirk4, Expandable, Gauss4, Gauss6, GeneralizedAlpha, GraggBulirschStoer, Phase, Radau5,
+    Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, Stabilized, StepOptions, Stepper, StormerVerlet,
+    Switching, Taylor, Tolerances, Tsit5, Verner9,
 };
 use dynamics::prelude::*;
 
@@ -167,11 +168,18 @@ impl Hamiltonian<'_> {
     }
 }
 
-impl System<Vector> for Hamiltonian<'_> {
+impl Accelerations<Vector> for Hamiltonian<'_> {
     type Error = SolveError;
     fn accelerations(&mut self, t: f64, q: &Vector, u: &Vector) -> Result<Vector, SolveError> {
         self.model.accelerations_with(&self.constants, &self.state(t, q, u))
     }
+}
+
+impl Stabilized<Vector> for Hamiltonian<'_> {}
+
+impl Switching<Vector> for Hamiltonian<'_> {}
+
+impl Canonical<Vector> for Hamiltonian<'_> {
     fn momenta(
         &mut self,
         t: f64,
@@ -193,6 +201,8 @@ impl System<Vector> for Hamiltonian<'_> {
         Some(self.model.energy_function(&self.state(t, &y.q, &y.u)))
     }
 }
+
+impl Expandable<Vector> for Hamiltonian<'_> {}
 
 /// Swings for 5 s with fixed steps, by all that have one: the energy stays within what their order permits.
 pub fn swing_evenly(model: &DoublePendulum) -> Result<(), Failure> {
@@ -387,22 +397,14 @@ impl Expanded<'_> {
     }
 }
 
-impl System<Place> for Expanded<'_> {
+impl Accelerations<Place> for Expanded<'_> {
     type Error = SolveError;
     fn accelerations(&mut self, t: f64, q: &Place, u: &Place) -> Result<Place, SolveError> {
         self.model.accelerations_with(&self.constants, &self.state(t, q, u))
     }
-    fn series(
-        &mut self,
-        t: f64,
-        y: &Phase<Place>,
-        a: &Place,
-        scale: f64,
-        q: &mut [Place],
-        u: &mut [Place],
-    ) -> Result<bool, SolveError> {
-        Ok(self.model.series(&self.constants, &self.state(t, &y.q, &y.u), a, scale, [q, u], &mut self.memory))
-    }
+}
+
+impl Stabilized<Place> for Expanded<'_> {
     fn settles(&self) -> bool {
         true
     }
@@ -420,6 +422,24 @@ impl System<Place> for Expanded<'_> {
         let by = (state.q - y.q).norm().max((state.u - y.u).norm()) / tolerances.absolute;
         *y = Phase { q: state.q, u: state.u };
         Ok(Some(Settled { by, violation: by, noise: 0.0 }))
+    }
+}
+
+impl Switching<Place> for Expanded<'_> {}
+
+impl Canonical<Place> for Expanded<'_> {}
+
+impl Expandable<Place> for Expanded<'_> {
+    fn series(
+        &mut self,
+        t: f64,
+        y: &Phase<Place>,
+        a: &Place,
+        scale: f64,
+        q: &mut [Place],
+        u: &mut [Place],
+    ) -> Result<bool, SolveError> {
+        Ok(self.model.series(&self.constants, &self.state(t, &y.q, &y.u), a, scale, [q, u], &mut self.memory))
     }
 }
 

@@ -7,9 +7,9 @@ use std::convert::Infallible;
 
 use common::*;
 use dynamics_runtime::integrate::{
-    Composition4, Composition6, Composition8, EnergyMidpoint, Gauss4, Gauss6, OfPositions, Phase, Rattle,
-    Rk4, Scheme, SemiImplicitEuler, StepError, StepNode, StepOptions, Stepper, StormerVerlet, System,
-    Tolerances,
+    Accelerations, Canonical, Composition4, Composition6, Composition8, EnergyMidpoint, Expandable, Gauss4,
+    Gauss6, OfPositions, Phase, Rattle, Rk4, Scheme, SemiImplicitEuler, Stabilized, StepError, StepNode,
+    StepOptions, Stepper, StormerVerlet, Switching, System, Tolerances,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::motion::{OptionError, Simulate, SimulationErrorKind};
@@ -79,12 +79,19 @@ impl Polar {
     }
 }
 
-impl System<V> for Polar {
+impl Accelerations<V> for Polar {
     type Error = Infallible;
     fn accelerations(&mut self, _: f64, q: &V, u: &V) -> Result<V, Infallible> {
         let r = q[0];
         Ok(V::new(r * u[1] * u[1] - 1.0 / (r * r), -2.0 * u[0] * u[1] / r))
     }
+}
+
+impl Stabilized<V> for Polar {}
+
+impl Switching<V> for Polar {}
+
+impl Canonical<V> for Polar {
     fn momenta(&mut self, _: f64, y: &Phase<V>, p: &mut V, rate: &mut V) -> Result<bool, Infallible> {
         let (r, omega) = (y.q[0], y.u[1]);
         (*p, *rate) = (V::new(y.u[0], r * r * omega), V::new(r * omega * omega - 1.0 / (r * r), 0.0));
@@ -98,6 +105,8 @@ impl System<V> for Polar {
         Some(Self::energy_of(y))
     }
 }
+
+impl Expandable<V> for Polar {}
 
 /// A quarter of an orbit and more, against a finer run of a method of high order.
 fn error<S: Scheme<V>, Y: System<V>>(system: &mut Y, start: Phase<V>, exact: &Phase<V>, steps: u32) -> f64
@@ -246,15 +255,24 @@ fn energy_errors_stay_where_the_mass_matrix_moves() {
 #[test]
 fn energy_of_a_system_that_is_changed_is_its_own() {
     struct Spring(f64);
-    impl System<V> for Spring {
+    impl Accelerations<V> for Spring {
         type Error = Infallible;
         fn accelerations(&mut self, _: f64, q: &V, _: &V) -> Result<V, Infallible> {
             Ok(-self.0 * q)
         }
+    }
+
+    impl Stabilized<V> for Spring {}
+
+    impl Switching<V> for Spring {}
+
+    impl Canonical<V> for Spring {
         fn energy(&mut self, _: f64, y: &Phase<V>) -> Option<f64> {
             Some(0.5 * (y.u.norm_squared() + self.0 * y.q.norm_squared()))
         }
     }
+
+    impl Expandable<V> for Spring {}
     let (mut spring, start) = (Spring(1.0), Phase { q: V::new(1.0, 0.5), u: V::new(0.0, 0.3) });
     let mut stepper =
         Stepper::<V, EnergyMidpoint<V>>::new(&mut spring, 0.0, start, 9.0, fixed(0.05)).unwrap();

@@ -20,7 +20,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             return Ok(None);
         }
         let h = end.t - start.t;
-        // The first stage may be the step's own: see `System::attempting`.
+        // The first stage may be the step's own: see `Accelerations::attempting`.
         let begin = StepNode { a: self.scheme.stages()[0].u, ..*start };
         let (step, fails) = ((start.t, h), *error > 1.0 && !self.is_fixed());
         let part = if system.finds_kinks_by_ends() {

@@ -89,7 +89,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
 
     /// The interpolant of the step just made.
     pub fn dense<Y: System<V>>(&mut self, system: &mut Y, step: &Step<V>) -> Result<S::Dense, Y::Error> {
-        // The first stage may be the step's own: see `System::attempting`.
+        // The first stage may be the step's own: see `Accelerations::attempting`.
         let start = StepNode { a: self.scheme.stages()[0].u, ..step.start };
         system.hold_stages(step.kept.stages, &self.options.tolerances);
         self.scheme.dense(system, &start, &step.end, step.h)

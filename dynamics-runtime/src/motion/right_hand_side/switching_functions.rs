@@ -1,7 +1,7 @@
 //! Where within a step the accelerations of a model stop being smooth, and the branches that they keep up to
 //! there.
 
-use crate::integrate::{Hold, Phase, Scan, ScanError, StepNode, System, place};
+use crate::integrate::{Accelerations, Hold, Phase, Scan, ScanError, StepNode, Switching as _, place};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraints, Kink, Known, MOST_KINKS, ModelState, Vector};
 use crate::motion::right_hand_side::{EvaluationError, RightHandSide};
@@ -31,7 +31,7 @@ const FARTHEST: f64 = 1e-6;
 type Kinks = [Kink; MOST_KINKS];
 
 impl<M: Constraints> RightHandSide<'_, '_, M> {
-    /// See [`System::hold_branches`].
+    /// See [`Switching::hold_branches`].
     #[cold]
     pub(crate) fn follow_branches(
         &mut self,
@@ -127,7 +127,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         branches
     }
 
-    /// See [`System::kink`]. Where a step fails it is not for a branch, which is held.
+    /// See [`Switching::kink`]. Where a step fails it is not for a branch, which is held.
     #[cold]
     pub(crate) fn first_kink(
         &mut self,

@@ -2,13 +2,14 @@
 
 use crate::constrain::weakness::condition;
 use crate::integrate::{
-    Hold, Phase, Settled, Stages, StepNode, System, Tolerances, by_state, one_by_one, zip,
+    Accelerations, Canonical, Expandable, Hold, Phase, Settled, Stabilized, Stages, StepNode, Switching,
+    Tolerances, by_state, one_by_one, zip,
 };
 use crate::lanes::Lanes;
 use crate::model::{Branches, Constraints, Expansion, Known, ModelState, Vector};
 use crate::motion::right_hand_side::{EvaluationError, NEARLY_SINGULAR, RightHandSide};
 
-impl<M: Constraints> System<M::Vector> for RightHandSide<'_, '_, M> {
+impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     type Error = EvaluationError;
     const IS_FREE: bool = M::IS_FREE;
     const IS_SMOOTH: bool = M::IS_SMOOTH;
@@ -72,6 +73,21 @@ impl<M: Constraints> System<M::Vector> for RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
+    fn has_velocity_forces(&self) -> bool {
+        // What a law reads is not known.
+        M::VELOCITY_FORCES || self.law.is_some()
+    }
+
+    #[inline(always)]
+    fn accepted(&mut self) {
+        if let Some(by) = self.stabilization.moved.take() {
+            self.stabilization.counts.note_move(by);
+        }
+    }
+}
+
+impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
+    #[inline(always)]
     fn is_held(&self) -> bool {
         M::IS_HELD
     }
@@ -117,12 +133,6 @@ impl<M: Constraints> System<M::Vector> for RightHandSide<'_, '_, M> {
             return Ok(None);
         }
         self.settled(t, y, tolerances).map(Some)
-    }
-
-    #[inline(always)]
-    fn has_velocity_forces(&self) -> bool {
-        // What a law reads is not known.
-        M::VELOCITY_FORCES || self.law.is_some()
     }
 
     fn hold_end(
@@ -174,7 +184,43 @@ impl<M: Constraints> System<M::Vector> for RightHandSide<'_, '_, M> {
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
         self.stabilization.onto(self.model, &state, rate).map_err(EvaluationError::Solve)
     }
+}
 
+impl<M: Constraints> Switching<M::Vector> for RightHandSide<'_, '_, M> {
+    #[inline(always)]
+    fn kink(&mut self, step: (f64, f64), fails: bool, path: impl Fn(f64) -> Phase<M::Vector>) -> Option<f64> {
+        if M::IS_SMOOTH { None } else { self.first_kink(step, fails, &path) }
+    }
+
+    /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends
+    /// nearer to it.
+    #[inline(always)]
+    fn finds_kinks_by_ends(&self) -> bool {
+        M::KINKS == 0
+    }
+
+    #[inline(always)]
+    fn hold_branches(
+        &mut self,
+        start: &mut StepNode<M::Vector>,
+        h: f64,
+        on: bool,
+    ) -> Result<Hold, EvaluationError> {
+        match (M::KINKS, M::REACTION_KINKS, on) {
+            (0, 0, _) | (0, _, false) => Ok(Hold::Off),
+            // There is nothing to hold, but a place to end at.
+            (0, _, true) => Ok(Hold::On),
+            _ => self.follow_branches(start, h, on),
+        }
+    }
+
+    #[inline(always)]
+    fn free_branches(&mut self) {
+        (self.branches, self.known) = (Branches::FREE, Branches::FREE);
+    }
+}
+
+impl<M: Constraints> Canonical<M::Vector> for RightHandSide<'_, '_, M> {
     fn momenta(
         &mut self,
         t: f64,
@@ -205,7 +251,9 @@ impl<M: Constraints> System<M::Vector> for RightHandSide<'_, '_, M> {
     fn energy(&mut self, t: f64, y: &Phase<M::Vector>) -> Option<f64> {
         Some(self.model.energy_function(&self.state(t, &y.q, &y.u)))
     }
+}
 
+impl<M: Constraints> Expandable<M::Vector> for RightHandSide<'_, '_, M> {
     #[inline(always)]
     fn accelerations_ahead(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::Vector, EvaluationError> {
         // A held branch may not exist there: see `accelerations_of`.
@@ -244,44 +292,5 @@ impl<M: Constraints> System<M::Vector> for RightHandSide<'_, '_, M> {
     #[inline(always)]
     fn chooses(&self) -> bool {
         matches!(M::SERIES, Expansion::Generated { chooses: true })
-    }
-
-    #[inline(always)]
-    fn kink(&mut self, step: (f64, f64), fails: bool, path: impl Fn(f64) -> Phase<M::Vector>) -> Option<f64> {
-        if M::IS_SMOOTH { None } else { self.first_kink(step, fails, &path) }
-    }
-
-    /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends
-    /// nearer to it.
-    #[inline(always)]
-    fn finds_kinks_by_ends(&self) -> bool {
-        M::KINKS == 0
-    }
-
-    #[inline(always)]
-    fn hold_branches(
-        &mut self,
-        start: &mut StepNode<M::Vector>,
-        h: f64,
-        on: bool,
-    ) -> Result<Hold, EvaluationError> {
-        match (M::KINKS, M::REACTION_KINKS, on) {
-            (0, 0, _) | (0, _, false) => Ok(Hold::Off),
-            // There is nothing to hold, but a place to end at.
-            (0, _, true) => Ok(Hold::On),
-            _ => self.follow_branches(start, h, on),
-        }
-    }
-
-    #[inline(always)]
-    fn free_branches(&mut self) {
-        (self.branches, self.known) = (Branches::FREE, Branches::FREE);
-    }
-
-    #[inline(always)]
-    fn accepted(&mut self) {
-        if let Some(by) = self.stabilization.moved.take() {
-            self.stabilization.counts.note_move(by);
-        }
     }
 }

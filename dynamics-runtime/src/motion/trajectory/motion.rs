@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use dynamics_view::suggest;
 
 use crate::constrain;
-use crate::integrate::{Dense as _, Hermite, Method, Phase, Step, StepNode, System as _};
+use crate::integrate::{Accelerations as _, Dense as _, Hermite, Method, Phase, Step, StepNode};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Known, Model, ModelState, SimulationModel, Vector};
 use crate::motion::erased_method::{Interpolant, StepReplay};

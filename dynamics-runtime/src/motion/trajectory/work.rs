@@ -10,7 +10,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 
-use crate::integrate::System as _;
+use crate::integrate::{Accelerations as _, Stabilized as _, Switching as _};
 use crate::model::{ModelState, SimulationModel};
 use crate::motion::erased_method::{SharedMethod, StepReplay};
 use crate::motion::right_hand_side::on;

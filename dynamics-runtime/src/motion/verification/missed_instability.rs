@@ -19,7 +19,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use crate::integrate::linear::{factor, solve};
-use crate::integrate::{Phase, Step, StepNode, System as _, Tolerances, zip};
+use crate::integrate::{Accelerations as _, Phase, Stabilized as _, Step, StepNode, Tolerances, zip};
 use crate::math;
 use crate::model::{SimulationModel, Vector};
 use crate::motion::right_hand_side::RightHandSide;

@@ -16,7 +16,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use crate::integrate::{Phase, Step, StepFlags, StepNode, System as _, zip};
+use crate::integrate::{Accelerations as _, Phase, Step, StepFlags, StepNode, Switching as _, zip};
 use crate::model::{ModelState, SimulationModel, Vector};
 use crate::motion::erased_method::StepReplay;
 use crate::motion::trajectory::motion::Motion;

@@ -10,7 +10,7 @@
 //! says, as below 1e-12, one is nothing like the next.
 
 use crate::integrate::choice::Radau5;
-use crate::integrate::{Phase, Step, StepNode, System as _, zip};
+use crate::integrate::{Accelerations as _, Phase, Step, StepNode, zip};
 use crate::model::{ModelState as _, SimulationModel, Vector};
 use crate::motion::erased_method::ErasedMethod;
 use crate::motion::run::monitors::stiffness_detection::longer;

@@ -15,7 +15,7 @@ use alloc::vec;
 use core::fmt;
 
 use crate::integrate::linear::{factor, solve};
-use crate::integrate::{Dense as _, Hermite, Method, Step, StepNode, System as _};
+use crate::integrate::{Accelerations as _, Dense as _, Hermite, Method, Step, StepNode, Switching as _};
 use crate::model::{SimulationModel, Vector};
 use crate::motion::right_hand_side::RightHandSide;
 use crate::motion::trajectory::motion::Motion;

@@ -2,7 +2,7 @@
 
 use super::*;
 
-mod everything {
+mod whole_language {
     use super::*;
 
     /// A made-up system that uses the whole language: arrays, vectors, matrices, a spline, explicit time, an

@@ -42,7 +42,7 @@ mod guessed_inertia {
 
 /// Masses, inertia and rotations that are known only where the program runs: what is none is refused by the
 /// name of what it is made of, before anything moves.
-mod premises {
+mod parameters {
     use dynamics::mass_properties::UnphysicalInertia;
     use dynamics::model::{Claim, Refuted};
     use dynamics::motion::{OptionError, SimulationErrorKind};
