@@ -1,7 +1,8 @@
 //! GraggBulirschStoer: extrapolation of the midpoint rule, its columns side by side.
 //!
 //! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ to 10⁻¹², accelerations that can be evaluated
-//!   for four states at once ([`Accelerations::derivatives`](super::Accelerations::derivatives)): models whose generated code has lanes. Without them
+//!   for four states at once ([`Accelerations::derivatives`](super::Accelerations::derivatives)): models whose
+//!   generated code has lanes. Without them
 //!   it is right, and slow.
 //! * **Formula**: the modified midpoint rule z₀ = y, z₁ = y + ηf(y), zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ) with η = h/n has
 //!   an error in even powers of η only. Its results for n = 2, 4, …, 14 are extrapolated to η = 0: the weight

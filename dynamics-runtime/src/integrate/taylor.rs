@@ -3,7 +3,8 @@
 //! * **Problem**: smooth, not stiff, from six digits to all that there are; accelerations that can be
 //!   expanded (models whose code is generated).
 //! * **Formula**: q(t₀ + h) = Σ qₖ hᵏ and u likewise, with coefficients by recurrences that the model's code
-//!   contains ([`Expandable::series`](super::Expandable::series)): exact derivatives, no differences. M is factored once per step.
+//!   contains ([`Expandable::series`](super::Expandable::series)): exact derivatives, no differences. M is
+//!   factored once per step.
 //! * **Constraints**: Φ = 0 in every coefficient, so that what the step leaves of Φ is the error of the step;
 //!   projection removes it at its end. Their equations are solved as a system of index 3 with one
 //!   factorisation per step (Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 47 (2007) 191).
@@ -65,7 +66,8 @@ const LEAST_PART: f64 = 1e-13;
 /// Where within a step the branches of a model that chooses are compared, besides its end.
 const WITHIN: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// Taylor series of adaptive order and step. A system without [`Expandable::series`](super::Expandable::series) has none: its first step
+/// Taylor series of adaptive order and step. A system without
+/// [`Expandable::series`](super::Expandable::series) has none: its first step
 /// fails as not finite.
 #[derive(Clone, Copy, Debug)]
 pub struct Taylor<V> {
