@@ -22,8 +22,8 @@ pub trait Analyze: Simulate {
         equilibria::equilibrium(self, start)
     }
 
-    /// A search from many starts. Options follow; [`EquilibriumSearch::run`] runs it. All starts have the inputs, the
-    /// time and the switched constraints of this state.
+    /// A search from many starts. Options follow; [`EquilibriumSearch::run`] runs it. All starts have the
+    /// inputs, the time and the switched constraints of this state.
     fn equilibria(&self, around: Self::State) -> EquilibriumSearch<'_, Self> {
         EquilibriumSearch::new(self, around)
     }
@@ -55,8 +55,8 @@ pub trait Analyze: Simulate {
 
     /// A search for steady motions from many starts. All starts have the velocities of this state (for
     /// rolling systems, the independent ones). Random starts differ in the coordinates that have a range
-    /// ([`EquilibriumSearch::within`]). Give ranges to the unknown coordinates, such as the lean, and none to cyclic
-    /// ones, such as the position.
+    /// ([`EquilibriumSearch::within`]). Give ranges to the unknown coordinates, such as the lean, and none to
+    /// cyclic ones, such as the position.
     fn steady_motions(&self, around: Self::State) -> EquilibriumSearch<'_, Self> {
         EquilibriumSearch::new(self, around).moving()
     }

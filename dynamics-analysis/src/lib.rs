@@ -2,8 +2,8 @@
 //!
 //! Answered by many runs: which method is the fastest for the required accuracy, and which model of a scene
 //! suffices for it ([`compare`]). Answered by exact derivatives: small motions about an equilibrium or a
-//! steady motion ([`Analyze::linearize`]), equilibria over a parameter ([`continuation`]), periodic and chaotic
-//! motions ([`Analyze::periodic`]). Users depend on the façade crate alone, which has this crate as
+//! steady motion ([`Analyze::linearize`]), equilibria over a parameter ([`continuation`]), periodic and
+//! chaotic motions ([`Analyze::periodic`]). Users depend on the façade crate alone, which has this crate as
 //! `dynamics::analysis`.
 //!
 //! ```text

@@ -1,7 +1,7 @@
 //! The procedural macros of `dynamics`; use them through that crate.
 //!
-//! `src/tests/` is compiled by `tests/quick/macros/`: tests inside of a crate of macros would be built with all
-//! their dependencies for the compiler's side, a second time.
+//! `src/tests/` is compiled by `tests/quick/macros/`: tests inside of a crate of macros would be built with
+//! all their dependencies for the compiler's side, a second time.
 
 mod assertions;
 mod compile;

@@ -1,11 +1,11 @@
 //! Kinematically driven mechanisms: constraints leave no freedom, and the motion follows from them alone.
 //!
-//! `model.kinematics(guess)` ([`Mechanism`](crate::mechanism::Mechanism)) opens an [`Analysis`]; options follow, [`Analysis::run`] runs
-//! it. At every time positions solve Φ(q, t) = 0, velocities Φ_q q̇ = −Φ_t, accelerations Φ_q q̈ = γ, and the
-//! multipliers Φ_qᵀλ = M q̈ − Q: of the driving constraint λ is the force or torque that the drive has to
-//! give, of the others the reactions. The result is a [`KinematicMotion`], which is a [`Motion`] (charts,
-//! tables, animations, `reaction_at("drive", t)`) with a summary of its own. States between the steps are
-//! solved too.
+//! `model.kinematics(guess)` ([`Mechanism`](crate::mechanism::Mechanism)) opens an [`Analysis`]; options
+//! follow, [`Analysis::run`] runs it. At every time positions solve Φ(q, t) = 0, velocities Φ_q q̇ = −Φ_t,
+//! accelerations Φ_q q̈ = γ, and the multipliers Φ_qᵀλ = M q̈ − Q: of the driving constraint λ is the force
+//! or torque that the drive has to give, of the others the reactions. The result is a [`KinematicMotion`],
+//! which is a [`Motion`] (charts, tables, animations, `reaction_at("drive", t)`) with a summary of its own.
+//! States between the steps are solved too.
 //!
 //! Singular positions end the analysis with an error that says where, of what kind, and who takes part:
 //!

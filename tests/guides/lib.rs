@@ -1,5 +1,5 @@
-//! The README and the guides as doctests: their code is compiled and run, and their pictures are compared with
-//! those that it draws.
+//! The README and the guides as doctests: their code is compiled and run, and their pictures are compared
+//! with those that it draws.
 
 use dynamics_pages::page;
 

@@ -2,8 +2,8 @@
 //! and without damping, with constant and moving inertia, constrained and free.
 //!
 //! The sizes are below and above the thresholds of emission: matrices of 400 elements, blocks of 256 steps,
-//! functions above 4,000. `SIZES=all cargo test --release -p dynamics-tests --test macros sizes` asks for all,
-//! which takes minutes.
+//! functions above 4,000. `SIZES=all cargo test --release -p dynamics-tests --test macros sizes` asks for
+//! all, which takes minutes.
 
 mod families;
 

@@ -23,8 +23,8 @@ pub trait Accelerations<V: Vector> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
     }
-    /// Writes (q̇, q̈) at four stages side by side, as [`Accelerations::derivative`] has each of them, and by it
-    /// where the system cannot evaluate them at once.
+    /// Writes (q̇, q̈) at four stages side by side, as [`Accelerations::derivative`] has each of them, and by
+    /// it where the system cannot evaluate them at once.
     #[inline(always)]
     fn derivatives(
         &mut self,

@@ -61,8 +61,8 @@ pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V
 pub(crate) type TableauRows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
 
 /// Stages of an explicit method from y at t, each from those before it, by rows that are data; where the last
-/// of them stands. To the bits of [`advance`] and [`Accelerations::derivative`] written out stage by stage, slower
-/// by the part of a step that is not evaluations, and one copy for all methods.
+/// of them stands. To the bits of [`advance`] and [`Accelerations::derivative`] written out stage by stage,
+/// slower by the part of a step that is not evaluations, and one copy for all methods.
 #[inline(never)]
 pub(crate) fn stages<V: Vector, S: System<V>>(
     system: &mut S,

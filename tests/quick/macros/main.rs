@@ -1,5 +1,5 @@
-//! The tests of the macros, on token strings. The macros' modules are compiled into it, since a proc-macro crate
-//! cannot be linked.
+//! The tests of the macros, on token strings. The macros' modules are compiled into it, since a proc-macro
+//! crate cannot be linked.
 
 /// The modules of `dynamics-macros`, which find each other at the root of their crate.
 #[allow(dead_code, unreachable_pub, reason = "the macros' own crate says what it needs not")]

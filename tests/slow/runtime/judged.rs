@@ -1,5 +1,6 @@
 //! Warnings judged: random motions beside tight references. `docs/warnings-judged.md` has the table; a seeded
-//! share of it is made here. `JUDGED=4000 cargo test --release -p dynamics-slow-tests --test runtime judged --
+//! share of it is made here. `JUDGED=4000 cargo test --release -p dynamics-slow-tests --test runtime judged
+//! --
 //! --nocapture` makes as many motions.
 
 use crate::common;

@@ -2,8 +2,8 @@
 //! of these files.
 //!
 //! `UPDATE_SNAPSHOTS=1 cargo test --workspace --test snapshots` writes them anew; read the difference before
-//! it is committed. A snapshot only says that something changed, so every model also answers for its physics, by
-//! routes that do not pass through the listing.
+//! it is committed. A snapshot only says that something changed, so every model also answers for its physics,
+//! by routes that do not pass through the listing.
 
 mod compare;
 #[path = "../../models/double_pendulum.rs"]
