@@ -10,7 +10,7 @@
 //! * **Source**: Hairer, Nørsett, Wanner, *Solving ODE I*, 2nd ed., §II.5, §II.6, §II.10; code `dop853.f`.
 
 use super::dop853_table::*;
-use super::tableau::{advance, stages, stiffness, sum, sum_by, zip};
+use super::tableau::{stages, stiffness, sum, sum_by, unrolled_stages, zip};
 use super::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
@@ -78,20 +78,8 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         let StepNode { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
-        let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
         k[0] = start.derivative();
-        k[1] = evaluate(1, &advance(y, h, &A1, k))?;
-        k[2] = evaluate(2, &advance(y, h, &A2, k))?;
-        k[3] = evaluate(3, &advance(y, h, &A3, k))?;
-        k[4] = evaluate(4, &advance(y, h, &A4, k))?;
-        k[5] = evaluate(5, &advance(y, h, &A5, k))?;
-        k[6] = evaluate(6, &advance(y, h, &A6, k))?;
-        k[7] = evaluate(7, &advance(y, h, &A7, k))?;
-        k[8] = evaluate(8, &advance(y, h, &A8, k))?;
-        k[9] = evaluate(9, &advance(y, h, &A9, k))?;
-        k[10] = evaluate(10, &advance(y, h, &A10, k))?;
-        self.twelfth = advance(y, h, &A11, k);
-        k[11] = evaluate(11, &self.twelfth)?;
+        self.twelfth = unrolled_stages!(system, (t, y, h), C, k, [1: A1, 2: A2, 3: A3, 4: A4, 5: A5, 6: A6, 7: A7, 8: A8, 9: A9, 10: A10, 11: A11]);
         Ok(self.judged(y, tolerances))
     }
 

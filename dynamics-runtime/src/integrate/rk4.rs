@@ -9,11 +9,12 @@
 //! * **Cost**: 4 evaluations of q̈ per step.
 //! * **Source**: Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.
 
-use super::tableau::{TableauRow, advance, stiffness, sum, zip};
+use super::tableau::{TableauRow, advance, stiffness, sum, unrolled_stages, zip};
 use super::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
+const C: [f64; 4] = [0.0, 0.5, 0.5, 1.0];
 const A2: TableauRow<1> = [(0, 0.5)];
 const A3: TableauRow<1> = [(1, 0.5)];
 const A4: TableauRow<1> = [(2, 1.0)];
@@ -52,12 +53,8 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
         let StepNode { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
-        let mut evaluate = |c: f64, y: &Phase<V>| system.derivative(t + c * h, y);
         k[0] = start.derivative();
-        k[1] = evaluate(0.5, &advance(y, h, &A2, k))?;
-        k[2] = evaluate(0.5, &advance(y, h, &A3, k))?;
-        self.last = advance(y, h, &A4, k);
-        k[3] = evaluate(1.0, &self.last)?;
+        self.last = unrolled_stages!(system, (t, y, h), C, k, [1: A2, 2: A3, 3: A4]);
         Ok((advance(y, h, &B, k), 0.0))
     }
 

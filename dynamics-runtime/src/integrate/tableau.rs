@@ -56,6 +56,20 @@ pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V
     out
 }
 
+/// The stage loop of an explicit method from y at t: stages by number, each by its row from those before it.
+/// Gives where the last of them stands. The compiler writes the loop out, row by row without the zeros, which
+/// [`stages`] does not, to the same bits.
+macro_rules! unrolled_stages {
+    ($system:ident, ($t:expr, $y:expr, $h:expr), $nodes:ident, $k:ident, [$($stage:literal: $row:ident),+]) => {{
+        $(
+            let at = $crate::integrate::tableau::advance($y, $h, &$row, $k);
+            $k[$stage] = $system.derivative($t + $nodes[$stage] * $h, &at)?;
+        )+
+        at
+    }};
+}
+pub(super) use unrolled_stages;
+
 /// The rows of a tableau as data, with the nodes of the method and the index of the stage that the first of
 /// them makes.
 pub(crate) type TableauRows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);

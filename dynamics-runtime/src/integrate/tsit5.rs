@@ -13,7 +13,7 @@
 //! * **Source**: Tsitouras, Comput. Math. Appl. 62 (2011) 770; coefficients from its multi-precision values,
 //!   rounded to the nearest `f64`.
 
-use super::tableau::{TableauRow, advance, stages, stiffness, sum, sum_by, zip};
+use super::tableau::{TableauRow, stages, stiffness, sum, sum_by, unrolled_stages, zip};
 use super::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
@@ -96,16 +96,9 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
         let StepNode { t, y, .. } = start;
         self.h = h;
         let k = &mut self.k;
-        let mut evaluate = |stage: usize, y: &Phase<V>| system.derivative(t + C[stage] * h, y);
         k[0] = start.derivative();
-        k[1] = evaluate(1, &advance(y, h, &A2, k))?;
-        k[2] = evaluate(2, &advance(y, h, &A3, k))?;
-        k[3] = evaluate(3, &advance(y, h, &A4, k))?;
-        k[4] = evaluate(4, &advance(y, h, &A5, k))?;
-        self.sixth = advance(y, h, &A6, k);
-        k[5] = evaluate(5, &self.sixth)?;
-        let end = advance(y, h, &B, k);
-        k[6] = evaluate(6, &end)?;
+        self.sixth = unrolled_stages!(system, (t, y, h), C, k, [1: A2, 2: A3, 3: A4, 4: A5, 5: A6]);
+        let end = unrolled_stages!(system, (t, y, h), C, k, [6: B]);
         let error = h.abs() * tolerances.norm(&sum(&E, k), y, &end);
         Ok((end, error))
     }
