@@ -3,6 +3,7 @@
 use crate::constrain::gradients::{is_positive, mass};
 use crate::constrain::solve_general;
 use crate::error::{SingularMassMatrix, SolveError};
+use crate::integrate::StepOptions;
 use crate::integrate::choice::Radau5;
 use crate::model::{Branches, Known, ModelState, SimulationModel, Vector};
 use crate::motion::diagnosis;
@@ -10,6 +11,7 @@ use crate::motion::erased_method::SharedMethod;
 use crate::motion::events::location::{EventLocator, Flow};
 use crate::motion::events::unilateral::UnilateralConstraint;
 use crate::motion::failure::{OptionError, SimulationErrorKind};
+use crate::motion::options::formulation::Formulation;
 use crate::motion::pilot_run::PilotRun;
 use crate::motion::right_hand_side::{InputLaw, RightHandSide, with_inputs};
 use crate::motion::run::failure::RunFailure;
@@ -18,7 +20,7 @@ use crate::motion::run::run;
 use crate::motion::run::sinks::{ObserverSink, RecordingSink, Sink};
 use crate::motion::simulation::Simulation;
 use crate::motion::simulation::check::Checked;
-use crate::motion::stabilization::{PlaceError, Stabilization};
+use crate::motion::stabilization::{ContactHistory, PlaceError, Stabilization, StabilizationCounts};
 use crate::motion::trajectory::error::SimulationError;
 use crate::motion::trajectory::global_error::ReferenceSettings;
 use crate::motion::trajectory::motion::Motion;
@@ -95,94 +97,38 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     ) -> Result<RunResult<'m, M>, SimulationError<M>> {
         let constants = self.constants()?;
         self.check_inertia(&mut room)?;
-        let law = self.law.take();
+        let (law, added_events) = (self.law.take(), core::mem::take(&mut self.added_events));
         let (erased_method, reason) = checked.method;
-        let contacts: Vec<_> =
-            checked.unilaterals.iter().filter_map(UnilateralConstraint::closing::<M>).collect();
-        let rhs = |room| {
-            let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
-            let run = (self.start.t(), checked.end);
-            let mut stabilization =
-                Stabilization::within(formulation, self.drift_limit, constants, run, room);
-            stabilization.contacts.clone_from(&contacts);
-            RightHandSide {
-                model: self.model,
-                constants: &constants,
-                law: law.as_ref(),
-                held: *self.start.inputs(),
-                modes: self.start.modes(),
-                evaluations: 0,
-                branches: Branches::FREE,
-                known: Branches::FREE,
-                memory: None,
-                listener: None,
-                stabilization,
-            }
+        let setup = RunSetup {
+            simulation: &self,
+            constants: &constants,
+            law: law.as_ref(),
+            formulation: checked.formulation.as_ref().map(|(formulation, _)| *formulation),
+            contacts: checked.unilaterals.iter().filter_map(UnilateralConstraint::closing::<M>).collect(),
+            end: checked.end,
         };
         let mut options = checked.options;
-        let pilot = checked.by_size.then(|| PilotRun::of(&mut rhs(Vec::new()), &self.start)).flatten();
-        let looked = pilot.map(|mut pilot| {
-            let mut plan = RunPlan {
-                rhs: rhs(Vec::new()),
-                start: self.start,
-                end: checked.end,
-                options,
-                most_steps: self.most_steps,
-                cancel: self.cancel,
-                locator: EventLocator::new(self.model, constants, Vec::new(), Vec::new(), Vec::new()),
-                progress: Progress::none(),
-                hands_over: false,
-                resumes: None,
-            };
-            // What ends it early ends the run itself, too, or has been put right there by an event.
-            let (counts, _) = run(&*erased_method, &mut plan, &mut pilot);
-            options.tolerances.absolute = pilot.absolute(&mut rhs(Vec::new()), options.tolerances.absolute);
-            (counts.evaluations, plan.rhs.stabilization.counts)
-        });
+        let piloted = if checked.by_size { setup.pilot(&erased_method, &mut options) } else { None };
         let mut plan = RunPlan {
-            rhs: rhs(room),
-            start: self.start,
-            end: checked.end,
-            options,
-            most_steps: self.most_steps,
-            cancel: self.cancel,
             locator: EventLocator::new(
                 self.model,
                 constants,
-                self.added_events,
+                added_events,
                 checked.unilaterals,
                 checked.rules,
             ),
-            #[cfg(feature = "progress")]
-            progress: if self.progress {
-                Progress::new(self.start.t(), checked.end)
-            } else {
-                Progress::none()
-            },
-            #[cfg(not(feature = "progress"))]
-            progress: Progress::none(),
+            progress: self.progress_to(checked.end),
             hands_over: checked.hands_over,
-            resumes: None,
+            ..setup.plan(setup.right_hand_side(room), options)
         };
         let (mut counts, relay, result) = run_method(&erased_method, &mut plan, sink);
         let (mut stabilization, kept) = (plan.rhs.stabilization.counts, plan.locator.kept());
-        if let Some((evaluations, before)) = looked {
+        if let Some((evaluations, before)) = piloted {
             counts.evaluations += evaluations;
             stabilization.add_evaluations(&before);
         }
         let second = (self.estimates && result.is_ok()).then(|| {
-            let second = ReferenceSettings::of(&options, erased_method.method());
-            plan.restart(rhs(Vec::new()), second.options(options), checked.hands_over);
-            plan.most_steps = self.most_steps.saturating_mul(ReferenceSettings::MORE_STEPS);
-            let (times, is_middle) = places(&sink.times(), checked.options.fixed.is_some());
-            let mut probe = ReferenceSink::at(times);
-            let (counts, _, result) = run_method(&erased_method, &mut plan, &mut probe);
-            let broken_off = result.err().map(|halt| (probe.reached, halt.kind.to_string()));
-            let (mut states, mut middles) = (Vec::new(), Vec::new());
-            for (state, is_middle) in probe.states.into_iter().zip(is_middle) {
-                if is_middle { &mut middles } else { &mut states }.push(state);
-            }
-            ReferenceRun { run: second, states, middles, events: probe.events, counts, broken_off }
+            setup.reference(&erased_method, &mut plan, (options, checked.hands_over), &sink.times())
         });
         let trajectory = Trajectory {
             erased_method: Some(erased_method),
@@ -203,6 +149,16 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         };
         drop(plan);
         Ok((FinishedRun { model: self.model, constants, law, trajectory, second }, result))
+    }
+
+    #[cfg(feature = "progress")]
+    fn progress_to(&self, end: f64) -> Progress {
+        if self.progress { Progress::new(self.start.t(), end) } else { Progress::none() }
+    }
+
+    #[cfg(not(feature = "progress"))]
+    fn progress_to(&self, _: f64) -> Progress {
+        Progress::none()
     }
 
     fn constants(&self) -> Result<M::Constants, SimulationError<M>> {
@@ -265,6 +221,96 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
 
     fn check(&mut self) -> Result<Checked<'m, M>, SimulationError<M>> {
         self.check_options().map_err(|error| self.refused(error.into()))
+    }
+}
+
+/// What the runs of a simulation have in common: the pilot run, the run itself, and the reference run.
+struct RunSetup<'r, 'm, M: SimulationModel> {
+    simulation: &'r Simulation<'m, M>,
+    constants: &'r M::Constants,
+    law: Option<&'r InputLaw<'m, M>>,
+    formulation: Option<Formulation>,
+    contacts: Vec<ContactHistory>,
+    end: f64,
+}
+
+impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
+    /// At the start, with memory that was used before.
+    fn right_hand_side(&self, room: Vec<f64>) -> RightHandSide<'r, 'm, M> {
+        let Simulation { model, start, drift_limit, .. } = self.simulation;
+        let interval = (start.t(), self.end);
+        let mut stabilization =
+            Stabilization::within(self.formulation, *drift_limit, *self.constants, interval, room);
+        stabilization.contacts.clone_from(&self.contacts);
+        RightHandSide {
+            model,
+            constants: self.constants,
+            law: self.law,
+            held: *start.inputs(),
+            modes: start.modes(),
+            evaluations: 0,
+            branches: Branches::FREE,
+            known: Branches::FREE,
+            memory: None,
+            listener: None,
+            stabilization,
+        }
+    }
+
+    /// A run without events that shows no progress and keeps its method.
+    fn plan(&self, rhs: RightHandSide<'r, 'm, M>, options: StepOptions) -> RunPlan<'r, 'm, M> {
+        let Simulation { model, start, most_steps, cancel, .. } = self.simulation;
+        RunPlan {
+            rhs,
+            start: *start,
+            end: self.end,
+            options,
+            most_steps: *most_steps,
+            cancel: *cancel,
+            locator: EventLocator::new(model, *self.constants, Vec::new(), Vec::new(), Vec::new()),
+            progress: Progress::none(),
+            hands_over: false,
+            resumes: None,
+        }
+    }
+
+    /// Runs ahead where the size of the motion decides the absolute tolerance, and gives the options that.
+    /// What it took is told.
+    fn pilot(
+        &self,
+        erased_method: &SharedMethod<M>,
+        options: &mut StepOptions,
+    ) -> Option<(u64, StabilizationCounts)> {
+        let start = &self.simulation.start;
+        let mut pilot = PilotRun::of(&mut self.right_hand_side(Vec::new()), start)?;
+        let mut plan = self.plan(self.right_hand_side(Vec::new()), *options);
+        // What ends it early ends the run itself, too, or has been put right there by an event.
+        let (counts, _) = run(&**erased_method, &mut plan, &mut pilot);
+        let absolute = &mut options.tolerances.absolute;
+        *absolute = pilot.absolute(&mut self.right_hand_side(Vec::new()), *absolute);
+        Some((counts.evaluations, plan.rhs.stabilization.counts))
+    }
+
+    /// Runs once more with settings that tell the error of the run at these times.
+    fn reference(
+        &self,
+        erased_method: &SharedMethod<M>,
+        plan: &mut RunPlan<'r, 'm, M>,
+        (options, hands_over): (StepOptions, bool),
+        times: &[f64],
+    ) -> ReferenceRun<M> {
+        let settings = ReferenceSettings::of(&options, erased_method.method());
+        plan.restart(self.right_hand_side(Vec::new()), settings.options(options), hands_over);
+        plan.most_steps = self.simulation.most_steps.saturating_mul(ReferenceSettings::MORE_STEPS);
+        let (times, is_middle) = places(times, options.fixed.is_some());
+        let mut probe = ReferenceSink::at(times);
+        let (counts, _, result) = run_method(erased_method, plan, &mut probe);
+        let broken_off = result.err().map(|failure| (probe.reached, failure.kind.to_string()));
+        let (mut states, mut middles) = (Vec::new(), Vec::new());
+        for (state, is_middle) in probe.states.into_iter().zip(is_middle) {
+            if is_middle { &mut middles } else { &mut states }.push(state);
+        }
+        ReferenceRun { run: settings, states, middles, events: probe.events, counts, broken_off }
     }
 }
 
