@@ -25,6 +25,7 @@ mod page;
 mod parameters;
 mod periodic;
 mod runs;
+mod show;
 mod table;
 mod vibration;
 mod work_precision;

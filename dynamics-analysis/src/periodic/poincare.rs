@@ -70,7 +70,7 @@ pub struct Section<S: ModelState> {
     folded: Vec<(usize, f64)>,
     /// What was taken from them at each point.
     taken: Vec<Vec<f64>>,
-    coordinates: &'static [Quantity],
+    pub(crate) coordinates: &'static [Quantity],
 }
 
 /// A point that nearly returns to itself: a guess for a closed motion.

@@ -158,7 +158,7 @@ fn largest(sizes: &[f64], states: &[Signal]) -> Vec<String> {
 #[derive(Clone, Debug)]
 pub struct LqrDesign<'a> {
     space: &'a StateSpace,
-    weights: Vec<(String, f64)>,
+    pub(crate) weights: Vec<(String, f64)>,
 }
 
 impl LqrDesign<'_> {

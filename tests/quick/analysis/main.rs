@@ -11,3 +11,4 @@ mod linearize_apart;
 mod rotor;
 mod routh;
 mod steady;
+mod words;

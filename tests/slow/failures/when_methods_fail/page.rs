@@ -46,7 +46,9 @@ fn sources(folder: &Path) -> String {
 /// What the page quotes is what the library says: every piece of it stands in its sources.
 #[test]
 fn what_is_quoted_is_what_is_said() {
-    let sources = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../dynamics-runtime/src"));
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let sources = ["dynamics-runtime/src", "dynamics-analysis/src"].map(|folder| sources(&root.join(folder)));
+    let sources = sources.concat();
     // In a string that goes on in the next line words stand apart.
     let sources = sources.replace("\\\n", "").split_whitespace().collect::<Vec<_>>().join(" ");
     let (mut column, mut quoted) = (None, 0);
