@@ -15,8 +15,7 @@ fn main() {
     println!("cargo:rustc-cfg=andrews");
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
     let source = out.join("andrews.c");
-    let text =
-        "#include \"andrews.h\"\nvoid peers_andrews(const double *y, double *slope) \
+    let text = "#include \"andrews.h\"\nvoid peers_andrews(const double *y, double *slope) \
          { andrews_ode(y, slope); }\n";
     std::fs::write(&source, text).expect("the folder can be written");
     let run = |program: &str, arguments: &[&str]| {

@@ -71,7 +71,12 @@ fn andrews(y: &[f64], d: &mut [f64]) {
 }
 
 /// Repeats for 0.3 s, at least 3 times, and prints a line with the median.
-fn measure<const N: usize>(p: &Problem<N>, solver: &str, tolerance: f64, run: impl Fn() -> Result<Vec<f64>, String>) {
+fn measure<const N: usize>(
+    p: &Problem<N>,
+    solver: &str,
+    tolerance: f64,
+    run: impl Fn() -> Result<Vec<f64>, String>,
+) {
     let (begun, mut times) = (Instant::now(), Vec::new());
     print!("{{\"problem\":\"{}\",\"solver\":\"{solver}\",\"tolerance\":{tolerance:e}", p.name);
     while times.len() < 3 || (begun.elapsed() < Duration::from_millis(300) && times.len() < 101) {
@@ -90,7 +95,10 @@ fn measure<const N: usize>(p: &Problem<N>, solver: &str, tolerance: f64, run: im
                 println!(",\"failure\":\"{error}\"}}");
                 return;
             }
-            Ok(end) if times.len() >= 3 && begun.elapsed() >= Duration::from_millis(300) || times.len() == 101 => {
+            Ok(end)
+                if times.len() >= 3 && begun.elapsed() >= Duration::from_millis(300)
+                    || times.len() == 101 =>
+            {
                 times.sort_unstable();
                 let time = times[(times.len() - 1) / 2].as_secs_f64() * 1e6;
                 let end: Vec<String> = end.iter().map(|x| format!("{x:e}")).collect();
@@ -186,7 +194,10 @@ mod of_diffsol {
         ($solver:expr, $end:expr) => {{
             let mut solver = $solver.map_err(|error| format!("{error:?}"))?;
             solver.set_stop_time($end).map_err(|error| format!("{error:?}"))?;
-            while !matches!(solver.step().map_err(|error| format!("{error:?}"))?, OdeSolverStopReason::TstopReached) {}
+            while !matches!(
+                solver.step().map_err(|error| format!("{error:?}"))?,
+                OdeSolverStopReason::TstopReached
+            ) {}
             Ok(solver.state().y.batch_as_slice(0).to_vec())
         }};
     }
