@@ -117,7 +117,7 @@ fn main() -> common::Outcome {
     // Over the crests of the smooth wire: what the wire pushes with follows from speed and curvature.
     let run = smooth.simulate(smooth.start(-3.0, 4.0)?).until(1.5).tolerance(1e-10).run()?;
     println!("{}\n", run.summary());
-    assert!(run.summary().energy_drift < 1e-9);
+    assert!(run.verify().energy_drift < 1e-9);
     let mut worst = 0.0_f64;
     for state in run.sample(common::times(1.5, 600)) {
         let (angle, curvature) = (smooth.angle(state.x()), smooth.curvature(state.x()));
@@ -163,7 +163,7 @@ fn main() -> common::Outcome {
     println!("it stops at x = {:.4} m, on a slope of {slope:.4} (μ = {})", rest.x(), rough.mu);
     assert!(slope.abs() <= rough.mu && speed(&rest) < 1e-9);
     // What friction took is what the energy lost.
-    assert!(settle.summary().energy_drift < 1e-7);
+    assert!(settle.verify().energy_drift < 1e-7);
 
     let mut files = common::Files::of("bead_on_wire");
     let end_time = settle.end_time();

@@ -107,7 +107,7 @@ fn main() -> common::Outcome {
 
     let motion = car.simulate(start).until(3.0).tolerance(1e-10).run()?;
     println!("\n{}", motion.summary());
-    assert!(motion.summary().energy_drift < 1e-7, "the work of the road is accounted for");
+    assert!(motion.verify().energy_drift < 1e-7, "the work of the road is accounted for");
     let energies = || motion.sample(common::times(3.0, 1500)).map(|s| (s.t, car.energy_function(&s)));
     let (least, most) = energies().fold((f64::MAX, f64::MIN), |(l, m), (_, e)| (l.min(e), m.max(e)));
     println!("the road takes the energy up and down between {least:.4} and {most:.4}");
