@@ -12,8 +12,8 @@
 mod common;
 use dynamics::analysis::Page;
 use dynamics::analysis::SpecialKind;
-use dynamics::motion::Direction;
 use dynamics::prelude::*;
+use dynamics::simulate::Direction;
 
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad)]

@@ -9,8 +9,8 @@
 //! 100 fits of resampled data agree with these.
 
 mod common;
-use dynamics::motion::MotionError;
 use dynamics::prelude::*;
+use dynamics::simulate::MotionError;
 
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(body: m, wheel: m)]

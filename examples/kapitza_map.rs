@@ -11,8 +11,8 @@
 
 mod common;
 use dynamics::analysis::{FloquetVerdict, Threshold};
-use dynamics::motion::Direction;
 use dynamics::prelude::*;
+use dynamics::simulate::Direction;
 use std::f64::consts::TAU;
 
 #[derive(Clone, Debug, Dynamics)]

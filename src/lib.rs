@@ -62,7 +62,7 @@ pub use dynamics_analysis as analysis;
 pub use dynamics_macros::{Dynamics, dynamics};
 #[cfg(feature = "alloc")]
 pub use dynamics_runtime::{
-    CubicSpline, MeshError, SplineError, adapters, kinematics, mechanism, methods, motion, output, spline,
+    CubicSpline, MeshError, SplineError, adapters, kinematics, mechanism, methods, output, simulate, spline,
 };
 pub use dynamics_runtime::{
     Cylindrical, EulerAngles, EulerParameters, EulerSequence, Expr, Force, Frame, Inertia, Joint,
@@ -101,11 +101,11 @@ pub mod prelude {
         Modes, Outputs, Parameters, Powers, Quantity, State, StateJacobian,
     };
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::motion::{
+    pub use dynamics_runtime::output::{Animation, Axis, Chart, Color, Drawing, Mark, Panel, Series};
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::simulate::{
         ChartSwitching, Contact, Direction, Flow, Formulation, Method, Motion, Simulate, SimulationError,
     };
-    #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::output::{Animation, Axis, Chart, Color, Drawing, Mark, Panel, Series};
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::{CubicSpline, SplineError};
     pub use dynamics_runtime::{

@@ -1,7 +1,7 @@
 //! What can be asked of every model: one trait, so that there is one name to import.
 
 use dynamics_runtime::model::Draw;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 use crate::equilibria::{self, Equilibrium, EquilibriumError, EquilibriumSearch, Stability};
 use crate::linearize::{self, Linearization, LinearizeError, Mode};

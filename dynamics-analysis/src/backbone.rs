@@ -23,7 +23,7 @@ use dynamics_runtime::constrain::{project_positions, project_velocities, with_wo
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::names;
 use dynamics_runtime::model::{ModelState, Powers, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::DVector;
 
 pub use error::BackboneError;

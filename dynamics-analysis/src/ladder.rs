@@ -38,7 +38,7 @@ pub use error::LadderError;
 pub use rung::Rung;
 pub use verdict::Verdict;
 
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 use rung::AnyRung;
 

@@ -25,7 +25,7 @@ pub use sweep::{RunFailure, Sweep, SweepAxis, SweepError, Sweeping};
 pub use variable::{Variable, VariableError};
 
 use dynamics_runtime::model::Parameters;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 /// Models whose parameters and starts can be varied: every derived model that is `Clone`.
 pub trait Vary: Simulate + Parameters + Clone {

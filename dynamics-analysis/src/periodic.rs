@@ -26,7 +26,7 @@ mod variation;
 use dynamics_runtime::constrain::check_start;
 use dynamics_runtime::error::StateError;
 use dynamics_runtime::model::Vector;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::DVector;
 
 pub use error::PeriodicError;

@@ -7,7 +7,7 @@ use core::time::Duration;
 use std::time::Instant;
 
 use dynamics_runtime::model::{ModelState, Vector};
-use dynamics_runtime::motion::{Simulate, Simulation};
+use dynamics_runtime::simulate::{Simulate, Simulation};
 
 /// Rounds over all runs: what disturbs the machine for a while disturbs a part of the repeats of many runs,
 /// not all of one.

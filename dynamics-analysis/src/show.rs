@@ -7,7 +7,7 @@ use alloc::{format, vec};
 use core::fmt;
 
 use dynamics_runtime::model::{ModelState, Quantity, Vector as _};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::DMatrix;
 
 use crate::continuation::{FoldCurve, HopfCurve};

@@ -43,7 +43,7 @@ pub use study::{Cost, Point, RunMeasurement, Study, WorkPrecisionCurve};
 
 use dynamics_runtime::methods::{Any, Dop853, Radau5, Tsit5, Verner9};
 use dynamics_runtime::model::ModelState;
-use dynamics_runtime::motion::{Simulate, Simulation};
+use dynamics_runtime::simulate::{Simulate, Simulation};
 
 use crate::runs;
 

@@ -9,7 +9,7 @@ use common::constrained::Rod;
 use common::*;
 use dynamics_analysis::{Comparison, Ladder, LadderError, Page, Rung, compare};
 use dynamics_runtime::methods::Rk4;
-use dynamics_runtime::motion::Direction;
+use dynamics_runtime::simulate::Direction;
 
 fn oscillator<'m>(name: &str, model: &'m Oscillator) -> Rung<'m, Oscillator> {
     Rung::new(name, model, at_rest_or_not([1.0], [0.0])).output("x", |_, state| state.q[0])

@@ -12,8 +12,8 @@ use dynamics_analysis::{
     Analyze, Cost, ErrorOf, OutsideError, Page, Reference, Study, WorkPrecision, WorkPrecisionError,
 };
 use dynamics_runtime::methods::{Any, Dop853, DormandPrince5, Rk4};
-use dynamics_runtime::motion::{Direction, Simulate, Simulation};
 use dynamics_runtime::output::Chart;
+use dynamics_runtime::simulate::{Direction, Simulate, Simulation};
 
 const END: f64 = 10.0;
 

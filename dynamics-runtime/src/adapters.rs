@@ -11,7 +11,7 @@
 //! constraints leave (the augmented formulation: Φ̈ = 0 in every evaluation). Nothing holds Φ and Φ̇
 //! themselves: errors of the solver let them *drift*, positions in proportion to t², however good each step
 //! is. [`FirstOrder::state`] gives states whose `residual` tells how far; what has to stay on its constraints
-//! is better run by [`crate::motion::Simulate::simulate`], which projects.
+//! is better run by [`crate::simulate::Simulate::simulate`], which projects.
 //!
 //! # Where a model fails
 //!
@@ -32,15 +32,15 @@ use core::fmt;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::integrate::{Phase, StepNode, by_state};
 use crate::model::{InputValues, ModelState, Vector};
-use crate::motion::Simulate;
-use crate::motion::{InputLaw, with_inputs};
+use crate::simulate::Simulate;
+use crate::simulate::{InputLaw, with_inputs};
 
 /// A model as a first-order system of 2N equations, y = (q, q̇), for solvers of others.
 ///
 /// ```
 /// # use dynamics_runtime as dynamics;
 /// # use dynamics::adapters::{AdapterError, FirstOrder};
-/// # use dynamics::motion::Simulate;
+/// # use dynamics::simulate::Simulate;
 /// fn euler<M: Simulate>(model: &M, start: M::State, steps: usize, h: f64) -> Result<M::State, AdapterError> {
 ///     let system = FirstOrder::new(model, start)?;
 ///     let (mut y, mut rate) = (system.initial(), system.initial());
@@ -91,7 +91,7 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
         })
     }
 
-    /// Input values as a function of time and state, as of [`crate::motion::Simulation::inputs`].
+    /// Input values as a function of time and state, as of [`crate::simulate::Simulation::inputs`].
     #[must_use]
     pub fn inputs<R: InputValues<M::Inputs>>(
         mut self,

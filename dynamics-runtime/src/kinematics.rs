@@ -35,7 +35,7 @@ use trace::{Effort, Point, Tracer};
 use crate::constrain::{self, Involved};
 use crate::math;
 use crate::model::{Constraints, Model, ModelState, Vector};
-use crate::motion::{Motion, OptionError, Simulate};
+use crate::simulate::{Motion, OptionError, Simulate};
 
 /// A step of the path is at most this part of the whole interval.
 const LONGEST: f64 = 0.05;

@@ -26,13 +26,13 @@ pub mod mechanism;
 pub mod methods;
 pub mod model;
 #[cfg(feature = "alloc")]
-pub mod motion;
-#[cfg(feature = "alloc")]
 pub mod output;
 #[cfg(feature = "alloc")]
 pub mod progress;
 pub mod reaction;
 pub mod series;
+#[cfg(feature = "alloc")]
+pub mod simulate;
 #[cfg(feature = "std")]
 pub mod slow;
 #[cfg(feature = "alloc")]

@@ -8,7 +8,7 @@ use crate::constrain::mechanism::degrees_of_freedom;
 use crate::constrain::{self, ConstraintReaction};
 use crate::error::SolveError;
 use crate::kinematics::Analysis;
-use crate::motion::Simulate;
+use crate::simulate::Simulate;
 
 /// Questions about the constraints of a model at a state; implemented for every model.
 pub trait Mechanism: Simulate {

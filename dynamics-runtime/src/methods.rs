@@ -1,4 +1,4 @@
-//! The methods that [`Simulation::method`](crate::motion::Simulation::method) takes, with their options.
+//! The methods that [`Simulation::method`](crate::simulate::Simulation::method) takes, with their options.
 //!
 //! Each is a type of its own, so that a program contains the code of those it names and of those that are
 //! chosen by themselves, and of no others. What they do, their order and their source stand in the headers of
@@ -13,4 +13,4 @@
 //! ```
 
 pub use crate::integrate::choice::*;
-pub use crate::motion::AnyMethod as Any;
+pub use crate::simulate::AnyMethod as Any;

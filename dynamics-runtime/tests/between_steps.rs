@@ -13,7 +13,7 @@ use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::integrate::Method;
 use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::{Dynamics, Events, Model, Outputs, Powers, Quantity};
-use dynamics_runtime::motion::{Motion, Simulate};
+use dynamics_runtime::simulate::{Motion, Simulate};
 use nalgebra::{SMatrix, SVector};
 
 type State = PlainState<2, 0>;

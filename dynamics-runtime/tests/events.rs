@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use common::*;
 use dynamics_runtime::methods;
 use dynamics_runtime::model::ModelState;
-use dynamics_runtime::motion::{Direction, Flow, OptionError, Simulate, SimulationErrorKind};
+use dynamics_runtime::simulate::{Direction, Flow, OptionError, Simulate, SimulationErrorKind};
 use proptest::prelude::*;
 
 const G: f64 = 9.81;
@@ -316,7 +316,7 @@ fn a_reset_to_a_place_without_accelerations_is_not_kept() {
 fn bad_events_are_errors() {
     let ball = Ball { g: G };
     let open = || ball.simulate(at_rest_or_not([1.0], [0.0])).until(1.0);
-    let kind = |s: dynamics_runtime::motion::Simulation<'_, Ball>| s.run().unwrap_err().kind;
+    let kind = |s: dynamics_runtime::simulate::Simulation<'_, Ball>| s.run().unwrap_err().kind;
     assert_eq!(
         kind(open().stop_at("impcat", Direction::Any)),
         OptionError::UnknownEvent { name: "impcat".into(), suggestion: Some("impact".into()) }.into()

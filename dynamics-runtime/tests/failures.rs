@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use common::*;
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::methods;
-use dynamics_runtime::motion::{
+use dynamics_runtime::simulate::{
     Flow, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError,
     SimulationErrorKind,
 };

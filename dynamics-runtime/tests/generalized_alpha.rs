@@ -12,7 +12,7 @@ use dynamics_runtime::integrate::{
 };
 use dynamics_runtime::integrate::{Settled, StepNode};
 use dynamics_runtime::methods;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::{Matrix3, SVector, Vector3};
 
 type V1 = SVector<f64, 1>;

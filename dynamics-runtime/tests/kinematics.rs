@@ -11,7 +11,7 @@ use dynamics_runtime::error::StateError;
 use dynamics_runtime::kinematics::{KinematicsError, KinematicsErrorKind as Kind};
 use dynamics_runtime::mechanism::Mechanism as _;
 use dynamics_runtime::model::{Constraint, Constraints, Model};
-use dynamics_runtime::motion::OptionError;
+use dynamics_runtime::simulate::OptionError;
 use proptest::prelude::*;
 
 fn state<const N: usize>(q: [f64; N]) -> JetState<N> {

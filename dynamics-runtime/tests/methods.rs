@@ -11,7 +11,7 @@ use dynamics_runtime::integrate::{
     StepOptions, Stepper, StormerVerlet, Tolerances, Tsit5, Verner9,
 };
 use dynamics_runtime::methods;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::SVector;
 
 type V = SVector<f64, 1>;

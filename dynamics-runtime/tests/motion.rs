@@ -7,7 +7,7 @@ use common::*;
 use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::methods;
 use dynamics_runtime::model::ModelState;
-use dynamics_runtime::motion::{Flow, Method, Motion, Simulate};
+use dynamics_runtime::simulate::{Flow, Method, Motion, Simulate};
 use nalgebra::SMatrix;
 use proptest::prelude::*;
 
@@ -67,7 +67,7 @@ fn output_times_are_met_and_change_no_step() {
     let stopped = run()
         .every(0.25)
         .event("early", |s| s.t - 0.6)
-        .stop_at("early", dynamics_runtime::motion::Direction::Any)
+        .stop_at("early", dynamics_runtime::simulate::Direction::Any)
         .run()
         .unwrap();
     assert_eq!(stopped.states().map(|s| s.t).collect::<Vec<_>>(), [0.0, 0.25, 0.5]);

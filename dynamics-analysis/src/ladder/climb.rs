@@ -5,7 +5,7 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use dynamics_runtime::motion::Counts;
+use dynamics_runtime::simulate::Counts;
 
 use super::comparison::{Compared, Comparison, Difference, RungReport};
 use super::error::LadderError;

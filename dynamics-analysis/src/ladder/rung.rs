@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use dynamics_runtime::model::{ModelState, Vector};
-use dynamics_runtime::motion::{Counts, Motion, Simulate, Simulation};
+use dynamics_runtime::simulate::{Counts, Motion, Simulate, Simulation};
 use dynamics_view::suggest;
 
 use super::error::LadderError;

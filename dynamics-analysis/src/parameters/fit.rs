@@ -26,7 +26,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::Parameters;
-use dynamics_runtime::motion::{Simulate, Simulation};
+use dynamics_runtime::simulate::{Simulate, Simulation};
 use nalgebra::{DMatrix, DVector};
 
 use data::{Given, Series, named};

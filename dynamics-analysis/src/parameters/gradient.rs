@@ -39,7 +39,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{Parameters, Vector};
-use dynamics_runtime::motion::{Motion, Simulate, Simulation};
+use dynamics_runtime::simulate::{Motion, Simulate, Simulation};
 
 use objective::{ParsedObjective, Term};
 

@@ -31,7 +31,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{ModelState, Parameters, Vector};
-use dynamics_runtime::motion::{Motion, Simulate, Simulation};
+use dynamics_runtime::simulate::{Motion, Simulate, Simulation};
 use dynamics_view::suggest;
 use nalgebra::{DMatrix, DVector};
 

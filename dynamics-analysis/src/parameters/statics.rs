@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 use dynamics_runtime::constrain::{project_positions, solve_once, with_workspace};
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{ModelState, Parameters, Quantity, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use super::equations::{by_parameter, differences, step};

@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 pub use error::{RunFailure, SweepError};
 
 use dynamics_runtime::model::Parameters;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 use super::parallel::ordered;
 use super::variable::{Variable, VariableError};

@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{ConservedKind, ModelState, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::flow::Flow;

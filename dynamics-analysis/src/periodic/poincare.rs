@@ -9,7 +9,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{ModelState, Quantity, Vector};
-use dynamics_runtime::motion::{Direction, Flow, Simulate, Simulation};
+use dynamics_runtime::simulate::{Direction, Flow, Simulate, Simulation};
 use dynamics_view::{Axis, Panel};
 
 use super::frame::stacked;
@@ -144,7 +144,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         self
     }
 
-    /// Permitted error, as of [`Simulation::tolerance`](dynamics_runtime::motion::Simulation::tolerance).
+    /// Permitted error, as of [`Simulation::tolerance`](dynamics_runtime::simulate::Simulation::tolerance).
     /// Default 1e-10.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;

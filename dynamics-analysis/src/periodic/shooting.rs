@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use dynamics_runtime::model::{ModelState, Quantity, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::DVector;
 
 use super::floquet::{self, Floquet};

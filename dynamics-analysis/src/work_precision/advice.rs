@@ -4,7 +4,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use dynamics_view::text::readable;
 
 use super::errors::ErrorOf;

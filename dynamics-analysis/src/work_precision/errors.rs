@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain;
 use dynamics_runtime::model::{ModelState, Modes, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 /// What an error is an error of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

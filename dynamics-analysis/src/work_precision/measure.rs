@@ -7,7 +7,7 @@ use core::time::Duration;
 
 use dynamics_runtime::integrate::Method;
 use dynamics_runtime::model::{ModelState, Vector};
-use dynamics_runtime::motion::{Simulate, Simulation};
+use dynamics_runtime::simulate::{Simulate, Simulation};
 
 use super::errors::{End, largest};
 use super::reference::ReferenceSolution;

@@ -8,7 +8,7 @@ use core::time::Duration;
 use std::path::Path;
 
 use dynamics_runtime::model::{ModelState, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use dynamics_view::text::{exact, json, json_number};
 
 use super::error::OutsideError;

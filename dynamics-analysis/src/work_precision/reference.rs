@@ -5,7 +5,7 @@ use alloc::string::{String, ToString};
 
 use dynamics_runtime::methods::{Any, Dop853, DormandPrince5, Verner9};
 use dynamics_runtime::model::{ModelState, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 use super::WorkPrecision;
 use super::error::WorkPrecisionError;

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::fmt::{self, Write};
 use std::path::Path;
 
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use dynamics_view::file::{self, FileError};
 use dynamics_view::text::readable;
 use dynamics_view::{Axis, Chart, Color, Mark, Panel, Series};

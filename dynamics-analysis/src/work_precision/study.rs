@@ -4,7 +4,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 use super::errors::{End, ErrorOf, Errors};
 use super::reference::ReferenceSolution;

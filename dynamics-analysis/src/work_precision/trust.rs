@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use dynamics_runtime::integrate::Method;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 use super::error::WorkPrecisionError;
 use super::errors::Errors;

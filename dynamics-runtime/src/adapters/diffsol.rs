@@ -6,7 +6,7 @@
 //!
 //! ```
 //! # use dynamics_runtime as dynamics;
-//! # use dynamics::{adapters::FirstOrder, motion::Simulate};
+//! # use dynamics::{adapters::FirstOrder, simulate::Simulate};
 //! use dynamics::adapters::diffsol::builder;
 //! use dynamics::adapters::diffsol::solvers::{NalgebraLU, NalgebraMat, OdeSolverMethod, Vector};
 //!
@@ -25,7 +25,7 @@ pub use ::diffsol as solvers;
 use ::diffsol::{Closure, ConstantClosure, Matrix, OdeBuilder};
 
 use super::FirstOrder;
-use crate::motion::Simulate;
+use crate::simulate::Simulate;
 
 /// A builder whose problem is the motion of a model from its start, with matrices of type `Mat`.
 #[allow(clippy::type_complexity, reason = "the closures have no names")]

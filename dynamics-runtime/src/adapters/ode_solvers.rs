@@ -8,7 +8,7 @@
 //!
 //! ```
 //! # use dynamics_runtime as dynamics;
-//! # use dynamics::{adapters::FirstOrder, motion::Simulate};
+//! # use dynamics::{adapters::FirstOrder, simulate::Simulate};
 //! use dynamics::adapters::ode_solvers::solvers::{DVector, Dop853, OutputType};
 //!
 //! # fn run<M: Simulate>(model: &M, start: M::State) -> Result<M::State, Box<dyn std::error::Error>> {
@@ -29,7 +29,7 @@ use ::ode_solvers::{DVector, SVector, System};
 
 use super::FirstOrder;
 use crate::model::Vector;
-use crate::motion::Simulate;
+use crate::simulate::Simulate;
 
 impl<M: Simulate> System<f64, DVector<f64>> for &FirstOrder<'_, M> {
     fn system(&self, t: f64, y: &DVector<f64>, rate: &mut DVector<f64>) {

@@ -15,7 +15,7 @@
 //! than a moment: within a step it may turn round, and where two blocks meet what one misses is another's.
 //! Measured with DOP853, stages and ends by blocks that were judged at every step: on an elliptic trammel
 //! that spins a hundred to two thousand times the error of projection, on pendulums in x and y ten times. See
-//! [`Formulation::Embedded`](crate::motion::Formulation::Embedded).
+//! [`Formulation::Embedded`](crate::simulate::Formulation::Embedded).
 
 use super::project::{admit, project_positions, project_velocities};
 use super::system::{RANK_TOLERANCE, Read, scale_coordinates};

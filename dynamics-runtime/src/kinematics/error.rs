@@ -6,7 +6,7 @@ use core::fmt;
 use crate::constrain::Involved;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::model::{Constraints, Model, ModelState};
-use crate::motion::OptionError;
+use crate::simulate::OptionError;
 use crate::wording::Readable;
 
 /// A kinematic analysis that stopped before its end. What was computed up to there is still in hand:

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use crate::constrain::Involved;
-use crate::motion::Counts;
+use crate::simulate::Counts;
 use crate::wording::Rounded;
 
 /// A bifurcation that was passed.

@@ -16,7 +16,7 @@ use super::csv::header;
 use super::motion::{chart, panels};
 use crate::model::names::{self, Column};
 use crate::model::{Draw, ModelState};
-use crate::motion::{ChartSwitchingMotion, EventRecord, Simulate};
+use crate::simulate::{ChartSwitchingMotion, EventRecord, Simulate};
 
 impl<M: Simulate> ChartSwitchingMotion<'_, M> {
     /// The declared outputs over time, those with the same unit in the same panel; without panels where none
@@ -40,7 +40,7 @@ impl<M: Simulate> ChartSwitchingMotion<'_, M> {
     }
 
     /// The motion as comma-separated values, a row for each accepted step: the columns of
-    /// [`Motion::csv`](crate::motion::Motion::csv), and before them the number of the chart in which the
+    /// [`Motion::csv`](crate::simulate::Motion::csv), and before them the number of the chart in which the
     /// angles and their rates are to be read. Where a chart changes, the same time comes twice.
     #[must_use]
     pub fn to_csv(&self) -> String {

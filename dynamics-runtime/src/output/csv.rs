@@ -16,7 +16,7 @@ use dynamics_view::{OutputError, text};
 
 use crate::model::names::{self, Column};
 use crate::model::{Known, ModelState, Vector};
-use crate::motion::{Motion, Simulate};
+use crate::simulate::{Motion, Simulate};
 
 /// A motion as a table, from [`Motion::csv`].
 ///

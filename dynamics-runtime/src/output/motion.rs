@@ -8,7 +8,7 @@ use dynamics_view::{Animation, Axis, Chart, Drawing, Film, OutputError, Panel, S
 
 use crate::model::names::{self, Column};
 use crate::model::{Draw, ModelState, Vector};
-use crate::motion::{EventRecord, Motion, Simulate};
+use crate::simulate::{EventRecord, Motion, Simulate};
 
 /// A curve has about so many points at least, however large the steps are.
 const FINE: usize = 2000;

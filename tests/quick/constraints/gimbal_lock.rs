@@ -2,8 +2,8 @@
 //! wherever the mass matrix suffers from it, and only there.
 
 use dynamics::model::AngleSet;
-use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind;
 
 /// A top on its tip, in Euler's angles, in a ring that turns along with the first of them.
 #[derive(Clone, Debug, Dynamics)]

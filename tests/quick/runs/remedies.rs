@@ -2,8 +2,8 @@
 
 #![allow(missing_docs, reason = "test models")]
 
-use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind;
 
 /// A pendulum in a vertical plane, with a wall at its middle.
 #[derive(Clone, Debug, Dynamics)]

@@ -1,8 +1,8 @@
 //! Mechanisms of micrometres and of kilometres: what decides at starts, contacts and slips knows their size,
 //! and all of them behave alike.
 
-use dynamics::motion::{EventActionError, SimulationErrorKind as Kind};
 use dynamics::prelude::*;
+use dynamics::simulate::{EventActionError, SimulationErrorKind as Kind};
 
 /// Two masses at the ends of a rod that fall onto a rough floor, which falls away from a place on.
 #[derive(Clone, Debug, Dynamics)]

@@ -1,8 +1,8 @@
 //! Friction by the side to which a constraint was released: it brakes, or the motion ends with an error. It
 //! never drives.
 
-use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind as Kind;
 
 mod laws;
 use crate::parcel;

@@ -200,7 +200,7 @@ fn a_ball_bounces_on_a_spring_that_only_pushes() {
     // more.
     let period = 2.0 * hit / model.g + 2.0 / w * (PI - f64::atan(hit * w / model.g));
     let start = model.state().x(height).build().unwrap();
-    let check = |name: &str, tolerance: f64, motion: &dynamics::motion::Motion<'_, Trampoline>| {
+    let check = |name: &str, tolerance: f64, motion: &dynamics::simulate::Motion<'_, Trampoline>| {
         let (end, summary) = (motion.end(), motion.verify());
         let error = (end.q()[0] - height).abs().max(end.u()[0].abs() / model.g);
         println!("{name} {tolerance:e}: error {error:.1e}, {} + {} steps", summary.steps, summary.rejected);

@@ -1,8 +1,8 @@
 //! Failures that say what they come from, and not only what the method met; and that what they advise works.
 
 use dynamics::constrain::solve_once;
-use dynamics::motion::{Contact, Jumping, SimulationErrorKind};
 use dynamics::prelude::*;
+use dynamics::simulate::{Contact, Jumping, SimulationErrorKind};
 
 /// A slider-crank whose crank may lack a flywheel. With the platform's sines: with others a run of equal bars
 /// comes so near to its dead point that a constraint is not finite there, and that is what it names.

@@ -6,8 +6,8 @@ use core::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use dynamics::constrain::solve_once;
 use dynamics::kinematics::KinematicsErrorKind;
-use dynamics::motion::{OptionError, SimulationErrorKind};
 use dynamics::prelude::*;
+use dynamics::simulate::{OptionError, SimulationErrorKind};
 
 /// A pendulum in Cartesian coordinates.
 #[derive(Clone, Debug, Dynamics)]

@@ -5,8 +5,8 @@
 
 use core::f64::consts::FRAC_PI_2;
 
-use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind;
 
 use super::support;
 use super::windows;

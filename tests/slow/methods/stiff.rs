@@ -237,7 +237,7 @@ fn stiff_reactions_are_met_where_the_motion_has_them() {
         };
         let breaks = tow.breaks_away();
         let reference = run(&methods::Radau5.into(), 1e-11, 3.0);
-        let times = |motion: &dynamics::motion::Motion<'_, Tow>| {
+        let times = |motion: &dynamics::simulate::Motion<'_, Tow>| {
             let slips = motion.events().iter().filter(|event| event.name == "stick slip");
             slips.map(|event| event.time()).collect::<Vec<f64>>()
         };

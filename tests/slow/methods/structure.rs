@@ -2,8 +2,8 @@
 //! constraints, and refusals.
 
 use dynamics::model::Vector;
-use dynamics::motion::{OptionError, SimulationErrorKind};
 use dynamics::prelude::*;
+use dynamics::simulate::{OptionError, SimulationErrorKind};
 
 use crate::double_pendulum;
 use crate::kepler;

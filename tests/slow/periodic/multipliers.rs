@@ -107,7 +107,7 @@ fn damping_makes_volumes_smaller_by_as_much_as_it_says() {
 }
 
 /// The derivatives of the state at the end of a motion by that at its start, by differences of order four.
-fn by_differences<M: dynamics::motion::Simulate>(
+fn by_differences<M: dynamics::simulate::Simulate>(
     model: &M,
     start: M::State,
     period: f64,

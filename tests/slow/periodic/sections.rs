@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use dynamics::motion::Direction;
 use dynamics::prelude::*;
+use dynamics::simulate::Direction;
 
 use crate::double_pendulum::DoublePendulum;
 use crate::models::{Duffing, Pendulum, VanDerPol};

@@ -3,8 +3,8 @@
 
 use crate::parametrised;
 
-use dynamics::motion::{ChartError, ChartSwitchingErrorKind, Compared};
 use dynamics::prelude::*;
+use dynamics::simulate::{ChartError, ChartSwitchingErrorKind, Compared};
 use parametrised::Parametrised;
 
 /// A heavy body that turns about a fixed point, in angles with a reference.

@@ -8,7 +8,7 @@ use common::*;
 use dynamics_runtime::integrate::{Direction, Dop853, Phase, StepOptions, Stepper, Tolerances};
 use dynamics_runtime::methods;
 use dynamics_runtime::model::Constraints;
-use dynamics_runtime::motion::{Flow, Formulation, Motion, Simulate, SimulationErrorKind};
+use dynamics_runtime::simulate::{Flow, Formulation, Motion, Simulate, SimulationErrorKind};
 
 const ROD: Rod = Rod { m: 2.0, l: 1.5, g: 9.81 };
 
@@ -81,7 +81,7 @@ fn drift_over_a_thousand_seconds() {
         run.run().unwrap().verify()
     };
     let [augmented, gains, tied, projected, embedded] = ALL.map(run);
-    let drift = |summary: &dynamics_runtime::motion::Summary| {
+    let drift = |summary: &dynamics_runtime::simulate::Summary| {
         let rod = &summary.constraints[0];
         (rod.residual, rod.velocity_residual)
     };

@@ -6,7 +6,7 @@ use common::*;
 use dynamics_runtime::integrate::Direction;
 use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::{ModelState as _, Vector as _};
-use dynamics_runtime::motion::{Motion, Simulate, SimulationErrorKind, Unchecked};
+use dynamics_runtime::simulate::{Motion, Simulate, SimulationErrorKind, Unchecked};
 
 /// What half steps show at most beside the estimate by a second run: both in permitted errors.
 fn shown_and_measured<M: Simulate>(motion: &Motion<'_, M>) -> [f64; 2] {

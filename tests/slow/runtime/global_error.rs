@@ -5,7 +5,7 @@ use crate::common;
 use common::*;
 use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::ModelState;
-use dynamics_runtime::motion::{
+use dynamics_runtime::simulate::{
     Direction, Motion, OptionError, ReferenceSettings, Simulate, SimulationErrorKind,
 };
 

@@ -7,7 +7,7 @@ use crate::common;
 mod models;
 mod verdict;
 
-use dynamics_runtime::motion::Simulate as _;
+use dynamics_runtime::simulate::Simulate as _;
 use models::*;
 use verdict::{Judged, Row, Table, judge};
 

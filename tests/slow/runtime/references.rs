@@ -5,7 +5,7 @@ use crate::common;
 
 use common::*;
 use dynamics_runtime::methods;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 /// Largest |difference| between a state and (q, u).
 fn error<const N: usize>(state: &PlainState<N, 0>, q: [f64; N], u: [f64; N]) -> f64 {

@@ -12,7 +12,7 @@ use dynamics_runtime::integrate::{
     StepOptions, Stepper, StormerVerlet, Switching, System, Tolerances,
 };
 use dynamics_runtime::methods;
-use dynamics_runtime::motion::{OptionError, Simulate, SimulationErrorKind};
+use dynamics_runtime::simulate::{OptionError, Simulate, SimulationErrorKind};
 use nalgebra::SVector;
 
 type V = SVector<f64, 2>;

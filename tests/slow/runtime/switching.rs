@@ -12,7 +12,7 @@ use dynamics_runtime::model::{
     Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity,
     Route, Solved, Terms,
 };
-use dynamics_runtime::motion::{
+use dynamics_runtime::simulate::{
     Contact, Direction, EventAction, EventActionError, Flow, Formulation, Motion, OptionError, Simulate,
     SimulationErrorKind,
 };
@@ -479,11 +479,15 @@ fn changes_that_cannot_be_made_end_the_run_and_say_why() {
 fn guards_that_cannot_be_are_refused() {
     let ball = Ball { m: 1.0, g: 9.81 };
     let start = released(at_rest_or_not([0.0, 1.0], [0.0, 0.0]), [0]);
-    let refused =
-        |run: dynamics_runtime::motion::Simulation<'_, Ball>| match run.until(1.0).run().unwrap_err().kind {
-            SimulationErrorKind::Option(error) => error,
-            other => panic!("{other:?}"),
-        };
+    let refused = |run: dynamics_runtime::simulate::Simulation<'_, Ball>| match run
+        .until(1.0)
+        .run()
+        .unwrap_err()
+        .kind
+    {
+        SimulationErrorKind::Option(error) => error,
+        other => panic!("{other:?}"),
+    };
     let open = || ball.simulate(start);
     assert!(matches!(refused(open().contact("flor", 0.0)), OptionError::Constraint(_)));
     let springy = refused(open().contact("floor", 1.1));

@@ -6,8 +6,8 @@
 //! ends of steps were right to 1e-9, angles between them off by 12 rad, as a success.
 
 use dynamics::methods::Any;
-use dynamics::motion::Motion;
 use dynamics::prelude::*;
+use dynamics::simulate::Motion;
 
 use super::*;
 

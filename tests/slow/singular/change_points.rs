@@ -1,8 +1,8 @@
 //! Change points: positions where branches of a mechanism cross. Whatever the formulation, the method, the
 //! tolerance and the direction in time, a run stays on its branch or says that it cannot tell.
 
-use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind as Kind;
 
 /// Four bars by their angles: crank `a`, coupler `b`, rocker `c`, over a ground of length `d`. With the
 /// platform's sines: runs below are those that went wrong by the last bits of what was evaluated.

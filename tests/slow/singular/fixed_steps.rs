@@ -2,8 +2,8 @@
 //! the end of its step along the branch, by up to percents of the velocity, and the motion ended up to 0.35
 //! rad off as a success.
 
-use dynamics::motion::Motion;
 use dynamics::prelude::*;
+use dynamics::simulate::Motion;
 
 use super::change_points::{FourBar, Neutral, turned};
 

@@ -7,8 +7,8 @@ mod neutral;
 mod three_cranks;
 mod touching;
 use dynamics::constrain::solve_once;
-use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind;
 
 mod between_methods;
 mod between_steps;

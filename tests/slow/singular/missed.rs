@@ -1,8 +1,8 @@
 //! Positions that are nearly singular: where the branches of a mechanism avoid each other by less than the
 //! errors of steps, a motion is taken across, or not.
 
-use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind;
 
 /// A slider-crank that its slider leads: x = c + a cos t. Its crank turns round before the dead point if a <
 /// 1 by ever so little, and goes on through it at a = 1.

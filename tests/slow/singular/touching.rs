@@ -11,8 +11,8 @@ use crate::neutral;
 
 use curves::*;
 use dynamics::methods::Any;
-use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind as Kind;
 
 fn methods<M: Simulate>() -> [Any<M>; 4] {
     [

@@ -2,8 +2,8 @@
 //! names another that passes it, and that does.
 
 use dynamics::methods::Any;
-use dynamics::motion::Over;
 use dynamics::prelude::*;
+use dynamics::simulate::Over;
 
 use super::change_points::{FourBar, turned};
 use super::fixed_steps::{Scene, scene_until};

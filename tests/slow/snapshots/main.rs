@@ -12,8 +12,8 @@ mod models;
 mod physics;
 
 use compare::snapshot;
-use dynamics::motion::PivotBreakdown;
 use dynamics::prelude::*;
+use dynamics::simulate::PivotBreakdown;
 use models::*;
 // The prelude has one, too.
 use models::{Contact, RigidBody};

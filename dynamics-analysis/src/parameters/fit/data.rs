@@ -6,7 +6,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{ModelState, Parameters};
-use dynamics_runtime::motion::{Motion, Simulate};
+use dynamics_runtime::simulate::{Motion, Simulate};
 use nalgebra::{DMatrix, DVector};
 
 use super::super::sensitivity::{MeasuredQuantity, Sensitivities};

@@ -5,7 +5,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{ModelState, Parameters, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::sensitivity::{SensitivityRequest, SensitivityRunSetup};

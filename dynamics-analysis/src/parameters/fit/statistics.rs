@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::Parameters;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::size;

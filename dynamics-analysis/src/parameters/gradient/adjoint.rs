@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{ModelState, Parameters, Vector};
-use dynamics_runtime::motion::{Motion, Simulate};
+use dynamics_runtime::simulate::{Motion, Simulate};
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{settle, size};

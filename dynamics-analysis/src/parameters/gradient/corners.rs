@@ -9,7 +9,7 @@
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{ModelState, Parameters, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::DVector;
 
 use super::super::sensitivity::linear::VariationalEquations;

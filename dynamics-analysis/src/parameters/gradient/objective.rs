@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::solve_once;
 use dynamics_runtime::model::{ModelState, Parameters, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{by_parameter, differences, not_solved};

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use dynamics_runtime::model::Parameters;
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 
 use super::Gradient;
 

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{ModelState, Parameters, Vector};
-use dynamics_runtime::motion::{Motion, Simulate};
+use dynamics_runtime::simulate::{Motion, Simulate};
 use nalgebra::DMatrix;
 
 use super::super::equations::{settle, size};

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{ModelState, Parameters, Vector};
-use dynamics_runtime::motion::{Motion, Sampler, Simulate};
+use dynamics_runtime::simulate::{Motion, Sampler, Simulate};
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{coefficients, differences, not_solved};

@@ -9,7 +9,7 @@
 use alloc::string::ToString;
 
 use dynamics_runtime::model::{Kink, MOST_KINKS, ModelState, Vector};
-use dynamics_runtime::motion::{Motion, Simulate};
+use dynamics_runtime::simulate::{Motion, Simulate};
 
 use super::super::sensitivity_error::SensitivityError;
 use crate::LinearizeError;
@@ -52,7 +52,7 @@ pub(in super::super) fn refuse_jumps<M: Simulate>(
 
 /// A motion with resets has velocities that jump, or inputs.
 fn refuse_resets<M: Simulate>(motion: &Motion<'_, M>) -> Result<(), SensitivityError> {
-    let jumps = |event: &&dynamics_runtime::motion::EventRecord<M::State>| {
+    let jumps = |event: &&dynamics_runtime::simulate::EventRecord<M::State>| {
         event.before != event.after || !event.impacts.is_empty()
     };
     match motion.events().iter().find(jumps) {

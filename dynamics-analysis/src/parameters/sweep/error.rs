@@ -5,7 +5,7 @@ use core::fmt;
 
 use dynamics_runtime::error::StateError;
 use dynamics_runtime::model::{Dynamics, ModelState, Vector};
-use dynamics_runtime::motion::{MotionError, SimulationError};
+use dynamics_runtime::simulate::{MotionError, SimulationError};
 
 use super::super::variable::VariableError;
 

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{ModelState, Vector};
-use dynamics_runtime::motion::Simulate;
+use dynamics_runtime::simulate::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::Hold;

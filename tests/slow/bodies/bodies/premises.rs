@@ -45,7 +45,7 @@ mod guessed_inertia {
 mod parameters {
     use dynamics::mass_properties::UnphysicalInertia;
     use dynamics::model::{Claim, Refuted};
-    use dynamics::motion::{OptionError, SimulationErrorKind};
+    use dynamics::simulate::{OptionError, SimulationErrorKind};
 
     use super::*;
 

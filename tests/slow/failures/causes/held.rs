@@ -195,7 +195,7 @@ impl Press {
 mod squeezed {
     use super::*;
     use dynamics::error::SolveError;
-    use dynamics::motion::EventActionError;
+    use dynamics::simulate::EventActionError;
 
     const PRESS: Press = Press { mass: 0.1, g: 9.81, gap: 1.0, speed: 0.2 };
 

@@ -1,8 +1,8 @@
 //! What should stay, and does not.
 
 use dynamics::methods;
-use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind;
 
 use super::charts;
 use super::models::*;

@@ -1,7 +1,7 @@
 //! Where numbers end.
 
-use dynamics::motion::SimulationErrorKind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind;
 
 use super::models::neutral::Neutral;
 use super::models::*;

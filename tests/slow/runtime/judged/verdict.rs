@@ -7,7 +7,7 @@ use std::fmt;
 use dynamics_runtime::integrate::Method;
 use dynamics_runtime::methods::{self, Any};
 use dynamics_runtime::model::{ModelState as _, Vector as _};
-use dynamics_runtime::motion::{Motion, Simulate};
+use dynamics_runtime::simulate::{Motion, Simulate};
 
 use super::models::{Dice, Scene};
 

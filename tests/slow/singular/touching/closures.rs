@@ -2,8 +2,8 @@
 
 use dynamics::methods::Any;
 use dynamics::model::Vector;
-use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind as Kind;
 
 use super::{DRIFTING, EXACT, methods};
 

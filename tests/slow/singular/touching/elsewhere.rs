@@ -2,8 +2,8 @@
 //! change points.
 
 use dynamics::methods::Any;
-use dynamics::motion::SimulationErrorKind as Kind;
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind as Kind;
 
 use super::curves::{self, Curve};
 use super::{DRIFTING, EXACT, STARTS, methods, neutral::Neutral, scene};

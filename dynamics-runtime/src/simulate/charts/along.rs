@@ -1,0 +1,121 @@
+//! Whether charts describe one model all along a part of a motion, not only where it begins: what acts in a
+//! band of angles, or for a time, is seen only there.
+
+use alloc::vec::Vec;
+
+use crate::model::{ModelState, Vector};
+use crate::simulate::charts::ChartSwitching;
+use crate::simulate::charts::agree::{ChartPair, GIVEN};
+use crate::simulate::charts::error::{ChartError, Compared};
+use crate::simulate::simulation::{Simulate, Simulation};
+use crate::simulate::trajectory::motion::Motion;
+
+/// Nearer to locking than this, in rad, the other chart is not asked: rounding is most of what it says.
+const LEAST_LOCK_ANGLE: f64 = 0.02;
+/// How far beside a step's end a disagreement has to be one as well, as a part of the step. Steps end where
+/// functions jump, and there rounding chooses the side.
+const STEP_END_PROBE: f64 = 1e-3;
+
+/// The largest size met of each quantity: what vanishes for a while is rounding of what it is otherwise.
+struct ComparedSizes(Vec<(Compared, &'static str, f64)>);
+
+impl ComparedSizes {
+    fn meet(&mut self, pair: &ChartPair) {
+        let known = self.0.iter_mut().find(|(what, name, _)| (*what, *name) == (pair.what, pair.name));
+        match known {
+            Some((_, _, size)) if pair.size > *size => *size = pair.size,
+            None if pair.size.is_finite() => self.0.push((pair.what, pair.name, pair.size)),
+            _ => {}
+        }
+    }
+
+    fn apart(&self, pair: &ChartPair) -> bool {
+        let known = self.0.iter().find(|(what, name, _)| (*what, *name) == (pair.what, pair.name));
+        pair.apart(known.map_or(0.0, |(_, _, size)| *size))
+    }
+}
+
+/// A part of a motion and the chart that it is compared with.
+pub(crate) struct Along<'b, 'a, M: Simulate> {
+    pub(crate) atlas: &'b ChartSwitching<M>,
+    pub(crate) motion: &'b Motion<'a, M>,
+    pub(crate) charts: [usize; 2],
+    /// The simulation in the other chart, for its inputs.
+    pub(crate) other: Simulation<'a, M>,
+}
+
+impl<M: Simulate + Clone> Along<'_, '_, M> {
+    /// Compares both charts at the end of every step.
+    pub(crate) fn agree(&self) -> Result<(), ChartError> {
+        let records = &self.motion.trajectory.records;
+        let mut sizes = ComparedSizes(Vec::new());
+        // At rest or in balance much is zero all along; beside it is not.
+        let beside = records.first().and_then(|first| self.atlas.beside(self.charts, &first.state));
+        for pair in beside.map(|states| self.pairs(states)).unwrap_or_default() {
+            sizes.meet(&pair);
+        }
+        let mut doubted = Vec::new();
+        for (k, record) in records.iter().enumerate() {
+            let Some(states) = self.both(record.state) else { continue };
+            for pair in self.pairs(states) {
+                sizes.meet(&pair);
+                if sizes.apart(&pair) {
+                    doubted.push((k, pair));
+                }
+            }
+        }
+        for (k, pair) in doubted {
+            if sizes.apart(&pair) && self.lasts(k, &pair, &sizes) {
+                let (what, name, values) = (pair.what, pair.name, pair.values);
+                return Err(ChartError::Disagree { what, name, values, time: records[k].state.t() });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a disagreement at the end of step k is one right before or right after it, too.
+    fn lasts(&self, k: usize, found: &ChartPair, sizes: &ComparedSizes) -> bool {
+        let records = &self.motion.trajectory.records;
+        let here = &records[k].state;
+        let neighbours = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|i| records.get(i));
+        let mut moved =
+            neighbours.map(|next| next.state.t() - here.t()).filter(|step| *step != 0.0).peekable();
+        // A motion of one instant has nothing beside it.
+        moved.peek().is_none()
+            || moved.any(|step| {
+                let mut state = self.motion.at(here.t() + STEP_END_PROBE * step);
+                *state.inputs_mut() = *here.inputs();
+                let pairs = self.both(state).map(|states| self.pairs(states)).unwrap_or_default();
+                pairs
+                    .iter()
+                    .any(|pair| (pair.what, pair.name) == (found.what, found.name) && sizes.apart(pair))
+            })
+    }
+
+    /// A state in both charts; none where one of them is about to lock.
+    fn both(&self, here: M::State) -> Option<[M::State; 2]> {
+        let mut there = here;
+        for (k, reference) in self.atlas.references.iter().enumerate() {
+            let turned = self.charts.map(|chart| chart >> k & 1 == 1);
+            if turned[0] != turned[1] {
+                reference.express(&mut there, turned[0], turned[1]).ok()?;
+            }
+        }
+        let far =
+            |state: &M::State| self.atlas.references.iter().all(|at| at.distance(state) > LEAST_LOCK_ANGLE);
+        (far(&here) && far(&there)).then_some([here, there])
+    }
+
+    /// What is compared: the inputs that the law gives in each chart, and all else with those of this part.
+    fn pairs(&self, [here, there]: [M::State; 2]) -> Vec<ChartPair> {
+        let (own, others) = (self.motion.complete(here), self.other.complete(there));
+        let mut same = there;
+        *same.inputs_mut() = *own.inputs();
+        let inputs = M::INPUTS.iter().enumerate().map(|(i, quantity)| {
+            let values = [&own, &others].map(|state| state.inputs().as_slice()[i]);
+            let size = values[0].abs().max(values[1].abs());
+            ChartPair { what: Compared::Input, name: quantity.name, values, rounding: GIVEN, size }
+        });
+        inputs.chain(self.atlas.pairs(self.charts, &[own, same])).collect()
+    }
+}

@@ -1,0 +1,161 @@
+//! A stepper as a run drives it: one table of functions for every method, so that what a run does beside its
+//! steps is compiled once per model, and not once more for every method that the program names. A step takes
+//! hundreds of nanoseconds, a call by such a table about one.
+
+use alloc::boxed::Box;
+
+use crate::integrate::{Phase, Scheme, Step, StepError, StepNode, Stepper};
+use crate::model::SimulationModel;
+use crate::simulate::erased_method::Interpolant;
+use crate::simulate::right_hand_side::{EvaluationError, RightHandSide};
+
+/// Where a stepper stands, and what it has counted and found.
+pub(crate) struct StepStatistics {
+    pub(crate) t: f64,
+    pub(crate) accepted: u64,
+    pub(crate) rejected: u64,
+    /// Size proposed for the next step, positive.
+    pub(crate) proposed: f64,
+    pub(crate) stiff_at: Option<f64>,
+    pub(crate) slides_at: Option<f64>,
+    pub(crate) slides: u64,
+}
+
+/// What one of these may end with.
+pub(crate) type StepResult<T> = Result<T, StepError<EvaluationError>>;
+
+/// See [`Stepper`], whose functions these are.
+pub(crate) trait ErasedStepper<M: SimulationModel> {
+    fn now(&self) -> &StepNode<M::Vector>;
+    fn statistics(&self) -> StepStatistics;
+    fn parted(&self) -> (u64, Option<f64>);
+    /// See [`Scheme::SCAN`].
+    fn scan(&self) -> usize;
+    fn leave_with(&mut self, a: M::Vector, h: f64);
+    fn step(&mut self, rhs: &mut RightHandSide<'_, '_, M>, limit: f64) -> StepResult<Step<M::Vector>>;
+    fn shorten(
+        &mut self,
+        rhs: &mut RightHandSide<'_, '_, M>,
+        step: &Step<M::Vector>,
+        end_t: f64,
+    ) -> StepResult<Step<M::Vector>>;
+    fn restart(
+        &mut self,
+        rhs: &mut RightHandSide<'_, '_, M>,
+        t: f64,
+        y: Phase<M::Vector>,
+        limit: f64,
+    ) -> StepResult<()>;
+    /// The interpolant of a step. `judged`: as good as its ends, if need be in parts.
+    fn dense(
+        &mut self,
+        rhs: &mut RightHandSide<'_, '_, M>,
+        step: &Step<M::Vector>,
+        judged: bool,
+    ) -> Result<Interpolant<M::Vector>, EvaluationError>;
+    fn undo(&mut self, step: &Step<M::Vector>);
+    fn reject(&mut self, step: &Step<M::Vector>);
+    fn go_back(&mut self, to: &StepNode<M::Vector>);
+    fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>);
+    /// Another one that stands where this one does, if its steps may be so stiff that interpolants know less
+    /// than their ends.
+    fn twin(&self) -> Option<Box<dyn ErasedStepper<M> + '_>>;
+}
+
+impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::Vector, S> {
+    fn now(&self) -> &StepNode<M::Vector> {
+        self.now()
+    }
+
+    fn statistics(&self) -> StepStatistics {
+        StepStatistics {
+            t: self.now().t,
+            accepted: self.accepted(),
+            rejected: self.rejected(),
+            proposed: self.proposed_step(),
+            stiff_at: self.stiff_at(),
+            slides_at: self.slides_at(),
+            slides: self.slides(),
+        }
+    }
+
+    fn parted(&self) -> (u64, Option<f64>) {
+        self.parted()
+    }
+
+    fn scan(&self) -> usize {
+        S::SCAN
+    }
+
+    fn leave_with(&mut self, a: M::Vector, h: f64) {
+        self.leave_with(a, h);
+    }
+
+    fn step(&mut self, rhs: &mut RightHandSide<'_, '_, M>, limit: f64) -> StepResult<Step<M::Vector>> {
+        self.step(rhs, limit)
+    }
+
+    fn shorten(
+        &mut self,
+        rhs: &mut RightHandSide<'_, '_, M>,
+        step: &Step<M::Vector>,
+        end_t: f64,
+    ) -> StepResult<Step<M::Vector>> {
+        self.shorten(rhs, step, end_t)
+    }
+
+    fn restart(
+        &mut self,
+        rhs: &mut RightHandSide<'_, '_, M>,
+        t: f64,
+        y: Phase<M::Vector>,
+        limit: f64,
+    ) -> StepResult<()> {
+        self.restart(rhs, t, y, limit)
+    }
+
+    fn dense(
+        &mut self,
+        rhs: &mut RightHandSide<'_, '_, M>,
+        step: &Step<M::Vector>,
+        judged: bool,
+    ) -> Result<Interpolant<M::Vector>, EvaluationError> {
+        let dense = self.dense(rhs, step)?;
+        // Gains that are tied to the step would be others in its parts.
+        if const { S::PROBES.is_empty() } || !judged || self.is_fixed() || rhs.stabilization.is_tied() {
+            return Ok(Box::new(dense));
+        }
+        // Nothing of what is looked at beside the step is left.
+        let (branches, noted, listener) =
+            ((rhs.branches, rhs.known), rhs.stabilization.noted(), rhs.listener.take());
+        let (mut scheme, tolerances) = (self.scheme().clone(), self.tolerances());
+        let parts = Self::in_parts(&mut scheme, rhs, step, &dense, &tolerances);
+        (rhs.branches, rhs.known) = branches;
+        rhs.stabilization.put_back(noted);
+        rhs.listener = listener;
+        Ok(match parts {
+            Some(parts) => Box::new(parts),
+            None => Box::new(dense),
+        })
+    }
+
+    fn undo(&mut self, step: &Step<M::Vector>) {
+        self.undo(step);
+    }
+
+    fn reject(&mut self, step: &Step<M::Vector>) {
+        self.reject(step);
+    }
+
+    fn go_back(&mut self, to: &StepNode<M::Vector>) {
+        self.go_back(to);
+    }
+
+    fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>) {
+        self.end_at_branch(made);
+    }
+
+    fn twin(&self) -> Option<Box<dyn ErasedStepper<M> + '_>> {
+        if const { S::STABILITY_BORDER.is_infinite() } { Some(Box::new(self.clone())) } else { None }
+    }
+}

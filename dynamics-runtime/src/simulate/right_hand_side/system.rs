@@ -1,0 +1,296 @@
+//! The right-hand side as what integrators integrate.
+
+use crate::constrain::weakness::condition;
+use crate::integrate::{
+    Accelerations, Canonical, Expandable, Hold, Phase, Settled, Stabilized, Stages, StepNode, Switching,
+    Tolerances, by_state, one_by_one, zip,
+};
+use crate::lanes::Lanes;
+use crate::model::{Branches, Constraints, Expansion, Known, ModelState, Vector};
+use crate::simulate::right_hand_side::{EvaluationError, NEARLY_SINGULAR, RightHandSide};
+
+impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
+    type Error = EvaluationError;
+    const IS_FREE: bool = M::IS_FREE;
+    const IS_SMOOTH: bool = M::IS_SMOOTH;
+
+    #[inline(always)]
+    fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
+        if M::IS_FREE {
+            let state = self.stage(t, &Phase { q: *q, u: *u })?;
+            self.show(&state);
+            self.accelerations_of(&state)
+        } else {
+            Ok(self.held_derivative(t, &Phase { q: *q, u: *u })?.u)
+        }
+    }
+
+    fn jacobian(
+        &mut self,
+        at: &StepNode<M::Vector>,
+        by_q: &mut [f64],
+        by_u: &mut [f64],
+    ) -> Result<(), EvaluationError> {
+        if self.exact_jacobian(at, by_q, by_u)? {
+            return Ok(());
+        }
+        by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
+    }
+
+    /// q̇ is the velocity at which the accelerations are evaluated: where dependent velocities are solved
+    /// for, what was integrated of them must not move the coordinates.
+    #[inline(always)]
+    fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
+        if M::IS_FREE {
+            let state = self.stage(t, y)?;
+            self.show(&state);
+            Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
+        } else {
+            self.held_derivative(t, y)
+        }
+    }
+
+    #[inline(always)]
+    fn derivatives(
+        &mut self,
+        t: Lanes,
+        y: &Stages<M::Vector>,
+        derivatives: &mut Stages<M::Vector>,
+    ) -> Result<(), EvaluationError> {
+        if self.accelerations_in_lanes(t, y, &mut derivatives.u) {
+            derivatives.q = y.u;
+            return Ok(());
+        }
+        one_by_one(self, t, y, derivatives)
+    }
+
+    #[inline(always)]
+    fn attempting(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
+        if M::IS_FREE || !self.stabilization.is_tied() {
+            return Ok(());
+        }
+        self.push_back(start, h)
+    }
+
+    #[inline(always)]
+    fn has_velocity_forces(&self) -> bool {
+        // What a law reads is not known.
+        M::VELOCITY_FORCES || self.law.is_some()
+    }
+
+    #[inline(always)]
+    fn accepted(&mut self) {
+        if let Some(by) = self.stabilization.moved.take() {
+            self.stabilization.counts.note_move(by);
+        }
+    }
+}
+
+impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
+    #[inline(always)]
+    fn is_held(&self) -> bool {
+        M::IS_HELD
+    }
+
+    #[cold]
+    fn is_weak(&mut self, start: &StepNode<M::Vector>, end: &StepNode<M::Vector>) -> bool {
+        let between = zip(&start.y, &end.y, |a, b| 0.5 * (a + b));
+        let places = [(start.t, &start.y), (0.5 * (start.t + end.t), &between), (end.t, &end.y)];
+        places.iter().any(|(t, y)| condition(self.model, &self.state(*t, &y.q, &y.u)) >= NEARLY_SINGULAR)
+    }
+
+    #[inline(always)]
+    fn settles(&self) -> bool {
+        M::IS_HELD && self.stabilization.settles()
+    }
+
+    #[inline(always)]
+    fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
+        M::IS_HELD && self.stabilization.hold_stages(on, tolerances)
+    }
+
+    fn lasting(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        error: &Phase<M::Vector>,
+    ) -> Result<Option<Phase<M::Vector>>, EvaluationError> {
+        if M::IS_FREE || !self.stabilization.settles() {
+            return Ok(None);
+        }
+        let state = self.on_branches(&self.state(t, &y.q, &y.u));
+        self.stabilization.along(self.model, &state, error).map(Some).map_err(EvaluationError::Solve)
+    }
+
+    #[inline(always)]
+    fn settle(
+        &mut self,
+        t: f64,
+        y: &mut Phase<M::Vector>,
+        tolerances: &Tolerances,
+    ) -> Result<Option<Settled>, EvaluationError> {
+        if M::IS_FREE || !self.stabilization.settles() {
+            return Ok(None);
+        }
+        self.settled(t, y, tolerances).map(Some)
+    }
+
+    fn hold_end(
+        &mut self,
+        start: &StepNode<M::Vector>,
+        h: f64,
+        q: &mut M::Vector,
+    ) -> Result<(), EvaluationError> {
+        if M::IS_FREE {
+            return Ok(());
+        }
+        let from = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
+        let mut end = self.state(start.t + h, q, &start.y.u);
+        self.held(&mut end, |stabilization, model, end| stabilization.move_along(model, &from, end))
+            .map_err(EvaluationError::Solve)?;
+        *q = *end.q();
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn is_constrained(&self) -> bool {
+        M::IS_HELD
+    }
+
+    fn across(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        v: &M::Vector,
+        holonomic: bool,
+    ) -> Result<M::Vector, EvaluationError> {
+        if M::IS_FREE {
+            return Ok(M::Vector::zeros());
+        }
+        let state = self.on_branches(&self.state(t, &y.q, &y.u));
+        let rows = if holonomic { M::Residual::LEN } else { M::Rows::LEN };
+        self.stabilization.across(self.model, &state, v, rows).map_err(EvaluationError::Solve)
+    }
+
+    fn onto_constraints(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        rate: f64,
+    ) -> Result<M::Vector, EvaluationError> {
+        if M::IS_FREE {
+            return Ok(M::Vector::zeros());
+        }
+        let state = self.on_branches(&self.state(t, &y.q, &y.u));
+        self.stabilization.onto(self.model, &state, rate).map_err(EvaluationError::Solve)
+    }
+}
+
+impl<M: Constraints> Switching<M::Vector> for RightHandSide<'_, '_, M> {
+    #[inline(always)]
+    fn kink(&mut self, step: (f64, f64), fails: bool, path: impl Fn(f64) -> Phase<M::Vector>) -> Option<f64> {
+        if M::IS_SMOOTH { None } else { self.first_kink(step, fails, &path) }
+    }
+
+    /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends
+    /// nearer to it.
+    #[inline(always)]
+    fn finds_kinks_by_ends(&self) -> bool {
+        M::KINKS == 0
+    }
+
+    #[inline(always)]
+    fn hold_branches(
+        &mut self,
+        start: &mut StepNode<M::Vector>,
+        h: f64,
+        on: bool,
+    ) -> Result<Hold, EvaluationError> {
+        match (M::KINKS, M::REACTION_KINKS, on) {
+            (0, 0, _) | (0, _, false) => Ok(Hold::Off),
+            // There is nothing to hold, but a place to end at.
+            (0, _, true) => Ok(Hold::On),
+            _ => self.follow_branches(start, h, on),
+        }
+    }
+
+    #[inline(always)]
+    fn free_branches(&mut self) {
+        (self.branches, self.known) = (Branches::FREE, Branches::FREE);
+    }
+}
+
+impl<M: Constraints> Canonical<M::Vector> for RightHandSide<'_, '_, M> {
+    fn momenta(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        p: &mut M::Vector,
+        rate: &mut M::Vector,
+    ) -> Result<bool, EvaluationError> {
+        if M::IS_HELD {
+            return Ok(false);
+        }
+        let state = self.stage(t, y)?;
+        let Some(found) = self.model.momentum_rates(&state) else { return Ok(false) };
+        self.evaluations += 1;
+        if let Some(index) = state.inputs().as_slice().iter().position(|x| !x.is_finite()) {
+            return Err(EvaluationError::Input(index));
+        }
+        (*p, *rate) = (self.model.momenta(&state), found);
+        Ok(true)
+    }
+
+    fn mass_matrix(&mut self, t: f64, q: &M::Vector, mass: &mut [f64]) -> Result<(), EvaluationError> {
+        let found = self.model.mass_matrix(&self.state(t, q, &M::Vector::zeros()));
+        let n = M::Vector::LEN;
+        mass.iter_mut().enumerate().for_each(|(i, element)| *element = found[(i / n, i % n)]);
+        Ok(())
+    }
+
+    fn energy(&mut self, t: f64, y: &Phase<M::Vector>) -> Option<f64> {
+        Some(self.model.energy_function(&self.state(t, &y.q, &y.u)))
+    }
+}
+
+impl<M: Constraints> Expandable<M::Vector> for RightHandSide<'_, '_, M> {
+    #[inline(always)]
+    fn accelerations_ahead(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::Vector, EvaluationError> {
+        // A held branch may not exist there: see `accelerations_of`.
+        if self.law.is_some() || M::IS_HELD || self.branches != Branches::FREE {
+            return self.accelerations(t, &y.q, &y.u);
+        }
+        self.evaluations += 1;
+        let (state, memory) = (self.state(t, &y.q, &y.u), self.memory.get_or_insert_default());
+        self.model.begin_series(self.constants, &state, memory).map_err(EvaluationError::Solve)
+    }
+
+    #[inline(always)]
+    fn series(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+        a: &M::Vector,
+        scale: f64,
+        q: &mut [M::Vector],
+        u: &mut [M::Vector],
+    ) -> Result<bool, EvaluationError> {
+        // Inputs that follow a law have no series.
+        if self.law.is_some() || !matches!(M::SERIES, Expansion::Generated { .. }) {
+            return Ok(false);
+        }
+        let state = self.state(t, &y.q, &y.u);
+        (q[0], u[0]) = (y.q, y.u);
+        let (held, memory) = (self.on_branches(&state), self.memory.get_or_insert_default());
+        if self.model.series(self.constants, &held, a, scale, [q, u], memory) {
+            Ok(true)
+        } else {
+            Err(self.not_expandable(&state))
+        }
+    }
+
+    #[inline(always)]
+    fn chooses(&self) -> bool {
+        matches!(M::SERIES, Expansion::Generated { chooses: true })
+    }
+}

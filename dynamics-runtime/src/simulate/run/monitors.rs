@@ -1,0 +1,43 @@
+//! What watches a run: one file for each way in which a motion, or its method, goes wrong.
+//!
+//! Whoever adds one writes its file, puts it into the list below, and gives its failure a kind in
+//! [`crate::simulate::failure`].
+
+pub(crate) mod branch_identification;
+pub(crate) mod cancellation;
+pub(crate) mod constraint_drift;
+pub(crate) mod progress_report;
+pub(crate) mod singular_stall;
+pub(crate) mod sliding_mode;
+pub(crate) mod slip_reversal;
+pub(crate) mod step_limit;
+pub(crate) mod step_size_collapse;
+pub(crate) mod stiffness_detection;
+
+use branch_identification::BranchIdentification;
+use cancellation::Cancellation;
+use constraint_drift::DriftMonitor;
+use progress_report::ProgressReport;
+use singular_stall::SingularStall;
+use sliding_mode::SlidingMode;
+use slip_reversal::SlipReversalMonitor;
+use step_limit::StepLimit;
+use step_size_collapse::StepSizeCollapse;
+use stiffness_detection::StiffnessDetection;
+
+/// All monitors, in the order in which they are asked; the first that objects is heard.
+pub(crate) type Monitors<M> = (
+    // Before a step.
+    StepSizeCollapse,
+    SingularStall,
+    SlidingMode,
+    StepLimit,
+    Cancellation,
+    // A step that is not recorded yet.
+    DriftMonitor,
+    SlipReversalMonitor,
+    // After a step.
+    ProgressReport,
+    BranchIdentification<M>,
+    StiffnessDetection<M>,
+);

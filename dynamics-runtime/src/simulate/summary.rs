@@ -1,0 +1,307 @@
+//! What a motion cost and how far it can be trusted.
+
+pub(crate) mod checks;
+pub(crate) mod warning;
+pub(crate) mod words;
+
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+use crate::integrate::{Method, Tolerances};
+use crate::model::{
+    ConservedKind, ConservedQuantity, Constraint, ConstraintKind, Known, ModelState, Route, SimulationModel,
+};
+use crate::simulate::events::action::Impact;
+use crate::simulate::failure::gimbal_lock::GimbalLock;
+use crate::simulate::options::formulation::Formulation;
+use crate::simulate::pilot_run::{CoordinateSizes, FewDigits};
+use crate::simulate::stabilization::StabilizationCounts;
+use crate::simulate::trajectory::global_error::GlobalError;
+use crate::simulate::trajectory::motion::Motion;
+use crate::simulate::trajectory::work::EnergyHistory;
+use crate::simulate::verification::accuracy_diagnostics::AccuracyDiagnostics;
+use crate::simulate::verification::conditioning::{Conditioning, Nearest};
+use crate::simulate::verification::constraint_drift::ConstraintDrift;
+use crate::simulate::verification::pivot_breakdown::PivotBreakdown;
+
+/// How much a quantity that should stay constant has changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drift {
+    /// What it is.
+    pub kind: ConservedKind,
+    /// Its name.
+    pub name: &'static str,
+    /// Largest change from its value at the start, or since the last reset.
+    pub largest: f64,
+    /// Largest |value| met.
+    pub scale: f64,
+}
+
+/// The summary of a run: method, costs, drift of what should stay constant, events.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Name of the model.
+    pub model: &'static str,
+    /// Whether [`Motion::verify`] was asked, so that what takes more runs is known: `nearest`, the works in
+    /// `energy_drift`, and of `accuracy` what repeats the motion.
+    pub verified: bool,
+    /// The simulated interval.
+    pub interval: (f64, f64),
+    /// The method.
+    pub method: Method,
+    /// Why this method.
+    pub reason: String,
+    /// When and with which method the run went on, because the motion was stiff for the first one.
+    pub switched: Option<(f64, Method)>,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Evaluations of the accelerations.
+    pub evaluations: u64,
+    /// Time the run took; `None` without the standard library.
+    pub wall_time: Option<Duration>,
+    /// Largest |E − E₀ − work| over the accepted steps, relative to `energy_scale`. NaN where inputs do work
+    /// that is not known, as [`Motion::work`] says, and where `has_work` and [`Motion::verify`] was not asked
+    /// to integrate the works.
+    pub energy_drift: f64,
+    /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇|, |E| met: of T and V for natural systems.
+    pub energy_scale: f64,
+    /// Unit of `energy_scale` and `energy_lost`; empty where the model has no units.
+    pub energy_unit: &'static str,
+    /// What drifts: `energy`, `energy function` where that is kept and T + V is not, `energy less work` where
+    /// something works.
+    pub energy_name: &'static str,
+    /// Whether forces, dissipation or explicit time change the energy, so that their work enters
+    /// `energy_drift`.
+    pub has_work: bool,
+    /// Drift of every quantity that the model knows to be conserved, beside the energy.
+    pub conserved: Vec<Drift>,
+    /// How constraints were kept, and why so; `None` without constraints.
+    pub formulation: Option<(Formulation, String)>,
+    /// Drift of every row of the constraints.
+    pub constraints: Vec<ConstraintDrift>,
+    /// What it took to keep them.
+    pub stabilization: StabilizationCounts,
+    /// There is generated code for accelerations and reactions, so that evaluations by the general solver
+    /// with all constraints on are fallbacks.
+    pub falls_back: bool,
+    /// What no longer followed from its constraints where that came about first, if it is known.
+    pub pivot_breakdown: Option<PivotBreakdown>,
+    /// Switched constraints that were released at some time.
+    pub released: Vec<&'static str>,
+    /// Where the motion came nearest to a singular position of its constraints, and how many it passed;
+    /// `None` where [`Motion::verify`] was not asked.
+    pub nearest: Option<Nearest>,
+    /// How often constraints were hit.
+    pub impacts: usize,
+    /// Energy that the moving bodies lost in them, see
+    /// [`EventRecord::energy_lost`](crate::simulate::EventRecord::energy_lost).
+    pub energy_lost: f64,
+    /// The first impact that a sticking contact took part in: a switched nonholonomic constraint, and when.
+    /// It holds whatever the impulse is.
+    pub stuck_in_impact: Option<(&'static str, f64)>,
+    /// Worst conditioning of the mass matrix over the accepted states.
+    pub conditioning: Conditioning,
+    /// Where angles came nearest to gimbal lock, if that is felt.
+    pub gimbal_lock: Option<GimbalLock>,
+    /// Names of the events and how often each happened.
+    pub events: Vec<(String, usize)>,
+    /// Events whose functions constraints held at zero while they were engaged: crossings there are rounding,
+    /// and were not counted.
+    pub kept: Vec<String>,
+    /// Whether an event ended the motion: its name.
+    pub stopped_by: Option<String>,
+    /// When the problem was first found stiff for the method.
+    pub stiff_at: Option<f64>,
+    /// The error by a second run, where
+    /// [`Simulation::estimate_error`](crate::simulate::Simulation::estimate_error) asked for it.
+    pub error: Option<GlobalError>,
+    /// When the motion was first found to slide along a place where accelerations jump: they lead to it from
+    /// both sides.
+    pub slides_at: Option<f64>,
+    /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and
+    /// when the first began.
+    pub parted: (u64, Option<f64>),
+    /// The tolerances that its steps kept; `None` with a fixed step.
+    pub tolerances: Option<Tolerances>,
+    /// Coordinates and velocities that stay within a thousand absolute tolerances, and so have few digits.
+    pub few_digits: Vec<FewDigits>,
+    /// What makes its accuracy doubtful.
+    pub accuracy: AccuracyDiagnostics,
+}
+
+impl<M: SimulationModel> Motion<'_, M> {
+    /// Method, costs, drift, conditioning, events, and what the run itself has found. Reads the accepted
+    /// states: energies, constraints and conserved quantities once at each, no step and no acceleration
+    /// again. What takes those is asked for by [`Motion::verify`].
+    #[must_use]
+    pub fn summary(&self) -> Summary {
+        let conserves = M::POWERS.is_empty();
+        let energy = self.energy_history(conserves, |_, _| {});
+        self.summary_with(energy, None, false)
+    }
+
+    /// The summary, and how far the motion can be trusted, as far as repeating it tells: the works of forces
+    /// and with them the drift of the energy, singular positions passed, forces that are over between the
+    /// stages of a step, instability that steps pass over, stiffness that they hide, and what errors add up
+    /// to, by the motion in half steps.
+    ///
+    /// It costs three to five times as much as the run, or a few tenths of a second. What would take longer
+    /// is left out, and the summary says so. Laws of inputs are asked again for that, at times and states
+    /// that the run has not seen.
+    ///
+    /// ```
+    /// # use dynamics_runtime::simulate::{Motion, Simulate};
+    /// # fn trusted<M: Simulate>(motion: &Motion<'_, M>) -> bool {
+    /// let verified = motion.verify();
+    /// println!("{verified}");
+    /// verified.warnings().is_empty()
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn verify(&self) -> Summary {
+        #[cfg(feature = "std")]
+        let _watch = crate::slow::Watch::start();
+        let (mut conditions, asks) = (Vec::new(), self.asks_for_nearest());
+        let energy = self.energy_history(true, |sampler, index| {
+            if asks {
+                self.add_conditions(sampler, index, &mut conditions);
+            }
+        });
+        self.summary_with(energy, self.nearest(&conditions), true)
+    }
+
+    fn summary_with(&self, history: EnergyHistory, nearest: Option<Nearest>, verified: bool) -> Summary {
+        let worst = history.errors.iter().fold(0.0f64, |worst, (_, error)| larger(worst, error.abs()));
+        let counts = self.counts();
+        let mut events: Vec<(String, usize)> = Vec::new();
+        for event in self.events() {
+            match events.iter_mut().find(|(name, _)| *name == event.name) {
+                Some((_, count)) => *count += 1,
+                None => events.push((event.name.clone(), 1)),
+            }
+        }
+        let kept = M::CONSERVED.iter().find(|quantity| quantity.kind.is_energy()).map(|kept| kept.name);
+        Summary {
+            model: M::NAME,
+            verified,
+            interval: (self.start_time(), self.end_time()),
+            method: self.method(),
+            reason: self.trajectory.reason.clone(),
+            switched: self.switched(),
+            steps: counts.steps,
+            rejected: counts.rejected,
+            evaluations: counts.evaluations,
+            wall_time: counts.wall_time,
+            energy_drift: if worst == 0.0 { 0.0 } else { worst / history.scale },
+            energy_scale: history.scale,
+            energy_unit: crate::model::names::energy_unit::<M>(),
+            energy_name: if M::POWERS.is_empty() { kept.unwrap_or("energy") } else { "energy less work" },
+            has_work: !M::POWERS.is_empty(),
+            // The energy has its own row, against its own scale: its value may be near zero by chance.
+            conserved: self.drifts().into_iter().filter(|drift| !drift.kind.is_energy()).collect(),
+            formulation: self.trajectory.formulation.clone(),
+            constraints: self.constraint_drift(),
+            stabilization: self.trajectory.stabilization,
+            falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
+            pivot_breakdown: self.pivot_breakdown(),
+            released: self.released(),
+            nearest,
+            impacts: self
+                .events()
+                .iter()
+                .flat_map(|event| &event.impacts)
+                .filter(|impact| !impact.held)
+                .count(),
+            energy_lost: self.events().iter().fold(0.0, |lost, event| lost + event.energy_lost()),
+            stuck_in_impact: self.stuck_in_impact(),
+            conditioning: self.conditioning(),
+            gimbal_lock: self.gimbal_lock(verified),
+            events,
+            kept: self.trajectory.kept.clone(),
+            stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
+            stiff_at: counts.stiff_at,
+            error: self.global_error().cloned(),
+            slides_at: counts.slides_at,
+            parted: counts.parted,
+            tolerances: self.kept_tolerances(),
+            few_digits: self.few_digits(),
+            accuracy: self.accuracy((worst, history.scale), verified),
+        }
+    }
+
+    /// The tolerances of its steps, if they depended on any.
+    fn kept_tolerances(&self) -> Option<Tolerances> {
+        let kept = !self.trajectory.fixed && self.trajectory.erased_method.is_some();
+        kept.then_some(self.trajectory.tolerances)
+    }
+
+    fn few_digits(&self) -> Vec<FewDigits> {
+        let Some(tolerances) = self.kept_tolerances() else { return Vec::new() };
+        let mut sizes = CoordinateSizes::of::<M>(&self.trajectory.records[0].state);
+        self.trajectory.records.iter().for_each(|record| sizes.add::<M>(&record.state));
+        sizes.few_digits::<M>(&tolerances)
+    }
+
+    fn stuck_in_impact(&self) -> Option<(&'static str, f64)> {
+        if M::IS_UNSWITCHED {
+            return None;
+        }
+        let sticks = |name: &str| {
+            let held = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.switched.is_some();
+            M::CONSTRAINTS.iter().filter(held).any(|c| c.name == name)
+        };
+        self.events().iter().find_map(|event| {
+            let largest = |impact: &Impact| impact.impulse.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            // Far below what was struck with, it is rounding.
+            let least = 1e-9 * event.impacts.iter().map(largest).fold(0.0, f64::max);
+            let stuck =
+                event.impacts.iter().find(|i| i.held && largest(i) > least && sticks(i.constraint))?;
+            Some((stuck.constraint, event.time()))
+        })
+    }
+
+    /// Names of the switched constraints that some recorded state leaves released.
+    fn released(&self) -> Vec<&'static str> {
+        if M::IS_UNSWITCHED {
+            return Vec::new();
+        }
+        let off =
+            |index: &usize| self.trajectory.records.iter().any(|record| !record.state.modes().holds(*index));
+        M::CONSTRAINTS.iter().filter(|c| c.switched.as_ref().is_some_and(off)).map(|c| c.name).collect()
+    }
+
+    fn drifts(&self) -> Vec<Drift> {
+        let count = M::CONSERVED.len();
+        let (mut base, mut values) = (vec![0.0; count], vec![0.0; count]);
+        let new = |quantity: &ConservedQuantity| Drift {
+            kind: quantity.kind,
+            name: quantity.name,
+            largest: 0.0,
+            scale: 0.0,
+        };
+        let mut drifts: Vec<Drift> = M::CONSERVED.iter().map(new).collect();
+        let mut afresh = true;
+        for record in &self.trajectory.records {
+            self.model().conserved(&self.complete(record.state), &mut values);
+            if afresh {
+                base.copy_from_slice(&values);
+            }
+            // A reset may change what is conserved between resets.
+            afresh = record.h == 0.0;
+            for ((drift, value), base) in drifts.iter_mut().zip(&values).zip(&base) {
+                drift.largest = larger(drift.largest, (value - base).abs());
+                drift.scale = larger(drift.scale, value.abs());
+            }
+        }
+        drifts
+    }
+}
+
+/// The larger one; NaN wins, so that it is seen.
+fn larger(a: f64, b: f64) -> f64 {
+    if b.is_nan() || a.is_nan() { f64::NAN } else { a.max(b) }
+}

@@ -1,0 +1,161 @@
+//! How far a motion is from the true one, as a second run tells it.
+
+pub(crate) mod words;
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::integrate::{Method, StepOptions, Tolerances};
+
+/// The largest difference between two runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Largest {
+    /// The coordinate, or that whose velocity it is.
+    pub name: &'static str,
+    /// In the unit of the coordinate or velocity.
+    pub error: f64,
+    /// When.
+    pub time: f64,
+}
+
+/// An event whose time differs between two runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shift {
+    /// The event.
+    pub name: String,
+    /// When it happened in the first run.
+    pub time: f64,
+    /// How much later it happened in the second run; NaN where it did not, or only there.
+    pub by: f64,
+}
+
+/// The error of a motion, estimated by a second run:
+/// [`Simulation::estimate_error`](crate::simulate::Simulation::estimate_error). It is that at the ends of the
+/// steps, and in the middle of up to 256 of them; at instants where events change the state the shift of the
+/// event is looked at instead.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GlobalError {
+    /// What the second run did otherwise.
+    pub reference: ReferenceSettings,
+    /// Largest error of a coordinate.
+    pub coordinates: Largest,
+    /// Largest error of a velocity.
+    pub velocities: Largest,
+    /// Largest error in tolerances, absolute + relative·|value|; `None` with a fixed step.
+    pub ratio: Option<f64>,
+    /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a
+    /// fixed step.
+    pub between: Option<f64>,
+    /// From when on errors are a tenth of the range of a coordinate or velocity, or more: nothing later can
+    /// be trusted.
+    pub lost_at: Option<f64>,
+    /// Time in which errors double, where they grow exponentially: in chaotic and unstable motions.
+    pub doubling_time: Option<f64>,
+    /// Largest shift of an event.
+    pub shift: Option<Shift>,
+    /// The first event that only one of the runs has.
+    pub unmatched: Option<Shift>,
+    /// (t, largest error of a coordinate or velocity in parts of its range) at the steps.
+    pub history: Vec<(f64, f64)>,
+    /// Evaluations of the accelerations in the second run.
+    pub evaluations: u64,
+    /// Where and why the second run broke off: what comes after is not estimated.
+    pub broken_off: Option<(f64, String)>,
+}
+
+/// What of an estimated error makes a motion doubtful.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ErrorFinding {
+    /// The second run broke off: later errors are not known.
+    ReferenceBrokeOff {
+        /// When.
+        time: f64,
+        /// Why.
+        reason: String,
+    },
+    /// An event happens in one of the two runs alone.
+    EventUnmatched {
+        /// Its name.
+        name: String,
+        /// When.
+        time: f64,
+    },
+    /// Errors are as large as the motion.
+    AsLargeAsTheMotion {
+        /// From when on.
+        from: f64,
+    },
+    /// States between steps are off by more than a thousand permitted errors.
+    LargeBetweenSteps,
+    /// Errors are more than a thousand permitted ones.
+    Amplified {
+        /// The error in tolerances; NaN where a value is not a number.
+        ratio: f64,
+    },
+}
+
+/// Errors beyond this many permitted ones are warned of.
+const MUCH: f64 = 1e3;
+
+/// How many times smaller the tolerance of the second run is.
+const TIGHTER: f64 = 100.0;
+
+/// A second run is worth its cost where its tolerance is smaller by this factor at least.
+const WORTH: f64 = 3.0;
+
+/// Where it cannot be smaller, it is larger by this factor: what is then found is mostly the error of the
+/// second run.
+const LOOSER: f64 = 10.0;
+
+/// What the second run did otherwise than the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReferenceSettings {
+    /// It kept smaller tolerances, 100 times where rounding permits. The difference is the error of the first
+    /// run.
+    Tighter {
+        /// In the unit of each coordinate and velocity.
+        absolute: f64,
+        /// Dimensionless.
+        relative: f64,
+    },
+    /// It kept ten times the tolerances, because rounding leaves no room below those of the first: the
+    /// difference is mostly the error of the second run, so that of the first is smaller.
+    Looser {
+        /// In the unit of each coordinate and velocity.
+        absolute: f64,
+        /// Dimensionless.
+        relative: f64,
+    },
+    /// Its fixed step was half as long. The difference is divided by 1 − 2⁻ᵖ for a method of order p.
+    HalfStep(f64),
+}
+
+impl ReferenceSettings {
+    pub(crate) fn of(first: &StepOptions, method: Method) -> Self {
+        if let Some(h) = first.fixed {
+            return Self::HalfStep(0.5 * h);
+        }
+        let Tolerances { absolute, relative } = first.tolerances;
+        // Newton's iterations of an implicit method leave rounding errors of their own.
+        let finest = if method.is_for_stiff() { 1e-13 } else { 1e-14 };
+        let room = if relative > 0.0 { relative / finest } else { TIGHTER };
+        if room < WORTH {
+            return Self::Looser { absolute: LOOSER * absolute, relative: LOOSER * relative };
+        }
+        let factor = room.min(TIGHTER);
+        Self::Tighter { absolute: absolute / factor, relative: relative / factor }
+    }
+
+    /// The options of the first run, with what is otherwise.
+    pub(crate) fn options(self, first: StepOptions) -> StepOptions {
+        match self {
+            Self::HalfStep(h) => StepOptions { fixed: Some(h), ..first },
+            Self::Tighter { absolute, relative } | Self::Looser { absolute, relative } => {
+                StepOptions { tolerances: Tolerances { absolute, relative }, ..first }
+            }
+        }
+    }
+
+    /// How many times as many steps it may make.
+    pub(crate) const MORE_STEPS: u64 = 100;
+}

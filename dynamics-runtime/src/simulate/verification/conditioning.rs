@@ -1,0 +1,172 @@
+//! How well the mass matrix determines the accelerations along a motion.
+
+use alloc::vec::Vec;
+
+use crate::constrain::conditioning::{condition_of, left_condition};
+use crate::constrain::gradients::mass;
+use crate::constrain::weakness::{Weakness, condition, weakness};
+use crate::constrain::{Involved, with_workspace};
+use crate::golden_section::golden;
+use crate::integrate::Tolerances;
+use crate::linalg::max_abs;
+use crate::model::{Known, ModelState, SimulationModel, Vector};
+use crate::simulate::trajectory::motion::{Motion, Sampler};
+use crate::simulate::trajectory::record::Record;
+use crate::simulate::verification::singular_point_validation::missed_by;
+
+/// The worst conditioning of the mass matrix that a motion met.
+///
+/// The number is κ = ‖S‖₁ ‖S⁻¹‖₁ of S = M scaled to a unit diagonal, Sᵢⱼ = Mᵢⱼ/√|Mᵢᵢ Mⱼⱼ|, so that units and
+/// sizes of the coordinates do not enter: they do not change the digits that LDLᵀ loses either. Accelerations
+/// lose at most about log₁₀ κ of their sixteen digits. Source: van der Sluis, Numer. Math. 14 (1969) 14, by
+/// whom no other scaling of the rows and columns makes κ much smaller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditioning {
+    /// Largest κ over the accepted states: 1 for a diagonal M, infinite for a singular one, NaN where M is
+    /// not a number. Coordinates without any inertia, which constraints carry along, are left out. Where M
+    /// alone would lose half of the digits, as where there are more coordinates than velocities (four Euler
+    /// parameters of a body), κ is that of the inertia of the velocities that the constraints leave.
+    pub largest: f64,
+    /// When it was met first.
+    pub time: f64,
+    /// How many of how many accepted states were looked at: not all, where that would take longer than the
+    /// run did.
+    pub looked_at: (usize, usize),
+}
+
+/// Models of more coordinates are asked at fewer states how near their constraints are to losing rank: it
+/// takes 30 n³ operations.
+const MOST_COORDINATES: usize = 32;
+/// A condition number of n coordinates takes as long as n²/8 evaluations of accelerations, where these take
+/// time in proportion to n: measured on a chain of 45 masses. So many are found as take as long as the run,
+/// and [`LEAST_STATES`] at least.
+const PER_EVALUATION: f64 = 8.0;
+const LEAST_STATES: usize = 8;
+/// κ of M from which on it is asked what of M the constraints leave: half of the digits would be lost.
+const UNDETERMINED: f64 = 1e8;
+/// States between which the worst conditioning is looked for, in every step.
+const PARTS: usize = 4;
+/// A position at which the constraints are worse conditioned than this is a singular one.
+const SINGULAR: f64 = 1e4;
+/// Permitted errors by which constraints may miss a singular position before a motion turns round there for
+/// sure.
+const MISSED: f64 = 100.0;
+
+/// Where a motion has been nearest to a singular position of its constraints, or in one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// Largest over smallest singular value of Φ_q, coordinates measured by √Mᵢᵢ and the rows of a constraint
+    /// by the longest of them.
+    pub condition: f64,
+    /// When.
+    pub time: f64,
+    /// The rows that come to depend on each other there.
+    pub rows: Involved,
+    /// The coordinates that they come to leave open there.
+    pub coordinates: Involved,
+    /// How many singular positions the motion has passed: places where the conditioning is above 10⁴ between
+    /// states where it is not.
+    pub passed: usize,
+    /// The first of them that is none: by how much the constraints miss it, in lengths of coordinates, no
+    /// more than a hundred permitted errors, and when. Branches that cross in the one avoid each other in the
+    /// other, and whether the motion goes on or turns round there its steps do not tell.
+    pub missed: Option<(f64, f64)>,
+}
+
+impl<M: SimulationModel> Motion<'_, M> {
+    /// Whether it is asked how near the constraints came to losing rank: not without any, and not of more
+    /// than 32 coordinates, where it would cost more than the run.
+    pub(crate) fn asks_for_nearest(&self) -> bool {
+        M::IS_HELD && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
+    }
+
+    /// Times and conditioning of the constraints at the quarters of the step that leaves a record.
+    pub(crate) fn add_conditions(
+        &self,
+        sampler: &mut Sampler<'_, '_, M>,
+        index: usize,
+        out: &mut Vec<(f64, f64)>,
+    ) {
+        let Record { state, h, .. } = &self.trajectory.records[index];
+        let parts = if *h == 0.0 { 1 } else { PARTS };
+        let times = (0..parts).map(|k| state.t() + h * k as f64 / PARTS as f64);
+        out.extend(times.map(|t| (t, condition(self.model(), &sampler.at(t)))));
+    }
+
+    /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning
+    /// peaks between them.
+    pub(crate) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<Nearest> {
+        if M::IS_FREE || conditions.is_empty() {
+            return None;
+        }
+        let mut sampler = self.sampler();
+        let mut worst =
+            conditions.iter().copied().fold((self.start_time(), 0.0), |a, b| if b.1 > a.1 { b } else { a });
+        let (mut passed, mut missed) = (0, None);
+        for i in 1..conditions.len().saturating_sub(1) {
+            let [before, here, after] = [conditions[i - 1], conditions[i], conditions[i + 1]];
+            // A peak, and no place where nothing happens.
+            if here.1 < before.1 || here.1 <= after.1 || here.1 < 1.01 * before.1.min(after.1) {
+                continue;
+            }
+            let mut value = |t: f64| condition(self.model(), &sampler.at(t));
+            let top = golden(before.0, after.0, &mut value);
+            let top = if top.1 >= here.1 { top } else { here };
+            if top.1 > SINGULAR {
+                passed += 1;
+                missed = missed.or_else(|| self.misses(&sampler.at(top.0)));
+            }
+            worst = if top.1 > worst.1 { top } else { worst };
+        }
+        let Weakness { condition, rows, coordinates } = weakness(self.model(), &sampler.at(worst.0));
+        Some(Nearest { condition, time: worst.0, rows, coordinates, passed, missed })
+    }
+
+    /// By how much the constraints miss the singular position beside a state, and when, if the tolerance does
+    /// not tell it from one.
+    fn misses(&self, state: &M::State) -> Option<(f64, f64)> {
+        let Tolerances { absolute, relative } = self.trajectory.tolerances;
+        let permitted = absolute + relative * max_abs(state.q().as_slice());
+        missed_by(self.model(), state).filter(|by| *by <= MISSED * permitted).map(|by| (by, state.t()))
+    }
+
+    pub(crate) fn conditioning(&self) -> Conditioning {
+        let records = &self.trajectory.records;
+        let n = M::COORDINATES.len().max(1);
+        let affordable = PER_EVALUATION * self.counts().evaluations as f64 / (n * n) as f64;
+        // The condition numbers of one matrix are one, and those of a diagonal one are known.
+        let (mut last, mut found) = (Vec::new(), 1.0);
+        let mut at = |index: usize| {
+            let state = self.complete(records[index].state);
+            with_workspace::<M, _>(|workspace| {
+                let mass = mass(self.model(), &state, workspace);
+                if last != mass {
+                    found = condition_of(M::COORDINATES.len(), mass, M::IS_HELD);
+                    last = mass.to_vec();
+                }
+            });
+            if M::IS_HELD && found > UNDETERMINED { left_condition(self.model(), &state) } else { found }
+        };
+        let mut worst = (0, at(0));
+        let mut looked_at = 1;
+        let mut look = |index: usize, worst: &mut (usize, f64)| {
+            let largest = at(index);
+            // A value that is not a number is worse than any.
+            if !worst.1.is_nan() && (largest.is_nan() || largest > worst.1) {
+                *worst = (index, largest);
+            }
+            looked_at += 1;
+        };
+        let every = records.len().div_ceil(LEAST_STATES.max(affordable as usize)).max(1);
+        (1..records.len()).filter(|index| index % every == 0).for_each(|index| look(index, &mut worst));
+        if every > 1 {
+            // Beside the worst of those, the others.
+            let beside = worst.0.saturating_sub(every - 1)..(worst.0 + every).min(records.len());
+            let step = beside.len().div_ceil(LEAST_STATES);
+            beside.step_by(step).for_each(|index| look(index, &mut worst));
+        }
+        let (index, largest) = worst;
+        let time = records[index].state.t();
+        Conditioning { largest, time, looked_at: (looked_at.min(records.len()), records.len()) }
+    }
+}

@@ -1,0 +1,86 @@
+//! Events of two runs, one with the other.
+
+use alloc::vec::Vec;
+
+use crate::model::{ModelState, SimulationModel};
+use crate::simulate::trajectory::global_error::Shift;
+use crate::simulate::trajectory::record::{EventRecord, Trajectory};
+use crate::simulate::verification::reference_run::ReferenceRun;
+
+/// Events that happen at one instant may differ by this part of their time.
+const SAME: f64 = 1e-12;
+
+/// What comparing the events of two runs tells.
+#[derive(Default)]
+pub(crate) struct Matched {
+    pub(crate) shift: Option<Shift>,
+    pub(crate) unmatched: Option<Shift>,
+    /// Intervals in which only one run has had an event that changes the state.
+    pub(crate) between: Vec<[f64; 2]>,
+}
+
+impl Matched {
+    /// Compares the events of two runs, name by name.
+    pub(crate) fn of<M: SimulationModel>(first: &Trajectory<M>, second: &ReferenceRun<M>) -> Self {
+        let direction = first.direction();
+        let end = second.broken_off.as_ref().map_or(f64::INFINITY, |(t, _)| direction * t);
+        let mut names: Vec<&str> = Vec::new();
+        for event in first.events.iter().chain(&second.events) {
+            if !names.contains(&&*event.name) {
+                names.push(&event.name);
+            }
+        }
+        let mut matched = Self::default();
+        for name in names {
+            let seen = |event: &&EventRecord<M::State>| event.name == name && direction * event.time() < end;
+            let ours: Vec<_> = first.events.iter().filter(seen).collect();
+            let theirs: Vec<_> = second.events.iter().filter(seen).collect();
+            matched.pair(name, direction, &ours, &theirs);
+        }
+        matched
+    }
+
+    /// Pairs the events of one name in their order. Where one run has more of them, two belong together that
+    /// are nearer to each other than to half of the way to the next.
+    fn pair<'e, S: ModelState>(
+        &mut self,
+        name: &str,
+        direction: f64,
+        mut ours: &'e [&'e EventRecord<S>],
+        mut theirs: &'e [&'e EventRecord<S>],
+    ) {
+        let gap = |events: &[&EventRecord<S>]| match events {
+            [a, b, ..] => (b.time() - a.time()).abs(),
+            _ => f64::INFINITY,
+        };
+        let equal = ours.len() == theirs.len();
+        loop {
+            let (a, b) = match (ours.first(), theirs.first()) {
+                (None, None) => return,
+                (Some(only), None) => return self.alone(name, direction, only.time()),
+                (None, Some(only)) => return self.alone(name, direction, only.time()),
+                (Some(a), Some(b)) => (a, b),
+            };
+            let by = b.time() - a.time();
+            if !equal && by.abs() > SAME * a.time().abs() + 0.5 * gap(ours).min(gap(theirs)) {
+                let early = if direction * by > 0.0 { &mut ours } else { &mut theirs };
+                self.alone(name, direction, early[0].time());
+                *early = &early[1..];
+                continue;
+            }
+            if self.shift.as_ref().is_none_or(|most| by.abs() > most.by.abs()) {
+                self.shift = Some(Shift { name: name.into(), time: a.time(), by });
+            }
+            if a.before != a.after || b.before != b.after {
+                self.between.push([a.time().min(b.time()), a.time().max(b.time())]);
+            }
+            (ours, theirs) = (&ours[1..], &theirs[1..]);
+        }
+    }
+
+    fn alone(&mut self, name: &str, direction: f64, time: f64) {
+        if self.unmatched.as_ref().is_none_or(|found| direction * (found.time - time) > 0.0) {
+            self.unmatched = Some(Shift { name: name.into(), time, by: f64::NAN });
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Forces that come and go between the places at which the steps of a method looked.
+//!
+//! A step control knows what its evaluations have seen. A push that is over before a stage falls into it, a
+//! narrow well that the motion flies through, has not happened for any of them, nor for a second run at a
+//! smaller tolerance. Here the impulse ∫ q̈ dt of each long step, and how far it carries, ∫ (t₁ − t) q̈ dt,
+//! which alone is left of a well behind it, are formed once with four nodes, as a method of order 8 may see
+//! it (twelve where orders are higher), and once in parts, both by Gauss's rule along one path, the quintic
+//! through the step's ends: where all is smooth in the step they agree to far below what is permitted. Of
+//! stiff motions, whose forces would also answer to what the path is off the motion, what damps and holds
+//! within the step is taken off, (1 - h ∂q̈/∂q̇ - h² ∂q̈/∂q)⁻¹ Δu: what is left of an impulse by an implicit
+//! step. What is shorter than about a thousandth of the motion may be missed here, too; nothing can know it
+//! but `.max_step(..)`. It costs some thousand evaluations.
+
+use alloc::vec;
+use core::fmt;
+
+use crate::integrate::linear::{factor, solve};
+use crate::integrate::{Accelerations as _, Dense as _, Hermite, Method, Step, StepNode, Switching as _};
+use crate::model::{SimulationModel, Vector};
+use crate::simulate::right_hand_side::RightHandSide;
+use crate::simulate::trajectory::motion::Motion;
+use crate::wording::Rounded;
+
+/// Nodes and weights of Gauss's rule of order 8 on (0, 1): Hairer, Nørsett & Wanner, Solving ODE I, §II.1.
+const NODES: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+/// Steps shorter than this part of the motion hide nothing that lasts for long enough to be looked for.
+const LONG: f64 = 2e-3;
+/// More permitted errors than this are told, a tenth of those that are told elsewhere: what is missed acts
+/// until the end.
+const MUCH: f64 = 100.0;
+/// The same of what damping and stiffness leave in a step that is far longer than they need.
+const MUCH_LEFT: f64 = 3.0;
+/// Part of what is told that the step in parts has to be off by, too.
+const CONFIRMED: f64 = 0.1;
+/// So many evaluations for each of the run, and how many at least, of small models, and at most.
+const EFFORT: (u64, u64, u64) = (2, 4000, 8000);
+
+/// What the steps of a motion have not seen of a force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UndersampledForce {
+    /// The coordinate that it should have changed.
+    pub name: &'static str,
+    /// Whether it is missed most in the velocity, as an impulse is, or in the place, as what pushes and pulls
+    /// back.
+    pub of_velocity: bool,
+    /// When: the step from here to there.
+    pub during: (f64, f64),
+    /// By how much, in permitted errors.
+    pub times: f64,
+}
+
+impl UndersampledForce {
+    /// The warning.
+    pub(crate) fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, of_velocity, during: (from, to), times } = self;
+        let of = if *of_velocity { "the velocity of " } else { "" };
+        let (from, to) = (Rounded(*from), Rounded(*to));
+        write!(
+            f,
+            "a force is over between the stages of a step, from t = {from} to {to}, and is missed: by \
+             {times:.0e} times the tolerance of {of}{name}; limit steps with `.max_step(..)`"
+        )
+    }
+}
+
+impl<M: SimulationModel> Motion<'_, M> {
+    /// The largest impulse that one of the longer steps has not seen, if it matters.
+    pub(crate) fn undersampled_force(&self, stiff: bool) -> Option<UndersampledForce> {
+        let records = &self.trajectory.records;
+        let least = LONG * (self.end_time() - self.start_time()).abs();
+        let long = || (0..records.len()).filter(|&i| records[i].h != 0.0 && records[i].h.abs() >= least);
+        let least_points = EFFORT.1 / (1 + M::Vector::LEN as u64 / 16);
+        let points = (EFFORT.0 * self.counts().evaluations).clamp(least_points, EFFORT.2) as usize;
+        // Steps of orders to 20 and more are as long as many derivatives allow.
+        let seen = if matches!(self.method(), Method::Taylor | Method::GraggBulirschStoer) { 3 } else { 1 };
+        let parts = [seen, (points / (NODES.len() * long().count().max(1))).max(2 * seen)];
+        let found = long().filter_map(|index| Some((index, self.unseen_in(index, parts, stiff)?)));
+        let (index, found) = found.max_by(|(_, a), (_, b)| a.times.total_cmp(&b.times))?;
+        (self.apart_from_parts(index, parts[1]) > CONFIRMED * MUCH).then_some(found)
+    }
+
+    /// How far a step ends from where it does in parts, in permitted errors: the path by which a force is
+    /// looked for is not the motion, and in a long step may swing where that does not.
+    fn apart_from_parts(&self, index: usize, parts: usize) -> f64 {
+        let step = self.step(index);
+        let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);
+        let Some(mut step_replay) =
+            self.trajectory.erased_method_of(index).map(|erased_method| erased_method.step_replay())
+        else {
+            return 0.0;
+        };
+        let (mut at, h) = (step.start, step.h / parts as f64);
+        for _ in 0..parts {
+            let part = Step { start: at, end: at, h, kept: step.kept };
+            let made = step_replay.end_of(&mut rhs, &part, tolerances);
+            let made = made.and_then(|(y, _)| Some((y, rhs.accelerations(at.t + h, &y.q, &y.u).ok()?)));
+            // What cannot be made in parts is not refuted by them.
+            let Some((y, a)) = made else { return f64::INFINITY };
+            at = StepNode { t: at.t + h, y, a };
+        }
+        self.most_permitted_errors(&at.y, &step.end.y)
+    }
+
+    /// What the step that leaves a record has not seen; `None` where it cannot be evaluated.
+    fn unseen_in(&self, index: usize, parts: [usize; 2], stiff: bool) -> Option<UndersampledForce> {
+        let Step { mut start, mut end, h, kept } = self.step(index);
+        let mut rhs = self.rhs(index);
+        rhs.hold_branches(&mut start, h, kept.branches).ok()?;
+        if kept.branches {
+            // The step that follows may have found others there.
+            end.a = rhs.accelerations(end.t, &end.y.q, &end.y.u).ok()?;
+        }
+        let path = Hermite::between(&start, &end, h);
+        let mut impulse = |parts: usize| {
+            let (part, mut sum, mut carried) = (1.0 / parts as f64, M::Vector::zeros(), M::Vector::zeros());
+            for (k, (node, weight)) in (0..parts).flat_map(|k| NODES.map(|node| (k, node))) {
+                let theta = part * (k as f64 + node);
+                let y = path.at(theta);
+                let a = rhs.accelerations(start.t + theta * h, &y.q, &y.u).ok()?;
+                let weight = part * weight * h;
+                let sums = sum.as_mut_slice().iter_mut().zip(carried.as_mut_slice());
+                for ((sum, carried), a) in sums.zip(a.as_slice()) {
+                    *sum += weight * a;
+                    *carried += weight * h * (1.0 - theta) * a;
+                }
+            }
+            Some((sum, carried))
+        };
+        let (seen, (mut missed, mut carried)) = (impulse(parts[0])?, impulse(parts[1])?);
+        (0..M::Vector::LEN)
+            .for_each(|i| (missed[i], carried[i]) = (missed[i] - seen.0[i], carried[i] - seen.1[i]));
+        let tolerances = &self.trajectory.tolerances;
+        let largest = |missed: &M::Vector| {
+            let times = |i: usize| missed[i].abs() / tolerances.scale(start.y.u[i], end.y.u[i]);
+            (0..M::Vector::LEN).map(|i| (i, times(i))).max_by(|(_, a), (_, b)| a.total_cmp(b))
+        };
+        let off = |carried: &M::Vector| {
+            let times = |i: usize| carried[i].abs() / tolerances.scale(start.y.q[i], end.y.q[i]);
+            (0..M::Vector::LEN).map(|i| (i, times(i))).max_by(|(_, a), (_, b)| a.total_cmp(b))
+        };
+        let (mut i, mut times) = largest(&missed)?;
+        let (mut much, mut of_velocity) = (MUCH, true);
+        if stiff && times > MUCH {
+            lasting(&mut rhs, (&start, h), &mut missed)?;
+            (i, times) = largest(&missed)?;
+            much = MUCH_LEFT;
+        }
+        if times <= much {
+            if stiff && off(&carried)?.1 > MUCH {
+                // What holds and damps a stiff motion holds its place, too.
+                lasting(&mut rhs, (&start, h), &mut carried)?;
+            }
+            let (k, off) = off(&carried)?;
+            if off > MUCH {
+                (i, times, much, of_velocity) = (k, off, MUCH, false);
+            }
+        }
+        (times.is_finite() && times > much).then_some(UndersampledForce {
+            name: M::COORDINATES[i].name,
+            of_velocity,
+            during: (start.t, end.t),
+            times,
+        })
+    }
+}
+
+/// What is left of an impulse at the end of a step in which it is damped and held.
+fn lasting<M: SimulationModel>(
+    rhs: &mut RightHandSide<'_, '_, M>,
+    (start, h): (&StepNode<M::Vector>, f64),
+    impulse: &mut M::Vector,
+) -> Option<()> {
+    let n = M::Vector::LEN;
+    let (mut by_q, mut by_u) = (vec![0.0; n * n], vec![0.0; n * n]);
+    rhs.jacobian(start, &mut by_q, &mut by_u).ok()?;
+    for (k, (x, by_u)) in by_q.iter_mut().zip(&by_u).enumerate() {
+        *x = f64::from(u8::from(k % (n + 1) == 0)) - h * (by_u + h * *x);
+    }
+    let exchanges = factor::<M::Vector>(&mut by_q)?;
+    solve(&by_q, &exchanges, impulse);
+    Some(())
+}
