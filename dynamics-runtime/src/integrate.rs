@@ -25,81 +25,49 @@
 //! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the
 //! stage velocity, so only accelerations are evaluated.
 
-mod root;
 #[macro_use]
 mod dense;
 
 #[cfg(feature = "alloc")]
 pub mod choice;
-mod compensated_summation;
-mod composition;
-mod controller;
 mod differences;
 mod discontinuity;
-mod dop853;
-mod dop853_table;
-mod dormand_prince5;
-mod energy_midpoint;
-mod esdirk4;
-mod event;
-mod first_step;
-mod fixed_point;
-mod gauss;
-mod generalized_alpha;
+mod events;
+pub(crate) mod explicit;
+mod geometric;
 mod gragg_bulirsch_stoer;
-pub(crate) mod linear;
+mod implicit;
 mod method;
 mod phase;
-mod radau5;
-mod rk4;
-mod rough_powers;
 mod scheme;
-mod semi_implicit_euler;
 mod step;
-mod stepper;
-mod stormer_verlet;
 mod system;
-mod tableau;
 mod taylor;
-#[cfg(test)]
-pub(crate) mod trees;
-mod tsit5;
-mod verner9;
-pub mod verner9_table;
 
-pub use composition::{Composition, Composition4, Composition6, Composition8};
-pub use controller::{Controller, ControllerSettings};
 pub use dense::{Dense, Hermite, Nested};
 #[cfg(feature = "alloc")]
 pub(crate) use differences::{by_state, increment};
-pub use dop853::Dop853;
-pub use dormand_prince5::DormandPrince5;
-pub use energy_midpoint::EnergyMidpoint;
-pub use esdirk4::Esdirk4;
-pub use event::{Crossing, Direction, Scan, ScanError, place};
-pub use gauss::{Gauss, Gauss4, Gauss6};
-pub use generalized_alpha::GeneralizedAlpha;
+pub use events::{Crossing, Direction, Scan, ScanError, place, root};
+pub use explicit::{Dop853, DormandPrince5, Rk4, TableauRow, Tsit5, Verner9, verner9_table};
+pub use geometric::{
+    Composition, Composition4, Composition6, Composition8, EnergyMidpoint, Gauss, Gauss4, Gauss6, Rattle,
+    SemiImplicitEuler, StormerVerlet,
+};
 pub use gragg_bulirsch_stoer::{GraggBulirschStoer, Knots};
+pub use implicit::{Between, Collocation, Esdirk4, GeneralizedAlpha, Radau5};
 pub use method::Method;
+#[cfg(feature = "alloc")]
+pub(crate) use phase::zip;
 pub use phase::{Phase, Stages, StepNode};
-pub use radau5::{Between, Collocation, Radau5};
-pub use rk4::Rk4;
-pub use root::root;
 pub use scheme::Scheme;
-pub use semi_implicit_euler::SemiImplicitEuler;
-pub use step::{Step, StepError, StepFlags, StepOptions, Tolerances};
-pub use stepper::Stepper;
-pub use stormer_verlet::{Rattle, StormerVerlet};
+pub use step::{
+    Controller, ControllerSettings, Step, StepError, StepFlags, StepOptions, Stepper, Tolerances,
+};
 #[cfg(feature = "alloc")]
 pub(crate) use system::one_by_one;
 pub use system::{
     Accelerations, Canonical, Expandable, Hold, OfPositions, Settled, Stabilized, Switching, System,
 };
-pub use tableau::TableauRow;
-#[cfg(feature = "alloc")]
-pub(crate) use tableau::zip;
 #[cfg(feature = "alloc")]
 pub(crate) use taylor::ORDERS as TAYLOR_ORDERS;
 pub use taylor::{Series, Taylor};
-pub use tsit5::Tsit5;
-pub use verner9::Verner9;

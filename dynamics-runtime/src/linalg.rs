@@ -1,5 +1,6 @@
 //! Dense linear algebra on slices, in memory that the caller lends, without allocation.
 
+pub(crate) mod elimination;
 pub(crate) mod lu;
 mod memory;
 pub(crate) mod orthogonal;

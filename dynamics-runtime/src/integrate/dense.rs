@@ -1,7 +1,7 @@
 //! Interpolants within one step: θ = 0 is its start, θ = 1 its end.
 
-use super::tableau::zip;
 use super::{Phase, StepNode};
+use crate::integrate::phase::zip;
 use crate::model::Vector;
 
 /// The solution within one step.

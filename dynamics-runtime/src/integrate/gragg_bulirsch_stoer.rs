@@ -28,8 +28,9 @@
 
 mod knots;
 
-use super::tableau::{stiffness, zip};
 use super::{ControllerSettings, Method, Phase, Scheme, Stages, StepNode, System, Tolerances};
+use crate::integrate::explicit::tableau::stiffness;
+use crate::integrate::phase::zip;
 use crate::lanes::{COUNT, Lanes, Wide};
 use crate::model::Vector;
 

@@ -87,3 +87,14 @@ impl<V: Vector> StepNode<V> {
         Phase { q: self.y.u, u: self.a }
     }
 }
+
+/// Element by element: combine(x, y).
+#[inline(always)]
+pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f64) -> f64) -> Phase<V> {
+    let mut out = *x;
+    for i in 0..V::LEN {
+        out.q.as_mut_slice()[i] = combine(x.q.as_slice()[i], y.q.as_slice()[i]);
+        out.u.as_mut_slice()[i] = combine(x.u.as_slice()[i], y.u.as_slice()[i]);
+    }
+    out
+}

@@ -1,11 +1,11 @@
 //! What a method is to a stepper.
 
-use crate::integrate::controller::ControllerSettings;
 use crate::integrate::dense::Dense;
 use crate::integrate::method::Method;
 use crate::integrate::phase::{Phase, StepNode};
 use crate::integrate::step::Step;
 use crate::integrate::step::Tolerances;
+use crate::integrate::step::controller::ControllerSettings;
 use crate::integrate::system::System;
 use crate::model::Vector;
 

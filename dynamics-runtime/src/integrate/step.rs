@@ -1,9 +1,16 @@
-//! A step, its options and its errors.
+//! A step, its options and its errors. [`stepper`] makes the steps, [`controller`] chooses their size.
 
-use crate::integrate::phase::Phase;
-use crate::integrate::phase::StepNode;
+pub(crate) mod compensated_summation;
+pub(crate) mod controller;
+mod first_step;
+mod stepper;
+
+use crate::integrate::phase::{Phase, StepNode};
 use crate::math;
 use crate::model::Vector;
+
+pub use controller::{Controller, ControllerSettings};
+pub use stepper::Stepper;
 
 /// How steps are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -28,11 +28,12 @@
 //!   Taylor methods*, Experimental Mathematics 14 (2005) 99; Corliss, Chang, ACM TOMS 8 (1982) 114; Biscani,
 //!   Izzo, MNRAS 504 (2021) 2614.
 
-use super::rough_powers::{exp2_roughly, log2_roughly};
-use super::tableau::zip;
-use super::{
-    ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances, compensated_summation,
-};
+mod rough_powers;
+
+use crate::integrate::phase::zip;
+use crate::integrate::step::compensated_summation;
+use crate::integrate::taylor::rough_powers::{exp2_roughly, log2_roughly};
+use crate::integrate::{ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::{MOST_SERIES_ORDER, Vector};
 

@@ -18,8 +18,8 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 
-use crate::integrate::linear::{factor, solve};
 use crate::integrate::{Accelerations as _, Phase, Stabilized as _, Step, StepNode, Tolerances, zip};
+use crate::linalg::elimination::{factor, solve};
 use crate::math;
 use crate::model::{SimulationModel, Vector};
 use crate::simulate::right_hand_side::RightHandSide;

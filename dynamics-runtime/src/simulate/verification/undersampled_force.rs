@@ -14,8 +14,8 @@
 use alloc::vec;
 use core::fmt;
 
-use crate::integrate::linear::{factor, solve};
 use crate::integrate::{Accelerations as _, Dense as _, Hermite, Method, Step, StepNode, Switching as _};
+use crate::linalg::elimination::{factor, solve};
 use crate::model::{SimulationModel, Vector};
 use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::trajectory::motion::Motion;

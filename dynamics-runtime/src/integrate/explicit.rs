@@ -1,0 +1,19 @@
+//! Explicit Runge–Kutta methods: their tables as data, and one stage loop over them ([`tableau`]).
+
+mod dop853;
+mod dop853_table;
+mod dormand_prince5;
+mod rk4;
+pub(crate) mod tableau;
+#[cfg(test)]
+pub(crate) mod trees;
+mod tsit5;
+mod verner9;
+pub mod verner9_table;
+
+pub use dop853::Dop853;
+pub use dormand_prince5::DormandPrince5;
+pub use rk4::Rk4;
+pub use tableau::TableauRow;
+pub use tsit5::Tsit5;
+pub use verner9::Verner9;

@@ -1,0 +1,137 @@
+//! DOP853: Dormand–Prince 8(5,3).
+//!
+//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ down to rounding.
+//! * **Formula**: twelve stages of order 8; two embedded results of order 5 and 3 give the error estimate
+//!   ‖e₅‖² / √(‖e₅‖² + 0.01 ‖e₃‖²), which behaves like order 7 and is not fooled where e₅ vanishes by chance.
+//! * **Order** 8; error estimate 7.
+//! * **Dense output**: order 7, with three further stages that are evaluated only when it is asked for.
+//! * **Stability**: real axis to −6.1.
+//! * **Cost**: 12 evaluations of q̈ per step, 15 with dense output.
+//! * **Source**: Hairer, Nørsett, Wanner, *Solving ODE I*, 2nd ed., §II.5, §II.6, §II.10; code `dop853.f`.
+
+use crate::integrate::explicit::dop853_table::*;
+use crate::integrate::explicit::tableau::{stages, stiffness, sum, sum_by, unrolled_stages};
+use crate::integrate::phase::zip;
+use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
+use crate::math;
+use crate::model::Vector;
+
+/// Dormand and Prince's method of order 8(5,3).
+#[derive(Clone, Copy, Debug)]
+pub struct Dop853<V> {
+    k: [Phase<V>; 16],
+    /// The state of the twelfth stage, at the end of the step.
+    twelfth: Phase<V>,
+    h: f64,
+}
+
+/// What the stages 1 to 11, and 13 to 15 of dense output, are made by.
+const ROWS: [&[(usize, f64)]; 14] =
+    [&A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A13, &A14, &A15];
+
+impl<V: Vector> Dop853<V> {
+    /// The end of the step whose stages are made, and its error.
+    #[inline(always)]
+    fn judged(&self, y: &Phase<V>, tolerances: &Tolerances) -> (Phase<V>, f64) {
+        let (h, k) = (self.h, &self.k);
+        let slope = sum(&B, k);
+        let end = zip(y, &slope, |y, k| y + h * k);
+        let e5 = tolerances.square_sum(&sum(&E5, k), y, &end);
+        let e3 = tolerances.square_sum(&zip(&slope, &sum(&B3, k), |b, b3| b - b3), y, &end);
+        let both = e5 + 0.01 * e3;
+        let error = if both > 0.0 {
+            h.abs() * e5 / math::sqrt((2 * V::LEN) as f64 * both)
+        } else {
+            // 0 when both estimates vanish, NaN when they are NaN.
+            both
+        };
+        (end, error)
+    }
+}
+
+impl<V: Vector> Scheme<V> for Dop853<V> {
+    const METHOD: Method = Method::Dop853;
+    const ORDER: u32 = 8;
+    const ERROR_ORDER: u32 = 7;
+    // Hairer's choices in DOP853. β = 0.02 rejects a third fewer steps and still costs 3 % more for the same
+    // error, in the mean over double pendulum, Kepler, Hénon–Heiles and Arenstorf at 1e-3 to 1e-12; β = 0.08
+    // costs twice as much.
+    const CONTROL: Option<ControllerSettings> =
+        Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 });
+    const WEIGHTS: &'static [f64] = &WEIGHTS;
+    const STABILITY_BORDER: f64 = 6.1;
+    const SCAN: usize = 8;
+    const PROBES: &'static [f64] = &[0.6, 0.92];
+    type Dense = Nested<V, 8>;
+
+    fn new() -> Self {
+        Self { k: [Phase::zeros(); 16], twelfth: Phase::zeros(), h: 0.0 }
+    }
+
+    #[inline(always)]
+    fn attempt<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &StepNode<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let StepNode { t, y, .. } = start;
+        self.h = h;
+        let k = &mut self.k;
+        k[0] = start.derivative();
+        self.twelfth = unrolled_stages!(system, (t, y, h), C, k, [1: A1, 2: A2, 3: A3, 4: A4, 5: A5, 6: A6, 7: A7, 8: A8, 9: A9, 10: A10, 11: A11]);
+        Ok(self.judged(y, tolerances))
+    }
+
+    fn attempt_again<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &StepNode<V>,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Result<(Phase<V>, f64), S::Error> {
+        let StepNode { t, y, .. } = start;
+        self.h = h;
+        self.k[0] = start.derivative();
+        self.twelfth = stages(system, (*t, y, h), (&ROWS[..11], &C, 1), &mut self.k)?;
+        Ok(self.judged(y, tolerances))
+    }
+
+    #[inline(always)]
+    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
+        system.accelerations(end_t, &end.q, &end.u)
+    }
+
+    fn dense<S: System<V>>(
+        &mut self,
+        system: &mut S,
+        start: &StepNode<V>,
+        end: &StepNode<V>,
+        h: f64,
+    ) -> Result<Nested<V, 8>, S::Error> {
+        let StepNode { t, y, .. } = start;
+        let k = &mut self.k;
+        k[12] = end.derivative();
+        stages(system, (*t, y, h), (&ROWS[11..], &C, 13), k)?;
+        let [change, bend, twist] = Nested::<V, 8>::ends(start, end, h);
+        let higher = |row: &[(usize, f64)]| {
+            let s = sum_by(row, k);
+            zip(&s, &s, |s, _| h * s)
+        };
+        Ok(Nested([*y, change, bend, twist, higher(&D4), higher(&D5), higher(&D6), higher(&D7)]))
+    }
+
+    fn stages(&self) -> &[Phase<V>] {
+        &self.k[..12]
+    }
+
+    fn error_vector(&self) -> Phase<V> {
+        let error = sum(&E5, &self.k);
+        zip(&error, &error, |e, _| self.h * e)
+    }
+
+    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
+        stiffness(h, (&end.y, &end.a), (&self.twelfth, &self.k[11].u))
+    }
+}

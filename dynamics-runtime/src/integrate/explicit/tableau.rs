@@ -1,0 +1,124 @@
+//! Linear combinations of stages and the error norm.
+
+use crate::integrate::phase::zip;
+use crate::integrate::{Phase, System};
+use crate::math;
+use crate::model::Vector;
+
+/// The entries of one row of a Butcher tableau that are not zero: (stage, coefficient).
+pub type TableauRow<const K: usize> = [(usize, f64); K];
+
+/// Σⱼ aⱼ kⱼ.
+#[inline(always)]
+pub(crate) fn sum<V: Vector, const K: usize>(row: &TableauRow<K>, k: &[Phase<V>]) -> Phase<V> {
+    let mut out = Phase::<V>::zeros();
+    let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
+    for i in 0..V::LEN {
+        let (mut of_q, mut of_u) = (0.0, 0.0);
+        for &(j, a) in row {
+            of_q += a * k[j].q.as_slice()[i];
+            of_u += a * k[j].u.as_slice()[i];
+        }
+        q[i] = of_q;
+        u[i] = of_u;
+    }
+    out
+}
+
+/// y + h Σⱼ aⱼ kⱼ.
+#[inline(always)]
+pub(crate) fn advance<V: Vector, const K: usize>(
+    y: &Phase<V>,
+    h: f64,
+    row: &TableauRow<K>,
+    k: &[Phase<V>],
+) -> Phase<V> {
+    let mut out = sum(row, k);
+    let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
+    for i in 0..V::LEN {
+        q[i] = y.q.as_slice()[i] + h * q[i];
+        u[i] = y.u.as_slice()[i] + h * u[i];
+    }
+    out
+}
+
+/// Σⱼ aⱼ kⱼ to the bits of [`sum`], by a row that is data: one copy for all rows.
+#[inline(never)]
+pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V> {
+    let mut out = Phase::<V>::zeros();
+    let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
+    for &(j, a) in row {
+        let (of_q, of_u) = (k[j].q.as_slice(), k[j].u.as_slice());
+        for i in 0..V::LEN {
+            q[i] += a * of_q[i];
+            u[i] += a * of_u[i];
+        }
+    }
+    out
+}
+
+/// The stage loop of an explicit method from y at t: stages by number, each by its row from those before it.
+/// Gives where the last of them stands. The compiler writes the loop out, row by row without the zeros, which
+/// [`stages`] does not, to the same bits.
+macro_rules! unrolled_stages {
+    ($system:ident, ($t:expr, $y:expr, $h:expr), $nodes:ident, $k:ident, [$($stage:literal: $row:ident),+]) => {{
+        $(
+            let at = $crate::integrate::explicit::tableau::advance($y, $h, &$row, $k);
+            $k[$stage] = $system.derivative($t + $nodes[$stage] * $h, &at)?;
+        )+
+        at
+    }};
+}
+pub(in crate::integrate) use unrolled_stages;
+
+/// The rows of a tableau as data, with the nodes of the method and the index of the stage that the first of
+/// them makes.
+pub(crate) type TableauRows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
+
+/// Stages of an explicit method from y at t, each from those before it, by rows that are data; where the last
+/// of them stands. To the bits of [`advance`] and [`Accelerations::derivative`] written out stage by stage,
+/// slower by the part of a step that is not evaluations, and one copy for all methods.
+#[inline(never)]
+pub(crate) fn stages<V: Vector, S: System<V>>(
+    system: &mut S,
+    (t, y, h): (f64, &Phase<V>, f64),
+    (rows, nodes, first): TableauRows<'_>,
+    k: &mut [Phase<V>],
+) -> Result<Phase<V>, S::Error> {
+    let mut at = *y;
+    for (stage, row) in (first..).zip(rows) {
+        at = zip(y, &sum_by(row, k), |y, sum| y + h * sum);
+        k[stage] = system.derivative(t + nodes[stage] * h, &at)?;
+    }
+    Ok(at)
+}
+
+/// |h λ| of the dominant eigenvalue λ, from two nearby states (y, q̈) at the same time; `None` where they
+/// coincide.
+///
+/// Hairer's test compares derivatives by the Euclidean norm of all of (q, u); a fast oscillator would then
+/// look stiff by a mere choice of units, because there u is ω times q. For q̈ = a(q, u) an eigensolution
+/// has |Δu| = |λ| |Δq| and |Δa| = |λ| |Δu|, so min(|Δa|/|Δu|, √(|Δa|/|Δq|)) is |λ| again, whatever the units.
+pub(crate) fn stiffness<V: Vector>(h: f64, (x, a): (&Phase<V>, &V), (y, b): (&Phase<V>, &V)) -> Option<f64> {
+    let (q, u, acceleration) = (distance(&x.q, &y.q), distance(&x.u, &y.u), distance(a, b));
+    (q > 0.0 && u > 0.0).then(|| h.abs() * (acceleration / u).min(math::sqrt(acceleration / q)))
+}
+
+/// √Σ(xᵢ − yᵢ)².
+fn distance<V: Vector>(x: &V, y: &V) -> f64 {
+    let squares = x.as_slice().iter().zip(y.as_slice()).map(|(x, y)| (x - y) * (x - y));
+    math::sqrt(squares.sum())
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    /// Every row of a Runge–Kutta method sums to its node: Σⱼ aᵢⱼ = cᵢ.
+    pub(crate) fn assert_row_sums(rows: &[&[(usize, f64)]], nodes: &[f64]) {
+        assert_eq!(rows.len(), nodes.len());
+        for (row, c) in rows.iter().zip(nodes) {
+            let sum: f64 = row.iter().map(|(_, a)| a).sum();
+            let size: f64 = row.iter().map(|(_, a)| a.abs()).sum();
+            assert!((sum - c).abs() <= 4.0 * f64::EPSILON * size.max(1.0), "row sum {sum}, node {c}");
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! The first step size, from the problem itself.
+//!
+//! An explicit Euler step of a hundredth of the scale of the solution estimates the second derivative; the
+//! step is then the one whose local error of order p would be one hundredth of the tolerance.
+//!
+//! That takes the tolerance of a velocity that is zero for what its changes are measured by: from rest it is
+//! hundreds of times too short, and longer at once for methods that need only some dozens of steps
+//! ([`Scheme::LONG_STEPS`](crate::integrate::Scheme::LONG_STEPS)). A mechanism has times of its own, in which it moves
+//! as far as it is large and its accelerations change by as much as they are, |q|/|q̇|, √(|q|/|q̈|) and
+//! |q̈|/|q⃛|, and what a method of order p leaves of |q| in a part x of the least of them is of the order
+//! x^(p+1): they take the step that leaves a hundredth of the tolerance where it is longer, up to
+//! [`MOST_STEP_RATIO`] times. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*,
+//! §II.4, "starting step size".
+
+use crate::integrate::phase::zip;
+use crate::integrate::{Phase, StepNode, System, Tolerances};
+use crate::math;
+use crate::model::Vector;
+
+/// See this file's header: both estimates have to do with the same motion.
+const MOST_STEP_RATIO: f64 = 100.0;
+
+/// |h| for a method of the given order, which makes `long` steps or not; costs one to four evaluations.
+/// `direction` is ±1, `most` an upper bound.
+pub(crate) fn first_step<V: Vector, S: System<V>>(
+    system: &mut S,
+    start: &StepNode<V>,
+    (order, long): (u32, bool),
+    direction: f64,
+    most: f64,
+    tolerances: &Tolerances,
+) -> f64 {
+    let slope = start.derivative();
+    let size = |x: &Phase<V>| tolerances.norm(x, &start.y, &start.y);
+    let (d0, d1) = (size(&start.y), size(&slope));
+    let mut h =
+        if d0 < 1e-10 || d1 < 1e-10 || !(d0 / d1).is_finite() { 1e-6 } else { 0.01 * d0 / d1 }.min(most);
+    // The Euler step may leave the region where the accelerations exist: then a smaller one is tried.
+    for _ in 0..4 {
+        let y = zip(&start.y, &slope, |y, k| y + direction * h * k);
+        let Ok(a) = system.accelerations(start.t + direction * h, &y.q, &y.u) else {
+            h *= 1e-2;
+            continue;
+        };
+        let change = zip(&Phase { q: y.u, u: a }, &slope, |x, y| x - y);
+        let d2 = size(&change) / h;
+        if !d2.is_finite() {
+            h *= 1e-2;
+            continue;
+        }
+        let curvature = d1.max(d2);
+        let fine = if curvature <= 1e-15 {
+            (h * 1e-3).max(1e-6)
+        } else {
+            math::powf(0.01 / curvature, 1.0 / f64::from(order))
+        };
+        let of_order = fine.min(100.0 * h);
+        let own = if long { own_step(start, &a, h, order, tolerances) } else { 0.0 };
+        return of_order.max(own.min(MOST_STEP_RATIO * of_order)).min(most);
+    }
+    h
+}
+
+/// The step by the times in which a mechanism moves, from its accelerations after an Euler step of length
+/// `h`; 0 where it has none.
+fn own_step<V: Vector>(start: &StepNode<V>, later: &V, h: f64, order: u32, tolerances: &Tolerances) -> f64 {
+    let Phase { q, u } = start.y;
+    // All of them in tolerances of q: only their ratios count.
+    let size = |x: V| tolerances.norm(&Phase { q: x, u: V::zeros() }, &start.y, &start.y);
+    let mut change = *later;
+    (0..V::LEN).for_each(|i| change[i] -= start.a[i]);
+    let (q, u, a, change) = (size(q), size(u), size(start.a), size(change));
+    // What does not move takes for ever.
+    let time = (q / u).min(math::sqrt(q / a)).min(a * h / change);
+    let step = time * math::powf(0.01 / q, 1.0 / f64::from(order + 1));
+    if step.is_finite() { step } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::convert::Infallible;
+
+    use super::*;
+    use nalgebra::SVector;
+
+    type V = SVector<f64, 1>;
+
+    /// The first step of order 14 of q̈ = a(t, q, u), short and long.
+    fn steps(a: impl Fn(f64, f64, f64) -> f64, q: f64, u: f64) -> [f64; 2] {
+        let mut system = |t: f64, q: &V, u: &V| Ok::<V, Infallible>(V::new(a(t, q[0], u[0])));
+        let start = StepNode { t: 0.0, y: Phase { q: V::new(q), u: V::new(u) }, a: V::new(a(0.0, q, u)) };
+        let tolerances = Tolerances::both(1e-6);
+        [false, true].map(|long| first_step(&mut system, &start, (14, long), 1.0, 1e3, &tolerances))
+    }
+
+    /// √(|q|/|q̈|) is 1/ω from rest, whatever ω is, and order 14 leaves a hundredth of 10⁻⁶ in 0.3 of it.
+    #[test]
+    fn a_long_step_from_rest_is_a_part_of_the_time_in_which_the_mechanism_moves() {
+        for omega in [1e-3f64, 1.0, 1e4] {
+            let [short, long] = steps(|_, q, _| -omega * omega * q, 1.0, 0.0);
+            assert!(
+                (long * omega - 0.314).abs() < 0.001 || long == MOST_STEP_RATIO * short,
+                "{short:e} {long:e}"
+            );
+            // The short one does not know seconds from milliseconds.
+            assert!(omega == 1.0 || short < 0.1 * long, "{short:e} {long:e}");
+        }
+        // The least of the times: a damper that brakes in 10⁻⁴, a motion that is under way, a push that comes
+        // up in 10⁻³ make it no longer than it is.
+        for [short, long] in [
+            steps(|_, q, u| -q - 1e4 * u, 1.0, 0.0),
+            steps(|_, q, _| -q, 1.0, 1e3),
+            steps(|t, q, _| -q * (t / 1e-3).exp(), 1.0, 0.0),
+        ] {
+            assert!(long == short || long < 1e-3, "{short:e} {long:e}");
+        }
+    }
+
+    /// Nothing moves, or nothing tells how large it is: the short step.
+    #[test]
+    fn without_times_of_its_own_the_first_step_is_short() {
+        for (a, q) in [(0.0, 1.0), (1.0, 0.0), (0.0, 0.0)] {
+            let [short, long] = steps(|_, _, _| a, q, 0.0);
+            assert!(long == short || a > 0.0 && long <= MOST_STEP_RATIO * short, "{short:e} {long:e}");
+            assert!(long > 0.0 && long.is_finite());
+        }
+    }
+}
