@@ -30,6 +30,8 @@ mod dense;
 
 #[cfg(feature = "alloc")]
 pub mod choice;
+mod compensated_summation;
+mod controller;
 mod differences;
 mod discontinuity;
 mod events;
@@ -41,9 +43,11 @@ mod method;
 mod phase;
 mod scheme;
 mod step;
+mod stepper;
 mod system;
 mod taylor;
 
+pub use controller::{Controller, ControllerSettings};
 pub use dense::{Dense, Hermite, Nested};
 #[cfg(feature = "alloc")]
 pub(crate) use differences::{by_state, increment};
@@ -60,13 +64,12 @@ pub use method::Method;
 pub(crate) use phase::zip;
 pub use phase::{Phase, Stages, StepNode};
 pub use scheme::Scheme;
-pub use step::{
-    Controller, ControllerSettings, Step, StepError, StepFlags, StepOptions, Stepper, Tolerances,
-};
+pub use step::{Step, StepError, StepFlags, StepOptions, Tolerances};
+pub use stepper::Stepper;
 #[cfg(feature = "alloc")]
 pub(crate) use system::one_by_one;
 pub use system::{
-    Accelerations, Canonical, Expandable, Hold, OfPositions, Settled, Stabilized, Switching, System,
+    Accelerations, Canonical, Expandable, Hold, OfPositions, ProjectedEnd, Stabilized, Switching, System,
 };
 #[cfg(feature = "alloc")]
 pub(crate) use taylor::ORDERS as TAYLOR_ORDERS;

@@ -10,7 +10,7 @@ use dynamics_runtime::integrate::{
     Accelerations, Canonical, Dop853, Expandable, GeneralizedAlpha, Phase, Stabilized, StepError,
     StepOptions, Stepper, Switching, Tolerances,
 };
-use dynamics_runtime::integrate::{Settled, StepNode};
+use dynamics_runtime::integrate::{ProjectedEnd, StepNode};
 use dynamics_runtime::methods;
 use dynamics_runtime::simulate::Simulate;
 use nalgebra::{Matrix3, SVector, Vector3};
@@ -48,13 +48,18 @@ impl Accelerations<V2> for Rod {
 }
 
 impl Stabilized<V2> for Rod {
-    fn settles(&self) -> bool {
+    fn projects(&self) -> bool {
         true
     }
-    fn settle(&mut self, _: f64, y: &mut Phase<V2>, _: &Tolerances) -> Result<Option<Settled>, Infallible> {
+    fn project(
+        &mut self,
+        _: f64,
+        y: &mut Phase<V2>,
+        _: &Tolerances,
+    ) -> Result<Option<ProjectedEnd>, Infallible> {
         y.q /= y.q.norm();
         y.u -= y.q * y.q.dot(&y.u);
-        Ok(Some(Settled { by: 0.0, violation: 0.0, noise: 0.0 }))
+        Ok(Some(ProjectedEnd { by: 0.0, violation: 0.0, noise: 0.0 }))
     }
     fn is_constrained(&self) -> bool {
         true

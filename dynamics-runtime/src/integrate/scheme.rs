@@ -1,11 +1,11 @@
 //! What a method is to a stepper.
 
+use crate::integrate::controller::ControllerSettings;
 use crate::integrate::dense::Dense;
 use crate::integrate::method::Method;
 use crate::integrate::phase::{Phase, StepNode};
 use crate::integrate::step::Step;
 use crate::integrate::step::Tolerances;
-use crate::integrate::step::controller::ControllerSettings;
 use crate::integrate::system::System;
 use crate::model::Vector;
 
@@ -125,7 +125,7 @@ pub trait Scheme<V: Vector>: Clone {
     fn converged(&self) -> bool {
         true
     }
-    /// Is told of every step that is accepted, with its end as it was settled.
+    /// Is told of every step that is accepted, with its end as it was projected.
     #[inline(always)]
     fn accepted(&mut self, _step: &Step<V>) {}
     /// Has the last word on the next step: the step control wants it `factor` times as long as the one tried

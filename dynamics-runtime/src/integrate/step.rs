@@ -1,16 +1,8 @@
-//! A step, its options and its errors. [`stepper`] makes the steps, [`controller`] chooses their size.
-
-pub(crate) mod compensated_summation;
-pub(crate) mod controller;
-mod first_step;
-mod stepper;
+//! A step, its options and its errors.
 
 use crate::integrate::phase::{Phase, StepNode};
 use crate::math;
 use crate::model::Vector;
-
-pub use controller::{Controller, ControllerSettings};
-pub use stepper::Stepper;
 
 /// How steps are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,12 +30,12 @@ pub struct Step<V> {
     pub kept: StepFlags,
 }
 
-/// How a step was kept where the system belongs, besides settling its end.
+/// How a step was kept where the system belongs, besides projecting its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepFlags {
-    /// Its stages were settled: near a position where what holds them nearly loses a direction.
+    /// Its stages were projected: near a position where what holds them nearly loses a direction.
     pub stages: bool,
-    /// States between its ends have to be settled: it is as long as it is because what settling its end
+    /// States between its ends have to be projected: it is as long as it is because what projecting its end
     /// removes was no error.
     pub between: bool,
     /// Branches of the accelerations were held in it: see
@@ -71,7 +63,7 @@ pub enum StepError<E> {
         /// Size of the last attempt.
         h: f64,
     },
-    /// What settles the end of a fixed step would have moved it by a part of the way that the step had come:
+    /// What projects the end of a fixed step would have moved it by a part of the way that the step had come:
     /// it would decide the motion, and not the method.
     Displaced {
         /// Index of the coordinate that would have been moved most.

@@ -67,19 +67,19 @@ pub trait Stabilized<V: Vector>: Accelerations<V> {
     fn is_weak(&mut self, _start: &StepNode<V>, _end: &StepNode<V>) -> bool {
         false
     }
-    /// Whether the ends of steps are settled.
+    /// Whether the ends of steps are projected.
     #[inline(always)]
-    fn settles(&self) -> bool {
+    fn projects(&self) -> bool {
         false
     }
-    /// Settles the stages of what follows too, or no longer: where what holds them nearly loses a direction,
+    /// Projects the stages of what follows too, or no longer: where what holds them nearly loses a direction,
     /// what they are off in it would be amplified. Whether it can.
     #[inline(always)]
     fn hold_stages(&mut self, _on: bool, _tolerances: &Tolerances) -> bool {
         false
     }
     /// Is asked where the error of a step is too large: what it becomes when the end `y` of the step is
-    /// settled. `None`: it stays.
+    /// projected. `None`: it stays.
     #[inline(always)]
     fn lasting(
         &mut self,
@@ -92,12 +92,12 @@ pub trait Stabilized<V: Vector>: Accelerations<V> {
     /// Puts the end of a step that is about to be accepted where it belongs: back onto the constraints.
     /// `None` where it stayed.
     #[inline(always)]
-    fn settle(
+    fn project(
         &mut self,
         _t: f64,
         _y: &mut Phase<V>,
         _tolerances: &Tolerances,
-    ) -> Result<Option<Settled>, Self::Error> {
+    ) -> Result<Option<ProjectedEnd>, Self::Error> {
         Ok(None)
     }
     /// Moves the position at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic constraints.
@@ -275,16 +275,16 @@ impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Switching<V> for OfPositio
 impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Canonical<V> for OfPositions<F> {}
 impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Expandable<V> for OfPositions<F> {}
 
-/// How the end of a step was settled, as the norm of the error is measured (1: as much as the tolerance
+/// How the end of a step was projected, as the norm of the error is measured (1: as much as the tolerance
 /// permits).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settled {
+pub struct ProjectedEnd {
     /// By how much it moved.
     pub by: f64,
     /// How far it was from where it belongs, along what holds it: less than it moved where that nearly loses
     /// a direction.
     pub violation: f64,
-    /// What rounding errors make uncertain where it is settled: large near a position where what holds it
+    /// What rounding errors make uncertain where it is projected: large near a position where what holds it
     /// nearly loses a direction.
     pub noise: f64,
 }

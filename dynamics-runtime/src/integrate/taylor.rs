@@ -30,8 +30,8 @@
 
 mod rough_powers;
 
+use crate::integrate::compensated_summation;
 use crate::integrate::phase::zip;
-use crate::integrate::step::compensated_summation;
 use crate::integrate::taylor::rough_powers::{exp2_roughly, log2_roughly};
 use crate::integrate::{ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;

@@ -8,7 +8,7 @@ use alloc::boxed::Box;
 use crate::constrain::weakness::weakness;
 use crate::error::SolveError;
 use crate::integrate::{
-    Accelerations, Dense, Phase, Settled, Stages, Step, StepFlags, StepNode, Tolerances, increment, zip,
+    Accelerations, Dense, Phase, ProjectedEnd, Stages, Step, StepFlags, StepNode, Tolerances, increment, zip,
 };
 use crate::lanes::{self, Lanes};
 use crate::linalg::max_abs;
@@ -108,17 +108,17 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
         if step.kept.between && M::IS_HELD {
             let _ = self.held(&mut state, |stabilization, model, state| {
-                Ok(stabilization.settle_between(model, state, tolerances))
+                Ok(stabilization.project_between(model, state, tolerances))
             });
             state = with_inputs::<M>(self.law, state);
         }
         state
     }
 
-    /// Whether states between the ends of a step have to be settled. Near a singular position one more stage,
+    /// Whether states between the ends of a step have to be projected. Near a singular position one more stage,
     /// which only the interpolant has, may lie right beside it, where nothing gives it accelerations to the
     /// tolerance; the ends know nothing of it.
-    pub(crate) fn settles_between(
+    pub(crate) fn projects_between(
         &mut self,
         dense: &dyn Dense<M::Vector>,
         step: &Step<M::Vector>,
@@ -152,7 +152,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
-        if M::IS_FREE || self.stabilization.settles() {
+        if M::IS_FREE || self.stabilization.projects() {
             return false;
         }
         let ends = [&step.start, &step.end].map(|end| self.state(end.t, &end.y.q, &end.y.u));
@@ -349,23 +349,23 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         Ok(())
     }
 
-    /// See [`Stabilized::settle`].
+    /// See [`Stabilized::project`].
     #[inline(never)]
-    fn settled(
+    fn projected(
         &mut self,
         t: f64,
         y: &mut Phase<M::Vector>,
         tolerances: &Tolerances,
-    ) -> Result<Settled, EvaluationError> {
+    ) -> Result<ProjectedEnd, EvaluationError> {
         let before = self.state(t, &y.q, &y.u);
         let mut state = before;
-        let settle = |stabilization: &mut Stabilization<M>, model: &M, state: &mut M::State| {
-            stabilization.settle(model, state)
+        let project = |stabilization: &mut Stabilization<M>, model: &M, state: &mut M::State| {
+            stabilization.project(model, state)
         };
-        let noise = self.held(&mut state, settle).map_err(EvaluationError::Solve)?;
-        let settled = Phase { q: *state.q(), u: *state.u() };
-        let moved = zip(&settled, y, |to, from| to - from);
-        let by = tolerances.norm(&moved, y, &settled);
+        let noise = self.held(&mut state, project).map_err(EvaluationError::Solve)?;
+        let projected = Phase { q: *state.q(), u: *state.u() };
+        let moved = zip(&projected, y, |to, from| to - from);
+        let by = tolerances.norm(&moved, y, &projected);
         self.stabilization.moved = Some(by);
         let mut violation = by;
         if by > INSPECTED_MOVE {
@@ -374,8 +374,8 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
             let before = self.on_branches(&before);
             violation = self.stabilization.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
         }
-        *y = settled;
-        let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u.as_slice());
-        Ok(Settled { by, violation, noise: noise / permitted })
+        *y = projected;
+        let permitted = tolerances.absolute + tolerances.relative * max_abs(projected.u.as_slice());
+        Ok(ProjectedEnd { by, violation, noise: noise / permitted })
     }
 }

@@ -43,7 +43,7 @@ pub struct StabilizationCounts {
     /// When that was met first.
     pub dependent_at: Option<f64>,
     /// Steps after which the state was put back onto the constraints.
-    pub settled: u64,
+    pub projected: u64,
     /// Largest size of such a move, in parts of what the tolerance permits per step.
     pub largest_move: f64,
     /// How often the embedded formulation chose anew which coordinates are dependent: at a state where a
@@ -76,10 +76,10 @@ impl StabilizationCounts {
         self.dependent += before.dependent;
     }
 
-    /// The end of a step was settled: by how much.
+    /// The end of a step was projected: by how much.
     #[inline]
     pub(crate) fn note_move(&mut self, size: f64) {
-        self.settled += 1;
+        self.projected += 1;
         if size > self.largest_move {
             self.largest_move = size;
         }
@@ -229,7 +229,7 @@ impl<M: Constraints> Stabilization<M> {
         self.gains == (0.0, 0.0) && !alike && !self.is_tied() && !self.restores()
     }
 
-    /// What is left of a small change of a state once it is settled: the part that is tangent to the
+    /// What is left of a small change of a state once it is projected: the part that is tangent to the
     /// constraints.
     pub(crate) fn along(
         &mut self,
@@ -318,7 +318,7 @@ impl<M: Constraints> Stabilization<M> {
 
     /// Whether states are put back onto the constraints after a step.
     #[inline(always)]
-    pub(crate) fn settles(&self) -> bool {
+    pub(crate) fn projects(&self) -> bool {
         self.formulation.is_some_and(Formulation::is_exact)
     }
 

@@ -324,7 +324,7 @@ fn the_summary_says_where_the_projection_made_the_motion() {
         run.run().unwrap().verify()
     };
     let (coarse, fine) = (run(0.1), run(2e-4));
-    assert_eq!(coarse.stabilization.settled, 30);
+    assert_eq!(coarse.stabilization.projected, 30);
     assert!(coarse.stabilization.largest_move > 1e3, "{:?}", coarse.stabilization);
     let line = "30 ends of steps put back onto the constraints, by ";
     assert!(coarse.to_string().contains(line), "{coarse}");

@@ -12,14 +12,14 @@
 //!   O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
 //! * **Stability**: oscillations to hω = 2.7, 2.5 and 3.1.
 //! * **Rounding**: what is lost when a step is added to the state is carried to the next step
-//!   ([`Carry`](crate::integrate::step::compensated_summation::Carry)).
+//!   ([`Carry`](crate::integrate::compensated_summation::Carry)).
 //! * **Cost**: 5, 9 or 17 evaluations of q̈ per step.
 //! * **Source**: Suzuki, Phys. Lett. A 146 (1990) 319; Kahan, Li, Math. Comp. 66 (1997) 1089; Hairer, Lubich,
 //!   Wanner, *Geometric Numerical Integration*, 2nd ed., §II.4 and §V.3.2.
 
+use crate::integrate::compensated_summation::Carry;
 use crate::integrate::geometric::stormer_verlet::verlet;
 use crate::integrate::phase::zip;
-use crate::integrate::step::compensated_summation::Carry;
 use crate::integrate::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 

@@ -28,9 +28,9 @@
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §II.1.3, §VI.4, §VIII.6;
 //!   Butcher, Math. Comp. 18 (1964) 50.
 
+use crate::integrate::compensated_summation::Carry;
 use crate::integrate::geometric::fixed_point::{Course, FixedPoint, correction};
 use crate::integrate::geometric::stormer_verlet::moved;
-use crate::integrate::step::compensated_summation::Carry;
 use crate::integrate::{ControllerSettings, Method, Phase, Scheme, Step, StepNode, System, Tolerances};
 use crate::linalg::elimination::{Matrices, factor, solve};
 use crate::model::Vector;

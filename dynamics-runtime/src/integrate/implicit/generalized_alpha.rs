@@ -117,7 +117,7 @@ pub struct GeneralizedAlpha<V: Vector> {
     from: From<V>,
     /// a at the end of the step.
     a: V,
-    /// Its end, before it is settled.
+    /// Its end, before it is projected.
     end: Phase<V>,
     left: Left<V>,
     last: Option<LastAlphaStep<V>>,
@@ -143,7 +143,7 @@ struct Left<V> {
     /// q̈, and a less q̈.
     own: V,
     lag: V,
-    /// The method's own velocities less those that were settled, where that does not tell.
+    /// The method's own velocities less those that were projected, where that does not tell.
     astray: Option<V>,
 }
 

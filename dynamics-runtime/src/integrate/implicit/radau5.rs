@@ -493,7 +493,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         h: f64,
     ) -> Result<Between<V>, S::Error> {
         let mut z = self.z;
-        // The end may have been settled.
+        // The end may have been projected.
         (0..V::LEN).for_each(|l| z[2][l] = end.y.u[l] - start.y.u[l]);
         let stages = Collocation::new(start.y, &Cubic::new(&z), &end.y, h);
         Ok(Between::choose(Hermite::between(start, end, h), stages, &end.y, &self.permitted))

@@ -2,7 +2,7 @@
 
 use crate::constrain::weakness::condition;
 use crate::integrate::{
-    Accelerations, Canonical, Expandable, Hold, Phase, Settled, Stabilized, Stages, StepNode, Switching,
+    Accelerations, Canonical, Expandable, Hold, Phase, ProjectedEnd, Stabilized, Stages, StepNode, Switching,
     Tolerances, by_state, one_by_one, zip,
 };
 use crate::lanes::Lanes;
@@ -100,8 +100,8 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn settles(&self) -> bool {
-        M::IS_HELD && self.stabilization.settles()
+    fn projects(&self) -> bool {
+        M::IS_HELD && self.stabilization.projects()
     }
 
     #[inline(always)]
@@ -115,7 +115,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         y: &Phase<M::Vector>,
         error: &Phase<M::Vector>,
     ) -> Result<Option<Phase<M::Vector>>, EvaluationError> {
-        if M::IS_FREE || !self.stabilization.settles() {
+        if M::IS_FREE || !self.stabilization.projects() {
             return Ok(None);
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
@@ -123,16 +123,16 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn settle(
+    fn project(
         &mut self,
         t: f64,
         y: &mut Phase<M::Vector>,
         tolerances: &Tolerances,
-    ) -> Result<Option<Settled>, EvaluationError> {
-        if M::IS_FREE || !self.stabilization.settles() {
+    ) -> Result<Option<ProjectedEnd>, EvaluationError> {
+        if M::IS_FREE || !self.stabilization.projects() {
             return Ok(None);
         }
-        self.settled(t, y, tolerances).map(Some)
+        self.projected(t, y, tolerances).map(Some)
     }
 
     fn hold_end(

@@ -132,7 +132,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             Ok(dense) => dense,
             Err(error) => return Err(self.take_back(step, at(evaluation::<M>(error)))),
         };
-        step.kept.between = rhs.settles_between(&*dense, step, &options.tolerances);
+        step.kept.between = rhs.projects_between(&*dense, step, &options.tolerances);
         let rhs = RefCell::new(rhs);
         let step = &*step;
         let state = |theta: f64| rhs.borrow_mut().within(&*dense, step, &options.tolerances, theta);

@@ -21,8 +21,8 @@ impl<M: Constraints> Stabilization<M> {
     /// The same for the constraints that hold alone.
     fn put(&mut self, model: &M, state: &mut M::State, against: Against) -> Result<(), PlaceError> {
         check_held(model, state, against)?;
-        if self.settles() {
-            self.settle(model, state)?;
+        if self.projects() {
+            self.project(model, state)?;
         }
         Ok(())
     }
@@ -37,7 +37,7 @@ impl<M: Constraints> Stabilization<M> {
     ) -> Result<(), PlaceError> {
         // What was seen before an action says nothing of what follows it.
         self.look = None;
-        if self.settles() {
+        if self.projects() {
             self.put(model, state, Against::Unity)
         } else {
             Ok(self.check_worse(model, before, state)?)

@@ -16,17 +16,17 @@ impl<M: Constraints> Stabilization<M> {
     pub(crate) fn restore(&mut self, model: &M, state: &mut M::State) -> Result<(), SolveError> {
         match self.held {
             Some(tolerances) => {
-                let _ = self.settle_between(model, state, &tolerances);
+                let _ = self.project_between(model, state, &tolerances);
                 Ok(())
             }
-            None => self.project(model, state).map(|_| ()),
+            None => self.project_state(model, state).map(|_| ()),
         }
     }
 
     /// Puts a state onto the constraints, to rounding level. Returns by how much it may then still be wrong
     /// in its velocities: rounding errors of Φ, as the constraints amplify them.
-    pub(crate) fn settle(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
-        let sensitivity = self.project(model, state)?;
+    pub(crate) fn project(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
+        let sensitivity = self.project_state(model, state)?;
         Ok(self.noise(state, sensitivity))
     }
 
@@ -46,7 +46,7 @@ impl<M: Constraints> Stabilization<M> {
     }
 
     /// Moves a state onto the constraints, weighted by masses. How much that amplified what was off.
-    fn project(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
+    fn project_state(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
         let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
         let velocities = constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
         let anew = self.embeds() && matches!(M::ROUTE, Route::Unrolled { .. });
@@ -71,25 +71,25 @@ impl<M: Constraints> Stabilization<M> {
     /// Puts a state between the ends of a step onto the constraints, unless rounding errors would make it
     /// worse than it is: near a position where the constraints lose rank they decide where it ends. Whether
     /// they leave it right to the tolerances.
-    pub(crate) fn settle_between(
+    pub(crate) fn project_between(
         &mut self,
         model: &M,
         state: &mut M::State,
         tolerances: &Tolerances,
     ) -> bool {
-        let mut settled = *state;
-        let Ok(sensitivity) = self.project(model, &mut settled) else { return false };
+        let mut projected = *state;
+        let Ok(sensitivity) = self.project_state(model, &mut projected) else { return false };
         if sensitivity == 0.0 {
             // It is there already.
             return true;
         }
         let usual = *self.usual.get_or_insert(sensitivity);
-        let permitted = tolerances.absolute + tolerances.relative * max_abs(settled.u().as_slice());
+        let permitted = tolerances.absolute + tolerances.relative * max_abs(projected.u().as_slice());
         let moved =
-            settled.u().as_slice().iter().zip(state.u().as_slice()).map(|(to, from)| (to - from).abs());
-        let noise = noise_beside(&settled, sensitivity, usual);
+            projected.u().as_slice().iter().zip(state.u().as_slice()).map(|(to, from)| (to - from).abs());
+        let noise = noise_beside(&projected, sensitivity, usual);
         if noise <= moved.fold(permitted, math::max) {
-            *state = settled;
+            *state = projected;
         }
         noise <= permitted
     }

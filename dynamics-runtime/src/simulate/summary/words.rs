@@ -180,7 +180,7 @@ impl Summary {
     fn write_stabilization(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let StabilizationCounts { general, released, dependent, dependent_at, repartitions, .. } =
             self.stabilization;
-        let StabilizationCounts { settled, largest_move, .. } = self.stabilization;
+        let StabilizationCounts { projected, largest_move, .. } = self.stabilization;
         // Where the general solver is the route it is no fallback.
         let (released, fallen) = if self.falls_back { (released, general - released) } else { (0, 0) };
         let mut line = |count: u64, what: &str, how: &str| match count {
@@ -205,7 +205,7 @@ impl Summary {
             write!(
                 f,
                 "\n               {} ends of steps put back onto the constraints, by ",
-                Grouped(settled)
+                Grouped(projected)
             )?;
             match self.accuracy.fixed {
                 true => write!(

@@ -374,9 +374,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             Some(again) if !rhs.strays(&*again, &step, tolerances) => again,
             again => self.by_its_ends(&mut rhs, &step, again),
         };
-        let settles = M::IS_HELD && rhs.settles_between(&*interpolant, &step, tolerances);
+        let projects = M::IS_HELD && rhs.projects_between(&*interpolant, &step, tolerances);
         *memory = Some(ReplayState { step_replay, next: index + 1, room: rhs.stabilization.into_memory() });
-        Cached { index, interpolant, settles }
+        Cached { index, interpolant, projects }
     }
 
     /// Whether the step that leaves a record is followed by another of the same kind.
@@ -422,11 +422,11 @@ fn nan<V: Vector>() -> V {
     out
 }
 
-/// The interpolant of the step that leaves a record, and whether states on it have to be settled.
+/// The interpolant of the step that leaves a record, and whether states on it have to be projected.
 struct Cached<V> {
     index: usize,
     interpolant: Interpolant<V>,
-    settles: bool,
+    projects: bool,
 }
 
 /// States of a motion at times of one's choosing; remembers the interpolant of the last step.
@@ -478,10 +478,10 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         if self.cached.as_ref().is_none_or(|cached| cached.index != index) {
             self.cached = Some(self.motion.interpolant(index, self.memory.as_mut().unwrap_or(&mut None)));
         }
-        let (mut between, settled) = self.between(index, t);
+        let (mut between, projected) = self.between(index, t);
         if M::IS_FREE {
             // The interpolant is where it belongs.
-        } else if !settled && let Some(y) = self.bridged(index, (t - state.t()) / h) {
+        } else if !projected && let Some(y) = self.bridged(index, (t - state.t()) / h) {
             (*between.q_mut(), *between.u_mut()) = (y.q, y.u);
         }
         self.motion.complete(between)
@@ -492,28 +492,30 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
     fn between(&mut self, index: usize, t: f64) -> (M::State, bool) {
         let trajectory = &self.motion.trajectory;
         let Record { state, h, usual, .. } = trajectory.records[index];
-        let Cached { interpolant, settles, .. } = self.cached.as_ref().expect("the caller has stored it");
+        let Cached { interpolant, projects, .. } = self.cached.as_ref().expect("the caller has stored it");
         // A time before the start by rounding is the start.
         let y = interpolant.at(((t - state.t()) / h).max(0.0));
         let mut between = M::State::new(t, y.q, y.u, *state.inputs());
         *between.modes_mut() = state.modes();
-        if !(trajectory.consistent || *settles) || M::IS_FREE {
+        if !(trajectory.consistent || *projects) || M::IS_FREE {
             return (between, true);
         }
         let stabilization =
             self.stabilization.get_or_insert_with(|| self.motion.stabilization(usual, Vec::new()));
         stabilization.usual = usual;
         // Constraints may contain inputs; the law sees those that are held.
-        let mut settled = self.motion.complete(between);
-        let mut done = stabilization.settle_between(self.motion.model, &mut settled, &trajectory.tolerances);
+        let mut projected = self.motion.complete(between);
+        let mut done =
+            stabilization.project_between(self.motion.model, &mut projected, &trajectory.tolerances);
         if trajectory.erased_method.is_none() {
             // Driven throughout, velocities are solved for: right in a bifurcation that was passed, rounding
             // decides them.
             let speed = max_abs(y.u.as_slice()) + max_abs(state.u().as_slice());
-            let apart = settled.u().as_slice().iter().zip(y.u.as_slice()).map(|(to, from)| (to - from).abs());
+            let apart =
+                projected.u().as_slice().iter().zip(y.u.as_slice()).map(|(to, from)| (to - from).abs());
             done &= apart.fold(0.0, f64::max) <= STRAYS * speed;
         }
-        (*between.q_mut(), *between.u_mut()) = (*settled.q(), *settled.u());
+        (*between.q_mut(), *between.u_mut()) = (*projected.q(), *projected.u());
         (between, done)
     }
 
@@ -526,14 +528,14 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         WIDTHS.iter().find_map(|width| {
             let (a, b) = ((theta - width).max(0.0), (theta + width).min(1.0));
             let [from, to] = [a, b].map(|part| {
-                let (state, settled) = self.between(index, start.t() + part * h);
+                let (state, projected) = self.between(index, start.t() + part * h);
                 let state = self.motion.complete(state);
                 let knot = StepNode {
                     t: state.t(),
                     y: Phase { q: *state.q(), u: *state.u() },
                     a: self.motion.accelerations_of(&state),
                 };
-                (settled && knot.a.as_slice().iter().all(|a| a.is_finite())).then_some(knot)
+                (projected && knot.a.as_slice().iter().all(|a| a.is_finite())).then_some(knot)
             });
             let (from, to) = (from?, to?);
             Some(Hermite::between(&from, &to, (b - a) * h).at((theta - a) / (b - a)))

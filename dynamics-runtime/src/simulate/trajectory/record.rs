@@ -22,7 +22,7 @@ pub(crate) struct Record<M: Model> {
     pub(crate) h: f64,
     /// How that step was kept on the constraints.
     pub(crate) kept: StepFlags,
-    /// How much projections amplified residuals before it, in the mean: what was settled in it, and is when
+    /// How much projections amplified residuals before it, in the mean: what was projected in it, and is when
     /// it is made again, follows from that.
     pub(crate) usual: Option<f64>,
     /// The time in which gains that are tied to it took back what had drifted; 0 with other formulations.

@@ -184,7 +184,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             sampler.meter_by_quadrature(index, if long { PARTS_OF_LONG_STEPS } else { 1 }, work)
         } else if self.step(index).kept.between {
             // Its stages are off by what was taken back at its end, and so are their reactions; states
-            // between are settled.
+            // between are projected.
             sampler.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
         } else {
             self.meter_by_stages(&mut *erased_method.step_replay(), weights, index, work)

@@ -47,7 +47,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     pub(crate) fn apart_from_halves(&self) -> StepDoubling {
         let records = &self.trajectory.records;
         let (mut y, mut apart) = (records[0].knot().y, Vec::with_capacity(records.len()));
-        self.unsettle(&mut y);
+        self.leave_constraints(&mut y);
         let direction = self.trajectory.direction();
         let relayed =
             |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
@@ -67,7 +67,7 @@ impl<M: SimulationModel> Motion<'_, M> {
 
     /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a
     /// plane that rounding alone would have it leave, has the same halves otherwise.
-    fn unsettle(&self, y: &mut Phase<M::Vector>) {
+    fn leave_constraints(&self, y: &mut Phase<M::Vector>) {
         let tolerances = &self.trajectory.tolerances;
         let unit = f64::EPSILON / tolerances.absolute.max(tolerances.relative);
         for (i, u) in y.u.as_mut_slice().iter_mut().enumerate() {

@@ -93,7 +93,7 @@ impl<V: Vector> Collocation<V> {
             u[1][l] = d[1][l] - (C[0] + C[1]) * d[2][l];
             u[2][l] = d[2][l];
             (0..3).for_each(|k| q[k + 1][l] = h / (k + 2) as f64 * u[k][l]);
-            // The integral meets the end, unless that was settled: the difference is spread evenly.
+            // The integral meets the end, unless that was projected: the difference is spread evenly.
             q[0][l] = end.q[l] - start.q[l] - (q[1][l] + q[2][l] + q[3][l]);
         }
         Self { start, u, q }

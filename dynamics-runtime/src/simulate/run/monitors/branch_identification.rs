@@ -154,7 +154,7 @@ impl<M: Constraints> BranchIdentification<M> {
         let mut degenerates = DegenerateRowSet::none();
         if M::IS_FREE {
             // Nothing to follow, and nothing of it compiled.
-        } else if rhs.stabilization.settles() {
+        } else if rhs.stabilization.projects() {
             degenerates.workspace = rhs.stabilization.lend();
             degenerates.follow(rhs.model, start);
             rhs.stabilization.take_back(core::mem::take(&mut degenerates.workspace));

@@ -32,7 +32,7 @@ impl<M: SimulationModel> Monitor<M> for DriftMonitor {
         run: &mut Watched<'_, '_, '_, M>,
         step: &Step<M::Vector>,
     ) -> Result<(), Objection> {
-        if M::IS_FREE || run.plan.rhs.stabilization.settles() {
+        if M::IS_FREE || run.plan.rhs.stabilization.projects() {
             return Ok(());
         }
         drift(run, step).map_err(|kind| up_to_corner(run, step, kind))

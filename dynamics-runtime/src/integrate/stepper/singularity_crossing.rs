@@ -10,19 +10,19 @@
 //! Under step control, steps at a distance x of such a position have to get over it while rounding counts for
 //! less than the tolerance: in them it is ε/x³ of the accelerations of a stage and ε/x² of the velocities
 //! where they end. But all of it lies along M⁻¹Φ_qᵀ, in the direction that constraints nearly lose, and
-//! settling the end takes it back: what is left is only what turns out of that direction on the way from the
+//! projecting the end takes it back: what is left is only what turns out of that direction on the way from the
 //! stage to the end. That is measured, and judged, instead of all that was taken back ([`Stepper::decided`]),
 //! and of ends that are uncertain the longest is taken that is not much more so than others
 //! ([`Passing::better`]). Rounding then lets motions pass at tolerances of 1e-13 (tested), and of 1e-14 as
 //! far as was tried.
 
 use crate::integrate::phase::zip;
-use crate::integrate::step::stepper::{SURPRISE, StepRejection, Stepper, Trial};
-use crate::integrate::{Method, Phase, Scheme, Settled, StepNode, System};
+use crate::integrate::stepper::{SURPRISE, StepRejection, Stepper, Trial};
+use crate::integrate::{Method, Phase, ProjectedEnd, Scheme, StepNode, System};
 use crate::math;
 use crate::model::Vector;
 
-/// A step whose end is settled by more than so many permitted errors is rejected, unless they are known to be
+/// A step whose end is projected by more than so many permitted errors is rejected, unless they are known to be
 /// none: what holds it in place would then decide the motion, and not the method.
 const MOST_MOVE: f64 = 10.0;
 /// Attempts to make a step whose end and stages avoid a singular position of what holds it, each shorter than
@@ -41,7 +41,7 @@ const FOLLOWS: f64 = 2.0;
 /// Stages that disagree by less, in permitted errors, do so by rounding.
 const ROUNDING: f64 = 0.1;
 
-/// The part of the way of a fixed step, in positions or in velocities, by which settling may move its end. No
+/// The part of the way of a fixed step, in positions or in velocities, by which projecting may move its end. No
 /// tolerance judges it, and a stage that lies beside a singular position throws it anywhere.
 const MOST_PART: f64 = 0.02;
 /// How many times less uncertain the end of a shorter step has to be.
@@ -93,9 +93,9 @@ impl Passing {
     }
 
     /// Whether a step under step control is to be made shorter, to end and have its stages elsewhere: see
-    /// [`MOST_DETOURS`]; `settles`: whether something holds the ends of steps.
-    pub(super) fn goes_on<V>(&mut self, detours: &mut u32, trial: &Trial<V>, settles: bool) -> bool {
-        let awkward = trial.noise > 1.0 || settles && trial.error > SURPRISE;
+    /// [`MOST_DETOURS`]; `projects`: whether something holds the ends of steps.
+    pub(super) fn goes_on<V>(&mut self, detours: &mut u32, trial: &Trial<V>, projects: bool) -> bool {
+        let awkward = trial.noise > 1.0 || projects && trial.error > SURPRISE;
         if !awkward || self.last {
             return false;
         }
@@ -175,7 +175,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     pub(super) fn decided<Y: System<V>>(
         &self,
         system: &mut Y,
-        moved: &Settled,
+        moved: &ProjectedEnd,
         ends: (&Phase<V>, &Phase<V>),
         end_t: f64,
     ) -> Result<f64, Y::Error> {
@@ -193,7 +193,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     fn turned<Y: System<V>>(
         &self,
         system: &mut Y,
-        moved: &Settled,
+        moved: &ProjectedEnd,
         (from, to): (&Phase<V>, &Phase<V>),
         end_t: f64,
     ) -> Result<f64, Y::Error> {
@@ -243,7 +243,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if Y::IS_FREE {
             return false;
         }
-        !self.is_fixed() && self.passing.goes_on(detours, trial, system.settles())
+        !self.is_fixed() && self.passing.goes_on(detours, trial, system.projects())
     }
 
     /// See [`Passing::better`].
@@ -305,7 +305,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if (limit - end) * h.signum() < 0.0 { limit } else { end }
     }
 
-    /// The coordinate that settling moved most, if that was by more than [`MOST_PART`] of a step from here.
+    /// The coordinate that projecting moved most, if that was by more than [`MOST_PART`] of a step from here.
     #[cold]
     pub(super) fn displaced(&self, from: &Phase<V>, to: &Phase<V>, h: f64) -> Option<usize> {
         // Parts of a step, however short, have a part in its errors only.

@@ -1,12 +1,13 @@
 //! One accepted step after another.
 
 use crate::integrate::discontinuity::Landing;
-use crate::integrate::step::first_step::first_step;
-use crate::integrate::{Controller, Hold, Phase, Scheme, Settled, StepNode, System, Tolerances};
+use crate::integrate::stepper::first_step::first_step;
+use crate::integrate::{Controller, Hold, Phase, ProjectedEnd, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 #[cfg(feature = "alloc")]
 mod between;
+mod first_step;
 mod singularity_crossing;
 mod switching;
 mod truncation;
@@ -21,7 +22,7 @@ use singularity_crossing::{Passing, UNCERTAIN, Verdict};
 /// whose error is too large shrinks as the power law of the error says: neither takes half as many.
 const MOST_REJECTIONS: u32 = 60;
 /// A step whose end moves by so many times what it was off, along what holds it, is near a singular position
-/// of that: made again with its stages settled, if it moves by more than [`FAR_IN_ERRORS`] permitted errors.
+/// of that: made again with its stages projected, if it moves by more than [`FAR_IN_ERRORS`] permitted errors.
 const AMPLIFIED: f64 = 2.0;
 /// See [`AMPLIFIED`].
 const FAR_IN_ERRORS: f64 = 1.0;
@@ -66,7 +67,7 @@ pub struct Stepper<V, S> {
     stiff_at: Option<f64>,
     slides_at: Option<f64>,
     slides: u64,
-    /// For so many attempts stages are not settled because of a large error: it did not help.
+    /// For so many attempts stages are not projected because of a large error: it did not help.
     fruitless: u32,
     landing: Landing,
     passing: Passing,
@@ -355,22 +356,22 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             }
             // An error that is permitted as it is does not buy longer steps.
             if error > 1.0 && !self.is_fixed() {
-                // What settling removes from the end is left in the states of the stages.
+                // What projecting removes from the end is left in the states of the stages.
                 kept.between = true;
                 error *= self.lasting_part(system, end_t, &y).map_err(StepRejection::Evaluation)?;
             }
             let tolerances = &self.options.tolerances;
             let mut apart = self.apart(system, error, &y);
             let acceptable = error <= 1.0 || self.is_fixed();
-            let unsettled = y;
+            let unprojected = y;
             let moved = if Y::IS_FREE || !acceptable {
                 None
             } else {
-                system.settle(end_t, &mut y, tolerances).map_err(StepRejection::Evaluation)?
+                system.project(end_t, &mut y, tolerances).map_err(StepRejection::Evaluation)?
             };
             if Y::IS_FREE {
                 // Nothing moves it, and nothing of this is compiled.
-            } else if let Some(Settled { by, violation, .. }) = moved {
+            } else if let Some(ProjectedEnd { by, violation, .. }) = moved {
                 if by > FAR_IN_ERRORS
                     && by > AMPLIFIED * violation
                     && !kept.stages
@@ -382,17 +383,17 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 kept.between |= by > FAR_IN_ERRORS;
                 if by > FAR_IN_ERRORS
                     && self.is_fixed()
-                    && let Some(coordinate) = self.displaced(&unsettled, &y, h)
+                    && let Some(coordinate) = self.displaced(&unprojected, &y, h)
                 {
                     return Err(StepRejection::Displaced(coordinate));
                 }
             }
-            // Stages of the step lie where it ended before it was settled.
+            // Stages of the step lie where it ended before it was projected.
             let noise = moved.as_ref().map_or(0.0, |moved| moved.noise);
             let a = match moved {
                 Some(moved) => {
                     let decided = self
-                        .decided(system, &moved, (&unsettled, &y), end_t)
+                        .decided(system, &moved, (&unprojected, &y), end_t)
                         .map_err(StepRejection::Evaluation)?;
                     error = error.max(decided);
                     apart = if moved.noise > UNCERTAIN { apart.max(moved.noise) } else { apart };
@@ -411,12 +412,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
     }
 
-    /// Settles stages, if the method has stages that are states of the solution.
+    /// Projects stages, if the method has stages that are states of the solution.
     fn hold<Y: System<V>>(system: &mut Y, tolerances: &Tolerances) -> bool {
         Self::is_explicit() && system.hold_stages(true, tolerances)
     }
 
-    /// What settling the end of a step removes is no error of it: the share of the error that lasts. Near a
+    /// What projecting the end of a step removes is no error of it: the share of the error that lasts. Near a
     /// singular position, rounding errors of the direction that the constraints lose would else be taken for
     /// errors of the method, which no step size makes smaller.
     #[cold]

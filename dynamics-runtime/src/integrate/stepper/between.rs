@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 
 use crate::integrate::dense::smoothly;
 use crate::integrate::phase::zip;
-use crate::integrate::step::stepper::{Step, Stepper};
+use crate::integrate::stepper::{Step, Stepper};
 use crate::integrate::{Dense, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
@@ -133,7 +133,7 @@ fn parts<V: Vector, S: Scheme<V>, Y: System<V>>(
         // What is tied to the size of the step is tied to that of the whole.
         system.attempting(&mut start, step.h)?;
         let (mut y, _) = Stepper::<V, S>::attempt_again(scheme, system, (&start, h), tolerances)?;
-        let moved = if system.settles() { system.settle(t, &mut y, tolerances)?.is_some() } else { false };
+        let moved = if system.projects() { system.project(t, &mut y, tolerances)?.is_some() } else { false };
         let a = if moved { system.accelerations(t, &y.q, &y.u)? } else { scheme.finish(system, t, &y)? };
         let end = StepNode { t, y, a };
         if !(y.is_finite() && a.as_slice().iter().all(|a| a.is_finite())) {

@@ -2,7 +2,7 @@
 //! once more.
 
 use crate::integrate::phase::zip;
-use crate::integrate::step::stepper::{Step, StepError, Stepper, Trial, start_accelerations};
+use crate::integrate::stepper::{Step, StepError, Stepper, Trial, start_accelerations};
 use crate::integrate::{Controller, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
@@ -147,8 +147,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     ) -> Result<bool, Y::Error> {
         let Step { start, end: StepNode { t, y, .. }, .. } = step;
         let apart = |end: &Phase<V>| tolerances.norm(&zip(end, y, |found, known| found - known), &start.y, y);
-        if apart(&end) > SAME && system.settles() {
-            system.settle(*t, &mut end, tolerances)?;
+        if apart(&end) > SAME && system.projects() {
+            system.project(*t, &mut end, tolerances)?;
         }
         Ok(apart(&end) <= SAME)
     }
@@ -181,8 +181,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if !(scheme.converged() && end.is_finite() && error.is_finite()) {
             return Ok(None);
         }
-        if system.settles() {
-            system.settle(start.t + step.h, &mut end, tolerances)?;
+        if system.projects() {
+            system.project(start.t + step.h, &mut end, tolerances)?;
         }
         Ok(Some((end, error)))
     }

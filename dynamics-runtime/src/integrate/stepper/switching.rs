@@ -1,8 +1,8 @@
 //! Steps that end where accelerations stop being smooth, with the branches that they hold up to there.
 
 use crate::integrate::dense::Hermite;
-use crate::integrate::step::first_step::first_step;
-use crate::integrate::step::stepper::{Stepper, Trial};
+use crate::integrate::stepper::first_step::first_step;
+use crate::integrate::stepper::{Stepper, Trial};
 use crate::integrate::{Controller, Dense, Hold, Scheme, StepNode, System};
 use crate::model::Vector;
 
