@@ -8,9 +8,9 @@
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::integrate::{
     Accelerations, Canonical, Composition4, Composition6, Composition8, Dop853, DormandPrince5,
-    EnergyMidpoint, Esdirk4, Expandable, Gauss4, Gauss6, GeneralizedAlpha, GraggBulirschStoer, Phase, Radau5,
-    Rattle, Rk4, Scheme, SemiImplicitEuler, Settled, Stabilized, StepOptions, Stepper, StormerVerlet,
-    Switching, Taylor, Tolerances, Tsit5, Verner9,
+    EnergyMidpoint, Esdirk4, Expandable, Gauss4, Gauss6, GeneralizedAlpha, GraggBulirschStoer, Phase,
+    ProjectedEnd, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler, Stabilized, StepOptions, Stepper,
+    StormerVerlet, Switching, Taylor, Tolerances, Tsit5, Verner9,
 };
 use dynamics::prelude::*;
 
@@ -405,15 +405,15 @@ impl Accelerations<Place> for Expanded<'_> {
 }
 
 impl Stabilized<Place> for Expanded<'_> {
-    fn settles(&self) -> bool {
+    fn projects(&self) -> bool {
         true
     }
-    fn settle(
+    fn project(
         &mut self,
         t: f64,
         y: &mut Phase<Place>,
         tolerances: &Tolerances,
-    ) -> Result<Option<Settled>, SolveError> {
+    ) -> Result<Option<ProjectedEnd>, SolveError> {
         let mut state = self.state(t, &y.q, &y.u);
         with_workspace::<Bob, _>(|workspace| {
             project_positions(self.model, &self.constants, &mut state, workspace)?;
@@ -421,7 +421,7 @@ impl Stabilized<Place> for Expanded<'_> {
         })?;
         let by = (state.q - y.q).norm().max((state.u - y.u).norm()) / tolerances.absolute;
         *y = Phase { q: state.q, u: state.u };
-        Ok(Some(Settled { by, violation: by, noise: 0.0 }))
+        Ok(Some(ProjectedEnd { by, violation: by, noise: 0.0 }))
     }
 }
 
