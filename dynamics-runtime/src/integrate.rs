@@ -57,8 +57,8 @@ pub use geometric::{
     Composition, Composition4, Composition6, Composition8, EnergyMidpoint, Gauss, Gauss4, Gauss6, Rattle,
     SemiImplicitEuler, StormerVerlet,
 };
-pub use gragg_bulirsch_stoer::{GraggBulirschStoer, Knots};
-pub use implicit::{Between, Collocation, Esdirk4, GeneralizedAlpha, Radau5};
+pub use gragg_bulirsch_stoer::{FourPointHermite, GraggBulirschStoer};
+pub use implicit::{Collocation, Esdirk4, GeneralizedAlpha, Radau5, RadauInterpolant};
 pub use method::Method;
 #[cfg(feature = "alloc")]
 pub(crate) use phase::zip;
@@ -69,7 +69,8 @@ pub use stepper::Stepper;
 #[cfg(feature = "alloc")]
 pub(crate) use system::one_by_one;
 pub use system::{
-    Accelerations, Canonical, Expandable, Hold, OfPositions, ProjectedEnd, Stabilized, Switching, System,
+    Accelerations, BranchHold, Canonical, Expandable, OfPositions, ProjectedEnd, Stabilized, Switching,
+    System,
 };
 #[cfg(feature = "alloc")]
 pub(crate) use taylor::ORDERS as TAYLOR_ORDERS;

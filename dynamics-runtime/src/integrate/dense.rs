@@ -83,7 +83,7 @@ pub(super) fn is_rounding(difference: f64, x: f64, y: f64) -> bool {
 
 /// From 0 to 1, with slope and curvature 0 at both: how rounding is gone over between the ends of a step.
 #[inline(always)]
-pub(super) fn smoothly(theta: f64) -> f64 {
+pub(super) fn smootherstep(theta: f64) -> f64 {
     theta * theta * theta * (10.0 + theta * (6.0 * theta - 15.0))
 }
 
@@ -133,7 +133,7 @@ macro_rules! quintic {
             Ok(crate::integrate::Hermite::between(start, end, h))
         }
 
-        fn by_ends<D: crate::integrate::System<$vector>>(
+        fn dense_from_ends<D: crate::integrate::System<$vector>>(
             &mut self,
             _: &mut D,
             start: &crate::integrate::StepNode<$vector>,
@@ -162,14 +162,14 @@ impl<V: Vector> Hermite<V> {
 impl<V: Vector> Dense<V> for Hermite<V> {
     fn at(&self, theta: f64) -> Phase<V> {
         let Self { h, start, second, higher: [c3, c4, c5], rounding } = self;
-        let (mut out, smoothly) = (*start, smoothly(theta));
+        let (mut out, blend) = (*start, smootherstep(theta));
         // Slices: without optimisation an element of a vector is a call.
         let [start, second, c3, c4, c5, rounding] =
             [&start.u, second, c3, c4, c5, rounding].map(Vector::as_slice);
         let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
         for i in 0..V::LEN {
             let cubic = c3[i] + theta * (c4[i] + theta * c5[i]);
-            q[i] += theta * (h * start[i] + theta * (second[i] + theta * cubic)) + rounding[i] * smoothly;
+            q[i] += theta * (h * start[i] + theta * (second[i] + theta * cubic)) + rounding[i] * blend;
             let slope = 3.0 * c3[i] + theta * (4.0 * c4[i] + theta * 5.0 * c5[i]);
             u[i] += theta * (2.0 * second[i] + theta * slope) / h;
         }

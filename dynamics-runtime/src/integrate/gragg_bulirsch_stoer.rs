@@ -34,8 +34,8 @@ use crate::integrate::phase::zip;
 use crate::lanes::{COUNT, Lanes, Wide};
 use crate::model::Vector;
 
-pub use knots::Knots;
-use knots::Place;
+pub use knots::FourPointHermite;
+use knots::InnerNode;
 
 /// Most columns of one lane.
 const COLUMNS: usize = 3;
@@ -314,10 +314,10 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     const WEIGHTS: &'static [f64] = &[];
     // Steps that stability bounds settle at 5.3 of the 6.6.
     const STABILITY_BORDER: f64 = 5.0;
-    const SCAN: usize = 16;
-    const PROBES: &'static [f64] = &[0.09, 0.42];
+    const EVENT_PANELS: usize = 16;
+    const DEFECT_SAMPLES: &'static [f64] = &[0.09, 0.42];
     const LONG_STEPS: bool = true;
-    type Dense = Knots<V>;
+    type Dense = FourPointHermite<V>;
 
     fn new() -> Self {
         Self { stages: [Phase::zeros(); 2], error: Phase::zeros(), sixth: (Phase::zeros(), V::zeros()) }
@@ -366,7 +366,7 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         start: &StepNode<V>,
         end: &StepNode<V>,
         h: f64,
-    ) -> Result<Knots<V>, S::Error> {
+    ) -> Result<FourPointHermite<V>, S::Error> {
         let third = h / 3.0;
         let (mut y, mut slope) = (fill(&start.y), fill(&start.derivative()));
         let back = [false, false, true, true];
@@ -382,19 +382,19 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         replace(&mut stages, back, &fill(&inner[1]));
         let mut slopes = Stages::zeros();
         system.derivatives(t + from.h, &stages, &mut slopes)?;
-        let place = |i: usize| Place { way: ways[i].q, u: inner[i].u, a: slopes.of(2 * i).u };
-        Ok(Knots::new([start, end], &[place(0), place(1)], h))
+        let place = |i: usize| InnerNode { way: ways[i].q, u: inner[i].u, a: slopes.of(2 * i).u };
+        Ok(FourPointHermite::new([start, end], &[place(0), place(1)], h))
     }
 
     /// The ends are all that it needs.
-    fn by_ends<S: System<V>>(
+    fn dense_from_ends<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,
         end: &StepNode<V>,
         h: f64,
         _: &Tolerances,
-    ) -> Result<Option<Knots<V>>, S::Error> {
+    ) -> Result<Option<FourPointHermite<V>>, S::Error> {
         self.dense(system, start, end, h).map(Some)
     }
 
@@ -444,13 +444,13 @@ mod tests {
         }
     }
 
-    fn between([start, first, second, end]: [StepNode<V>; 4], h: f64) -> Knots<V> {
-        let place = |knot: &StepNode<V>, from: &StepNode<V>| Place {
+    fn between([start, first, second, end]: [StepNode<V>; 4], h: f64) -> FourPointHermite<V> {
+        let place = |knot: &StepNode<V>, from: &StepNode<V>| InnerNode {
             way: knot.y.q - from.y.q,
             u: knot.y.u,
             a: knot.a,
         };
-        Knots::new([&start, &end], &[place(&first, &start), place(&second, &end)], h)
+        FourPointHermite::new([&start, &end], &[place(&first, &start), place(&second, &end)], h)
     }
 
     #[test]
@@ -497,9 +497,10 @@ mod tests {
                 let (at, from) = (0.7 + theta * h, 0.7 + from * h);
                 // sin at − sin from, without what is common to both.
                 let way = 2.0 * (0.5 * (at + from)).cos() * (0.5 * (at - from)).sin();
-                Place { way: V::new(way), u: V::new(at.cos()), a: V::new(-at.sin()) }
+                InnerNode { way: V::new(way), u: V::new(at.cos()), a: V::new(-at.sin()) }
             };
-            let dense = Knots::new([&start, &end], &[place(1.0 / 3.0, 0.0), place(2.0 / 3.0, 1.0)], h);
+            let dense =
+                FourPointHermite::new([&start, &end], &[place(1.0 / 3.0, 0.0), place(2.0 / 3.0, 1.0)], h);
             for theta in [0.1, 0.3, 0.5, 0.8] {
                 let (y, t) = (dense.at(theta), 0.7 + theta * h);
                 assert!((y.u[0] - t.cos()).abs() < permitted, "{origin:e}, {h}: {:e}", y.u[0] - t.cos());

@@ -29,11 +29,11 @@ pub trait Scheme<V: Vector>: Clone {
     /// |h λ| at the border of the region of stability on the negative real axis, for the stiffness test.
     const STABILITY_BORDER: f64;
     /// Number of parts in which a step is scanned for events.
-    const SCAN: usize;
+    const EVENT_PANELS: usize;
     /// Places within a step, as parts of it, at which dense output is held against the equations of motion:
     /// where what it is off changes fastest, away from its own nodes. None for methods with interpolants that
     /// they judge themselves, or that are as good as their steps, and for those without error estimate.
-    const PROBES: &'static [f64] = &[];
+    const DEFECT_SAMPLES: &'static [f64] = &[];
     /// Whether it makes few and long steps: the first one from rest is then as long as the times of the
     /// mechanism permit, where others begin with short ones and soon have longer ones.
     const LONG_STEPS: bool = false;
@@ -44,7 +44,7 @@ pub trait Scheme<V: Vector>: Clone {
     fn new() -> Self;
     /// Whether the next one says how long every step is: errors that are permitted are then no matter of the
     /// controller.
-    const PROPOSES: bool = false;
+    const PROPOSES_STEP: bool = false;
     /// The size of the step that starts here, positive, where the method knows it before it tries; `h` is
     /// what the step before suggests, with its sign.
     #[inline(always)]
@@ -59,7 +59,7 @@ pub trait Scheme<V: Vector>: Clone {
     }
     /// Drops what it remembers of steps before: the motion goes on from another state, or by other forces.
     #[inline(always)]
-    fn forget(&mut self) {}
+    fn forget_history(&mut self) {}
     /// Tries a step of size h. Returns the new phase and the scaled norm of the local error estimate (0
     /// without estimate).
     fn attempt<S: System<V>>(
@@ -72,7 +72,7 @@ pub trait Scheme<V: Vector>: Clone {
     /// As [`Scheme::attempt`], to the same bits, of a step that is made once more. Steps are inlined where
     /// motions are made, and are most of what a method is to a compiler; here what is short may be slower.
     #[inline(always)]
-    fn attempt_again<S: System<V>>(
+    fn replay_attempt<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,
@@ -85,7 +85,7 @@ pub trait Scheme<V: Vector>: Clone {
     /// what is known of it may start its iterations. Whether these may end elsewhere, so that it is only what
     /// it was where it ends where it did.
     #[inline(always)]
-    fn retrace(&mut self, _step: &Step<V>, _part: f64) -> bool {
+    fn prepare_replay(&mut self, _step: &Step<V>, _part: f64) -> bool {
         false
     }
     /// q̈ at the end of the step just tried.
@@ -101,7 +101,7 @@ pub trait Scheme<V: Vector>: Clone {
     /// The interpolant of a step that was made before, where its ends tell it, so that nothing has to be
     /// tried once more.
     #[inline(always)]
-    fn by_ends<S: System<V>>(
+    fn dense_from_ends<S: System<V>>(
         &mut self,
         _system: &mut S,
         _start: &StepNode<V>,
@@ -116,22 +116,22 @@ pub trait Scheme<V: Vector>: Clone {
     /// The vector whose norm `attempt` returned, unscaled, to name the coordinate that forces small steps.
     fn error_vector(&self) -> Phase<V>;
     /// What the stages of the step just tried disagree by, unscaled: the error, where it is estimated.
-    fn disagreement(&self) -> Phase<V> {
+    fn stage_disagreement(&self) -> Phase<V> {
         self.error_vector()
     }
     /// Whether the equations of the last attempt are solved: always, for methods without any. Where they are
     /// not, the attempt's results mean nothing.
     #[inline(always)]
-    fn converged(&self) -> bool {
+    fn has_converged(&self) -> bool {
         true
     }
     /// Is told of every step that is accepted, with its end as it was projected.
     #[inline(always)]
-    fn accepted(&mut self, _step: &Step<V>) {}
+    fn accept_step(&mut self, _step: &Step<V>) {}
     /// Has the last word on the next step: the step control wants it `factor` times as long as the one tried
     /// last, which had this error.
     #[inline(always)]
-    fn pace(&mut self, factor: f64, _error: f64) -> f64 {
+    fn adjust_step_factor(&mut self, factor: f64, _error: f64) -> f64 {
         factor
     }
     /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they

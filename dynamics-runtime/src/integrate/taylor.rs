@@ -30,8 +30,8 @@
 
 mod rough_powers;
 
-use crate::integrate::compensated_summation;
-use crate::integrate::phase::zip;
+use crate::integrate::compensated_summation::two_sum;
+use crate::integrate::phase::{nan_vector, zip};
 use crate::integrate::taylor::rough_powers::{exp2_roughly, log2_roughly};
 use crate::integrate::{ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
@@ -226,7 +226,7 @@ impl<V: Vector> Taylor<V> {
             (q[0], u[0]) = (start.y.q, start.y.u);
             let rows = ..=order;
             if !system.series(start.t, &start.y, &start.a, *scale, &mut q[rows], &mut u[rows])? {
-                (q[order], u[order], self.reach) = (nan(), nan(), f64::NAN);
+                (q[order], u[order], self.reach) = (nan_vector(), nan_vector(), f64::NAN);
                 self.from = Some(*start);
                 return Ok(());
             }
@@ -317,7 +317,7 @@ impl<V: Vector> Taylor<V> {
         a: &V,
         tolerances: &Tolerances,
     ) -> f64 {
-        let (expected, chooses) = (self.series.acceleration(s), system.chooses());
+        let (expected, chooses) = (self.series.acceleration(s), system.has_choices());
         let (factor, rounding) = if chooses { (MOST_DEFECT, 0.0) } else { (GROSS_DEFECT, GROSS_ROUNDING) };
         let mut worst = 0.0f64;
         for i in 0..V::LEN {
@@ -338,12 +338,6 @@ fn power_of_two(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & 0xfff0_0000_0000_0000)
 }
 
-fn nan<V: Vector>() -> V {
-    let mut v = V::zeros();
-    v.as_mut_slice().fill(f64::NAN);
-    v
-}
-
 impl<V: Vector> Scheme<V> for Taylor<V> {
     const METHOD: Method = Method::Taylor;
     // Of no consequence but for the first guess of a step and for how rejected steps shrink.
@@ -352,9 +346,9 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.25, grow: 4.0 });
     const WEIGHTS: &'static [f64] = &[];
-    const PROPOSES: bool = true;
+    const PROPOSES_STEP: bool = true;
     const STABILITY_BORDER: f64 = 0.8;
-    const SCAN: usize = 16;
+    const EVENT_PANELS: usize = 16;
     type Dense = Series<V>;
 
     fn new() -> Self {
@@ -410,7 +404,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         let change = self.series.change(s);
         // The next step gets back what this sum loses.
         let change = zip(&change, &self.lost, |x, lost| x + lost);
-        let (end, lost) = compensated_summation::sum(&start.y, &change);
+        let (end, lost) = two_sum(&start.y, &change);
         self.end = (end, lost);
         if !end.is_finite() {
             return Ok((end, f64::NAN));
@@ -425,10 +419,10 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         let power = math::powi(s, p as i32);
         self.error = zip(&self.series.row(p), &end, |x, _| x * power);
         let mut error = tolerances.norm(&self.error, &start.y, &end);
-        self.acceleration = system.accelerations_ahead(start.t + h, &end)?;
+        self.acceleration = system.accelerations_at_next_start(start.t + h, &end)?;
         self.stages[1] = Phase { q: end.u, u: self.acceleration };
         error = error.max(self.defect(system, (s, h), &end, &self.acceleration, tolerances));
-        if system.chooses() {
+        if system.has_choices() {
             for part in WITHIN {
                 let y = zip(&start.y, &self.series.change(part * s), |y, x| y + x);
                 let a = system.accelerations(start.t + part * h, &y.q, &y.u)?;
@@ -453,9 +447,9 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         Ok(self.series)
     }
 
-    fn forget(&mut self) {
+    fn forget_history(&mut self) {
         self.from = None;
-        self.end = (Phase { q: nan(), u: nan() }, Phase::zeros());
+        self.end = (Phase { q: nan_vector(), u: nan_vector() }, Phase::zeros());
     }
 
     fn stages(&self) -> &[Phase<V>] {

@@ -60,8 +60,8 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 });
     const WEIGHTS: &'static [f64] = &WEIGHTS;
     const STABILITY_BORDER: f64 = 6.1;
-    const SCAN: usize = 8;
-    const PROBES: &'static [f64] = &[0.6, 0.92];
+    const EVENT_PANELS: usize = 8;
+    const DEFECT_SAMPLES: &'static [f64] = &[0.6, 0.92];
     type Dense = Nested<V, 8>;
 
     fn new() -> Self {
@@ -84,7 +84,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         Ok(self.judged(y, tolerances))
     }
 
-    fn attempt_again<S: System<V>>(
+    fn replay_attempt<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,

@@ -51,8 +51,8 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     // Steps that stability bounds swing about the border, as the error estimate grows steeply there: most of
     // them lie below.
     const STABILITY_BORDER: f64 = 4.1;
-    const SCAN: usize = 8;
-    const PROBES: &'static [f64] = &[0.2, 0.6];
+    const EVENT_PANELS: usize = 8;
+    const DEFECT_SAMPLES: &'static [f64] = &[0.2, 0.6];
     type Dense = Nested<V, 9>;
 
     fn new() -> Self {
@@ -75,7 +75,7 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         Ok(self.judged(y, tolerances))
     }
 
-    fn attempt_again<S: System<V>>(
+    fn replay_attempt<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,

@@ -1,6 +1,6 @@
 //! Dense output of the extrapolation: one polynomial through both ends and two places between them.
 
-use crate::integrate::dense::{is_rounding, smoothly};
+use crate::integrate::dense::{is_rounding, smootherstep};
 use crate::integrate::{Dense, Phase, StepNode};
 use crate::model::Vector;
 
@@ -11,7 +11,7 @@ const CONDITIONS: usize = 12;
 
 /// What is known a third of a step from one of its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place<V> {
+pub struct InnerNode<V> {
     /// How far q is from that end's.
     pub way: V,
     /// q̇ there.
@@ -25,7 +25,7 @@ pub struct Place<V> {
 ///
 /// Newton's form, each place three times; divided differences of places that coincide are derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Knots<V> {
+pub struct FourPointHermite<V> {
     h: f64,
     start: Phase<V>,
     /// Divided differences of q over θ, from the second order on.
@@ -63,11 +63,11 @@ const fn differences(values: [f64; 4], slopes: [f64; 4], curvatures: [f64; 4]) -
 /// The last difference, for ends a unit apart and what lies beside them with them.
 const OF_DISTANCE: f64 = differences([0.0, 1.0, 0.0, 1.0], [0.0; 4], [0.0; 4])[CONDITIONS - 1];
 
-impl<V: Vector> Knots<V> {
+impl<V: Vector> FourPointHermite<V> {
     /// Through the ends of a step of size h and the places a third of it from its start and from its end;
     /// times are not read.
     #[must_use]
-    pub fn new([start, end]: [&StepNode<V>; 2], [first, second]: &[Place<V>; 2], h: f64) -> Self {
+    pub fn new([start, end]: [&StepNode<V>; 2], [first, second]: &[InnerNode<V>; 2], h: f64) -> Self {
         let (mut higher, mut rounding) = ([V::zeros(); CONDITIONS - 2], V::zeros());
         for i in 0..V::LEN {
             let slopes = [start.y.u[i], end.y.u[i], first.u[i], second.u[i]].map(|u| h * u);
@@ -90,7 +90,7 @@ impl<V: Vector> Knots<V> {
     }
 }
 
-impl<V: Vector> Dense<V> for Knots<V> {
+impl<V: Vector> Dense<V> for FourPointHermite<V> {
     fn at(&self, theta: f64) -> Phase<V> {
         let Self { h, start, higher, rounding } = self;
         // What is left of q behind θ², and its slope.
@@ -102,9 +102,9 @@ impl<V: Vector> Dense<V> for Knots<V> {
                 rest.q[i] = coefficients[i] + by * rest.q[i];
             }
         }
-        let (mut out, smoothly) = (*start, smoothly(theta));
+        let (mut out, blend) = (*start, smootherstep(theta));
         for i in 0..V::LEN {
-            out.q[i] += theta * (h * start.u[i] + theta * rest.q[i]) + rounding[i] * smoothly;
+            out.q[i] += theta * (h * start.u[i] + theta * rest.q[i]) + rounding[i] * blend;
             out.u[i] += theta * (2.0 * rest.q[i] + theta * rest.u[i]) / h;
         }
         out

@@ -224,15 +224,16 @@ impl<V: Vector> GeneralizedAlpha<V> {
         self.coefficients = self.asked;
         let ratio = h / long;
         if (ratio - 1.0).abs() > SAME {
-            if system.is_constrained() {
+            if system.has_constraints() {
                 // Errors of λ would be amplified where steps grow: what constraints do comes from
                 // accelerations for which Φ̈ = 0.
                 let (t, y, change) = (start.t, &start.y, plus(&start.a, -1.0, &a));
-                let part = system.across(t, y, &plus(&own, -1.0, &start.a), false)?;
+                let part = system.inadmissible_component(t, y, &plus(&own, -1.0, &start.a), false)?;
                 own = plus(&own, -1.0, &part);
-                let part = system.across(t, y, &plus(&lag, -self.asked.ahead(), &change), false)?;
+                let part =
+                    system.inadmissible_component(t, y, &plus(&lag, -self.asked.ahead(), &change), false)?;
                 lag = plus(&lag, -1.0, &part);
-                let part = system.across(t, y, &change, true)?;
+                let part = system.inadmissible_component(t, y, &change, true)?;
                 astray = plus(&V::zeros(), self.asked.left_of_q() * long, &part);
             }
             lag.as_mut_slice().iter_mut().for_each(|x| *x *= ratio);
@@ -255,10 +256,10 @@ impl<V: Vector> GeneralizedAlpha<V> {
             return Ok(());
         }
         let mut change = plus(&own, -1.0, &start.a);
-        if system.is_constrained() {
+        if system.has_constraints() {
             // Φ(q₁) = 0 makes q̈₁ wrong by (⅙ − β)/β of h q⃛ across the constraints, so that its change is h
             // q⃛/(6β).
-            let across = system.across(start.t + h, &self.end, &change, true)?;
+            let across = system.inadmissible_component(start.t + h, &self.end, &change, true)?;
             let (left, beta) = (self.asked.left_of_q(), self.coefficients.beta);
             self.left.own = plus(&own, -6.0 * left, &across);
             self.left.astray = Some(plus(&V::zeros(), 6.0 * beta * left * h, &across));
@@ -282,8 +283,8 @@ impl<V: Vector> GeneralizedAlpha<V> {
         for column in 0..n {
             let mut part = V::zeros();
             (0..n).for_each(|row| part[row] = moved[row * n + column]);
-            if system.is_constrained() {
-                part = plus(&part, -1.0, &system.across(at.t, &at.y, &part, false)?);
+            if system.has_constraints() {
+                part = plus(&part, -1.0, &system.inadmissible_component(at.t, &at.y, &part, false)?);
             }
             (0..n).for_each(|row| matrix[row * n + column] = -part[row]);
         }
@@ -332,14 +333,14 @@ impl<V: Vector> GeneralizedAlpha<V> {
         let (n, AlphaCoefficients { beta, gamma, .. }) = (V::LEN, self.coefficients);
         let mut right = plus(&at.a, -1.0, own);
         let mut onto = V::zeros();
-        if system.is_constrained() {
-            onto = system.onto_constraints(at.t, &at.y, h * beta / gamma)?;
+        if system.has_constraints() {
+            onto = system.constraint_correction(at.t, &at.y, h * beta / gamma)?;
             onto.as_mut_slice().iter_mut().for_each(|x| *x /= h * h * beta);
             let moved = self.matrices.one(0);
             for (row, right) in moved.chunks_exact(n).zip(right.as_mut_slice()) {
                 *right += row.iter().zip(onto.as_slice()).map(|(g, x)| g * x).sum::<f64>();
             }
-            right = plus(&right, -1.0, &system.across(at.t, &at.y, &right, false)?);
+            right = plus(&right, -1.0, &system.inadmissible_component(at.t, &at.y, &right, false)?);
         }
         solve(self.matrices.one(2), &self.exchanges, &mut right);
         Ok((plus(&right, 1.0, &onto), onto))
@@ -422,9 +423,10 @@ impl<V: Vector> GeneralizedAlpha<V> {
             let mean = own[l] / 3.0 + last[l] / 6.0 - bend * h * h / 12.0;
             error.q[l] = end.q[l] - start.y.q[l] - h * (u[l] + h * mean);
         }
-        if system.is_constrained() {
-            error.q = plus(&error.q, -1.0, &system.across(start.t + h, end, &error.q, true)?);
-            error.u = plus(&error.u, -1.0, &system.across(start.t + h, end, &error.u, false)?);
+        if system.has_constraints() {
+            error.q = plus(&error.q, -1.0, &system.inadmissible_component(start.t + h, end, &error.q, true)?);
+            error.u =
+                plus(&error.u, -1.0, &system.inadmissible_component(start.t + h, end, &error.u, false)?);
         }
         self.error = error;
         Ok(())
@@ -439,14 +441,14 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.2, grow: 3.0 });
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = f64::INFINITY;
-    const SCAN: usize = 4;
+    const EVENT_PANELS: usize = 4;
     quintic!(V);
 
     fn new() -> Self {
         Self::damping(USUAL)
     }
 
-    fn forget(&mut self) {
+    fn forget_history(&mut self) {
         (self.last, self.factored_for) = (None, (0.0, 0.0));
     }
 
@@ -487,11 +489,11 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
         self.error
     }
 
-    fn converged(&self) -> bool {
+    fn has_converged(&self) -> bool {
         self.solved
     }
 
-    fn accepted(&mut self, step: &Step<V>) {
+    fn accept_step(&mut self, step: &Step<V>) {
         self.last = Some(LastAlphaStep {
             end: step.end,
             h: step.h,
@@ -502,7 +504,7 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
         });
     }
 
-    fn pace(&mut self, factor: f64, error: f64) -> f64 {
+    fn adjust_step_factor(&mut self, factor: f64, error: f64) -> f64 {
         // The matrix is kept, and what is carried on.
         if error <= 1.0 && (1.0..=STEADY).contains(&factor) { 1.0 } else { factor }
     }

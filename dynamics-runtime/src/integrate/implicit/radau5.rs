@@ -51,7 +51,7 @@ mod dense;
 mod factorization;
 mod table;
 use dense::Cubic;
-pub use dense::{Between, Collocation};
+pub use dense::{Collocation, RadauInterpolant};
 use factorization::split;
 use table::*;
 
@@ -378,8 +378,8 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         Some(ControllerSettings { safety: SAFETY, beta: 0.0, shrink: 1.0 / SHRINK, grow: 1.0 / GROW });
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = f64::INFINITY;
-    const SCAN: usize = 8;
-    type Dense = Between<V>;
+    const EVENT_PANELS: usize = 8;
+    type Dense = RadauInterpolant<V>;
 
     fn new() -> Self {
         Self {
@@ -408,7 +408,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
     }
 
     /// Constraints that are switched change the forces, and not the state.
-    fn forget(&mut self) {
+    fn forget_history(&mut self) {
         (self.last, self.jacobian_at, self.tried, self.known) = (None, None, None, None);
     }
 
@@ -491,25 +491,25 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         start: &StepNode<V>,
         end: &StepNode<V>,
         h: f64,
-    ) -> Result<Between<V>, S::Error> {
+    ) -> Result<RadauInterpolant<V>, S::Error> {
         let mut z = self.z;
         // The end may have been projected.
         (0..V::LEN).for_each(|l| z[2][l] = end.y.u[l] - start.y.u[l]);
         let stages = Collocation::new(start.y, &Cubic::new(&z), &end.y, h);
-        Ok(Between::choose(Hermite::between(start, end, h), stages, &end.y, &self.permitted))
+        Ok(RadauInterpolant::choose(Hermite::between(start, end, h), stages, &end.y, &self.permitted))
     }
 
     /// The quintic, where it solves the equations of the stages to within what is permitted: with r = q̈(θ) −
     /// a there, its u differs from that of the stages by h A r, what is stiff by less; r is 0 at the end, and
     /// of the other columns the first two rows of |A| sum to 0.7 at most.
-    fn by_ends<S: System<V>>(
+    fn dense_from_ends<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,
         end: &StepNode<V>,
         h: f64,
         tolerances: &Tolerances,
-    ) -> Result<Option<Between<V>>, S::Error> {
+    ) -> Result<Option<RadauInterpolant<V>>, S::Error> {
         let permitted = self.permit(tolerances);
         let quintic = Hermite::between(start, end, h);
         for c in [C[0], C[1]] {
@@ -526,10 +526,10 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
                 return Ok(None);
             }
         }
-        Ok(Some(Between::Quintic(quintic)))
+        Ok(Some(RadauInterpolant::Quintic(quintic)))
     }
 
-    fn retrace(&mut self, step: &Step<V>, part: f64) -> bool {
+    fn prepare_replay(&mut self, step: &Step<V>, part: f64) -> bool {
         let Step { start, end, h, .. } = step;
         let between = Hermite::between(start, end, *h);
         self.known = Some(C.map(|c| zip(&between.at(c * part), &start.y, |to, from| to - from).u));
@@ -544,11 +544,11 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         self.error
     }
 
-    fn converged(&self) -> bool {
+    fn has_converged(&self) -> bool {
         self.solved
     }
 
-    fn accepted(&mut self, step: &Step<V>) {
+    fn accept_step(&mut self, step: &Step<V>) {
         self.staged.0 = self.staged.0.saturating_sub(1);
         self.last = Some(LastRadauStep {
             end: (step.end.t, step.end.y),
@@ -559,7 +559,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         });
     }
 
-    fn pace(&mut self, _: f64, error: f64) -> f64 {
+    fn adjust_step_factor(&mut self, _: f64, error: f64) -> f64 {
         self.judged = error;
         // Many iterations make a shorter step worth while.
         let most = f64::from(MOST_ITERATIONS);

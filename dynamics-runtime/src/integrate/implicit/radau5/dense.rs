@@ -10,14 +10,14 @@ use crate::model::Vector;
 /// order 4 in u, the latter of order 3, but the former trusts accelerations, which small errors of what is
 /// stiff make large.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Between<V> {
+pub enum RadauInterpolant<V> {
     /// The quintic.
     Quintic(Hermite<V>),
     /// The polynomial through the stages.
     Stages(Collocation<V>),
 }
 
-impl<V: Vector> Between<V> {
+impl<V: Vector> RadauInterpolant<V> {
     /// `permitted`: what the error estimate of the step is held against, which is of the collocation
     /// polynomial's order.
     pub(super) fn choose(
@@ -34,7 +34,7 @@ impl<V: Vector> Between<V> {
     }
 }
 
-impl<V: Vector> Dense<V> for Between<V> {
+impl<V: Vector> Dense<V> for RadauInterpolant<V> {
     fn at(&self, theta: f64) -> Phase<V> {
         match self {
             Self::Quintic(quintic) => quintic.at(theta),
@@ -134,9 +134,10 @@ mod tests {
             StepNode { t, y: Phase { q: V::new(cosine), u: V::new(off - sine) }, a: V::new(-cosine) }
         };
         let (start, end) = (knot(0.0, 0.0), knot(0.1, off));
-        let found = Radau5::<V>::new().by_ends(&mut oscillator, &start, &end, 0.1, &Tolerances::both(1e-6));
+        let found =
+            Radau5::<V>::new().dense_from_ends(&mut oscillator, &start, &end, 0.1, &Tolerances::both(1e-6));
         let told = found.expect("it is defined").is_some_and(|found| {
-            let Between::Quintic(quintic) = found else { panic!("the ends tell no stages") };
+            let RadauInterpolant::Quintic(quintic) = found else { panic!("the ends tell no stages") };
             (quintic.at(0.4).q[0] - 0.04f64.cos()).abs() < 1e-9
         });
         (evaluations, told)
