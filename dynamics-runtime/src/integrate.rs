@@ -51,7 +51,7 @@ pub use controller::{Controller, ControllerSettings};
 pub use dense::{Dense, Hermite, Nested};
 #[cfg(feature = "alloc")]
 pub(crate) use differences::{by_state, increment};
-pub use events::{Crossing, Direction, Scan, ScanError, place, root};
+pub use events::{Crossing, Direction, Scan, ScanError, root, sample_position};
 pub use explicit::{Dop853, DormandPrince5, Rk4, TableauRow, Tsit5, Verner9, verner9_table};
 pub use geometric::{
     Composition, Composition4, Composition6, Composition8, EnergyMidpoint, Gauss, Gauss4, Gauss6, Rattle,

@@ -72,7 +72,8 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
         Phase::zeros()
     }
 
-    /// The two stages in the middle from each other, and from those at the ends: of second order.
+    /// The difference of the two middle stages, and that of their sum from the stages at the ends: both of
+    /// second order.
     fn stage_disagreement(&self) -> Phase<V> {
         let middle = sum(&[(1, -1.0), (2, 1.0)], &self.k);
         let ends = sum(&[(0, 1.0), (1, -1.0), (2, -1.0), (3, 1.0)], &self.k);

@@ -1,7 +1,9 @@
 //! Where within a step the accelerations of a model stop being smooth, and the branches that they keep up to
 //! there.
 
-use crate::integrate::{Accelerations, BranchHold, Phase, Scan, ScanError, StepNode, Switching as _, place};
+use crate::integrate::{
+    Accelerations, BranchHold, Phase, Scan, ScanError, StepNode, Switching as _, sample_position,
+};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraints, Kink, Known, MOST_KINKS, ModelState, Vector};
 use crate::simulate::right_hand_side::{EvaluationError, RightHandSide};
@@ -196,10 +198,9 @@ impl SwitchingSearch {
         fails: bool,
         mut at: impl FnMut(f64) -> Kinks,
     ) {
-        let places: [f64; SAMPLES] =
-            core::array::from_fn(
-                |part| if part == 0 { begin(self.t, self.h) } else { place(part, SAMPLES - 1) },
-            );
+        let places: [f64; SAMPLES] = core::array::from_fn(|part| {
+            if part == 0 { begin(self.t, self.h) } else { sample_position(part, SAMPLES - 1) }
+        });
         let samples = places.map(&mut at);
         for i in 0..count {
             let from = samples[0][i];
