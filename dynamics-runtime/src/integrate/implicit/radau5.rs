@@ -43,7 +43,7 @@ use crate::integrate::phase::zip;
 use crate::integrate::{
     ControllerSettings, Dense as _, Hermite, Method, Phase, Scheme, Step, StepNode, System, Tolerances,
 };
-use crate::linalg::elimination::{Matrices, product, reciprocal, solve, solve_blocks, solve_complex};
+use crate::linalg::elimination::{Matrices, complex_product, reciprocal, solve, solve_blocks, solve_complex};
 use crate::math;
 use crate::model::Vector;
 
@@ -245,7 +245,7 @@ impl<V: Vector> Radau5<V> {
         let mut change = combine(&T_INVERSE, &[self.k[1].u, self.k[2].u, self.k[3].u]);
         for l in 0..V::LEN {
             change[0][l] -= GAMMA / h * w[0][l];
-            let (re, im) = product((ALPHA / h, BETA / h), (w[1][l], w[2][l]));
+            let (re, im) = complex_product((ALPHA / h, BETA / h), (w[1][l], w[2][l]));
             change[1][l] -= re;
             change[2][l] -= im;
         }
@@ -284,7 +284,7 @@ impl<V: Vector> Radau5<V> {
         let inverse = reciprocal(ALPHA / h, BETA / h);
         let mut sum = 0.0;
         for l in 0..V::LEN {
-            let (re, im) = product(inverse, (change[1][l], change[2][l]));
+            let (re, im) = complex_product(inverse, (change[1][l], change[2][l]));
             let of_q = [h / GAMMA * change[0][l], re, im];
             for (u, q) in change.iter().map(|change| change[l]).zip(of_q) {
                 let (u, q) = (u / scale.u[l], q / scale.q[l]);
