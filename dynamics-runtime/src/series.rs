@@ -114,7 +114,7 @@ pub fn expand<const N: usize, const B: usize>(
     a: &[f64; N],
     scale: f64,
     [q, u]: [&mut [SVector<f64, N>]; 2],
-    Rows { left, right }: &mut Rows<B>,
+    rows: &mut Rows<B>,
     mut next: impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[[f64; WIDTH]; B]) -> Coefficients<N, B>,
 ) {
     let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
@@ -131,32 +131,12 @@ pub fn expand<const N: usize, const B: usize>(
     if order > 0 {
         advance(&mut of_q, &mut of_u, 0, a);
     }
-    // The order of the sums is that of [`CauchySums`].
-    let mut known = Row::<B>::ZERO;
-    let mut last = (Row::<B>::ZERO, Row::<B>::ZERO);
+    let mut lanes = CauchySums::new(rows);
     for k in 1..order {
-        let mut sums = known;
-        match k {
-            1 => {}
-            2 => add(&mut sums, &last.0, &last.1),
-            _ => {
-                add(&mut sums, &left[1], &last.1);
-                add(&mut sums, &last.0, &right[1]);
-            }
-        }
-        known = if k > 4 { cauchy(&left[3..k - 1], &right[3..k - 1]) } else { Row::ZERO };
-        match k {
-            1 | 2 => {}
-            3 => add(&mut known, &last.0, &last.1),
-            _ => {
-                add(&mut known, &left[2], &last.1);
-                add(&mut known, &last.0, &right[2]);
-            }
-        }
+        let sums = lanes.sums(k);
         let t = if k == 1 { scale } else { 0.0 };
-        let (a, new_left, new_right) = next(t, &of_q, &of_u, &[k as f64, RECIPROCAL[k]], &sums.values());
-        last = (Row::new(new_left), Row::new(new_right));
-        (left[k], right[k]) = last;
+        let (a, left, right) = next(t, &of_q, &of_u, &[k as f64, RECIPROCAL[k]], &sums.values());
+        lanes.store(k, left, right);
         advance(&mut of_q, &mut of_u, k, &a);
     }
 }
