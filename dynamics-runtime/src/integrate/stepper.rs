@@ -5,7 +5,8 @@
 //! Then, in this order: a step with a discontinuity is repeated to end there (`switching`), one near a
 //! position where constraints lose rank is repeated elsewhere (`singularity_crossing`), and the controller
 //! accepts it or makes it smaller. `first_step` chooses the first size. `truncation` has what happens to
-//! accepted steps at events, `replay` repeats recorded steps, `defect_control` checks their dense output.
+//! accepted steps at events, `replay` repeats recorded steps, `defect_control` checks their dense output, `stiffness` tests
+//! whether stability bounds the steps.
 
 use crate::integrate::discontinuity::DiscontinuityHandling;
 use crate::integrate::step::{Step, StepError, StepFlags, StepOptions};
@@ -18,10 +19,12 @@ mod defect_control;
 mod first_step;
 mod replay;
 mod singularity_crossing;
+mod stiffness;
 mod switching;
 mod truncation;
 
 use singularity_crossing::{CrossingVerdict, SingularityCrossing, UNCERTAIN_END};
+use stiffness::STIFFNESS_INTERVAL;
 
 /// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one
 /// whose error is too large shrinks by the power law of the error: neither takes half as many.
@@ -40,14 +43,6 @@ const LARGE_ERROR: f64 = 30.0;
 const HELPFUL_ERROR_PART: f64 = 0.1;
 /// After a projection of the stages that did not help, so many attempts are made without.
 const ATTEMPTS_WITHOUT_STAGE_PROJECTION: u32 = 4;
-/// Steps between two stiffness tests while no step was suspicious. A smaller number costs time, a larger one
-/// finds stiffness later.
-const STIFFNESS_INTERVAL: u64 = 32;
-/// Steps beyond the border of stability that count as stiffness, and steps away from it that end a suspicion:
-/// those of Hairer's codes.
-const STIFF_STEPS: u32 = 15;
-/// See [`STIFF_STEPS`].
-const NOT_STIFF_STEPS: u32 = 6;
 /// Part of a step by which the last one may be longer to meet the limit exactly, so that no tiny step is left
 /// over. A fixed step may stretch only by the rounding of times.
 const LAST_STEP_STRETCH: f64 = 1e-2;
@@ -361,11 +356,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             // 2. A large error may come from stages off the constraints: once more with projected stages.
             let tolerances = &self.options.tolerances;
             if flags.stages {
-                self.attempts_without_stage_projection = if error > HELPFUL_ERROR_PART * error_before {
-                    ATTEMPTS_WITHOUT_STAGE_PROJECTION
-                } else {
-                    0
-                };
+                self.note_stage_projection(error, error_before);
             } else if error > LARGE_ERROR
                 && self.attempts_without_stage_projection == 0
                 && !self.is_fixed()
@@ -435,6 +426,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             let end = StepNode { t: end_t, y, a };
             return Ok(Trial { start: begin, end, error, stage_disagreement, noise, flags });
         }
+    }
+
+    /// Suspends the projection of stages for a while, if it did not make the error much smaller.
+    fn note_stage_projection(&mut self, error: f64, error_before: f64) {
+        let is_still_large = error > HELPFUL_ERROR_PART * error_before;
+        self.attempts_without_stage_projection =
+            if is_still_large { ATTEMPTS_WITHOUT_STAGE_PROJECTION } else { 0 };
     }
 
     /// The end of a step and its error by the method alone, with stages projected as `flags` says.
@@ -518,26 +516,6 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let step = Step { start, end, h, kept: flags };
         self.scheme.accept_step(&step);
         step
-    }
-
-    /// Hairer's stiffness test: [`STIFF_STEPS`] steps beyond the border of stability, not interrupted by
-    /// [`NOT_STIFF_STEPS`] steps away from it.
-    fn test_stiffness(&mut self, h: f64, end: &StepNode<V>) {
-        let Some(size) = self.scheme.stiffness(h, end) else {
-            return;
-        };
-        if size > S::STABILITY_BORDER {
-            self.stiffness_counts = (self.stiffness_counts.0 + 1, 0);
-            if self.stiffness_counts.0 >= STIFF_STEPS {
-                self.stiff_at.get_or_insert(end.t);
-                self.stiffness_counts = (0, 0);
-            }
-        } else {
-            self.stiffness_counts.1 += 1;
-            if self.stiffness_counts.1 >= NOT_STIFF_STEPS {
-                self.stiffness_counts = (0, 0);
-            }
-        }
     }
 
     /// The coordinate by which the attempt became infinite or not a number.

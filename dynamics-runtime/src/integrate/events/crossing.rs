@@ -279,8 +279,9 @@ pub fn sample_position(part: usize, parts: usize) -> f64 {
     if part == 0 || part == parts {
         return (part / parts.max(1)) as f64;
     }
-    const GOLDEN: f64 = 0.618_033_988_749_895;
-    let turns = part as f64 * GOLDEN;
+    /// φ − 1 with the golden ratio φ: its multiples are spread evenly modulo 1.
+    const GOLDEN_RATIO_PART: f64 = 0.618_033_988_749_895;
+    let turns = part as f64 * GOLDEN_RATIO_PART;
     (part as f64 + 0.4 * (turns - turns as u32 as f64 - 0.5)) / parts as f64
 }
 

@@ -33,8 +33,9 @@ use crate::integrate::{ControllerSettings, Method, Phase, Scheme, Step, StepNode
 use crate::linalg::elimination::{Matrices, factor, solve};
 use crate::model::Vector;
 
-/// √3 and √15.
+/// √3.
 const ROOT_3: f64 = 1.7320508075688772;
+/// √15.
 const ROOT_15: f64 = 3.872983346207417;
 /// Steps that differ by no more than this part have the same size: their times are rounded.
 const SAME_STEP_PART: f64 = 1e-6;

@@ -50,10 +50,12 @@ use crate::model::Vector;
 mod dense;
 mod factorization;
 mod table;
+mod tolerances;
 use dense::Cubic;
 pub use dense::{Collocation, RadauInterpolant};
 use factorization::split;
 use table::*;
+use tolerances::{newton_tolerance, scaled_tolerances};
 
 /// Most Newton iterations of a step: that of `radau5.f`.
 const MOST_ITERATIONS: u32 = 7;
@@ -70,8 +72,6 @@ const SAFETY: f64 = 0.9;
 const LARGEST_STEP_RATIO: f64 = 5.0;
 /// Smallest ratio of old to new step: that of `radau5.f`.
 const SMALLEST_STEP_RATIO: f64 = 1.0 / 8.0;
-/// Part of the permitted error that Newton's iterations may leave: see [`newton_tolerance`].
-const NEWTON_ERROR_PART: f64 = 0.01;
 /// With the Jacobians of the stages Newton's iterations may leave this part of what they may leave otherwise:
 /// they converge fast, and stiff forces amplify small errors of positions.
 const STAGE_JACOBIAN_ERROR_PART: f64 = 1e-4;
@@ -185,6 +185,7 @@ impl<V: Vector> Radau5<V> {
         let (mut first, mut before, mut rate_before) = (0.0, 0.0, 0.0);
         for iteration in 1..=MOST_ITERATIONS {
             self.iterations = iteration;
+            // 1. The accelerations of the stages, and the correction.
             for (i, c) in C.iter().enumerate() {
                 let y = self.stage(start, h, i);
                 let a = system.accelerations(start.t + c * h, &y.q, &y.u)?;
@@ -201,6 +202,7 @@ impl<V: Vector> Radau5<V> {
             if !size.is_finite() {
                 return Ok(NewtonOutcome::NotFinite);
             }
+            // 2. The rate of convergence; iterations that need too many more are given up.
             if iteration > 1 {
                 let rate = size / before;
                 self.rate = if iteration == 2 { rate } else { math::sqrt(rate * rate_before) };
@@ -225,6 +227,7 @@ impl<V: Vector> Radau5<V> {
             } else {
                 first = size;
             }
+            // 3. The corrected stages.
             before = size.max(f64::EPSILON);
             for (w, change) in w.iter_mut().zip(&change) {
                 (0..V::LEN).for_each(|l| w[l] += change[l]);
@@ -356,27 +359,6 @@ fn combine<V: Vector>(matrix: &[[f64; 3]; 3], v: &[V; 3]) -> [V; 3] {
         }
         sum
     })
-}
-
-/// The estimate has order 3, the result 5: an estimate of tolerance^⅔ belongs to an error of about the
-/// tolerance.
-fn scaled_tolerances(tolerances: &Tolerances) -> Tolerances {
-    let inner = |x: f64| 0.1 * math::powf(x, 2.0 / 3.0);
-    let Tolerances { absolute, relative } = *tolerances;
-    match relative > 0.0 {
-        true => Tolerances { absolute: inner(relative) * absolute / relative, relative: inner(relative) },
-        false => Tolerances { absolute: inner(absolute), relative },
-    }
-}
-
-/// The part of `permitted` that Newton's iterations may leave: a hundredth of the error permitted in the
-/// result, and no less than rounding. Where convergence bounds the step and not accuracy, it adds up.
-fn newton_tolerance(tolerances: &Tolerances, permitted: &Tolerances) -> f64 {
-    let (wanted, inner) = match permitted.relative > 0.0 {
-        true => (tolerances.relative, permitted.relative),
-        false => (tolerances.absolute, permitted.absolute),
-    };
-    (10.0 * f64::EPSILON / inner).max((NEWTON_ERROR_PART * wanted / inner).min(0.03))
 }
 
 impl<V: Vector> Scheme<V> for Radau5<V> {
