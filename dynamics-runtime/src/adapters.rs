@@ -1,23 +1,21 @@
 //! Models on other solvers: a model as the first-order system y = (q, q̇), ẏ = (q̇, q̈).
 //!
-//! [`FirstOrder`] writes into slices, so that any solver can be given it by a closure. With the features
-//! `ode_solvers` and `diffsol` it also speaks the language of those crates: `adapters::ode_solvers`,
-//! `adapters::diffsol`.
+//! [`FirstOrder`] writes into slices, so that a closure connects it to any solver. The features `ode_solvers`
+//! and `diffsol` implement the interfaces of those crates: `adapters::ode_solvers`, `adapters::diffsol`.
 //!
 //! # What is lost
 //!
-//! Other solvers know nothing of events, resets and switched constraints: inputs are held or follow a law,
-//! and the modes are those of the start. Of models with constraints they get the accelerations that the
-//! constraints leave (the augmented formulation: Φ̈ = 0 in every evaluation). Nothing holds Φ and Φ̇
-//! themselves: errors of the solver let them *drift*, positions in proportion to t², however good each step
-//! is. [`FirstOrder::state`] gives states whose `residual` tells how far; what has to stay on its constraints
-//! is better run by [`crate::simulate::Simulate::simulate`], which projects.
+//! Other solvers have no events, resets and switched constraints: inputs are held or follow a law, and the
+//! modes are those of the start. For models with constraints they integrate the augmented formulation (Φ̈ = 0
+//! in every evaluation). Nothing keeps Φ and Φ̇ at zero: errors of the solver make them *drift*, positions in
+//! proportion to t², however accurate each step is. [`FirstOrder::state`] gives states whose `residual`
+//! measures the drift. To stay on the constraints, use [`crate::simulate::Simulate::simulate`], which projects.
 //!
 //! # Where a model fails
 //!
-//! Solvers cannot be told that a model has no accelerations somewhere. They get NaN, on which good ones
-//! shorten the step or stop; some return it as a success. States read with [`FirstOrder::state`] are checked:
-//! what is not finite is an error with the model's own reason.
+//! The interfaces have no errors. Where a model has no accelerations, solvers receive NaN. Good ones shorten
+//! the step or stop; some return it as a success. [`FirstOrder::state`] checks: a state that is not finite is
+//! an error with the reason of the model.
 
 #[cfg(feature = "diffsol")]
 pub mod diffsol;
@@ -60,13 +58,13 @@ pub struct FirstOrder<'m, M: Simulate> {
     law: Option<InputLaw<'m, M>>,
     /// The last evaluation that failed.
     failure: Cell<Option<(f64, SolveError)>>,
-    /// The Jacobian where it was last asked for: solvers want it one direction after the other.
-    linearised: RefCell<Linearised>,
+    /// The last Jacobian: solvers ask for its product with one direction after another.
+    jacobian: RefCell<LastJacobian>,
 }
 
 /// ∂q̈/∂q and ∂q̈/∂q̇ at a time and a y.
 #[derive(Default)]
-struct Linearised {
+struct LastJacobian {
     at: Option<(f64, Vec<f64>)>,
     by_q: Vec<f64>,
     by_u: Vec<f64>,
@@ -87,7 +85,7 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
             start,
             law: None,
             failure: Cell::new(None),
-            linearised: RefCell::default(),
+            jacobian: RefCell::default(),
         })
     }
 
@@ -113,7 +111,7 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
         2 * M::Vector::LEN
     }
 
-    /// Whether there is nothing that could move.
+    /// Whether the model has no coordinates.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -149,7 +147,7 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
         if y.len() != 2 * n || v.len() != 2 * n || along.len() != 2 * n || !self.linearise(t, y) {
             return;
         }
-        let linearised = self.linearised.borrow();
+        let jacobian = self.jacobian.borrow();
         let row = |matrix: &[f64], i: usize, v: &[f64]| -> f64 {
             matrix[n * i..n * (i + 1)].iter().zip(v).map(|(a, v)| a * v).sum()
         };
@@ -157,7 +155,7 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
         let (velocities, rest) = along.split_at_mut(n);
         velocities.copy_from_slice(of_u);
         for (i, along) in rest.iter_mut().enumerate() {
-            *along = row(&linearised.by_q, i, of_q) + row(&linearised.by_u, i, of_u);
+            *along = row(&jacobian.by_q, i, of_q) + row(&jacobian.by_u, i, of_u);
         }
     }
 
@@ -212,18 +210,18 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
 
     /// Whether ∂q̈/∂q and ∂q̈/∂q̇ exist at (t, y); they are kept.
     fn linearise(&self, t: f64, y: &[f64]) -> bool {
-        let mut kept = self.linearised.borrow_mut();
+        let mut kept = self.jacobian.borrow_mut();
         if kept.at.as_ref().is_some_and(|(time, place)| *time == t && place == y) {
             return true;
         }
         let Some(at) = self.at(t, y) else { return false };
         let squared = M::Vector::LEN * M::Vector::LEN;
-        let Linearised { at: place, by_q, by_u } = &mut *kept;
+        let LastJacobian { at: place, by_q, by_u } = &mut *kept;
         *place = None;
         by_q.resize(squared, f64::NAN);
         by_u.resize(squared, f64::NAN);
-        let exact = self.law.is_none() && self.model.acceleration_derivatives(&at, by_q, by_u);
-        if !exact {
+        let is_exact = self.law.is_none() && self.model.acceleration_derivatives(&at, by_q, by_u);
+        if !is_exact {
             let knot = StepNode { t, y: Phase { q: *at.q(), u: *at.u() }, a: M::Vector::zeros() };
             let accelerations = |y: &Phase<M::Vector>| {
                 self.model.accelerations_with(&self.constants, &self.complete(t, y.q, y.u))

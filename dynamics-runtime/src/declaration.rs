@@ -1,4 +1,4 @@
-//! What a model declares of itself: plain records, without anything that is evaluated.
+//! The declarations of a model: plain records, without evaluations.
 //!
 //! Errors name them, and the traits of [`model`](crate::model) have constants of them, so they stand below
 //! both. Users find them in `model`.

@@ -201,20 +201,20 @@ impl From<SingularMassMatrix> for SolveError {
     }
 }
 
-/// Accelerations from here on are those of a mechanism that locks up.
-const BEYOND: f64 = 1e12;
+/// Residuals of accelerations from here on are not printed: they are those of a mechanism that locks up, and
+/// their digits depend on the last step.
+const MOST_PRINTED_RESIDUAL: f64 = 1e12;
 
 fn contradiction(row: &str, residual: &f64, rank: &usize, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     write!(f, "the constraints contradict each other: no acceleration satisfies `{row}` ")?;
-    // Where velocities grow without bound, what is missed does too: its digits are the last
-    // step's.
-    if residual.abs() < BEYOND {
+    // Where velocities grow without bound, the residual does, too.
+    if residual.abs() < MOST_PRINTED_RESIDUAL {
         write!(f, "(missed by {residual:e}) ")?;
     }
     write!(f, "together with the others, whose Jacobian has rank {rank} here")
 }
 
-/// That no solution was found, why that proves nothing, and what to do.
+/// No solution was found: why that is no proof, and what to do.
 fn unsolved(row: &str, reactions: &usize, tried: &u64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let every = *reactions < u64::BITS as usize && *tried >= 1 << *reactions;
     write!(

@@ -1,4 +1,4 @@
-//! What generated code calls: short names for what would otherwise be spelt out in every model.
+//! Functions and traits that generated code calls.
 
 mod constants;
 pub mod table;
@@ -133,10 +133,9 @@ pub fn matrix<const R: usize, const C: usize>(columns: [[f64; R]; C]) -> SMatrix
     SMatrix::from_array_storage(ArrayStorage(columns))
 }
 
-/// Whether a pivot vanishes against its diagonal element, or, where T has to be positive, is negative.
+/// Whether a pivot vanishes relative to its diagonal element, or, if `POSITIVE`, is negative.
 ///
-/// A pivot that is NaN is neither: it comes from a state or force that is not a number, and a run reports
-/// that as such.
+/// A pivot that is NaN is neither: it comes from a state or force that is NaN, which a run reports.
 #[inline(always)]
 fn fails<const POSITIVE: bool>(&[pivot, diagonal]: &[f64; 2]) -> bool {
     let size = if POSITIVE { pivot } else { pivot.abs() };

@@ -1,8 +1,31 @@
-//! Integrators for q̈ = a(t, q, u), u = q̇: one method per file, none of them allocates.
+//! Integrators for q̈ = a(t, q, u), u = q̇: one method per file. Steps do not allocate.
 //!
-//! A [`Stepper`] drives a [`Scheme`] (the method) over a [`System`] (what is integrated): it chooses the
-//! step, repeats rejected steps, watches for stiffness and hands out the dense output of the step just made.
-//! It needs neither `alloc` nor `std`.
+//! A [`Stepper`] drives a [`Scheme`] (the method) over a [`System`] (the equations). It chooses the step size,
+//! repeats rejected steps, tests for stiffness and gives the dense output of accepted steps. It needs neither
+//! `alloc` nor `std`.
+//!
+//! # Files, in the order of a step
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `system` | the traits of a system: accelerations, projection, discontinuities, momenta, series |
+//! | `scheme`, `method`, `choice` | the trait of a method; the methods by name; their options and the models that they suit |
+//! | `step`, `phase` | options, tolerances and errors of steps; states, nodes and their arithmetic |
+//! | `stepper` | the loop of attempts: accepts, repeats or rejects a step |
+//! | `stepper/first_step` | the size of the first step |
+//! | `stepper/switching`, `discontinuity` | steps that end where the accelerations are not smooth |
+//! | `explicit/`, `implicit/`, `geometric/`, `gragg_bulirsch_stoer`, `taylor` | the methods: an attempt, its error, its interpolant |
+//! | `compensated_summation`, `differences` | for methods: sums without rounding errors; Jacobians by differences |
+//! | `stepper/singularity_crossing` | steps across positions where constraints nearly lose rank |
+//! | `controller` | the size of the next step from the error of the last ones |
+//! | `dense` | interpolants by the ends of a step, and their trait |
+//! | `events/` | zero crossings of functions along an interpolant |
+//! | `stepper/truncation` | steps that are cut short at events or taken back; restarts |
+//! | `stepper/replay`, `stepper/defect_control` | recorded steps made again, and the accuracy of their interpolants |
+//!
+//! Extrapolation and Taylor series are one method each, and so have no folder of their own.
+//!
+//! # Methods
 //!
 //! | method | order | dense output | evaluations per step | error estimate |
 //! |---|---|---|---|---|
@@ -51,14 +74,14 @@ pub use controller::{Controller, ControllerSettings};
 pub use dense::{Dense, Hermite, Nested};
 #[cfg(feature = "alloc")]
 pub(crate) use differences::{by_state, increment};
-pub use events::{Crossing, Direction, Scan, ScanError, place, root};
+pub use events::{Crossing, Direction, Scan, ScanError, root, sample_position};
 pub use explicit::{Dop853, DormandPrince5, Rk4, TableauRow, Tsit5, Verner9, verner9_table};
 pub use geometric::{
     Composition, Composition4, Composition6, Composition8, EnergyMidpoint, Gauss, Gauss4, Gauss6, Rattle,
     SemiImplicitEuler, StormerVerlet,
 };
-pub use gragg_bulirsch_stoer::{GraggBulirschStoer, Knots};
-pub use implicit::{Between, Collocation, Esdirk4, GeneralizedAlpha, Radau5};
+pub use gragg_bulirsch_stoer::{FourPointHermite, GraggBulirschStoer};
+pub use implicit::{Collocation, Esdirk4, GeneralizedAlpha, Radau5, RadauInterpolant};
 pub use method::Method;
 #[cfg(feature = "alloc")]
 pub(crate) use phase::zip;
@@ -69,7 +92,8 @@ pub use stepper::Stepper;
 #[cfg(feature = "alloc")]
 pub(crate) use system::one_by_one;
 pub use system::{
-    Accelerations, Canonical, Expandable, Hold, OfPositions, ProjectedEnd, Stabilized, Switching, System,
+    Accelerations, BranchHold, Canonical, Expandable, OfPositions, ProjectedEnd, Stabilized, Switching,
+    System,
 };
 #[cfg(feature = "alloc")]
 pub(crate) use taylor::ORDERS as TAYLOR_ORDERS;

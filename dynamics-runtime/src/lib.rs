@@ -1,4 +1,4 @@
-//! The runtime of `dynamics`: what generated models implement, and what moves, judges and shows them.
+//! The runtime of `dynamics`: the traits of generated models, their simulation, and their output.
 //!
 //! Users name only the façade crate `dynamics`.
 // Unit tests run on a machine with the standard library, whatever the features.
@@ -34,7 +34,7 @@ pub mod series;
 #[cfg(feature = "alloc")]
 pub mod simulate;
 #[cfg(feature = "std")]
-pub mod slow;
+pub mod slow_build;
 #[cfg(feature = "alloc")]
 pub mod wording;
 

@@ -1,5 +1,4 @@
-//! What can be asked of the constraints of a model: reactions, degrees of freedom, motions that follow from
-//! them alone.
+//! Questions about the constraints of a model: reactions, degrees of freedom, kinematic analysis.
 
 use alloc::vec::Vec;
 

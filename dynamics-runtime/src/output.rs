@@ -1,4 +1,4 @@
-//! What shows a motion: tables (CSV), charts (SVG, and PNG with the feature `png`) and animations (one HTML
+//! Output of motions: tables (CSV), charts (SVG, and PNG with the feature `png`) and animations (one HTML
 //! page without network access).
 //!
 //! Everything renders to a `String` with the feature `alloc`; files are written with `std`. The pictures are
@@ -14,7 +14,7 @@
 //! A path whose extension names another format is an error, before anything is written; a path without an
 //! extension gets the first format of its row.
 
-mod atlas;
+mod chart_switching;
 pub mod csv;
 mod motion;
 

@@ -15,7 +15,7 @@ struct Bar {
     end: f64,
     what: &'static str,
     begun: Instant,
-    looked: Instant,
+    updated: Instant,
     bar: Option<indicatif::ProgressBar>,
 }
 
@@ -35,12 +35,12 @@ impl Progress {
         Self::of("t", start, end)
     }
 
-    /// For what counts from start to end.
+    /// For a quantity `what` that goes from start to end.
     #[cfg(feature = "progress")]
     #[must_use]
     pub fn of(what: &'static str, start: f64, end: f64) -> Self {
         let now = Instant::now();
-        Self { bar: Some(Bar { start, end, what, begun: now, looked: now, bar: None }) }
+        Self { bar: Some(Bar { start, end, what, begun: now, updated: now, bar: None }) }
     }
 
     /// Notes that a run has come to time t.
@@ -57,26 +57,27 @@ impl Progress {
 
 #[cfg(feature = "progress")]
 impl Bar {
-    /// In thousandths of the run.
-    const LENGTH: u64 = 1000;
+    /// Positions of the bar: thousandths of the run.
+    const POSITIONS: u64 = 1000;
 
+    /// Updates the bar, ten times a second at most and after the first second.
     fn at(&mut self, t: f64) {
         let now = Instant::now();
-        if now - self.looked < Duration::from_millis(100) || now - self.begun < Duration::from_secs(1) {
+        if now - self.updated < Duration::from_millis(100) || now - self.begun < Duration::from_secs(1) {
             return;
         }
-        self.looked = now;
+        self.updated = now;
         let share = (t - self.start) / (self.end - self.start);
         let bar = self.bar.get_or_insert_with(|| {
             let style =
                 indicatif::ProgressStyle::with_template("{bar:40} {msg}  {elapsed} of about {duration}");
-            let bar = indicatif::ProgressBar::new(Self::LENGTH);
+            let bar = indicatif::ProgressBar::new(Self::POSITIONS);
             if let Ok(style) = style {
                 bar.set_style(style);
             }
             bar
         });
-        bar.set_position((share * Self::LENGTH as f64) as u64);
+        bar.set_position((share * Self::POSITIONS as f64) as u64);
         bar.set_message(format!("{} = {t:.6}", self.what));
     }
 }

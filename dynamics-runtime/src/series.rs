@@ -16,13 +16,12 @@ pub use equations::{Equations, multipliers};
 
 pub use crate::model::MOST_SERIES_ORDER as MOST_ORDER;
 
-/// Lanes that are summed together: one vector register, or two. With twice as many a double pendulum has two
-/// lanes of zeros, and takes 3 % longer.
+/// CauchySums of a block: one vector register, or two. With twice as many a double pendulum has two lanes of zeros,
+/// and takes 3 % longer.
 pub const WIDTH: usize = 4;
 
-/// Values of B·[`WIDTH`] lanes, as vectors: left to itself the compiler makes vectors of the scalar code
-/// around them too, and putting these together and taking them apart takes a fifth of the time of a double
-/// pendulum.
+/// Values of B·[`WIDTH`] lanes, as vectors. Without explicit vectors the compiler also vectorises the scalar
+/// code around them; packing and unpacking then takes a fifth of the time of a double pendulum.
 #[derive(Clone, Copy, Debug)]
 struct Row<const B: usize>([f64x4; B]);
 
@@ -67,14 +66,14 @@ impl<const B: usize> Default for Rows<B> {
     }
 }
 
-/// What series of a model are made in: Z values at their start, and the factors of lanes. It belongs to one
+/// The memory of the series of a model: Z values at their start, and the factors of lanes. It belongs to one
 /// model and its constants.
 ///
 /// Clearing the rows for every series took a twentieth of the time of a double pendulum, evaluating its sines
 /// twice a tenth.
 #[derive(Clone, Debug)]
 pub struct Memory<S, const Z: usize, const B: usize> {
-    /// The state whose values are there.
+    /// The state of the values.
     start: Option<S>,
     values: [f64; Z],
     rows: Rows<B>,
@@ -115,12 +114,12 @@ pub fn expand<const N: usize, const B: usize>(
     a: &[f64; N],
     scale: f64,
     [q, u]: [&mut [SVector<f64, N>]; 2],
-    Rows { left, right }: &mut Rows<B>,
+    rows: &mut Rows<B>,
     mut next: impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[[f64; WIDTH]; B]) -> Coefficients<N, B>,
 ) {
     let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
-    // Coefficients of order k stay at hand: rows that have just been stored piece by piece cannot be loaded
-    // whole for a while.
+    // Coefficients of order k are kept as values: rows that have just been stored element by element cannot be
+    // loaded as vectors for some cycles.
     let (mut of_q, mut of_u) = (q[0].data.0[0], u[0].data.0[0]);
     let mut advance = |of_q: &mut [f64; N], of_u: &mut [f64; N], k: usize, a: &[f64; N]| {
         let factor = scale * RECIPROCAL[k + 1];
@@ -132,50 +131,28 @@ pub fn expand<const N: usize, const B: usize>(
     if order > 0 {
         advance(&mut of_q, &mut of_u, 0, a);
     }
-    // Rows that have just been stored piece by piece cannot be loaded whole for a while. So the terms of
-    // order k + 1 are summed while order k is computed: those of rows before the last from memory, those of
-    // the last row (k − 1) from `last`; what contains row k is added when it is there.
-    let mut known = Row::<B>::ZERO;
-    let mut last = (Row::<B>::ZERO, Row::<B>::ZERO);
+    let mut lanes = CauchySums::new(rows);
     for k in 1..order {
-        let mut sums = known;
-        match k {
-            1 => {}
-            2 => add(&mut sums, &last.0, &last.1),
-            _ => {
-                add(&mut sums, &left[1], &last.1);
-                add(&mut sums, &last.0, &right[1]);
-            }
-        }
-        known = if k > 4 { cauchy(&left[3..k - 1], &right[3..k - 1]) } else { Row::ZERO };
-        match k {
-            1 | 2 => {}
-            3 => add(&mut known, &last.0, &last.1),
-            _ => {
-                add(&mut known, &left[2], &last.1);
-                add(&mut known, &last.0, &right[2]);
-            }
-        }
+        let sums = lanes.sums(k);
         let t = if k == 1 { scale } else { 0.0 };
-        let (a, new_left, new_right) = next(t, &of_q, &of_u, &[k as f64, RECIPROCAL[k]], &sums.values());
-        last = (Row::new(new_left), Row::new(new_right));
-        (left[k], right[k]) = last;
+        let (a, left, right) = next(t, &of_q, &of_u, &[k as f64, RECIPROCAL[k]], &sums.values());
+        lanes.store(k, left, right);
         advance(&mut of_q, &mut of_u, k, &a);
     }
 }
 
-/// Sums of all lanes, order by order.
+/// Cauchy sums of all lanes, order by order.
 ///
-/// Rows that have just been stored piece by piece cannot be loaded whole for a while. So the terms of order
-/// k + 1 are summed while order k is computed: those of rows before the last from memory, those of the last
-/// row (k − 1) from `last`; what contains row k is added when it is there.
-struct Lanes<'m, const B: usize> {
+/// Rows that have just been stored element by element cannot be loaded as vectors for some cycles. So the terms
+/// of order k + 1 are summed while order k is computed: those of rows before the last from memory, those of
+/// the last row (k − 1) from `last`. Terms with row k are added when it is computed.
+struct CauchySums<'m, const B: usize> {
     rows: &'m mut Rows<B>,
     known: Row<B>,
     last: (Row<B>, Row<B>),
 }
 
-impl<'m, const B: usize> Lanes<'m, B> {
+impl<'m, const B: usize> CauchySums<'m, B> {
     fn new(rows: &'m mut Rows<B>) -> Self {
         Self { rows, known: Row::ZERO, last: (Row::ZERO, Row::ZERO) }
     }
@@ -232,13 +209,13 @@ fn add<const B: usize>(sum: &mut Row<B>, left: &Row<B>, right: &Row<B>) {
     }
 }
 
-/// Blocks of lanes whose sums stay in registers together.
-const TOGETHER: usize = 4;
+/// Blocks of lanes whose even and odd sums fit into the registers together.
+const BLOCKS_IN_REGISTERS: usize = 4;
 
 /// Σⱼ left[j]·right[last − j], lane by lane.
 #[inline(always)]
 fn cauchy<const B: usize>(left: &[Row<B>], right: &[Row<B>]) -> Row<B> {
-    if B <= TOGETHER {
+    if B <= BLOCKS_IN_REGISTERS {
         return Row(blocks::<B, B>(left, right, 0));
     }
     let mut sums = Row::<B>::ZERO;
@@ -252,8 +229,8 @@ fn cauchy<const B: usize>(left: &[Row<B>], right: &[Row<B>]) -> Row<B> {
     sums
 }
 
-/// [`cauchy`] of W blocks from block `first` on; even and odd terms apart, as one addition waits for the one
-/// before.
+/// [`cauchy`] of W blocks from block `first` on, even and odd terms separately: an addition has to wait for the
+/// one before it.
 #[inline(always)]
 fn blocks<const B: usize, const W: usize>(left: &[Row<B>], right: &[Row<B>], first: usize) -> [f64x4; W] {
     let (mut even, mut odd) = ([f64x4::ZERO; W], [f64x4::ZERO; W]);

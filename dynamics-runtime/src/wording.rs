@@ -1,12 +1,13 @@
-//! Numbers as people read them: times, counts and multiples in few digits, and never a row of three hundred.
+//! Numbers in messages and summaries: times, counts and multiples in few digits.
 
 use core::fmt;
 
-/// Sizes from here to there are written without a power of ten.
-const PLAIN: core::ops::Range<f64> = 1e-4..1e7;
+/// Absolute values that are written without a power of ten: with at most seven digits before the point, or four
+/// zeros behind it.
+const RANGE_WITHOUT_EXPONENT: core::ops::Range<f64> = 1e-4..1e7;
 
-fn is_plain(x: f64) -> bool {
-    x == 0.0 || !x.is_finite() || PLAIN.contains(&x.abs())
+fn needs_no_exponent(x: f64) -> bool {
+    x == 0.0 || !x.is_finite() || RANGE_WITHOUT_EXPONENT.contains(&x.abs())
 }
 
 /// A number with all its digits, and a power of ten where it is very large or small.
@@ -14,7 +15,7 @@ pub struct Readable(pub f64);
 
 impl fmt::Display for Readable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if is_plain(self.0) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+        if needs_no_exponent(self.0) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
     }
 }
 
@@ -43,7 +44,7 @@ impl fmt::Display for Grouped {
     }
 }
 
-/// How many times, in two digits.
+/// A multiple in two digits.
 pub struct Times(pub f64);
 
 impl fmt::Display for Times {
@@ -57,7 +58,7 @@ impl fmt::Display for Times {
     }
 }
 
-/// A part of a whole in per cent, of two digits from ten times the whole on.
+/// A part of a whole in per cent; from ten times the whole on in two digits.
 pub(crate) struct Part(pub(crate) f64);
 
 impl fmt::Display for Part {

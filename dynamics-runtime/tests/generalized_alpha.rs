@@ -48,7 +48,7 @@ impl Accelerations<V2> for Rod {
 }
 
 impl Stabilized<V2> for Rod {
-    fn projects(&self) -> bool {
+    fn needs_projection(&self) -> bool {
         true
     }
     fn project(
@@ -61,13 +61,13 @@ impl Stabilized<V2> for Rod {
         y.u -= y.q * y.q.dot(&y.u);
         Ok(Some(ProjectedEnd { by: 0.0, violation: 0.0, noise: 0.0 }))
     }
-    fn is_constrained(&self) -> bool {
+    fn has_constraints(&self) -> bool {
         true
     }
-    fn across(&mut self, _: f64, y: &Phase<V2>, v: &V2, _: bool) -> Result<V2, Infallible> {
+    fn inadmissible_component(&mut self, _: f64, y: &Phase<V2>, v: &V2, _: bool) -> Result<V2, Infallible> {
         Ok(y.q * (y.q.dot(v) / y.q.dot(&y.q)))
     }
-    fn onto_constraints(&mut self, _: f64, y: &Phase<V2>, _: f64) -> Result<V2, Infallible> {
+    fn constraint_correction(&mut self, _: f64, y: &Phase<V2>, _: f64) -> Result<V2, Infallible> {
         let square = y.q.dot(&y.q);
         Ok(y.q * (0.5 * (1.0 - square) / square))
     }

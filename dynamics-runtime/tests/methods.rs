@@ -111,8 +111,9 @@ fn velocity_error<S: Scheme<V>>(origin: f64) -> f64 {
     };
     // As a run has it, and as it is made again for a motion that is recorded.
     let of_run = errors(&stepper.dense(&mut pushed, &step).unwrap());
-    let again =
-        S::new().by_ends(&mut pushed, &step.start, &step.end, step.h, &Tolerances::both(1e-13)).unwrap();
+    let again = S::new()
+        .dense_from_ends(&mut pushed, &step.start, &step.end, step.h, &Tolerances::both(1e-13))
+        .unwrap();
     again.map_or(of_run, |dense| of_run.max(errors(&dense)))
 }
 
@@ -149,7 +150,7 @@ fn tried<S: Scheme<V>>(again: bool) -> Vec<u64> {
     let (y, tolerances) = (exact(0.3), Tolerances::both(1e-6));
     let start = StepNode { t: 0.3, y, a: problem(0.3, &y.q, &y.u).unwrap() };
     let attempt = match again {
-        true => scheme.attempt_again(&mut system, &start, h, &tolerances),
+        true => scheme.replay_attempt(&mut system, &start, h, &tolerances),
         false => scheme.attempt(&mut system, &start, h, &tolerances),
     };
     let (y, error) = attempt.unwrap();

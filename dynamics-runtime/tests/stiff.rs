@@ -248,7 +248,7 @@ fn steps_without_a_solution_have_no_end() {
         let y = Phase { q: V1::new(0.0), u: V1::new(1.0) };
         let start = StepNode { t: 0.0, y, a: system(0.0, &y.q, &y.u).unwrap() };
         let step = Step { start, end: start, h, kept: StepFlags::default() };
-        Stepper::end_of(&mut S::new(), &mut system, &step, &Tolerances::both(1e-6)).unwrap()
+        Stepper::replay_end(&mut S::new(), &mut system, &step, &Tolerances::both(1e-6)).unwrap()
     }
     fn check<S: Scheme<V1>>() {
         let ends = |t: f64, _: &V1| if t > 0.05 { f64::NAN } else { 1.0 };
@@ -283,7 +283,7 @@ fn steps_made_again_begin_where_they_ended() {
     }
     let made = evaluations.replace(0);
     for step in &steps {
-        let dense = Stepper::again(&mut Radau5::new(), &mut spring, step, &tolerances).unwrap().unwrap();
+        let dense = Stepper::replay(&mut Radau5::new(), &mut spring, step, &tolerances).unwrap().unwrap();
         let end = dense.at(1.0);
         assert!((end.q - step.end.y.q).norm() < 1e-9, "{}", step.end.t);
     }

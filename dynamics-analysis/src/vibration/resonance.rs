@@ -64,7 +64,7 @@ impl StateSpace {
         input: impl Into<Excitation>,
         output: &str,
     ) -> Result<Vec<Peak>, VibrationError> {
-        let _watch = dynamics_runtime::slow::Watch::start();
+        let _watch = dynamics_runtime::slow_build::SlowBuildNote::start();
         let (channel, eigenvalues) = self.dying(&input.into(), output)?;
         let rise = |frequency: f64| self.response_at(&channel, frequency).map(|found| found.rise());
         let (mut grid, mut rises) = (Vec::new(), Vec::new());

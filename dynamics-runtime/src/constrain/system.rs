@@ -179,7 +179,7 @@ impl<'w> FactoredSystem<'w> {
 
     /// From here on rows that are declared redundant count as much as the others.
     pub(crate) fn weigh_alike(&mut self) {
-        self.rows.known = false;
+        self.rows.has_redundant_rows = false;
     }
 
     pub(crate) fn condition(&self) -> f64 {

@@ -1,17 +1,17 @@
-//! Three coordinates by which something turns, and where they lock.
+//! Sets of three angles, and where they have gimbal lock.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 use core::fmt;
 
 use crate::math::abs;
 
-/// Three coordinates by which something turns, each about an axis as the turns before it left it: a 3-1-3
-/// set, say.
+/// Three coordinates that rotate a body one after another, each about an axis of the frame that the rotations
+/// before it left: a 3-1-3 set, for example.
 ///
-/// Where the first and the last axis fall on one line, the first and the last angle turn about the same and
-/// the three tell no orientations apart: gimbal lock. Rates of the angles grow without bounds beside it, and
-/// M loses its inverse there unless each angle has inertia of its own. Sets whose first and last axis have
-/// one number (Euler's) lock where the middle angle is 0, ±π, ..; the others (of Tait and Bryan) at ±π/2, ..
+/// Gimbal lock: where the first and the last axis coincide, the first and the last angle rotate about the same
+/// axis, and the three do not determine the orientation. Near it the rates of the angles grow without bounds,
+/// and M is singular there unless each angle has inertia of its own. Sets with equal first and last axis
+/// (Euler) lock where the middle angle is 0, ±π, ..; the others (Tait–Bryan) at ±π/2, ..
 /// Source: J. Stuelpnagel, SIAM Review 6 (1964) 422.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AngleSet {

@@ -1,4 +1,4 @@
-//! What a model declares of its constraints, and how it solves with them.
+//! The declared constraints of a model, and how its equations are solved with them.
 
 /// What a constraint restricts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -27,7 +27,7 @@ pub struct Constraint {
     pub switched: Option<usize>,
 }
 
-/// How a model's accelerations and multipliers are found where nothing degrades.
+/// The solver of a model's accelerations and multipliers, where no pivot is too small.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
     /// There are no constraints.

@@ -1,14 +1,14 @@
-//! Who takes part, in an error, without allocation.
+//! The main contributors to something that an error names, without allocation.
 
 use core::fmt;
 
 use super::Quantity;
 
-/// Is shown a share and whose it is.
-type See<'a> = &'a mut dyn FnMut(usize, f64);
+/// Receives an index and its share.
+type OnShare<'a> = &'a mut dyn FnMut(usize, f64);
 
-/// The coordinates or constraint rows that take part in something, the most involved first; the first six are
-/// kept.
+/// The coordinates or constraint rows with the largest shares in something, in falling order. The first six are
+/// kept, and all are counted.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Involved {
     of: &'static [Quantity],
@@ -17,10 +17,10 @@ pub struct Involved {
 }
 
 impl Involved {
-    /// So many are kept.
+    /// Number of contributors that are kept.
     pub const KEPT: usize = 6;
-    /// Shares below this part of the largest are left out: rounding noise, or of no help.
-    const LEAST: f64 = 1e-3;
+    /// Shares below this part of the largest are left out: they are rounding, or do not help the reader.
+    const LEAST_SHARE: f64 = 1e-3;
 
     /// Of quantities, given by index, those with the largest shares by absolute value.
     pub(crate) fn ranked(
@@ -30,12 +30,12 @@ impl Involved {
         Self::rank(of, &|see| shares.clone().for_each(|(i, share)| see(i, share.abs())))
     }
 
-    /// As [`Involved::ranked`], of sizes that `all` shows; compiled once, and not with every model.
-    fn rank(of: &'static [Quantity], all: &dyn Fn(See<'_>)) -> Self {
+    /// [`Involved::ranked`] without generic parameters, so that it is compiled once.
+    fn rank(of: &'static [Quantity], all: &dyn Fn(OnShare<'_>)) -> Self {
         let mut out = Self { of, kept: [0; Self::KEPT], count: 0 };
         let (mut largest, mut count) = (0.0_f64, 0_usize);
         all(&mut |_, share| largest = largest.max(share));
-        let least = Self::LEAST * largest;
+        let least = Self::LEAST_SHARE * largest;
         all(&mut |_, share| count += usize::from(share > least));
         out.count = u16::try_from(count).unwrap_or(u16::MAX);
         // Selection by falling share, earlier ones first where equal: there are few.
@@ -75,7 +75,7 @@ impl Involved {
         self.names().any(|kept| kept == name)
     }
 
-    /// Of rows where constraints lose rank: what is said of them.
+    /// The text for rows that lose rank.
     pub(crate) fn rank_loss(&self) -> RankLoss<'_> {
         RankLoss(self)
     }
@@ -106,7 +106,7 @@ impl fmt::Display for Involved {
     }
 }
 
-/// What is said of rows that lose rank.
+/// The text for rows that lose rank.
 pub(crate) struct RankLoss<'a>(&'a Involved);
 
 impl fmt::Display for RankLoss<'_> {

@@ -1,4 +1,4 @@
-//! What a model's equations take for granted of its bodies and frames, and what is said where it is not so.
+//! Assumptions of a model's equations about its bodies and frames, their checks and their messages.
 
 use core::fmt;
 
@@ -7,7 +7,7 @@ use crate::mass_properties::{MassProperties, UnphysicalInertia};
 use crate::math::{atan2, sqrt};
 use crate::matrix::Mat3;
 
-/// Something that is taken for granted: without it the equations are those of no body.
+/// An assumption of the equations. If it does not hold, they are not those of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Premise {
     /// What.
@@ -54,13 +54,14 @@ pub enum Refuted {
     Turned(f64),
 }
 
-/// Largest defect of a rotation that parameters alone decide: as much as energies may then be off.
-const GIVEN: f64 = 1e-9;
-/// Largest defect of one that a state decides.
-const OF_STATES: f64 = 1e-5;
-/// Largest angle between frames that a weld holds, in rad: starts fulfil its rows to seven digits, and the
-/// other attitude is 1.66 rad away.
-const WELDED: f64 = 1e-3;
+/// Largest defect of a rotation or an axis from parameters alone. Energies have a relative error of this size
+/// then.
+const PARAMETER_DEFECT: f64 = 1e-9;
+/// Largest defect of a rotation that depends on the state: starts fulfil their constraints to seven digits.
+const STATE_DEFECT: f64 = 1e-5;
+/// Largest angle between welded frames, in rad: starts fulfil its rows to seven digits, and the other attitude
+/// is 1.66 rad away.
+const WELD_ANGLE: f64 = 1e-3;
 
 impl Premise {
     /// Whether it holds for these values.
@@ -82,8 +83,8 @@ impl Premise {
             }
             (Claim::Rotation, _) => {
                 let defect = matrix(values).orthonormal_defect();
-                let admissible = if self.constant { GIVEN } else { OF_STATES };
-                // Not a number is no small one.
+                let admissible = if self.constant { PARAMETER_DEFECT } else { STATE_DEFECT };
+                // NaN is not admissible.
                 if defect <= admissible {
                     Ok(())
                 } else {
@@ -92,7 +93,7 @@ impl Premise {
             }
             (Claim::Axis, &[x, y, z]) => {
                 let length = sqrt(x * x + y * y + z * z);
-                if (length - 1.0).abs() <= GIVEN { Ok(()) } else { Err(Refuted::Axis(length)) }
+                if (length - 1.0).abs() <= PARAMETER_DEFECT { Ok(()) } else { Err(Refuted::Axis(length)) }
             }
             (Claim::Weld, _) => {
                 let (a, b) = values.split_at(values.len().min(9));
@@ -102,7 +103,7 @@ impl Premise {
                     (a.transpose() * b - Mat3::diagonal(1.0, 1.0, 1.0)).to_array().into_iter().flatten();
                 let half = sqrt(apart.map(|x| x * x).sum::<f64>() / 8.0).min(1.0);
                 let angle = 2.0 * atan2(half, sqrt(1.0 - half * half));
-                if angle <= WELDED { Ok(()) } else { Err(Refuted::Turned(angle)) }
+                if angle <= WELD_ANGLE { Ok(()) } else { Err(Refuted::Turned(angle)) }
             }
             _ => Ok(()),
         }

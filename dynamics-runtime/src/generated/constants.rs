@@ -1,4 +1,4 @@
-//! What generated code asserts of constants, types and functions while it is compiled.
+//! Assertions of generated code about constants, types and functions, at compile time.
 
 use crate::expr::Expr;
 use crate::vector::{Vec2, Vec3};
@@ -12,9 +12,9 @@ pub const fn expect_std(found: f64, expected: f64, remedy: &str) {
     expect(found.to_bits() == expected.to_bits(), remedy);
 }
 
-/// Relative difference by which sums and products of constants may differ, exact in the equations and rounded
-/// where they run.
-const ROUNDING: f64 = 1e-12;
+/// Largest relative difference of a constant from its value in the equations: sums and products are exact there
+/// and rounded at run time.
+const CONSTANT_ROUNDING: f64 = 1e-12;
 
 /// A constant of the model and the number that its equations have for it.
 ///
@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-12;
 /// Where they differ by more than rounding: the build stops with `remedy`.
 #[track_caller]
 pub const fn expect_near(found: f64, derived: f64, remedy: &str) {
-    expect((found - derived).abs() <= ROUNDING * found.abs(), remedy);
+    expect((found - derived).abs() <= CONSTANT_ROUNDING * found.abs(), remedy);
 }
 
 /// What has to hold of a constant.

@@ -3,16 +3,15 @@
 use crate::integrate::{self, Scheme};
 use crate::model::Vector;
 
-/// A method with its options. Whoever writes a [`Scheme`] makes it available to simulations by an
-/// implementation of this.
+/// A method with its options. Implement it for a [`Scheme`] of your own to use that in simulations.
 pub trait Choice: Copy + Send + Sync + 'static {
     /// The method for phase vectors of this kind.
     type Scheme<V: Vector>: Scheme<V> + Send + Sync + 'static;
     /// Whether it needs [`Expandable::series`](integrate::Expandable::series).
     const NEEDS_SERIES: bool = false;
-    /// What a model has to be for the method to be what its documentation says.
+    /// The models for which the method has the properties of its documentation.
     const SUITS: Suits = Suits::Any;
-    /// An option that has to be in a range: its name, its value, whether it is, and what is admissible, in
+    /// An option that has to be in a range: its name, its value, whether it is in the range, and the range in
     /// words, for models with constraints or without.
     fn option(&self, _constrained: bool) -> Option<(&'static str, f64, bool, &'static str)> {
         None
@@ -21,8 +20,7 @@ pub trait Choice: Copy + Send + Sync + 'static {
     fn scheme<V: Vector>(&self) -> Self::Scheme<V>;
 }
 
-/// What models a method is for: simulations refuse others, as it would run and not keep what it is chosen
-/// for.
+/// The models for which a method has its properties. A simulation returns an error for others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Suits {
@@ -124,7 +122,7 @@ impl Choice for Taylor {
     }
 }
 
-/// The generalized-α method, implicit, which damps what oscillates faster than its steps:
+/// The generalized-α method, implicit, which damps oscillations that are faster than its steps:
 /// [`integrate::GeneralizedAlpha`]. For stiff and flexible models with constraints or without, with fixed
 /// steps as a rule; constraints are kept by projection.
 #[derive(Clone, Copy, Debug, PartialEq)]

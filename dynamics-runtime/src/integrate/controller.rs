@@ -7,8 +7,8 @@
 //! ```
 //!
 //! with p the order of the error estimate. β > 0 keeps the step from oscillating where stability, not
-//! accuracy, bounds it; β < 0 expects that what became harder in the last step becomes harder still in the
-//! next, which suits steps that are long against what changes. Source: Hairer, Nørsett, Wanner, *Solving
+//! accuracy, bounds it; β < 0 extrapolates a growing error, which suits steps that are long compared with the times in
+//! which the motion changes. Source: Hairer, Nørsett, Wanner, *Solving
 //! Ordinary Differential Equations I*, §II.4; Gustafsson, ACM TOMS 17 (1991) 533.
 
 use crate::math;
@@ -16,9 +16,9 @@ use crate::math;
 /// Constants of the controller that suit a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControllerSettings {
-    /// Factor below 1 against steps that fail narrowly.
+    /// Factor below 1 that avoids narrow rejections.
     pub safety: f64,
-    /// Weight of the error before; 0 is plain integral control, below 0 it looks ahead.
+    /// Weight β of the error before; 0 is integral control, below 0 it extrapolates.
     pub beta: f64,
     /// Smallest factor from one step to the next.
     pub shrink: f64,
@@ -26,12 +26,17 @@ pub struct ControllerSettings {
     pub grow: f64,
 }
 
+/// Errors below this count as this large in the next step, and before the first step: that of `dopri5.f`.
+const LEAST_PREVIOUS_ERROR: f64 = 1e-4;
+
 /// State of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller {
     settings: ControllerSettings,
     alpha: f64,
+    /// Error of the last accepted step.
     previous: f64,
+    /// The last step was rejected.
     rejected: bool,
 }
 
@@ -42,7 +47,7 @@ impl Controller {
         Self {
             settings,
             alpha: 1.0 / f64::from(error_order + 1) - 0.75 * settings.beta,
-            previous: 1e-4,
+            previous: LEAST_PREVIOUS_ERROR,
             rejected: false,
         }
     }
@@ -50,12 +55,12 @@ impl Controller {
     /// Whether a step with this error norm is accepted, and the factor for the next step size.
     pub fn judge(&mut self, error: f64) -> (bool, f64) {
         let Self { settings, alpha, .. } = *self;
-        // The error of an exact step is 0: the factor is then the largest.
+        // An exact step has the error 0 and the largest factor.
         let integral = math::powf(error.max(1e-300), alpha);
         if error <= 1.0 {
             let wanted = settings.safety * math::powf(self.previous, settings.beta) / integral;
             let factor = wanted.clamp(settings.shrink, settings.grow);
-            self.previous = error.max(1e-4);
+            self.previous = error.max(LEAST_PREVIOUS_ERROR);
             // After a rejection the step does not grow at once: it would be rejected again.
             let factor = if self.rejected { factor.min(1.0) } else { factor };
             self.rejected = false;
@@ -73,7 +78,7 @@ impl Controller {
 
     /// Forgets the history, after a discontinuity.
     pub fn restart(&mut self) {
-        self.previous = 1e-4;
+        self.previous = LEAST_PREVIOUS_ERROR;
         self.rejected = false;
     }
 }

@@ -8,8 +8,7 @@ use crate::model::Vector;
 pub trait Dense<V: Vector> {
     /// q and u at t₀ + θ h.
     fn at(&self, theta: f64) -> Phase<V>;
-    /// Their derivatives by θ, by which the equations of motion are held against it; `None` where nothing
-    /// asks for them.
+    /// Their derivatives by θ, for defect control; `None` for interpolants that it does not check.
     fn slope(&self, _theta: f64) -> Option<Phase<V>> {
         None
     }
@@ -20,7 +19,7 @@ pub trait Dense<V: Vector> {
 pub struct Nested<V, const K: usize>(pub [Phase<V>; K]);
 
 impl<V: Vector, const K: usize> Nested<V, K> {
-    /// r₂, r₃ and r₄, which states and derivatives at both ends of a step of size h determine.
+    /// r₂, r₃ and r₄, from states and derivatives at both ends of a step of size h.
     #[inline(always)]
     pub(crate) fn ends(start: &StepNode<V>, end: &StepNode<V>, h: f64) -> [Phase<V>; 3] {
         let change = zip(&end.y, &start.y, |y1, y0| y1 - y0);
@@ -59,9 +58,9 @@ impl<V: Vector, const K: usize> Dense<V> for Nested<V, K> {
 /// Local error O(h⁶) in q and O(h⁵) in u for exact ends; an end that errs by O(hᵖ⁺¹) leaves O(hᵖ) in u. It
 /// costs no evaluation because second-order systems know q̈ at both ends.
 ///
-/// Far from the origin of q, or in short steps, what q₁ − q₀ says beyond u and q̈ at the ends is the rounding
-/// of q, which the derivative would divide by h: u at |q| = 10⁸ would be off by 3·10⁻⁸/h. Where it is no more
-/// than that it stays in q, and u is the cubic through its own ends.
+/// Far from the origin of q, or in short steps, the part of q₁ − q₀ that does not follow from u and q̈ at the
+/// ends is rounding of q. The derivative would divide it by h: u at |q| = 10⁸ would have an error of
+/// 3·10⁻⁸/h. Such a part is kept in q alone, and u is the cubic through its own ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hermite<V> {
     h: f64,
@@ -70,20 +69,21 @@ pub struct Hermite<V> {
     second: V,
     /// Coefficients of θ³, θ⁴, θ⁵.
     higher: [V; 3],
-    /// What is rounding of q₁ − q₀, and no motion.
+    /// The part of q₁ − q₀ that is rounding.
     rounding: V,
 }
 
-/// Whether a difference of positions between x and y is no more than their rounding: a few units in the last
-/// place, as steps that are made in parts round each of them.
+/// Whether a difference of the positions x and y is no more than their rounding: a few units in the last place,
+/// since each part of a step rounds them.
 #[inline(always)]
 pub(super) fn is_rounding(difference: f64, x: f64, y: f64) -> bool {
     difference.abs() <= 2.0 * f64::EPSILON * x.abs().max(y.abs())
 }
 
-/// From 0 to 1, with slope and curvature 0 at both: how rounding is gone over between the ends of a step.
+/// The quintic from 0 to 1 with slope and curvature 0 at both ends: it blends a difference of the ends into a
+/// step.
 #[inline(always)]
-pub(super) fn smoothly(theta: f64) -> f64 {
+pub(super) fn smootherstep(theta: f64) -> f64 {
     theta * theta * theta * (10.0 + theta * (6.0 * theta - 15.0))
 }
 
@@ -95,14 +95,14 @@ impl<V: Vector> Hermite<V> {
         let (mut higher, mut rounding) = ([V::zeros(); 3], V::zeros());
         for i in 0..V::LEN {
             second[i] = 0.5 * h * h * a0[i];
-            // What is left of position, slope and curvature at θ = 1 after the quadratic part.
+            // Position, slope and curvature at θ = 1 less those of the quadratic part.
             let mut position = end.q[i] - start.q[i] - h * start.u[i] - second[i];
             let slope = h * end.u[i] - h * start.u[i] - 2.0 * second[i];
             let curvature = h * h * a1[i] - 2.0 * second[i];
-            // Without it q would be of degree 4.
-            let more = position - 0.5 * slope + curvature / 12.0;
-            if is_rounding(more, start.q[i], end.q[i]) {
-                (rounding[i], position) = (more, position - more);
+            // q₁ less this part makes q a polynomial of degree 4.
+            let excess = position - 0.5 * slope + curvature / 12.0;
+            if is_rounding(excess, start.q[i], end.q[i]) {
+                (rounding[i], position) = (excess, position - excess);
             }
             higher[0][i] = 10.0 * position - 4.0 * slope + 0.5 * curvature;
             higher[1][i] = -15.0 * position + 7.0 * slope - curvature;
@@ -118,7 +118,7 @@ impl<V: Vector> Hermite<V> {
     }
 }
 
-/// The dense output of a [`Scheme`](super::Scheme) that needs no more than the ends of its step: [`Hermite`].
+/// The dense output of a [`Scheme`](super::Scheme) by the ends of its step alone: [`Hermite`].
 macro_rules! quintic {
     ($vector:ty) => {
         type Dense = crate::integrate::Hermite<$vector>;
@@ -133,7 +133,7 @@ macro_rules! quintic {
             Ok(crate::integrate::Hermite::between(start, end, h))
         }
 
-        fn by_ends<D: crate::integrate::System<$vector>>(
+        fn dense_from_ends<D: crate::integrate::System<$vector>>(
             &mut self,
             _: &mut D,
             start: &crate::integrate::StepNode<$vector>,
@@ -162,14 +162,14 @@ impl<V: Vector> Hermite<V> {
 impl<V: Vector> Dense<V> for Hermite<V> {
     fn at(&self, theta: f64) -> Phase<V> {
         let Self { h, start, second, higher: [c3, c4, c5], rounding } = self;
-        let (mut out, smoothly) = (*start, smoothly(theta));
-        // Slices: without optimisation an element of a vector is a call.
+        let (mut out, blend) = (*start, smootherstep(theta));
+        // Slices, since an index into a vector is a function call without optimisation.
         let [start, second, c3, c4, c5, rounding] =
             [&start.u, second, c3, c4, c5, rounding].map(Vector::as_slice);
         let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
         for i in 0..V::LEN {
             let cubic = c3[i] + theta * (c4[i] + theta * c5[i]);
-            q[i] += theta * (h * start[i] + theta * (second[i] + theta * cubic)) + rounding[i] * smoothly;
+            q[i] += theta * (h * start[i] + theta * (second[i] + theta * cubic)) + rounding[i] * blend;
             let slope = 3.0 * c3[i] + theta * (4.0 * c4[i] + theta * 5.0 * c5[i]);
             u[i] += theta * (2.0 * second[i] + theta * slope) / h;
         }

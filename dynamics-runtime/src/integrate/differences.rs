@@ -1,19 +1,21 @@
-//! Derivatives of accelerations by one-sided differences: for systems that do not know them.
+//! Derivatives of accelerations by one-sided differences: for systems without derivatives of their own.
 
 use super::{Phase, StepNode};
 use crate::linalg::max_abs;
 use crate::math;
 use crate::model::Vector;
 
-/// Share of the largest element below which no element is taken for its own scale.
-const SMALL_ELEMENT: f64 = 1e-2;
-/// Elements are taken for no smaller than this.
-const LEAST_ELEMENT: f64 = 1e-3;
+/// Elements below this part of the largest one have its scale times this: elements that are zero by chance have
+/// no scale of their own.
+const LEAST_SCALE_PART: f64 = 1e-2;
+/// Smallest scale of an element, in its unit. A smaller one makes differences of nearly zero elements rounding,
+/// a larger one makes curvature an error in small mechanisms.
+const LEAST_SCALE: f64 = 1e-3;
 
-/// By how much an element is moved: half of its digits, so that rounding and curvature cost about the same,
-/// and exactly representable.
+/// The increment of an element: √ε of its scale, for which rounding and curvature cost about the same, and a
+/// difference of two representable numbers.
 pub(crate) fn increment(x: f64, largest: f64) -> f64 {
-    let size = x.abs().max(SMALL_ELEMENT * largest).max(LEAST_ELEMENT);
+    let size = x.abs().max(LEAST_SCALE_PART * largest).max(LEAST_SCALE);
     let there = x + math::sqrt(f64::EPSILON) * size;
     there - x
 }
@@ -40,6 +42,7 @@ pub(crate) fn by_state<V: Vector, E>(
     Ok(())
 }
 
+/// Writes the difference quotient of column j.
 fn column<V: Vector>(matrix: &mut [f64], j: usize, here: &V, there: &V, by: f64) {
     for i in 0..V::LEN {
         matrix[i * V::LEN + j] = (there[i] - here[i]) / by;

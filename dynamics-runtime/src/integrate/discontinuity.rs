@@ -1,85 +1,99 @@
-//! Steps that end where accelerations are not smooth.
+//! When steps end at discontinuities of the accelerations (kinks).
 //!
-//! A method of order p promises it only where the accelerations have p derivatives. Where a branch changes
-//! within a step (`if`, `abs`, pieces of a spline) the error falls with the first or second power of its
-//! size, and its estimate, made for p derivatives, may miss it altogether. So a step that passed such a place
-//! is made again to end just behind it, and within it branches are held as they are at its start: stages,
-//! too, stand beyond the place, and what they would find there is no derivative of what lies before it.
+//! A method of order p has this order only where the accelerations have p derivatives. Where a branch changes
+//! within a step (`if`, `abs`, pieces of a spline), the error is of first or second order, and the error
+//! estimate, made for p derivatives, may miss it altogether. So a step that passes a kink is repeated to end
+//! just behind it. Within the step the branches of its start are held, since stages also lie beyond the kink:
+//! accelerations of the other branch would spoil them.
+//!
+//! This file counts attempts and decides when the handling is suspended; `stepper/switching.rs` repeats the
+//! steps, and [`Switching`](crate::integrate::Switching) locates the kinks.
+//!
 //! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.6.
 
-/// Attempts to end one step at such a place: the interpolant that finds it is more accurate the nearer the
-/// end of the step is.
-const MOST_ATTEMPTS: u32 = 5;
-/// Steps in a row that were ended before this part of what was proposed, where nothing changed after all, say
-/// that interpolants are wrong, as they are far beyond the border of stability: the next one is no longer
-/// than so many lengths of the last. One alone may have met the end of a piece of a spline.
-const MISLED: (f64, f64) = (1e-2, 10.0);
-const IN_A_ROW: u32 = 3;
-/// For so many steps the control by the error has to do then.
-const PAUSE: u32 = 32;
+/// Attempts to end one step at a kink. The interpolant that locates it becomes more accurate the nearer the
+/// end of the step is to the kink, so that a few attempts are enough. Each costs a step.
+const MOST_KINK_ATTEMPTS: u32 = 5;
+/// A step that ends at a kink before this part of the proposed step is premature, if no branch changes there
+/// after all. Beyond the border of stability an explicit step swings through branches, and its interpolant
+/// shows kinks that the motion does not meet.
+const PREMATURE_PART: f64 = 1e-2;
+/// After premature steps the next one is at most so many times as long as the last.
+const GROWTH_AFTER_PREMATURE: f64 = 10.0;
+/// So many premature steps in a row limit the next one. A single one may have met the end of a piece of a
+/// spline.
+const PREMATURE_IN_A_ROW: u32 = 3;
+/// After sliding motion was found, so many steps are controlled by their error alone. A larger number costs
+/// small steps along the kink, a smaller one frequent attempts to leave it.
+const STEPS_WITHOUT_HANDLING: u32 = 32;
 
-/// What is remembered from one landing to the next.
+/// The state of the handling from one step to the next.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Landing {
+pub(super) struct DiscontinuityHandling {
+    /// Attempts to end the present step at a kink.
     attempts: u32,
-    pause: u32,
-    /// The next step, and this one, end there although their size is fixed.
-    next: bool,
-    now: bool,
-    /// The length of the step before, if it was made to end there.
-    ended: Option<f64>,
-    /// How many in a row were ended far too early, as it seems.
-    misled: u32,
+    /// Steps for which the handling is still suspended.
+    suspended_steps: u32,
+    /// The next step of fixed size is to end at a kink.
+    is_next_requested: bool,
+    /// The present step of fixed size is to end at a kink.
+    is_requested: bool,
+    /// Length of the last step, if it was made to end at a kink.
+    last_length: Option<f64>,
+    /// Premature steps in a row.
+    premature_steps: u32,
 }
 
-impl Landing {
-    /// The next step is to end there, although its size is fixed.
-    pub(super) fn ask(&mut self) {
-        self.next = true;
+impl DiscontinuityHandling {
+    /// Requests that the next step ends at a kink although its size is fixed.
+    pub(super) fn request(&mut self) {
+        self.is_next_requested = true;
     }
 
-    /// A new step begins.
-    pub(super) fn begin(&mut self) {
+    /// Begins a new step.
+    pub(super) fn begin_step(&mut self) {
         self.attempts = 0;
-        self.now = core::mem::take(&mut self.next);
+        self.is_requested = core::mem::take(&mut self.is_next_requested);
     }
 
-    /// Whether this step ends there although its size is fixed.
-    pub(super) fn is_asked(&self) -> bool {
-        self.now
+    /// Whether this step ends at a kink although its size is fixed.
+    pub(super) fn is_requested(&self) -> bool {
+        self.is_requested
     }
 
-    /// Whether branches are to be held.
-    pub(super) fn is_on(&self) -> bool {
-        self.pause == 0
+    /// Whether branches are held and kinks looked for.
+    pub(super) fn is_active(&self) -> bool {
+        self.suspended_steps == 0
     }
 
-    /// Whether another attempt is to be made.
-    pub(super) fn is_worth_trying(&self) -> bool {
-        self.is_on() && self.attempts < MOST_ATTEMPTS
+    /// Whether another attempt to end this step at a kink may be made.
+    pub(super) fn has_attempts_left(&self) -> bool {
+        self.is_active() && self.attempts < MOST_KINK_ATTEMPTS
     }
 
-    /// An attempt is made.
-    pub(super) fn attempt(&mut self) {
+    /// Counts an attempt.
+    pub(super) fn count_attempt(&mut self) {
         self.attempts += 1;
     }
 
-    /// The motion slides along such a place: there is no side of it to go on to.
-    pub(super) fn slides(&mut self) {
-        self.pause = PAUSE;
+    /// Suspends the handling: the motion slides along the kink, no side of it can be held.
+    pub(super) fn suspend(&mut self) {
+        self.suspended_steps = STEPS_WITHOUT_HANDLING;
     }
 
-    /// How long the next step is, of which this was proposed, where branches are as they were before it.
-    pub(super) fn unchanged(&mut self, proposed: f64) -> f64 {
-        let early = self.ended.filter(|ended| *ended < MISLED.0 * proposed);
-        self.misled = if early.is_some() { self.misled + 1 } else { 0 };
-        early.filter(|_| self.misled >= IN_A_ROW).map_or(proposed, |ended| MISLED.1 * ended)
+    /// The length of the next step, from the proposed one, where no branch changed since the last step.
+    pub(super) fn limit_growth(&mut self, proposed: f64) -> f64 {
+        let premature = self.last_length.filter(|length| *length < PREMATURE_PART * proposed);
+        self.premature_steps = if premature.is_some() { self.premature_steps + 1 } else { 0 };
+        premature
+            .filter(|_| self.premature_steps >= PREMATURE_IN_A_ROW)
+            .map_or(proposed, |length| GROWTH_AFTER_PREMATURE * length)
     }
 
-    /// The step is made, of length h.
-    pub(super) fn made(&mut self, h: f64) {
-        self.ended = (self.attempts > 0).then_some(h);
-        self.pause = self.pause.saturating_sub(1);
+    /// Notes an accepted step of length h.
+    pub(super) fn accept_step(&mut self, h: f64) {
+        self.last_length = (self.attempts > 0).then_some(h);
+        self.suspended_steps = self.suspended_steps.saturating_sub(1);
     }
 }
 
@@ -89,15 +103,15 @@ mod tests {
 
     #[test]
     fn where_a_motion_slides_steps_are_left_to_the_error_for_a_while() {
-        let mut landing = Landing::default();
-        landing.slides();
-        for _ in 0..PAUSE {
-            landing.begin();
-            assert!(!landing.is_worth_trying());
-            landing.made(1.0);
+        let mut handling = DiscontinuityHandling::default();
+        handling.suspend();
+        for _ in 0..STEPS_WITHOUT_HANDLING {
+            handling.begin_step();
+            assert!(!handling.has_attempts_left());
+            handling.accept_step(1.0);
         }
-        assert!(landing.is_worth_trying());
-        (0..MOST_ATTEMPTS).for_each(|_| landing.attempt());
-        assert!(!landing.is_worth_trying());
+        assert!(handling.has_attempts_left());
+        (0..MOST_KINK_ATTEMPTS).for_each(|_| handling.count_attempt());
+        assert!(!handling.has_attempts_left());
     }
 }

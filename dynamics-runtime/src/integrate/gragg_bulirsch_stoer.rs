@@ -2,31 +2,31 @@
 //!
 //! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ to 10⁻¹², accelerations that can be evaluated
 //!   for four states at once ([`Accelerations::derivatives`](super::Accelerations::derivatives)): models
-//!   whose generated code has lanes. Without them
-//!   it is right, and slow.
+//!   whose generated code has lanes. Without lanes
+//!   the results are the same, and it is slow.
 //! * **Formula**: the modified midpoint rule z₀ = y, z₁ = y + ηf(y), zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ) with η = h/n has
 //!   an error in even powers of η only. Its results for n = 2, 4, …, 14 are extrapolated to η = 0: the weight
 //!   of column n is Π n²/(n² − m²) over the other columns m.
 //! * **Order** 14; what the last column changes is the error estimate, of the order 12 of the other six.
-//! * **Side by side**: columns need nothing from one another. With f(y) at hand column n has n − 1
-//!   evaluations; 13, 11 + 1, 9 + 3 and 7 + 5 of them are four lanes of equal length, so that 49 evaluations
-//!   take the time of 13. Lanes that are done a call before the longest evaluate what the six columns that
-//!   are done have found at the end of the step: that and the end itself tell stiffness.
+//! * **Side by side**: columns are independent. Column n has n − 1 evaluations besides f(y). Four lanes of
+//!   equal length, with 13, 11 + 1, 9 + 3 and 7 + 5 of them, make 49 evaluations in the time of 13. Three lanes
+//!   are done one call before the longest. Their last call evaluates the end of the step as the six finished
+//!   columns give it; this and the end itself give the stiffness estimate.
 //! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a third
-//!   of it from either; u is its derivative. What is between is found by the same rule with n = 2, 4, …, 10,
-//!   of order 10 over a third of the step, from its start and back from its end: again four lanes, 14 calls,
-//!   only when it is asked for.
-//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³:
-//!   finer tolerances than 10⁻¹² multiply the steps for nothing. The interpolant takes ways from the nearer
-//!   end, not places, and what the distance of the ends says beyond them counts for u only where it is more
-//!   than the rounding of q: u has its digits far from the origin of q, too.
+//!   of it from either; u is its derivative. The two inner nodes are found by the same rule with n = 2, 4, …,
+//!   10, of order 10 over a third of the step, from its start and backwards from its end: again four lanes, 14
+//!   calls, only when dense output is asked for.
+//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³, and
+//!   tolerances below 10⁻¹² only make more steps. The interpolant is built from displacements from the nearer
+//!   end, not from positions, and the distance of the ends contributes to u only where it is more than the
+//!   rounding of q: u is accurate far from the origin of q, too.
 //! * **Stability**: real axis to −6.6.
 //! * **Cost**: 13 evaluations of four states side by side and one more per step; 14 with dense output more.
 //! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer,
 //!   Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.9. Columns in parallel: Ketcheson, bin
 //!   Waheed, Commun. Appl. Math. Comput. Sci. 9 (2014) 175.
 
-mod knots;
+mod dense;
 
 use super::{ControllerSettings, Method, Phase, Scheme, Stages, StepNode, System, Tolerances};
 use crate::integrate::explicit::tableau::stiffness;
@@ -34,48 +34,52 @@ use crate::integrate::phase::zip;
 use crate::lanes::{COUNT, Lanes, Wide};
 use crate::model::Vector;
 
-pub use knots::Knots;
-use knots::Place;
+pub use dense::FourPointHermite;
+use dense::InnerNode;
 
 /// Most columns of one lane.
-const COLUMNS: usize = 3;
+const MOST_LANE_COLUMNS: usize = 3;
 /// Evaluations of the longest lane.
-const CALLS: usize = 13;
+const LANE_EVALUATIONS: usize = 13;
 
 /// Numbers of substeps of the columns that a lane has, one after the other; 0: none.
-type Columns = [[usize; COLUMNS]; COUNT];
+type Columns = [[usize; MOST_LANE_COLUMNS]; COUNT];
 
-/// For the end of the step and its error.
-const STEP: [Call; CALLS] = plan([[14, 0, 0], [12, 2, 0], [10, 4, 0], [8, 6, 0]], 14);
-/// Five columns for each of two places.
-const BETWEEN: [Call; CALLS] = plan([[10, 4, 2], [8, 6, 0], [10, 4, 2], [8, 6, 0]], 10);
+/// The plan for the end of the step and its error.
+const STEP_PLAN: [PlannedEvaluation; LANE_EVALUATIONS] =
+    plan([[14, 0, 0], [12, 2, 0], [10, 4, 0], [8, 6, 0]], 14);
+/// The plan for dense output: five columns for each of two inner nodes.
+const DENSE_PLAN: [PlannedEvaluation; LANE_EVALUATIONS] =
+    plan([[10, 4, 2], [8, 6, 0], [10, 4, 2], [8, 6, 0]], 10);
 
-/// One evaluation of four stages.
+/// One evaluation of four stages in a plan.
 #[derive(Clone, Copy, Debug)]
-struct Call {
-    /// Their times, as parts of the step.
+struct PlannedEvaluation {
+    /// Times of the stages, as parts of the step.
     time: [f64; COUNT],
-    /// Two substeps, as parts of the step.
-    twice: [f64; COUNT],
-    /// Lanes whose columns it ends, and whether there are some.
+    /// Twice the substep, as a part of the step.
+    double_substep: [f64; COUNT],
+    /// Lanes in which a column ends here.
     ended: [bool; COUNT],
-    /// Those of them whose first columns these were, and whose last.
+    /// Lanes in which this is the first column.
     first: [bool; COUNT],
+    /// Lanes in which this is the last column.
     last: [bool; COUNT],
+    /// Whether a column ends in any lane.
     any: bool,
-    /// Weights of what has ended, in the end of the step and in its error.
+    /// Weights of the ended columns, in the end of the step and in its error.
     weights: [[f64; COUNT]; 2],
-    /// First substeps of the columns that begin then, as parts of the step.
+    /// Substeps of the columns that begin then, as parts of the step.
     substep: [f64; COUNT],
 }
 
-/// What happens when.
-const fn plan(columns: Columns, most: usize) -> [Call; CALLS] {
+/// The evaluations of the columns of four lanes, in order; `most` is the largest number of substeps.
+const fn plan(columns: Columns, most: usize) -> [PlannedEvaluation; LANE_EVALUATIONS] {
     let none = [false; COUNT];
     let zero = [0.0; COUNT];
-    let call = Call {
+    let call = PlannedEvaluation {
         time: zero,
-        twice: zero,
+        double_substep: zero,
         ended: none,
         first: none,
         last: none,
@@ -83,18 +87,18 @@ const fn plan(columns: Columns, most: usize) -> [Call; CALLS] {
         weights: [zero; 2],
         substep: zero,
     };
-    let mut plan = [call; CALLS];
+    let mut plan = [call; LANE_EVALUATIONS];
     let mut lane = 0;
     while lane < COUNT {
         let (mut i, mut made, mut at) = (0, 1, 0);
-        while at < CALLS {
-            // A lane that is done stands at the end of the step.
-            let n = if i < COLUMNS && columns[lane][i] > 0 { columns[lane][i] } else { 1 };
+        while at < LANE_EVALUATIONS {
+            // A finished lane evaluates the end of the step.
+            let n = if i < MOST_LANE_COLUMNS && columns[lane][i] > 0 { columns[lane][i] } else { 1 };
             plan[at].time[lane] = made as f64 / n as f64;
-            plan[at].twice[lane] = 2.0 / n as f64;
+            plan[at].double_substep[lane] = 2.0 / n as f64;
             made += 1;
             if made == n {
-                let following = if i + 1 < COLUMNS { columns[lane][i + 1] } else { 0 };
+                let following = if i + 1 < MOST_LANE_COLUMNS { columns[lane][i + 1] } else { 0 };
                 plan[at].any = true;
                 plan[at].ended[lane] = true;
                 plan[at].first[lane] = i == 0;
@@ -124,55 +128,55 @@ const fn weight(n: usize, most: usize) -> f64 {
     weight
 }
 
-/// What every lane starts from.
-struct Start<V: Vector> {
+/// The starts of the four lanes.
+struct LaneStarts<V: Vector> {
     t: Lanes,
     y: Stages<V>,
     slope: Stages<V>,
-    /// How far each lane goes.
+    /// The length of each lane.
     h: Lanes,
 }
 
 /// Extrapolation of the midpoint rule, of order 14(12).
 #[derive(Clone, Copy, Debug)]
 pub struct GraggBulirschStoer<V: Vector> {
-    /// Derivatives at the start, then the mean ones of the step, or those that are not finite.
+    /// The derivatives at the start, and the mean ones of the step, or the first that are not finite.
     stages: [Phase<V>; 2],
     error: Phase<V>,
-    /// What six columns have found at the end of the step, and the accelerations there.
-    sixth: (Phase<V>, V),
+    /// The end of the step by the first six columns, and the accelerations there.
+    six_columns: (Phase<V>, V),
 }
 
 impl<V: Vector> GraggBulirschStoer<V> {
-    /// Goes through the columns of a plan, and returns its two sums of what they change, lane by lane. `see`
-    /// is shown stages and derivatives, call by call; `last` may put something else into the lanes that are
-    /// done before the last call, and is given the sums so far.
+    /// Evaluates the columns of a plan. Returns the weighted sums of their changes for the end of the step and
+    /// for its error, lane by lane. `observe` receives stages and derivatives of each evaluation. `last` may
+    /// replace the stages of finished lanes before the last evaluation; it receives the sums so far.
     #[inline(always)]
-    fn march<S: System<V>>(
+    fn run_plan<S: System<V>>(
         system: &mut S,
-        start: &Start<V>,
-        plan: &[Call; CALLS],
+        start: &LaneStarts<V>,
+        plan: &[PlannedEvaluation; LANE_EVALUATIONS],
         mut last: impl FnMut(&mut Stages<V>, &[Stages<V>; 2]),
-        mut see: impl FnMut(usize, &Stages<V>, &Stages<V>),
+        mut observe: impl FnMut(usize, &Stages<V>, &Stages<V>),
     ) -> Result<[Stages<V>; 2], S::Error> {
         let part = |of: [f64; COUNT]| start.h * Lanes::new(of);
-        // The first substep ends where the first evaluation is. What is at every other substep stands in one
-        // place: the next one replaces the last but one.
+        // Displacements after even and odd substeps; each one replaces the last but one. The first evaluation
+        // is at the end of the first substep.
         let [mut even, mut odd] = [Stages::<V>::zeros(), scaled(part(plan[0].time), &start.slope)];
         let (mut first, mut sums, mut slope) = (Stages::<V>::zeros(), [Stages::zeros(); 2], Stages::zeros());
         let mut stage = sum(&start.y, &odd);
         for (i, call) in plan.iter().enumerate() {
-            if i + 1 == CALLS {
+            if i + 1 == LANE_EVALUATIONS {
                 last(&mut stage, &sums);
             }
             system.derivatives(start.t + part(call.time), &stage, &mut slope)?;
-            see(i, &stage, &slope);
+            observe(i, &stage, &slope);
             let (now, next) = if i % 2 == 0 { (&mut odd, &mut even) } else { (&mut even, &mut odd) };
-            let twice = part(call.twice);
+            let twice = part(call.double_substep);
             let (y, begin) = (&start.y, &start.slope);
             if !call.any {
-                leap::<V>(twice, [&mut next.q, &mut stage.q], [&slope.q, &y.q]);
-                leap::<V>(twice, [&mut next.u, &mut stage.u], [&slope.u, &y.u]);
+                midpoint_substep::<V>(twice, [&mut next.q, &mut stage.q], [&slope.q, &y.q]);
+                midpoint_substep::<V>(twice, [&mut next.u, &mut stage.u], [&slope.u, &y.u]);
                 continue;
             }
             let substeps = (twice, part(call.substep));
@@ -185,27 +189,30 @@ impl<V: Vector> GraggBulirschStoer<V> {
         Ok(sums)
     }
 
-    /// The derivatives that are not finite first, to be named.
+    /// The first derivatives that are not finite, so that the error names their coordinate.
     #[cold]
-    fn first_bad<S: System<V>>(system: &mut S, start: &Start<V>) -> Result<Option<Phase<V>>, S::Error> {
-        let mut bad = None;
-        Self::march(
+    fn first_not_finite<S: System<V>>(
+        system: &mut S,
+        start: &LaneStarts<V>,
+    ) -> Result<Option<Phase<V>>, S::Error> {
+        let mut found = None;
+        Self::run_plan(
             system,
             start,
-            &STEP,
+            &STEP_PLAN,
             |_, _| {},
             |_, _, slope| {
-                let found = || (0..COUNT).map(|lane| slope.of(lane)).find(|slope| !slope.is_finite());
-                bad = bad.or_else(found);
+                let first = || (0..COUNT).map(|lane| slope.of(lane)).find(|slope| !slope.is_finite());
+                found = found.or_else(first);
             },
         )?;
-        Ok(bad)
+        Ok(found)
     }
 }
 
-/// One substep: what is next takes the place of the last but one, and is evaluated.
+/// One substep zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ), in place of zᵢ₋₁, and the stage there.
 #[inline(always)]
-fn leap<V: Vector>(twice: Lanes, [next, stage]: [&mut V::Wide; 2], [slope, y]: [&V::Wide; 2]) {
+fn midpoint_substep<V: Vector>(twice: Lanes, [next, stage]: [&mut V::Wide; 2], [slope, y]: [&V::Wide; 2]) {
     for i in 0..V::LEN {
         let next = &mut next.as_mut_slice()[i];
         *next = *next + twice * slope.as_slice()[i];
@@ -213,22 +220,31 @@ fn leap<V: Vector>(twice: Lanes, [next, stage]: [&mut V::Wide; 2], [slope, y]: [
     }
 }
 
-/// What stages of so few elements are made of stays in registers, where nothing of it is called. What is
-/// longer is in memory anyhow.
-const SHORT: usize = 4;
+/// The data of stages of so few elements stay in registers, if no function is called. Longer ones are in
+/// memory in any case.
+const MOST_ELEMENTS_INLINE: usize = 4;
 
-/// [`finish_columns`], in place where stages are short; else as the compiler sees fit: in place it takes a
-/// tenth of a run of Andrews' mechanism.
+/// [`finish_columns`], inlined where stages are short. For longer ones inlining would cost a tenth of the time
+/// of a run of Andrews' mechanism.
 #[inline(always)]
-fn finish<V: Vector>(call: &Call, substeps: (Lanes, Lanes), changed: [&mut V::Wide; 6], read: [&V::Wide; 3]) {
+fn finish<V: Vector>(
+    call: &PlannedEvaluation,
+    substeps: (Lanes, Lanes),
+    changed: [&mut V::Wide; 6],
+    read: [&V::Wide; 3],
+) {
     let apart = |changed, read| finish_columns::<V>(call, substeps, changed, read);
-    if V::LEN <= SHORT { finish_columns::<V>(call, substeps, changed, read) } else { apart(changed, read) }
+    if V::LEN <= MOST_ELEMENTS_INLINE {
+        finish_columns::<V>(call, substeps, changed, read)
+    } else {
+        apart(changed, read)
+    }
 }
 
-/// The same where columns end: they join the sums, and others begin in their lanes, if there are some.
+/// A substep after which columns end: they are added to the sums, and the next columns of their lanes begin.
 #[inline(always)]
 fn finish_columns<V: Vector>(
-    call: &Call,
+    call: &PlannedEvaluation,
     (twice, substep): (Lanes, Lanes),
     [now, next, stage, first, end, error]: [&mut V::Wide; 6],
     [slope, y, begin]: [&V::Wide; 3],
@@ -289,7 +305,7 @@ fn fill<V: Vector>(phase: &Phase<V>) -> Stages<V> {
     out
 }
 
-/// What some lanes have together.
+/// The sum over some lanes.
 #[inline(always)]
 fn total<V: Vector>(of: &Stages<V>, lanes: core::ops::Range<usize>) -> Phase<V> {
     let mut out = Phase::<V>::zeros();
@@ -304,23 +320,23 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     const METHOD: Method = Method::GraggBulirschStoer;
     const ORDER: u32 = 14;
     const ERROR_ORDER: u32 = 12;
-    // Of safeties from 0.6 to 0.9, growth by 1.7 to 10 and weights from −0.02 to 0.04, what took least to
-    // 1e-6, 1e-9 and 1e-12 on Andrews' mechanism and to these errors on a double pendulum and an eccentric
-    // orbit: steps are long against what changes, so that where they become harder the next one is harder
-    // still. A weight below 0 looks ahead.
+    // The fastest of safeties from 0.6 to 0.9, growths from 1.7 to 10 and β from −0.02 to 0.04, to the errors
+    // 1e-6, 1e-9 and 1e-12 of Andrews' mechanism, a double pendulum and an eccentric orbit. Steps are long
+    // compared with the times in which the motion changes, so that a growing error goes on growing: β < 0
+    // anticipates that.
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.7, beta: -0.007, shrink: 0.2, grow: 3.0 });
-    // Stages of crude columns are no states of the solution: sums over a step are taken from the interpolant.
+    // Stages of columns of few substeps are not states of the solution: sums over a step use the interpolant.
     const WEIGHTS: &'static [f64] = &[];
     // Steps that stability bounds settle at 5.3 of the 6.6.
     const STABILITY_BORDER: f64 = 5.0;
-    const SCAN: usize = 16;
-    const PROBES: &'static [f64] = &[0.09, 0.42];
+    const EVENT_PANELS: usize = 16;
+    const DEFECT_SAMPLES: &'static [f64] = &[0.09, 0.42];
     const LONG_STEPS: bool = true;
-    type Dense = Knots<V>;
+    type Dense = FourPointHermite<V>;
 
     fn new() -> Self {
-        Self { stages: [Phase::zeros(); 2], error: Phase::zeros(), sixth: (Phase::zeros(), V::zeros()) }
+        Self { stages: [Phase::zeros(); 2], error: Phase::zeros(), six_columns: (Phase::zeros(), V::zeros()) }
     }
 
     #[inline(always)]
@@ -332,17 +348,18 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
         let (y, slope) = (&start.y, start.derivative());
-        let from = Start { t: Lanes::splat(start.t), y: fill(y), slope: fill(&slope), h: Lanes::splat(h) };
-        let sixth = &mut self.sixth;
-        // Without the column of 14 the sums differ by what the other six find.
+        let from =
+            LaneStarts { t: Lanes::splat(start.t), y: fill(y), slope: fill(&slope), h: Lanes::splat(h) };
+        let six_columns = &mut self.six_columns;
+        // While column 14 is missing, the difference of the sums is the change by the other six.
         let six = |stage: &mut Stages<V>, sums: &[Stages<V>; 2]| {
             let [change, error] = [0, 1].map(|i| total(&sums[i], 0..COUNT));
             let six = zip(y, &zip(&change, &error, |change, error| change - error), |y, change| y + change);
             replace(stage, [false, true, true, true], &fill(&six));
         };
-        let [changes, errors] = Self::march(system, &from, &STEP, six, |call, stage, slope| {
-            if call + 1 == CALLS {
-                *sixth = (stage.of(1), slope.of(1).u);
+        let [changes, errors] = Self::run_plan(system, &from, &STEP_PLAN, six, |call, stage, slope| {
+            if call + 1 == LANE_EVALUATIONS {
+                *six_columns = (stage.of(1), slope.of(1).u);
             }
         })?;
         let change = total(&changes, 0..COUNT);
@@ -350,7 +367,7 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         self.error = total(&errors, 0..COUNT);
         self.stages = [slope, zip(&change, &change, |change, _| change / h)];
         if !end.is_finite() {
-            self.stages[1] = Self::first_bad(system, &from)?.unwrap_or(self.stages[1]);
+            self.stages[1] = Self::first_not_finite(system, &from)?.unwrap_or(self.stages[1]);
         }
         Ok((end, tolerances.norm(&self.error, y, &end)))
     }
@@ -366,15 +383,15 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         start: &StepNode<V>,
         end: &StepNode<V>,
         h: f64,
-    ) -> Result<Knots<V>, S::Error> {
+    ) -> Result<FourPointHermite<V>, S::Error> {
         let third = h / 3.0;
         let (mut y, mut slope) = (fill(&start.y), fill(&start.derivative()));
         let back = [false, false, true, true];
         replace(&mut y, back, &fill(&end.y));
         replace(&mut slope, back, &fill(&end.derivative()));
         let t = Lanes::new([start.t, start.t, end.t, end.t]);
-        let from = Start { t, y, slope, h: Lanes::new([third, third, -third, -third]) };
-        let [changes, _] = Self::march(system, &from, &BETWEEN, |_, _| {}, |_, _, _| {})?;
+        let from = LaneStarts { t, y, slope, h: Lanes::new([third, third, -third, -third]) };
+        let [changes, _] = Self::run_plan(system, &from, &DENSE_PLAN, |_, _| {}, |_, _, _| {})?;
         let ways = [total(&changes, 0..2), total(&changes, 2..4)];
         let inner =
             [(start, &ways[0]), (end, &ways[1])].map(|(from, way)| zip(&from.y, way, |y, way| y + way));
@@ -382,19 +399,19 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         replace(&mut stages, back, &fill(&inner[1]));
         let mut slopes = Stages::zeros();
         system.derivatives(t + from.h, &stages, &mut slopes)?;
-        let place = |i: usize| Place { way: ways[i].q, u: inner[i].u, a: slopes.of(2 * i).u };
-        Ok(Knots::new([start, end], &[place(0), place(1)], h))
+        let node = |i: usize| InnerNode { displacement: ways[i].q, u: inner[i].u, a: slopes.of(2 * i).u };
+        Ok(FourPointHermite::new([start, end], &[node(0), node(1)], h))
     }
 
-    /// The ends are all that it needs.
-    fn by_ends<S: System<V>>(
+    /// Dense output needs the ends only.
+    fn dense_from_ends<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,
         end: &StepNode<V>,
         h: f64,
         _: &Tolerances,
-    ) -> Result<Option<Knots<V>>, S::Error> {
+    ) -> Result<Option<FourPointHermite<V>>, S::Error> {
         self.dense(system, start, end, h).map(Some)
     }
 
@@ -407,7 +424,7 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     }
 
     fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
-        stiffness(h, (&end.y, &end.a), (&self.sixth.0, &self.sixth.1))
+        stiffness(h, (&end.y, &end.a), (&self.six_columns.0, &self.six_columns.1))
     }
 }
 
@@ -422,35 +439,35 @@ mod tests {
     /// Σ w = 1 and Σ w/n²ᵏ = 0 as far as the order goes; every lane is busy up to the last call but one.
     #[test]
     fn weights_extrapolate_to_substeps_of_no_length() {
-        let moment = |plan: &[Call; CALLS], which: usize, k: i32| -> f64 {
+        let moment = |plan: &[PlannedEvaluation; LANE_EVALUATIONS], which: usize, k: i32| -> f64 {
             let ended = plan
                 .iter()
                 .flat_map(|call| (0..COUNT).filter(|lane| call.ended[*lane]).map(move |lane| (call, lane)));
-            ended.map(|(call, lane)| call.weights[which][lane] * call.twice[lane].powi(2 * k)).sum()
+            ended.map(|(call, lane)| call.weights[which][lane] * call.double_substep[lane].powi(2 * k)).sum()
         };
         for k in 0..7 {
             let one = f64::from(k == 0);
-            assert!((moment(&STEP, 0, k) - one).abs() < 1e-13, "{k}");
+            assert!((moment(&STEP_PLAN, 0, k) - one).abs() < 1e-13, "{k}");
             // The difference of two extrapolations, the second of one order less.
-            assert!(moment(&STEP, 1, k).abs() < 1e-13 || k == 6, "{k}");
-            assert!(k > 4 || (0.5 * moment(&BETWEEN, 0, k) - one).abs() < 1e-13, "{k}");
+            assert!(moment(&STEP_PLAN, 1, k).abs() < 1e-13 || k == 6, "{k}");
+            assert!(k > 4 || (0.5 * moment(&DENSE_PLAN, 0, k) - one).abs() < 1e-13, "{k}");
         }
-        assert!(moment(&STEP, 1, 6).abs() > 1e-6);
-        for plan in [STEP, BETWEEN] {
+        assert!(moment(&STEP_PLAN, 1, 6).abs() > 1e-6);
+        for plan in [STEP_PLAN, DENSE_PLAN] {
             for lane in 0..COUNT {
                 let last = plan.iter().position(|call| call.last[lane]).unwrap();
-                assert!(last + 2 >= CALLS && plan[last].time[lane] < 1.0, "{last}");
+                assert!(last + 2 >= LANE_EVALUATIONS && plan[last].time[lane] < 1.0, "{last}");
             }
         }
     }
 
-    fn between([start, first, second, end]: [StepNode<V>; 4], h: f64) -> Knots<V> {
-        let place = |knot: &StepNode<V>, from: &StepNode<V>| Place {
-            way: knot.y.q - from.y.q,
+    fn between([start, first, second, end]: [StepNode<V>; 4], h: f64) -> FourPointHermite<V> {
+        let place = |knot: &StepNode<V>, from: &StepNode<V>| InnerNode {
+            displacement: knot.y.q - from.y.q,
             u: knot.y.u,
             a: knot.a,
         };
-        Knots::new([&start, &end], &[place(&first, &start), place(&second, &end)], h)
+        FourPointHermite::new([&start, &end], &[place(&first, &start), place(&second, &end)], h)
     }
 
     #[test]
@@ -497,9 +514,10 @@ mod tests {
                 let (at, from) = (0.7 + theta * h, 0.7 + from * h);
                 // sin at − sin from, without what is common to both.
                 let way = 2.0 * (0.5 * (at + from)).cos() * (0.5 * (at - from)).sin();
-                Place { way: V::new(way), u: V::new(at.cos()), a: V::new(-at.sin()) }
+                InnerNode { displacement: V::new(way), u: V::new(at.cos()), a: V::new(-at.sin()) }
             };
-            let dense = Knots::new([&start, &end], &[place(1.0 / 3.0, 0.0), place(2.0 / 3.0, 1.0)], h);
+            let dense =
+                FourPointHermite::new([&start, &end], &[place(1.0 / 3.0, 0.0), place(2.0 / 3.0, 1.0)], h);
             for theta in [0.1, 0.3, 0.5, 0.8] {
                 let (y, t) = (dense.at(theta), 0.7 + theta * h);
                 assert!((y.u[0] - t.cos()).abs() < permitted, "{origin:e}, {h}: {:e}", y.u[0] - t.cos());

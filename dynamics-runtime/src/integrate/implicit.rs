@@ -6,4 +6,4 @@ mod radau5;
 
 pub use esdirk4::Esdirk4;
 pub use generalized_alpha::GeneralizedAlpha;
-pub use radau5::{Between, Collocation, Radau5};
+pub use radau5::{Collocation, Radau5, RadauInterpolant};

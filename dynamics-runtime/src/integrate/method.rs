@@ -45,20 +45,20 @@ pub enum Method {
     EnergyMidpoint,
     /// The generalized-α method with adjustable damping, implicit.
     GeneralizedAlpha,
-    /// No integration: positions solved from constraints that leave no freedom ([`crate::kinematics`]).
+    /// No integration: positions from constraints that leave no degree of freedom ([`crate::kinematics`]).
     PositionAnalysis,
 }
 
 impl Method {
-    /// Whether it is for stiff motions: implicit, with a step control that does not see what is stiff and has
-    /// died away.
+    /// Whether it is for stiff motions: implicit, with an error estimate without stiff components that have
+    /// decayed.
     #[must_use]
     pub const fn is_for_stiff(self) -> bool {
         matches!(self, Self::Radau5 | Self::Esdirk4 | Self::GeneralizedAlpha)
     }
 
-    /// Order of the step; of the interpolant where positions are solved instead of integrated; the highest
-    /// one of Taylor series.
+    /// Order of the step; of the interpolant for [`Method::PositionAnalysis`]; the highest one of Taylor
+    /// series.
     #[must_use]
     pub const fn order(self) -> u32 {
         match self {

@@ -1,4 +1,4 @@
-//! Points of phase space, alone and four side by side, and where steps start.
+//! Points of phase space, alone and four side by side, the nodes between steps, and arithmetic with them.
 
 use crate::lanes::{Lanes, Wide};
 use crate::model::Vector;
@@ -69,7 +69,7 @@ impl<V: Vector> Stages<V> {
     }
 }
 
-/// Where a step starts: time, phase and the accelerations there.
+/// A node between two steps: time, phase and the accelerations there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepNode<V> {
     /// Time.
@@ -96,5 +96,20 @@ pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f
         out.q.as_mut_slice()[i] = combine(x.q.as_slice()[i], y.q.as_slice()[i]);
         out.u.as_mut_slice()[i] = combine(x.u.as_slice()[i], y.u.as_slice()[i]);
     }
+    out
+}
+
+/// x + s y, element by element.
+#[inline(always)]
+pub(super) fn plus_scaled<V: Vector>(x: &V, s: f64, y: &V) -> V {
+    let mut out = *x;
+    (0..V::LEN).for_each(|i| out[i] = x.as_slice()[i] + s * y.as_slice()[i]);
+    out
+}
+
+/// A vector of NaN: what has no value.
+pub(super) fn nan_vector<V: Vector>() -> V {
+    let mut out = V::zeros();
+    out.as_mut_slice().fill(f64::NAN);
     out
 }

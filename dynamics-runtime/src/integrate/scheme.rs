@@ -1,4 +1,4 @@
-//! What a method is to a stepper.
+//! What a stepper asks of a method.
 
 use crate::integrate::controller::ControllerSettings;
 use crate::integrate::dense::Dense;
@@ -23,30 +23,30 @@ pub trait Scheme<V: Vector>: Clone {
     /// Step control suited to the method; `None` where there is no error estimate.
     const CONTROL: Option<ControllerSettings>;
     /// Weights b of the step's quadrature, one per stage in the order of evaluation, the first for the start
-    /// of the step; none where stages are no evaluations at states of the solution: sums over a step are then
-    /// taken from the interpolant.
+    /// of the step. Empty where stages are not evaluations at states of the solution: integrals over a step
+    /// then use the interpolant.
     const WEIGHTS: &'static [f64];
     /// |h λ| at the border of the region of stability on the negative real axis, for the stiffness test.
     const STABILITY_BORDER: f64;
     /// Number of parts in which a step is scanned for events.
-    const SCAN: usize;
-    /// Places within a step, as parts of it, at which dense output is held against the equations of motion:
-    /// where what it is off changes fastest, away from its own nodes. None for methods with interpolants that
-    /// they judge themselves, or that are as good as their steps, and for those without error estimate.
-    const PROBES: &'static [f64] = &[];
-    /// Whether it makes few and long steps: the first one from rest is then as long as the times of the
-    /// mechanism permit, where others begin with short ones and soon have longer ones.
+    const EVENT_PANELS: usize;
+    /// Parts of a step at which defect control inserts dense output into the equations of motion: where its
+    /// error changes fastest, away from its nodes. Empty for methods that judge their interpolants themselves,
+    /// whose interpolants are as accurate as their steps, or without error estimate.
+    const DEFECT_SAMPLES: &'static [f64] = &[];
+    /// Whether the method makes few and long steps. Its first step from rest is then as long as the
+    /// characteristic times of the mechanism allow; others begin with a short step and grow fast.
     const LONG_STEPS: bool = false;
     /// The interpolant.
     type Dense: Dense<V> + Send + Sync + 'static;
 
-    /// With the options that it has by itself.
+    /// The method with its default options.
     fn new() -> Self;
-    /// Whether the next one says how long every step is: errors that are permitted are then no matter of the
-    /// controller.
-    const PROPOSES: bool = false;
-    /// The size of the step that starts here, positive, where the method knows it before it tries; `h` is
-    /// what the step before suggests, with its sign.
+    /// Whether [`Scheme::propose`] chooses the size of every step. The controller then handles rejected steps
+    /// only.
+    const PROPOSES_STEP: bool = false;
+    /// The size of the step that starts here, positive, for methods that choose it before the attempt. `h` is
+    /// the signed size that the last step suggests.
     #[inline(always)]
     fn propose<S: System<V>>(
         &mut self,
@@ -57,9 +57,9 @@ pub trait Scheme<V: Vector>: Clone {
     ) -> Option<f64> {
         None
     }
-    /// Drops what it remembers of steps before: the motion goes on from another state, or by other forces.
+    /// Drops the data of earlier steps: the motion goes on from another state, or with other forces.
     #[inline(always)]
-    fn forget(&mut self) {}
+    fn forget_history(&mut self) {}
     /// Tries a step of size h. Returns the new phase and the scaled norm of the local error estimate (0
     /// without estimate).
     fn attempt<S: System<V>>(
@@ -69,10 +69,11 @@ pub trait Scheme<V: Vector>: Clone {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error>;
-    /// As [`Scheme::attempt`], to the same bits, of a step that is made once more. Steps are inlined where
-    /// motions are made, and are most of what a method is to a compiler; here what is short may be slower.
+    /// As [`Scheme::attempt`], with equal bits, for a step that is repeated. [`Scheme::attempt`] is inlined
+    /// into the loop of a run; this function may be slower and should be short, since it is compiled again for
+    /// every model.
     #[inline(always)]
-    fn attempt_again<S: System<V>>(
+    fn replay_attempt<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,
@@ -81,11 +82,11 @@ pub trait Scheme<V: Vector>: Clone {
     ) -> Result<(Phase<V>, f64), S::Error> {
         self.attempt(system, start, h, tolerances)
     }
-    /// Is told of a step that was made before and is to be tried once more, all of it (1) or its first part:
-    /// what is known of it may start its iterations. Whether these may end elsewhere, so that it is only what
-    /// it was where it ends where it did.
+    /// Called before a recorded step is repeated, all of it (`part` = 1) or its first part: the record may start
+    /// the iterations. Returns whether the iterations may converge to another end, which the caller then
+    /// compares.
     #[inline(always)]
-    fn retrace(&mut self, _step: &Step<V>, _part: f64) -> bool {
+    fn prepare_replay(&mut self, _step: &Step<V>, _part: f64) -> bool {
         false
     }
     /// q̈ at the end of the step just tried.
@@ -98,10 +99,10 @@ pub trait Scheme<V: Vector>: Clone {
         end: &StepNode<V>,
         h: f64,
     ) -> Result<Self::Dense, S::Error>;
-    /// The interpolant of a step that was made before, where its ends tell it, so that nothing has to be
-    /// tried once more.
+    /// The interpolant of a recorded step, if it follows from the ends of the step alone, so that the step need
+    /// not be repeated.
     #[inline(always)]
-    fn by_ends<S: System<V>>(
+    fn dense_from_ends<S: System<V>>(
         &mut self,
         _system: &mut S,
         _start: &StepNode<V>,
@@ -111,27 +112,27 @@ pub trait Scheme<V: Vector>: Clone {
     ) -> Result<Option<Self::Dense>, S::Error> {
         Ok(None)
     }
-    /// Stage derivatives of the step just tried, in the order of evaluation, to find what is not finite.
+    /// Stage derivatives of the step just tried, in the order of evaluation.
     fn stages(&self) -> &[Phase<V>];
-    /// The vector whose norm `attempt` returned, unscaled, to name the coordinate that forces small steps.
+    /// The vector whose norm `attempt` returned, unscaled. Errors name its largest element.
     fn error_vector(&self) -> Phase<V>;
-    /// What the stages of the step just tried disagree by, unscaled: the error, where it is estimated.
-    fn disagreement(&self) -> Phase<V> {
+    /// The disagreement of the stages of the step just tried, unscaled: the error, where it is estimated.
+    fn stage_disagreement(&self) -> Phase<V> {
         self.error_vector()
     }
-    /// Whether the equations of the last attempt are solved: always, for methods without any. Where they are
-    /// not, the attempt's results mean nothing.
+    /// Whether the equations of the last attempt are solved. If not, its results are invalid. Always true for
+    /// explicit methods.
     #[inline(always)]
-    fn converged(&self) -> bool {
+    fn has_converged(&self) -> bool {
         true
     }
-    /// Is told of every step that is accepted, with its end as it was projected.
+    /// Called with every accepted step, with its projected end.
     #[inline(always)]
-    fn accepted(&mut self, _step: &Step<V>) {}
-    /// Has the last word on the next step: the step control wants it `factor` times as long as the one tried
-    /// last, which had this error.
+    fn accept_step(&mut self, _step: &Step<V>) {}
+    /// The factor from the last step to the next one, given that of the controller and the error of the last
+    /// step.
     #[inline(always)]
-    fn pace(&mut self, factor: f64, _error: f64) -> f64 {
+    fn adjust_step_factor(&mut self, factor: f64, _error: f64) -> f64 {
         factor
     }
     /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they

@@ -26,24 +26,23 @@ pub struct Step<V> {
     pub end: StepNode<V>,
     /// Its size, with sign.
     pub h: f64,
-    /// How it was kept where the system belongs.
+    /// How its stages, its states and its branches were treated.
     pub kept: StepFlags,
 }
 
-/// How a step was kept where the system belongs, besides projecting its end.
+/// How a step was made, besides the projection of its end: a repetition of the step needs the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepFlags {
-    /// Its stages were projected: near a position where what holds them nearly loses a direction.
+    /// Its stages were projected: near a position where the constraints nearly lose rank.
     pub stages: bool,
-    /// States between its ends have to be projected: it is as long as it is because what projecting its end
-    /// removes was no error.
+    /// States between its ends have to be projected: they have an error that the projection of the end removed.
     pub between: bool,
     /// Branches of the accelerations were held in it: see
     /// [`Switching::hold_branches`](crate::integrate::Switching::hold_branches).
     pub branches: bool,
 }
 
-/// Why there is no next step. In every case the stepper stands at the last accepted state.
+/// Why there is no next step. The stepper then stands at the last accepted state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepError<E> {
     /// The accelerations could not be evaluated, however short the step.
@@ -63,10 +62,10 @@ pub enum StepError<E> {
         /// Size of the last attempt.
         h: f64,
     },
-    /// What projects the end of a fixed step would have moved it by a part of the way that the step had come:
-    /// it would decide the motion, and not the method.
+    /// Projection would have displaced the end of a fixed step by a considerable part of its way: the
+    /// constraints would decide the motion instead of the method.
     Displaced {
-        /// Index of the coordinate that would have been moved most.
+        /// Index of the coordinate with the largest displacement.
         coordinate: usize,
         /// Size of the step.
         h: f64,

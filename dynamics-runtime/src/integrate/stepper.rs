@@ -1,37 +1,55 @@
-//! One accepted step after another.
+//! The stepper: one accepted step after another.
+//!
+//! [`Stepper::step`] repeats attempts until one is accepted. An attempt ([`Stepper::try_step`]) asks the
+//! method for the stages and the end of a step, projects the end onto the constraints and evaluates q̈ there.
+//! Then, in this order: a step with a discontinuity is repeated to end there (`switching`), one near a
+//! position where constraints lose rank is repeated elsewhere (`singularity_crossing`), and the controller
+//! accepts it or makes it smaller. `first_step` chooses the first size. `truncation` has what happens to
+//! accepted steps at events, `replay` repeats recorded steps, `defect_control` checks their dense output, `stiffness` tests
+//! whether stability bounds the steps.
 
-use crate::integrate::discontinuity::Landing;
+use crate::integrate::discontinuity::DiscontinuityHandling;
+use crate::integrate::step::{Step, StepError, StepFlags, StepOptions};
 use crate::integrate::stepper::first_step::first_step;
-use crate::integrate::{Controller, Hold, Phase, ProjectedEnd, Scheme, StepNode, System, Tolerances};
+use crate::integrate::{BranchHold, Controller, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
 #[cfg(feature = "alloc")]
-mod between;
+mod defect_control;
 mod first_step;
+mod replay;
 mod singularity_crossing;
+mod stiffness;
 mod switching;
 mod truncation;
 
-use crate::integrate::step::Step;
-use crate::integrate::step::StepError;
-use crate::integrate::step::StepFlags;
-use crate::integrate::step::StepOptions;
-use singularity_crossing::{Passing, UNCERTAIN, Verdict};
+use singularity_crossing::{CrossingVerdict, SingularityCrossing, UNCERTAIN_END};
+use stiffness::STIFFNESS_INTERVAL;
 
 /// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one
-/// whose error is too large shrinks as the power law of the error says: neither takes half as many.
+/// whose error is too large shrinks by the power law of the error: neither takes half as many.
 const MOST_REJECTIONS: u32 = 60;
-/// A step whose end moves by so many times what it was off, along what holds it, is near a singular position
-/// of that: made again with its stages projected, if it moves by more than [`FAR_IN_ERRORS`] permitted errors.
-const AMPLIFIED: f64 = 2.0;
-/// See [`AMPLIFIED`].
-const FAR_IN_ERRORS: f64 = 1.0;
-/// An error this large is no matter of a step that is a little too long.
-const SURPRISE: f64 = 30.0;
-/// See [`Stepper::fruitless`].
-const FRUITLESS: u32 = 4;
-/// Steps between two looks at stiffness while nothing is suspected.
-const STIFFNESS_INTERVAL: u64 = 32;
+/// A projection that moves the end of a step by so many times the constraint violation shows that the step is
+/// near a position where the constraints lose rank. It is then repeated with projected stages, if it moves by
+/// more than [`SIGNIFICANT_MOVE`], too. Away from such positions the ratio is near 1.
+const AMPLIFIED_MOVE: f64 = 2.0;
+/// Moves of the projection up to this, in permitted errors, are no more than the error of a step.
+const SIGNIFICANT_MOVE: f64 = 1.0;
+/// An error this large, in permitted errors, is not that of a step that is a little too long. Stages that
+/// violate the constraints near rank loss cause it. A smaller value projects stages where steps are merely
+/// too long, and each projection costs an attempt.
+const LARGE_ERROR: f64 = 30.0;
+/// Projecting the stages has helped if it makes a large error smaller than this part of it.
+const HELPFUL_ERROR_PART: f64 = 0.1;
+/// After a projection of the stages that did not help, so many attempts are made without.
+const ATTEMPTS_WITHOUT_STAGE_PROJECTION: u32 = 4;
+/// Part of a step by which the last one may be longer to meet the limit exactly, so that no tiny step is left
+/// over. A fixed step may stretch only by the rounding of times.
+const LAST_STEP_STRETCH: f64 = 1e-2;
+/// See [`LAST_STEP_STRETCH`].
+const FIXED_STEP_STRETCH: f64 = 1e-9;
+/// A step shorter than this part of the proposed one was cut short: by a limit, a discontinuity or a retry.
+const CUT_SHORT_PART: f64 = 0.99;
 
 /// Drives a method over a system, step by step. Allocates nothing.
 ///
@@ -63,14 +81,15 @@ pub struct Stepper<V, S> {
     origin: (f64, u64),
     accepted: u64,
     rejected: u64,
-    suspicion: (u32, u32),
+    /// Steps beyond the border of stability in a row, and steps away from it since the last of them.
+    stiffness_counts: (u32, u32),
     stiff_at: Option<f64>,
     slides_at: Option<f64>,
     slides: u64,
-    /// For so many attempts stages are not projected because of a large error: it did not help.
-    fruitless: u32,
-    landing: Landing,
-    passing: Passing,
+    /// Attempts in which a large error is no reason to project the stages: it did not help before.
+    attempts_without_stage_projection: u32,
+    discontinuity: DiscontinuityHandling,
+    crossing: SingularityCrossing,
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
@@ -104,13 +123,13 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             origin: (t, 0),
             accepted: 0,
             rejected: 0,
-            suspicion: (0, 0),
+            stiffness_counts: (0, 0),
             stiff_at: None,
             slides_at: None,
             slides: 0,
-            fruitless: 0,
-            landing: Landing::default(),
-            passing: Passing::default(),
+            attempts_without_stage_projection: 0,
+            discontinuity: DiscontinuityHandling::default(),
+            crossing: SingularityCrossing::default(),
         };
         stepper.h = match (options.fixed, options.first) {
             (Some(h), _) | (None, Some(h)) => h.abs(),
@@ -125,16 +144,16 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         &self.now
     }
 
-    /// The method, with what it knows of the step tried last.
+    /// The method, with its data of the step tried last.
     #[must_use]
     pub fn scheme(&self) -> &S {
         &self.scheme
     }
 
-    /// Replaces the accelerations where it stands, at a position at which the system itself does not know
-    /// them; the next step is proposed to be no shorter than `h`, as accelerations so near to that position
-    /// are noise.
-    pub fn leave_with(&mut self, a: V, h: f64) {
+    /// Sets the accelerations of the present state, which the system cannot evaluate: a position where the
+    /// constraints lose rank. The next step is proposed to be no shorter than `h`, since accelerations so
+    /// near to that position are rounding.
+    pub fn set_accelerations(&mut self, a: V, h: f64) {
         self.now.a = a;
         self.h = self.h.max(h.min(self.options.most));
     }
@@ -170,93 +189,97 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.stiff_at
     }
 
-    /// When the motion was first found to slide along a place where accelerations jump, which they lead to
-    /// from both sides.
+    /// When the motion was first found to slide along a discontinuity of the accelerations, to which these
+    /// lead back from both sides.
     #[must_use]
     pub fn slides_at(&self) -> Option<f64> {
         self.slides_at
     }
 
-    /// How often it was found to. For 32 steps after each time it is not looked for.
+    /// How often it was found to slide. After each time the next 32 steps do not look for it.
     #[must_use]
     pub fn slides(&self) -> u64 {
         self.slides
     }
 
-    /// How many fixed steps were made in parts, to go round positions where what holds the system nearly
-    /// loses a direction, and when the first.
+    /// Number of fixed steps that were divided, to have their stages away from positions where the constraints
+    /// nearly lose rank, and the start of the first.
     #[must_use]
-    pub fn parted(&self) -> (u64, Option<f64>) {
-        self.passing.parted()
+    pub fn subdivided_steps(&self) -> (u64, Option<f64>) {
+        self.crossing.subdivided_steps()
     }
 
     /// Makes one step towards `limit`, which is met exactly and never passed.
     #[inline]
     pub fn step<Y: System<V>>(&mut self, system: &mut Y, limit: f64) -> Result<Step<V>, StepError<Y::Error>> {
-        self.landing.begin();
-        self.begin(system, limit).map_err(StepError::Evaluation)?;
+        self.discontinuity.begin_step();
+        self.begin_step(system, limit).map_err(StepError::Evaluation)?;
         let start = self.now;
-        let (mut detours, mut failures, mut landing) = (0, 0, None);
-        self.passing.begin();
+        let (mut retries, mut failures, mut chosen_end) = (0, 0, None);
+        self.crossing.begin_step();
         loop {
-            let (mut end_t, mut h) = landing.take().unwrap_or_else(|| self.next_time(limit));
-            if Y::IS_FREE {
-                // No detours.
-            } else if detours > 0 {
-                end_t = self.end_of_detour((h, detours), limit);
+            // The end of this attempt: at a discontinuity, as the step size says, or that of a retry.
+            let (mut end_t, mut h) = chosen_end.take().unwrap_or_else(|| self.next_time(limit));
+            if Y::IS_UNCONSTRAINED {
+                // No retries.
+            } else if retries > 0 {
+                end_t = self.retry_end((h, retries), limit);
                 h = end_t - start.t;
             }
             if end_t == start.t {
-                // Time does not resolve the step: at a large t, or where the first or fixed step is absurdly
-                // small.
+                // Time does not resolve the step: t is large, or the first or fixed step is far too small.
                 return Err(StepError::StepTooSmall { coordinate: 0, h: self.h });
             }
             let mut trial = self.try_step::<_, false>(system, end_t, h);
+            // A step that passes a discontinuity is repeated to end there.
             if let Ok(made) = &trial {
-                match self.landing(system, made) {
+                match self.end_at_kink(system, made) {
                     Ok(None) => {}
                     Ok(Some(end)) => {
-                        landing = Some(end);
+                        chosen_end = Some(end);
                         self.rejected += 1;
                         continue;
                     }
                     Err(error) => trial = Err(StepRejection::Evaluation(error)),
                 }
             }
-            if Y::IS_FREE {
-                // There is nothing to pass, and nothing of this is compiled.
+            // A fixed step whose stages disagree unusually is repeated elsewhere.
+            if Y::IS_UNCONSTRAINED {
+                // Nothing of this is compiled.
             } else {
-                match self.passes(system, (detours, h), &trial) {
-                    Verdict::Good => {}
-                    Verdict::Best => trial = self.left_where_it_is(trial, h),
-                    Verdict::Again(shortened) => {
-                        detours = shortened;
+                match self.judge_crossing(system, (retries, h), &trial) {
+                    CrossingVerdict::Accept => {}
+                    CrossingVerdict::AcceptBest => trial = self.check_disagreement(trial, h),
+                    CrossingVerdict::Retry(retry) => {
+                        retries = retry;
                         self.rejected += 1;
                         continue;
                     }
                 }
             }
+            // Under step control an uncertain end is avoided, and then the error decides.
             let failure = match trial {
-                Ok(trial) if self.goes_on(system, &mut detours, &trial) => {
+                Ok(trial) if self.needs_retry(system, &mut retries, &trial) => {
                     self.rejected += 1;
                     continue;
                 }
                 Ok(trial) => {
-                    if let Some(better) = self.better::<Y>(&trial, detours) {
-                        (landing, detours) = (Some((better, better - start.t)), 0);
+                    if let Some(better) = self.better_end::<Y>(&trial, retries) {
+                        (chosen_end, retries) = (Some((better, better - start.t)), 0);
                         self.rejected += 1;
                         continue;
                     }
                     if self.judge(trial.error, h.abs()) {
-                        self.landing.made(h.abs());
-                        system.accepted();
+                        self.discontinuity.accept_step(h.abs());
+                        system.accept_step();
                         return Ok(self.commit(&trial, h));
                     }
                     StepRejection::Error
                 }
                 Err(failure) => failure,
             };
-            detours = 0;
+            // A rejected step is repeated with a smaller size.
+            retries = 0;
             failures += 1;
             self.rejected += 1;
             if !matches!(failure, StepRejection::Error) {
@@ -271,7 +294,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         }
     }
 
-    /// The first step from where it stands.
+    /// The size of the first step from the present state.
     fn first_step<Y: System<V>>(&self, system: &mut Y, limit: f64) -> f64 {
         let t = self.now.t;
         let (most, direction) =
@@ -279,7 +302,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         first_step(system, &self.now, (S::ORDER, S::LONG_STEPS), direction, most, &self.options.tolerances)
     }
 
-    /// Lets the method say how long the next step is.
+    /// Asks methods that propose the size of their steps for that of the next one.
     #[inline(always)]
     fn propose<Y: System<V>>(&mut self, system: &mut Y, limit: f64) {
         if self.is_fixed() {
@@ -297,14 +320,14 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.options.fixed.is_some() || self.control.is_none()
     }
 
-    /// End and signed size of the next step: no tiny last step is left over, and `t + h` is exact.
+    /// End and signed size of the next step; `t + h` is the end exactly.
     #[inline(always)]
     fn next_time(&self, limit: f64) -> (f64, f64) {
         let t = self.now.t;
         let left = limit - t;
         let h = self.h.min(self.options.most);
-        let slack = if self.is_fixed() { 1e-9 } else { 1e-2 };
-        if left.abs() <= h * (1.0 + slack) {
+        let stretch = if self.is_fixed() { FIXED_STEP_STRETCH } else { LAST_STEP_STRETCH };
+        if left.abs() <= h * (1.0 + stretch) {
             return (limit, left);
         }
         let end = match self.options.fixed {
@@ -314,184 +337,199 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         (end, end - t)
     }
 
-    /// A step as it is found, before it is judged. `AGAIN`: instead of one that was made.
+    /// An attempt at a step, before it is judged. `REPLAY`: in place of an accepted step.
     #[inline(always)]
-    fn try_step<Y: System<V>, const AGAIN: bool>(
+    fn try_step<Y: System<V>, const REPLAY: bool>(
         &mut self,
         system: &mut Y,
         end_t: f64,
         h: f64,
     ) -> Result<Trial<V>, StepRejection<Y::Error>> {
-        let (mut kept, mut plain) = (StepFlags::default(), 0.0);
-        self.fruitless = self.fruitless.saturating_sub(1);
-        let branches = self.hold_branches(system, h).map_err(StepRejection::Evaluation)? != Hold::Off;
+        use StepRejection::{Displaced, Evaluation, NotFinite};
+        let (mut flags, mut error_before) = (StepFlags::default(), 0.0);
+        self.attempts_without_stage_projection = self.attempts_without_stage_projection.saturating_sub(1);
+        let branches = self.hold_branches(system, h).map_err(Evaluation)? != BranchHold::Free;
         let begin = self.now;
         loop {
-            // Before the start is looked at, which may depend on it.
+            // 1. The end of the step and its error, by the method.
+            let (mut y, mut error) = self.attempt::<_, REPLAY>(system, &begin, h, flags)?;
+            // 2. A large error may come from stages off the constraints: once more with projected stages.
             let tolerances = &self.options.tolerances;
-            system.hold_stages(kept.stages, tolerances);
-            let mut start = begin;
-            system.attempting(&mut start, h).map_err(StepRejection::Evaluation)?;
-            let attempt = if AGAIN {
-                Self::attempt_again(&mut self.scheme, system, (&start, h), tolerances)
-            } else {
-                self.scheme.attempt(system, &start, h, tolerances)
-            };
-            let (mut y, mut error) = attempt.map_err(StepRejection::Evaluation)?;
-            if !self.scheme.converged() {
-                return Err(StepRejection::NotSolved);
-            }
-            if !(y.is_finite() && error.is_finite()) {
-                return Err(StepRejection::NotFinite(self.culprit()));
-            }
-            if kept.stages {
-                self.fruitless = if error > 0.1 * plain { FRUITLESS } else { 0 };
-            } else if error > SURPRISE
-                && self.fruitless == 0
+            if flags.stages {
+                self.note_stage_projection(error, error_before);
+            } else if error > LARGE_ERROR
+                && self.attempts_without_stage_projection == 0
                 && !self.is_fixed()
-                && system.hold_stages(true, tolerances)
+                && system.project_stages(true, tolerances)
             {
-                (plain, kept.stages) = (error, true);
+                (error_before, flags.stages) = (error, true);
                 continue;
             }
-            // An error that is permitted as it is does not buy longer steps.
+            // 3. Of an error that is too large only that part counts which projection does not remove. An
+            // error that is permitted as it is stays: the next step must not become longer by it.
             if error > 1.0 && !self.is_fixed() {
-                // What projecting removes from the end is left in the states of the stages.
-                kept.between = true;
-                error *= self.lasting_part(system, end_t, &y).map_err(StepRejection::Evaluation)?;
+                // States between the ends keep what the projection of the end removes.
+                flags.between = true;
+                error *= self.share_after_projection(system, end_t, &y).map_err(Evaluation)?;
             }
             let tolerances = &self.options.tolerances;
-            let mut apart = self.apart(system, error, &y);
-            let acceptable = error <= 1.0 || self.is_fixed();
+            let mut stage_disagreement = self.stage_disagreement(system, error, &y);
+            // 4. Projection of the end, if the step may be accepted.
+            let is_acceptable = error <= 1.0 || self.is_fixed();
             let unprojected = y;
-            let moved = if Y::IS_FREE || !acceptable {
+            let moved = if Y::IS_UNCONSTRAINED || !is_acceptable {
                 None
             } else {
-                system.project(end_t, &mut y, tolerances).map_err(StepRejection::Evaluation)?
+                system.project(end_t, &mut y, tolerances).map_err(Evaluation)?
             };
-            if Y::IS_FREE {
-                // Nothing moves it, and nothing of this is compiled.
-            } else if let Some(ProjectedEnd { by, violation, .. }) = moved {
-                if by > FAR_IN_ERRORS
-                    && by > AMPLIFIED * violation
-                    && !kept.stages
-                    && Self::hold(system, tolerances)
+            if Y::IS_UNCONSTRAINED {
+                // Nothing of this is compiled.
+            } else if let Some(moved) = moved
+                && moved.by > SIGNIFICANT_MOVE
+            {
+                if moved.by > AMPLIFIED_MOVE * moved.violation
+                    && !flags.stages
+                    && Self::is_explicit()
+                    && system.project_stages(true, tolerances)
                 {
-                    (plain, kept) = (f64::INFINITY, StepFlags { stages: true, ..StepFlags::default() });
+                    (error_before, flags) =
+                        (f64::INFINITY, StepFlags { stages: true, ..StepFlags::default() });
                     continue;
                 }
-                kept.between |= by > FAR_IN_ERRORS;
-                if by > FAR_IN_ERRORS
-                    && self.is_fixed()
-                    && let Some(coordinate) = self.displaced(&unprojected, &y, h)
+                flags.between = true;
+                if self.is_fixed()
+                    && let Some(coordinate) = self.displaced_coordinate(&unprojected, &y, h)
                 {
-                    return Err(StepRejection::Displaced(coordinate));
+                    return Err(Displaced(coordinate));
                 }
             }
-            // Stages of the step lie where it ended before it was projected.
+            // 5. The accelerations at the end. Stages of the method belong to the end before projection.
             let noise = moved.as_ref().map_or(0.0, |moved| moved.noise);
             let a = match moved {
                 Some(moved) => {
-                    let decided = self
-                        .decided(system, &moved, (&unprojected, &y), end_t)
-                        .map_err(StepRejection::Evaluation)?;
-                    error = error.max(decided);
-                    apart = if moved.noise > UNCERTAIN { apart.max(moved.noise) } else { apart };
+                    let by_projection = self
+                        .projection_error(system, &moved, (&unprojected, &y), end_t)
+                        .map_err(Evaluation)?;
+                    error = error.max(by_projection);
+                    if moved.noise > UNCERTAIN_END {
+                        stage_disagreement = stage_disagreement.max(moved.noise);
+                    }
                     system.accelerations(end_t, &y.q, &y.u)
                 }
                 None => self.scheme.finish(system, end_t, &y),
             };
-            let a = a.map_err(StepRejection::Evaluation)?;
-            return match a.as_slice().iter().position(|x| !x.is_finite()) {
-                Some(coordinate) => Err(StepRejection::NotFinite(coordinate)),
-                None => {
-                    kept.branches = branches;
-                    Ok(Trial { start: begin, end: StepNode { t: end_t, y, a }, error, apart, noise, kept })
-                }
-            };
+            let a = a.map_err(Evaluation)?;
+            if let Some(coordinate) = a.as_slice().iter().position(|x| !x.is_finite()) {
+                return Err(NotFinite(coordinate));
+            }
+            flags.branches = branches;
+            let end = StepNode { t: end_t, y, a };
+            return Ok(Trial { start: begin, end, error, stage_disagreement, noise, flags });
         }
     }
 
-    /// Projects stages, if the method has stages that are states of the solution.
-    fn hold<Y: System<V>>(system: &mut Y, tolerances: &Tolerances) -> bool {
-        Self::is_explicit() && system.hold_stages(true, tolerances)
+    /// Suspends the projection of stages for a while, if it did not make the error much smaller.
+    fn note_stage_projection(&mut self, error: f64, error_before: f64) {
+        let is_still_large = error > HELPFUL_ERROR_PART * error_before;
+        self.attempts_without_stage_projection =
+            if is_still_large { ATTEMPTS_WITHOUT_STAGE_PROJECTION } else { 0 };
     }
 
-    /// What projecting the end of a step removes is no error of it: the share of the error that lasts. Near a
-    /// singular position, rounding errors of the direction that the constraints lose would else be taken for
-    /// errors of the method, which no step size makes smaller.
+    /// The end of a step and its error by the method alone, with stages projected as `flags` says.
+    #[inline(always)]
+    fn attempt<Y: System<V>, const REPLAY: bool>(
+        &mut self,
+        system: &mut Y,
+        begin: &StepNode<V>,
+        h: f64,
+        flags: StepFlags,
+    ) -> Result<(Phase<V>, f64), StepRejection<Y::Error>> {
+        let tolerances = &self.options.tolerances;
+        // Before the start is evaluated, whose accelerations may depend on it.
+        system.project_stages(flags.stages, tolerances);
+        let mut start = *begin;
+        system.begin_attempt(&mut start, h).map_err(StepRejection::Evaluation)?;
+        let attempt = if REPLAY {
+            Self::replay_attempt(&mut self.scheme, system, (&start, h), tolerances)
+        } else {
+            self.scheme.attempt(system, &start, h, tolerances)
+        };
+        let (y, error) = attempt.map_err(StepRejection::Evaluation)?;
+        if !self.scheme.has_converged() {
+            return Err(StepRejection::NotSolved);
+        }
+        if !(y.is_finite() && error.is_finite()) {
+            return Err(StepRejection::NotFinite(self.not_finite_coordinate()));
+        }
+        Ok((y, error))
+    }
+
+    /// The share of the error that is left when the end of the step is projected. Near rank loss, rounding in
+    /// the direction that the constraints nearly lose would otherwise count as an error of the method, which
+    /// no step size makes smaller.
     #[cold]
-    fn lasting_part<Y: System<V>>(&mut self, system: &mut Y, t: f64, y: &Phase<V>) -> Result<f64, Y::Error> {
+    fn share_after_projection<Y: System<V>>(
+        &mut self,
+        system: &mut Y,
+        t: f64,
+        y: &Phase<V>,
+    ) -> Result<f64, Y::Error> {
         let error = self.scheme.error_vector();
-        let Some(lasting) = system.lasting(t, y, &error)? else {
+        let Some(left) = system.error_after_projection(t, y, &error)? else {
             return Ok(1.0);
         };
         let tolerances = &self.options.tolerances;
         let size = |error| tolerances.norm(error, &self.now.y, y);
-        let (part, whole) = (size(&lasting), size(&error));
+        let (part, whole) = (size(&left), size(&error));
         Ok(if part < whole { part / whole } else { 1.0 })
     }
 
+    /// Whether a step with this error is accepted; chooses the size of the next one.
     #[inline(always)]
     fn judge(&mut self, error: f64, h: f64) -> bool {
-        if self.options.fixed.is_some() || S::PROPOSES && error <= 1.0 {
+        if self.options.fixed.is_some() || S::PROPOSES_STEP && error <= 1.0 {
             return true;
         }
         let Some(control) = &mut self.control else {
             return true;
         };
         let (accepted, factor) = control.judge(error);
-        let factor = self.scheme.pace(factor, error);
-        // A step that was cut short, by the end of the motion or to go round a singular position, proves
-        // nothing against longer ones; one that is rejected does, however much longer the proposal was.
+        let factor = self.scheme.adjust_step_factor(factor, error);
+        // A step that was cut short and accepted is no reason against a longer proposal. One that was cut
+        // short and rejected is.
         let (proposed, next) = (self.h.min(self.options.most), h * factor);
-        let cut = h < 0.99 * proposed;
+        let cut = h < CUT_SHORT_PART * proposed;
         self.h = if accepted && cut { next.max(proposed) } else { next }.min(self.options.most);
         accepted
     }
 
+    /// Accepts a step: the stepper stands at its end.
     #[inline(always)]
     fn commit(&mut self, trial: &Trial<V>, h: f64) -> Step<V> {
-        let Trial { start, end, kept, .. } = *trial;
-        self.note_passed(end.t, h);
+        let Trial { start, end, flags, .. } = *trial;
+        self.note_fixed_step(end.t, h);
         self.now = end;
         self.accepted += 1;
-        if self.suspicion.0 > 0 || self.accepted.is_multiple_of(STIFFNESS_INTERVAL) {
-            self.suspect(h, &end);
+        if self.stiffness_counts.0 > 0 || self.accepted.is_multiple_of(STIFFNESS_INTERVAL) {
+            self.test_stiffness(h, &end);
         }
-        let step = Step { start, end, h, kept };
-        self.scheme.accepted(&step);
+        let step = Step { start, end, h, kept: flags };
+        self.scheme.accept_step(&step);
         step
     }
 
-    /// Hairer's test: 15 steps at the border of stability, not interrupted by 6 away from it, mean stiffness.
-    fn suspect(&mut self, h: f64, end: &StepNode<V>) {
-        let Some(size) = self.scheme.stiffness(h, end) else {
-            return;
-        };
-        if size > S::STABILITY_BORDER {
-            self.suspicion = (self.suspicion.0 + 1, 0);
-            if self.suspicion.0 >= 15 {
-                self.stiff_at.get_or_insert(end.t);
-                self.suspicion = (0, 0);
-            }
-        } else {
-            self.suspicion.1 += 1;
-            if self.suspicion.1 >= 6 {
-                self.suspicion = (0, 0);
-            }
-        }
+    /// The coordinate by which the attempt became infinite or not a number.
+    fn not_finite_coordinate(&self) -> usize {
+        not_finite_coordinate(self.scheme.stages())
     }
 
-    fn culprit(&self) -> usize {
-        culprit(self.scheme.stages())
-    }
-
+    /// The coordinate whose error is the largest.
     fn worst(&self) -> usize {
         let y = &self.now.y;
         self.options.tolerances.worst(&self.scheme.error_vector(), y, y)
     }
 
+    /// The error that ends the run after a rejection.
     fn give_up<E>(&self, failure: StepRejection<E>, h: f64) -> StepError<E> {
         match failure {
             StepRejection::Evaluation(error) => StepError::Evaluation(error),
@@ -503,18 +541,17 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 }
 
-/// A step that could be made.
+/// An attempt that reached its end. Errors are in permitted errors: 1 is what the tolerance permits.
 struct Trial<V> {
-    /// Where it starts, with the accelerations of its branches.
+    /// Its start, with the accelerations of the held branches.
     start: StepNode<V>,
     end: StepNode<V>,
-    /// Its error, 1: as much as the tolerance permits.
     error: f64,
-    /// What its stages disagree by, in the same measure.
-    apart: f64,
-    /// What rounding errors leave open of its end, in the same measure.
+    /// The disagreement of its stages.
+    stage_disagreement: f64,
+    /// The uncertainty of its end from rounding.
     noise: f64,
-    kept: StepFlags,
+    flags: StepFlags,
 }
 
 /// Why an attempt was rejected.
@@ -526,25 +563,26 @@ enum StepRejection<E> {
     Displaced(usize),
 }
 
-/// The coordinate by which a step whose stages have these derivatives became infinite.
+/// The coordinate that is not finite in the first of these stages where one is not.
 #[cold]
 #[inline(never)]
-fn culprit<V: Vector>(stages: &[Phase<V>]) -> usize {
+fn not_finite_coordinate<V: Vector>(stages: &[Phase<V>]) -> usize {
     let bad = |v: &V| v.as_slice().iter().position(|x| !x.is_finite());
     let in_stages = stages.iter().find_map(|k| bad(&k.u).or(bad(&k.q)));
-    // Every stage finite and the sum not: overflow, where the largest acceleration is the cause.
+    // If every stage is finite and the sum is not, it overflows: the largest acceleration is the cause.
     in_stages.unwrap_or_else(|| {
         let last = &stages[stages.len() - 1];
         (0..V::LEN).max_by(|&i, &j| last.u[i].abs().total_cmp(&last.u[j].abs())).unwrap_or(0)
     })
 }
 
+/// The accelerations at a start, with all branches released.
 fn start_accelerations<V: Vector, Y: System<V>>(
     system: &mut Y,
     t: f64,
     y: &Phase<V>,
 ) -> Result<V, StepError<Y::Error>> {
-    system.free_branches();
+    system.release_branches();
     let a = system.accelerations(t, &y.q, &y.u).map_err(StepError::Evaluation)?;
     match a.as_slice().iter().position(|x| !x.is_finite()) {
         Some(coordinate) => Err(StepError::NotFinite { coordinate, h: 0.0 }),

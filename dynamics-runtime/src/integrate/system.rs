@@ -1,4 +1,15 @@
-//! What is integrated.
+//! What is integrated: one trait per capability of a system q̈ = a(t, q, u), u = q̇.
+//!
+//! | trait | what the stepper and the methods ask |
+//! |---|---|
+//! | [`Accelerations`] | q̈, its Jacobians |
+//! | [`Stabilized`] | projection onto the constraints |
+//! | [`Switching`] | discontinuities of q̈ and the branches that a step holds |
+//! | [`Canonical`] | momenta, mass matrix, energy |
+//! | [`Expandable`] | Taylor series of the motion |
+//!
+//! All methods but [`Accelerations::accelerations`] have a default: a system without the capability. Symbols:
+//! Φ(q, t) = 0 holonomic constraints, A q̇ + b = 0 all rows at the level of velocities, M the mass matrix.
 
 use crate::integrate::phase::{Phase, Stages, StepNode};
 use crate::integrate::step::Tolerances;
@@ -9,22 +20,21 @@ use crate::model::Vector;
 pub trait Accelerations<V: Vector> {
     /// Why q̈ does not exist at a state.
     type Error;
-    /// Nothing holds it, so that what is about constraints below is neither asked nor compiled.
-    const IS_FREE: bool = false;
-    /// Its accelerations have no branches, so that what is about kinks and branches below is neither asked
-    /// nor compiled.
+    /// The system has no constraints. The stepper then does not compile what concerns constraints.
+    const IS_UNCONSTRAINED: bool = false;
+    /// The accelerations have no branches. The stepper then does not compile what concerns discontinuities.
     const IS_SMOOTH: bool = false;
     /// q̈ at time t for coordinates q and velocities u = q̇.
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, Self::Error>;
-    /// (q̇, q̈) at a stage. q̇ is u, unless the system says that u has to be another: velocities that
-    /// constraints determine.
+    /// (q̇, q̈) at a stage. q̇ is u, unless constraints determine some velocities: then it is the velocity at
+    /// which q̈ was evaluated.
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<V>) -> Result<Phase<V>, Self::Error> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
     }
-    /// Writes (q̇, q̈) at four stages side by side, as [`Accelerations::derivative`] has each of them, and by
-    /// it where the system cannot evaluate them at once.
+    /// Writes (q̇, q̈) at four stages side by side, each as [`Accelerations::derivative`] returns it. The
+    /// default calls that function four times.
     #[inline(always)]
     fn derivatives(
         &mut self,
@@ -34,54 +44,55 @@ pub trait Accelerations<V: Vector> {
     ) -> Result<(), Self::Error> {
         one_by_one(self, t, y, derivatives)
     }
-    /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for methods that solve for their stages. By differences,
-    /// where the system knows no better.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for implicit methods. The default takes differences.
     fn jacobian(&mut self, at: &StepNode<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {
         crate::integrate::differences::by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
-    /// Whether M q̈ contains velocities, as far as is known: Coriolis terms of a mass matrix that moves,
-    /// dampers, gyroscopic forces.
+    /// Whether M q̈ contains velocities, as far as is known: Coriolis terms of a mass matrix that depends on
+    /// q, dampers, gyroscopic forces.
     #[inline(always)]
     fn has_velocity_forces(&self) -> bool {
         true
     }
-    /// Is told before every attempt where the step starts and how long it is, with its sign. Where the
-    /// accelerations depend on the step, those of the start, its first stage, become those of this one.
+    /// Called before every attempt with the start of the step and its signed size. Where the accelerations
+    /// depend on the step size (stabilization with gains that follow the step), it updates those of the
+    /// start, which are the first stage.
     #[inline(always)]
-    fn attempting(&mut self, _start: &mut StepNode<V>, _h: f64) -> Result<(), Self::Error> {
+    fn begin_attempt(&mut self, _start: &mut StepNode<V>, _h: f64) -> Result<(), Self::Error> {
         Ok(())
     }
-    /// Is told that the step which was tried last is made.
+    /// Called when the step that was tried last is accepted.
     #[inline(always)]
-    fn accepted(&mut self) {}
+    fn accept_step(&mut self) {}
 }
 
-/// What holds a system, constraints: how it is put back onto them. Nothing, by default.
+/// Projection of states, stages and errors onto the constraints of a system. Default: no constraints.
 pub trait Stabilized<V: Vector>: Accelerations<V> {
-    /// Whether something holds it: constraints.
+    /// Whether the system has constraints. [`Stabilized::inadmissible_component`] and
+    /// [`Stabilized::constraint_correction`] are then implemented.
     #[inline(always)]
-    fn is_held(&self) -> bool {
+    fn has_constraints(&self) -> bool {
         false
     }
-    /// Whether what holds it nearly loses a direction at one of the ends of a step, or between them.
-    fn is_weak(&mut self, _start: &StepNode<V>, _end: &StepNode<V>) -> bool {
+    /// Whether the constraint Jacobian nearly loses rank at one of the ends of a step or in its middle.
+    fn is_near_rank_loss(&mut self, _start: &StepNode<V>, _end: &StepNode<V>) -> bool {
         false
     }
     /// Whether the ends of steps are projected.
     #[inline(always)]
-    fn projects(&self) -> bool {
+    fn needs_projection(&self) -> bool {
         false
     }
-    /// Projects the stages of what follows too, or no longer: where what holds them nearly loses a direction,
-    /// what they are off in it would be amplified. Whether it can.
+    /// Switches the projection of stages on or off from here on: near rank loss, accelerations amplify the
+    /// constraint violation of the stages. Returns whether the system can project stages.
     #[inline(always)]
-    fn hold_stages(&mut self, _on: bool, _tolerances: &Tolerances) -> bool {
+    fn project_stages(&mut self, _on: bool, _tolerances: &Tolerances) -> bool {
         false
     }
-    /// Is asked where the error of a step is too large: what it becomes when the end `y` of the step is
-    /// projected. `None`: it stays.
+    /// The part of an error that is left when the end `y` of the step is projected; `None` where nothing is
+    /// projected. Called where the error of a step is too large.
     #[inline(always)]
-    fn lasting(
+    fn error_after_projection(
         &mut self,
         _t: f64,
         _y: &Phase<V>,
@@ -89,8 +100,8 @@ pub trait Stabilized<V: Vector>: Accelerations<V> {
     ) -> Result<Option<Phase<V>>, Self::Error> {
         Ok(None)
     }
-    /// Puts the end of a step that is about to be accepted where it belongs: back onto the constraints.
-    /// `None` where it stayed.
+    /// Projects the end of a step that is about to be accepted onto the constraints; `None` where nothing is
+    /// projected.
     #[inline(always)]
     fn project(
         &mut self,
@@ -100,86 +111,99 @@ pub trait Stabilized<V: Vector>: Accelerations<V> {
     ) -> Result<Option<ProjectedEnd>, Self::Error> {
         Ok(None)
     }
-    /// Moves the position at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic constraints.
+    /// Moves the position q at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic constraints.
     #[inline(always)]
-    fn hold_end(&mut self, _start: &StepNode<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
+    fn project_position(&mut self, _start: &StepNode<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
         Ok(())
     }
-    /// Whether constraints hold, which [`Stabilized::across`] and [`Stabilized::onto_constraints`] know.
+    /// The component of accelerations, velocities or displacements `v` along M⁻¹Φ_qᵀ that the constraints do
+    /// not admit: the rest of v has Φ_q v = 0 and, unless `holonomic`, A v = 0.
     #[inline(always)]
-    fn is_constrained(&self) -> bool {
-        false
-    }
-    /// The part of `v`, as of accelerations, that constraints do not permit, along M⁻¹Φ_qᵀ: what is left of v
-    /// has Φ_q v = 0 and, unless `holonomic`, A v = 0.
-    #[inline(always)]
-    fn across(&mut self, _t: f64, _y: &Phase<V>, _v: &V, _holonomic: bool) -> Result<V, Self::Error> {
+    fn inadmissible_component(
+        &mut self,
+        _t: f64,
+        _y: &Phase<V>,
+        _v: &V,
+        _holonomic: bool,
+    ) -> Result<V, Self::Error> {
         Ok(V::zeros())
     }
-    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b) for rows that
-    /// bind velocities.
+    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b) for nonholonomic
+    /// rows.
     #[inline(always)]
-    fn onto_constraints(&mut self, _t: f64, _y: &Phase<V>, _rate: f64) -> Result<V, Self::Error> {
+    fn constraint_correction(&mut self, _t: f64, _y: &Phase<V>, _rate: f64) -> Result<V, Self::Error> {
         Ok(V::zeros())
     }
 }
 
-/// Accelerations with branches: places where they are not smooth. None, by default.
+/// Discontinuities of the accelerations: places where q̈ or a derivative of it jumps because a branch changes
+/// (kinks). Default: none.
 pub trait Switching<V: Vector>: Accelerations<V> {
-    /// Where in a step (t, h), made with branches held, the accelerations first stop being smooth, as a part
-    /// of it; `None` where they do not. The step is then made to end there. `fails`: its error is too large,
-    /// for what such a place may be the reason. `path(θ)` interpolates.
+    /// The first kink within a step (t, h) that was made with held branches, as a part θ of the step; `None`
+    /// where there is none. The step is then repeated to end there. `fails`: the error of the step is too
+    /// large, which a kink may cause. `path(θ)` interpolates.
     #[inline(always)]
-    fn kink(&mut self, _step: (f64, f64), _fails: bool, _path: impl Fn(f64) -> Phase<V>) -> Option<f64> {
+    fn locate_kink(
+        &mut self,
+        _step: (f64, f64),
+        _fails: bool,
+        _path: impl Fn(f64) -> Phase<V>,
+    ) -> Option<f64> {
         None
     }
-    /// Whether what lies between the ends of a step (q, q̇, q̈ there) is good enough to find them by, so that
-    /// no dense output is made for it.
+    /// Whether the quintic through q, q̇, q̈ at the ends of a step is accurate enough to locate kinks, so that
+    /// no dense output is evaluated for it.
     #[inline(always)]
-    fn finds_kinks_by_ends(&self) -> bool {
+    fn is_hermite_enough_for_kinks(&self) -> bool {
         false
     }
-    /// Holds from here on the branches that the accelerations take just after the start of a step of size h,
-    /// so that within it they are smooth, or no longer; those of the start become what they are on these
-    /// branches.
+    /// With `on`: holds from here on the branches that the accelerations take just after the start of a step
+    /// of size h, so that they are smooth within it. Without: the values decide again. The accelerations of
+    /// the start are updated.
     #[inline(always)]
-    fn hold_branches(&mut self, _start: &mut StepNode<V>, _h: f64, _on: bool) -> Result<Hold, Self::Error> {
-        Ok(Hold::Off)
+    fn hold_branches(
+        &mut self,
+        _start: &mut StepNode<V>,
+        _h: f64,
+        _on: bool,
+    ) -> Result<BranchHold, Self::Error> {
+        Ok(BranchHold::Free)
     }
-    /// No branch is held any more, and the next accelerations are those of a start.
+    /// Releases all branches. The next accelerations are those of a start.
     #[inline(always)]
-    fn free_branches(&mut self) {}
+    fn release_branches(&mut self) {}
 }
 
-/// Momenta and energy, for methods that preserve something. Not known, by default.
+/// Momenta and energy, for structure-preserving methods. Default: not known.
 pub trait Canonical<V: Vector>: Accelerations<V> {
-    /// p = ∂L/∂q̇ and ṗ = ∂L/∂q + forces. False, and nothing written, where they are not known.
+    /// p = ∂L/∂q̇ and ṗ = ∂L/∂q + forces. Returns false and writes nothing where they are not known.
     #[inline(always)]
     fn momenta(&mut self, _t: f64, _y: &Phase<V>, _p: &mut V, _rate: &mut V) -> Result<bool, Self::Error> {
         Ok(false)
     }
-    /// M = ∂p/∂q̇, N×N by rows. Asked only of systems that know their momenta.
+    /// M = ∂p/∂q̇, N×N by rows. Called only for systems whose momenta are known.
     #[inline(always)]
     fn mass_matrix(&mut self, _t: f64, _q: &V, _mass: &mut [f64]) -> Result<(), Self::Error> {
         Ok(())
     }
-    /// What the motion conserves. `None` where that is not known.
+    /// The energy that the motion conserves. `None` where it is not known.
     #[inline(always)]
     fn energy(&mut self, _t: f64, _y: &Phase<V>) -> Option<f64> {
         None
     }
 }
 
-/// Taylor series of the motion. Not known, by default.
+/// Taylor series of the motion. Default: not known.
 pub trait Expandable<V: Vector>: Accelerations<V> {
-    /// q̈ where the next step starts as a rule: what its series starts with may be found along with it.
+    /// q̈ at the end of a step, where the next one usually starts. The system may keep intermediate values
+    /// for the series of that step.
     #[inline(always)]
-    fn accelerations_ahead(&mut self, t: f64, y: &Phase<V>) -> Result<V, Self::Error> {
+    fn accelerations_at_next_start(&mut self, t: f64, y: &Phase<V>) -> Result<V, Self::Error> {
         self.accelerations(t, &y.q, &y.u)
     }
     /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ sᵏ. The
-    /// first rows of `q` and `u` are those of y; the others are written, as many as there are. False, and
-    /// nothing written, where the system has no series.
+    /// first rows of `q` and `u` are those of y; all others are written. Returns false and writes nothing
+    /// where the system has no series.
     #[inline(always)]
     fn series(
         &mut self,
@@ -192,23 +216,23 @@ pub trait Expandable<V: Vector>: Accelerations<V> {
     ) -> Result<bool, Self::Error> {
         Ok(false)
     }
-    /// Whether the accelerations choose between expressions: a series is then that of the branch at its
-    /// start.
+    /// Whether the accelerations choose between expressions (`if`, min, max, abs, signum). A series is then
+    /// that of the branch at its start.
     #[inline(always)]
-    fn chooses(&self) -> bool {
+    fn has_choices(&self) -> bool {
         false
     }
 }
 
-/// What is integrated: accelerations, and whatever of the other capabilities a system has. A system of one's
-/// own implements [`Accelerations`], and the others by empty blocks.
+/// A system that methods integrate: [`Accelerations`] and the four further capabilities. Implement
+/// [`Accelerations`] for your own system, and the others by empty blocks where it has none of them.
 pub trait System<V: Vector>: Stabilized<V> + Switching<V> + Canonical<V> + Expandable<V> {}
 
 impl<V: Vector, S: Stabilized<V> + Switching<V> + Canonical<V> + Expandable<V>> System<V> for S {}
 
 impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Accelerations<V> for F {
     type Error = E;
-    const IS_FREE: bool = true;
+    const IS_UNCONSTRAINED: bool = true;
     const IS_SMOOTH: bool = true;
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, E> {
@@ -221,21 +245,21 @@ impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Switching<V> for F {}
 impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Canonical<V> for F {}
 impl<V: Vector, E, F: FnMut(f64, &V, &V) -> Result<V, E>> Expandable<V> for F {}
 
-/// Whether branches of the accelerations are held: see [`Switching::hold_branches`].
+/// The state of the branches of the accelerations after [`Switching::hold_branches`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Hold {
-    /// They are.
-    On,
-    /// They are, and others than up to here.
+pub enum BranchHold {
+    /// Branches are held: the same as before, or for the first time.
+    Same,
+    /// Branches are held, and they differ from those held before.
     Changed,
-    /// They are not, or there are none.
-    Off,
-    /// They are not, since the motion leaves neither side of a place where they change: it would have to
-    /// slide along it.
-    Slides,
+    /// No branch is held, or there are none.
+    Free,
+    /// No branch is held, since the accelerations of both sides lead back to the discontinuity: sliding
+    /// motion (Filippov).
+    Sliding,
 }
 
-/// q̈ = a(t, q): forces without velocities and a constant mass matrix, as symplectic methods want them.
+/// q̈ = a(t, q): forces without velocities and a constant mass matrix, as symplectic methods need them.
 ///
 /// ```
 /// # use dynamics_runtime as dynamics;
@@ -258,7 +282,7 @@ pub struct OfPositions<F>(pub F);
 
 impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Accelerations<V> for OfPositions<F> {
     type Error = E;
-    const IS_FREE: bool = true;
+    const IS_UNCONSTRAINED: bool = true;
     const IS_SMOOTH: bool = true;
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &V, _: &V) -> Result<V, E> {
@@ -275,21 +299,19 @@ impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Switching<V> for OfPositio
 impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Canonical<V> for OfPositions<F> {}
 impl<V: Vector, E, F: FnMut(f64, &V) -> Result<V, E>> Expandable<V> for OfPositions<F> {}
 
-/// How the end of a step was projected, as the norm of the error is measured (1: as much as the tolerance
-/// permits).
+/// How the end of a step was projected. All sizes are in permitted errors: 1 is what the tolerance permits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProjectedEnd {
-    /// By how much it moved.
+    /// How far the projection moved the state.
     pub by: f64,
-    /// How far it was from where it belongs, along what holds it: less than it moved where that nearly loses
-    /// a direction.
+    /// How far the state was from the constraints. It moves farther than this where the constraint Jacobian
+    /// nearly loses rank.
     pub violation: f64,
-    /// What rounding errors make uncertain where it is projected: large near a position where what holds it
-    /// nearly loses a direction.
+    /// The uncertainty of the projected state from rounding. It is large near rank loss.
     pub noise: f64,
 }
 
-/// [`Accelerations::derivatives`] of stages that cannot be evaluated at once.
+/// [`Accelerations::derivatives`] of four stages, one after the other.
 #[inline(always)]
 pub(crate) fn one_by_one<V: Vector, S: Accelerations<V> + ?Sized>(
     system: &mut S,

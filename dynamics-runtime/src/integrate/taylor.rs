@@ -5,24 +5,22 @@
 //! * **Formula**: q(t₀ + h) = Σ qₖ hᵏ and u likewise, with coefficients by recurrences that the model's code
 //!   contains ([`Expandable::series`](super::Expandable::series)): exact derivatives, no differences. M is
 //!   factored once per step.
-//! * **Constraints**: Φ = 0 in every coefficient, so that what the step leaves of Φ is the error of the step;
-//!   projection removes it at its end. Their equations are solved as a system of index 3 with one
-//!   factorisation per step (Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 47 (2007) 191).
-//! * **Order** p from the tolerance ε, p = 1 − ½ f ln ε. With f = 1 work per unit of time is least where the
-//!   work of a step grows with p² (Jorba, Zou); here most of it grows with p, and the best f, measured, is
-//!   larger.
+//! * **Constraints**: Φ = 0 in every coefficient, so that Φ at the end of the step is the truncation error;
+//!   projection removes it. The equations are solved as a system of index 3 with one factorisation per step (Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 47 (2007) 191).
+//! * **Order** p from the tolerance ε, p = 1 − ½ f ln ε. f = 1 minimises the work per unit of time if the work
+//!   of a step grows with p² (Jorba, Zou). Here most of it grows with p, and the best f, measured, is larger.
 //! * **Error estimate**: the last two terms. The step is chosen before it is made, as the longest for which
 //!   both are permitted; at its end the accelerations of the model are compared with those of the series.
 //!   Where the model chooses (`if`, min, max, abs, signum) the series is that of the branch at its start:
-//!   there the comparison is also made within the step, and steps are repeated shorter until the branch is
-//!   the right one.
+//!   there the comparison is also made within the step, and the step is repeated shorter until no branch
+//!   changes within it.
 //! * **Where there is no series**: at the edge of a contact max(δ, 0)^1.5 accelerations are finite and their
-//!   derivatives are not, and just beside it a series converges no farther than back to it. There a step
-//!   keeps the accelerations of its start, as short as what they change by permits; the next ones grow with
-//!   their distance.
+//!   derivatives are not; near it the radius of convergence is the distance from it. A step there has the
+//!   constant accelerations of its start, and is as short as their change demands. The next steps grow with
+//!   the distance.
 //! * **Dense output**: the series itself, of full order, at no cost.
 //! * **Stability**: the disk of radius about (p!)^(1/p), 8.3 for p = 20, on the left.
-//! * **Rounding**: what is lost when a step is added to the state is carried to the next step (Kahan's sum).
+//! * **Rounding**: steps are added by compensated summation.
 //! * **Cost**: one series, about p/2 evaluations of q̈ at p = 20, and one evaluation at the end.
 //! * **Source**: Jorba, Zou, *A software package for the numerical integration of ODEs by means of high-order
 //!   Taylor methods*, Experimental Mathematics 14 (2005) 99; Corliss, Chang, ACM TOMS 8 (1982) 114; Biscani,
@@ -30,8 +28,8 @@
 
 mod rough_powers;
 
-use crate::integrate::compensated_summation;
-use crate::integrate::phase::zip;
+use crate::integrate::compensated_summation::two_sum;
+use crate::integrate::phase::{nan_vector, zip};
 use crate::integrate::taylor::rough_powers::{exp2_roughly, log2_roughly};
 use crate::integrate::{ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
@@ -44,48 +42,47 @@ const LEAST_ORDER: usize = 4;
 /// The orders that series may have.
 #[cfg(feature = "alloc")]
 pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = LEAST_ORDER..=MOST_SERIES_ORDER;
-/// f above.
+/// The factor f of the order, see the header: measured.
 const ORDER_FACTOR: f64 = 1.5;
-/// Factor of steps below the longest permitted one.
-const SAFETY: f64 = 0.95;
-/// Tolerances from which on steps are made for a tenth of the tolerance.
-const FINE: f64 = 1e-14;
-/// Largest growth from one step to the next: coefficients that vanish by chance or at rest must not be taken
-/// for an exact polynomial.
-const MOST_GROWTH: f64 = 30.0;
-/// How many times the permitted error the difference of accelerations may make over the step, where the model
-/// chooses. A smooth one has less than 10.
-const MOST_DEFECT: f64 = 50.0;
-/// The same where nothing can go wrong but an estimate by terms that vanish by chance.
-const GROSS_DEFECT: f64 = 1e4;
-/// Relative rounding errors of accelerations that are no matter of the step: none is known for models that
-/// choose, where a jump is what is sought.
-const GROSS_ROUNDING: f64 = 1e-8;
-/// Steps below this part of the time, or of the unit in which they are looked for, are none that series can
-/// be asked for.
-const LEAST_PART: f64 = 1e-13;
-/// Where within a step the branches of a model that chooses are compared, besides its end.
-const WITHIN: [f64; 3] = [0.25, 0.5, 0.75];
+/// Part of the longest permitted step that is made, since the last two terms are an estimate.
+const STEP_SAFETY: f64 = 0.95;
+/// Tolerances up to this are near rounding: see [`Taylor::margin`].
+const NEAR_ROUNDING_TOLERANCE: f64 = 1e-14;
+/// Largest growth from one step to the next: coefficients that vanish by chance or at rest are not those of an
+/// exact polynomial.
+const MOST_STEP_GROWTH: f64 = 30.0;
+/// Largest defect of a step, in permitted errors, of models with choices: h times the difference of the
+/// accelerations from those of the series. Smooth steps have less than 10, steps across a branch more.
+const MOST_DEFECT_WITH_CHOICES: f64 = 50.0;
+/// The same for models without choices. There only terms that vanish by chance can make the estimate wrong.
+const MOST_DEFECT: f64 = 1e4;
+/// Relative rounding of the accelerations, for models without choices: such a defect is not one of the step.
+const ACCELERATION_ROUNDING: f64 = 1e-8;
+/// A series whose step is below this part of the time, or of the proposed step, is not used: see
+/// [`Taylor::shorten`].
+const LEAST_STEP_PART: f64 = 1e-13;
+/// Parts of a step at which the accelerations of a model with choices are compared, besides its end.
+const BRANCH_SAMPLES: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// Taylor series of adaptive order and step. A system without
 /// [`Expandable::series`](super::Expandable::series) has none: its first step
 /// fails as not finite.
 #[derive(Clone, Copy, Debug)]
 pub struct Taylor<V> {
-    /// The order that was asked for.
-    asked: Option<usize>,
-    /// The order that the tolerance asks for.
-    planned: usize,
+    /// The order that the user chose.
+    chosen_order: Option<usize>,
+    /// The order of the series.
+    order: usize,
     series: Series<V>,
-    /// Part of its unit of time for which the series is good.
+    /// Longest step for which the last two terms are permitted, in the unit of time of the series.
     reach: f64,
-    /// The series ends with the accelerations of its start: there are no more terms.
-    short: bool,
+    /// The series has the accelerations of its start and no further terms.
+    is_short: bool,
     /// The start of the series, if there is one.
     from: Option<StepNode<V>>,
-    /// What the start of the series lost by rounding.
+    /// The rounding error of the start of the series.
     lost: Phase<V>,
-    /// The end of the last attempt and what it lost.
+    /// The end of the last attempt and its rounding error.
     end: (Phase<V>, Phase<V>),
     /// q̈ there.
     acceleration: V,
@@ -121,7 +118,7 @@ impl<V: Vector> Series<V> {
     fn change(&self, s: f64) -> Phase<V> {
         let square = s * s;
         let (mut odd, mut even) = (Phase::<V>::zeros(), Phase::<V>::zeros());
-        // Odd and even powers apart: one addition waits for the one before.
+        // Odd and even powers separately: an addition has to wait for the one before it.
         let mut add = |to_odd: bool, k: usize| {
             let sum = if to_odd { &mut odd } else { &mut even };
             for i in 0..V::LEN {
@@ -139,7 +136,7 @@ impl<V: Vector> Series<V> {
         zip(&odd, &even, |odd, even| math::add_product(odd, even, s) * s)
     }
 
-    /// du/dt.
+    /// q̈ = du/dt at s.
     #[inline(always)]
     fn acceleration(&self, s: f64) -> V {
         let square = s * s;
@@ -176,22 +173,23 @@ impl<V: Vector> Taylor<V> {
     /// tolerance.
     #[must_use]
     pub fn of_order(order: Option<usize>) -> Self {
-        Self { asked: order.map(|p| p.clamp(LEAST_ORDER, MOST_SERIES_ORDER)), ..Self::new() }
+        Self { chosen_order: order.map(|p| p.clamp(LEAST_ORDER, MOST_SERIES_ORDER)), ..Self::new() }
     }
 
     /// The order of series.
     #[must_use]
     pub fn order(&self) -> usize {
-        self.planned
+        self.order
     }
 
-    /// What tolerances close to rounding leave of a step: truncation errors, which add up, stay below
-    /// rounding errors, which do not.
+    /// Part of a step that is made at tolerances near rounding: a tenth of the tolerance. Truncation errors,
+    /// which add up, then stay below rounding errors, which do not.
     fn margin(&self) -> f64 {
-        let fine = self.tolerances.is_some_and(|t| t.absolute.max(t.relative) <= FINE);
+        let fine = self.tolerances.is_some_and(|t| t.absolute.max(t.relative) <= NEAR_ROUNDING_TOLERANCE);
         if fine { 1.0 - 2.3 / self.series.order as f64 } else { 1.0 }
     }
 
+    /// Chooses the order for the tolerances.
     fn choose_order(&mut self, tolerances: &Tolerances) {
         if self.tolerances == Some(*tolerances) {
             return;
@@ -199,11 +197,11 @@ impl<V: Vector> Taylor<V> {
         let loosest = tolerances.absolute.max(tolerances.relative);
         // Rounded up.
         let by_tolerance = 2 + (-0.5 * ORDER_FACTOR * math::ln(loosest.clamp(1e-300, 1.0))) as usize;
-        self.planned = self.asked.unwrap_or(by_tolerance.clamp(LEAST_ORDER, MOST_SERIES_ORDER));
+        self.order = self.chosen_order.unwrap_or(by_tolerance.clamp(LEAST_ORDER, MOST_SERIES_ORDER));
         self.tolerances = Some(*tolerances);
     }
 
-    /// The series at a knot, in a unit of time that keeps its coefficients in range.
+    /// Expands the series at the start of a step, in a unit of time that keeps its coefficients in range.
     fn expand<S: System<V>>(
         &mut self,
         system: &mut S,
@@ -218,15 +216,15 @@ impl<V: Vector> Taylor<V> {
             _ => Phase::zeros(),
         };
         self.from = None;
-        let order = self.planned;
-        (self.series.order, self.short) = (order, false);
+        let order = self.order;
+        (self.series.order, self.is_short) = (order, false);
         self.series.scale = power_of_two(scale);
         for _ in 0..8 {
             let Series { q, u, scale, .. } = &mut self.series;
             (q[0], u[0]) = (start.y.q, start.y.u);
             let rows = ..=order;
             if !system.series(start.t, &start.y, &start.a, *scale, &mut q[rows], &mut u[rows])? {
-                (q[order], u[order], self.reach) = (nan(), nan(), f64::NAN);
+                (q[order], u[order], self.reach) = (nan_vector(), nan_vector(), f64::NAN);
                 self.from = Some(*start);
                 return Ok(());
             }
@@ -236,7 +234,8 @@ impl<V: Vector> Taylor<V> {
             self.series.scale *= 1.0 / 16384.0;
         }
         self.reach = self.reach(tolerances);
-        let is_long = self.reach * self.series.scale.abs() >= LEAST_PART * scale.abs().max(start.t.abs());
+        let is_long =
+            self.reach * self.series.scale.abs() >= LEAST_STEP_PART * scale.abs().max(start.t.abs());
         if !is_long || !self.series.row(order).is_finite() {
             self.shorten(start, scale);
         }
@@ -244,7 +243,7 @@ impl<V: Vector> Taylor<V> {
         Ok(())
     }
 
-    /// Keeps the accelerations of the start, without further terms.
+    /// Makes the series one of constant accelerations.
     #[cold]
     fn shorten(&mut self, start: &StepNode<V>, scale: f64) {
         let Series { q, u, .. } = &mut self.series;
@@ -253,10 +252,10 @@ impl<V: Vector> Taylor<V> {
             (q[1][i], u[1][i]) = (start.y.u[i] * scale, start.a[i] * scale);
             (q[2][i], u[2][i]) = (0.5 * start.a[i] * scale * scale, 0.0);
         }
-        (self.series.order, self.series.scale, self.short) = (2, scale, true);
+        (self.series.order, self.series.scale, self.is_short) = (2, scale, true);
     }
 
-    /// What the accelerations within a short series are beside those of its start.
+    /// The error of a short series: by the change of the accelerations within it.
     #[cold]
     fn short_error<S: System<V>>(
         &mut self,
@@ -267,12 +266,12 @@ impl<V: Vector> Taylor<V> {
     ) -> Result<f64, S::Error> {
         let mut most = start.a;
         (0..V::LEN).for_each(|i| most[i] = (self.acceleration[i] - start.a[i]).abs());
-        for part in WITHIN {
+        for part in BRANCH_SAMPLES {
             let y = zip(&start.y, &self.series.change(part * s), |y, x| y + x);
             let a = system.accelerations(start.t + part * h, &y.q, &y.u)?;
             for i in 0..V::LEN {
                 let change = (a[i] - start.a[i]).abs();
-                // Not a number is no small change.
+                // NaN stays.
                 most[i] = if change <= most[i] { most[i] } else { change };
             }
         }
@@ -282,7 +281,7 @@ impl<V: Vector> Taylor<V> {
         Ok(tolerances.norm(&self.error, &start.y, &self.end.0))
     }
 
-    /// Part of the unit of time after which one of the last two terms is as large as permitted.
+    /// Time, in the unit of the series, after which one of the last two terms is as large as permitted.
     #[inline(always)]
     fn reach(&self, tolerances: &Tolerances) -> f64 {
         let (p, y, count) = (self.series.order, self.series.row(0), (2 * V::LEN) as f64);
@@ -298,17 +297,18 @@ impl<V: Vector> Taylor<V> {
         add(&self.series.q, &y.q);
         add(&self.series.u, &y.u);
         if last + before == f64::INFINITY {
-            // So near to where there is no series that there is none.
+            // Very close to a singularity of the series.
             return 0.0;
         }
         let (per_count, half) = (1.0 / count, [p, p - 1].map(|k| -0.5 / k as f64));
         let of = |squares: f64, half: f64| half * log2_roughly(squares * per_count);
         let (last, before) = (of(last, half[0]), of(before, half[1]));
-        // `min` would drop what is not a number.
+        // `min` would drop NaN.
         exp2_roughly(if last < before || last.is_nan() { last } else { before })
     }
 
-    /// h times the difference of accelerations from those of the series, against what is permitted.
+    /// h times the difference of the accelerations from those of the series, in units of the largest permitted
+    /// defect.
     fn defect<S: System<V>>(
         &self,
         system: &S,
@@ -317,53 +317,47 @@ impl<V: Vector> Taylor<V> {
         a: &V,
         tolerances: &Tolerances,
     ) -> f64 {
-        let (expected, chooses) = (self.series.acceleration(s), system.chooses());
-        let (factor, rounding) = if chooses { (MOST_DEFECT, 0.0) } else { (GROSS_DEFECT, GROSS_ROUNDING) };
+        let (expected, has_choices) = (self.series.acceleration(s), system.has_choices());
+        let (factor, rounding) =
+            if has_choices { (MOST_DEFECT_WITH_CHOICES, 0.0) } else { (MOST_DEFECT, ACCELERATION_ROUNDING) };
         let mut worst = 0.0f64;
         for i in 0..V::LEN {
             let permitted = factor * tolerances.scale(self.series.u[0][i], y.u[i])
                 + rounding * h.abs() * self.stages[0].u[i].abs().max(a[i].abs());
             let part = (h * (a[i] - expected[i])).abs() / permitted;
-            // What is not a number is no small defect.
+            // NaN stays.
             worst = if part <= worst { worst } else { part };
         }
         worst
     }
 }
 
-/// The power of two in x, with its sign: units of time in which nothing is rounded, and by whose reciprocals
-/// nothing is either.
+/// The power of two in x, with its sign: multiplying by it, or by its reciprocal, does not round.
 #[inline(always)]
 fn power_of_two(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & 0xfff0_0000_0000_0000)
 }
 
-fn nan<V: Vector>() -> V {
-    let mut v = V::zeros();
-    v.as_mut_slice().fill(f64::NAN);
-    v
-}
-
 impl<V: Vector> Scheme<V> for Taylor<V> {
     const METHOD: Method = Method::Taylor;
-    // Of no consequence but for the first guess of a step and for how rejected steps shrink.
+    // Used only for the first guess of a step and for how rejected steps shrink.
     const ORDER: u32 = 8;
     const ERROR_ORDER: u32 = 7;
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.25, grow: 4.0 });
     const WEIGHTS: &'static [f64] = &[];
-    const PROPOSES: bool = true;
+    const PROPOSES_STEP: bool = true;
     const STABILITY_BORDER: f64 = 0.8;
-    const SCAN: usize = 16;
+    const EVENT_PANELS: usize = 16;
     type Dense = Series<V>;
 
     fn new() -> Self {
         let (rows, phase) = ([V::zeros(); ROWS], Phase::zeros());
         Self {
-            asked: None,
-            planned: LEAST_ORDER,
+            chosen_order: None,
+            order: LEAST_ORDER,
             reach: f64::NAN,
-            short: false,
+            is_short: false,
             series: Series { q: rows, u: rows, order: LEAST_ORDER, scale: 1.0, length: 1.0 },
             from: None,
             lost: phase,
@@ -382,14 +376,14 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         h: f64,
         tolerances: &Tolerances,
     ) -> Option<f64> {
-        // What fails here fails again when the step is made.
+        // An error here is reported when the step is made.
         self.expand(system, start, h, tolerances).ok()?;
-        if self.short {
+        if self.is_short {
             return None;
         }
         let reach = self.reach * self.margin();
-        let most = MOST_GROWTH * (h / self.series.scale).abs();
-        (!reach.is_nan()).then(|| (SAFETY * reach).min(most) * self.series.scale.abs())
+        let most = MOST_STEP_GROWTH * (h / self.series.scale).abs();
+        (!reach.is_nan()).then(|| (STEP_SAFETY * reach).min(most) * self.series.scale.abs())
     }
 
     #[inline(always)]
@@ -403,19 +397,19 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         if self.from != Some(*start) || self.tolerances != Some(*tolerances) {
             self.expand(system, start, h, tolerances)?;
         }
-        // Exact but for short series, and known before h is.
+        // The reciprocal is exact unless the series is short, and does not wait for h.
         let s = h * (1.0 / self.series.scale);
         self.series.length = s;
         self.stages[0] = start.derivative();
         let change = self.series.change(s);
-        // The next step gets back what this sum loses.
+        // Compensated summation: the rounding error of the last step is added.
         let change = zip(&change, &self.lost, |x, lost| x + lost);
-        let (end, lost) = compensated_summation::sum(&start.y, &change);
+        let (end, lost) = two_sum(&start.y, &change);
         self.end = (end, lost);
         if !end.is_finite() {
             return Ok((end, f64::NAN));
         }
-        if self.short {
+        if self.is_short {
             self.acceleration = system.accelerations(start.t + h, &end.q, &end.u)?;
             self.stages[1] = Phase { q: end.u, u: self.acceleration };
             let error = self.short_error(system, start, (s, h), tolerances)?;
@@ -425,11 +419,11 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         let power = math::powi(s, p as i32);
         self.error = zip(&self.series.row(p), &end, |x, _| x * power);
         let mut error = tolerances.norm(&self.error, &start.y, &end);
-        self.acceleration = system.accelerations_ahead(start.t + h, &end)?;
+        self.acceleration = system.accelerations_at_next_start(start.t + h, &end)?;
         self.stages[1] = Phase { q: end.u, u: self.acceleration };
         error = error.max(self.defect(system, (s, h), &end, &self.acceleration, tolerances));
-        if system.chooses() {
-            for part in WITHIN {
+        if system.has_choices() {
+            for part in BRANCH_SAMPLES {
                 let y = zip(&start.y, &self.series.change(part * s), |y, x| y + x);
                 let a = system.accelerations(start.t + part * h, &y.q, &y.u)?;
                 error = error.max(self.defect(system, (part * s, h), &y, &a, tolerances));
@@ -453,9 +447,9 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         Ok(self.series)
     }
 
-    fn forget(&mut self) {
+    fn forget_history(&mut self) {
         self.from = None;
-        self.end = (Phase { q: nan(), u: nan() }, Phase::zeros());
+        self.end = (Phase { q: nan_vector(), u: nan_vector() }, Phase::zeros());
     }
 
     fn stages(&self) -> &[Phase<V>] {
@@ -470,13 +464,13 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
     /// the border of stability (p!)^(1/p). Then xₖ = (h λ)ᵏ/k! times the mode; two orders are compared
     /// because those of one parity may vanish.
     fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-        if self.short {
+        if self.is_short {
             return None;
         }
         let (p, u) = (self.series.order, &self.series.u);
         let square = |k: usize| u[k].as_slice().iter().map(|x| x * x).sum::<f64>();
         let ratio = |k: usize| math::sqrt(math::sqrt(square(k) / square(k - 2)) * (k * (k - 1)) as f64);
-        // Where no mode dominates the ratios differ.
+        // If no mode dominates, the ratios differ.
         let size = (p - 1..=p).map(ratio).fold(f64::INFINITY, f64::min) * self.series.length.abs();
         // Stirling's formula.
         let n = p as f64;

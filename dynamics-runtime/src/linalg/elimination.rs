@@ -1,5 +1,5 @@
-//! Square systems of real and of complex numbers, by Gaussian elimination with row pivoting in place. Nothing
-//! is allocated.
+//! Square systems of real and of complex numbers with as many rows as a [`Vector`], or blocks of them: Gaussian
+//! elimination with row pivoting in place. Nothing is allocated.
 //!
 //! Matrices stand by rows; complex ones as two of real numbers. Rows and columns carry the units of the
 //! coordinates, the diagonal is what an identity matrix adds: it leads wherever steps are short enough, so
@@ -67,6 +67,7 @@ pub(crate) fn factor_blocks<V: Vector, const B: usize>(a: &mut [f64]) -> Option<
     eliminate(a, B * V::LEN, |j, row| exchanges[j / V::LEN][j % V::LEN] = row as f64).then_some(exchanges)
 }
 
+/// P A = L U in place; false where A is singular or not finite.
 #[inline(always)]
 fn eliminate(a: &mut [f64], n: usize, mut exchanged: impl FnMut(usize, usize)) -> bool {
     for j in 0..n {
@@ -159,10 +160,10 @@ pub(crate) fn factor_complex<V: Vector>(re: &mut [f64], im: &mut [f64]) -> Optio
         let inverse = reciprocal(re[j * n + j], im[j * n + j]);
         (re[j * n + j], im[j * n + j]) = inverse;
         for i in j + 1..n {
-            let factor = product((re[i * n + j], im[i * n + j]), inverse);
+            let factor = complex_product((re[i * n + j], im[i * n + j]), inverse);
             (re[i * n + j], im[i * n + j]) = factor;
             for k in j + 1..n {
-                let (r, s) = product(factor, (re[j * n + k], im[j * n + k]));
+                let (r, s) = complex_product(factor, (re[j * n + k], im[j * n + k]));
                 re[i * n + k] -= r;
                 im[i * n + k] -= s;
             }
@@ -181,7 +182,7 @@ pub(crate) fn solve_complex<V: Vector>(re: &[f64], im: &[f64], exchanges: &V, b:
     for j in 0..n {
         let x = (b[j], c[j]);
         for i in j + 1..n {
-            let (r, s) = product((re[i * n + j], im[i * n + j]), x);
+            let (r, s) = complex_product((re[i * n + j], im[i * n + j]), x);
             b[i] -= r;
             c[i] -= s;
         }
@@ -189,16 +190,17 @@ pub(crate) fn solve_complex<V: Vector>(re: &[f64], im: &[f64], exchanges: &V, b:
     for i in (0..n).rev() {
         let (mut x, mut y) = (b[i], c[i]);
         for k in i + 1..n {
-            let (r, s) = product((re[i * n + k], im[i * n + k]), (b[k], c[k]));
+            let (r, s) = complex_product((re[i * n + k], im[i * n + k]), (b[k], c[k]));
             x -= r;
             y -= s;
         }
-        (b[i], c[i]) = product((x, y), (re[i * n + i], im[i * n + i]));
+        (b[i], c[i]) = complex_product((x, y), (re[i * n + i], im[i * n + i]));
     }
 }
 
+/// (a + i b)(c + i d).
 #[inline(always)]
-pub(crate) fn product((a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
+pub(crate) fn complex_product((a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
     (a * c - b * d, a * d + b * c)
 }
 

@@ -1,4 +1,4 @@
-//! Square systems by Gaussian elimination with row pivoting.
+//! Square systems by Gaussian elimination with row pivoting, of a size that is known at run time.
 
 use super::memory::{Indices, WorkMemory};
 use super::rows::{dot, swap_rows, two_rows};
@@ -8,13 +8,13 @@ pub(crate) struct Lu<'w> {
     k: usize,
     a: &'w mut [f64],
     order: Indices<'w>,
-    /// The least pivot: 0 or NaN where A is singular or not finite.
+    /// The smallest pivot: 0 or NaN where A is singular or not finite.
     pub(crate) least: f64,
     /// Whether the determinant is negative.
     pub(crate) negative: bool,
 }
 
-/// Memory that a factorization takes besides A.
+/// Numbers of work memory of a factorization besides A.
 pub(crate) const fn memory(k: usize) -> usize {
     k
 }

@@ -1,10 +1,10 @@
-//! Memory that a caller lends, cut into pieces; indices kept in it.
+//! Work memory that a caller lends, divided into slices, and indices stored in it.
 
-/// What is left of the memory that a caller lends.
+/// The unused rest of the memory that a caller lends.
 pub(crate) struct WorkMemory<'w>(&'w mut [f64]);
 
 impl<'w> WorkMemory<'w> {
-    /// All of it; the caller answers for its length.
+    /// All of the memory. The caller has to provide enough.
     pub(crate) fn new(memory: &'w mut [f64]) -> Self {
         Self(memory)
     }

@@ -4,9 +4,9 @@
 //! Householder with pivoting: Aᵀ P = Q [R₁ R₂; 0 0], R₁ k×k upper triangular, k the rank. Then, from the
 //! right, [R₁ R₂] = [T 0] Vᵀ with T lower triangular. So A = P V [Tᵀ 0; 0 0] Qᵀ: the first k columns of Q
 //! span the row space, the others its null space, and least-squares solutions of both A x = b and Aᵀ y = c,
-//! of least norm, cost two triangular solves. Where the rank is full nothing is lost against plain QR; where
-//! it is not, the result does not depend on which rows are thought the redundant ones, unless some are known
-//! to be: these come last.
+//! of least norm, cost two triangular solves. At full rank it is
+//! plain QR. Below, the result does not depend on which of the dependent rows count as redundant, unless some
+//! are declared redundant: these come last.
 //!
 //! Cost: 2nr² operations. Golub & Van Loan, Matrix Computations, 4th ed., §5.4–5.5. Stability: backward
 //! stable; the rank found this way can exceed the numerical rank in matrices contrived to that end (Kahan's).
@@ -17,7 +17,7 @@ use super::rows::{add_scaled, dot, norm, swap_rows, two_rows};
 /// Turns x into (β, v₂, …) with H x = β e₁, H = I − τ v vᵀ, v₁ = 1; returns τ.
 fn reflector(x: &mut [f64]) -> f64 {
     let Some((first, rest)) = x.split_first_mut() else { return 0.0 };
-    // However small: what is dropped here is an error of A.
+    // Also a tiny tail is reflected: leaving it out would be an error of A.
     let tail = norm(rest);
     if tail == 0.0 {
         return 0.0;
@@ -38,9 +38,14 @@ fn reflect(v: &[f64], tau: f64, x: &mut [f64]) {
     add_scaled(&mut x[1..], -along, &v[1..]);
 }
 
-/// A row that is known to be redundant stands in for others where these are nearer to each other by this
-/// factor.
-const STANDS_IN: f64 = 0.5;
+/// A row that is declared redundant is chosen before the others if its remaining length times this is larger
+/// than theirs. 1 would exchange rows of equal length from one state to the next, 0 would keep nearly dependent
+/// rows.
+const REDUNDANT_ROW_WEIGHT: f64 = 0.5;
+
+/// A row whose unit vector has at most this component in the null space of Aᵀ is independent of the others. The
+/// component is 0 or of the order of the coefficients of the dependency; rounding is far below.
+const INDEPENDENT_ROW_COMPONENT: f64 = 1e-8;
 
 /// The decomposition.
 pub(crate) struct Orthogonal<'w> {
@@ -48,9 +53,9 @@ pub(crate) struct Orthogonal<'w> {
     r: usize,
     /// Number of columns of A.
     n: usize,
-    /// k.
+    /// The rank k.
     pub(crate) rank: usize,
-    /// First pivot over the least admitted one: an estimate of the condition of A, 1 where there is none.
+    /// First pivot over the smallest admitted one: an estimate of the condition of A; 1 without pivots.
     pub(crate) condition: f64,
     /// R by columns, below it the reflectors of Q.
     a: &'w mut [f64],
@@ -60,18 +65,18 @@ pub(crate) struct Orthogonal<'w> {
     tau_right: &'w mut [f64],
     /// Row of A at each place.
     order: Indices<'w>,
-    /// Some rows are known to be redundant, and fit as the others allow.
-    pub(crate) known: bool,
+    /// Some rows are declared redundant.
+    pub(crate) has_redundant_rows: bool,
 }
 
-/// Memory that a decomposition takes besides A.
+/// Numbers of work memory of a decomposition besides A.
 pub(crate) const fn memory(r: usize) -> usize {
     r * r + 3 * r
 }
 
 impl<'w> Orthogonal<'w> {
     /// Decomposes A, whose rows should be of about equal length: a pivot below `tolerance` times the first
-    /// one is zero. `redundant`: the rows that are known to be.
+    /// one counts as zero. `redundant`: the rows that are declared redundant.
     pub(crate) fn new(
         a: &'w mut [f64],
         (r, n): (usize, usize),
@@ -82,8 +87,8 @@ impl<'w> Orthogonal<'w> {
         let (tau, tau_right) = (memory.take(r), memory.take(r));
         let order = memory.indices(r);
         let c = memory.zeros(r * r);
-        let known = (0..r).any(redundant);
-        let mut it = Self { r, n, rank: 0, condition: 1.0, a, tau, c, tau_right, order, known };
+        let has_redundant_rows = (0..r).any(redundant);
+        let mut it = Self { r, n, rank: 0, condition: 1.0, a, tau, c, tau_right, order, has_redundant_rows };
         it.reduce_left(redundant, tolerance);
         it.reduce_right();
         it
@@ -96,15 +101,16 @@ impl<'w> Orthogonal<'w> {
         while self.rank < r.min(n) {
             let k = self.rank;
             let length = |i: usize| norm(&self.a[i * n + k..(i + 1) * n]);
-            let longest = |known: bool| {
-                let rows = (k..r).filter(|i| known == (self.known && redundant(self.order.get(*i))));
+            let longest = |redundant_ones: bool| {
+                let rows = (k..r)
+                    .filter(|i| redundant_ones == (self.has_redundant_rows && redundant(self.order.get(*i))));
                 let lengths = rows.map(|i| (i, length(i)));
                 lengths.fold((k, 0.0), |best: (usize, f64), next| if next.1 > best.1 { next } else { best })
             };
             let (mut row, mut size) = longest(false);
-            if self.known {
+            if self.has_redundant_rows {
                 let instead = longest(true);
-                if STANDS_IN * instead.1 > size || size <= tolerance * first {
+                if REDUNDANT_ROW_WEIGHT * instead.1 > size || size <= tolerance * first {
                     (row, size) = instead;
                 }
             }
@@ -114,7 +120,7 @@ impl<'w> Orthogonal<'w> {
             if size <= tolerance * first {
                 break;
             }
-            // Rows that stand in for others come out of order.
+            // Redundant rows that were chosen do not come in the order of length.
             self.condition = self.condition.max(first / size);
             swap_rows(self.a, n, k, row);
             self.order.swap(k, row);
@@ -131,7 +137,7 @@ impl<'w> Orthogonal<'w> {
     fn reduce_right(&mut self) {
         let (r, n) = (self.r, self.n);
         if self.rank == r {
-            // R₁ itself will do: V is not needed.
+            // At full rank T is R₁, and V is not needed.
             return;
         }
         for i in 0..self.rank {
@@ -184,16 +190,15 @@ impl<'w> Orthogonal<'w> {
     }
 
     /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes
-    /// what is left over, b − A x. `w`: r numbers of memory. Where rows are known to be redundant, those that
-    /// were chosen are fulfilled: beside the manifold the others differ from what they repeat, and how they
-    /// are weighed against each other changes from one state to the next, which integration takes for a force
-    /// without derivatives.
+    /// what is left over, b − A x. `w`: r numbers of memory. Where rows are declared redundant, the chosen
+    /// rows are fulfilled exactly: off the constraint manifold the others differ from the rows that they repeat,
+    /// and a weighting would change from one state to the next, like a force that is not smooth.
     pub(crate) fn fit(&self, b: &mut [f64], y: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
         for (p, w) in w.iter_mut().enumerate() {
             *w = b[self.order.get(p)];
         }
-        if k == r || self.known {
+        if k == r || self.has_redundant_rows {
             // R₁ᵀ y = P b: column i of R₁ lies at the start of row i.
             for i in 0..k {
                 let column = &self.a[i * self.n..];
@@ -243,12 +248,12 @@ impl<'w> Orthogonal<'w> {
         if k == r {
             return true;
         }
-        // The share of eᵢ in the null space of Aᵀ, which the last columns of P V span.
+        // The component of eᵢ in the null space of Aᵀ, which the last columns of P V span.
         (0..r).for_each(|p| w[p] = if self.order.get(p) == i { 1.0 } else { 0.0 });
         for j in 0..k {
             reflect(&self.c[j * r + j..(j + 1) * r], self.tau_right[j], &mut w[j..]);
         }
-        norm(&w[k..r]) <= 1e-8
+        norm(&w[k..r]) <= INDEPENDENT_ROW_COMPONENT
     }
 
     /// P V w.

@@ -18,7 +18,7 @@ pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y += c * x);
 }
 
-/// The greatest absolute value; NaN where an element is.
+/// The largest absolute value; NaN where an element is NaN.
 #[inline]
 pub(crate) fn max_abs(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most, x| if x.abs() > most || x.is_nan() { x.abs() } else { most })
@@ -28,7 +28,7 @@ pub(crate) fn max_abs(x: &[f64]) -> f64 {
 #[inline]
 pub(crate) fn norm(x: &[f64]) -> f64 {
     let square = dot(x, x);
-    // As a rule nothing over- or underflows.
+    // Usually nothing over- or underflows.
     if (1e-250..1e250).contains(&square) {
         return crate::math::sqrt(square);
     }

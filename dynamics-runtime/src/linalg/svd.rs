@@ -3,14 +3,14 @@
 //! The columns of A are turned against each other until they are orthogonal; their lengths are then the
 //! singular values. It is the most accurate of the dense methods (small singular values keep their relative
 //! accuracy where columns differ in scale alone) and works in place, without allocation. Cost: 6 to 10 sweeps
-//! of about 3 m n² operations, so it serves where something is decided once (assembling, singular
+//! of about 3 m n² operations, so it is used for decisions that are made once (assembly, singular
 //! configurations), not in steps. Source: G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed.,
 //! §8.6.3.
 
 use super::rows::dot;
 use crate::math;
 
-/// Sweeps needed are 6 to 10; more than 40 only where something is not a number.
+/// Most sweeps. 6 to 10 are needed; only matrices with NaN reach this bound.
 const MOST_SWEEPS: usize = 40;
 
 /// A decomposed matrix of m rows and n columns, stored by columns.
@@ -84,42 +84,42 @@ impl<'a> Svd<'a> {
 /// Makes all pairs of columns orthogonal once; false where they were, to the rounding of their products.
 /// `squares` is memory for the squares of their lengths.
 fn sweep(m: usize, n: usize, a: &mut [f64], v: &mut [f64], squares: &mut [f64]) -> bool {
-    (0..n).for_each(|j| squares[j] = squared(a, m, j));
+    (0..n).for_each(|j| squares[j] = squared_length(a, m, j));
     let rounding = m as f64 * f64::EPSILON;
-    // Below it a product of columns is rounding noise.
+    // A product of columns below this is rounding.
     let noise = squares.iter().copied().fold(0.0, f64::max) * f64::EPSILON * f64::EPSILON;
-    let mut turned = false;
+    let mut has_rotated = false;
     for i in 0..n {
         for j in i + 1..n {
-            let pq = product(&a[i * m..][..m], &a[j * m..][..m]);
+            let pq = dot_in_four_sums(&a[i * m..][..m], &a[j * m..][..m]);
             let orthogonal = pq * pq <= rounding * rounding * squares[i] * squares[j];
             // Comparisons with NaN are false: such a matrix ends the sweeps by their number.
             if orthogonal || pq.abs() <= noise {
                 continue;
             }
-            turned = true;
+            has_rotated = true;
             let zeta = (squares[j] - squares[i]) / (2.0 * pq);
             let t = zeta.signum() / (zeta.abs() + math::hypot(1.0, zeta));
             let c = 1.0 / math::hypot(1.0, t);
-            turn(a, m, i, j, c, c * t);
-            turn(v, n, i, j, c, c * t);
+            rotate(a, m, i, j, c, c * t);
+            rotate(v, n, i, j, c, c * t);
             for (k, change) in [(i, -t * pq), (j, t * pq)] {
                 let square = squares[k] + change;
-                // What cancels is counted again: a column may be left with nothing but rounding.
-                squares[k] = if square < 0.5 * squares[k] { squared(a, m, k) } else { square };
+                // After cancellation the square is computed anew: the column may be rounding only.
+                squares[k] = if square < 0.5 * squares[k] { squared_length(a, m, k) } else { square };
             }
         }
     }
-    turned
+    has_rotated
 }
 
 /// The square of the length of column j.
-fn squared(a: &[f64], m: usize, j: usize) -> f64 {
-    product(&a[j * m..][..m], &a[j * m..][..m])
+fn squared_length(a: &[f64], m: usize, j: usize) -> f64 {
+    dot_in_four_sums(&a[j * m..][..m], &a[j * m..][..m])
 }
 
-/// Σ pᵢ qᵢ in four sums, which the compiler can add side by side.
-fn product(p: &[f64], q: &[f64]) -> f64 {
+/// Σ pᵢ qᵢ in four sums that the compiler can vectorise: other bits than [`dot`].
+fn dot_in_four_sums(p: &[f64], q: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (quads, rest) = (p.chunks_exact(4).zip(q.chunks_exact(4)), p.len() / 4 * 4);
     for (p, q) in quads {
@@ -128,8 +128,8 @@ fn product(p: &[f64], q: &[f64]) -> f64 {
     sums[0] + sums[1] + (sums[2] + sums[3]) + dot(&p[rest..], &q[rest..])
 }
 
-/// Turns columns i < j of length m: (p, q) ← (c p − s q, s p + c q).
-fn turn(columns: &mut [f64], m: usize, i: usize, j: usize, c: f64, s: f64) {
+/// Rotates columns i < j of length m: (p, q) ← (c p − s q, s p + c q).
+fn rotate(columns: &mut [f64], m: usize, i: usize, j: usize, c: f64, s: f64) {
     let (left, right) = columns.split_at_mut(j * m);
     for (p, q) in left[i * m..][..m].iter_mut().zip(&mut right[..m]) {
         (*p, *q) = (c * *p - s * *q, s * *p + c * *q);

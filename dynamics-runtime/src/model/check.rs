@@ -1,4 +1,4 @@
-//! Whether the numbers of a model and of a state are some that mechanics can have.
+//! Checks of the parameters of a model and of the values of a state.
 
 use super::{Dynamics, ModelState, Vector};
 use crate::declaration::{Premise, Quantity, Refuted};

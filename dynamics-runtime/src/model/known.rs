@@ -1,11 +1,10 @@
-//! What is known of a model when it is compiled, so that the compiler leaves out what the model has no use
-//! for.
+//! Properties of a model at compile time, so that the compiler leaves out code that the model does not need.
 //!
-//! Generic code is made for every model before it is optimised, and most of the time of compiling a small
-//! model goes there. Behind a test of one of these constants by itself (`if M::IS_FREE`), or of a constant
-//! block (`if const { V::LEN > 4 }`), nothing is made that the test rules out; behind `!M::IS_FREE` or a
-//! comparison everything is made first. So tests stand where a part begins, the empty branch first, also
-//! where what follows would find nothing to do by itself.
+//! Generic code is instantiated for every model before it is optimised. This takes most of the time of
+//! compiling a small model. The compiler does not instantiate a branch behind one of these constants alone
+//! (`if M::IS_FREE`) or a constant block (`if const { V::LEN > 4 }`) that is false. Behind `!M::IS_FREE` or a
+//! comparison it instantiates both branches first. So such a test stands at the beginning of a part, with the
+//! empty branch first, also where the part would have nothing to do.
 
 #[cfg(feature = "alloc")]
 use super::Constraint;

@@ -18,6 +18,11 @@ use crate::model::names::{self, Column};
 use crate::model::{Known, ModelState, Vector};
 use crate::simulate::{Motion, Simulate};
 
+/// Relative rounding of a number of intervals, of very many intervals.
+const RELATIVE_TIME_ROUNDING: f64 = 1e-12;
+/// Rounding of a number of intervals in intervals.
+const TIME_ROUNDING: f64 = 1e-9;
+
 /// A motion as a table, from [`Motion::csv`].
 ///
 /// A row for each requested output time of the simulation, or for each accepted step where none were
@@ -73,7 +78,7 @@ impl<M: Simulate> Csv<'_, '_, M> {
     #[cfg(feature = "std")]
     pub fn write(&self, path: impl AsRef<std::path::Path>) -> Result<(), OutputError> {
         let path = path.as_ref();
-        // Before the file is there: a wrong interval leaves an old file alone.
+        // Before the file is created: a wrong interval leaves an old file unchanged.
         self.times()?;
         let file = file::create(path, Content::Table)?;
         self.write_to(file).map_err(|error| match error {
@@ -108,8 +113,9 @@ impl<M: Simulate> Csv<'_, '_, M> {
         if !(interval > 0.0 && interval.is_finite() && advances(start) && advances(end)) {
             return Err(OutputError::Interval { interval });
         }
-        // The end belongs to the table in spite of rounding.
-        let rows = libm::floor((end - start).abs() / interval * (1.0 + 1e-12) + 1e-9) as u64;
+        // The end is in the table in spite of rounding of the times.
+        let intervals = (end - start).abs() / interval;
+        let rows = libm::floor(intervals * (1.0 + RELATIVE_TIME_ROUNDING) + TIME_ROUNDING) as u64;
         let signed = if end < start { -interval } else { interval };
         let (lo, hi) = (start.min(end), start.max(end));
         Ok(Some((0..=rows).map(move |k| (start + k as f64 * signed).clamp(lo, hi))))

@@ -1,4 +1,4 @@
-//! What shows a [`Motion`]: charts and the animation.
+//! Charts and the animation of a [`Motion`].
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -10,11 +10,12 @@ use crate::model::names::{self, Column};
 use crate::model::{Draw, ModelState, Vector};
 use crate::simulate::{EventRecord, Motion, Simulate};
 
-/// A curve has about so many points at least, however large the steps are.
-const FINE: usize = 2000;
-
-/// A panel holds so many curves at most.
-const CROWDED: usize = 6;
+/// A curve has at least about so many points, so that it looks smooth over the width of a page.
+const LEAST_CURVE_POINTS: usize = 2000;
+/// Most interpolated points of a step.
+const MOST_STEP_POINTS: usize = 200;
+/// Most curves of a panel: more are hard to tell apart.
+const MOST_PANEL_CURVES: usize = 6;
 
 /// Charts.
 impl<M: Simulate> Motion<'_, M> {
@@ -83,7 +84,7 @@ impl<M: Simulate> Motion<'_, M> {
     pub(super) fn fine_states(&self) -> Vec<M::State> {
         let mut sampler = self.sampler();
         let steps = self.steps();
-        let parts = FINE.div_ceil(steps.len().max(1)).clamp(1, 200);
+        let parts = LEAST_CURVE_POINTS.div_ceil(steps.len().max(1)).clamp(1, MOST_STEP_POINTS);
         let mut states: Vec<M::State> = Vec::new();
         for state in steps {
             if let Some(before) = states.last().map(ModelState::t) {
@@ -189,12 +190,13 @@ impl<M: Simulate + Draw> Film for Motion<'_, M> {
     }
 }
 
+/// A chart with these panels.
 pub(super) fn chart(title: String, panels: impl IntoIterator<Item = Panel>) -> Chart {
     panels.into_iter().fold(Chart::new(title), Chart::panel)
 }
 
-/// Panels over time, one for each unit in the order in which the units appear, split where it would be
-/// crowded. `values` are rows of time and numbers.
+/// Panels over time, one for each unit in the order in which the units appear, with [`MOST_PANEL_CURVES`]
+/// curves at most. `values` are rows of time and numbers.
 pub(super) fn panels<M: Simulate>(
     what: &str,
     columns: impl Iterator<Item = Column>,
@@ -203,7 +205,7 @@ pub(super) fn panels<M: Simulate>(
     let mut groups: Vec<(String, Vec<(usize, Column)>)> = Vec::new();
     for (k, column) in columns.enumerate() {
         match groups.iter_mut().rev().find(|(unit, _)| *unit == column.unit) {
-            Some((_, group)) if group.len() < CROWDED => group.push((k, column)),
+            Some((_, group)) if group.len() < MOST_PANEL_CURVES => group.push((k, column)),
             _ => groups.push((column.unit.clone(), [(k, column)].to_vec())),
         }
     }
@@ -222,6 +224,7 @@ pub(super) fn panels<M: Simulate>(
         .collect()
 }
 
+/// The error for a name that is none of the known ones.
 fn unknown(name: &str, known: impl Iterator<Item = Column>) -> OutputError {
     OutputError::UnknownName { name: name.to_string(), known: known.map(|column| column.name).collect() }
 }

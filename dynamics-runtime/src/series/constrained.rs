@@ -1,20 +1,20 @@
 //! Coefficients of motions with constraints: Φ = 0 in every one of them.
 //!
 //! Coefficient k of the equations of motion and coefficient K = k + 2 of Φ = 0 are solved together for q̈ₖ
-//! and λₖ, as q_K = τ²/(K(K−1)) q̈ₖ. What Φ is made of is expanded two orders ahead of everything else, in
-//! lanes of its own; what the equations of motion share with it is kept until its turn.
+//! and λₖ, as q_K = τ²/(K(K−1)) q̈ₖ. The expressions of Φ are expanded two orders ahead of all others, in lanes
+//! of their own; values that the equations of motion share with them are stored until those orders.
 
 use core::array;
 
 use nalgebra::SVector;
 
-use super::{Lanes, MOST_ORDER, RECIPROCAL, Rows, WIDTH};
+use super::{CauchySums, MOST_ORDER, RECIPROCAL, Rows, WIDTH};
 
 /// Left and right factors of B blocks of lanes.
 pub type Factors<const B: usize> = ([[f64; WIDTH]; B], [[f64; WIDTH]; B]);
 
-/// What series of motions with constraints are made in: factors of B blocks of lanes, of A blocks ahead, and
-/// S values that are shared.
+/// The memory of series of motions with constraints: factors of B blocks of lanes, of A blocks ahead, and S
+/// shared values.
 #[derive(Clone, Debug)]
 pub struct ConstrainedMemory<const B: usize, const A: usize, const S: usize> {
     rows: Rows<B>,
@@ -70,16 +70,16 @@ pub fn expand_constrained<
     >,
 ) {
     let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
-    let (mut lanes, mut ahead) = (Lanes::new(rows), Lanes::new(ahead));
+    let (mut lanes, mut ahead) = (CauchySums::new(rows), CauchySums::new(ahead));
     let time = |k: usize| if k == 1 { scale } else { 0.0 };
-    // q_K from u of the order before, at hand as values: what was just stored is late to be read again.
-    let place = |of_u: &[f64; N], late: usize| SVector::from(of_u.map(|x| scale * RECIPROCAL[late] * x));
+    // q_K from u of the order before, as values: see `CauchySums`.
+    let position = |of_u: &[f64; N], late: usize| SVector::from(of_u.map(|x| scale * RECIPROCAL[late] * x));
     if order > 0 {
-        q[1] = place(&u[0].data.0[0], 1);
+        q[1] = position(&u[0].data.0[0], 1);
         u[1] = SVector::from(a.map(|a| scale * a));
     }
     if order > 1 {
-        q[2] = place(&u[1].data.0[0], 2);
+        q[2] = position(&u[1].data.0[0], 2);
     }
     for late in 1..=order + 1 {
         let (sums_ahead, of_late) = (ahead.sums(late), [late as f64, RECIPROCAL[late]]);
@@ -102,7 +102,7 @@ pub fn expand_constrained<
             let of_u: [f64; N] = array::from_fn(|i| factor * solved[i]);
             u[k + 1] = SVector::from(of_u);
             if late <= order {
-                q[late] = place(&of_u, late);
+                q[late] = position(&of_u, late);
             }
         }
         if late <= order {

@@ -1,12 +1,13 @@
-//! The equations that every order of a series with constraints solves, where generated code does not apply: a
+//! The linear equations of every order of a series with constraints, where generated code does not apply: a
 //! pivot is too small, or a switched constraint is released.
 
 use crate::constrain::{self, held};
 use crate::math;
 use crate::model::{Constraints, ModelState, Terms};
 
-/// Pivots below this part of rows of unit length say that λ is not unique.
-const SINGULAR: f64 = 1e-9;
+/// Smallest pivot for which λ counts as unique, of a matrix whose gradients have unit length. Smaller ones leave
+/// λ fewer than seven digits, and every coefficient loses as many.
+const LEAST_PIVOT: f64 = 1e-9;
 
 /// ⎡ M −Φ_qᵀ; Φ_q 0 ⎤ of N coordinates and R rows, factored with pivoting; `NR` is N + R. Rows that do not
 /// hold have λ = 0.
@@ -39,7 +40,7 @@ impl<const NR: usize> Equations<NR> {
             Self { factors: [[0.0; NR]; NR], order: core::array::from_fn(|i| i), scale: [1.0; NR] };
         let Self { factors, scale, .. } = &mut equations;
         for i in 0..N {
-            // What has no inertia of its own is scaled by its constraints alone.
+            // A coordinate without inertia of its own is not scaled.
             scale[i] = if mass[i][i] > 0.0 { 1.0 / math::sqrt(mass[i][i]) } else { 1.0 };
         }
         for r in 0..R {
@@ -70,7 +71,7 @@ impl<const NR: usize> Equations<NR> {
             a.swap(j, row);
             order.swap(j, row);
             let pivot = a[j][j];
-            let regular = pivot.abs() > SINGULAR;
+            let regular = pivot.abs() > LEAST_PIVOT;
             if !regular {
                 return false;
             }
@@ -112,6 +113,7 @@ pub fn multipliers<M: Constraints>(model: &M, constants: &M::Constants, state: &
     }
 }
 
+/// λ by the general solver.
 #[cold]
 #[inline(never)]
 fn general<M: Constraints>(model: &M, constants: &M::Constants, state: &M::State) -> Option<M::Rows> {

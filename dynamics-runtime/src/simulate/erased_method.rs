@@ -93,11 +93,11 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> StepReplay<M> for S
         tolerances: &Tolerances,
         judged: bool,
     ) -> Option<Interpolant<M::Vector>> {
-        let dense = Stepper::again(&mut self.0, rhs, step, tolerances).ok()??;
-        if const { S::PROBES.is_empty() } || !judged || rhs.stabilization.is_tied() {
+        let dense = Stepper::replay(&mut self.0, rhs, step, tolerances).ok()??;
+        if const { S::DEFECT_SAMPLES.is_empty() } || !judged || rhs.stabilization.is_tied() {
             return Some(Box::new(dense));
         }
-        Some(match Stepper::in_parts(&mut self.0, rhs, step, &dense, tolerances) {
+        Some(match Stepper::dense_in_parts(&mut self.0, rhs, step, &dense, tolerances) {
             Some(parts) => Box::new(parts),
             None => Box::new(dense),
         })
@@ -109,7 +109,7 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> StepReplay<M> for S
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)> {
-        Stepper::end_of(&mut self.0, rhs, step, tolerances).ok()?
+        Stepper::replay_end(&mut self.0, rhs, step, tolerances).ok()?
     }
 
     fn end_on_branches(
@@ -118,7 +118,7 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> StepReplay<M> for S
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)> {
-        Stepper::end_on_branches(&mut self.0, rhs, step, tolerances).ok()?
+        Stepper::replay_end_on_held_branches(&mut self.0, rhs, step, tolerances).ok()?
     }
 
     fn attempt(
@@ -127,15 +127,15 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> StepReplay<M> for S
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
-        Stepper::attempt_again(&mut self.0, rhs, (&step.start, step.h), tolerances).is_ok()
+        Stepper::replay_attempt(&mut self.0, rhs, (&step.start, step.h), tolerances).is_ok()
     }
 
     fn accepted(&mut self, step: &Step<M::Vector>) {
-        self.0.accepted(step);
+        self.0.accept_step(step);
     }
 
     fn forget(&mut self) {
-        self.0.forget();
+        self.0.forget_history();
     }
 }
 

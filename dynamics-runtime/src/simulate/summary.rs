@@ -164,7 +164,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     #[must_use]
     pub fn verify(&self) -> Summary {
         #[cfg(feature = "std")]
-        let _watch = crate::slow::Watch::start();
+        let _watch = crate::slow_build::SlowBuildNote::start();
         let (mut conditions, asks) = (Vec::new(), self.asks_for_nearest());
         let energy = self.energy_history(true, |sampler, index| {
             if asks {

@@ -405,7 +405,7 @@ impl Accelerations<Place> for Expanded<'_> {
 }
 
 impl Stabilized<Place> for Expanded<'_> {
-    fn projects(&self) -> bool {
+    fn needs_projection(&self) -> bool {
         true
     }
     fn project(

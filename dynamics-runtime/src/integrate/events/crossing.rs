@@ -9,22 +9,21 @@
 //! * has one zero where their signs differ and ½c < |g_b − gₐ|, when it cannot turn.
 //!
 //! c is taken from the second differences at both ends of the part, with a factor of safety. A part that
-//! passes neither test is divided into four, until it does, or rounding is all that is left of it. That g is
-//! as smooth between its samples as they let expect is not taken on trust: where a new sample misses what the
-//! curvature of those around it lets expect, the parts among them are judged by what it says instead; and
-//! where samples look rough, one part is divided to see. So functions that oscillate faster than the samples
-//! are followed too. A kink bends no further than c between parts that show the slopes on both its sides; in
-//! the first and the last part it may, and there the slope beside it decides whether it is looked for. What
-//! stays unseen is a dip between samples of which none of them shows anything: two kinks or more in one part
-//! may make one.
+//! passes neither test is divided into four, until it does or only rounding is left of it. The smoothness of
+//! g between samples is checked, too: where a new sample differs from what the curvature of its neighbours
+//! predicts, the parts around it are judged with a larger c; and where samples look rough, one part is divided
+//! as a test. So functions that oscillate faster than the samples are followed. Between parts that show the
+//! slopes on both sides of a kink, c bounds the kink. In the first and the last part it may not; there the
+//! slope of the neighbouring part decides whether the part is divided. A dip between samples that no sample
+//! shows is missed: two kinks or more in one part can make one.
 //!
-//! Crossings are closed in on by [`root`].
+//! [`root`] locates the crossings.
 
 use crate::integrate::events::root::root;
 use crate::integrate::events::root::sign;
 use crate::math;
 
-/// Which crossings count. Rising and falling are meant along the motion, also when it runs backwards in time.
+/// Which crossings count. Rising and falling refer to the direction of the motion, also backwards in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// From negative to positive.
@@ -66,21 +65,26 @@ pub enum ScanError<E> {
 /// A sample (θ, g).
 type Sample = (f64, f64);
 
-/// Most parts that are looked at together.
-const PARTS: usize = 8;
-/// Samples that divide a part: see [`place`].
-const INNER: [f64; 3] = [0.22, 0.53, 0.76];
-/// Most evaluations of a function in a step besides those that close in on a crossing: an oscillation of some
+/// Most parts of a panel: parts that are judged together.
+const PANEL_PARTS: usize = 8;
+/// Samples that divide a part. They are not equidistant, for the reason of [`sample_position`].
+const DIVISION: [f64; 3] = [0.22, 0.53, 0.76];
+/// Most evaluations of a function in a step besides those of [`root`]: enough for an oscillation of some
 /// 2,000 radians.
 const MOST_EVALUATIONS: u32 = 16_384;
+/// A part narrower than so many resolutions is not divided further.
+const LEAST_PART_RESOLUTIONS: f64 = 8.0;
+/// A panel is rough where the curvature changes from sample to sample by more than this part of its largest
+/// value.
+const ROUGH_CHANGE: f64 = 0.3;
 
-/// How parts are looked at together.
+/// How the parts of a panel are judged.
 #[derive(Clone, Copy, PartialEq)]
 enum Refinement {
-    /// For the first time: their samples are all that is known.
+    /// For the first time, by their samples alone.
     First,
-    /// Within a part that was divided; what samples near them missed what was expected by, as a bound
-    /// of |g″|H².
+    /// As parts of a divided part. The number is added to the bound of |g″|H²: by so much samples near them
+    /// exceeded what was predicted.
     Closer(f64),
 }
 
@@ -89,9 +93,9 @@ enum Refinement {
 pub struct Scan {
     /// The last sign that was not 0; 0 while unknown.
     sign: f64,
-    /// Up to where it follows.
+    /// Parts that begin beyond this θ are left out.
     horizon: f64,
-    /// Down to which distance crossings are told apart.
+    /// Accuracy of crossings in θ.
     resolution: f64,
     /// Changes of g up to this are rounding.
     noise: f64,
@@ -99,23 +103,23 @@ pub struct Scan {
     reached: f64,
 }
 
-/// The function that is followed; `None` where it has no value.
+/// An event function of θ; `None` where it has no value.
 type Value<'g> = &'g mut dyn FnMut(f64) -> Option<f64>;
-/// Is shown the crossings.
-type Found<'g> = &'g mut dyn FnMut(f64, Direction) -> bool;
+/// Receives the crossings; returns whether the scan goes on.
+type OnCrossing<'g> = &'g mut dyn FnMut(f64, Direction) -> bool;
 /// The function has no value, or changes too fast.
 struct Stopped;
 
 impl Scan {
-    /// Begins where the function has the given sign (0: unknown, the next sample decides without a crossing).
-    /// Crossings are located to within `resolution` in θ; what changes g by less than `noise` counts as
-    /// rounding.
+    /// A scan that begins where the function has the given sign (0: unknown; the next sample decides it
+    /// without a crossing). Crossings are located to within `resolution` in θ; changes of g by less than
+    /// `noise` count as rounding.
     #[must_use]
     pub fn new(sign: f64, resolution: f64, noise: f64) -> Self {
         Self { sign, horizon: f64::INFINITY, resolution, noise, evaluations: 0, reached: 0.0 }
     }
 
-    /// Leaves out parts that begin beyond a place.
+    /// Leaves out parts that begin beyond a θ.
     #[must_use]
     pub fn up_to(self, horizon: f64) -> Self {
         Self { horizon, ..self }
@@ -134,8 +138,8 @@ impl Scan {
     }
 
     /// Follows the function from the first of some samples (θ, g) to the last. Calls `found(θ, direction)`
-    /// for every crossing, in order, until it returns `false`; then nothing more is looked for. `g` evaluates
-    /// the function.
+    /// for every crossing, in order, until it returns `false`, which ends the scan. `g` evaluates the
+    /// function.
     ///
     /// # Errors
     /// What `g` returns; [`ScanError::Unresolved`] where it changes too fast.
@@ -151,33 +155,39 @@ impl Scan {
         followed.map_err(|Stopped| fault.map_or(ScanError::Unresolved, ScanError::Function))
     }
 
-    /// As [`Scan::follow`], of a function that has no value where it fails: compiled once, and not for every
-    /// function.
-    fn follow_panels(&mut self, samples: &[Sample], g: Value<'_>, found: Found<'_>) -> Result<(), Stopped> {
+    /// [`Scan::follow`] without generic parameters, so that it is compiled once.
+    fn follow_panels(
+        &mut self,
+        samples: &[Sample],
+        g: Value<'_>,
+        found: OnCrossing<'_>,
+    ) -> Result<(), Stopped> {
         let mut rest = samples;
         while rest.len() >= 2 {
-            let parts = (rest.len() - 1).min(PARTS);
+            let parts = (rest.len() - 1).min(PANEL_PARTS);
             self.panel(&rest[..=parts], Refinement::First, g, found)?;
             rest = &rest[parts..];
         }
         Ok(())
     }
 
-    /// Looks at parts together.
+    /// Finds the crossings in the parts between samples.
     fn panel(
         &mut self,
         samples: &[Sample],
         look: Refinement,
         g: Value<'_>,
-        found: Found<'_>,
+        found: OnCrossing<'_>,
     ) -> Result<(), Stopped> {
         let parts = samples.len() - 1;
         let at = curvatures(samples);
+        // 1. Divide the parts that may hide zeros, and one that looks rough. `surprise`: the largest bound that
+        // a new sample demands.
         let (rough, doubt) = match look {
             Refinement::First => (roughest(&at[1..parts]), 0.0),
             Refinement::Closer(doubt) => (None, doubt),
         };
-        let mut inner = [None; PARTS];
+        let mut inner = [None; PANEL_PARTS];
         let mut surprise = 0.0f64;
         for part in 0..parts {
             let (from, to, bending) = (samples[part], samples[part + 1], bending(samples, &at, part));
@@ -190,6 +200,7 @@ impl Scan {
                 inner[part] = Some(fresh);
             }
         }
+        // 2. Divide others for which that bound is too large, and go on within the parts, in order.
         for part in 0..parts {
             let (from, to) = (samples[part], samples[part + 1]);
             let settled = inner[part].is_some() || surprise == 0.0 || self.is_fine(from, to);
@@ -206,14 +217,15 @@ impl Scan {
         Ok(())
     }
 
-    /// Whether there is nothing to look at between two samples.
+    /// Whether a part is not divided in any case: it lies beyond the horizon or is very narrow.
     fn is_fine(&self, from: Sample, to: Sample) -> bool {
-        from.0 > self.horizon || to.0 - from.0 <= 8.0 * self.resolution
+        from.0 > self.horizon || to.0 - from.0 <= LEAST_PART_RESOLUTIONS * self.resolution
     }
 
+    /// Evaluates the samples that divide a part.
     fn divide(&mut self, from: Sample, to: Sample, g: Value<'_>) -> Result<[Sample; 3], Stopped> {
         let mut fresh = [(0.0, 0.0); 3];
-        for (sample, part) in fresh.iter_mut().zip(INNER) {
+        for (sample, part) in fresh.iter_mut().zip(DIVISION) {
             let theta = from.0 + part * (to.0 - from.0);
             *sample = (theta, g(theta).ok_or(Stopped)?);
         }
@@ -224,8 +236,8 @@ impl Scan {
         Ok(fresh)
     }
 
-    /// A part in which the function has one zero at most.
-    fn part(&mut self, from: Sample, to: Sample, g: Value<'_>, found: Found<'_>) -> Result<(), Stopped> {
+    /// Locates the crossing of a part in which the function has one zero at most.
+    fn part(&mut self, from: Sample, to: Sample, g: Value<'_>, found: OnCrossing<'_>) -> Result<(), Stopped> {
         if from.0 > self.horizon {
             return Ok(());
         }
@@ -235,8 +247,7 @@ impl Scan {
             return Ok(());
         }
         if self.sign != 0.0 {
-            // Where rounding has the first sample on the wrong side already, or at zero, the crossing is
-            // there.
+            // If rounding has the first sample on the far side already, or at zero, the crossing is there.
             let from = if sign(from.1) == self.sign { from } else { (from.0, 0.0) };
             let mut failed = false;
             let value = |theta| {
@@ -261,21 +272,22 @@ fn direction(sign: f64) -> Direction {
     if sign > 0.0 { Direction::Rising } else { Direction::Falling }
 }
 
-/// Where in a step, 0 to 1, the sample at the end of each of some parts is best taken: nearly equidistant, so
-/// that no oscillation looks slow because it is sampled once a period.
+/// θ of the sample at the end of a part of a step. Samples are nearly equidistant, but not quite: equidistant
+/// ones would show an oscillation slow that they sample once a period.
 #[must_use]
-pub fn place(part: usize, parts: usize) -> f64 {
+pub fn sample_position(part: usize, parts: usize) -> f64 {
     if part == 0 || part == parts {
         return (part / parts.max(1)) as f64;
     }
-    const GOLDEN: f64 = 0.618_033_988_749_895;
-    let turns = part as f64 * GOLDEN;
+    /// φ − 1 with the golden ratio φ: its multiples are spread evenly modulo 1.
+    const GOLDEN_RATIO_PART: f64 = 0.618_033_988_749_895;
+    let turns = part as f64 * GOLDEN_RATIO_PART;
     (part as f64 + 0.4 * (turns - turns as u32 as f64 - 0.5)) / parts as f64
 }
 
-/// g″ at the samples, known inside only; the first and the last are left out.
-fn curvatures(samples: &[Sample]) -> [f64; PARTS] {
-    let mut out = [0.0; PARTS];
+/// g″ at the inner samples by divided differences; 0 at the first and the last.
+fn curvatures(samples: &[Sample]) -> [f64; PANEL_PARTS] {
+    let mut out = [0.0; PANEL_PARTS];
     let slope = |k: usize| (samples[k + 1].1 - samples[k].1) / (samples[k + 1].0 - samples[k].0);
     let mut past = slope(0);
     for k in 1..samples.len() - 1 {
@@ -286,9 +298,9 @@ fn curvatures(samples: &[Sample]) -> [f64; PARTS] {
     out
 }
 
-/// g″H² at both ends of a part between samples, infinite where too few are known. Beyond the first and the
-/// last it goes on changing as it did.
-fn bending(samples: &[Sample], at: &[f64; PARTS], part: usize) -> [f64; 2] {
+/// g″H² at both ends of a part, infinite where there are too few samples. At the first and the last sample g″
+/// is extrapolated linearly.
+fn bending(samples: &[Sample], at: &[f64; PANEL_PARTS], part: usize) -> [f64; 2] {
     let last = samples.len() - 2;
     let width = samples[part + 1].0 - samples[part].0;
     let ends = match part {
@@ -301,18 +313,18 @@ fn bending(samples: &[Sample], at: &[f64; PARTS], part: usize) -> [f64; 2] {
     ends.map(|end| end * width * width)
 }
 
-/// Bound of |g″|H² with its factor of safety, 4. A kink bends no further where the parts to both sides are
-/// free of others; see [`may_turn`] for the first and the last part.
+/// Bound of |g″|H²: four times the mean of both ends. It also bounds a kink, if the parts on both sides have
+/// none; for the first and the last part see [`may_turn`].
 fn bound([left, right]: [f64; 2]) -> f64 {
     2.0 * (left.abs() + right.abs())
 }
 
-/// The part over which the curvature changes most, if that is much of its largest value.
+/// The part over which the curvature changes most, if the panel is rough: see [`ROUGH_CHANGE`].
 fn roughest(curvatures: &[f64]) -> Option<usize> {
     let largest = curvatures.iter().fold(0.0f64, |largest, curvature| largest.max(curvature.abs()));
     let changes = curvatures.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let (at, most) = changes.enumerate().fold((0, 0.0), |most, now| if now.1 > most.1 { now } else { most });
-    (most > 0.3 * largest).then_some(at + 1)
+    (most > ROUGH_CHANGE * largest).then_some(at + 1)
 }
 
 /// Whether a function has no zero between samples of one sign, or one between those of different signs.
@@ -324,10 +336,10 @@ fn is_resolved((_, a): Sample, (_, b): Sample, bound: f64) -> bool {
     }
 }
 
-/// Whether a kink may hide two zeros in the first or the last part, of which the slope is known on one side
-/// alone: going on as it comes from there, straight or bent as it was, the function would be on the other
-/// side of zero at the outer sample, by more than `noise`.
-fn may_turn(samples: &[Sample], at: &[f64; PARTS], part: usize, noise: f64) -> bool {
+/// Whether a kink may hide two zeros in the first or the last part, where the slope is known on one side only.
+/// It may if the function, extrapolated from that side linearly or with its curvature, is on the other side
+/// of zero at the outer sample, by more than `noise`.
+fn may_turn(samples: &[Sample], at: &[f64; PANEL_PARTS], part: usize, noise: f64) -> bool {
     let last = samples.len() - 2;
     let (outer, near, far, bend) = match part {
         _ if last < 1 => return false,
@@ -342,15 +354,15 @@ fn may_turn(samples: &[Sample], at: &[f64; PARTS], part: usize, noise: f64) -> b
     side * sign(near.1) > 0.0 && (side * straight).min(side * bent) < -noise
 }
 
-/// The bound of |g″|H² that samples inside of a part ask for, where they miss what the curvature at its ends
-/// lets expect by as much as that moves them off the chord; 0 where they do not.
+/// The bound of |g″|H² that new samples in a part demand, where they differ from the prediction by the
+/// curvature at its ends by more than half of its effect; else 0.
 fn surprising(from: Sample, to: Sample, inner: &[Sample; 3], [left, right]: [f64; 2], noise: f64) -> f64 {
-    INNER.iter().zip(inner).fold(0.0, |most, (part, (_, value))| {
+    DIVISION.iter().zip(inner).fold(0.0, |most, (part, (_, value))| {
         let off = value - (from.1 + part * (to.1 - from.1));
         let weight = 0.5 * part * (1.0 - part);
         let miss = (off + weight * ((1.0 - part) * left + part * right)).abs();
         let expected = miss <= 0.5 * weight * (left.abs() + right.abs()) + noise;
-        // What is not a number was not expected either.
+        // NaN was not predicted either.
         if expected {
             most
         } else {
@@ -399,7 +411,8 @@ mod tests {
     /// Crossings on a step sampled at the ends of equal parts, and the evaluations that they took besides
     /// those.
     fn follow(g: impl Fn(f64) -> f64, parts: usize, sign: f64) -> (Vec<(f64, Direction)>, u32) {
-        let samples: Vec<_> = (0..=parts).map(|j| place(j, parts)).map(|theta| (theta, g(theta))).collect();
+        let samples: Vec<_> =
+            (0..=parts).map(|j| sample_position(j, parts)).map(|theta| (theta, g(theta))).collect();
         let (mut out, mut calls) = (Vec::new(), 0);
         let value = |theta| {
             calls += 1;

@@ -1,7 +1,7 @@
-//! Roots of a function between two places.
+//! Roots of a function between two points where its signs differ.
 
-/// A root of g between two points where its signs differ, to the given resolution, by the ITP method: never
-/// more evaluations than bisection plus one, superlinear where g is smooth.
+/// A root of g between two points where its signs differ, to the given resolution, by the ITP method
+/// (interpolate, truncate, project): at most one evaluation more than bisection, superlinear where g is smooth.
 ///
 /// Of the final bracket the end on the far side of the crossing is returned, so that g has already changed
 /// its sign there. Where one end is exactly 0 that end is returned. Source: Oliveira, Takahashi, ACM TOMS 47
@@ -16,6 +16,7 @@ pub fn root(mut g: impl FnMut(f64) -> f64, from: (f64, f64), to: (f64, f64), res
     }
     let side = sign(ga);
     let half = 0.5 * resolution;
+    // κ₁ = 0.2/(b − a), κ₂ = 2 and n₀ = 1 of the paper.
     let k1 = 0.2 / (b - a).abs();
     let bisections = ceil_log2((b - a).abs() / resolution);
     let most = bisections + 1;
@@ -34,7 +35,7 @@ pub fn root(mut g: impl FnMut(f64) -> f64, from: (f64, f64), to: (f64, f64), res
         let radius = half * power_of_two(most.saturating_sub(step)) - 0.5 * width.abs();
         let radius = radius.max(0.0);
         let x = if (truncated - middle).abs() <= radius { truncated } else { middle - toward * radius };
-        // Where rounding leaves no point between the ends the bracket is as small as it gets.
+        // No number is left between the ends: the bracket is as small as rounding permits.
         let x = if x.is_finite() { x } else { middle };
         if x == a || x == b {
             if middle == a || middle == b {
@@ -63,10 +64,12 @@ fn ceil_log2(x: f64) -> u32 {
     n
 }
 
+/// 2ⁿ.
 fn power_of_two(n: u32) -> f64 {
     (0..n).fold(1.0, |power, _| power * 2.0)
 }
 
+/// Replaces the end of the bracket on the side of the value.
 fn narrow(x: f64, value: f64, side: f64, near: (&mut f64, &mut f64), far: (&mut f64, &mut f64)) {
     let end = if sign(value) == side { near } else { far };
     (*end.0, *end.1) = (x, value);

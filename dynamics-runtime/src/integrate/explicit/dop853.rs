@@ -25,14 +25,14 @@ pub struct Dop853<V> {
     h: f64,
 }
 
-/// What the stages 1 to 11, and 13 to 15 of dense output, are made by.
+/// The rows of the stages 1 to 11, and of 13 to 15 for dense output.
 const ROWS: [&[(usize, f64)]; 14] =
     [&A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A13, &A14, &A15];
 
 impl<V: Vector> Dop853<V> {
-    /// The end of the step whose stages are made, and its error.
+    /// The end of the step from its stages, and its error.
     #[inline(always)]
-    fn judged(&self, y: &Phase<V>, tolerances: &Tolerances) -> (Phase<V>, f64) {
+    fn end_and_error(&self, y: &Phase<V>, tolerances: &Tolerances) -> (Phase<V>, f64) {
         let (h, k) = (self.h, &self.k);
         let slope = sum(&B, k);
         let end = zip(y, &slope, |y, k| y + h * k);
@@ -60,8 +60,8 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 });
     const WEIGHTS: &'static [f64] = &WEIGHTS;
     const STABILITY_BORDER: f64 = 6.1;
-    const SCAN: usize = 8;
-    const PROBES: &'static [f64] = &[0.6, 0.92];
+    const EVENT_PANELS: usize = 8;
+    const DEFECT_SAMPLES: &'static [f64] = &[0.6, 0.92];
     type Dense = Nested<V, 8>;
 
     fn new() -> Self {
@@ -81,10 +81,10 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         let k = &mut self.k;
         k[0] = start.derivative();
         self.twelfth = unrolled_stages!(system, (t, y, h), C, k, [1: A1, 2: A2, 3: A3, 4: A4, 5: A5, 6: A6, 7: A7, 8: A8, 9: A9, 10: A10, 11: A11]);
-        Ok(self.judged(y, tolerances))
+        Ok(self.end_and_error(y, tolerances))
     }
 
-    fn attempt_again<S: System<V>>(
+    fn replay_attempt<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,
@@ -95,7 +95,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         self.h = h;
         self.k[0] = start.derivative();
         self.twelfth = stages(system, (*t, y, h), (&ROWS[..11], &C, 1), &mut self.k)?;
-        Ok(self.judged(y, tolerances))
+        Ok(self.end_and_error(y, tolerances))
     }
 
     #[inline(always)]

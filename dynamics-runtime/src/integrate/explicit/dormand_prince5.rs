@@ -71,8 +71,8 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
     const WEIGHTS: &'static [f64] =
         &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
     const STABILITY_BORDER: f64 = 3.25;
-    const SCAN: usize = 4;
-    const PROBES: &'static [f64] = &[0.25, 0.75];
+    const EVENT_PANELS: usize = 4;
+    const DEFECT_SAMPLES: &'static [f64] = &[0.25, 0.75];
     type Dense = Nested<V, 5>;
 
     fn new() -> Self {

@@ -36,7 +36,7 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
     const CONTROL: Option<ControllerSettings> = None;
     const WEIGHTS: &'static [f64] = &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
     const STABILITY_BORDER: f64 = 2.785;
-    const SCAN: usize = 4;
+    const EVENT_PANELS: usize = 4;
     quintic!(V);
 
     fn new() -> Self {
@@ -72,8 +72,9 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
         Phase::zeros()
     }
 
-    /// The two stages in the middle from each other, and from those at the ends: of second order.
-    fn disagreement(&self) -> Phase<V> {
+    /// The difference of the two middle stages, and that of their sum from the stages at the ends: both of
+    /// second order.
+    fn stage_disagreement(&self) -> Phase<V> {
         let middle = sum(&[(1, -1.0), (2, 1.0)], &self.k);
         let ends = sum(&[(0, 1.0), (1, -1.0), (2, -1.0), (3, 1.0)], &self.k);
         zip(&middle, &ends, |middle, ends| self.h / 6.0 * math::max(middle.abs(), ends.abs()))

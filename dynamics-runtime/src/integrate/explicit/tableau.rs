@@ -1,4 +1,4 @@
-//! Linear combinations of stages and the error norm.
+//! The stage loop of explicit methods, linear combinations of stages, and the stiffness estimate.
 
 use crate::integrate::phase::zip;
 use crate::integrate::{Phase, System};
@@ -42,7 +42,7 @@ pub(crate) fn advance<V: Vector, const K: usize>(
     out
 }
 
-/// Σⱼ aⱼ kⱼ to the bits of [`sum`], by a row that is data: one copy for all rows.
+/// Σⱼ aⱼ kⱼ with the bits of [`sum`], for a row as data: compiled once for all rows.
 #[inline(never)]
 pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V> {
     let mut out = Phase::<V>::zeros();
@@ -58,8 +58,8 @@ pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V
 }
 
 /// The stage loop of an explicit method from y at t: stages by number, each by its row from those before it.
-/// Gives where the last of them stands. The compiler writes the loop out, row by row without the zeros, which
-/// [`stages`] does not, to the same bits.
+/// Returns the state of the last one. It is unrolled, row by row without the zeros; [`stages`] is the same as
+/// a loop, with equal bits.
 macro_rules! unrolled_stages {
     ($system:ident, ($t:expr, $y:expr, $h:expr), $nodes:ident, $k:ident, [$($stage:literal: $row:ident),+]) => {{
         $(
@@ -69,15 +69,15 @@ macro_rules! unrolled_stages {
         at
     }};
 }
-pub(in crate::integrate) use unrolled_stages;
+pub(super) use unrolled_stages;
 
 /// The rows of a tableau as data, with the nodes of the method and the index of the stage that the first of
 /// them makes.
 pub(crate) type TableauRows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
 
-/// Stages of an explicit method from y at t, each from those before it, by rows that are data; where the last
-/// of them stands. To the bits of [`advance`] and [`Accelerations::derivative`] written out stage by stage,
-/// slower by the part of a step that is not evaluations, and one copy for all methods.
+/// Stages of an explicit method from y at t, each from those before it, by rows as data. Returns the state of
+/// the last one. Its bits are those of [`unrolled_stages`]. It is compiled once for all methods; the part of a
+/// step outside the evaluations is slower.
 #[inline(never)]
 pub(crate) fn stages<V: Vector, S: System<V>>(
     system: &mut S,

@@ -42,22 +42,22 @@ impl Tableau {
     fn grow(&mut self, vertices: u32) {
         let stages = self.rows.len();
         let mut found = Vec::new();
-        self.plant(vertices - 1, self.trees.len(), f64::from(vertices), std::vec![1.0; stages], &mut found);
+        self.attach(vertices - 1, self.trees.len(), f64::from(vertices), std::vec![1.0; stages], &mut found);
         for (gamma, phi) in found {
             let carried = self.rows.iter().map(|row| row.iter().map(|&(j, a)| a * phi[j]).sum()).collect();
             self.trees.push(Tree { vertices, gamma, phi, carried });
         }
     }
 
-    /// All ways to put trees before `end` with `left` vertices together onto a root.
-    fn plant(&self, left: u32, end: usize, gamma: f64, phi: Vec<f64>, found: &mut Vec<(f64, Vec<f64>)>) {
+    /// All ways to attach trees before `end`, with `left` vertices in total, to a root.
+    fn attach(&self, left: u32, end: usize, gamma: f64, phi: Vec<f64>, found: &mut Vec<(f64, Vec<f64>)>) {
         if left == 0 {
             found.push((gamma, phi));
             return;
         }
         for (i, tree) in self.trees[..end].iter().enumerate().filter(|(_, tree)| tree.vertices <= left) {
             let phi = phi.iter().zip(&tree.carried).map(|(x, y)| x * y).collect();
-            self.plant(left - tree.vertices, i + 1, gamma * tree.gamma, phi, found);
+            self.attach(left - tree.vertices, i + 1, gamma * tree.gamma, phi, found);
         }
     }
 

@@ -78,8 +78,8 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
         Some(ControllerSettings { safety: 0.9, beta: 0.04, shrink: 0.2, grow: 10.0 });
     const WEIGHTS: &'static [f64] = &[B[0].1, B[1].1, B[2].1, B[3].1, B[4].1, B[5].1];
     const STABILITY_BORDER: f64 = 3.5;
-    const SCAN: usize = 4;
-    const PROBES: &'static [f64] = &[0.25, 0.75];
+    const EVENT_PANELS: usize = 4;
+    const DEFECT_SAMPLES: &'static [f64] = &[0.25, 0.75];
     type Dense = Nested<V, 5>;
 
     fn new() -> Self {
@@ -104,7 +104,7 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
         Ok((end, error))
     }
 
-    fn attempt_again<S: System<V>>(
+    fn replay_attempt<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,

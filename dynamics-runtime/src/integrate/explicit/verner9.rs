@@ -26,14 +26,14 @@ pub struct Verner9<V> {
     h: f64,
 }
 
-/// What the stages 1 to 15, and 17 to 20 of dense output, are made by.
+/// The rows of the stages 1 to 15, and of 17 to 20 for dense output.
 const ROWS: [&[(usize, f64)]; 19] =
     [&A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A12, &A13, &A14, &A15, &A17, &A18, &A19, &A20];
 
 impl<V: Vector> Verner9<V> {
-    /// The end of the step whose stages are made, and its error.
+    /// The end of the step from its stages, and its error.
     #[inline(always)]
-    fn judged(&self, y: &Phase<V>, tolerances: &Tolerances) -> (Phase<V>, f64) {
+    fn end_and_error(&self, y: &Phase<V>, tolerances: &Tolerances) -> (Phase<V>, f64) {
         let (h, k) = (self.h, &self.k);
         let end = advance(y, h, &B, k);
         let error = h.abs() * tolerances.norm(&sum(&E, k), y, &end);
@@ -48,11 +48,11 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 });
     const WEIGHTS: &'static [f64] = &WEIGHTS;
-    // Steps that stability bounds swing about the border, as the error estimate grows steeply there: most of
-    // them lie below.
+    // At the border of stability (4.5) the error estimate grows steeply: steps oscillate around it, and most
+    // lie below.
     const STABILITY_BORDER: f64 = 4.1;
-    const SCAN: usize = 8;
-    const PROBES: &'static [f64] = &[0.2, 0.6];
+    const EVENT_PANELS: usize = 8;
+    const DEFECT_SAMPLES: &'static [f64] = &[0.2, 0.6];
     type Dense = Nested<V, 9>;
 
     fn new() -> Self {
@@ -72,10 +72,10 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         let k = &mut self.k;
         k[0] = start.derivative();
         self.sixteenth = unrolled_stages!(system, (t, y, h), C, k, [1: A1, 2: A2, 3: A3, 4: A4, 5: A5, 6: A6, 7: A7, 8: A8, 9: A9, 10: A10, 11: A11, 12: A12, 13: A13, 14: A14, 15: A15]);
-        Ok(self.judged(y, tolerances))
+        Ok(self.end_and_error(y, tolerances))
     }
 
-    fn attempt_again<S: System<V>>(
+    fn replay_attempt<S: System<V>>(
         &mut self,
         system: &mut S,
         start: &StepNode<V>,
@@ -86,7 +86,7 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         self.h = h;
         self.k[0] = start.derivative();
         self.sixteenth = stages(system, (*t, y, h), (&ROWS[..15], &C, 1), &mut self.k)?;
-        Ok(self.judged(y, tolerances))
+        Ok(self.end_and_error(y, tolerances))
     }
 
     #[inline(always)]

@@ -11,13 +11,12 @@
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)): its error is
 //!   O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
 //! * **Stability**: oscillations to hω = 2.7, 2.5 and 3.1.
-//! * **Rounding**: what is lost when a step is added to the state is carried to the next step
-//!   ([`Carry`](crate::integrate::compensated_summation::Carry)).
+//! * **Rounding**: steps are added by a [`CompensatedSum`].
 //! * **Cost**: 5, 9 or 17 evaluations of q̈ per step.
 //! * **Source**: Suzuki, Phys. Lett. A 146 (1990) 319; Kahan, Li, Math. Comp. 66 (1997) 1089; Hairer, Lubich,
 //!   Wanner, *Geometric Numerical Integration*, 2nd ed., §II.4 and §V.3.2.
 
-use crate::integrate::compensated_summation::Carry;
+use crate::integrate::compensated_summation::CompensatedSum;
 use crate::integrate::geometric::stormer_verlet::verlet;
 use crate::integrate::phase::zip;
 use crate::integrate::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
@@ -47,7 +46,7 @@ pub struct Composition<V, const S: usize> {
     k: [Phase<V>; S],
     /// q̈ at the end.
     last: V,
-    carry: Carry<V>,
+    compensation: CompensatedSum<V>,
 }
 
 /// Order 4 by five steps.
@@ -92,11 +91,11 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
     const CONTROL: Option<ControllerSettings> = None;
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = 2.5;
-    const SCAN: usize = 8;
+    const EVENT_PANELS: usize = 8;
     quintic!(V);
 
     fn new() -> Self {
-        Self { k: [Phase::zeros(); S], last: V::zeros(), carry: Carry::new() }
+        Self { k: [Phase::zeros(); S], last: V::zeros(), compensation: CompensatedSum::new() }
     }
 
     #[inline(always)]
@@ -107,8 +106,8 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
         h: f64,
         _: &Tolerances,
     ) -> Result<(Phase<V>, f64), Y::Error> {
-        // What the steps add is added up before it is added to where they start: positions are rounded once,
-        // and far from their origin, too, steps that go back take away what they should.
+        // The changes of the Verlet steps are summed before they are added to the start. So positions are
+        // rounded once, and backward steps cancel forward ones also far from the origin of q.
         let (mut knot, mut way, mut done) = (*start, Phase::zeros(), 0.0);
         for i in 0..S {
             self.k[i] = knot.derivative();
@@ -121,7 +120,7 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
             }
         }
         self.last = knot.a;
-        Ok((self.carry.add(&start.y, &way), 0.0))
+        Ok((self.compensation.add(&start.y, &way), 0.0))
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! SemiImplicitEuler: the semi-implicit (symplectic) Euler method.
 //!
-//! * **Problem**: real time at a fixed rate, where one evaluation per step is all there is time for and a per
-//!   cent is good enough.
+//! * **Problem**: real time at a fixed rate, with time for one evaluation per step, and accuracy of about one
+//!   per cent.
 //! * **Formula**: u₁ = u₀ + h a(t₀, q₀, u₀), q₁ = q₀ + h u₁: positions move with the new velocities. That one
 //!   difference from Euler's method keeps oscillations from growing.
 //! * **Order** 1; no error estimate, hence a fixed step.
@@ -29,7 +29,7 @@ impl<V: Vector> Scheme<V> for SemiImplicitEuler<V> {
     const CONTROL: Option<ControllerSettings> = None;
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = 2.0;
-    const SCAN: usize = 4;
+    const EVENT_PANELS: usize = 4;
     quintic!(V);
 
     fn new() -> Self {

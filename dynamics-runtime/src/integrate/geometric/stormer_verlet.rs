@@ -11,11 +11,12 @@
 //! * **Structure**: symplectic, reversible, keeps linear and quadratic momenta to rounding. The energy error
 //!   is bounded by O(h²) for times exponentially long in 1/h, as the step is all but exactly a motion of a
 //!   nearby energy. True while M is constant and forces have no velocities: simulations refuse other models,
-//!   as M(q) brings velocities into Q. Systems that do not say so ([`System::has_velocity_forces`]) are
+//!   since M(q) brings velocities into Q. Systems with velocity forces
+//!   ([`Accelerations::has_velocity_forces`](crate::integrate::Accelerations::has_velocity_forces)) are
 //!   evaluated twice per step, which keeps order 2 and nothing else.
-//! * **Change points** are not passed: beside a position where constraints lose rank their gradients where a
-//!   step starts do not lead onto Φ = 0 where it ends. Simulations end there with an error that names the
-//!   position, and what passes it.
+//! * **Change points** are not passed: near a position where constraints lose rank, moves along their
+//!   gradients at the start of a step do not reach Φ = 0 at its end. Simulations end there with an error that
+//!   names the position and the methods that pass it.
 //! * **Resonance**: steps near hω = π/2, 2π/3, … of a nonlinear oscillation excite it by the step; hω < 1 is
 //!   safe.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)).
@@ -24,37 +25,29 @@
 //! * **Source**: Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., §I.1.4, §VI.3, §VII.1.4,
 //!   §IX; Andersen, J. Comput. Phys. 52 (1983) 24; Leimkuhler, Skeel, J. Comput. Phys. 112 (1994) 117.
 
-use crate::integrate::phase::zip;
+use crate::integrate::phase::{plus_scaled, zip};
 use crate::integrate::{ControllerSettings, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
-/// x + h·d, element by element.
+/// One step of the velocity form, without constraints. It starts at (t, q̈) and at the state `y` plus the
+/// displacement `way`, to which its change is added. Returns q̈ at its end, at the velocity u½ + h/2·a₀.
 #[inline(always)]
-pub(in crate::integrate) fn moved<V: Vector>(x: &V, h: f64, d: &V) -> V {
-    let mut out = *x;
-    (0..V::LEN).for_each(|i| out[i] = x.as_slice()[i] + h * d.as_slice()[i]);
-    out
-}
-
-/// One step of the velocity form, without constraints, added to the way from y₀ to where it starts, (t, q̈)
-/// there; q̈ at its end, at a velocity nearby.
-#[inline(always)]
-pub(in crate::integrate) fn verlet<V: Vector, S: System<V>>(
+pub(super) fn verlet<V: Vector, S: System<V>>(
     system: &mut S,
     y: &Phase<V>,
     way: &mut Phase<V>,
     StepNode { t, a, .. }: &StepNode<V>,
     h: f64,
 ) -> Result<V, S::Error> {
-    let half = moved(&way.u, 0.5 * h, a);
-    let u = moved(&y.u, 1.0, &half);
-    way.q = moved(&way.q, h, &u);
-    let a = system.accelerations(t + h, &moved(&y.q, 1.0, &way.q), &moved(&u, 0.5 * h, a))?;
-    way.u = moved(&half, 0.5 * h, &a);
+    let half = plus_scaled(&way.u, 0.5 * h, a);
+    let u = plus_scaled(&y.u, 1.0, &half);
+    way.q = plus_scaled(&way.q, h, &u);
+    let a = system.accelerations(t + h, &plus_scaled(&y.q, 1.0, &way.q), &plus_scaled(&u, 0.5 * h, a))?;
+    way.u = plus_scaled(&half, 0.5 * h, &a);
     Ok(a)
 }
 
-/// The second half of a step.
+/// The second half of a step: state and derivative at its end.
 #[inline(always)]
 fn end<V: Vector, S: System<V>>(
     system: &mut S,
@@ -63,8 +56,8 @@ fn end<V: Vector, S: System<V>>(
     q: V,
     half: V,
 ) -> Result<(Phase<V>, Phase<V>), S::Error> {
-    let a = system.accelerations(start.t + h, &q, &moved(&half, 0.5 * h, &start.a))?;
-    let y = Phase { q, u: moved(&half, 0.5 * h, &a) };
+    let a = system.accelerations(start.t + h, &q, &plus_scaled(&half, 0.5 * h, &start.a))?;
+    let y = Phase { q, u: plus_scaled(&half, 0.5 * h, &a) };
     Ok((y, Phase { q: y.u, u: a }))
 }
 
@@ -89,7 +82,7 @@ macro_rules! scheme {
             const CONTROL: Option<ControllerSettings> = None;
             const WEIGHTS: &'static [f64] = &[];
             const STABILITY_BORDER: f64 = 2.0;
-            const SCAN: usize = 4;
+            const EVENT_PANELS: usize = 4;
             quintic!(V);
 
             fn new() -> Self {
@@ -146,11 +139,11 @@ scheme!(StormerVerlet, |system: &mut S, start: &StepNode<V>, h: f64| {
     Ok((y, Phase { q: y.u, u: a }))
 });
 scheme!(Rattle, |system: &mut S, start: &StepNode<V>, h: f64| {
-    let mut half = moved(&start.y.u, 0.5 * h, &start.a);
-    let free = moved(&start.y.q, h, &half);
+    let mut half = plus_scaled(&start.y.u, 0.5 * h, &start.a);
+    let free = plus_scaled(&start.y.q, h, &half);
     let mut q = free;
-    system.hold_end(start, h, &mut q)?;
+    system.project_position(start, h, &mut q)?;
     let change = zip(&Phase { q, u: q }, &Phase { q: free, u: free }, |held, free| held - free).q;
-    half = moved(&half, 1.0 / h, &change);
+    half = plus_scaled(&half, 1.0 / h, &change);
     end(system, start, h, q, half)
 });

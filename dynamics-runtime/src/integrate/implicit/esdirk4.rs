@@ -1,7 +1,7 @@
 //! Esdirk4: a diagonally implicit Runge–Kutta method of order 4(3), for stiff motions at moderate accuracy.
 //!
-//! * **Problem**: stiff springs, dampers and controllers in models of tens of coordinates, where one real
-//!   matrix of N rows is a fifth of what Radau IIA factors, at tolerances of about 10⁻³ to 10⁻⁵.
+//! * **Problem**: stiff springs, dampers and controllers in models of tens of coordinates, at tolerances of
+//!   about 10⁻³ to 10⁻⁵. Its one real matrix of N rows is a fifth of what Radau IIA factors.
 //! * **Formula**: ESDIRK4(3)6L\[2\]SA: six stages one after the other, the first of them the start, the last
 //!   one the end. Of each only its velocities are unknown, U = u* + hγ a(q* + hγ U, U), γ = ¼, with u* and q*
 //!   from the stages before: simplified Newton iterations with 1 − hγ ∂a/∂u − (hγ)² ∂a/∂q, one real matrix of
@@ -11,20 +11,20 @@
 //!   within a stage where they do not: a stiff direction that turns asks for that.
 //! * **Order** 4, stages of order 2. Positions and velocities of very stiff motions may converge with orders
 //!   2 to 3: order reduction, more of it than Radau IIA has, which is why that is the method for many digits.
-//! * **Where it fails**: a stiff direction that turns, a bob on a stiff spring, is to stages of order 2 a
-//!   constraint of index 3. The order is 2 then, and errors of steps, each within its tolerance, all take
-//!   energy away: they add up to hundreds of times the tolerance (Radau IIA: 20 times). Summaries find that
-//!   by half steps.
+//! * **Where it fails**: a stiff direction that turns (a bob on a stiff spring) acts on stages of order 2 like
+//!   a constraint of index 3. The order is then 2. The errors of the steps, each within its tolerance, all
+//!   take energy away and add up to hundreds of times the tolerance (Radau IIA: 20 times). `verify()` measures it
+//!   by step doubling.
 //! * **Error estimate**: four times the difference from the embedded formula of order 3, filtered by (1 − hγ
-//!   J)⁻¹, so that what is stiff does not shorten the steps.
+//!   J)⁻¹, so that stiff components do not shorten the steps.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]), with the q̈ for which the
 //!   stages were solved: free of the rounding errors that stiff forces make of positions.
-//! * **Stability**: L-stable, and what is embedded damps what is stiff, too. Oscillations are damped as well:
-//!   as with Radau IIA, step control sees them and pays for them.
+//! * **Stability**: L-stable; the embedded formula damps stiff components, too. Oscillations are damped as
+//!   with Radau IIA. Step control resolves them, at their cost.
 //! * **Beside Radau IIA**, chains of bobs on stiff damped springs (k = 1e8) that swing for 2 s, same error at
 //!   the end, one run: with 40 coordinates 0.4 of its time to 8e-5 and as much to 7e-6; with 16 coordinates
 //!   1.4 times its time to 3e-5 and 3 times to 4e-6, with 4 coordinates 2.5 times to 1e-4 and 6 times to
-//!   2e-6. It is for many coordinates and few digits, and for nothing else.
+//!   2e-6. Use it for many coordinates and few digits only.
 //! * **Cost**: 1 evaluation of q̈ per iteration, 5 stages of 1 to 3 iterations; a Jacobian and one
 //!   factorisation of N³/3 where they are renewed.
 //! * **Source**: Kennedy & Carpenter, NASA/TM–2016–219173, §7.3; filter: Hairer & Wanner, *Solving ODE II*,
@@ -43,19 +43,22 @@ use table::*;
 
 /// Most Newton iterations of a stage.
 const MOST_STAGE_ITERATIONS: u32 = 10;
-/// Iterations that converge no faster get a new Jacobian.
-const SLOW: f64 = 0.2;
-/// Iterations that converge at this rate or faster keep it for the next step.
-const FAST: f64 = 0.05;
-/// Factored matrices serve steps that differ from theirs by no more than this part.
-const SAME: f64 = 1e-6;
-/// Largest factor by which a step could grow and is left as it is, with its factored matrices.
-const STEADY: f64 = 1.2;
-/// Share of the permitted error that Newton's iterations may leave.
-const LEFT: f64 = 0.003;
-/// The embedded formula is so near to the step that their difference is less than the error: of y′ = λy two
-/// thirds of it at |hλ| = ½, a third at 1, a tenth at 2.
-const EMBEDDED_CLOSENESS: f64 = 4.0;
+/// Rate of convergence from which on the iterations get a new Jacobian. A smaller value costs Jacobians, a
+/// larger one iterations.
+const RENEWAL_RATE: f64 = 0.2;
+/// Rate of convergence up to which the Jacobian is kept for the next step.
+const KEPT_JACOBIAN_RATE: f64 = 0.05;
+/// Factored matrices serve steps that differ from theirs by no more than this part: times are rounded.
+const SAME_STEP_PART: f64 = 1e-6;
+/// Factor up to which a step does not grow although it could: its factored matrices are kept. A larger value
+/// makes more steps, a smaller one more factorisations.
+const UNCHANGED_STEP_GROWTH: f64 = 1.2;
+/// Part of the permitted error that Newton's iterations may leave: they leave it in every stage, with one
+/// sign where convergence is slow.
+const NEWTON_ERROR_PART: f64 = 0.003;
+/// Factor from the difference of the embedded formula to the error estimate. That difference is less than the
+/// error: for y′ = λy two thirds of it at |hλ| = ½, a third at 1, a tenth at 2.
+const ESTIMATE_FACTOR: f64 = 4.0;
 
 /// ESDIRK4(3)6L\[2\]SA.
 #[derive(Clone, Debug)]
@@ -65,16 +68,16 @@ pub struct Esdirk4<V: Vector> {
     exchanges: V,
     /// Step for which the matrix is factored; 0: none.
     factored_for: f64,
-    /// Whether there is a Jacobian that may be kept.
-    known: bool,
+    /// Whether there is a Jacobian that may be used.
+    has_jacobian: bool,
     /// Velocities and accelerations of the stages.
     k: [Phase<V>; STAGES],
     error: Phase<V>,
     solved: bool,
-    /// Worst rate of convergence in this step.
+    /// Slowest rate of convergence in this step.
     rate: f64,
-    /// Velocities of the stages, where the step is made once more.
-    foreseen: Option<[V; STAGES]>,
+    /// Velocities from which the iterations of the stages start, where a recorded step is repeated.
+    replay_velocities: Option<[V; STAGES]>,
     /// The last accepted step: its end, its size, changes of the velocities to its stages.
     last: Option<(StepNode<V>, f64, [V; STAGES])>,
 }
@@ -83,24 +86,26 @@ pub struct Esdirk4<V: Vector> {
 #[derive(PartialEq)]
 enum StageOutcome {
     Solved,
+    /// They converge too slowly, or diverge.
     Slow,
     NotFinite,
 }
 
 impl<V: Vector> Esdirk4<V> {
+    /// Evaluates the Jacobian at a point.
     fn differentiate<S: System<V>>(&mut self, system: &mut S, at: &StepNode<V>) -> Result<(), S::Error> {
-        // Until it is complete there is none.
-        (self.known, self.factored_for) = (false, 0.0);
+        // The matrix is invalid while it is written, also if that fails.
+        (self.has_jacobian, self.factored_for) = (false, 0.0);
         let n = V::LEN * V::LEN;
         let (by_q, rest) = self.matrices.all().split_at_mut(n);
         system.jacobian(at, by_q, &mut rest[..n])?;
-        self.known = true;
+        self.has_jacobian = true;
         Ok(())
     }
 
-    /// False where the matrix is singular.
+    /// Factors the matrix of the stages for a step size; false where it is singular.
     fn factor(&mut self, h: f64) -> bool {
-        if self.factored_for != 0.0 && (h / self.factored_for - 1.0).abs() <= SAME {
+        if self.factored_for != 0.0 && (h / self.factored_for - 1.0).abs() <= SAME_STEP_PART {
             return true;
         }
         let (n, step) = (V::LEN, GAMMA * h);
@@ -116,9 +121,9 @@ impl<V: Vector> Esdirk4<V> {
         exchanges.is_some()
     }
 
-    /// q* and u* of stage i.
+    /// q* and u* of stage i, from the stages before it.
     #[inline(always)]
-    fn before(&self, start: &Phase<V>, h: f64, i: usize) -> Phase<V> {
+    fn stage_base(&self, start: &Phase<V>, h: f64, i: usize) -> Phase<V> {
         let mut y = *start;
         for (k, a) in self.k.iter().zip(&A[i]).take(i) {
             for l in 0..V::LEN {
@@ -129,13 +134,13 @@ impl<V: Vector> Esdirk4<V> {
         y
     }
 
-    /// Velocities at which the iterations of stage i begin: on the polynomial through those of the stages
-    /// before.
+    /// Velocities from which the iterations of stage i start: those of the polynomial through the stages
+    /// before it, or, for the first implicit stage, through the stages of the last step.
     #[inline(always)]
     fn predicted(&self, start: &StepNode<V>, h: f64, i: usize) -> V {
         let mut u = start.y.u;
-        if let Some(foreseen) = &self.foreseen {
-            return foreseen[i];
+        if let Some(velocities) = &self.replay_velocities {
+            return velocities[i];
         }
         match &self.last {
             _ if i > 1 => {
@@ -156,7 +161,8 @@ impl<V: Vector> Esdirk4<V> {
         u
     }
 
-    /// Solves for stage i.
+    /// Solves for stage i by simplified Newton iterations, until the correction that is left is no larger than
+    /// `enough` in units of `scale`.
     fn stage<S: System<V>>(
         &mut self,
         system: &mut S,
@@ -165,19 +171,19 @@ impl<V: Vector> Esdirk4<V> {
         (scale, enough): (&Phase<V>, f64),
     ) -> Result<StageOutcome, S::Error> {
         let (t, step) = (start.t + C[i] * h, GAMMA * h);
-        let (from, mut u) = (self.before(&start.y, h, i), self.predicted(start, h, i));
+        let (base, mut u) = (self.stage_base(&start.y, h, i), self.predicted(start, h, i));
         let (mut before, mut renewed) = (f64::INFINITY, false);
         for iteration in 1..=MOST_STAGE_ITERATIONS {
-            let q = zip(&Phase { q: from.q, u: from.u }, &Phase { q: u, u }, |x, u| x + step * u).q;
+            let q = zip(&Phase { q: base.q, u: base.u }, &Phase { q: u, u }, |x, u| x + step * u).q;
             let a = system.accelerations(t, &q, &u)?;
-            if !self.known {
+            if !self.has_jacobian {
                 self.differentiate(system, &StepNode { t, y: Phase { q, u }, a })?;
                 renewed = true;
             }
             if !self.factor(h) {
                 return Ok(StageOutcome::Slow);
             }
-            let mut change = from.u;
+            let mut change = base.u;
             (0..V::LEN).for_each(|l| change[l] += step * a[l] - u[l]);
             solve(self.matrices.one(2), &self.exchanges, &mut change);
             let mut sum = 0.0;
@@ -187,7 +193,7 @@ impl<V: Vector> Esdirk4<V> {
                 u[l] += change[l];
             }
             let size = math::sqrt(sum / (2 * V::LEN) as f64);
-            // Where this fails, what is corrected most is to blame.
+            // If the step fails, the error names the coordinate that is corrected most.
             self.error.u = change;
             if !size.is_finite() {
                 return Ok(StageOutcome::NotFinite);
@@ -199,15 +205,15 @@ impl<V: Vector> Esdirk4<V> {
             let left = if rate < 1.0 { size * rate / (1.0 - rate) } else { size };
             if left <= enough {
                 let mut k = Phase { q: u, u };
-                (0..V::LEN).for_each(|l| k.u[l] = (u[l] - from.u[l]) / step);
+                (0..V::LEN).for_each(|l| k.u[l] = (u[l] - base.u[l]) / step);
                 self.k[i] = k;
                 return Ok(StageOutcome::Solved);
             }
-            if iteration > 1 && rate > SLOW {
+            if iteration > 1 && rate > RENEWAL_RATE {
                 if rate > 2.0 && renewed {
                     return Ok(StageOutcome::Slow);
                 }
-                self.known = false;
+                self.has_jacobian = false;
             }
             before = size;
         }
@@ -239,7 +245,7 @@ impl<V: Vector> Esdirk4<V> {
     ) -> Result<StageOutcome, S::Error> {
         let scale = zip(&start.y, &start.y, |x, y| tolerances.scale(x, y));
         let tightest = tolerances.relative.max(f64::MIN_POSITIVE);
-        let enough = LEFT.max(10.0 * f64::EPSILON / tightest).min(0.1);
+        let enough = NEWTON_ERROR_PART.max(10.0 * f64::EPSILON / tightest).min(0.1);
         for i in 1..STAGES {
             let ended = self.stage(system, start, (h, i), (&scale, enough))?;
             if ended != StageOutcome::Solved {
@@ -258,7 +264,7 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         Some(ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.2, grow: 5.0 });
     const WEIGHTS: &'static [f64] = &[];
     const STABILITY_BORDER: f64 = f64::INFINITY;
-    const SCAN: usize = 8;
+    const EVENT_PANELS: usize = 8;
     quintic!(V);
 
     fn new() -> Self {
@@ -266,18 +272,18 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
             matrices: Matrices::new(),
             exchanges: V::zeros(),
             factored_for: 0.0,
-            known: false,
+            has_jacobian: false,
             k: [Phase::zeros(); STAGES],
             error: Phase::zeros(),
             solved: true,
             rate: 0.0,
-            foreseen: None,
+            replay_velocities: None,
             last: None,
         }
     }
 
-    fn forget(&mut self) {
-        (self.last, self.known, self.foreseen) = (None, false, None);
+    fn forget_history(&mut self) {
+        (self.last, self.has_jacobian, self.replay_velocities) = (None, false, None);
     }
 
     fn attempt<S: System<V>>(
@@ -288,25 +294,25 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
         self.k[0] = start.derivative();
-        self.known &= self.rate <= FAST;
+        self.has_jacobian &= self.rate <= KEPT_JACOBIAN_RATE;
         self.rate = 0.0;
         let ended = self.stages(system, start, h, tolerances);
-        self.foreseen = None;
+        self.replay_velocities = None;
         let ended = ended?;
         self.solved = ended != StageOutcome::Slow;
         if ended != StageOutcome::Solved {
-            self.known = false;
+            self.has_jacobian = false;
             return Ok((start.y, if self.solved { f64::NAN } else { f64::INFINITY }));
         }
-        let from = self.before(&start.y, h, STAGES - 1);
+        let base = self.stage_base(&start.y, h, STAGES - 1);
         let last = &self.k[STAGES - 1];
-        let mut end = Phase { q: from.q, u: last.q };
+        let mut end = Phase { q: base.q, u: last.q };
         (0..V::LEN).for_each(|l| end.q[l] += GAMMA * h * last.q[l]);
         let mut error = Phase::<V>::zeros();
         for (k, e) in self.k.iter().zip(E) {
             for l in 0..V::LEN {
-                error.q[l] += EMBEDDED_CLOSENESS * h * e * k.q[l];
-                error.u[l] += EMBEDDED_CLOSENESS * h * e * k.u[l];
+                error.q[l] += ESTIMATE_FACTOR * h * e * k.q[l];
+                error.u[l] += ESTIMATE_FACTOR * h * e * k.u[l];
             }
         }
         self.error = self.filter(&error, h);
@@ -326,18 +332,18 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         self.error
     }
 
-    fn converged(&self) -> bool {
+    fn has_converged(&self) -> bool {
         self.solved
     }
 
-    fn retrace(&mut self, step: &Step<V>, part: f64) -> bool {
+    fn prepare_replay(&mut self, step: &Step<V>, part: f64) -> bool {
         let Step { start, end, h, .. } = step;
         let between = Hermite::between(start, end, *h);
-        self.foreseen = Some(C.map(|c| between.at(c * part).u));
+        self.replay_velocities = Some(C.map(|c| between.at(c * part).u));
         true
     }
 
-    fn accepted(&mut self, step: &Step<V>) {
+    fn accept_step(&mut self, step: &Step<V>) {
         let mut changes = [V::zeros(); STAGES];
         for (change, k) in changes.iter_mut().zip(&self.k) {
             (0..V::LEN).for_each(|l| change[l] = k.q[l] - step.start.y.u[l]);
@@ -345,8 +351,8 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
         self.last = Some((step.end, step.h, changes));
     }
 
-    fn pace(&mut self, factor: f64, error: f64) -> f64 {
-        if error <= 1.0 && (1.0..=STEADY).contains(&factor) { 1.0 } else { factor }
+    fn adjust_step_factor(&mut self, factor: f64, error: f64) -> f64 {
+        if error <= 1.0 && (1.0..=UNCHANGED_STEP_GROWTH).contains(&factor) { 1.0 } else { factor }
     }
 
     fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {

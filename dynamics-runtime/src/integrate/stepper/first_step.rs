@@ -3,13 +3,12 @@
 //! An explicit Euler step of a hundredth of the scale of the solution estimates the second derivative; the
 //! step is then the one whose local error of order p would be one hundredth of the tolerance.
 //!
-//! That takes the tolerance of a velocity that is zero for what its changes are measured by: from rest it is
-//! hundreds of times too short, and longer at once for methods that need only some dozens of steps
-//! ([`Scheme::LONG_STEPS`](crate::integrate::Scheme::LONG_STEPS)). A mechanism has times of its own, in which it moves
-//! as far as it is large and its accelerations change by as much as they are, |q|/|q̇|, √(|q|/|q̈|) and
-//! |q̈|/|q⃛|, and what a method of order p leaves of |q| in a part x of the least of them is of the order
-//! x^(p+1): they take the step that leaves a hundredth of the tolerance where it is longer, up to
-//! [`MOST_STEP_RATIO`] times. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*,
+//! The estimate compares changes of a velocity with its tolerance. From rest the velocity is zero, and the step
+//! is hundreds of times too short. Methods that need only some dozens of steps
+//! ([`Scheme::LONG_STEPS`](crate::integrate::Scheme::LONG_STEPS)) therefore take a longer step, where the
+//! characteristic times of the mechanism allow it: |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|. In a part x of the
+//! least of them a method of order p has a relative error of order x^(p+1) in |q|; the step is the one for
+//! which this is a hundredth of the tolerance, but at most [`MOST_STEP_RATIO`] times the estimate above. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*,
 //! §II.4, "starting step size".
 
 use crate::integrate::phase::zip;
@@ -17,12 +16,13 @@ use crate::integrate::{Phase, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
 
-/// See this file's header: both estimates have to do with the same motion.
+/// Largest ratio of the step by characteristic times to the one by the second derivative: see the header. If
+/// they differ by more, one of them is not representative of the motion.
 const MOST_STEP_RATIO: f64 = 100.0;
 
 /// |h| for a method of the given order, which makes `long` steps or not; costs one to four evaluations.
 /// `direction` is ±1, `most` an upper bound.
-pub(crate) fn first_step<V: Vector, S: System<V>>(
+pub(super) fn first_step<V: Vector, S: System<V>>(
     system: &mut S,
     start: &StepNode<V>,
     (order, long): (u32, bool),
@@ -35,7 +35,7 @@ pub(crate) fn first_step<V: Vector, S: System<V>>(
     let (d0, d1) = (size(&start.y), size(&slope));
     let mut h =
         if d0 < 1e-10 || d1 < 1e-10 || !(d0 / d1).is_finite() { 1e-6 } else { 0.01 * d0 / d1 }.min(most);
-    // The Euler step may leave the region where the accelerations exist: then a smaller one is tried.
+    // The Euler step may leave the region where the accelerations exist. Then a smaller one is tried.
     for _ in 0..4 {
         let y = zip(&start.y, &slope, |y, k| y + direction * h * k);
         let Ok(a) = system.accelerations(start.t + direction * h, &y.q, &y.u) else {
@@ -55,22 +55,28 @@ pub(crate) fn first_step<V: Vector, S: System<V>>(
             math::powf(0.01 / curvature, 1.0 / f64::from(order))
         };
         let of_order = fine.min(100.0 * h);
-        let own = if long { own_step(start, &a, h, order, tolerances) } else { 0.0 };
-        return of_order.max(own.min(MOST_STEP_RATIO * of_order)).min(most);
+        let characteristic = if long { characteristic_step(start, &a, h, order, tolerances) } else { 0.0 };
+        return of_order.max(characteristic.min(MOST_STEP_RATIO * of_order)).min(most);
     }
     h
 }
 
-/// The step by the times in which a mechanism moves, from its accelerations after an Euler step of length
+/// The step by the characteristic times of the mechanism, from its accelerations after an Euler step of length
 /// `h`; 0 where it has none.
-fn own_step<V: Vector>(start: &StepNode<V>, later: &V, h: f64, order: u32, tolerances: &Tolerances) -> f64 {
+fn characteristic_step<V: Vector>(
+    start: &StepNode<V>,
+    later: &V,
+    h: f64,
+    order: u32,
+    tolerances: &Tolerances,
+) -> f64 {
     let Phase { q, u } = start.y;
-    // All of them in tolerances of q: only their ratios count.
+    // All in tolerances of q, since only ratios count.
     let size = |x: V| tolerances.norm(&Phase { q: x, u: V::zeros() }, &start.y, &start.y);
     let mut change = *later;
     (0..V::LEN).for_each(|i| change[i] -= start.a[i]);
     let (q, u, a, change) = (size(q), size(u), size(start.a), size(change));
-    // What does not move takes for ever.
+    // Infinite for a quantity that does not change.
     let time = (q / u).min(math::sqrt(q / a)).min(a * h / change);
     let step = time * math::powf(0.01 / q, 1.0 / f64::from(order + 1));
     if step.is_finite() { step } else { 0.0 }

@@ -1,196 +1,206 @@
-//! How steps go over positions at which what holds them nearly loses a direction.
+//! Steps across positions at which the constraint Jacobian nearly loses rank (change points).
 //!
-//! No tolerance judges a fixed step. Where one of its stages happens to lie beside a change point of a
-//! mechanism it has the accelerations of no motion: what a stage is off by, which is no matter elsewhere, is
-//! amplified by the square of the distance, and the end of the step is thrown along the constraints, by up to
-//! percents of its velocity. Φ and Φ̇ show nothing of it, and neither does the next step. The stages
-//! themselves do: they disagree by many times what is usual. Such a step is made in parts, so that stages lie
-//! elsewhere, and goes on to where it would have ended.
+//! At a distance x of such a position the constraint violation of a stage is amplified by 1/x², and so its
+//! accelerations are wrong. There are two cases.
 //!
-//! Under step control, steps at a distance x of such a position have to get over it while rounding counts for
-//! less than the tolerance: in them it is ε/x³ of the accelerations of a stage and ε/x² of the velocities
-//! where they end. But all of it lies along M⁻¹Φ_qᵀ, in the direction that constraints nearly lose, and
-//! projecting the end takes it back: what is left is only what turns out of that direction on the way from the
-//! stage to the end. That is measured, and judged, instead of all that was taken back ([`Stepper::decided`]),
-//! and of ends that are uncertain the longest is taken that is not much more so than others
-//! ([`Passing::better`]). Rounding then lets motions pass at tolerances of 1e-13 (tested), and of 1e-14 as
-//! far as was tried.
+//! **Fixed steps.** No tolerance judges them. A stage that happens to lie beside a change point can throw the
+//! end of the step along the constraints, by percents of its velocity. Φ and Φ̇ do not show it, and the next
+//! step does not either. The stages do: they disagree by many times their usual disagreement. Such a step is
+//! divided so that its stages lie elsewhere ([`SingularityCrossing::judge`]); its parts end where the whole
+//! step would have ended.
+//!
+//! **Step control.** Steps have to get across while rounding counts for less than the tolerance. Rounding is
+//! ε/x³ of the accelerations of a stage and ε/x² of the velocities at the ends. It lies along M⁻¹Φ_qᵀ, in the
+//! direction that the constraints nearly lose, and projecting the end removes it, except for what turns out
+//! of this direction between the stage and the end. That remainder is measured and judged instead of the
+//! whole move ([`Stepper::projection_error`]). Of uncertain ends the longest is taken whose uncertainty is
+//! not much larger than that of others ([`SingularityCrossing::better_end`]). Motions then pass at tolerances
+//! of 1e-13 (tested), and passed at 1e-14 in trials.
 
 use crate::integrate::phase::zip;
-use crate::integrate::stepper::{SURPRISE, StepRejection, Stepper, Trial};
+use crate::integrate::stepper::{LARGE_ERROR, StepRejection, Stepper, Trial};
 use crate::integrate::{Method, Phase, ProjectedEnd, Scheme, StepNode, System};
 use crate::math;
 use crate::model::Vector;
 
-/// A step whose end is projected by more than so many permitted errors is rejected, unless they are known to be
-/// none: what holds it in place would then decide the motion, and not the method.
-const MOST_MOVE: f64 = 10.0;
-/// Attempts to make a step whose end and stages avoid a singular position of what holds it, each shorter than
-/// the one before by the factor [`DETOUR`]: the position is then passed between stages. At the position
-/// itself rounding errors decide, and shorter steps come nearer to it.
-const MOST_DETOURS: u32 = 5;
-/// See [`MOST_DETOURS`].
-const DETOUR: f64 = 0.8;
-/// Where the attempts end after the first: at a part of what is left to the end of the step, or behind that
-/// by a part of a step, as the end itself may be the place.
-const ENDS: [(f64, f64); 5] = [(1.0, 0.3), (0.8, 0.0), (1.0, 0.15), (0.6, 0.0), (0.4, 0.0)];
-/// How many times as much as usual stages disagree where a step is looked at.
-const UNUSUAL: f64 = 30.0;
-/// What is usual follows the last step by no more than this factor.
-const FOLLOWS: f64 = 2.0;
+/// Largest violation, in permitted errors, that projecting the end of a step may remove without counting as
+/// an error of the step. Beyond, the constraints would decide the motion instead of the method. A smaller
+/// value rejects more steps of long runs, a larger one accepts steps that projection displaces.
+const MOST_VIOLATION: f64 = 10.0;
+/// Further attempts to make a step near rank loss, each with other stages and another end. At the position
+/// itself rounding decides, and ever shorter steps come only nearer to it.
+const MOST_RETRIES: u32 = 5;
+/// Under step control each retry is shorter than the one before by this factor.
+const RETRY_FACTOR: f64 = 0.8;
+/// Where the retries of a fixed step end: at a part of what is left to its end, or behind that by a part of a
+/// fixed step, since the end itself may be the singular position.
+const RETRY_ENDS: [(f64, f64); 5] = [(1.0, 0.3), (0.8, 0.0), (1.0, 0.15), (0.6, 0.0), (0.4, 0.0)];
+/// A step is inspected whose stages disagree by so many times their usual disagreement. A smaller value
+/// inspects steps of ordinary motions, a larger one misses steps that were thrown.
+const UNUSUAL_DISAGREEMENT: f64 = 30.0;
+/// The usual disagreement follows that of the last step by no more than this factor, up or down, so that one
+/// unusual step does not become the measure.
+const USUAL_CHANGE: f64 = 2.0;
 /// Stages that disagree by less, in permitted errors, do so by rounding.
-const ROUNDING: f64 = 0.1;
+const ROUNDING_DISAGREEMENT: f64 = 0.1;
+/// Largest part of the way of a fixed step, in positions or in velocities, by which projection may displace
+/// its end. No tolerance judges it; beyond, the step is an error.
+const MOST_DISPLACEMENT: f64 = 0.02;
+/// The end of a shorter step replaces a longer one only if its uncertainty is smaller by this factor: the
+/// longer step has come further, and may have passed the position.
+const PREFERRED_CERTAINTY: f64 = 4.0;
+/// Largest second-order part of a projection for which its direction counts as constant along it. A move of
+/// `by` permitted errors is by·tolerance long, and its second-order part is by²·tolerance permitted errors.
+const MOST_CURVATURE: f64 = 0.1;
+/// Part of a fixed step by which an end may miss that of the step and still counts as the same time.
+const SAME_TIME_PART: f64 = 1e-6;
+/// Uncertainty from rounding at the end of a step, in permitted errors, from which on it counts as a
+/// disagreement of the stages. Below, it is larger the nearer the position is, on both sides, and no step
+/// avoids it.
+pub(super) const UNCERTAIN_END: f64 = 100.0;
 
-/// The part of the way of a fixed step, in positions or in velocities, by which projecting may move its end. No
-/// tolerance judges it, and a stage that lies beside a singular position throws it anywhere.
-const MOST_PART: f64 = 0.02;
-/// How many times less uncertain the end of a shorter step has to be.
-const PREFERRED: f64 = 4.0;
-/// The square of a move, in permitted errors, from which on it is too large for that: directions turn along
-/// it.
-const BENT: f64 = 0.1;
-/// Part of a fixed step that it may miss its end by.
-const SLACK: f64 = 1e-6;
-
-/// What rounding makes uncertain at the end of a step is no matter below this, in permitted errors: the
-/// nearer such a position is the larger it is, on either side.
-pub(super) const UNCERTAIN: f64 = 100.0;
-
-/// What is remembered from one fixed step to the next, and from one attempt to the next.
+/// What is kept from one fixed step to the next, and from one attempt to the next.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Passing {
-    /// By how much stages disagree usually; 0: not known.
+pub(super) struct SingularityCrossing {
+    /// Usual disagreement of the stages of fixed steps; 0 where it is not known.
     usual: f64,
-    /// The attempt that was best so far, and by how much its stages disagreed.
+    /// The attempt whose stages disagreed least so far, and by how much.
     best: Option<(u32, f64)>,
-    /// No other is to be made after this one.
-    last: bool,
-    /// By how much the stages disagreed in the attempt made last.
-    found: f64,
-    /// How many steps were made in parts, and where the first of them starts.
-    parted: (u64, Option<f64>),
-    /// The step that is being made has been in parts already.
-    parting: bool,
-    /// Where the best of the steps under step control ended that rounding makes uncertain, and by how much.
-    aside: Option<(f64, f64)>,
+    /// No other attempt follows this one.
+    is_last: bool,
+    /// Disagreement of the stages in the last attempt.
+    disagreement: f64,
+    /// Number of fixed steps that were divided, and the start of the first.
+    subdivided: (u64, Option<f64>),
+    /// The present fixed step is already counted as divided.
+    is_subdivided: bool,
+    /// Under step control: end time and uncertainty of the best attempt whose end rounding makes uncertain.
+    best_uncertain: Option<(f64, f64)>,
 }
 
-/// What is to be done with an attempt.
+/// What to do with an attempt at a fixed step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Verdict {
-    /// It is as good as others.
-    Good,
-    /// It is not, and no other is better.
-    Best,
-    /// It is to be made again, as this attempt.
-    Again(u32),
+pub(super) enum CrossingVerdict {
+    /// Accept it: it is as good as others.
+    Accept,
+    /// Accept it although its stages disagree unusually: no other attempt is better.
+    AcceptBest,
+    /// Repeat the step as the retry of this number.
+    Retry(u32),
 }
 
-impl Passing {
-    /// A new step begins.
-    pub(super) fn begin(&mut self) {
-        (self.best, self.last, self.aside) = (None, false, None);
+impl SingularityCrossing {
+    /// Begins a new step.
+    pub(super) fn begin_step(&mut self) {
+        (self.best, self.is_last, self.best_uncertain) = (None, false, None);
     }
 
-    /// Whether a step under step control is to be made shorter, to end and have its stages elsewhere: see
-    /// [`MOST_DETOURS`]; `projects`: whether something holds the ends of steps.
-    pub(super) fn goes_on<V>(&mut self, detours: &mut u32, trial: &Trial<V>, projects: bool) -> bool {
-        let awkward = trial.noise > 1.0 || projects && trial.error > SURPRISE;
-        if !awkward || self.last {
+    /// Whether a step under step control is repeated shorter, so that its end and its stages lie elsewhere;
+    /// counts `retries`. `projects`: whether the ends of steps are projected.
+    pub(super) fn needs_retry<V>(&mut self, retries: &mut u32, trial: &Trial<V>, projects: bool) -> bool {
+        let is_doubtful = trial.noise > 1.0 || projects && trial.error > LARGE_ERROR;
+        if !is_doubtful || self.is_last {
             return false;
         }
-        // The longer one has come further, and may have passed the position.
-        if trial.error <= 1.0 && self.aside.is_none_or(|(_, least)| PREFERRED * trial.noise < least) {
-            self.aside = Some((trial.end.t, trial.noise));
+        if trial.error <= 1.0
+            && self.best_uncertain.is_none_or(|(_, least)| PREFERRED_CERTAINTY * trial.noise < least)
+        {
+            self.best_uncertain = Some((trial.end.t, trial.noise));
         }
-        let goes_on = *detours < MOST_DETOURS;
-        *detours += u32::from(goes_on);
-        goes_on
+        let is_left = *retries < MOST_RETRIES;
+        *retries += u32::from(is_left);
+        is_left
     }
 
-    /// Where a step ended that was better than the last one.
-    pub(super) fn better<V>(&mut self, trial: &Trial<V>, detours: u32) -> Option<f64> {
-        let (end, least) = self.aside.take()?;
-        // An end that rounding leaves certain is better than any other; a step that is only too long becomes
-        // shorter.
-        let uncertain = trial.noise > 1.0 && least <= PREFERRED * trial.noise;
-        let given_up = trial.error > 1.0 && detours == MOST_DETOURS;
-        let is_better = end != trial.end.t && (uncertain || given_up);
-        self.last |= is_better;
+    /// The end time of an earlier attempt that was better than the last one.
+    pub(super) fn better_end<V>(&mut self, trial: &Trial<V>, retries: u32) -> Option<f64> {
+        let (end, least) = self.best_uncertain.take()?;
+        // A certain end is better than any uncertain one. A step whose error is merely too large is left to
+        // the step control.
+        let is_uncertain = trial.noise > 1.0 && least <= PREFERRED_CERTAINTY * trial.noise;
+        let is_given_up = trial.error > 1.0 && retries == MOST_RETRIES;
+        let is_better = end != trial.end.t && (is_uncertain || is_given_up);
+        self.is_last |= is_better;
         is_better.then_some(end)
     }
 
-    /// Judges an attempt by how much its stages disagree, infinite where it failed; `near` says whether it is
-    /// near a position of that kind.
-    pub(super) fn judge(&mut self, attempt: u32, found: f64, near: impl FnOnce() -> bool) -> Verdict {
-        self.found = found;
-        let usual = self.usual > 0.0 && found <= UNUSUAL * self.usual;
-        let unknown = self.usual == 0.0 && found.is_finite();
-        if usual || unknown || attempt == 0 && self.best.is_none() && !near() {
-            return Verdict::Good;
+    /// Judges an attempt at a fixed step by the disagreement of its stages, infinite where it failed. `near`
+    /// evaluates whether the step is near rank loss.
+    pub(super) fn judge(
+        &mut self,
+        attempt: u32,
+        disagreement: f64,
+        near: impl FnOnce() -> bool,
+    ) -> CrossingVerdict {
+        self.disagreement = disagreement;
+        let is_usual = self.usual > 0.0 && disagreement <= UNUSUAL_DISAGREEMENT * self.usual;
+        let is_first = self.usual == 0.0 && disagreement.is_finite();
+        if is_usual || is_first || attempt == 0 && self.best.is_none() && !near() {
+            return CrossingVerdict::Accept;
         }
-        if self.last {
-            return Verdict::Best;
+        if self.is_last {
+            return CrossingVerdict::AcceptBest;
         }
-        if self.best.is_none_or(|(_, least)| found < least) {
-            self.best = Some((attempt, found));
+        if self.best.is_none_or(|(_, least)| disagreement < least) {
+            self.best = Some((attempt, disagreement));
         }
-        if (attempt as usize) < ENDS.len() {
-            return Verdict::Again(attempt + 1);
+        if (attempt as usize) < RETRY_ENDS.len() {
+            return CrossingVerdict::Retry(attempt + 1);
         }
-        self.last = true;
+        // All retries are made: the best of them is repeated.
+        self.is_last = true;
         match self.best {
-            Some((best, _)) if best != attempt => Verdict::Again(best),
-            _ => Verdict::Best,
+            Some((best, _)) if best != attempt => CrossingVerdict::Retry(best),
+            _ => CrossingVerdict::AcceptBest,
         }
     }
 
-    pub(super) fn parted(&self) -> (u64, Option<f64>) {
-        self.parted
+    /// Number of fixed steps that were divided, and the start of the first.
+    pub(super) fn subdivided_steps(&self) -> (u64, Option<f64>) {
+        self.subdivided
     }
 
-    /// A piece of a step that starts at `t` is made, `whole` or not; `done`: the last piece of it.
-    fn count(&mut self, t: f64, whole: bool, done: bool) {
-        if self.best.is_some() && !whole && !self.parting {
-            self.parted = (self.parted.0 + 1, self.parted.1.or(Some(t)));
-            self.parting = true;
+    /// Counts a step from `t` that is a `whole` fixed step or a part of one; `done`: the last part.
+    fn count_part(&mut self, t: f64, whole: bool, done: bool) {
+        if self.best.is_some() && !whole && !self.is_subdivided {
+            self.subdivided = (self.subdivided.0 + 1, self.subdivided.1.or(Some(t)));
+            self.is_subdivided = true;
         }
-        self.parting &= !done;
+        self.is_subdivided &= !done;
     }
 
-    /// A step is made. Of shorter ones nothing is learned.
-    pub(super) fn made(&mut self, whole: bool) {
-        if whole && self.found.is_finite() {
-            let found = math::max(self.found, ROUNDING);
-            let follows = |usual: f64| found.clamp(usual / FOLLOWS, usual * FOLLOWS);
-            self.usual = if self.usual == 0.0 { found } else { follows(self.usual) };
+    /// Updates the usual disagreement after a `whole` fixed step. Parts of steps are not representative.
+    fn update_usual(&mut self, whole: bool) {
+        if whole && self.disagreement.is_finite() {
+            let found = math::max(self.disagreement, ROUNDING_DISAGREEMENT);
+            let follow = |usual: f64| found.clamp(usual / USUAL_CHANGE, usual * USUAL_CHANGE);
+            self.usual = if self.usual == 0.0 { found } else { follow(self.usual) };
         }
     }
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
-    /// By how much a move onto what holds the end of a step has decided the motion, 1: by as much as is
-    /// permitted. See the header.
+    /// The error that a projection adds to a step, 1 where it is just permitted. See the header.
     #[inline(always)]
-    pub(super) fn decided<Y: System<V>>(
+    pub(super) fn projection_error<Y: System<V>>(
         &self,
         system: &mut Y,
         moved: &ProjectedEnd,
         ends: (&Phase<V>, &Phase<V>),
         end_t: f64,
     ) -> Result<f64, Y::Error> {
-        let violated = moved.violation / MOST_MOVE;
-        if Y::IS_FREE || violated <= 1.0 || self.is_fixed() {
+        let violated = moved.violation / MOST_VIOLATION;
+        if Y::IS_UNCONSTRAINED || violated <= 1.0 || self.is_fixed() {
             Ok(violated)
         } else {
-            self.turned(system, moved, ends, end_t)
+            self.turned_error(system, moved, ends, end_t)
         }
     }
 
-    /// The same where it moved far: what was taken back where the step ends, along the direction in which
-    /// that would be done where it starts, was no error.
+    /// The same where the projection moved the end far. Near rank loss a move along the direction in which
+    /// the start of the step would be projected is no error of the step; the rest of it is.
     #[cold]
-    fn turned<Y: System<V>>(
+    fn turned_error<Y: System<V>>(
         &self,
         system: &mut Y,
         moved: &ProjectedEnd,
@@ -198,123 +208,133 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         end_t: f64,
     ) -> Result<f64, Y::Error> {
         let (start, tolerances) = (&self.now, &self.options.tolerances);
-        let violated = moved.violation / MOST_MOVE;
+        let violated = moved.violation / MOST_VIOLATION;
         let tolerance = math::max(tolerances.absolute, tolerances.relative);
         let end = StepNode { t: end_t, y: *to, a: start.a };
-        let rounding = moved.noise > 1.0;
-        if !rounding || moved.by * moved.by * tolerance > BENT || !system.is_weak(start, &end) {
+        let is_rounding = moved.noise > 1.0;
+        if !is_rounding
+            || moved.by * moved.by * tolerance > MOST_CURVATURE
+            || !system.is_near_rank_loss(start, &end)
+        {
             return Ok(violated);
         }
         let moved = zip(from, to, |from, to| from - to);
-        let along = system.lasting(start.t, &start.y, &moved)?;
-        Ok(along.map_or(violated, |along| math::min(violated, tolerances.norm(&along, &start.y, to))))
+        let rest = system.error_after_projection(start.t, &start.y, &moved)?;
+        Ok(rest.map_or(violated, |rest| math::min(violated, tolerances.norm(&rest, &start.y, to))))
     }
 
-    /// Looks at an attempt at a fixed step of what is held: see the header.
+    /// Judges an attempt at a fixed step of a constrained system. See the header.
     #[inline(always)]
-    pub(super) fn passes<Y: System<V>>(
+    pub(super) fn judge_crossing<Y: System<V>>(
         &mut self,
         system: &mut Y,
         (attempt, h): (u32, f64),
         trial: &Result<Trial<V>, StepRejection<Y::Error>>,
-    ) -> Verdict {
-        if Y::IS_FREE || self.options.fixed.is_none() || !system.is_held() {
-            return Verdict::Good;
+    ) -> CrossingVerdict {
+        if Y::IS_UNCONSTRAINED || self.options.fixed.is_none() || !system.has_constraints() {
+            return CrossingVerdict::Accept;
         }
         let start = &self.now;
         match trial {
-            // Stages of implicit methods lie elsewhere; where they exist they are right.
-            Ok(_) if !Self::is_explicit() => Verdict::Good,
-            Ok(trial) => self.passing.judge(attempt, trial.apart, || system.is_weak(start, &trial.end)),
-            // Elsewhere it is just too long.
+            // Stages of implicit methods satisfy their equations where these have a solution.
+            Ok(_) if !Self::is_explicit() => CrossingVerdict::Accept,
+            Ok(trial) => self
+                .crossing
+                .judge(attempt, trial.stage_disagreement, || system.is_near_rank_loss(start, &trial.end)),
+            // Away from rank loss such a step is merely too long.
             Err(StepRejection::Displaced(_) | StepRejection::Evaluation(_) | StepRejection::NotSolved) => {
                 let ahead = |x: f64, u: f64| x + h * u;
                 let y = zip(&start.y, &Phase { q: start.y.u, u: start.a }, ahead);
                 let end = StepNode { t: start.t + h, y, a: start.a };
-                self.passing.judge(attempt, f64::INFINITY, || system.is_weak(start, &end))
+                self.crossing.judge(attempt, f64::INFINITY, || system.is_near_rank_loss(start, &end))
             }
-            Err(_) => Verdict::Good,
+            Err(_) => CrossingVerdict::Accept,
         }
     }
 
-    /// See [`Passing::goes_on`].
+    /// See [`SingularityCrossing::needs_retry`].
     #[inline(always)]
-    pub(super) fn goes_on<Y: System<V>>(&mut self, system: &Y, detours: &mut u32, trial: &Trial<V>) -> bool {
-        if Y::IS_FREE {
+    pub(super) fn needs_retry<Y: System<V>>(
+        &mut self,
+        system: &Y,
+        retries: &mut u32,
+        trial: &Trial<V>,
+    ) -> bool {
+        if Y::IS_UNCONSTRAINED {
             return false;
         }
-        !self.is_fixed() && self.passing.goes_on(detours, trial, system.projects())
+        !self.is_fixed() && self.crossing.needs_retry(retries, trial, system.needs_projection())
     }
 
-    /// See [`Passing::better`].
+    /// See [`SingularityCrossing::better_end`].
     #[inline(always)]
-    pub(super) fn better<Y: System<V>>(&mut self, trial: &Trial<V>, detours: u32) -> Option<f64> {
-        if Y::IS_FREE { None } else { self.passing.better(trial, detours) }
+    pub(super) fn better_end<Y: System<V>>(&mut self, trial: &Trial<V>, retries: u32) -> Option<f64> {
+        if Y::IS_UNCONSTRAINED { None } else { self.crossing.better_end(trial, retries) }
     }
 
-    /// The best that can be made of a step near a position where what holds it nearly loses a direction:
-    /// refused where its stages disagree by a part of its way.
+    /// The best attempt at a fixed step near rank loss, or an error where its stages disagree by more than
+    /// [`MOST_DISPLACEMENT`] of its way.
     #[cold]
-    pub(super) fn left_where_it_is<E>(
+    pub(super) fn check_disagreement<E>(
         &self,
         trial: Result<Trial<V>, StepRejection<E>>,
         h: f64,
     ) -> Result<Trial<V>, StepRejection<E>> {
         let trial = trial?;
-        match self.displaced(
-            &zip(&trial.end.y, &self.scheme.disagreement(), |end, apart| end - apart),
-            &trial.end.y,
-            h,
-        ) {
+        let apart = self.scheme.stage_disagreement();
+        let shifted = zip(&trial.end.y, &apart, |end, apart| end - apart);
+        match self.displaced_coordinate(&shifted, &trial.end.y, h) {
             Some(coordinate) => Err(StepRejection::Displaced(coordinate)),
             None => Ok(trial),
         }
     }
 
-    /// By how much the stages of an attempt disagree, in permitted errors.
+    /// The disagreement of the stages of an attempt, in permitted errors.
     #[inline(always)]
-    pub(super) fn apart<Y: System<V>>(&self, system: &Y, error: f64, end: &Phase<V>) -> f64 {
-        if S::CONTROL.is_none() && Self::is_explicit() && system.is_held() {
-            return self.options.tolerances.norm(&self.scheme.disagreement(), &self.now.y, end);
+    pub(super) fn stage_disagreement<Y: System<V>>(&self, system: &Y, error: f64, end: &Phase<V>) -> f64 {
+        if S::CONTROL.is_none() && Self::is_explicit() && system.has_constraints() {
+            return self.options.tolerances.norm(&self.scheme.stage_disagreement(), &self.now.y, end);
         }
         error
     }
 
-    /// A step is made. The next one ends where this one was to end, if it was made in parts.
+    /// Notes an accepted step of fixed size, or a part of one. The part that follows ends where the whole
+    /// step was to end.
     #[inline(always)]
-    pub(super) fn note_passed(&mut self, end_t: f64, h: f64) {
+    pub(super) fn note_fixed_step(&mut self, end_t: f64, h: f64) {
         let Some(fixed) = self.options.fixed else { return };
-        let whole = h.abs() >= (1.0 - SLACK) * fixed.abs();
-        let there = self.origin.0 + (self.origin.1 + 1) as f64 * fixed.abs().copysign(h);
-        let left = (there - end_t) * h.signum();
-        let done = left <= SLACK * fixed.abs();
+        let whole = h.abs() >= (1.0 - SAME_TIME_PART) * fixed.abs();
+        let planned_end = self.origin.0 + (self.origin.1 + 1) as f64 * fixed.abs().copysign(h);
+        let left = (planned_end - end_t) * h.signum();
+        let done = left <= SAME_TIME_PART * fixed.abs();
         self.origin.1 += u64::from(done);
-        self.passing.count(self.now.t, whole, done);
-        self.passing.made(whole);
+        self.crossing.count_part(self.now.t, whole, done);
+        self.crossing.update_usual(whole);
     }
 
-    /// Where a step of size h that goes round such a position ends, at its so-and-so-many-th attempt.
+    /// The end of a retry of a step of size h.
     #[cold]
-    pub(super) fn end_of_detour(&self, (h, attempt): (f64, u32), limit: f64) -> f64 {
+    pub(super) fn retry_end(&self, (h, retry): (f64, u32), limit: f64) -> f64 {
         let t = self.now.t;
         let Some(fixed) = self.options.fixed else {
-            return t + h * math::powi(DETOUR, attempt as i32);
+            return t + h * math::powi(RETRY_FACTOR, retry as i32);
         };
-        let (part, behind) = ENDS[attempt as usize - 1];
+        let (part, behind) = RETRY_ENDS[retry as usize - 1];
         let end = t + part * h + (behind * fixed).copysign(h);
         if (limit - end) * h.signum() < 0.0 { limit } else { end }
     }
 
-    /// The coordinate that projecting moved most, if that was by more than [`MOST_PART`] of a step from here.
+    /// The coordinate that a move displaced most, if that was by more than [`MOST_DISPLACEMENT`] of the way
+    /// of a step from here.
     #[cold]
-    pub(super) fn displaced(&self, from: &Phase<V>, to: &Phase<V>, h: f64) -> Option<usize> {
-        // Parts of a step, however short, have a part in its errors only.
+    pub(super) fn displaced_coordinate(&self, from: &Phase<V>, to: &Phase<V>, h: f64) -> Option<usize> {
+        // The measure of a part of a fixed step, however short, is the whole step.
         let h = h.abs().max(self.options.fixed.unwrap_or(0.0).abs());
         let parts = [&from.q, &to.q, &from.u, &to.u, &self.now.y.u];
-        displaced(parts.map(|part| part.as_slice()), h)
+        displaced_coordinate(parts.map(|part| part.as_slice()), h)
     }
 
-    /// Whether its stages are states near the solution, each made of those before.
+    /// Whether the stages are states near the solution, each computed from those before it.
     pub(super) const fn is_explicit() -> bool {
         matches!(
             S::METHOD,
@@ -323,35 +343,35 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 }
 
-/// See [`Stepper::displaced`]: from and to of positions and of velocities, and the velocities where the step
-/// starts.
-fn displaced([q, to_q, u, to_u, at_start]: [&[f64]; 5], h: f64) -> Option<usize> {
-    let most =
+/// See [`Stepper::displaced_coordinate`]: positions before and after the move, velocities before and after
+/// it, and the velocities at the start of the step.
+fn displaced_coordinate([q, to_q, u, to_u, at_start]: [&[f64]; 5], h: f64) -> Option<usize> {
+    let largest =
         |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |most, x| math::max(most, x.abs()));
-    let far = |from: &[f64], to: &[f64], way: f64| {
-        most(&mut to.iter().zip(from).map(|(to, from)| to - from)) > MOST_PART * way
+    let is_far = |from: &[f64], to: &[f64], way: f64| {
+        largest(&mut to.iter().zip(from).map(|(to, from)| to - from)) > MOST_DISPLACEMENT * way
     };
-    let speed = 0.5 * (most(&mut at_start.iter().copied()) + most(&mut to_u.iter().copied()));
-    let of_q = far(q, to_q, speed * h);
-    let (from, to) = if of_q { (q, to_q) } else { (u, to_u) };
+    let speed = 0.5 * (largest(&mut at_start.iter().copied()) + largest(&mut to_u.iter().copied()));
+    let is_far_in_q = is_far(q, to_q, speed * h);
+    let (from, to) = if is_far_in_q { (q, to_q) } else { (u, to_u) };
     let by = |i: usize| (to[i] - from[i]).abs();
     let most = || (0..from.len()).max_by(|&i, &j| by(i).total_cmp(&by(j))).unwrap_or(0);
-    (of_q || far(u, to_u, speed)).then(most)
+    (is_far_in_q || is_far(u, to_u, speed)).then(most)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn after(steps: &[f64]) -> Passing {
-        let mut passing = Passing::default();
+    fn after(steps: &[f64]) -> SingularityCrossing {
+        let mut crossing = SingularityCrossing::default();
         for found in steps {
-            passing.begin();
-            assert_eq!(passing.judge(0, *found, || panic!("nothing unusual")), Verdict::Good);
-            passing.made(true);
+            crossing.begin_step();
+            assert_eq!(crossing.judge(0, *found, || panic!("nothing unusual")), CrossingVerdict::Accept);
+            crossing.update_usual(true);
         }
-        passing.begin();
-        passing
+        crossing.begin_step();
+        crossing
     }
 
     #[test]
@@ -362,28 +382,28 @@ mod tests {
 
     #[test]
     fn an_unusual_step_is_shortened_until_it_is_usual() {
-        let mut passing = after(&[1.0, 2.0, 1.0]);
-        assert_eq!(passing.judge(0, 1e3, || true), Verdict::Again(1));
-        assert_eq!(passing.judge(1, 2e3, || true), Verdict::Again(2));
-        assert_eq!(passing.judge(2, 3.0, || true), Verdict::Good);
-        passing.made(false);
-        passing.begin();
+        let mut crossing = after(&[1.0, 2.0, 1.0]);
+        assert_eq!(crossing.judge(0, 1e3, || true), CrossingVerdict::Retry(1));
+        assert_eq!(crossing.judge(1, 2e3, || true), CrossingVerdict::Retry(2));
+        assert_eq!(crossing.judge(2, 3.0, || true), CrossingVerdict::Accept);
+        crossing.update_usual(false);
+        crossing.begin_step();
         // Elsewhere it is left as it is.
-        assert_eq!(passing.judge(0, 1e3, || false), Verdict::Good);
+        assert_eq!(crossing.judge(0, 1e3, || false), CrossingVerdict::Accept);
     }
 
     #[test]
     fn steps_in_parts_are_counted_once() {
-        let mut passing = after(&[1.0, 1.0]);
-        passing.count(1.0, true, true);
-        assert_eq!(passing.parted(), (0, None));
-        assert_eq!(passing.judge(0, 1e3, || true), Verdict::Again(1));
-        [false, true].into_iter().for_each(|done| passing.count(2.0, false, done));
-        assert_eq!(passing.parted(), (1, Some(2.0)));
-        passing.begin();
+        let mut crossing = after(&[1.0, 1.0]);
+        crossing.count_part(1.0, true, true);
+        assert_eq!(crossing.subdivided_steps(), (0, None));
+        assert_eq!(crossing.judge(0, 1e3, || true), CrossingVerdict::Retry(1));
+        [false, true].into_iter().for_each(|done| crossing.count_part(2.0, false, done));
+        assert_eq!(crossing.subdivided_steps(), (1, Some(2.0)));
+        crossing.begin_step();
         // The last one, which is as short as the motion leaves it.
-        passing.count(3.0, false, true);
-        assert_eq!(passing.parted(), (1, Some(2.0)));
+        crossing.count_part(3.0, false, true);
+        assert_eq!(crossing.subdivided_steps(), (1, Some(2.0)));
     }
 
     #[test]
@@ -391,19 +411,26 @@ mod tests {
         let trial = |t: f64, error: f64, noise: f64| {
             let zeros = nalgebra::SVector::<f64, 1>::zeros();
             let at = |t| StepNode { t, y: Phase::zeros(), a: zeros };
-            Trial { start: at(0.0), end: at(t), error, apart: error, noise, kept: Default::default() }
+            Trial {
+                start: at(0.0),
+                end: at(t),
+                error,
+                stage_disagreement: error,
+                noise,
+                flags: Default::default(),
+            }
         };
         let taken = |tried: &[(f64, f64, f64)]| {
-            let (mut passing, mut detours) = (Passing::default(), 0);
-            passing.begin();
+            let (mut crossing, mut retries) = (SingularityCrossing::default(), 0);
+            crossing.begin_step();
             for (k, &(t, error, noise)) in tried.iter().enumerate() {
-                let on = passing.goes_on(&mut detours, &trial(t, error, noise), true);
+                let on = crossing.needs_retry(&mut retries, &trial(t, error, noise), true);
                 assert_eq!(on, k + 1 < tried.len(), "{k}");
             }
             let (t, error, noise) = tried[tried.len() - 1];
-            let better = passing.better(&trial(t, error, noise), detours);
+            let better = crossing.better_end(&trial(t, error, noise), retries);
             // What is made again is taken.
-            assert!(better.is_none_or(|end| !passing.goes_on(&mut 0, &trial(end, 0.5, 9.0), true)));
+            assert!(better.is_none_or(|end| !crossing.needs_retry(&mut 0, &trial(end, 0.5, 9.0), true)));
             better.unwrap_or(t)
         };
         assert_eq!(taken(&[(1.0, 0.5, 9.0), (0.8, 0.5, 5.0), (0.6, 0.5, 0.9)]), 0.6);
@@ -426,12 +453,12 @@ mod tests {
 
     #[test]
     fn where_none_is_usual_the_best_is_made_again() {
-        let mut passing = after(&[1.0]);
+        let mut crossing = after(&[1.0]);
         let found = [f64::INFINITY, 700.0, 400.0, 500.0, 900.0, 600.0];
         for (k, found) in found.iter().enumerate().take(5) {
-            assert_eq!(passing.judge(k as u32, *found, || true), Verdict::Again(k as u32 + 1));
+            assert_eq!(crossing.judge(k as u32, *found, || true), CrossingVerdict::Retry(k as u32 + 1));
         }
-        assert_eq!(passing.judge(5, found[5], || true), Verdict::Again(2));
-        assert_eq!(passing.judge(2, found[2], || true), Verdict::Best);
+        assert_eq!(crossing.judge(5, found[5], || true), CrossingVerdict::Retry(2));
+        assert_eq!(crossing.judge(2, found[2], || true), CrossingVerdict::AcceptBest);
     }
 }

@@ -1,4 +1,4 @@
-//! Powers of two and logarithms to four digits.
+//! Powers of two and logarithms to four digits: for step sizes, which need no more.
 
 use crate::math::add_product;
 

@@ -14,7 +14,7 @@ use alloc::boxed::Box;
 use crate::constrain::nearby::at_time;
 use crate::constrain::weakness::{Weakness, condition as condition_of, weakness, weakness_against};
 use crate::error::SolveError;
-use crate::golden_section::golden;
+use crate::golden_section::golden_section_maximum;
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::simulate::diagnosis::RunMethod;
@@ -107,7 +107,7 @@ fn weakest_ahead<S: ModelState>(
         (0..S::Vector::LEN).for_each(|i| ahead.q_mut()[i] += part * h * state.u()[i]);
         weakness(&ahead)
     };
-    let (part, worst) = golden(0.0, AHEAD, &mut |part| ahead(part).condition);
+    let (part, worst) = golden_section_maximum(0.0, AHEAD, &mut |part| ahead(part).condition);
     if worst > here.condition { ahead(part) } else { here }
 }
 

@@ -29,7 +29,7 @@ pub(crate) trait ErasedStepper<M: SimulationModel> {
     fn now(&self) -> &StepNode<M::Vector>;
     fn statistics(&self) -> StepStatistics;
     fn parted(&self) -> (u64, Option<f64>);
-    /// See [`Scheme::SCAN`].
+    /// See [`Scheme::EVENT_PANELS`].
     fn scan(&self) -> usize;
     fn leave_with(&mut self, a: M::Vector, h: f64);
     fn step(&mut self, rhs: &mut RightHandSide<'_, '_, M>, limit: f64) -> StepResult<Step<M::Vector>>;
@@ -80,15 +80,15 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
     }
 
     fn parted(&self) -> (u64, Option<f64>) {
-        self.parted()
+        self.subdivided_steps()
     }
 
     fn scan(&self) -> usize {
-        S::SCAN
+        S::EVENT_PANELS
     }
 
     fn leave_with(&mut self, a: M::Vector, h: f64) {
-        self.leave_with(a, h);
+        self.set_accelerations(a, h);
     }
 
     fn step(&mut self, rhs: &mut RightHandSide<'_, '_, M>, limit: f64) -> StepResult<Step<M::Vector>> {
@@ -122,14 +122,15 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
     ) -> Result<Interpolant<M::Vector>, EvaluationError> {
         let dense = self.dense(rhs, step)?;
         // Gains that are tied to the step would be others in its parts.
-        if const { S::PROBES.is_empty() } || !judged || self.is_fixed() || rhs.stabilization.is_tied() {
+        if const { S::DEFECT_SAMPLES.is_empty() } || !judged || self.is_fixed() || rhs.stabilization.is_tied()
+        {
             return Ok(Box::new(dense));
         }
         // Nothing of what is looked at beside the step is left.
         let (branches, noted, listener) =
             ((rhs.branches, rhs.known), rhs.stabilization.noted(), rhs.listener.take());
         let (mut scheme, tolerances) = (self.scheme().clone(), self.tolerances());
-        let parts = Self::in_parts(&mut scheme, rhs, step, &dense, &tolerances);
+        let parts = Self::dense_in_parts(&mut scheme, rhs, step, &dense, &tolerances);
         (rhs.branches, rhs.known) = branches;
         rhs.stabilization.put_back(noted);
         rhs.listener = listener;
@@ -148,7 +149,7 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
     }
 
     fn go_back(&mut self, to: &StepNode<M::Vector>) {
-        self.go_back(to);
+        self.roll_back(to);
     }
 
     fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>) {

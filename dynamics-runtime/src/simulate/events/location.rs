@@ -34,7 +34,7 @@ use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstr
 use crate::simulate::failure::SimulationErrorKind;
 
 use crate::constrain::assemble::CONSISTENT;
-use crate::integrate::{Crossing, Direction, Scan, ScanError, Step, StepNode, place};
+use crate::integrate::{Crossing, Direction, Scan, ScanError, Step, StepNode, sample_position};
 use crate::linalg::max_abs;
 use crate::simulate::events::lift_off::SIMULTANEOUS;
 use crate::simulate::events::lift_off::{Lift, left, lifts};
@@ -268,7 +268,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         self.sizes.fill(0.0);
         self.samples.clear();
         if self.places.len() != parts + 1 {
-            self.places = (0..=parts).map(|part| place(part, parts)).collect();
+            self.places = (0..=parts).map(|part| sample_position(part, parts)).collect();
         }
         let mut size = 0.0f64;
         for part in 0..=parts {

@@ -1,7 +1,9 @@
 //! Where within a step the accelerations of a model stop being smooth, and the branches that they keep up to
 //! there.
 
-use crate::integrate::{Accelerations, Hold, Phase, Scan, ScanError, StepNode, Switching as _, place};
+use crate::integrate::{
+    Accelerations, BranchHold, Phase, Scan, ScanError, StepNode, Switching as _, sample_position,
+};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraints, Kink, Known, MOST_KINKS, ModelState, Vector};
 use crate::simulate::right_hand_side::{EvaluationError, RightHandSide};
@@ -38,12 +40,12 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         start: &mut StepNode<M::Vector>,
         h: f64,
         on: bool,
-    ) -> Result<Hold, EvaluationError> {
+    ) -> Result<BranchHold, EvaluationError> {
         let mut branches = if on { self.branches_after(start, h) } else { Branches::FREE };
         let before = self.known;
         self.branches = branches;
         if branches == before {
-            return Ok(if on { Hold::On } else { Hold::Off });
+            return Ok(if on { BranchHold::Same } else { BranchHold::Free });
         }
         for _ in 0..MOST_TRIALS {
             self.branches = branches;
@@ -53,19 +55,19 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
             if after == branches {
                 let begins = before == Branches::FREE;
                 return Ok(if !on {
-                    Hold::Off
+                    BranchHold::Free
                 } else if begins {
-                    Hold::On
+                    BranchHold::Same
                 } else {
-                    Hold::Changed
+                    BranchHold::Changed
                 });
             }
             branches = after;
         }
         // Whichever is held, the accelerations lead back to another one.
-        self.free_branches();
+        self.release_branches();
         start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
-        Ok(Hold::Slides)
+        Ok(BranchHold::Sliding)
     }
 
     /// The branches just after the start of a step.
@@ -196,10 +198,9 @@ impl SwitchingSearch {
         fails: bool,
         mut at: impl FnMut(f64) -> Kinks,
     ) {
-        let places: [f64; SAMPLES] =
-            core::array::from_fn(
-                |part| if part == 0 { begin(self.t, self.h) } else { place(part, SAMPLES - 1) },
-            );
+        let places: [f64; SAMPLES] = core::array::from_fn(|part| {
+            if part == 0 { begin(self.t, self.h) } else { sample_position(part, SAMPLES - 1) }
+        });
         let samples = places.map(&mut at);
         for i in 0..count {
             let from = samples[0][i];

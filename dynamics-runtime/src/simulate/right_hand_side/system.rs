@@ -2,8 +2,8 @@
 
 use crate::constrain::weakness::condition;
 use crate::integrate::{
-    Accelerations, Canonical, Expandable, Hold, Phase, ProjectedEnd, Stabilized, Stages, StepNode, Switching,
-    Tolerances, by_state, one_by_one, zip,
+    Accelerations, BranchHold, Canonical, Expandable, Phase, ProjectedEnd, Stabilized, Stages, StepNode,
+    Switching, Tolerances, by_state, one_by_one, zip,
 };
 use crate::lanes::Lanes;
 use crate::model::{Branches, Constraints, Expansion, Known, ModelState, Vector};
@@ -11,7 +11,7 @@ use crate::simulate::right_hand_side::{EvaluationError, NEARLY_SINGULAR, RightHa
 
 impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     type Error = EvaluationError;
-    const IS_FREE: bool = M::IS_FREE;
+    const IS_UNCONSTRAINED: bool = M::IS_FREE;
     const IS_SMOOTH: bool = M::IS_SMOOTH;
 
     #[inline(always)]
@@ -65,7 +65,7 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn attempting(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
+    fn begin_attempt(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
         if M::IS_FREE || !self.stabilization.is_tied() {
             return Ok(());
         }
@@ -79,7 +79,7 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn accepted(&mut self) {
+    fn accept_step(&mut self) {
         if let Some(by) = self.stabilization.moved.take() {
             self.stabilization.counts.note_move(by);
         }
@@ -88,28 +88,28 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
 
 impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
     #[inline(always)]
-    fn is_held(&self) -> bool {
+    fn has_constraints(&self) -> bool {
         M::IS_HELD
     }
 
     #[cold]
-    fn is_weak(&mut self, start: &StepNode<M::Vector>, end: &StepNode<M::Vector>) -> bool {
+    fn is_near_rank_loss(&mut self, start: &StepNode<M::Vector>, end: &StepNode<M::Vector>) -> bool {
         let between = zip(&start.y, &end.y, |a, b| 0.5 * (a + b));
         let places = [(start.t, &start.y), (0.5 * (start.t + end.t), &between), (end.t, &end.y)];
         places.iter().any(|(t, y)| condition(self.model, &self.state(*t, &y.q, &y.u)) >= NEARLY_SINGULAR)
     }
 
     #[inline(always)]
-    fn projects(&self) -> bool {
+    fn needs_projection(&self) -> bool {
         M::IS_HELD && self.stabilization.projects()
     }
 
     #[inline(always)]
-    fn hold_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
+    fn project_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
         M::IS_HELD && self.stabilization.hold_stages(on, tolerances)
     }
 
-    fn lasting(
+    fn error_after_projection(
         &mut self,
         t: f64,
         y: &Phase<M::Vector>,
@@ -135,7 +135,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         self.projected(t, y, tolerances).map(Some)
     }
 
-    fn hold_end(
+    fn project_position(
         &mut self,
         start: &StepNode<M::Vector>,
         h: f64,
@@ -152,12 +152,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         Ok(())
     }
 
-    #[inline(always)]
-    fn is_constrained(&self) -> bool {
-        M::IS_HELD
-    }
-
-    fn across(
+    fn inadmissible_component(
         &mut self,
         t: f64,
         y: &Phase<M::Vector>,
@@ -172,7 +167,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         self.stabilization.across(self.model, &state, v, rows).map_err(EvaluationError::Solve)
     }
 
-    fn onto_constraints(
+    fn constraint_correction(
         &mut self,
         t: f64,
         y: &Phase<M::Vector>,
@@ -188,14 +183,19 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
 
 impl<M: Constraints> Switching<M::Vector> for RightHandSide<'_, '_, M> {
     #[inline(always)]
-    fn kink(&mut self, step: (f64, f64), fails: bool, path: impl Fn(f64) -> Phase<M::Vector>) -> Option<f64> {
+    fn locate_kink(
+        &mut self,
+        step: (f64, f64),
+        fails: bool,
+        path: impl Fn(f64) -> Phase<M::Vector>,
+    ) -> Option<f64> {
         if M::IS_SMOOTH { None } else { self.first_kink(step, fails, &path) }
     }
 
     /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends
     /// nearer to it.
     #[inline(always)]
-    fn finds_kinks_by_ends(&self) -> bool {
+    fn is_hermite_enough_for_kinks(&self) -> bool {
         M::KINKS == 0
     }
 
@@ -205,17 +205,17 @@ impl<M: Constraints> Switching<M::Vector> for RightHandSide<'_, '_, M> {
         start: &mut StepNode<M::Vector>,
         h: f64,
         on: bool,
-    ) -> Result<Hold, EvaluationError> {
+    ) -> Result<BranchHold, EvaluationError> {
         match (M::KINKS, M::REACTION_KINKS, on) {
-            (0, 0, _) | (0, _, false) => Ok(Hold::Off),
+            (0, 0, _) | (0, _, false) => Ok(BranchHold::Free),
             // There is nothing to hold, but a place to end at.
-            (0, _, true) => Ok(Hold::On),
+            (0, _, true) => Ok(BranchHold::Same),
             _ => self.follow_branches(start, h, on),
         }
     }
 
     #[inline(always)]
-    fn free_branches(&mut self) {
+    fn release_branches(&mut self) {
         (self.branches, self.known) = (Branches::FREE, Branches::FREE);
     }
 }
@@ -255,7 +255,11 @@ impl<M: Constraints> Canonical<M::Vector> for RightHandSide<'_, '_, M> {
 
 impl<M: Constraints> Expandable<M::Vector> for RightHandSide<'_, '_, M> {
     #[inline(always)]
-    fn accelerations_ahead(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::Vector, EvaluationError> {
+    fn accelerations_at_next_start(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+    ) -> Result<M::Vector, EvaluationError> {
         // A held branch may not exist there: see `accelerations_of`.
         if self.law.is_some() || M::IS_HELD || self.branches != Branches::FREE {
             return self.accelerations(t, &y.q, &y.u);
@@ -290,7 +294,7 @@ impl<M: Constraints> Expandable<M::Vector> for RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn chooses(&self) -> bool {
+    fn has_choices(&self) -> bool {
         matches!(M::SERIES, Expansion::Generated { chooses: true })
     }
 }

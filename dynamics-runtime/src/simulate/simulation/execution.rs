@@ -337,7 +337,7 @@ fn run_method<M: SimulationModel>(
     sink: &mut dyn Sink<M>,
 ) -> RunOutcome<M> {
     #[cfg(feature = "std")]
-    let (begun, _watch) = (std::time::Instant::now(), crate::slow::Watch::start());
+    let (begun, _watch) = (std::time::Instant::now(), crate::slow_build::SlowBuildNote::start());
     #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
     let (mut counts, mut result) = run(&**erased_method, plan, sink);
     let mut relay = None;

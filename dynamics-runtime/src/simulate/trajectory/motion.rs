@@ -399,7 +399,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     ) -> Interpolant<M::Vector> {
         let Step { start, end, h, .. } = step;
         let mut first = *start;
-        if !self.is_repeatable() || rhs.attempting(&mut first, *h).is_err() {
+        if !self.is_repeatable() || rhs.begin_attempt(&mut first, *h).is_err() {
             first = *start;
         }
         let quintic = Hermite::between(&first, end, *h);

@@ -201,11 +201,11 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     ) -> bool {
         let mut step = self.step(index);
         let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);
-        rhs.hold_stages(step.kept.stages, tolerances);
+        rhs.project_stages(step.kept.stages, tolerances);
         if rhs.hold_branches(&mut step.start, step.h, step.kept.branches).is_err() {
             return false;
         }
-        if rhs.attempting(&mut step.start, step.h).is_err() {
+        if rhs.begin_attempt(&mut step.start, step.h).is_err() {
             return false;
         }
         let (model, branches, h) = (rhs.model, rhs.branches, step.h);

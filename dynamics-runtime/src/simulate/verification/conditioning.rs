@@ -6,7 +6,7 @@ use crate::constrain::conditioning::{condition_of, left_condition};
 use crate::constrain::gradients::mass;
 use crate::constrain::weakness::{Weakness, condition, weakness};
 use crate::constrain::{Involved, with_workspace};
-use crate::golden_section::golden;
+use crate::golden_section::golden_section_maximum;
 use crate::integrate::Tolerances;
 use crate::linalg::max_abs;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
@@ -110,7 +110,7 @@ impl<M: SimulationModel> Motion<'_, M> {
                 continue;
             }
             let mut value = |t: f64| condition(self.model(), &sampler.at(t));
-            let top = golden(before.0, after.0, &mut value);
+            let top = golden_section_maximum(before.0, after.0, &mut value);
             let top = if top.1 >= here.1 { top } else { here };
             if top.1 > SINGULAR {
                 passed += 1;

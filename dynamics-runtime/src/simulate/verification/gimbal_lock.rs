@@ -1,6 +1,6 @@
 //! Gimbal lock: where angles stop telling orientations apart, and what that takes of a motion's digits.
 
-use crate::golden_section::golden;
+use crate::golden_section::golden_section_maximum;
 use crate::integrate::Tolerances;
 use crate::model::{AngleSet, ModelState, SimulationModel, Vector};
 use crate::simulate::diagnosis::gimbal_lock::{LARGEST_LOCK_ANGLE, locking};
@@ -38,7 +38,8 @@ impl<M: SimulationModel> Motion<'_, M> {
             }
             let found = match &mut sampler {
                 Some(sampler) if times[0] != times[2] => {
-                    let (time, least) = golden(times[0], times[2], &mut |t| -at(&sampler.at(t)));
+                    let (time, least) =
+                        golden_section_maximum(times[0], times[2], &mut |t| -at(&sampler.at(t)));
                     if -least < around[1] || around[1] == 0.0 {
                         (time, -least)
                     } else {

@@ -114,7 +114,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         let tolerances = &self.trajectory.tolerances;
         let mut rhs = self.rhs(index);
         let mut apart = nearby::<M::Vector>(&step.start.y);
-        if let Some(along) = rhs.lasting(step.start.t, &step.start.y, &apart).ok()? {
+        if let Some(along) = rhs.error_after_projection(step.start.t, &step.start.y, &apart).ok()? {
             apart = along;
         }
         let mut by = f64::INFINITY;

@@ -5,21 +5,20 @@ use crate::integrate::phase::zip;
 use crate::integrate::{Dense, Hermite, Phase, Tolerances};
 use crate::model::Vector;
 
-/// States within a step: by the quintic through q, q̇, q̈ at both ends where that is the collocation
-/// polynomial's to within what the latter may be off, else by the collocation polynomial. The former is of
-/// order 4 in u, the latter of order 3, but the former trusts accelerations, which small errors of what is
-/// stiff make large.
+/// States within a step of [`Radau5`](crate::integrate::Radau5): by the quintic through q, q̇, q̈ at both ends
+/// where it agrees with the collocation polynomial to the permitted error of that, else by the collocation
+/// polynomial. The quintic has order 4 in u, the polynomial order 3. But the quintic depends on accelerations,
+/// in which small errors of stiff components are large.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Between<V> {
+pub enum RadauInterpolant<V> {
     /// The quintic.
     Quintic(Hermite<V>),
     /// The polynomial through the stages.
-    Stages(Collocation<V>),
+    Collocation(Collocation<V>),
 }
 
-impl<V: Vector> Between<V> {
-    /// `permitted`: what the error estimate of the step is held against, which is of the collocation
-    /// polynomial's order.
+impl<V: Vector> RadauInterpolant<V> {
+    /// `permitted`: the tolerances of the error estimate, which has the order of the collocation polynomial.
     pub(super) fn choose(
         quintic: Hermite<V>,
         stages: Collocation<V>,
@@ -30,15 +29,15 @@ impl<V: Vector> Between<V> {
             let apart = zip(&quintic.at(theta), &stages.at(theta), |a, b| a - b);
             permitted.norm(&apart, &stages.start, end) <= 1.0
         };
-        if near(C[0]) && near(C[1]) { Self::Quintic(quintic) } else { Self::Stages(stages) }
+        if near(C[0]) && near(C[1]) { Self::Quintic(quintic) } else { Self::Collocation(stages) }
     }
 }
 
-impl<V: Vector> Dense<V> for Between<V> {
+impl<V: Vector> Dense<V> for RadauInterpolant<V> {
     fn at(&self, theta: f64) -> Phase<V> {
         match self {
             Self::Quintic(quintic) => quintic.at(theta),
-            Self::Stages(stages) => stages.at(theta),
+            Self::Collocation(stages) => stages.at(theta),
         }
     }
 }
@@ -93,7 +92,7 @@ impl<V: Vector> Collocation<V> {
             u[1][l] = d[1][l] - (C[0] + C[1]) * d[2][l];
             u[2][l] = d[2][l];
             (0..3).for_each(|k| q[k + 1][l] = h / (k + 2) as f64 * u[k][l]);
-            // The integral meets the end, unless that was projected: the difference is spread evenly.
+            // The integral ends at the end of the step. If that was projected, the difference is linear in θ.
             q[0][l] = end.q[l] - start.q[l] - (q[1][l] + q[2][l] + q[3][l]);
         }
         Self { start, u, q }
@@ -134,9 +133,10 @@ mod tests {
             StepNode { t, y: Phase { q: V::new(cosine), u: V::new(off - sine) }, a: V::new(-cosine) }
         };
         let (start, end) = (knot(0.0, 0.0), knot(0.1, off));
-        let found = Radau5::<V>::new().by_ends(&mut oscillator, &start, &end, 0.1, &Tolerances::both(1e-6));
+        let found =
+            Radau5::<V>::new().dense_from_ends(&mut oscillator, &start, &end, 0.1, &Tolerances::both(1e-6));
         let told = found.expect("it is defined").is_some_and(|found| {
-            let Between::Quintic(quintic) = found else { panic!("the ends tell no stages") };
+            let RadauInterpolant::Quintic(quintic) = found else { panic!("the ends tell no stages") };
             (quintic.at(0.4).q[0] - 0.04f64.cos()).abs() < 1e-9
         });
         (evaluations, told)

@@ -1,7 +1,7 @@
 //! The matrices of the stages and their factors.
 
 use crate::integrate::implicit::radau5::table::*;
-use crate::integrate::implicit::radau5::{Radau5, SAME, SQUARES};
+use crate::integrate::implicit::radau5::{MATRIX_COUNT, Radau5, SAME_STEP_PART};
 use crate::integrate::{Phase, StepNode, System};
 use crate::linalg::elimination::{Matrices, factor, factor_blocks, factor_complex, reciprocal};
 use crate::model::Vector;
@@ -9,7 +9,7 @@ use crate::model::Vector;
 /// ∂a/∂q, ∂a/∂u and the factored matrices: real, complex in two parts, and that of all stages, which is three
 /// times as large each way.
 #[inline(always)]
-pub(super) fn split<V: Vector>(matrices: &mut Matrices<V, SQUARES>) -> [&mut [f64]; 6] {
+pub(super) fn split<V: Vector>(matrices: &mut Matrices<V, MATRIX_COUNT>) -> [&mut [f64]; 6] {
     let (small, large) = matrices.all().split_at_mut(5 * V::LEN * V::LEN);
     let mut parts = small.chunks_exact_mut(V::LEN * V::LEN).chain([large]);
     core::array::from_fn(|_| parts.next().expect("six matrices"))
@@ -19,17 +19,17 @@ impl<V: Vector> Radau5<V> {
     /// Factors γ/h − ∂a/∂u − (h/γ) ∂a/∂q and the same with the complex eigenvalue; false where one is
     /// singular.
     pub(super) fn factor_transformed(&mut self, h: f64) -> bool {
-        if self.factored_for != 0.0 && (h / self.factored_for - 1.0).abs() <= SAME {
+        if self.factored_for != 0.0 && (h / self.factored_for - 1.0).abs() <= SAME_STEP_PART {
             return true;
         }
         let n = V::LEN;
         let [by_q, by_u, real, re, im, _] = split(&mut self.matrices);
         let by_gamma = h / GAMMA;
-        let (along, across) = reciprocal(ALPHA / h, BETA / h);
+        let (inverse_re, inverse_im) = reciprocal(ALPHA / h, BETA / h);
         for i in 0..n * n {
             real[i] = -by_u[i] - by_gamma * by_q[i];
-            re[i] = -by_u[i] - along * by_q[i];
-            im[i] = -across * by_q[i];
+            re[i] = -by_u[i] - inverse_re * by_q[i];
+            im[i] = -inverse_im * by_q[i];
         }
         for i in 0..n {
             real[i * n + i] += GAMMA / h;
@@ -53,7 +53,7 @@ impl<V: Vector> Radau5<V> {
         h: f64,
     ) -> Result<bool, S::Error> {
         let n = V::LEN;
-        // Their memory serves for the Jacobians of the stages.
+        // The Jacobians of the stages are evaluated in the memory of the complex matrix.
         self.factored_for = 0.0;
         for i in 0..3 {
             let y = self.stage(start, h, i);

@@ -1,5 +1,6 @@
 //! The coefficients of Radau IIA of order 5, with the matrices that diagonalise A⁻¹: code `radau5.f`.
 
+/// √6.
 const SQRT_6: f64 = 2.449489742783178;
 
 /// Nodes.
@@ -18,8 +19,9 @@ pub(super) const A_INVERSE: [[f64; 3]; 3] = [
 ];
 /// The real eigenvalue of A⁻¹.
 pub(super) const GAMMA: f64 = 3.637834252744496;
-/// Real and imaginary part of the complex one.
+/// The real part of the complex eigenvalue of A⁻¹.
 pub(super) const ALPHA: f64 = 2.6810828736277523;
+/// Its imaginary part.
 pub(super) const BETA: f64 = 3.0504301992474105;
 /// T⁻¹ A⁻¹ T = diag(γ, [[α, −β], [β, α]]).
 pub(super) const T: [[f64; 3]; 3] = [

@@ -1,18 +1,17 @@
-//! A word about builds without optimisation, where that takes its time: once per program, on the error
-//! stream.
+//! A note on the error stream, once per program, if a build without optimisation is slow.
 //!
-//! Numerics without optimisation take up to two hundred times as long, and who waits does not see why. What
-//! takes some seconds says so at its end. Programs that do not want to hear it are compiled with the profile
-//! that it names, or run with `DYNAMICS_QUIET` in their environment.
+//! Numerics without optimisation take up to two hundred times as long, and the user does not see why. A call
+//! that takes some seconds prints the note at its end. The profile that it names, or `DYNAMICS_QUIET` in the
+//! environment, silences it.
 
-/// Watches how long something takes, to its end of life.
-pub struct Watch {
+/// Measures the time until it is dropped, and prints the note if that was long.
+pub struct SlowBuildNote {
     #[cfg(unoptimized)]
     begun: std::time::Instant,
 }
 
-impl Watch {
-    /// From here on.
+impl SlowBuildNote {
+    /// Starts the measurement.
     #[must_use]
     pub fn start() -> Self {
         Self {
@@ -23,13 +22,13 @@ impl Watch {
 }
 
 #[cfg(unoptimized)]
-impl Drop for Watch {
+impl Drop for SlowBuildNote {
     fn drop(&mut self) {
-        /// Nobody asks why something takes less.
-        const LONG: std::time::Duration = std::time::Duration::from_secs(5);
+        /// Shorter times need no explanation.
+        const LEAST_TIME: std::time::Duration = std::time::Duration::from_secs(5);
         static ONCE: std::sync::Once = std::sync::Once::new();
         let took = self.begun.elapsed();
-        if took > LONG && std::env::var_os("DYNAMICS_QUIET").is_none() {
+        if took > LEAST_TIME && std::env::var_os("DYNAMICS_QUIET").is_none() {
             ONCE.call_once(|| {
                 eprintln!(
                     "dynamics: this took {:.0} s because the crate is compiled without optimisation; use \

@@ -1,5 +1,5 @@
-//! What shows a motion in several charts: outputs and pictures, which know of no charts, and a table that
-//! names them.
+//! Output of a motion with several charts of angles: outputs and pictures, which do not depend on the chart, and
+//! a table with the number of the chart.
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -129,7 +129,7 @@ impl<M: Simulate + Draw> Film for ChartSwitchingMotion<'_, M> {
     }
 
     fn play(&self, times: &[f64], show: &mut dyn FnMut(&Drawing, &[f64])) {
-        // Times follow each other: one sampler lasts as long as its part.
+        // Times are in order: one sampler serves all times of a segment.
         let mut rest = times;
         while let Some(first) = rest.first() {
             let segment = self.leg_at(*first);
