@@ -16,13 +16,16 @@ use core::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use super::system::scale_coordinates;
-use super::{Embedding, Outcome, OutcomeOf, SolvedOf, gradients, holds, solve_general, with_workspace};
+use super::{
+    ConstrainedAccelerations, ConstrainedAccelerationsOf, Embedding, SolvedOf, gradients, holds,
+    solve_general, with_workspace,
+};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Route, Solved, Terms, Vector};
 
 /// What one formulation says at a state.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Formulated<V, R> {
+pub struct FormulationResult<V, R> {
     /// Its name.
     pub name: String,
     /// q̈ and λ, or why it does not apply here.
@@ -42,7 +45,7 @@ pub struct Formulated<V, R> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison<V, R> {
     /// All formulations, those that do not apply included.
-    pub formulations: Vec<Formulated<V, R>>,
+    pub formulations: Vec<FormulationResult<V, R>>,
     /// Whether the multipliers are unique.
     pub unique: bool,
     /// Rank of Φ_q, and number of rows that hold.
@@ -94,7 +97,8 @@ pub(crate) fn compare<M: Constraints>(
     constants: &M::Constants,
     state: &M::State,
 ) -> Result<Comparison<M::Vector, M::Rows>, SolveError> {
-    let reference: OutcomeOf<M> = with_workspace::<M, _>(|workspace| solve_general(model, state, workspace))?;
+    let reference: ConstrainedAccelerationsOf<M> =
+        with_workspace::<M, _>(|workspace| solve_general(model, state, workspace))?;
     let dense = DenseEquations::new(model, state, &reference);
     let mut formulations = Vec::new();
     let mut add = |name: String, solved: Result<SolvedOf<M>, String>| {
@@ -102,9 +106,9 @@ pub(crate) fn compare<M: Constraints>(
             Ok(solved) => dense.distance::<M>(&reference, solved),
             Err(_) => (0.0, 0.0),
         };
-        formulations.push(Formulated { name, solved, accelerations, reactions });
+        formulations.push(FormulationResult { name, solved, accelerations, reactions });
     };
-    let Outcome { accelerations, multipliers, .. } = reference;
+    let ConstrainedAccelerations { accelerations, multipliers, .. } = reference;
     add("general solver (null space)".to_string(), Ok(Solved { accelerations, multipliers }));
     let name = match M::ROUTE {
         Route::Unrolled { elimination } => alloc::format!("generated code ({elimination})"),
@@ -150,7 +154,7 @@ struct DenseEquations {
 }
 
 impl DenseEquations {
-    fn new<M: Constraints>(model: &M, state: &M::State, reference: &OutcomeOf<M>) -> Self {
+    fn new<M: Constraints>(model: &M, state: &M::State, reference: &ConstrainedAccelerationsOf<M>) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
@@ -191,7 +195,11 @@ impl DenseEquations {
         self.jacobian.transpose() * held
     }
 
-    fn distance<M: Constraints>(&self, reference: &OutcomeOf<M>, solved: &SolvedOf<M>) -> (f64, f64) {
+    fn distance<M: Constraints>(
+        &self,
+        reference: &ConstrainedAccelerationsOf<M>,
+        solved: &SolvedOf<M>,
+    ) -> (f64, f64) {
         let (a, b) = (reference.accelerations.as_slice(), solved.accelerations.as_slice());
         let apart = self.reaction(&reference.multipliers) - self.reaction(&solved.multipliers);
         let accelerations =

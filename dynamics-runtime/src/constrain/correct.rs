@@ -1,6 +1,6 @@
 //! Corrections that constraints call for: Baumgarte's terms, and what projections and impacts are made of.
 
-use super::{Accelerated, Factored, accelerate, general, holds};
+use super::{DiagnosedAccelerations, FactoredEquations, accelerate, holds, solve_with_correction};
 use crate::error::SolveError;
 use crate::linalg::add;
 use crate::model::{Constraints, Model, ModelState, Vector};
@@ -44,7 +44,7 @@ impl<V: Vector, R: Vector> ConstraintCorrection<V, R> {
     }
 
     /// Where M is not finite.
-    pub(super) fn not_a_number() -> Self {
+    pub(super) fn undefined() -> Self {
         let mut correction = Self::none();
         correction.change.as_mut_slice().fill(f64::NAN);
         correction.impulses.as_mut_slice().fill(f64::NAN);
@@ -60,11 +60,11 @@ pub(super) fn correct_rows<M: Constraints>(
     active: &dyn Fn(usize) -> bool,
     workspace: &mut [f64],
 ) -> Result<CorrectionOf<M>, SolveError> {
-    let Some(mut factored) = Factored::new(model, state, active, false, workspace)? else {
-        return Ok(ConstraintCorrection::not_a_number());
+    let Some(mut factored) = FactoredEquations::new(model, state, active, false, workspace)? else {
+        return Ok(ConstraintCorrection::undefined());
     };
     // A state on the constraints is on all of them, as near as rounding lets it be.
-    factored.system.weigh_alike();
+    factored.system.ignore_redundancy();
     let mut correction = ConstraintCorrection::none();
     let ConstraintCorrection { change, impulses }: &mut CorrectionOf<M> = &mut correction;
     let _left_over = factored.system.solve(
@@ -92,7 +92,7 @@ pub fn solve_baumgarte<M: Constraints>(
     state: &M::State,
     (alpha, beta): (f64, f64),
     workspace: &mut [f64],
-) -> Result<Accelerated<M::Vector>, SolveError> {
+) -> Result<DiagnosedAccelerations<M::Vector>, SolveError> {
     let mut right = model.velocity_residual(state);
     right.as_mut_slice().iter_mut().for_each(|x| *x *= -2.0 * alpha);
     let residual = model.residual(state);
@@ -105,8 +105,9 @@ pub fn solve_baumgarte<M: Constraints>(
     let unrolled = (!M::FRICTION).then(|| model.accelerate_unrolled(constants, state)).flatten();
     let Some((mut accelerations, more)) = unrolled.zip(model.correct_unrolled(constants, state, &right))
     else {
-        return general(model, state, Some(&right), workspace).map(Accelerated::from);
+        return solve_with_correction(model, state, Some(&right), workspace)
+            .map(DiagnosedAccelerations::from);
     };
     add(accelerations.as_mut_slice(), more.as_slice());
-    Ok(Accelerated { accelerations, diagnosis: None })
+    Ok(DiagnosedAccelerations { accelerations, diagnosis: None })
 }

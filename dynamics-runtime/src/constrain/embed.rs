@@ -18,8 +18,8 @@
 //! [`Formulation::Embedded`](crate::simulate::Formulation::Embedded).
 
 use super::project::{admit, project_positions, project_velocities};
-use super::system::{RANK_TOLERANCE, Read, scale_coordinates};
-use super::{Gradients, gradients, holds, lent, names};
+use super::system::{ModelTerms, RANK_TOLERANCE, scale_coordinates};
+use super::{Gradients, borrow_workspace, gradients, holds, system_names};
 use crate::error::SolveError;
 use crate::linalg::lu::{self, Lu};
 use crate::linalg::{WorkMemory, max_abs, norm};
@@ -182,7 +182,7 @@ impl<M: Constraints> Embedding<M> {
             if size == 0.0 || (before.is_finite() && settled) {
                 return Ok(true);
             }
-            let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
+            let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
             // What was picked above lies at the start.
             let (right, delta) = (memory.take(k), memory.take(k));
             let block = self.positions.factor(model, state, &mut memory);
@@ -213,7 +213,7 @@ impl<M: Constraints> Embedding<M> {
     ) -> Result<bool, SolveError> {
         let k = self.velocities.rank;
         let residual = model.velocity_residual(state);
-        let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
+        let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
         let (right, delta) = (memory.take(k), memory.take(k));
         (0..k).for_each(|i| right[i] = residual[self.velocities.rows[i] as usize]);
         if !max_abs(right).is_finite() {
@@ -241,7 +241,7 @@ impl<M: Constraints> Embedding<M> {
     #[cold]
     fn not_finite(&self, values: &impl Vector) -> SolveError {
         let row = values.as_slice().iter().position(|x| !x.is_finite()).unwrap_or(0);
-        SolveError::ConstraintNotFinite { row: names::<M>().row(row) }
+        SolveError::ConstraintNotFinite { row: system_names::<M>().row(row) }
     }
 
     /// Chooses the blocks anew if they lack rows or their conditioning has degraded, and better ones exist:
@@ -253,7 +253,7 @@ impl<M: Constraints> Embedding<M> {
     /// them now.
     pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
         let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
-            let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
+            let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
             let block = partition.factor(model, state, &mut memory);
             if block.fails(partition) { 0.0 } else { block.quality() }
         };
@@ -350,8 +350,8 @@ fn partition<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<PartitionOf<M>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let mut memory = lent(workspace, n, r);
-    let Read { mass, force, jacobian: matrix, gamma } = Read::new(n, r, &mut memory);
+    let mut memory = borrow_workspace(workspace, n, r);
+    let ModelTerms { mass, force, jacobian: matrix, gamma } = ModelTerms::new(n, r, &mut memory);
     gradients::terms(model, state, &mut Terms { mass, force, jacobian: matrix, gamma }, memory.take(r));
     let scale = memory.take(n);
     let (mut rows, mut columns) = (memory.indices(r), memory.indices(n));
@@ -359,7 +359,7 @@ fn partition<M: Constraints>(
     for row in (0..r).filter(|row| active(*row)) {
         matrix.copy_within(row * n..(row + 1) * n, m * n);
         if !max_abs(&matrix[m * n..(m + 1) * n]).is_finite() {
-            return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
+            return Err(SolveError::ConstraintNotFinite { row: system_names::<M>().row(row) });
         }
         rows.set(m, row);
         m += 1;
@@ -388,7 +388,7 @@ fn partition<M: Constraints>(
         chosen.rows[i] = rows.get(i) as f64;
         chosen.columns[i] = columns.get(i) as f64;
     }
-    let mut memory = lent(workspace, n, r);
+    let mut memory = borrow_workspace(workspace, n, r);
     // A block that is taken because there is no better one is judged by itself.
     let block = chosen.factor(model, state, &mut memory);
     (chosen.quality, chosen.negative) = (block.quality(), block.factored.negative);

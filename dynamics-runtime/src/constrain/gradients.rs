@@ -1,6 +1,6 @@
 //! Gradients of the constraints at a state, and distances from them.
 
-use super::nearby::{NEARBY, beside};
+use super::nearby::{NEARBY_DISTANCE, nearby_state};
 #[cfg(feature = "alloc")]
 use crate::linalg::dot;
 use crate::linalg::{max_abs, norm};
@@ -14,12 +14,12 @@ pub(crate) struct Gradients<'w> {
     /// Row by row.
     pub(crate) rows: &'w [f64],
     /// The usual length of each row: see [`terms`].
-    pub(crate) usual: &'w [f64],
+    pub(crate) usual_lengths: &'w [f64],
     n: usize,
 }
 
 /// Most numbers of a Jacobian that is taken by value: 8 kB of stack.
-const BY_VALUE: usize = 1024;
+const MAX_NUMBERS_ON_STACK: usize = 1024;
 
 /// Memory of [`Gradients`].
 pub(crate) const fn memory(n: usize, r: usize) -> usize {
@@ -30,15 +30,15 @@ impl<'w> Gradients<'w> {
     /// Of all rows at a state, whether they hold or not.
     pub(crate) fn of<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        let (mass, rest) = workspace.split_at_mut(n * n);
-        let (force, rest) = rest.split_at_mut(n);
-        let (jacobian, rest) = rest.split_at_mut(r * n);
-        let (gamma, rest) = rest.split_at_mut(r);
-        let usual = &mut rest[..r];
+        let (mass, remaining) = workspace.split_at_mut(n * n);
+        let (force, remaining) = remaining.split_at_mut(n);
+        let (jacobian, remaining) = remaining.split_at_mut(r * n);
+        let (gamma, remaining) = remaining.split_at_mut(r);
+        let usual_lengths = &mut remaining[..r];
         // What is always zero may not be written.
         jacobian.fill(0.0);
-        terms(model, state, &mut Terms { mass, force, jacobian, gamma }, usual);
-        Self { rows: jacobian, usual, n }
+        terms(model, state, &mut Terms { mass, force, jacobian, gamma }, usual_lengths);
+        Self { rows: jacobian, usual_lengths, n }
     }
 
     /// The same where it is asked for again and again: without M, Q and γ where the model is small enough.
@@ -52,24 +52,24 @@ impl<'w> Gradients<'w> {
             }
         }
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        if n * r > BY_VALUE {
+        if n * r > MAX_NUMBERS_ON_STACK {
             return Self::of(model, state, workspace);
         }
-        let (rows, rest) = workspace.split_at_mut(r * n);
-        let usual = &mut rest[..r];
+        let (rows, remaining) = workspace.split_at_mut(r * n);
+        let usual_lengths = &mut remaining[..r];
         by_value(model, state, rows);
-        if are_short(rows, n) {
-            let beside = beside::<M>(state);
-            let mut here = M::Rows::zeros();
-            lengths(rows, n, here.as_mut_slice());
-            by_value(model, &beside, rows);
-            lengths(rows, n, usual);
+        if has_short_row(rows, n) {
+            let nearby_state = nearby_state::<M>(state);
+            let mut lengths_here = M::Rows::zeros();
+            measure_lengths(rows, n, lengths_here.as_mut_slice());
+            by_value(model, &nearby_state, rows);
+            measure_lengths(rows, n, usual_lengths);
             by_value(model, state, rows);
-            clear(rows, n, here.as_slice(), usual);
+            clear_vanished_rows(rows, n, lengths_here.as_slice(), usual_lengths);
         } else {
-            usual.fill(0.0);
+            usual_lengths.fill(0.0);
         }
-        Self { rows, usual, n }
+        Self { rows, usual_lengths, n }
     }
 
     /// The gradient of a row.
@@ -79,7 +79,7 @@ impl<'w> Gradients<'w> {
 
     /// [`distance`] of a row.
     pub(crate) fn distance(&self, row: usize, residual: f64) -> f64 {
-        distance(residual, self.row(row), self.usual[row])
+        distance(residual, self.row(row), self.usual_lengths[row])
     }
 }
 
@@ -87,46 +87,52 @@ impl<'w> Gradients<'w> {
 /// velocities along what it leaves open are known to ε/d and accelerations to ε/d², to nothing at 10⁻⁸. What
 /// is left is rounding, of sin π say, and scaled to unit length it would count as a constraint like any
 /// other.
-const VANISHED: f64 = 1e-8;
+const VANISHED_LENGTH_RATIO: f64 = 1e-8;
 
 /// A row is looked at where it is shorter than this, against the longest one and 1: else its usual length
 /// would be asked for at every evaluation.
-const SHORT: f64 = 1e-6;
+const SHORT_LENGTH_RATIO: f64 = 1e-6;
 
 /// M, Q, Φ_q and γ at a state, with rows of Φ_q set to zero where they have vanished: against the length that
-/// they have `usual`ly, one unit and the size of the coordinates away, which is told (0 where no row is
+/// they have `usual_lengths`ly, one unit and the size of the coordinates away, which is told (0 where no row is
 /// short). Zeros of `terms` must be zero where the model does not write.
-pub(crate) fn terms<M: Constraints>(model: &M, state: &M::State, terms: &mut Terms<'_>, usual: &mut [f64]) {
+pub(crate) fn terms<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    terms: &mut Terms<'_>,
+    usual_lengths: &mut [f64],
+) {
     model.terms(state, terms);
     let n = M::Vector::LEN;
-    if !are_short(terms.jacobian, n) {
-        usual.fill(0.0);
+    if !has_short_row(terms.jacobian, n) {
+        usual_lengths.fill(0.0);
         return;
     }
-    let mut here = M::Rows::zeros();
-    lengths(terms.jacobian, n, here.as_mut_slice());
-    model.terms(&beside::<M>(state), terms);
-    lengths(terms.jacobian, n, usual);
+    let mut lengths_here = M::Rows::zeros();
+    measure_lengths(terms.jacobian, n, lengths_here.as_mut_slice());
+    model.terms(&nearby_state::<M>(state), terms);
+    measure_lengths(terms.jacobian, n, usual_lengths);
     model.terms(state, terms);
-    clear(terms.jacobian, n, here.as_slice(), usual);
+    clear_vanished_rows(terms.jacobian, n, lengths_here.as_slice(), usual_lengths);
 }
 
-fn are_short(rows: &[f64], n: usize) -> bool {
+fn has_short_row(rows: &[f64], n: usize) -> bool {
     let sizes = rows.chunks_exact(n.max(1)).map(max_abs);
     let (least, most) = sizes.fold((f64::INFINITY, 1.0_f64), |(least, most), x| (least.min(x), most.max(x)));
-    least < SHORT * most
+    least < SHORT_LENGTH_RATIO * most
 }
 
-fn lengths(rows: &[f64], n: usize, lengths: &mut [f64]) {
-    lengths.iter_mut().zip(rows.chunks_exact(n)).for_each(|(length, row)| *length = norm(row));
+fn measure_lengths(rows: &[f64], n: usize, measure_lengths: &mut [f64]) {
+    measure_lengths.iter_mut().zip(rows.chunks_exact(n)).for_each(|(length, row)| *length = norm(row));
 }
 
-/// `usual`: the lengths beside the state, which become those that are usual.
-fn clear(rows: &mut [f64], n: usize, here: &[f64], usual: &mut [f64]) {
-    for ((row, here), usual) in rows.chunks_exact_mut(n).zip(here).zip(usual) {
+/// `usual_lengths`: the lengths beside the state, which become those that are usual.
+fn clear_vanished_rows(rows: &mut [f64], n: usize, lengths_here: &[f64], usual_lengths: &mut [f64]) {
+    for ((row, lengths_here), usual_lengths) in rows.chunks_exact_mut(n).zip(lengths_here).zip(usual_lengths)
+    {
         // Near the place where a row vanishes it grows with the distance.
-        *usual /= NEARBY;
-        if here.is_finite() && *here <= VANISHED * *usual {
+        *usual_lengths /= NEARBY_DISTANCE;
+        if lengths_here.is_finite() && *lengths_here <= VANISHED_LENGTH_RATIO * *usual_lengths {
             row.fill(0.0);
         }
     }
@@ -143,7 +149,7 @@ pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &
         }
     }
     let n = M::Vector::LEN;
-    if n * n <= BY_VALUE {
+    if n * n <= MAX_NUMBERS_ON_STACK {
         by_value(model, state, &mut workspace[..n * n]);
     } else {
         workspace[..n * n].fill(0.0);
@@ -154,7 +160,7 @@ pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &
 
 /// Part of its diagonal element by which a pivot of M is positive for sure: rounding is far smaller.
 #[cfg(feature = "alloc")]
-const POSITIVE: f64 = 1e-8;
+const POSITIVE_PIVOT_RATIO: f64 = 1e-8;
 
 /// Whether M is positive definite at a state, without doubt: then it is so along whatever constraints leave
 /// free. By Cholesky's elimination of M alone, a thirtieth of what the general solver takes for Andrews'
@@ -167,11 +173,11 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
     for j in 0..n {
         for i in j..n {
             let entry = mass[i * n + j];
-            let rest = entry - dot(&mass[i * n..i * n + j], &mass[j * n..j * n + j]);
+            let remaining = entry - dot(&mass[i * n..i * n + j], &mass[j * n..j * n + j]);
             if i > j {
-                mass[i * n + j] = rest / mass[j * n + j];
-            } else if rest > POSITIVE * entry {
-                mass[j * n + j] = math::sqrt(rest);
+                mass[i * n + j] = remaining / mass[j * n + j];
+            } else if remaining > POSITIVE_PIVOT_RATIO * entry {
+                mass[j * n + j] = math::sqrt(remaining);
             } else {
                 return false;
             }
@@ -183,16 +189,16 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
 /// Part of its usual length that a gradient counts for which has vanished, where distances from its
 /// constraint are told: rounding of the residual is none, and a residual by which no state is on the
 /// constraint is one.
-const UNTOLD: f64 = 1e-4;
+const VANISHED_ROW_LENGTH: f64 = 1e-4;
 
 /// |residual|/‖gradient‖, how far a state is from fulfilling a row; 0 where the residual is, infinite where
-/// the gradient vanishes here and elsewhere. `usual`: its usual length, see [`terms`].
-pub(crate) fn distance(residual: f64, gradient: &[f64], usual: f64) -> f64 {
+/// the gradient vanishes here and elsewhere. `usual_lengths`: its usual length, see [`terms`].
+pub(crate) fn distance(residual: f64, gradient: &[f64], usual_lengths: f64) -> f64 {
     let length = norm(gradient);
     if residual == 0.0 {
         0.0
     } else if length == 0.0 {
-        residual.abs() / (UNTOLD * usual)
+        residual.abs() / (VANISHED_ROW_LENGTH * usual_lengths)
     } else {
         residual.abs() / length
     }

@@ -9,7 +9,7 @@
 //! Dynamics with Unilateral Contacts (1996), §8.
 
 use super::correct::{ConstraintCorrection, CorrectionOf, correct_rows};
-use super::{Factored, Gradients, holds, names};
+use super::{FactoredEquations, Gradients, holds, system_names};
 use crate::error::SolveError;
 use crate::linalg::{add, add_scaled, dot, max_abs};
 use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
@@ -44,7 +44,8 @@ pub fn impact<M: Constraints>(
     hits: &[(usize, f64)],
     workspace: &mut [f64],
 ) -> Result<ImpactSolution<M::Rows>, SolveError> {
-    let mut set = Set::<M> { hits, modes: state.modes(), out: 0, restoring: false, before: M::Rows::zeros() };
+    let mut set =
+        ContactSet::<M> { hits, modes: state.modes(), out: 0, restoring: false, before: M::Rows::zeros() };
     let (mut after, mut impulses) = set.compress(model, state, workspace)?;
     if hits.iter().any(|(_, restitution)| *restitution != 0.0) {
         set.restoring = true;
@@ -66,7 +67,7 @@ pub fn impact<M: Constraints>(
 }
 
 /// Which contacts take part.
-struct Set<'h, M: Constraints> {
+struct ContactSet<'h, M: Constraints> {
     hits: &'h [(usize, f64)],
     modes: Modes,
     /// Bits of the hits that are let go.
@@ -77,7 +78,7 @@ struct Set<'h, M: Constraints> {
     before: M::Rows,
 }
 
-impl<M: Constraints> Set<'_, M> {
+impl<M: Constraints> ContactSet<'_, M> {
     /// Brings rows that act to Φ̇ = 0; velocities and impulses. What cannot come apart says so.
     fn compress(
         &mut self,
@@ -118,14 +119,14 @@ impl<M: Constraints> Set<'_, M> {
                 return Ok(None);
             }
             if distance > permitted.max(worst.0) {
-                let row = names::<M>().row(row);
+                let row = system_names::<M>().row(row);
                 worst = (distance, Some(SolveError::ImpactSqueezes { row, closing }));
             }
         }
         Ok(worst.1)
     }
 
-    /// See [`Set::compress`].
+    /// See [`ContactSet::compress`].
     fn settle(
         &mut self,
         model: &M,
@@ -154,7 +155,7 @@ impl<M: Constraints> Set<'_, M> {
             return Ok((after, correction.impulses));
         }
         let row = self.hits.first().map_or(0, |(at, _)| M::CONSTRAINTS[*at].first);
-        Err(SolveError::ImpactUndecided { row: names::<M>().row(row) })
+        Err(SolveError::ImpactUndecided { row: system_names::<M>().row(row) })
     }
 
     /// What impulses at the hits do to the velocities while the rest goes on holding: Δq̇, and the impulses
@@ -172,8 +173,8 @@ impl<M: Constraints> Set<'_, M> {
         for (row, impulse) in impulses.as_slice().iter().enumerate() {
             add_scaled(force.as_mut_slice(), *impulse, gradients.row(row));
         }
-        let Some(mut factored) = Factored::new(model, state, &held, false, workspace)? else {
-            return Ok(ConstraintCorrection::not_a_number());
+        let Some(mut factored) = FactoredEquations::new(model, state, &held, false, workspace)? else {
+            return Ok(ConstraintCorrection::undefined());
         };
         factored.force.copy_from_slice(force.as_slice());
         factored.gamma.fill(0.0);
@@ -257,7 +258,7 @@ impl<M: Constraints> Set<'_, M> {
         for row in (0..M::Rows::LEN).filter(|row| self.acts(*row)) {
             let (residual, distance) = (velocities[row], gradients.distance(row, velocities[row]));
             if distance.is_nan() || distance > 1e-9 * (1.0 + size) {
-                let (what, row) = ("velocities", names::<M>().row(row));
+                let (what, row) = ("velocities", system_names::<M>().row(row));
                 return Err(SolveError::OffConstraint { what, row, residual, distance });
             }
         }

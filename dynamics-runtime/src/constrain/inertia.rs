@@ -3,11 +3,11 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::active_set::active_rows;
 use super::gradients::{Gradients, mass};
-use super::held::active_rows;
 use super::system::scale_coordinates;
 use super::with_workspace;
-use crate::declaration::Involved;
+use crate::declaration::TopContributors;
 use crate::linalg::Svd;
 use crate::linalg::{dot, max_abs, norm};
 use crate::model::{Constraints, Known, ModelState, Vector};
@@ -17,11 +17,11 @@ const RANK: f64 = 1e-7;
 
 /// The least eigenvalue of NᵀMN, N an orthonormal basis of the velocities that the constraints leave, in
 /// coordinates of a given scale.
-pub(crate) struct Inertia {
+pub(crate) struct LeastInertia {
     /// The eigenvalue of least size, with its sign.
     pub(crate) least: f64,
     /// The coordinates that move in its direction.
-    pub(crate) coordinates: Involved,
+    pub(crate) coordinates: TopContributors,
 }
 
 /// Coordinates in which every one has inertia 1 at a state, and those without inertia the size of what they
@@ -32,8 +32,12 @@ pub(crate) fn unit_inertias<M: Constraints>(model: &M, state: &M::State) -> Vec<
     scale
 }
 
-/// [`Inertia`] at a state; `None` where a value is not finite.
-pub(crate) fn least_inertia<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -> Option<Inertia> {
+/// [`LeastInertia`] at a state; `None` where a value is not finite.
+pub(crate) fn least_inertia<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    scale: &[f64],
+) -> Option<LeastInertia> {
     let n = M::Vector::LEN;
     // What is held has more inertia than any free direction.
     let mut mass = left_inertia(model, state, scale, |mass, _| (n as f64 * max_abs(mass)).max(1.0))?;
@@ -41,8 +45,8 @@ pub(crate) fn least_inertia<M: Constraints>(model: &M, state: &M::State, scale: 
     let svd = Svd::new(n, &mut mass, &mut v, &mut sigma);
     let least = (0..n).reduce(|a, b| if svd.sigma[b] < svd.sigma[a] { b } else { a })?;
     let direction = svd.right(least);
-    let coordinates = Involved::ranked(M::COORDINATES, direction.iter().copied().enumerate());
-    Some(Inertia { least: svd.sigma[least].copysign(dot(svd.column(least), direction)), coordinates })
+    let coordinates = TopContributors::ranked(M::COORDINATES, direction.iter().copied().enumerate());
+    Some(LeastInertia { least: svd.sigma[least].copysign(dot(svd.column(least), direction)), coordinates })
 }
 
 /// P M P + b (1 − P) by rows in scaled coordinates, P onto the velocities that the constraints leave. What

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::{Embedding, Factored, Gradients, check_inputs, holds, solve_once, with_workspace};
+use super::{Embedding, FactoredEquations, Gradients, check_inputs, holds, solve_once, with_workspace};
 use crate::error::SolveError;
 use crate::linalg::add_scaled;
 use crate::model::{Constraints, ModelState, Vector};
@@ -79,7 +79,7 @@ fn unique_rows<M: Constraints>(model: &M, state: &M::State) -> Result<Vec<bool>,
     let modes = state.modes();
     with_workspace::<M, _>(|workspace| {
         let Some(mut factored) =
-            Factored::new(model, state, &|row| holds::<M>(modes, row), false, workspace)?
+            FactoredEquations::new(model, state, &|row| holds::<M>(modes, row), false, workspace)?
         else {
             return Ok(alloc::vec![false; M::Rows::LEN]);
         };

@@ -7,7 +7,7 @@
 //! Solving ODEs II, §VII.2. Converges quadratically from what a step leaves behind: one correction as a rule.
 
 use super::correct::{correct, correct_rows};
-use super::{Gradients, holds, names};
+use super::{Gradients, holds, system_names};
 use crate::error::SolveError;
 use crate::linalg::{add, max_abs, norm};
 use crate::model::{Constraints, ModelState, Vector};
@@ -213,7 +213,7 @@ fn held_and_finite<M: Constraints>(state: &M::State, mut right: M::Rows) -> Resu
         if !holds::<M>(modes, row) {
             *x = 0.0;
         } else if !x.is_finite() {
-            return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
+            return Err(SolveError::ConstraintNotFinite { row: system_names::<M>().row(row) });
         }
     }
     Ok(right)
@@ -256,7 +256,7 @@ fn worst<M: Constraints>(
 fn off<M: Constraints>(model: &M, state: &M::State, what: &'static str, workspace: &mut [f64]) -> SolveError {
     match worst(model, state, what, workspace) {
         Ok((row, residual, distance)) => {
-            SolveError::OffConstraint { what, row: names::<M>().row(row), residual, distance }
+            SolveError::OffConstraint { what, row: system_names::<M>().row(row), residual, distance }
         }
         Err(error) => error,
     }
@@ -269,7 +269,7 @@ fn vanishing<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64])
     let rows = (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row));
     let lengths = rows.map(|row| (row, norm(gradients.row(row))));
     let least = lengths.fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
-    SolveError::VanishingGradient { row: names::<M>().row(least.0) }
+    SolveError::VanishingGradient { row: system_names::<M>().row(least.0) }
 }
 
 fn size<V: Vector>(x: &V) -> f64 {

@@ -5,8 +5,8 @@
 //! constraints repeat each other, are no obstacle. Constraints come first, so that what they do not admit is
 //! missed by a speed and not by them. What is left over is checked against the speeds and the constraints.
 
-use super::held::active_rows;
-use super::{Involved, with_workspace};
+use super::active_set::active_rows;
+use super::{TopContributors, with_workspace};
 use crate::error::StateError;
 use crate::linalg::{Indices, WorkMemory, max_abs};
 use crate::model::{Constraints, ModelState, Terms, Vector};
@@ -55,7 +55,7 @@ pub fn move_by_speeds<M: Constraints>(
         let mut system = SpeedSystem::read(model, &moved, speeds, memory);
         if let Err(pivot) = system.eliminate() {
             let shares = system.undetermined(memory);
-            let coordinates = Involved::ranked(M::COORDINATES, shares);
+            let coordinates = TopContributors::ranked(M::COORDINATES, shares);
             return Err(StateError::SpeedsSingular { coordinates, pivot });
         }
         system.solve(moved.u_mut().as_mut_slice());
@@ -220,7 +220,7 @@ impl<'w> SpeedSystem<'w> {
             let offset = residual[row] - terms().sum::<f64>();
             let size = terms().fold(offset.abs(), |sum, term| sum + term.abs());
             if residual[row].abs() > MET * size {
-                let given = Involved::ranked(M::COORDINATES, core::iter::empty());
+                let given = TopContributors::ranked(M::COORDINATES, core::iter::empty());
                 return Err(StateError::VelocityNotAssembled {
                     row: M::ROWS[row].name,
                     residual: residual[row],
@@ -258,7 +258,7 @@ impl<'w> SpeedSystem<'w> {
         let drowned = f64::EPSILON * max_abs(terms) > MET * size;
         Err(if drowned || !max_abs(terms).is_finite() {
             let (shares, pivot): (&[f64], _) = (terms, size / max_abs(terms));
-            let coordinates = Involved::ranked(M::COORDINATES, shares.iter().copied().enumerate());
+            let coordinates = TopContributors::ranked(M::COORDINATES, shares.iter().copied().enumerate());
             StateError::SpeedsSingular { coordinates, pivot }
         } else {
             StateError::SpeedNotMet { speed: M::SPEEDS[i].name, given: speeds[i], found: values[i] }

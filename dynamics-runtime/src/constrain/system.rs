@@ -42,26 +42,26 @@ const COMPARABLE: f64 = 30.0;
 
 /// What the numbers belong to.
 #[derive(Clone, Copy)]
-pub(crate) struct Names {
+pub(crate) struct SystemNames {
     pub(crate) rows: &'static [Quantity],
     pub(crate) coordinates: &'static [Quantity],
 }
 
-impl Names {
+impl SystemNames {
     pub(crate) fn row(&self, i: usize) -> &'static str {
         self.rows.get(i).map_or("", |row| row.name)
     }
 }
 
 /// M, Q, Φ_q and γ as read from a model.
-pub(crate) struct Read<'w> {
+pub(crate) struct ModelTerms<'w> {
     pub(crate) mass: &'w mut [f64],
     pub(crate) force: &'w mut [f64],
     pub(crate) jacobian: &'w mut [f64],
     pub(crate) gamma: &'w mut [f64],
 }
 
-impl<'w> Read<'w> {
+impl<'w> ModelTerms<'w> {
     pub(crate) fn new(n: usize, r: usize, memory: &mut WorkMemory<'w>) -> Self {
         let (mass, force) = (memory.zeros(n * n), memory.zeros(n));
         Self { mass, force, jacobian: memory.zeros(r * n), gamma: memory.zeros(r) }
@@ -75,7 +75,7 @@ pub(crate) struct FactoredSystem<'w> {
     active: Indices<'w>,
     m: usize,
     /// Whether a row that holds is zero.
-    pub(crate) vanished: bool,
+    pub(crate) has_vanished_row: bool,
     /// aⱼ = sⱼ âⱼ.
     scale: &'w mut [f64],
     /// Φ̂ᵢ = wᵢ Φᵢ S, λᵢ = wᵢ λ̂ᵢ.
@@ -89,14 +89,14 @@ pub(crate) struct FactoredSystem<'w> {
     w: &'w mut [f64],
 }
 
-/// Memory of a [`FactoredSystem`], besides what is [`Read`].
+/// Memory of a [`FactoredSystem`], besides what is [`ModelTerms`].
 pub(crate) const fn memory(n: usize, r: usize) -> usize {
     n * n + 3 * n + 4 * r + orthogonal::memory(r)
 }
 
 /// By how much Φ_q a = γ cannot be satisfied.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Miss {
+pub(crate) struct GammaResidual {
     /// Norm of what is left over, rows at unit length.
     pub(crate) size: f64,
     /// Norm of γ in the same scale.
@@ -111,18 +111,18 @@ pub(crate) struct Miss {
 
 impl<'w> FactoredSystem<'w> {
     /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `redundant`: the rows that
-    /// are declared so. `slack`: at least [`RANK_TOLERANCE`], the share of its length by which a row has to
-    /// differ from the others. `usual`: the lengths of rows where they have not vanished.
+    /// are declared so. `redundancy_tolerance`: at least [`RANK_TOLERANCE`], the share of its length by which a row has to
+    /// differ from the others. `usual_lengths`: the lengths of rows where they have not vanished.
     pub(crate) fn factor(
         mass: &[f64],
         jacobian: &'w mut [f64],
         holds: &dyn Fn(usize) -> bool,
         redundant: &dyn Fn(usize) -> bool,
-        (slack, usual): (f64, &[f64]),
-        names: Names,
+        (redundancy_tolerance, usual_lengths): (f64, &[f64]),
+        system_names: SystemNames,
         memory: &mut WorkMemory<'w>,
     ) -> Result<Self, SolveError> {
-        let (n, r) = (names.coordinates.len(), names.rows.len());
+        let (n, r) = (system_names.coordinates.len(), system_names.rows.len());
         let scale = memory.take(n);
         let (x, y) = (memory.take(n), memory.take(n));
         let (weight, b, w) = (memory.take(r), memory.take(r), memory.take(r));
@@ -130,20 +130,21 @@ impl<'w> FactoredSystem<'w> {
         let m = gather(jacobian, n, r, holds, &mut active);
         for i in 0..m {
             if !jacobian[i * n..(i + 1) * n].iter().all(|x| x.is_finite()) {
-                return Err(SolveError::ConstraintNotFinite { row: names.row(active.get(i)) });
+                return Err(SolveError::ConstraintNotFinite { row: system_names.row(active.get(i)) });
             }
         }
         scale_coordinates(mass, &jacobian[..m * n], scale);
-        let (mut vanished, widest) = (false, max_abs(scale));
+        let (mut has_vanished_row, widest) = (false, max_abs(scale));
         let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
         for (i, (row, weight)) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m).enumerate() {
             row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
             let length = norm(row);
             if length == 0.0 {
                 // At a change point; or wherever the constraint holds, which the caller finds out.
-                vanished = true;
-                let usual = usual[active.get(i)] * widest;
-                *weight = if usual > 0.0 && usual.is_finite() { 1.0 / usual } else { 1.0 };
+                has_vanished_row = true;
+                let usual_lengths = usual_lengths[active.get(i)] * widest;
+                *weight =
+                    if usual_lengths > 0.0 && usual_lengths.is_finite() { 1.0 / usual_lengths } else { 1.0 };
                 continue;
             }
             (shortest, longest) = (shortest.min(length), longest.max(length));
@@ -159,12 +160,12 @@ impl<'w> FactoredSystem<'w> {
             &mut jacobian[..m * n],
             (m, n),
             &|i| longest <= COMPARABLE * shortest && redundant(active.get(i)),
-            slack,
+            redundancy_tolerance,
             memory,
         );
         rows.rotate_symmetric(turned, x);
-        let mut it = Self { n, active, m, vanished, scale, weight, rows, mass: turned, x, y, b, w };
-        it.factor_free(inertia, names)?;
+        let mut it = Self { n, active, m, has_vanished_row, scale, weight, rows, mass: turned, x, y, b, w };
+        it.factor_free(inertia, system_names)?;
         Ok(it)
     }
 
@@ -178,7 +179,7 @@ impl<'w> FactoredSystem<'w> {
     }
 
     /// From here on rows that are declared redundant count as much as the others.
-    pub(crate) fn weigh_alike(&mut self) {
+    pub(crate) fn ignore_redundancy(&mut self) {
         self.rows.known = false;
     }
 
@@ -187,7 +188,7 @@ impl<'w> FactoredSystem<'w> {
     }
 
     /// ZᵀM̂Z = L Lᵀ, in place.
-    fn factor_free(&mut self, inertia: f64, names: Names) -> Result<(), SolveError> {
+    fn factor_free(&mut self, inertia: f64, system_names: SystemNames) -> Result<(), SolveError> {
         let (n, k) = (self.n, self.rows.rank);
         for j in k..n {
             for i in j..n {
@@ -196,7 +197,7 @@ impl<'w> FactoredSystem<'w> {
                 if i == j {
                     // Not-a-number passes: it comes from the state or a force, and is reported as such.
                     if rest <= PIVOT_TOLERANCE * inertia {
-                        return Err(self.singular(j, rest, names).into());
+                        return Err(self.singular(j, rest, system_names).into());
                     }
                     self.mass[j * n + j] = sqrt(rest);
                 } else {
@@ -209,7 +210,7 @@ impl<'w> FactoredSystem<'w> {
 
     /// Names the coordinate that moves most along the direction without inertia that column j completes.
     #[cold]
-    fn singular(&mut self, j: usize, pivot: f64, names: Names) -> SingularMassMatrix {
+    fn singular(&mut self, j: usize, pivot: f64, system_names: SystemNames) -> SingularMassMatrix {
         let (n, k) = (self.n, self.rows.rank);
         self.x.fill(0.0);
         self.x[j] = 1.0;
@@ -224,7 +225,7 @@ impl<'w> FactoredSystem<'w> {
         let negative = pivot < -PIVOT_TOLERANCE * max_abs(self.mass);
         SingularMassMatrix {
             coordinate,
-            name: names.coordinates.get(coordinate).map_or("", |q| q.name),
+            name: system_names.coordinates.get(coordinate).map_or("", |q| q.name),
             pivot: pivot / (self.scale[coordinate] * self.scale[coordinate]),
             negative,
         }
@@ -232,7 +233,13 @@ impl<'w> FactoredSystem<'w> {
 
     /// a and λ for a right-hand side Q (n) and γ (all rows; those of released constraints are not read). λ of
     /// released rows is 0.
-    pub(crate) fn solve(&mut self, force: &[f64], gamma: &[f64], a: &mut [f64], lambda: &mut [f64]) -> Miss {
+    pub(crate) fn solve(
+        &mut self,
+        force: &[f64],
+        gamma: &[f64],
+        a: &mut [f64],
+        lambda: &mut [f64],
+    ) -> GammaResidual {
         let (n, k, m) = (self.n, self.rows.rank, self.m);
         for i in 0..m {
             self.b[i] = self.weight[i] * gamma[self.active.get(i)];
@@ -269,13 +276,13 @@ impl<'w> FactoredSystem<'w> {
         miss
     }
 
-    fn miss(&self, scale: f64) -> Miss {
+    fn miss(&self, scale: f64) -> GammaResidual {
         let left = &self.b[..self.m];
         let worst = left.iter().enumerate();
         let at = worst.fold((0, 0.0), |most, (i, x)| if x.abs() > most.1 { (i, x.abs()) } else { most }).0;
         let (row, residual) =
             if self.m > 0 { (self.active.get(at), -left[at] / self.weight[at]) } else { (0, 0.0) };
-        Miss { size: norm(left), scale, reach: 0.0, row, residual }
+        GammaResidual { size: norm(left), scale, reach: 0.0, row, residual }
     }
 
     /// Whether the multiplier of a row is the same in all solutions; true for rows that are released, where

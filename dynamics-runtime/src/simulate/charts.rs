@@ -9,13 +9,13 @@
 //! part of a motion is the motion of a model that does not change. From one part to the next the angles are
 //! read from the same rotation, θ′ with E(θ′) = C′ᵀ C E(θ), and the rates from the same angular velocity.
 //! Whether the charts are of one model is not believed but looked at: accelerations, energy, outputs and
-//! events have to agree where a part begins (`agree.rs`) and at the end of every step (`along.rs`).
+//! events have to agree where a part begins (`agreement.rs`) and at the end of every step (`step_agreement.rs`).
 
-pub(crate) mod agree;
-pub(crate) mod along;
+pub(crate) mod agreement;
 pub(crate) mod error;
 pub(crate) mod reference;
 pub(crate) mod result;
+pub(crate) mod step_agreement;
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -272,7 +272,7 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
             let model = &self.atlas.charts[[from, to][k]];
             (self.options)(model.simulate(states[k]), model).ad_hoc_at(&states[k])
         });
-        agree::same_functions(&functions, state.t())
+        agreement::same_functions(&functions, state.t())
     }
 
     /// Compares the chart of the last part with those beside it, at the end of every step.
@@ -282,7 +282,7 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
             let charts = [chart, chart ^ 1 << k];
             let model = &self.atlas.charts[charts[1]];
             let other = (self.options)(model.simulate(motion.start()), model);
-            along::Along { atlas: self.atlas, motion, charts, other }.agree()
+            step_agreement::Along { atlas: self.atlas, motion, charts, other }.agree()
         })
     }
 
@@ -318,7 +318,7 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
     fn join(&self, motion: &Motion<'a, M>, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
         let Some(before) = segments.last() else { return Ok(()) };
         let time = motion.start_time();
-        agree::same_inputs(&before.motion, motion)?;
+        agreement::same_inputs(&before.motion, motion)?;
         let at_the_start = motion.events().iter().take_while(|event| event.time() == time);
         for event in at_the_start {
             let ended = |other: &&crate::simulate::EventRecord<M::State>| {

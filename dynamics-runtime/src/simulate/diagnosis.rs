@@ -8,17 +8,17 @@ pub(crate) mod singular_position;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
+use crate::constrain::active_set::active_rows;
 use crate::constrain::gradients::mass;
-use crate::constrain::held::active_rows;
-use crate::constrain::inertia::{Inertia, least_inertia, unit_inertias};
+use crate::constrain::inertia::{LeastInertia, least_inertia, unit_inertias};
 use crate::constrain::nearby::{self, at_time};
-use crate::constrain::weakness::condition;
-use crate::constrain::{Gradients, Involved, solve_once, with_workspace};
+use crate::constrain::rank_margin::gradient_condition;
+use crate::constrain::{Gradients, TopContributors, solve_once, with_workspace};
 use crate::error::SolveError;
 use crate::integrate::{Method, StepOptions, Tolerances};
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Modes, Quantity, Vector};
-use crate::simulate::failure::{Jumping, Over, SimulationErrorKind as Kind};
+use crate::simulate::failure::{CrossingSettings, JumpingQuantity, SimulationErrorKind as Kind};
 use crate::simulate::options::formulation::Formulation;
 
 /// The tolerance at which DOP853 goes over change points in whatever way they are met.
@@ -65,14 +65,14 @@ impl RunMethod {
     /// stages lie anywhere, as a tolerance that rounding does not count against permits them, and with
     /// constraints that have not drifted: they contradict each other where they should repeat each other.
     /// `None` where that is what was done.
-    pub(crate) fn over(self) -> Option<Over> {
+    pub(crate) fn over(self) -> Option<CrossingSettings> {
         let explicit = matches!(self.method, Method::Dop853);
         let least = if explicit || self.fixed { PASSES } else { TIGHTEST };
         let tolerance = (self.tightest < least || self.fixed).then_some(least);
         let method = (!explicit).then_some(Method::Dop853);
         let formulation = (!self.exact).then_some(Formulation::Projected);
         let other = tolerance.is_some() || method.is_some() || formulation.is_some();
-        other.then_some(Over { method, tolerance, fixed: self.fixed, formulation })
+        other.then_some(CrossingSettings { method, tolerance, fixed: self.fixed, formulation })
     }
 }
 
@@ -105,7 +105,7 @@ pub(crate) fn explain<M: Constraints>(
         Kind::Solve(SolveError::OffConstraint { distance, .. }) => 10.0 * distance,
         _ => 0.0,
     };
-    if let Some(Corner { row, what, jump, .. }) = corner(model, state, reach) {
+    if let Some(RowDiscontinuity { row, what, jump, .. }) = corner(model, state, reach) {
         return Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };
     }
     let kind = gimbal_lock::explain(model, state, kind);
@@ -172,11 +172,12 @@ fn unbounded<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> O
         let size = max_abs(accelerations(model, &before)?.as_slice());
         in_a_row = if size * SHRINKS <= last { in_a_row + 1 } else { 0 };
         if in_a_row == IN_A_ROW {
-            let coordinates = Involved::ranked(M::COORDINATES, here.as_slice().iter().copied().enumerate());
+            let coordinates =
+                TopContributors::ranked(M::COORDINATES, here.as_slice().iter().copied().enumerate());
             return Some(Kind::StepsVanish {
                 at,
                 coordinates,
-                rows: Involved::ranked(M::ROWS, core::iter::empty()),
+                rows: TopContributors::ranked(M::ROWS, core::iter::empty()),
             });
         }
         last = size;
@@ -209,9 +210,9 @@ pub(crate) fn idle<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> K
         let zero = move |(i, named): (usize, &Quantity)| {
             (i, if model.parameter(i) == Some(0.0) && may(named.unit) { 1.0 } else { 0.0 })
         };
-        Involved::ranked(M::PARAMETERS, M::PARAMETERS.iter().enumerate().map(zero))
+        TopContributors::ranked(M::PARAMETERS, M::PARAMETERS.iter().enumerate().map(zero))
     };
-    let coordinates = Involved::ranked(M::COORDINATES, rows.iter().copied().enumerate());
+    let coordinates = TopContributors::ranked(M::COORDINATES, rows.iter().copied().enumerate());
     let parameters = Some(zeros(inert)).filter(|some| !some.is_empty()).unwrap_or_else(|| zeros(lever));
     let says_more = coordinates.count() > 1 || !(coordinates.is_empty() || parameters.is_empty());
     if !says_more || matches!(kind, Kind::GimbalLock { .. }) {
@@ -243,18 +244,19 @@ fn collapses(kind: &Kind) -> bool {
 
 /// The coordinates that have no inertia left on the motions that the constraints leave, and how much it is
 /// against the start.
-fn vanished<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> Option<(Involved, f64)> {
+fn vanished<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> Option<(TopContributors, f64)> {
     let scale = unit_inertias(model, start);
     let usual = least_inertia(model, start, &scale)?.least;
-    let Inertia { least, coordinates } = least_inertia(model, state, &scale)?;
+    let LeastInertia { least, coordinates } = least_inertia(model, state, &scale)?;
     let share = least / usual;
-    (usual > 0.0 && share <= VANISHED && condition(model, state) < WEAK).then_some((coordinates, share))
+    (usual > 0.0 && share <= VANISHED && gradient_condition(model, state) < WEAK)
+        .then_some((coordinates, share))
 }
 
 /// A row that is not differentiable on a way.
-pub(crate) struct Corner {
+pub(crate) struct RowDiscontinuity {
     pub(crate) row: usize,
-    pub(crate) what: Jumping,
+    pub(crate) what: JumpingQuantity,
     pub(crate) jump: f64,
     /// Where, just before it.
     pub(crate) at: f64,
@@ -272,7 +274,7 @@ const ROUNDED: f64 = 1e-11;
 
 /// The constraint that asks for a jump of positions or velocities where a motion stands, or within `reach` of
 /// it on the straight way on and back.
-fn corner<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<Corner> {
+fn corner<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<RowDiscontinuity> {
     if M::IS_FREE {
         return None;
     }
@@ -291,14 +293,17 @@ fn corner<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<Cor
         beside
     };
     // Where gradients vanish here, not all of them do there.
-    let sizes = sizes(model, &[beside(-reach), beside(reach), nearby::beside::<M>(state)]);
+    let sizes = sizes(model, &[beside(-reach), beside(reach), nearby::nearby_state::<M>(state)]);
     corner_on(model, state.modes(), (-reach, reach), beside, &sizes, least)
 }
 
 /// The first constraint with a corner on the way of a step, θ from 0 to 1.
-pub(crate) fn corner_within<M: Constraints>(model: &M, way: impl Fn(f64) -> M::State) -> Option<Corner> {
+pub(crate) fn find_discontinuity_within<M: Constraints>(
+    model: &M,
+    way: impl Fn(f64) -> M::State,
+) -> Option<RowDiscontinuity> {
     let middle = way(0.5);
-    let sizes = sizes(model, &[way(0.0), way(1.0), nearby::beside::<M>(&middle)]);
+    let sizes = sizes(model, &[way(0.0), way(1.0), nearby::nearby_state::<M>(&middle)]);
     let least = 1e3 * f64::EPSILON * middle.t().abs();
     corner_on(model, middle.modes(), (0.0, 1.0), way, &sizes, least)
 }
@@ -311,18 +316,18 @@ fn corner_on<M: Constraints>(
     way: impl Fn(f64) -> M::State,
     (rates, sizes): &(M::Rows, M::Rows),
     least: f64,
-) -> Option<Corner> {
+) -> Option<RowDiscontinuity> {
     for row in active_rows::<M>(modes, false) {
         if row < M::Residual::LEN
             && let Some((at, jump)) = jump(from, to, |tau| model.residual(&way(tau))[row])
             && jump.abs() > ROUNDED * sizes[row] + least * rates[row]
         {
-            return Some(Corner { row, what: Jumping::Positions, jump, at });
+            return Some(RowDiscontinuity { row, what: JumpingQuantity::Positions, jump, at });
         }
         if let Some((at, jump)) = jump(from, to, |tau| model.velocity_residual(&way(tau))[row])
             && jump.abs() > JUMPS * rates[row]
         {
-            return Some(Corner { row, what: Jumping::Velocities, jump, at });
+            return Some(RowDiscontinuity { row, what: JumpingQuantity::Velocities, jump, at });
         }
     }
     None

@@ -1,8 +1,8 @@
 //! What a motion cost and how far it can be trusted.
 
 pub(crate) mod checks;
+pub(crate) mod display;
 pub(crate) mod warning;
-pub(crate) mod words;
 
 use alloc::string::String;
 use alloc::vec;
@@ -22,7 +22,7 @@ use crate::simulate::trajectory::global_error::GlobalError;
 use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::trajectory::work::EnergyHistory;
 use crate::simulate::verification::accuracy_diagnostics::AccuracyDiagnostics;
-use crate::simulate::verification::conditioning::{Conditioning, Nearest};
+use crate::simulate::verification::conditioning::{Conditioning, NearestSingularPosition};
 use crate::simulate::verification::constraint_drift::ConstraintDrift;
 use crate::simulate::verification::pivot_breakdown::PivotBreakdown;
 
@@ -94,7 +94,7 @@ pub struct Summary {
     pub released: Vec<&'static str>,
     /// Where the motion came nearest to a singular position of its constraints, and how many it passed;
     /// `None` where [`Motion::verify`] was not asked.
-    pub nearest: Option<Nearest>,
+    pub nearest: Option<NearestSingularPosition>,
     /// How often constraints were hit.
     pub impacts: usize,
     /// Energy that the moving bodies lost in them, see
@@ -174,7 +174,12 @@ impl<M: SimulationModel> Motion<'_, M> {
         self.summary_with(energy, self.nearest(&conditions), true)
     }
 
-    fn summary_with(&self, history: EnergyHistory, nearest: Option<Nearest>, verified: bool) -> Summary {
+    fn summary_with(
+        &self,
+        history: EnergyHistory,
+        nearest: Option<NearestSingularPosition>,
+        verified: bool,
+    ) -> Summary {
         let worst = history.errors.iter().fold(0.0f64, |worst, (_, error)| larger(worst, error.abs()));
         let counts = self.counts();
         let mut events: Vec<(String, usize)> = Vec::new();

@@ -3,7 +3,7 @@
 
 use dynamics::methods::Any;
 use dynamics::prelude::*;
-use dynamics::simulate::Over;
+use dynamics::simulate::CrossingSettings;
 
 use super::change_points::{FourBar, turned};
 use super::fixed_steps::{Scene, scene_until};
@@ -41,7 +41,7 @@ fn refused(method: impl Into<Any<FourBar>>, tolerance: f64) -> usize {
         let SimulationErrorKind::SingularPosition { met, .. } = error.kind else {
             panic!("{k} {method} {tolerance:e}: {text}")
         };
-        let Some(Over { method: other, tolerance: looser, .. }) = met.over else { panic!("{text}") };
+        let Some(CrossingSettings { method: other, tolerance: looser, .. }) = met.over else { panic!("{text}") };
         assert!(
             text.contains("go over such positions; if the mechanism cannot move on here, change"),
             "{text}"

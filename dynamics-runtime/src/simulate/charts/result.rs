@@ -12,7 +12,7 @@ use crate::simulate::charts::{CHANGE, ChartSwitching};
 use crate::simulate::failure::MotionError;
 use crate::simulate::simulation::Simulate;
 use crate::simulate::summary::Summary;
-use crate::simulate::summary::words::NOT_VERIFIED;
+use crate::simulate::summary::display::NOT_VERIFIED;
 use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::trajectory::record::EventRecord;
 use crate::wording::{Grouped, Rounded};

@@ -8,7 +8,7 @@
 
 use alloc::boxed::Box;
 
-use crate::constrain::{Involved, solve_once};
+use crate::constrain::{TopContributors, solve_once};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
 use crate::simulate::failure::SimulationErrorKind as Kind;
@@ -66,12 +66,16 @@ fn ahead<S: ModelState>(state: &S, accelerations: &S::Vector, by: f64) -> S {
 }
 
 /// The coordinates whose accelerations jump between here and there, and jump back where they lead from there.
-fn alternate<M: Constraints>(here: &M::Vector, there: &M::Vector, back: &M::Vector) -> Option<Involved> {
+fn alternate<M: Constraints>(
+    here: &M::Vector,
+    there: &M::Vector,
+    back: &M::Vector,
+) -> Option<TopContributors> {
     let apart = |a: &M::Vector, b: &M::Vector, i: usize| (a[i] - b[i]).abs();
     let n = M::Vector::LEN;
     let most = |a: &M::Vector, b: &M::Vector| (0..n).map(|i| apart(a, b, i)).fold(0.0, f64::max);
     let size = 1.0 + here.as_slice().iter().fold(0.0, |most: f64, a| most.max(a.abs()));
     let jump = most(here, there);
     let alternates = jump > JUMPS * size && most(here, back) <= BACK * jump;
-    alternates.then(|| Involved::ranked(M::COORDINATES, (0..n).map(|i| (i, apart(here, there, i)))))
+    alternates.then(|| TopContributors::ranked(M::COORDINATES, (0..n).map(|i| (i, apart(here, there, i)))))
 }

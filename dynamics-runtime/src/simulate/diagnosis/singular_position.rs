@@ -12,13 +12,13 @@
 use alloc::boxed::Box;
 
 use crate::constrain::nearby::at_time;
-use crate::constrain::weakness::{Weakness, condition as condition_of, weakness, weakness_against};
+use crate::constrain::rank_margin::{RankMargin, gradient_condition, rank_margin, rank_margin_against};
 use crate::error::SolveError;
 use crate::golden_section::golden;
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::simulate::diagnosis::RunMethod;
-use crate::simulate::failure::{Met, SimulationErrorKind as Kind};
+use crate::simulate::failure::{SimulationErrorKind as Kind, SingularPositionCause};
 use crate::simulate::stabilization::singular_start::SINGULAR;
 
 /// Up to here the size of a coordinate counts: angles count revolutions.
@@ -57,17 +57,17 @@ pub(crate) fn explain<M: Constraints>(
     if M::IS_FREE {
         return kind;
     }
-    let found = weakest_ahead(state, h, &kind, |state| weakness(model, state));
+    let found = weakest_ahead(state, h, &kind, |state| rank_margin(model, state));
     let worse =
-        found.condition >= SINGULAR || found.condition >= WORSE * condition_of(model, start).min(USUAL);
+        found.condition >= SINGULAR || found.condition >= WORSE * gradient_condition(model, start).min(USUAL);
     // A single row shows it against the length that it had.
     let (worse, found) = if worse {
         (true, found)
     } else {
-        let found = weakest_ahead(state, h, &kind, |state| weakness_against(model, start, state));
+        let found = weakest_ahead(state, h, &kind, |state| rank_margin_against(model, start, state));
         (found.condition >= SHORTER, found)
     };
-    let Weakness { condition, rows, coordinates } = found;
+    let RankMargin { condition, rows, coordinates } = found;
     // What is left to such a position is 1/κ of the size of the mechanism: steps of a part of that are short
     // because of it.
     if creeps && condition < CREEPS && way_in(state, h) * condition > SHORT {
@@ -78,7 +78,7 @@ pub(crate) fn explain<M: Constraints>(
             rows,
             coordinates,
             condition,
-            met: Box::new(Met { kind, over: way.over() }),
+            met: Box::new(SingularPositionCause { kind, over: way.over() }),
         },
         false => kind,
     }
@@ -90,9 +90,9 @@ fn weakest_ahead<S: ModelState>(
     state: &S,
     h: f64,
     kind: &Kind,
-    weakness: impl Fn(&S) -> Weakness,
-) -> Weakness {
-    let here = weakness(state);
+    rank_margin: impl Fn(&S) -> RankMargin,
+) -> RankMargin {
+    let here = rank_margin(state);
     let lies_ahead = matches!(
         kind,
         Kind::Solve(SolveError::OffConstraint { .. })
@@ -105,7 +105,7 @@ fn weakest_ahead<S: ModelState>(
     let ahead = |part: f64| {
         let mut ahead = at_time(state, state.t() + part * h);
         (0..S::Vector::LEN).for_each(|i| ahead.q_mut()[i] += part * h * state.u()[i]);
-        weakness(&ahead)
+        rank_margin(&ahead)
     };
     let (part, worst) = golden(0.0, AHEAD, &mut |part| ahead(part).condition);
     if worst > here.condition { ahead(part) } else { here }
@@ -127,7 +127,7 @@ pub(crate) fn stalls_before_singular_position<M: Constraints>(
 ) -> bool {
     let way = way_in(state, took);
     M::IS_HELD && way * CREEPS < COMES && {
-        let condition = condition_of(model, state);
+        let condition = gradient_condition(model, state);
         condition >= CREEPS && way * condition < COMES
     }
 }

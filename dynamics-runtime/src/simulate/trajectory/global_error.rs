@@ -1,6 +1,6 @@
 //! How far a motion is from the true one, as a second run tells it.
 
-pub(crate) mod words;
+pub(crate) mod display;
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -9,7 +9,7 @@ use crate::integrate::{Method, StepOptions, Tolerances};
 
 /// The largest difference between two runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Largest {
+pub struct LargestDifference {
     /// The coordinate, or that whose velocity it is.
     pub name: &'static str,
     /// In the unit of the coordinate or velocity.
@@ -20,7 +20,7 @@ pub struct Largest {
 
 /// An event whose time differs between two runs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shift {
+pub struct EventShift {
     /// The event.
     pub name: String,
     /// When it happened in the first run.
@@ -38,9 +38,9 @@ pub struct GlobalError {
     /// What the second run did otherwise.
     pub reference: ReferenceSettings,
     /// Largest error of a coordinate.
-    pub coordinates: Largest,
+    pub coordinates: LargestDifference,
     /// Largest error of a velocity.
-    pub velocities: Largest,
+    pub velocities: LargestDifference,
     /// Largest error in tolerances, absolute + relative·|value|; `None` with a fixed step.
     pub ratio: Option<f64>,
     /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a
@@ -52,9 +52,9 @@ pub struct GlobalError {
     /// Time in which errors double, where they grow exponentially: in chaotic and unstable motions.
     pub doubling_time: Option<f64>,
     /// Largest shift of an event.
-    pub shift: Option<Shift>,
+    pub shift: Option<EventShift>,
     /// The first event that only one of the runs has.
-    pub unmatched: Option<Shift>,
+    pub unmatched: Option<EventShift>,
     /// (t, largest error of a coordinate or velocity in parts of its range) at the steps.
     pub history: Vec<(f64, f64)>,
     /// Evaluations of the accelerations in the second run.

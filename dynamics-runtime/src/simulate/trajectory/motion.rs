@@ -164,7 +164,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// motion and where there are none.
     ///
     /// Where constraints repeat each other λ is not unique: those of least norm are given (see
-    /// [`crate::constrain::Diagnosis`]).
+    /// [`crate::constrain::RankDiagnosis`]).
     #[must_use]
     pub fn multipliers_at(&self, t: f64) -> M::Rows {
         self.multipliers_of(&self.at(t))

@@ -4,8 +4,8 @@ use alloc::vec::Vec;
 
 use crate::constrain::conditioning::{condition_of, left_condition};
 use crate::constrain::gradients::mass;
-use crate::constrain::weakness::{Weakness, condition, weakness};
-use crate::constrain::{Involved, with_workspace};
+use crate::constrain::rank_margin::{RankMargin, gradient_condition, rank_margin};
+use crate::constrain::{TopContributors, with_workspace};
 use crate::golden_section::golden;
 use crate::integrate::Tolerances;
 use crate::linalg::max_abs;
@@ -54,16 +54,16 @@ const MISSED: f64 = 100.0;
 
 /// Where a motion has been nearest to a singular position of its constraints, or in one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Nearest {
+pub struct NearestSingularPosition {
     /// Largest over smallest singular value of Φ_q, coordinates measured by √Mᵢᵢ and the rows of a constraint
     /// by the longest of them.
     pub condition: f64,
     /// When.
     pub time: f64,
     /// The rows that come to depend on each other there.
-    pub rows: Involved,
+    pub rows: TopContributors,
     /// The coordinates that they come to leave open there.
-    pub coordinates: Involved,
+    pub coordinates: TopContributors,
     /// How many singular positions the motion has passed: places where the conditioning is above 10⁴ between
     /// states where it is not.
     pub passed: usize,
@@ -90,12 +90,12 @@ impl<M: SimulationModel> Motion<'_, M> {
         let Record { state, h, .. } = &self.trajectory.records[index];
         let parts = if *h == 0.0 { 1 } else { PARTS };
         let times = (0..parts).map(|k| state.t() + h * k as f64 / PARTS as f64);
-        out.extend(times.map(|t| (t, condition(self.model(), &sampler.at(t)))));
+        out.extend(times.map(|t| (t, gradient_condition(self.model(), &sampler.at(t)))));
     }
 
     /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning
     /// peaks between them.
-    pub(crate) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<Nearest> {
+    pub(crate) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<NearestSingularPosition> {
         if M::IS_FREE || conditions.is_empty() {
             return None;
         }
@@ -109,7 +109,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             if here.1 < before.1 || here.1 <= after.1 || here.1 < 1.01 * before.1.min(after.1) {
                 continue;
             }
-            let mut value = |t: f64| condition(self.model(), &sampler.at(t));
+            let mut value = |t: f64| gradient_condition(self.model(), &sampler.at(t));
             let top = golden(before.0, after.0, &mut value);
             let top = if top.1 >= here.1 { top } else { here };
             if top.1 > SINGULAR {
@@ -118,8 +118,8 @@ impl<M: SimulationModel> Motion<'_, M> {
             }
             worst = if top.1 > worst.1 { top } else { worst };
         }
-        let Weakness { condition, rows, coordinates } = weakness(self.model(), &sampler.at(worst.0));
-        Some(Nearest { condition, time: worst.0, rows, coordinates, passed, missed })
+        let RankMargin { condition, rows, coordinates } = rank_margin(self.model(), &sampler.at(worst.0));
+        Some(NearestSingularPosition { condition, time: worst.0, rows, coordinates, passed, missed })
     }
 
     /// By how much the constraints miss the singular position beside a state, and when, if the tolerance does

@@ -3,7 +3,7 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::constrain::held::active_rows;
+use crate::constrain::active_set::active_rows;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::simulate::trajectory::motion::Motion;
 

@@ -12,7 +12,7 @@ use crate::simulate::verification::global_error::events::Matched;
 
 use crate::math;
 use crate::model::{ModelState, SimulationModel, Vector};
-use crate::simulate::trajectory::global_error::{GlobalError, Largest, ReferenceSettings};
+use crate::simulate::trajectory::global_error::{GlobalError, LargestDifference, ReferenceSettings};
 use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::trajectory::record::Trajectory;
 use crate::simulate::verification::reference_run::ReferenceRun;
@@ -49,7 +49,7 @@ pub(crate) fn compare<M: SimulationModel>(
             for (i, ((x, y), range)) in ours.as_slice().iter().zip(theirs.as_slice()).zip(ranges).enumerate()
             {
                 let error = factor * (x - y).abs();
-                apart.note(part, Largest { name: M::COORDINATES[i].name, error, time: t });
+                apart.note(part, LargestDifference { name: M::COORDINATES[i].name, error, time: t });
                 apart.ratio = apart.ratio.max(error / first.tolerances.scale(*x, *y));
                 relative = relative.max(if *range > 0.0 { error / range } else { 0.0 });
             }
@@ -91,7 +91,7 @@ pub(crate) fn between<M: SimulationModel>(motion: &Motion<'_, M>, middles: &[M::
 /// What two runs are apart.
 struct Differences {
     /// Of a coordinate, of a velocity.
-    largest: [Largest; 2],
+    largest: [LargestDifference; 2],
     ratio: f64,
     history: Vec<(f64, f64)>,
 }
@@ -99,10 +99,14 @@ struct Differences {
 impl Differences {
     fn new<M: SimulationModel>(start: f64) -> Self {
         let name = M::COORDINATES.first().map_or("", |coordinate| coordinate.name);
-        Self { largest: [Largest { name, error: 0.0, time: start }; 2], ratio: 0.0, history: Vec::new() }
+        Self {
+            largest: [LargestDifference { name, error: 0.0, time: start }; 2],
+            ratio: 0.0,
+            history: Vec::new(),
+        }
     }
 
-    fn note(&mut self, part: usize, found: Largest) {
+    fn note(&mut self, part: usize, found: LargestDifference) {
         if found.error > self.largest[part].error {
             self.largest[part] = found;
         }

@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::constrain::held::active_rows;
+use crate::constrain::active_set::active_rows;
 use crate::constrain::nearby::at_time;
 use crate::constrain::{Gradients, with_workspace};
 use crate::linalg::max_abs;
@@ -146,7 +146,7 @@ impl<'m, M: Constraints> Beside<'m, M> {
         let lengths = with_workspace::<M, _>(|workspace| {
             let gradients = Gradients::of(model, state, workspace);
             let norm = |row: usize| math::sqrt(gradients.row(row).iter().map(|x| x * x).sum());
-            rows.iter().map(|row| math::max(norm(*row), gradients.usual[*row])).collect()
+            rows.iter().map(|row| math::max(norm(*row), gradients.usual_lengths[*row])).collect()
         });
         Self { model, state: *state, rows, lengths }
     }

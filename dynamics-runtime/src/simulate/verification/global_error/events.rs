@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use crate::model::{ModelState, SimulationModel};
-use crate::simulate::trajectory::global_error::Shift;
+use crate::simulate::trajectory::global_error::EventShift;
 use crate::simulate::trajectory::record::{EventRecord, Trajectory};
 use crate::simulate::verification::reference_run::ReferenceRun;
 
@@ -13,8 +13,8 @@ const SAME: f64 = 1e-12;
 /// What comparing the events of two runs tells.
 #[derive(Default)]
 pub(crate) struct Matched {
-    pub(crate) shift: Option<Shift>,
-    pub(crate) unmatched: Option<Shift>,
+    pub(crate) shift: Option<EventShift>,
+    pub(crate) unmatched: Option<EventShift>,
     /// Intervals in which only one run has had an event that changes the state.
     pub(crate) between: Vec<[f64; 2]>,
 }
@@ -69,7 +69,7 @@ impl Matched {
                 continue;
             }
             if self.shift.as_ref().is_none_or(|most| by.abs() > most.by.abs()) {
-                self.shift = Some(Shift { name: name.into(), time: a.time(), by });
+                self.shift = Some(EventShift { name: name.into(), time: a.time(), by });
             }
             if a.before != a.after || b.before != b.after {
                 self.between.push([a.time().min(b.time()), a.time().max(b.time())]);
@@ -80,7 +80,7 @@ impl Matched {
 
     fn alone(&mut self, name: &str, direction: f64, time: f64) {
         if self.unmatched.as_ref().is_none_or(|found| direction * (found.time - time) > 0.0) {
-            self.unmatched = Some(Shift { name: name.into(), time, by: f64::NAN });
+            self.unmatched = Some(EventShift { name: name.into(), time, by: f64::NAN });
         }
     }
 }

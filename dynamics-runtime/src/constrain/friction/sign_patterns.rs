@@ -1,69 +1,69 @@
 //! Patterns of the signs of reactions, and laws that are linear for each of them.
 
-use super::{DECIDED, EXHAUSTIVE, Problem};
+use super::{DERIVATIVE_TOLERANCE, FrictionProblem, MAX_EXHAUSTIVE_REACTIONS};
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Vector};
 
 /// Sizes of the reactions, of every second one each, at which a force that is linear for a pattern of signs
 /// is looked at.
-const SIZES: [(f64, f64); 3] = [(0.37, 2.3), (1e-3, 4e-3), (7e2, 1e3)];
+const LINEARITY_SIZES: [(f64, f64); 3] = [(0.37, 2.3), (1e-3, 4e-3), (7e2, 1e3)];
 
-impl<M: Constraints> Problem<'_, '_, M> {
+impl<M: Constraints> FrictionProblem<'_, '_, M> {
     /// Whether Q is linear in the reactions for each pattern of their signs, as Coulomb's law is, seen at
     /// sizes far apart. Newton from each pattern then ends in its one candidate.
     #[cold]
-    pub(super) fn is_linear_in_patterns(&mut self, frictionless: &M::Rows) -> bool {
-        (0..patterns(self.k)).all(|pattern| {
-            let start = self.start(frictionless, pattern);
-            SIZES.iter().all(|sizes| self.is_linear_between(&start, *sizes))
+    pub(super) fn is_linear_in_patterns(&mut self, frictionless_reactions: &M::Rows) -> bool {
+        (0..pattern_count(self.k)).all(|pattern| {
+            let start = self.start(frictionless_reactions, pattern);
+            LINEARITY_SIZES.iter().all(|sizes| self.is_linear_between(&start, *sizes))
         })
     }
 
     /// Whether the derivatives at a start are those at reactions of other sizes, and give the force there.
     fn is_linear_between(&mut self, start: &M::Rows, sizes: (f64, f64)) -> bool {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        let mut there = *start;
+        let mut scaled = *start;
         for i in 0..self.k {
-            there[self.read.get(i)] *= if i % 2 == 0 { sizes.0 } else { sizes.1 };
+            scaled[self.rows_read.get(i)] *= if i % 2 == 0 { sizes.0 } else { sizes.1 };
         }
-        let Some(force) = self.force_at(&there) else { return false };
-        if self.force_at(start).is_none() {
+        let Some(force) = self.evaluate_force(&scaled) else { return false };
+        if self.evaluate_force(start).is_none() {
             return false;
         }
         (0..n).all(|j| {
             let (mut change, mut size) = (0.0, force[j].abs().max(self.force[j].abs()));
             for i in 0..self.k {
-                let row = self.read.get(i);
-                let part = self.by_multipliers[j * r + row] * (there[row] - start[row]);
+                let row = self.rows_read.get(i);
+                let part = self.by_multipliers[j * r + row] * (scaled[row] - start[row]);
                 change += part;
                 size += part.abs();
             }
             // Also false where a derivative is not a number.
-            (self.force[j] + change - force[j]).abs() <= DECIDED * size
+            (self.force[j] + change - force[j]).abs() <= DERIVATIVE_TOLERANCE * size
         })
     }
 
     /// Reactions of the frictionless size with the signs of a pattern.
-    pub(super) fn start(&self, frictionless: &M::Rows, pattern: u64) -> M::Rows {
-        let largest = max_abs(frictionless.as_slice());
-        let mut lambda = *frictionless;
+    pub(super) fn start(&self, frictionless_reactions: &M::Rows, pattern: u64) -> M::Rows {
+        let largest = max_abs(frictionless_reactions.as_slice());
+        let mut lambda = *frictionless_reactions;
         for i in 0..self.k {
-            let row = self.read.get(i);
+            let row = self.rows_read.get(i);
             let size = lambda[row].abs().max(1e-3 * largest).max(f64::MIN_POSITIVE);
-            lambda[row] = if sign(pattern, i, self.k) { size } else { -size };
+            lambda[row] = if is_positive(pattern, i, self.k) { size } else { -size };
         }
         lambda
     }
 }
 
 /// Number of patterns that are tried for k signs.
-pub(super) fn patterns(k: usize) -> u64 {
-    1 << k.min(EXHAUSTIVE)
+pub(super) fn pattern_count(k: usize) -> u64 {
+    1 << k.min(MAX_EXHAUSTIVE_REACTIONS)
 }
 
 /// Sign i of a pattern. Above 2⁶ patterns: all positive, all negative, and a fixed scatter of the others.
-fn sign(pattern: u64, i: usize, k: usize) -> bool {
-    if k <= EXHAUSTIVE {
+fn is_positive(pattern: u64, i: usize, k: usize) -> bool {
+    if k <= MAX_EXHAUSTIVE_REACTIONS {
         return pattern >> i & 1 == 0;
     }
     match pattern {

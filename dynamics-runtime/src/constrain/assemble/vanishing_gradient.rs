@@ -1,10 +1,10 @@
 //! Constraints whose gradients vanish, so that the equations of motion do not know them.
 
-use super::beside_on_constraints;
+use super::nearby_on_constraints;
+use crate::constrain::active_set::active_rows;
 use crate::constrain::gradients::Gradients;
-use crate::constrain::held::active_rows;
-use crate::constrain::nearby::beside;
-use crate::constrain::{lent, names};
+use crate::constrain::nearby::nearby_state;
+use crate::constrain::{borrow_workspace, system_names};
 use crate::error::SolveError;
 use crate::linalg::{max_abs, norm, swap_rows};
 use crate::model::{Constraints, Known, ModelState, Vector};
@@ -14,9 +14,9 @@ pub(in crate::constrain) const fn check_memory(n: usize, r: usize) -> usize {
     n * n + 2 * r * n
 }
 
-/// A row whose gradient is this small against that [`beside`] the state is suspected of holding nothing.
+/// A row whose gradient is this small against that [`nearby_state`] the state is suspected of holding nothing.
 /// Found where coordinates are within [`CONSISTENT`](super::CONSISTENT) of the place where it vanishes.
-const VANISHING: f64 = 1e-3;
+const SUSPECT_LENGTH_RATIO: f64 = 1e-3;
 
 /// The holonomic constraints that hold have gradients that are good for something. A gradient may vanish at a
 /// change point, where the branches of a mechanism cross: Φ is then a saddle, and velocities decide the
@@ -40,7 +40,7 @@ pub fn check_gradients<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<(), SolveError> {
     match vanishing_row(model, state, workspace) {
-        Some(row) => Err(SolveError::VanishingGradient { row: names::<M>().row(row) }),
+        Some(row) => Err(SolveError::VanishingGradient { row: system_names::<M>().row(row) }),
         None => Ok(()),
     }
 }
@@ -60,23 +60,29 @@ pub(super) fn vanishing_row<M: Constraints>(
         (0..M::Rows::LEN).for_each(|row| lengths[row] = norm(gradients.row(row)));
         lengths
     };
-    let (here, there) = (lengths(state), lengths(&beside::<M>(state)));
-    let suspected = |row: &usize| here[*row] <= VANISHING * there[*row] || here[*row] == 0.0;
+    let (here, there) = (lengths(state), lengths(&nearby_state::<M>(state)));
+    let suspected = |row: &usize| here[*row] <= SUSPECT_LENGTH_RATIO * there[*row] || here[*row] == 0.0;
     let mut suspects = active_rows::<M>(state.modes(), true).filter(suspected);
     suspects.find(|row| {
-        touches(model, state, *row, workspace) || {
-            let along = beside_on_constraints(model, state, workspace);
-            along.is_some_and(|along| {
-                norm(Gradients::of(model, &along, workspace).row(*row)) <= VANISHING * there[*row]
+        has_semidefinite_hessian(model, state, *row, workspace) || {
+            let on_constraints = nearby_on_constraints(model, state, workspace);
+            on_constraints.is_some_and(|on_constraints| {
+                norm(Gradients::of(model, &on_constraints, workspace).row(*row))
+                    <= SUSPECT_LENGTH_RATIO * there[*row]
             })
         }
     })
 }
 
 /// Whether the second derivatives of a row are known and semidefinite.
-fn touches<M: Constraints>(model: &M, state: &M::State, row: usize, workspace: &mut [f64]) -> bool {
+fn has_semidefinite_hessian<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    row: usize,
+    workspace: &mut [f64],
+) -> bool {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let values = lent(workspace, n, r).zeros(check_memory(n, r));
+    let values = borrow_workspace(workspace, n, r).zeros(check_memory(n, r));
     let mut one = M::Rows::zeros();
     one[row] = 1.0;
     model.constraint_derivatives(state, &one, values);
@@ -95,14 +101,14 @@ fn is_semidefinite(h: &mut [f64], n: usize) -> bool {
     }
     for k in 0..n {
         let remaining = (k..n).map(|i| (i, h[i * n + i]));
-        let (at, pivot) =
+        let (pivot_row, pivot) =
             remaining.fold((k, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
         if pivot <= tolerance {
             // What is left must be zero.
             return (k..n).all(|i| (k..n).all(|j| h[i * n + j].abs() <= tolerance));
         }
-        swap_rows(h, n, k, at);
-        (0..n).for_each(|i| h.swap(i * n + k, i * n + at));
+        swap_rows(h, n, k, pivot_row);
+        (0..n).for_each(|i| h.swap(i * n + k, i * n + pivot_row));
         for i in k + 1..n {
             let factor = h[i * n + k] / h[k * n + k];
             for j in k + 1..n {

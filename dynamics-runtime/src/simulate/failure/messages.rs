@@ -3,10 +3,12 @@
 use alloc::string::String;
 use core::fmt;
 
-use crate::constrain::Involved;
+use crate::constrain::TopContributors;
 use crate::error::SolveError;
 use crate::simulate::failure::gimbal_lock::GimbalLock;
-use crate::simulate::failure::{Jumping, Met, Over, SimulationErrorKind};
+use crate::simulate::failure::{
+    CrossingSettings, JumpingQuantity, SimulationErrorKind, SingularPositionCause,
+};
 use crate::wording::Rounded;
 
 pub(super) fn too_many_steps(
@@ -71,8 +73,8 @@ pub(super) fn events_accumulate(
 
 pub(super) fn steps_vanish(
     at: &f64,
-    coordinates: &Involved,
-    rows: &Involved,
+    coordinates: &TopContributors,
+    rows: &TopContributors,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     write!(
@@ -103,10 +105,10 @@ pub(super) fn event_repeats(event: &str, f: &mut fmt::Formatter<'_>) -> fmt::Res
 }
 
 pub(super) fn singular_position(
-    rows: &Involved,
-    coordinates: &Involved,
+    rows: &TopContributors,
+    coordinates: &TopContributors,
     condition: &f64,
-    met: &Met,
+    met: &SingularPositionCause,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     write!(
@@ -168,8 +170,8 @@ pub(super) fn gimbal_lock(
 }
 
 pub(super) fn no_inertia(
-    coordinates: &Involved,
-    parameters: &Involved,
+    coordinates: &TopContributors,
+    parameters: &TopContributors,
     _cause: &SimulationErrorKind,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
@@ -192,13 +194,13 @@ pub(super) fn no_inertia(
 
 pub(super) fn constraint_jumps(
     row: &str,
-    what: &Jumping,
+    what: &JumpingQuantity,
     jump: &f64,
     _cause: &SimulationErrorKind,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     match what {
-        Jumping::Velocities => write!(
+        JumpingQuantity::Velocities => write!(
             f,
             "constraint `{row}` has a corner here: what it asks of the velocities jumps by {jump:.3e}, \
              which takes an impact and no force; smooth it, or let each side be a `(switched)` \
@@ -206,13 +208,13 @@ pub(super) fn constraint_jumps(
              or, on the ground, each with a `.contact(..)` of its own; what friction holds slips there \
              by `.stick_slip(..)`"
         ),
-        Jumping::Positions if is_turn(*jump) => write!(
+        JumpingQuantity::Positions if is_turn(*jump) => write!(
             f,
             "constraint `{row}` has a gap here: its residual jumps by {jump:.3e}, a turn, as an angle by \
              `atan2` does; write it without the angle: `y.atan2(x) - a` is zero where `y * a.cos() - x * \
              a.sin()` is"
         ),
-        Jumping::Positions => write!(
+        JumpingQuantity::Positions => write!(
             f,
             "constraint `{row}` has a gap here: its residual jumps by {jump:.3e}, and no motion leads \
              across; make it continuous"
@@ -221,7 +223,7 @@ pub(super) fn constraint_jumps(
 }
 
 pub(super) fn branches_touch(
-    rows: &Involved,
+    rows: &TopContributors,
     at: &f64,
     changed: &bool,
     f: &mut fmt::Formatter<'_>,
@@ -287,7 +289,7 @@ pub(super) fn bad_reset(event: &str, name: &str, f: &mut fmt::Formatter<'_>) -> 
     }
 }
 
-impl fmt::Display for Over {
+impl fmt::Display for CrossingSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let instead = if self.fixed { " in place of the fixed step" } else { "" };
         match (self.method, self.tolerance) {

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use crate::model::{ModelState, Vector};
 use crate::simulate::charts::ChartSwitching;
-use crate::simulate::charts::agree::{ChartPair, GIVEN};
+use crate::simulate::charts::agreement::{ChartPair, GIVEN};
 use crate::simulate::charts::error::{ChartError, Compared};
 use crate::simulate::simulation::{Simulate, Simulation};
 use crate::simulate::trajectory::motion::Motion;

@@ -3,7 +3,9 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use crate::simulate::trajectory::global_error::{ErrorFinding, GlobalError, MUCH, ReferenceSettings, Shift};
+use crate::simulate::trajectory::global_error::{
+    ErrorFinding, EventShift, GlobalError, MUCH, ReferenceSettings,
+};
 use crate::wording::{Grouped, Rounded, Times};
 
 impl GlobalError {
@@ -63,7 +65,7 @@ impl GlobalError {
             }
         }
         write!(f, ", {evaluations} evaluations")?;
-        if let Some(Shift { name, time, by }) = self.shift.as_ref().filter(|shift| shift.by != 0.0) {
+        if let Some(EventShift { name, time, by }) = self.shift.as_ref().filter(|shift| shift.by != 0.0) {
             write!(
                 f,
                 "\n               events shift by {:.1e} at most ({name} at t = {})",
@@ -89,7 +91,7 @@ impl GlobalError {
         if let Some((time, reason)) = &self.broken_off {
             findings.push(ErrorFinding::ReferenceBrokeOff { time: *time, reason: reason.clone() });
         }
-        if let Some(Shift { name, time, .. }) = &self.unmatched {
+        if let Some(EventShift { name, time, .. }) = &self.unmatched {
             findings.push(ErrorFinding::EventUnmatched { name: name.clone(), time: *time });
         }
         match (self.lost_at, self.ratio) {

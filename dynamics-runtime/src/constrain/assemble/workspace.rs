@@ -1,7 +1,7 @@
 //! Memory of the assembly, and the linearised constraints in it.
 
+use crate::constrain::active_set::{active, active_rows};
 use crate::constrain::gradients;
-use crate::constrain::held::{active, active_rows};
 use crate::error::StateError;
 use crate::linalg::Svd;
 use crate::linalg::norm;
@@ -10,17 +10,17 @@ use crate::model::{Constraints, ModelState, Modes, Terms, Vector};
 
 /// Weights are kept above this part of the largest one, so that a heavy flywheel leaves the rank of the rest
 /// to be seen.
-const LEAST_WEIGHT: f64 = 1e-4;
+const MIN_WEIGHT_RATIO: f64 = 1e-4;
 
 /// Slices of one workspace. Scaled coordinates are y = w q with w = √Mᵢᵢ; rows are divided by
 /// the norm s of their constraint over all columns.
-pub(super) struct Room<'w> {
+pub(super) struct AssemblyWorkspace<'w> {
     pub(super) mass: &'w mut [f64],
     force: &'w mut [f64],
     pub(super) jacobian: &'w mut [f64],
     gamma: &'w mut [f64],
     /// The usual lengths of the rows of Φ_q.
-    pub(super) usual: &'w mut [f64],
+    pub(super) usual_lengths: &'w mut [f64],
     /// w of every coordinate.
     pub(super) weights: &'w mut [f64],
     /// s of every active row, in their order; the same for the rows of one constraint.
@@ -38,12 +38,12 @@ pub(super) struct Room<'w> {
     pub(super) shape: (usize, usize),
 }
 
-/// Length of the memory of a [`Room`].
+/// Length of the memory of a [`AssemblyWorkspace`].
 pub(in crate::constrain) const fn memory(n: usize, r: usize) -> usize {
     4 * n * n + 2 * r * n + 7 * n + 4 * r
 }
 
-impl<'w> Room<'w> {
+impl<'w> AssemblyWorkspace<'w> {
     pub(super) fn new(memory: &'w mut [f64], n: usize, r: usize) -> Self {
         assert!(memory.len() >= self::memory(n, r), "the workspace is shorter than `workspace_len`");
         let mut rest = memory;
@@ -57,7 +57,7 @@ impl<'w> Room<'w> {
             force: take(n),
             jacobian: take(r * n),
             gamma: take(r),
-            usual: take(r),
+            usual_lengths: take(r),
             weights: take(n),
             scales: take(r),
             right: take(r),
@@ -76,7 +76,7 @@ impl<'w> Room<'w> {
         self.jacobian.fill(0.0);
         let (mass, force, jacobian, gamma) =
             (&mut *self.mass, &mut *self.force, &mut *self.jacobian, &mut *self.gamma);
-        gradients::terms(model, state, &mut Terms { mass, force, jacobian, gamma }, self.usual);
+        gradients::terms(model, state, &mut Terms { mass, force, jacobian, gamma }, self.usual_lengths);
     }
 
     /// Sets the weights from the mass matrix.
@@ -86,7 +86,7 @@ impl<'w> Room<'w> {
         weigh(self.weights);
     }
 
-    /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`Room::evaluate`]
+    /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`AssemblyWorkspace::evaluate`]
     /// comes before.
     pub(super) fn decompose<M: Constraints>(
         &mut self,
@@ -95,7 +95,7 @@ impl<'w> Room<'w> {
         given: &[bool],
     ) -> Result<(), StateError> {
         self.rescale::<M>(modes, holonomic)?;
-        self.decompose_again::<M>(modes, holonomic, given);
+        self.decompose_in_scales::<M>(modes, holonomic, given);
         Ok(())
     }
 
@@ -121,17 +121,22 @@ impl<'w> Room<'w> {
         Ok(())
     }
 
-    /// Decomposes as [`Room::decompose`] does, with the rows scaled as they are.
-    pub(super) fn decompose_again<M: Constraints>(&mut self, modes: Modes, holonomic: bool, given: &[bool]) {
+    /// Decomposes as [`AssemblyWorkspace::decompose`] does, with the rows scaled as they are.
+    pub(super) fn decompose_in_scales<M: Constraints>(
+        &mut self,
+        modes: Modes,
+        holonomic: bool,
+        given: &[bool],
+    ) {
         let n = self.weights.len();
         let rows = || active_rows::<M>(modes, holonomic).enumerate();
         let m = rows().count();
-        for (column, j) in free(given).enumerate() {
+        for (column, j) in free_columns(given).enumerate() {
             for (k, row) in rows() {
                 self.a[column * m + k] = self.jacobian[row * n + j] / (self.weights[j] * self.scales[k]);
             }
         }
-        let f = free(given).count();
+        let f = free_columns(given).count();
         self.shape = (m, f);
         Svd::new(m, &mut self.a[..m * f], &mut self.v[..f * f], &mut self.sigma[..f]);
     }
@@ -152,7 +157,7 @@ impl<'w> Room<'w> {
 
     /// Writes −values/s of the active rows to the right-hand side and returns its length ‖values/s‖; an error
     /// names a row that is not finite.
-    pub(super) fn load<M: Constraints>(
+    pub(super) fn load_residual<M: Constraints>(
         &mut self,
         modes: Modes,
         holonomic: bool,
@@ -169,13 +174,13 @@ impl<'w> Room<'w> {
     }
 
     /// Copies a right singular vector, a direction in the free coordinates, to `spare\[0\]`.
-    pub(super) fn keep_right(&mut self, column: usize) {
+    pub(super) fn copy_right_singular_vector(&mut self, column: usize) {
         let (_, f) = self.shape;
         self.spare[0][..f].copy_from_slice(&self.v[column * f..][..f]);
     }
 
     /// ‖steps\[k\]‖.
-    pub(super) fn length(&self, k: usize) -> f64 {
+    pub(super) fn step_norm(&self, k: usize) -> f64 {
         norm(&self.steps[k][..self.shape.1])
     }
 }
@@ -190,19 +195,19 @@ pub(crate) fn weigh(inertias: &mut [f64]) {
             (least, largest) = (f64::min(least, *m), f64::max(largest, *m));
         }
     }
-    let least = if largest > 0.0 { least.max(LEAST_WEIGHT * largest) } else { 1.0 };
+    let least = if largest > 0.0 { least.max(MIN_WEIGHT_RATIO * largest) } else { 1.0 };
     inertias.iter_mut().for_each(|weight| *weight = weight.max(least));
 }
 
 /// Indices of the columns that are free.
-pub(super) fn free(given: &[bool]) -> impl Iterator<Item = usize> + Clone {
+pub(super) fn free_columns(given: &[bool]) -> impl Iterator<Item = usize> + Clone {
     given.iter().enumerate().filter(|(_, given)| !**given).map(|(j, _)| j)
 }
 
 /// Moves the free elements of `values` by a step in scaled coordinates.
 pub(super) fn shift(values: &mut [f64], given: &[bool], weights: &[f64], factor: f64, step: &[f64]) {
-    let free = values.iter_mut().zip(weights).zip(given).filter(|(_, given)| !**given);
-    for (((value, weight), _), step) in free.zip(step) {
+    let free_columns = values.iter_mut().zip(weights).zip(given).filter(|(_, given)| !**given);
+    for (((value, weight), _), step) in free_columns.zip(step) {
         *value += factor * step / weight;
     }
 }

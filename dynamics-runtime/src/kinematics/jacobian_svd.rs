@@ -4,8 +4,8 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::constrain::held::active;
-use crate::constrain::system::Read;
+use crate::constrain::active_set::active;
+use crate::constrain::system::ModelTerms;
 use crate::constrain::{Gradients, gradients};
 use crate::linalg::Svd;
 use crate::linalg::WorkMemory;
@@ -13,7 +13,7 @@ use crate::math;
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// What does not change along the path: the rows that hold and the units in which coordinates are measured.
-pub(super) struct Measure {
+pub(super) struct PathScaling {
     /// Holonomic rows that hold.
     pub(super) rows: Vec<usize>,
     /// w: scaled coordinates are y = w q, w = √Mᵢᵢ at the start.
@@ -23,14 +23,14 @@ pub(super) struct Measure {
     usual: Vec<f64>,
 }
 
-impl Measure {
+impl PathScaling {
     /// With a start, at which nothing is scaled by anything else.
     pub(super) fn from<M: Constraints>(model: &M, start: &M::State, rows: Vec<usize>) -> Self {
         let weights = weights(model, start);
-        let measure = Self { usual: vec![0.0; rows.len()], rows, weights };
+        let scaling = Self { usual: vec![0.0; rows.len()], rows, weights };
         // What is not finite is named where the first frame is made.
-        let usual = measure.norms(model, start).unwrap_or_else(|_| measure.usual.clone());
-        Self { usual, ..measure }
+        let usual = scaling.norms(model, start).unwrap_or_else(|_| scaling.usual.clone());
+        Self { usual, ..scaling }
     }
 
     /// ‖w x‖.
@@ -93,10 +93,14 @@ pub(super) struct JacobianSvd {
 const OLDEST: u32 = 100;
 
 impl JacobianSvd {
-    pub(super) fn new<M: Constraints>(measure: &Measure, model: &M, state: &M::State) -> Result<Self, usize> {
-        let (m, n) = (measure.rows.len(), measure.weights.len());
-        let scales = measure.norms(model, state)?;
-        let mut a = measure.jacobian(model, state, &scales);
+    pub(super) fn new<M: Constraints>(
+        scaling: &PathScaling,
+        model: &M,
+        state: &M::State,
+    ) -> Result<Self, usize> {
+        let (m, n) = (scaling.rows.len(), scaling.weights.len());
+        let scales = scaling.norms(model, state)?;
+        let mut a = scaling.jacobian(model, state, &scales);
         let (mut v, mut sigma) = (vec![0.0; n * n], vec![0.0; n]);
         Svd::new(m, &mut a, &mut v, &mut sigma);
         Ok(Self { scales, a, v, sigma, age: 0 })
@@ -106,15 +110,15 @@ impl JacobianSvd {
     /// too.
     pub(super) fn next<M: Constraints>(
         &self,
-        measure: &Measure,
+        scaling: &PathScaling,
         model: &M,
         state: &M::State,
     ) -> Result<Self, usize> {
         if self.age == OLDEST {
-            return Self::new(measure, model, state);
+            return Self::new(scaling, model, state);
         }
-        let scales = measure.norms(model, state)?;
-        let jacobian = measure.jacobian(model, state, &scales);
+        let scales = scaling.norms(model, state)?;
+        let jacobian = scaling.jacobian(model, state, &scales);
         let (m, n) = (scales.len(), self.sigma.len());
         let (mut a, mut v, mut sigma) = (vec![0.0; m * n], self.v.clone(), vec![0.0; n]);
         for (image, right) in a.chunks_exact_mut(m).zip(self.v.chunks_exact(n)) {
@@ -277,7 +281,8 @@ fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
 pub(super) fn weights<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut memory = vec![0.0; gradients::memory(n, r)];
-    let Read { mass, force, jacobian, gamma } = Read::new(n, r, &mut WorkMemory::new(&mut memory));
+    let ModelTerms { mass, force, jacobian, gamma } =
+        ModelTerms::new(n, r, &mut WorkMemory::new(&mut memory));
     model.terms(state, &mut Terms { mass, force, jacobian, gamma });
     let mut weights: Vec<f64> = mass.iter().step_by(n + 1).copied().collect();
     crate::constrain::assemble::weigh(&mut weights);

@@ -7,7 +7,7 @@ use crate::integrate::Tolerances;
 use crate::simulate::options::defaults::DEFAULT_TOLERANCE;
 use crate::simulate::stabilization::StabilizationCounts;
 use crate::simulate::summary::{Drift, Summary};
-use crate::simulate::verification::conditioning::{Conditioning, Nearest};
+use crate::simulate::verification::conditioning::{Conditioning, NearestSingularPosition};
 use crate::simulate::verification::constraint_drift::ConstraintDrift;
 use crate::wording::{Grouped, Rounded};
 
@@ -225,7 +225,8 @@ impl Summary {
 
     /// How near the motion came to a position where constraints lose rank.
     fn write_nearest(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(Nearest { condition, time, rows, coordinates, passed, .. }) = &self.nearest
+        if let Some(NearestSingularPosition { condition, time, rows, coordinates, passed, .. }) =
+            &self.nearest
             && *condition > 1e3
         {
             match passed {

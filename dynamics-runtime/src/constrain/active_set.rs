@@ -9,8 +9,8 @@ fn constraint_holds(constraint: &Constraint, modes: Modes) -> bool {
 }
 
 /// The constraints that hold; the holonomic ones alone where `holonomic`.
-pub(crate) fn active<M: Constraints>(modes: Modes, holonomic: bool) -> Active {
-    Active { rest: M::CONSTRAINTS, modes, holonomic }
+pub(crate) fn active<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveConstraints {
+    ActiveConstraints { rest: M::CONSTRAINTS, modes, holonomic }
 }
 
 /// The rows of the constraints that hold; those of the holonomic ones alone where `holonomic`.
@@ -21,13 +21,13 @@ pub fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveRows 
 /// See [`active`]. Of no model, so that it is compiled once; adapters of slices would be made again for every
 /// model and place.
 #[derive(Clone)]
-pub(crate) struct Active {
+pub(crate) struct ActiveConstraints {
     rest: &'static [Constraint],
     modes: Modes,
     holonomic: bool,
 }
 
-impl Iterator for Active {
+impl Iterator for ActiveConstraints {
     type Item = &'static Constraint;
 
     #[inline]
@@ -36,7 +36,7 @@ impl Iterator for Active {
     }
 }
 
-impl Active {
+impl ActiveConstraints {
     #[inline(never)]
     fn search(&mut self) -> Option<&'static Constraint> {
         while let [constraint, rest @ ..] = self.rest {
@@ -53,7 +53,7 @@ impl Active {
 /// See [`active_rows`].
 #[derive(Clone)]
 pub struct ActiveRows {
-    constraints: Active,
+    constraints: ActiveConstraints,
     rows: Range<usize>,
 }
 
