@@ -1,11 +1,14 @@
-//! Constraints at run time: accelerations and reactions, corrections of positions and velocities, and what
-//! they say of themselves.
+//! Constraints at run time: accelerations and reactions, corrections of positions and velocities, diagnosis.
 //!
-//! Where the macro found straight-line code for a model's equations that code is used
-//! ([`Constraints::solve_unrolled`]); where it does not apply — a pivot vanishes, there is no code for what
-//! is released, constraints repeat each other — a general solver takes over that decides the rank at the
-//! state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and
-//! allocates nothing.
+//! ```text
+//! M q̈ = Q + Φ_qᵀ λ        Φ_q q̈ = γ
+//! ```
+//!
+//! Where the macro found straight-line code for these equations, that code is used
+//! ([`Constraints::solve_unrolled`]). It does not apply where a pivot vanishes, where there is no code for
+//! the constraints that are released, or where constraints repeat each other. There the general solver
+//! (`system.rs`) determines the rank at the state at hand. All functions work in memory that the caller
+//! lends, [`workspace_len`] numbers of it, and allocate nothing.
 
 pub(crate) mod active_set;
 #[cfg(feature = "alloc")]
@@ -71,10 +74,10 @@ pub const fn workspace_len(n: usize, r: usize) -> usize {
     ])
 }
 
-/// The memory that a caller lends for n coordinates and r constraint rows.
+/// Hands out the memory that a caller lends for n coordinates and r constraint rows.
 ///
 /// # Panics
-/// Where it is shorter than [`workspace_len`] says: a fault of the program, not of its input.
+/// Where it is shorter than [`workspace_len`]. That is an error of the program, not of its input.
 fn borrow_workspace(workspace: &mut [f64], n: usize, r: usize) -> WorkMemory<'_> {
     let (needed, given) = (workspace_len(n, r), workspace.len());
     assert!(
@@ -84,6 +87,7 @@ fn borrow_workspace(workspace: &mut [f64], n: usize, r: usize) -> WorkMemory<'_>
     WorkMemory::new(workspace)
 }
 
+/// The largest of some lengths; `Iterator::max` is no `const fn`.
 const fn largest_of<const K: usize>(lengths: [usize; K]) -> usize {
     let (mut most, mut i) = (0, 0);
     while i < K {
@@ -95,24 +99,25 @@ const fn largest_of<const K: usize>(lengths: [usize; K]) -> usize {
     most
 }
 
-/// Φ_q a = γ is contradictory where no a comes closer than this, against the size of γ: well above what the
-/// drift of an unstabilised motion leaves on constraints that repeat each other.
+/// Φ_q a = γ counts as contradictory where the best a leaves a residual above this part of the size of γ.
+/// The bound is well above the residual that the drift of an unstabilized motion leaves on constraints that
+/// repeat each other.
 const CONTRADICTION_TOLERANCE: f64 = 1e-6;
-/// Part of the accelerations that joins γ there: at rest γ is rounding, and so is what misses it. A
-/// contradiction is then larger than 1e-12 of a.
+/// This part of ‖a‖ is added to the size of γ in that test. At rest γ is rounding only, and so is the
+/// residual. A contradiction is then larger than 10⁻¹² ‖a‖.
 const ROUNDING_PER_ACCELERATION: f64 = 1e-6;
 
-/// What the general solver found about the constraints at a state.
+/// Rank and conditioning of the active constraints at a state, as the general solver determined them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RankDiagnosis {
-    /// Number of rows that hold.
+    /// Number of active rows.
     pub active: usize,
-    /// Rank of their Jacobian. Below [`RankDiagnosis::active`] some rows repeat others: the accelerations are
-    /// unique, the multipliers are not, and those of least norm are given (in accelerations: Σ (λᵢ ‖Φ_q,ᵢ‖)²
-    /// is least, with coordinates scaled by the square roots of their inertias).
+    /// Rank of their Jacobian. Below [`RankDiagnosis::active`] some rows repeat others. The accelerations are
+    /// then unique and the multipliers are not. The multipliers of least norm are returned: Σ (λᵢ
+    /// ‖Φ_q,ᵢ‖)² is least, with coordinates scaled by the square roots of their inertias.
     pub rank: usize,
-    /// First over last pivot of the Jacobian, with rows at unit length: the loss of digits in the
-    /// multipliers.
+    /// First over last pivot of the Jacobian, with rows at unit length. The multipliers lose log₁₀ of it of
+    /// their digits.
     pub condition: f64,
 }
 
@@ -131,12 +136,12 @@ pub struct ConstrainedAccelerations<V, R> {
     pub accelerations: V,
     /// λ; 0 for rows of released constraints.
     pub multipliers: R,
-    /// What the general solver found; `None` where the generated code did the work.
+    /// Rank diagnosis of the general solver; `None` where the generated code applied.
     pub diagnosis: Option<RankDiagnosis>,
 }
 
 impl<V, R> ConstrainedAccelerations<V, R> {
-    /// Whether the multipliers are unique: always where the generated code applies.
+    /// Whether the multipliers are unique. They always are where the generated code applies.
     #[must_use]
     pub fn unique(&self) -> bool {
         self.diagnosis.is_none_or(|d| d.unique())
@@ -149,19 +154,19 @@ impl<V, R> From<Solved<V, R>> for ConstrainedAccelerations<V, R> {
     }
 }
 
-/// An outcome of a model.
+/// [`ConstrainedAccelerations`] of a model.
 pub type ConstrainedAccelerationsOf<M> =
     ConstrainedAccelerations<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
 
-/// q̈ and λ: by the generated code where it applies, else by the general solver.
+/// Solves for q̈ and λ, by the generated code where it applies, else by the general solver.
 ///
-/// In a change point, where constraints that are independent elsewhere have a lower rank, accelerations are
-/// those of least norm, which need not be those of a branch: the diagnosis tells, as for multipliers that are
-/// not unique. Runs take the limit along the branch of their velocities.
+/// At a change point constraints that are independent elsewhere lose rank. The accelerations are then those
+/// of least norm, which need not belong to a branch of the motion. The diagnosis shows this case, as it shows
+/// multipliers that are not unique. A run takes the limit along the branch of its velocities instead.
 ///
 /// # Errors
-/// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that are
-/// not finite.
+/// A mass matrix that is singular on the motions that the constraints leave, contradictory constraints,
+/// constraints that are not finite.
 pub fn solve<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -177,8 +182,8 @@ pub fn solve<M: Constraints>(
     }
 }
 
-/// [`solve`] with memory of its own: on the stack where it is small or there is no other, allocated where it
-/// is large. Where the generated code applies none is needed.
+/// [`solve`] with its own memory. Small workspaces are on the stack, large ones are allocated where the crate
+/// has `alloc`. The generated code needs none.
 ///
 /// # Errors
 /// As [`solve`].
@@ -196,12 +201,12 @@ pub fn solve_once<M: Constraints>(
     }
 }
 
-/// q̈ at a state.
+/// q̈ at a state, without λ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiagnosedAccelerations<V> {
     /// q̈.
     pub accelerations: V,
-    /// What the general solver found; `None` where the generated code did the work.
+    /// Rank diagnosis of the general solver; `None` where the generated code applied.
     pub diagnosis: Option<RankDiagnosis>,
 }
 
@@ -234,10 +239,10 @@ pub fn accelerate<M: Constraints>(
     }
 }
 
-/// What generated code gives for a model.
+/// q̈ and λ of a model as the generated code returns them.
 pub type SolvedOf<M> = Solved<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
 
-/// Of a model without constraints.
+/// q̈ of a model without constraints, and no multipliers.
 fn solve_unconstrained<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -247,7 +252,8 @@ fn solve_unconstrained<M: Constraints>(
     Ok(ConstrainedAccelerations { accelerations, multipliers: M::Rows::zeros(), diagnosis: None })
 }
 
-/// Largest memory, in numbers, that is put on the stack where there is a heap: 64 kB.
+/// Largest workspace, in numbers, that is put on the stack where there is a heap. 8192 numbers are 64 kB, a
+/// small part of the 2 MB that a thread of the standard library has.
 #[cfg(feature = "alloc")]
 const MAX_STACK_WORKSPACE: usize = 8192;
 
@@ -269,9 +275,7 @@ pub fn with_workspace<M: Constraints, R>(f: impl FnOnce(&mut [f64]) -> R) -> R {
 }
 
 /// q̈ and λ by the general solver, whatever the generated code could do.
-///
-/// A mass matrix or force that is not a number gives accelerations that are none, as in models without
-/// constraints.
+/// A mass matrix or force that is not finite gives NaN accelerations, as in models without constraints.
 ///
 /// # Errors
 /// As [`solve`].
@@ -283,7 +287,7 @@ pub fn solve_general<M: Constraints>(
     solve_with_correction(model, state, None, workspace)
 }
 
-/// [`solve_general`] with Φ_q q̈ = γ + `gamma_correction`.
+/// [`solve_general`] with Φ_q q̈ = γ + `gamma_correction`, as Baumgarte's stabilization needs it.
 fn solve_with_correction<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -296,8 +300,8 @@ fn solve_with_correction<M: Constraints>(
     solve_frictionless(model, state, gamma_correction, true, workspace)
 }
 
-/// q̈ of a mechanism without freedom, where it follows from Φ_q q̈ = γ alone: inputs that only load it need
-/// no value.
+/// q̈ of a mechanism without degrees of freedom. It follows from Φ_q q̈ = γ alone, so inputs that only
+/// load the mechanism need no value.
 ///
 /// # Errors
 /// As [`solve`].
@@ -314,10 +318,10 @@ pub(crate) fn solve_driven<M: Constraints>(
     }
 }
 
-/// That no multiplier is missing for want of an input.
+/// Checks that no multiplier is NaN because an input was never set.
 ///
 /// # Errors
-/// [`SolveError::InputNotSet`], where one is not a number and an input is none.
+/// [`SolveError::InputNotSet`], where a multiplier and an input are NaN.
 #[cfg(feature = "alloc")]
 pub(crate) fn check_inputs<M: Constraints>(state: &M::State, multipliers: &[f64]) -> Result<(), SolveError> {
     let unset = || state.inputs().as_slice().iter().position(|x| x.is_nan());
@@ -341,13 +345,14 @@ fn solve_frictionless<M: Constraints>(
         return Ok(undefined());
     };
     if factored.system.has_vanished_row {
-        // A row is zero: at a change point it may be, where constraints cross; where it always is, the
-        // constraint holds nothing. The check works in the same memory.
+        // A row is zero. At a change point, where constraints cross, that is regular. Where the row is zero on the
+        // whole manifold, the constraint restricts nothing, and the check reports it. The check uses the same memory,
+        // so that the factors are computed again.
         check_gradients(model, state, workspace)?;
-        let Some(again) = FactoredEquations::new(model, state, &active, with_forces, workspace)? else {
+        let Some(refactored) = FactoredEquations::new(model, state, &active, with_forces, workspace)? else {
             return Ok(undefined());
         };
-        factored = again;
+        factored = refactored;
     }
     if let Some(gamma_correction) = gamma_correction {
         factored
@@ -355,23 +360,24 @@ fn solve_frictionless<M: Constraints>(
             .iter_mut()
             .zip(gamma_correction.as_slice())
             .for_each(|(gamma, gamma_correction)| *gamma += gamma_correction);
-        // Nothing else brings back rows that drift, and where coordinates are embedded stages lie on the
-        // manifold.
+        // Only this correction takes back the drift of a row, so that redundant rows count like the others.
         factored.system.ignore_redundancy();
     }
     let FactoredEquations { force, gamma, gamma_terms, redundancy_tolerance, system } = &mut factored;
     let mut accelerations = M::Vector::zeros();
     let mut multipliers = M::Rows::zeros();
     let residual = system.solve(force, gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
-    let size = residual.scale + system.size_of_rows(gamma_terms) + ROUNDING_PER_ACCELERATION * residual.reach;
+    let size = residual.gamma_norm
+        + system.size_of_rows(gamma_terms)
+        + ROUNDING_PER_ACCELERATION * residual.acceleration_norm;
     check_contradiction(residual, size, *redundancy_tolerance, system, system_names::<M>())?;
     Ok(ConstrainedAccelerations { accelerations, multipliers, diagnosis: Some(diagnosis(system)) })
 }
 
-/// That the reaction of a row that holds is decided, whatever other rows repeat each other.
+/// Checks that the reaction of an active row is unique, even where other rows repeat each other.
 ///
 /// # Errors
-/// [`SolveError::ReactionNotUnique`] where it is not. As [`solve`].
+/// [`SolveError::ReactionNotUnique`] where it is not; those of [`solve`].
 #[cfg(feature = "alloc")]
 pub(crate) fn check_unique<M: Constraints>(
     model: &M,
@@ -391,9 +397,9 @@ fn diagnosis(system: &FactoredSystem<'_>) -> RankDiagnosis {
     RankDiagnosis { active: system.active(), rank: system.rank(), condition: system.condition() }
 }
 
-/// How far rows that are declared to repeat others may differ from what they repeat: on the manifold not at
-/// all, beside it by the order of the distance. Taken for independent there, they would be divided by that
-/// distance, and the accelerations would be noise.
+/// Tolerance within which rows that are declared redundant may differ from the rows that they repeat. On the
+/// manifold they do not differ, at a distance from it by the order of that distance. If such rows were taken
+/// for independent, they would be divided by that distance, and the accelerations would be noise.
 fn redundancy_tolerance<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -405,7 +411,7 @@ fn redundancy_tolerance<M: Constraints>(
     }
     let largest_distance = |values: &[f64], at: &M::Vector| {
         let rows = values.iter().zip(jacobian.chunks_exact(M::Vector::LEN)).enumerate();
-        // A row that is zero, at a change point, says nothing.
+        // A row that is zero, as at a change point, has no distance.
         let of = |(_, (x, row)): (usize, (&f64, &[f64]))| {
             Some(distance(*x, row, 0.0)).filter(|distance| *distance < f64::INFINITY)
         };
@@ -415,9 +421,15 @@ fn redundancy_tolerance<M: Constraints>(
     let (residual, rate) = (model.residual(state), model.velocity_residual(state));
     let distance =
         largest_distance(residual.as_slice(), state.q()).max(largest_distance(rate.as_slice(), state.u()));
-    // A curvature of a hundred per unit of length is allowed for; beyond a tenth nothing is known any more.
-    (100.0 * distance).clamp(system::RANK_TOLERANCE, 0.1)
+    (REDUNDANT_ROW_CURVATURE * distance).clamp(system::RANK_TOLERANCE, MAX_REDUNDANCY_TOLERANCE)
 }
+
+/// Curvature of constraints, per unit of length, up to which redundant rows are recognised at a distance from
+/// the manifold: rows that agree on the manifold differ by distance × curvature beside it.
+const REDUNDANT_ROW_CURVATURE: f64 = 100.0;
+/// Largest tolerance for redundant rows. Rows that differ by more than a tenth of their length are treated as
+/// independent: so far from the manifold nothing is known about the rank on it.
+const MAX_REDUNDANCY_TOLERANCE: f64 = 0.1;
 
 /// The factored equations of a model at a state.
 struct FactoredEquations<'w> {
@@ -425,17 +437,17 @@ struct FactoredEquations<'w> {
     force: &'w mut [f64],
     /// γ.
     gamma: &'w mut [f64],
-    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ², the size of what γ is made of: where that cancels, what is left over of rounding and
-    /// of states a little off the constraints is no contradiction.
+    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ², the size of the terms of γ. Where these cancel, the remainder comes from
+    /// rounding and from states a little off the constraints, and is no contradiction.
     gamma_terms: &'w mut [f64],
-    /// How far rows that repeat each other may differ.
+    /// How far rows that repeat each other may differ, in parts of their length.
     redundancy_tolerance: f64,
     system: FactoredSystem<'w>,
 }
 
 impl<'w> FactoredEquations<'w> {
-    /// With the rows that `active` admits. Where `with_forces` is not set Q is 0, whatever inputs that were not
-    /// set make of it: for whoever brings forces of their own, or none. `None` where M or Q is not finite.
+    /// Factors the rows that `active` admits. Without `with_forces` Q is 0, even where an input was never set:
+    /// for callers that need no forces or bring their own. `None` where M or Q is not finite.
     fn new<M: Constraints>(
         model: &M,
         state: &M::State,
@@ -460,12 +472,11 @@ impl<'w> FactoredEquations<'w> {
         mut memory: WorkMemory<'w>,
     ) -> Result<Option<Self>, SolveError> {
         let usual_lengths = memory.take(M::Rows::LEN);
-        let Some(evaluate_terms) =
-            evaluate_terms(model, state, active, with_forces, usual_lengths, &mut memory)?
+        let Some(terms) = evaluate_terms(model, state, active, with_forces, usual_lengths, &mut memory)?
         else {
             return Ok(None);
         };
-        let ModelTerms { mass, force, jacobian, gamma } = evaluate_terms;
+        let ModelTerms { mass, force, jacobian, gamma } = terms;
         let gamma_terms = memory.take(M::Rows::LEN);
         for (gamma_terms, row) in gamma_terms.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
             *gamma_terms = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
@@ -484,11 +495,12 @@ impl<'w> FactoredEquations<'w> {
     }
 }
 
-/// Whether a row is declared to repeat others.
+/// Whether a row is declared redundant.
 fn is_redundant<M: Constraints>(row: usize) -> bool {
     M::CONSTRAINTS.iter().any(|c| c.redundant && (c.first..c.first + c.rows).contains(&row))
 }
 
+/// Reports constraints whose accelerations contradict each other; `size` is that of γ.
 fn check_contradiction(
     residual: GammaResidual,
     size: f64,
@@ -496,7 +508,7 @@ fn check_contradiction(
     system: &FactoredSystem<'_>,
     system_names: SystemNames,
 ) -> Result<(), SolveError> {
-    if residual.size <= CONTRADICTION_TOLERANCE.max(100.0 * redundancy_tolerance) * size {
+    if residual.norm <= CONTRADICTION_TOLERANCE.max(100.0 * redundancy_tolerance) * size {
         return Ok(());
     }
     let (row, rank) = (system_names.row(residual.row), system.rank());
@@ -518,32 +530,26 @@ fn evaluate_terms<'w, M: Constraints>(
     memory: &mut WorkMemory<'w>,
 ) -> Result<Option<ModelTerms<'w>>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let evaluate_terms = ModelTerms::new(n, r, memory);
-    let terms = &mut Terms {
-        mass: evaluate_terms.mass,
-        force: evaluate_terms.force,
-        jacobian: evaluate_terms.jacobian,
-        gamma: evaluate_terms.gamma,
-    };
+    let read = ModelTerms::new(n, r, memory);
+    let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
     gradients::terms(model, state, terms, usual_lengths);
     if !with_forces {
         terms.force.fill(0.0);
     }
-    let row_is_finite = |i: usize| {
-        evaluate_terms.gamma[i].is_finite()
-            && max_abs(&evaluate_terms.jacobian[i * n..(i + 1) * n]).is_finite()
-    };
+    let row_is_finite =
+        |i: usize| read.gamma[i].is_finite() && max_abs(&read.jacobian[i * n..(i + 1) * n]).is_finite();
     if let Some(row) = (0..r).find(|i| active(*i) && !row_is_finite(*i)) {
         return Err(SolveError::ConstraintNotFinite { row: system_names::<M>().row(row) });
     }
-    let finite = max_abs(evaluate_terms.mass).is_finite() && max_abs(evaluate_terms.force).is_finite();
-    Ok(finite.then_some(evaluate_terms))
+    let finite = max_abs(read.mass).is_finite() && max_abs(read.force).is_finite();
+    Ok(finite.then_some(read))
 }
 
+/// NaN accelerations and multipliers, where M or Q is not finite.
 fn undefined<V: Vector, R: Vector>() -> ConstrainedAccelerations<V, R> {
-    let mut undefined_solution =
+    let mut solution =
         ConstrainedAccelerations { accelerations: V::zeros(), multipliers: R::zeros(), diagnosis: None };
-    undefined_solution.accelerations.as_mut_slice().fill(f64::NAN);
-    undefined_solution.multipliers.as_mut_slice().fill(f64::NAN);
-    undefined_solution
+    solution.accelerations.as_mut_slice().fill(f64::NAN);
+    solution.multipliers.as_mut_slice().fill(f64::NAN);
+    solution
 }

@@ -1,23 +1,24 @@
 //! Forces that depend on the reactions of the same instant: Coulomb friction, worm gears, rollers that wedge.
+//! ```text
+//! M a = Q(λ) + Φ_qᵀλ        Φ_q a = γ
+//! ```
 //!
-//! M a = Q(λ) + Φ_qᵀλ, Φ_q a = γ. With the frictionless system factored, the reactions to any given force F
-//! are affine, λ = λ₀ + S F, so that what has to be solved is G(λ) = λ − λ₀ − S Q(λ) = 0, for the reactions
-//! that Q reads alone; M may be singular on the way. G is piecewise smooth (|λ| has a kink), and Newton with
-//! the derivative of the piece at hand, I − S ∂Q/∂λ, ends in one step in the right piece where Q is piecewise
-//! linear. It starts from the frictionless reactions and from every pattern of their signs — 2ᵏ for k
-//! reactions up to 6, above that a fixed sample of 64 — and all distinct solutions are kept: Coulomb's law
+//! With the frictionless system factored, the reactions to a given force F are affine, λ = λ₀ + S F. So
+//! what has to be solved is G(λ) = λ − λ₀ − S Q(λ) = 0 for the reactions that Q reads; M may be
+//! singular. G is piecewise smooth, because |λ| has a kink. Newton's method with the derivative of the
+//! current piece, I − S ∂Q/∂λ, ends in one step in the right piece where Q is piecewise linear. It
+//! starts from the frictionless reactions and from every pattern of their signs: 2ᵏ for k reactions up to
+//! 6, above that a fixed sample of 64. Distinct solutions are counted, because Coulomb's law
 //! need not have one, and may have several (Painlevé 1895; Génot & Brogliato, Eur. J. Mech. A/Solids 18
 //! (1999) 653–677; Leine, Brogliato & Nijmeijer, ibid. 21 (2002) 1–22).
-//!
-//! Where Q is linear for each pattern of signs, and all were tried, that none was found is a proof that there
-//! is none. Other laws (creep forces of wheels go with λ^(2/3), their tanh with λ^(-1/3)) are searched
-//! further, by damped steps, by fixed points and by growing friction (`search.rs`); what is not found then
-//! may exist, and the error says so.
-//!
-//! A single solution counts only where det(I − S ∂Q/∂λ) > 0 (without friction it is 1). Where it is negative,
-//! the acceleration along the constraint answers a growing reaction with the wrong sign: contact of any
-//! compliance, however stiff, leaves that solution at once, and a one-sided contact also has the motion in
-//! which it parts. That is reported like the other two, not used.
+//! Where Q is linear for each pattern of signs and all patterns were tried without a solution, there is
+//! provably none. Other laws are searched further, by damped steps, fixed points and growing friction
+//! (`search.rs`): creep forces of wheels behave like λ^(2/3), their tanh like λ^(-1/3). A solution that
+//! this search does not find may exist, and the error says so.
+//! A single solution is accepted only where det(I − S ∂Q/∂λ) > 0; without friction it is 1. Where the
+//! determinant is negative, a growing reaction accelerates the constraint in the wrong direction. A contact
+//! of any compliance, however stiff, leaves that solution at once, and a one-sided contact also has the
+//! motion in which it opens. This case is reported like the other two.
 
 mod search;
 mod sign_patterns;
@@ -33,22 +34,24 @@ use crate::linalg::{Indices, WorkMemory, dot, max_abs};
 use crate::model::{Constraints, ModelState, Vector};
 use sign_patterns::pattern_count;
 
-/// Most reactions whose sign patterns are all tried.
+/// Up to so many reactions all sign patterns are tried: 64 Newton iterations.
 const MAX_EXHAUSTIVE_REACTIONS: usize = 6;
-/// Solutions closer than this, against their size, are one.
+/// Solutions, and forces, that differ by less than this part of their size are the same. Newton's method ends
+/// at 10⁻¹³, so that iterates towards one solution are far closer.
 const SAME_TOLERANCE: f64 = 1e-7;
-/// What the derivative of a force by reactions may have of what constraints that repeat each other leave
-/// open.
+/// Relative tolerance for derivatives ∂Q/∂λ: for their component in the directions that redundant
+/// constraints leave undetermined, and for the difference of Q from a linear function. Rounding is far below
+/// it.
 const DERIVATIVE_TOLERANCE: f64 = 1e-9;
-/// Signs of all reactions, and of every second one.
+/// Signs with which ∂Q/∂λ is looked at: of all reactions, and of every second one in addition.
 const SIGN_PATTERNS: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
 
-/// Memory that the friction solve takes on top of the factored system: S, ∂Q/∂λ, Newton's matrix, vectors.
+/// Memory of the friction solve besides the factored system: S, ∂Q/∂λ, Newton's matrix, vectors.
 pub(super) const fn memory(n: usize, r: usize) -> usize {
     2 * n * r + 2 * r * r + 3 * n + 8 * r + lu::memory(r)
 }
 
-/// Distinct solutions that were found, up to two.
+/// The first solution that was found, and the number of distinct ones up to two.
 struct FrictionSolutions<R> {
     first: Option<R>,
     /// Whether the determinant is negative at the first.
@@ -57,24 +60,24 @@ struct FrictionSolutions<R> {
 }
 
 impl<R> FrictionSolutions<R> {
-    /// Whether there is one that a contact of any compliance keeps to, and no other.
+    /// Whether there is exactly one solution, and a compliant contact would stay at it.
     fn is_one(&self) -> bool {
         self.count == 1 && !self.negative
     }
 }
 
-/// What one solve works on.
+/// State and memory of one solve.
 struct FrictionProblem<'w, 'm, M: Constraints> {
     model: &'m M,
     state: &'m M::State,
     /// Rows that Q reads.
     rows_read: Indices<'w>,
     k: usize,
-    /// Reactions at no force at all, by all rows.
+    /// λ₀: reactions without any force, for all rows.
     unforced_reactions: &'w mut [f64],
     /// S, r×n.
     by_force: &'w mut [f64],
-    /// Forces that no reaction decides.
+    /// Forces that do not depend on reactions.
     fixed_force: &'w mut [f64],
     /// Q and ∂Q/∂λ.
     force: &'w mut [f64],
@@ -85,8 +88,8 @@ struct FrictionProblem<'w, 'm, M: Constraints> {
     step: &'w mut [f64],
 }
 
-/// q̈ and λ with Φ_q q̈ = γ + `gamma_correction`, where applied forces depend on λ; `gradients_checked`: that gradients which are
-/// zero may be.
+/// q̈ and λ with Φ_q q̈ = γ + `gamma_correction`, where applied forces depend on λ.
+/// `gradients_checked`: gradients that are zero have been checked to vanish at this position only.
 pub(super) fn solve<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -96,7 +99,7 @@ pub(super) fn solve<M: Constraints>(
 ) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
     let modes = state.modes();
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    // What is solved for lies behind what the system takes.
+    // The factored system takes the first part of the workspace, the friction solve the second.
     let (first, second) = workspace.split_at_mut(system_memory(n, r));
     let mut friction_memory = WorkMemory::new(second);
     let active = |row: usize| holds::<M>(modes, row);
@@ -119,8 +122,8 @@ pub(super) fn solve<M: Constraints>(
     let mut problem = FrictionProblem::new(model, state, &mut factored, &mut friction_memory);
     let lu_memory = friction_memory.take(lu::memory(r));
     problem.find_rows_read();
-    // What is read may depend on the reactions themselves (a threshold): rows are added until nothing changes
-    // any more.
+    // Which reactions Q reads may depend on the reactions themselves, as with a threshold. Rows are added until Q
+    // at the solution is the Q that was solved with.
     for _ in 0..=r {
         let assumed = if problem.k == 0 {
             M::Rows::zeros()
@@ -136,7 +139,7 @@ pub(super) fn solve<M: Constraints>(
         let FactoredEquations { gamma, gamma_terms, redundancy_tolerance, system, .. } = &mut factored;
         let (a, lambda) = (outcome.accelerations.as_mut_slice(), outcome.multipliers.as_mut_slice());
         let residual = system.solve(force.as_slice(), gamma, a, lambda);
-        let size = residual.scale + system.size_of_rows(gamma_terms);
+        let size = residual.gamma_norm + system.size_of_rows(gamma_terms);
         check_contradiction(residual, size, *redundancy_tolerance, system, system_names::<M>())?;
         let Some(force_then) = problem.evaluate_force(&outcome.multipliers) else { return Ok(undefined()) };
         let size = max_abs(force.as_slice()).max(max_abs(force_then.as_slice()));
@@ -148,7 +151,7 @@ pub(super) fn solve<M: Constraints>(
             break;
         }
     }
-    // Which reactions decide changes with them: a search among too few says nothing.
+    // The set of reactions that Q reads does not settle, so that no search is complete.
     Err(problem.unsolved_error(&M::Rows::zeros()))
 }
 
@@ -157,7 +160,7 @@ const fn system_memory(n: usize, r: usize) -> usize {
     n * n + n + n * r + 3 * r + system::memory(n, r)
 }
 
-/// Memory of it all.
+/// Memory of the factored system and the friction solve.
 pub(super) const fn total_memory(n: usize, r: usize) -> usize {
     system_memory(n, r) + memory(n, r)
 }
@@ -204,8 +207,8 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         }
     }
 
-    /// Rows that Q reads: those with ∂Q/∂λ ≠ 0 at the frictionless reactions, at their size, or at any, with
-    /// either sign.
+    /// Finds the rows that Q reads: those with ∂Q/∂λ ≠ 0 at the frictionless reactions, or at reactions of
+    /// their size or more with either sign.
     fn find_rows_read(&mut self) {
         let frictionless_reactions = self.frictionless_reactions();
         for reactions in SIGN_PATTERNS {
@@ -221,7 +224,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         self.add_rows_read();
     }
 
-    /// Adds the rows with ∂Q/∂λ ≠ 0 as last evaluated; whether there were any more.
+    /// Adds the rows with ∂Q/∂λ ≠ 0 in the last evaluation; returns whether there were new ones.
     fn add_rows_read(&mut self) -> bool {
         let (n, r, before) = (M::Vector::LEN, M::Rows::LEN, self.k);
         for row in (0..r).filter(|row| holds::<M>(self.state.modes(), *row)) {
@@ -242,7 +245,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         max_abs(self.force).is_finite().then_some(force)
     }
 
-    /// The one solution that there should be.
+    /// The unique solution, or the error that says why there is none.
     fn find_unique_solution(
         &mut self,
         system: &mut FactoredSystem<'_>,
@@ -277,7 +280,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         }
         match found.first {
             Some(lambda) if found.is_one() => Ok(lambda),
-            // A search that is not complete does not say that there are no others.
+            // An incomplete search does not prove that there are no others.
             _ if found.count < 2 && !complete => Err(self.unsolved_error(&frictionless_reactions)),
             _ => Err(SolveError::Friction {
                 row: system_names::<M>().row(self.most_loaded_row(&frictionless_reactions)),
@@ -286,7 +289,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         }
     }
 
-    /// Counts a solution, unless it is the one that is known.
+    /// Counts a solution, unless it equals the first one.
     fn record_solution(
         &self,
         found: &mut FrictionSolutions<M::Rows>,
@@ -300,18 +303,18 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         }
     }
 
-    /// That no solution was found, which is no proof that there is none.
+    /// The error that no solution was found, which is no proof that there is none.
     fn unsolved_error(&self, frictionless_reactions: &M::Rows) -> SolveError {
         let row = system_names::<M>().row(self.most_loaded_row(frictionless_reactions));
         SolveError::FrictionUnsolved { row, reactions: self.k, tried: pattern_count(self.k) }
     }
 
-    /// Whether Q is the same for all reactions that hold the motion alike, though these are not unique: Q(λ +
-    /// z) = Q(λ) wherever Φ_qᵀz = 0, as where feet that repeat each other rub with one coefficient. The
-    /// derivatives ∂Qⱼ/∂λ are of the form Φ_q a then, for all signs of the reactions on which they depend.
-    /// Where each term of a force goes by one reaction, as in every law of friction of a contact, that holds
-    /// for all patterns of signs as soon as it does for one of them and for each sign changed alone; of more
-    /// than six reactions, no more than those and the sample are looked at.
+    /// Whether Q is the same for all reactions of the same motion, though these are not unique: Q(λ + z) = Q(λ)
+    /// wherever Φ_qᵀz = 0. That holds for feet that repeat each other and have one coefficient of friction.
+    /// The derivatives ∂Qⱼ/∂λ are then of the form Φ_q a, for all signs of the reactions on which they
+    /// depend. Where each term of a force depends on one reaction, as in every friction law of a contact, it
+    /// suffices to test one pattern of signs and each sign changed alone. Of more than six reactions no more than
+    /// those and the sample are tested.
     #[cold]
     fn is_force_unique(&mut self, system: &mut FactoredSystem<'_>) -> bool {
         let (n, r, frictionless_reactions) = (M::Vector::LEN, M::Rows::LEN, self.frictionless_reactions());
@@ -320,7 +323,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         (0..pattern_count(self.k) + single_changes).all(|pattern| {
             let mut reactions = self.start(&frictionless_reactions, pattern.saturating_sub(single_changes));
             if pattern < single_changes {
-                // All push but one.
+                // One sign changed.
                 let row = self.rows_read.get(pattern as usize);
                 reactions[row] = -reactions[row];
             }
@@ -333,13 +336,13 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
                     a.as_mut_slice(),
                     lambda.as_mut_slice(),
                 );
-                residual.size <= DERIVATIVE_TOLERANCE * residual.scale
+                residual.norm <= DERIVATIVE_TOLERANCE * residual.gamma_norm
             })
         })
     }
 
-    /// λ₀ + S Q(0). Where Q(0) is not a number, as of N tanh(c N^(-1/3)), the forces that depend on reactions
-    /// are left out.
+    /// The frictionless reactions λ₀ + S Q(0). Where Q(0) is NaN, as of N tanh(c N^(-1/3)), the forces that
+    /// depend on reactions are left out.
     fn frictionless_reactions(&mut self) -> M::Rows {
         let n = M::Vector::LEN;
         self.model.friction(self.state, &M::Rows::zeros(), self.force, self.by_multipliers);
@@ -353,7 +356,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         lambda
     }
 
-    /// The row that friction changes most: what a report names.
+    /// The row with the largest frictionless reaction, for errors.
     fn most_loaded_row(&self, frictionless_reactions: &M::Rows) -> usize {
         let rows = (0..self.k).map(|i| self.rows_read.get(i));
         let size = rows.map(|row| (row, frictionless_reactions[row].abs()));
@@ -361,7 +364,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
     }
 }
 
-/// Reactions of a size at least, of these signs.
+/// Reactions of at least these sizes with these signs.
 fn with_signs<V: Vector>(sizes: &V, (sign, alternating): (f64, f64)) -> V {
     let mut lambda = *sizes;
     for (i, x) in lambda.as_mut_slice().iter_mut().enumerate() {

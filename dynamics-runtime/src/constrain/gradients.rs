@@ -1,4 +1,9 @@
-//! Gradients of the constraints at a state, and distances from them.
+//! Gradients of the constraints at a state, rows that vanish, and distances from the constraints.
+//!
+//! A row of Φ_q may be zero at a change point, where the branches of a mechanism cross. In floating point it
+//! is then rounding noise, which must not be scaled to unit length. So a short row is compared with its
+//! *usual length*: how much it grows per unit of the coordinates' size, measured at a [`nearby_state`]. The
+//! distance of a state from a constraint is |Φ|/‖Φ_q‖ to first order.
 
 use super::nearby::{NEARBY_DISTANCE, nearby_state};
 #[cfg(feature = "alloc")]
@@ -8,8 +13,8 @@ use crate::linalg::{max_abs, norm};
 use crate::math;
 use crate::model::{Constraints, Terms, Vector};
 
-/// Φ_q by rows, in memory that a caller lends: by value it may be too large for a stack. Rows that have
-/// vanished are zero.
+/// Φ_q by rows, in memory that the caller lends, because by value it may be too large for a stack. Rows that
+/// have vanished are zero.
 pub(crate) struct Gradients<'w> {
     /// Row by row.
     pub(crate) rows: &'w [f64],
@@ -18,7 +23,7 @@ pub(crate) struct Gradients<'w> {
     n: usize,
 }
 
-/// Most numbers of a Jacobian that is taken by value: 8 kB of stack.
+/// Most numbers of a matrix that is returned by value, on the stack: 8 kB.
 const MAX_NUMBERS_ON_STACK: usize = 1024;
 
 /// Memory of [`Gradients`].
@@ -27,7 +32,7 @@ pub(crate) const fn memory(n: usize, r: usize) -> usize {
 }
 
 impl<'w> Gradients<'w> {
-    /// Of all rows at a state, whether they hold or not.
+    /// Φ_q of all rows at a state, active or not.
     pub(crate) fn of<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mass, remaining) = workspace.split_at_mut(n * n);
@@ -35,15 +40,15 @@ impl<'w> Gradients<'w> {
         let (jacobian, remaining) = remaining.split_at_mut(r * n);
         let (gamma, remaining) = remaining.split_at_mut(r);
         let usual_lengths = &mut remaining[..r];
-        // What is always zero may not be written.
+        // The model does not write entries that are always zero.
         jacobian.fill(0.0);
         terms(model, state, &mut Terms { mass, force, jacobian, gamma }, usual_lengths);
         Self { rows: jacobian, usual_lengths, n }
     }
 
-    /// The same where it is asked for again and again: without M, Q and γ where the model is small enough.
+    /// The same, without M, Q and γ where the model is small enough: for callers that evaluate it often.
     pub(crate) fn alone<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
-        // By itself: the stack must have room for its variables only where it is called.
+        // A function of its own, so that only its call needs stack for the matrix.
         #[inline(never)]
         fn by_value<M: Constraints>(model: &M, state: &M::State, rows: &mut [f64]) {
             let jacobian = model.jacobian(state);
@@ -83,19 +88,19 @@ impl<'w> Gradients<'w> {
     }
 }
 
-/// Part of its usual length below which a row has vanished: at a distance d of the place where it does,
-/// velocities along what it leaves open are known to ε/d and accelerations to ε/d², to nothing at 10⁻⁸. What
-/// is left is rounding, of sin π say, and scaled to unit length it would count as a constraint like any
-/// other.
+/// A row has vanished where its length is below this part of its usual length. At a distance d from the place
+/// where a row vanishes, velocities along the direction that it leaves open are known to ε/d and
+/// accelerations to ε/d²: to no digit at d = 10⁻⁸. What is left of the row there is rounding, for
+/// example that of sin π. Scaled to unit length it would count as a constraint.
 const VANISHED_LENGTH_RATIO: f64 = 1e-8;
 
-/// A row is looked at where it is shorter than this, against the longest one and 1: else its usual length
-/// would be asked for at every evaluation.
+/// A row is tested for that only where it is shorter than this part of the longest row, or of 1. Otherwise
+/// every evaluation would need a second one for the usual lengths.
 const SHORT_LENGTH_RATIO: f64 = 1e-6;
 
-/// M, Q, Φ_q and γ at a state, with rows of Φ_q set to zero where they have vanished: against the length that
-/// they have `usual_lengths`ly, one unit and the size of the coordinates away, which is told (0 where no row is
-/// short). Zeros of `terms` must be zero where the model does not write.
+/// Evaluates M, Q, Φ_q and γ at a state, and sets rows of Φ_q to zero where they have vanished.
+/// `usual_lengths` receives the length of each row per unit of the coordinates' size, as [`nearby_state`]
+/// shows it; 0 where no row is short. Entries of `terms` that the model does not write must be zero.
 pub(crate) fn terms<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -116,6 +121,7 @@ pub(crate) fn terms<M: Constraints>(
     clear_vanished_rows(terms.jacobian, n, lengths_here.as_slice(), usual_lengths);
 }
 
+/// Whether a row may have vanished.
 fn has_short_row(rows: &[f64], n: usize) -> bool {
     let sizes = rows.chunks_exact(n.max(1)).map(max_abs);
     let (least, most) = sizes.fold((f64::INFINITY, 1.0_f64), |(least, most), x| (least.min(x), most.max(x)));
@@ -126,7 +132,8 @@ fn measure_lengths(rows: &[f64], n: usize, measure_lengths: &mut [f64]) {
     measure_lengths.iter_mut().zip(rows.chunks_exact(n)).for_each(|(length, row)| *length = norm(row));
 }
 
-/// `usual_lengths`: the lengths beside the state, which become those that are usual.
+/// Sets vanished rows to zero. `usual_lengths`: the lengths at the nearby state, which are converted to usual
+/// lengths.
 fn clear_vanished_rows(rows: &mut [f64], n: usize, lengths_here: &[f64], usual_lengths: &mut [f64]) {
     for ((row, lengths_here), usual_lengths) in rows.chunks_exact_mut(n).zip(lengths_here).zip(usual_lengths)
     {
@@ -138,7 +145,8 @@ fn clear_vanished_rows(rows: &mut [f64], n: usize, lengths_here: &[f64], usual_l
     }
 }
 
-/// M at a state by rows, in memory that a caller lends; by itself where the model is small enough.
+/// M at a state by rows, in memory that the caller lends; without Q, Φ_q and γ where the model is small
+/// enough.
 #[cfg(feature = "alloc")]
 pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> &'w [f64] {
     #[inline(never)]
@@ -158,12 +166,13 @@ pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &
     &workspace[..n * n]
 }
 
-/// Part of its diagonal element by which a pivot of M is positive for sure: rounding is far smaller.
+/// A pivot of M counts as positive above this part of its diagonal element. The rounding of the elimination
+/// is of the order of n ε, far smaller.
 #[cfg(feature = "alloc")]
 const POSITIVE_PIVOT_RATIO: f64 = 1e-8;
 
-/// Whether M is positive definite at a state, without doubt: then it is so along whatever constraints leave
-/// free. By Cholesky's elimination of M alone, a thirtieth of what the general solver takes for Andrews'
+/// Whether M is certainly positive definite at a state, and so along every direction that constraints leave
+/// free. Cholesky's elimination of M alone takes a thirtieth of the time of the general solver on Andrews'
 /// mechanism.
 #[cfg(feature = "alloc")]
 pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> bool {
@@ -186,13 +195,14 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
     true
 }
 
-/// Part of its usual length that a gradient counts for which has vanished, where distances from its
-/// constraint are told: rounding of the residual is none, and a residual by which no state is on the
-/// constraint is one.
+/// Length of a vanished row, in parts of its usual length, in the distance from its constraint. The rounding
+/// of a residual then gives a small distance, and a residual that no state on the constraint has gives a
+/// large one.
 const VANISHED_ROW_LENGTH: f64 = 1e-4;
 
-/// |residual|/‖gradient‖, how far a state is from fulfilling a row; 0 where the residual is, infinite where
-/// the gradient vanishes here and elsewhere. `usual_lengths`: its usual length, see [`terms`].
+/// |residual|/‖gradient‖, the distance of a state from a row's constraint. It is 0 where the residual is
+/// 0, and infinite where the gradient vanishes here and at the nearby state. `usual`: the usual length of the
+/// row, see [`terms`].
 pub(crate) fn distance(residual: f64, gradient: &[f64], usual_lengths: f64) -> f64 {
     let length = norm(gradient);
     if residual == 0.0 {

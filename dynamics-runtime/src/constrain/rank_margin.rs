@@ -1,4 +1,9 @@
-//! How far constraints are from losing rank, and who would lose it.
+//! How far constraints are from losing rank, and which rows and coordinates would be affected.
+//!
+//! The measure is the condition number of Φ_q, largest over smallest singular value, with coordinates scaled
+//! by √Mᵢᵢ and the rows of a constraint by the longest of them. The left singular vector of the
+//! smallest singular value names the rows that come to depend on each other, the right one the coordinates
+//! that they leave open.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -12,18 +17,18 @@ use crate::linalg::Svd;
 use crate::math;
 use crate::model::{Constraints, Known, ModelState, Vector};
 
-/// Singular values below this part of the largest are zero for a count of rank: a position is itself known to
-/// √ε at best where they vanish.
+/// Singular values below this part of the largest count as zero. Where they vanish, the position itself is
+/// known to √ε = 1.5·10⁻⁸ at best, and they come out about as large.
 const RANK_TOLERANCE: f64 = 1e-7;
 
-/// The singular values of Φ_q, with coordinates measured by √Mᵢᵢ and the rows of a constraint by the longest
-/// of them, at a state.
+/// Conditioning of Φ_q at a state, with coordinates scaled by √Mᵢᵢ and the rows of a constraint by the
+/// longest of them.
 ///
-/// Constraints that repeat others have fewer than rows: what counts is the rank that they have beside the
-/// state.
+/// Redundant constraints have fewer independent rows than rows. What counts is the rank that they have at a
+/// nearby state.
 pub(crate) struct RankMargin {
-    /// Largest over smallest of as many singular values as the constraints have independent rows elsewhere;
-    /// infinite where one is 0.
+    /// Largest over smallest singular value, of as many as there are independent rows elsewhere. Infinite where
+    /// one is 0.
     pub(crate) condition: f64,
     /// The rows that nearly depend on each other.
     pub(crate) rows: TopContributors,
@@ -31,14 +36,14 @@ pub(crate) struct RankMargin {
     pub(crate) coordinates: TopContributors,
 }
 
-/// [`RankMargin`] at a state; of nobody where nothing holds or a value is not finite.
+/// [`RankMargin`] at a state; 1 and no names where no constraint is active or a value is not finite.
 pub(crate) fn rank_margin<M: Constraints>(model: &M, state: &M::State) -> RankMargin {
     margin_of(model, state, None)
 }
 
-/// [`RankMargin`] against another state of the motion: rows of a constraint are measured by what the longest of
-/// them is there, if it is longer. Scaled by itself a single row has length 1 wherever it has any, up to the
-/// position where its gradient vanishes.
+/// [`RankMargin`] against another state of the motion: rows of a constraint are scaled by the length of the
+/// longest of them there, if it is longer. Scaled by itself, a single row has length 1 at every position but
+/// the one where its gradient vanishes.
 pub(crate) fn rank_margin_against<M: Constraints>(
     model: &M,
     usual: &M::State,
@@ -48,7 +53,7 @@ pub(crate) fn rank_margin_against<M: Constraints>(
 }
 
 fn margin_of<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> RankMargin {
-    let no_one = |margin_of| TopContributors::ranked(margin_of, core::iter::empty());
+    let no_one = |of| TopContributors::ranked(of, core::iter::empty());
     let nobody = || RankMargin { condition: 1.0, rows: no_one(M::ROWS), coordinates: no_one(M::COORDINATES) };
     if M::IS_FREE {
         return nobody();
@@ -56,7 +61,7 @@ fn margin_of<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::Stat
     margin_if_finite(model, state, usual).unwrap_or_else(nobody)
 }
 
-/// [`RankMargin::condition`] alone, of many states.
+/// [`RankMargin::condition`] without the names, for callers that evaluate many states.
 pub(crate) fn gradient_condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
     if M::IS_FREE {
         return 1.0;
@@ -79,37 +84,40 @@ fn margin_if_finite<M: Constraints>(
     let singular_range = gradient_svd.singular_range(&order, expected_rank)?;
     let SingularRange { largest, least, weak_index } = singular_range;
     let vanishes = |j: usize| gradient_svd.sigma[j] <= RANK_TOLERANCE * largest;
-    // Where more than one is lost, all who take part.
-    let lost: Vec<usize> =
+    // Rows: where several directions are lost, the contributions to all of them.
+    let lost_directions: Vec<usize> =
         match order[..expected_rank].iter().copied().filter(|j| vanishes(*j)).collect::<Vec<_>>() {
-            no_one if no_one.is_empty() => vec![weak_index],
+            nobody if nobody.is_empty() => vec![weak_index],
             some => some,
         };
-    let in_rows = |i: usize| lost.iter().map(|j| math::powi(gradient_svd.svd().right(*j)[i], 2)).sum::<f64>();
+    let row_share = |i: usize| {
+        lost_directions.iter().map(|j| math::powi(gradient_svd.svd().right(*j)[i], 2)).sum::<f64>()
+    };
     let rows = TopContributors::ranked(
         M::ROWS,
-        gradient_svd.rows.iter().enumerate().map(|(i, row)| (*row, in_rows(i))),
+        gradient_svd.rows.iter().enumerate().map(|(i, row)| (*row, row_share(i))),
     );
+    // Coordinates: the right singular vector of the smallest singular value, if that is not rounding.
     let n = M::Vector::LEN;
     let mut shares = vec![0.0; n];
     if least > 1e-12 * largest && !vanishes(weak_index) {
         shares.iter_mut().zip(gradient_svd.svd().column(weak_index)).for_each(|(out, x)| *out = x / least);
     } else {
-        // Rounding says nothing of the direction: what the others leave open.
+        // Otherwise the part of each coordinate that the other directions do not reach.
         let held =
             |i: usize, j: &usize| math::powi(gradient_svd.svd().column(*j)[i] / gradient_svd.sigma[*j], 2);
-        let strong = || order.iter().filter(|j| !vanishes(**j));
+        let kept_directions = || order.iter().filter(|j| !vanishes(**j));
         shares
             .iter_mut()
             .enumerate()
-            .for_each(|(i, out)| *out = 1.0 - strong().map(|j| held(i, j)).sum::<f64>());
+            .for_each(|(i, out)| *out = 1.0 - kept_directions().map(|j| held(i, j)).sum::<f64>());
     }
     let coordinates = TopContributors::ranked(M::COORDINATES, shares.iter().copied().enumerate());
     Some(RankMargin { condition: singular_range.condition(), rows, coordinates })
 }
 
-/// Rank of the constraints where their manifold is regular: the number of rows, unless some are declared to
-/// repeat others.
+/// Rank of the constraints where their manifold is regular: the number of rows, unless some are declared
+/// redundant.
 fn independent_rows<M: Constraints>(model: &M, state: &M::State, here: &GradientSvd) -> usize {
     if !M::CONSTRAINTS.iter().any(|constraint| constraint.redundant) {
         return here.rows.len();
@@ -120,7 +128,7 @@ fn independent_rows<M: Constraints>(model: &M, state: &M::State, here: &Gradient
     nearby_state.map_or(rank_here, |nearby_state| nearby_state.rank().max(rank_here))
 }
 
-/// The largest singular value, and the least of as many as there are independent rows, with its index.
+/// The largest singular value, and the smallest of as many as there are independent rows, with its index.
 struct SingularRange {
     largest: f64,
     least: f64,
@@ -133,17 +141,17 @@ impl SingularRange {
     }
 }
 
-/// Φ_qᵀ, scaled and decomposed.
+/// Singular value decomposition of Φ_qᵀ in scaled coordinates and rows.
 struct GradientSvd {
     rows: Vec<usize>,
     a: Vec<f64>,
     v: Vec<f64>,
     sigma: Vec<f64>,
-    /// What the largest singular value counts as at least.
+    /// Lower bound of the largest singular value.
     least_largest: f64,
 }
 
-/// Φ_q of the rows that hold at a state, at the positions of another, coordinates measured by √Mᵢᵢ.
+/// Φ_q at `at` of the rows that are active in `held`, coordinates scaled by √Mᵢᵢ.
 fn scaled_gradients<M: Constraints>(model: &M, at: &M::State, held: &M::State) -> Vec<f64> {
     let n = M::Vector::LEN;
     with_workspace::<M, _>(|workspace| {
@@ -156,7 +164,7 @@ fn scaled_gradients<M: Constraints>(model: &M, at: &M::State, held: &M::State) -
 }
 
 impl GradientSvd {
-    /// With the lengths of rows as they are at a `usual` state, where they are longer there.
+    /// Decomposes Φ_qᵀ. Rows are scaled by their lengths at the `usual` state where these are longer.
     fn new<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Option<Self> {
         let n = M::Vector::LEN;
         let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
@@ -195,7 +203,8 @@ impl GradientSvd {
         order
     }
 
-    /// Of `expected_rank` singular values in this order; `None` where nothing holds.
+    /// The range of the first `expected_rank` singular values in this order; `None` where no constraint is
+    /// active.
     fn singular_range(&self, order: &[usize], expected_rank: usize) -> Option<SingularRange> {
         let weak_index = *order.get(expected_rank.checked_sub(1)?)?;
         Some(SingularRange {
@@ -205,6 +214,7 @@ impl GradientSvd {
         })
     }
 
+    /// Number of singular values above rounding.
     fn rank(&self) -> usize {
         let largest = self.sigma.iter().copied().fold(0.0, f64::max);
         self.sigma.iter().filter(|sigma| **sigma > RANK_TOLERANCE * largest).count()

@@ -1,5 +1,5 @@
-//! Positions that fulfil the holonomic constraints: damped Gauss–Newton, then the closest approach, then what
-//! is wrong.
+//! Positions that fulfil the holonomic constraints: damped Gauss–Newton, then the closest approach, then a
+//! diagnosis.
 
 use super::workspace::{self, AssemblyWorkspace, moved};
 use super::{ASSEMBLY_TOLERANCE, Violation, model_size, one_plus_largest, worst_violation};
@@ -10,28 +10,30 @@ use crate::linalg::norm;
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 
-/// Singular values below this part of the largest count as zero in a Newton step.
+/// Singular values below this part of the largest count as zero in a Newton step. Rounding leaves about
+/// 10⁻¹⁵; a larger value would cut off directions near singular positions.
 const NEWTON_RANK_TOLERANCE: f64 = 1e-11;
-/// Below this part of the largest at a place where no progress is made, a direction is one in which branches
-/// may part.
+/// Where no progress is made, directions with singular values below this part of the largest are searched for
+/// branches. Such a place is known to the square root of the accuracy only, so that zeros come out larger
+/// there than in [`NEWTON_RANK_TOLERANCE`].
 const OPEN_DIRECTION_TOLERANCE: f64 = 1e-5;
-/// Newton steps; from a guess that is any good there are fewer than ten.
+/// Most Newton steps. A good guess takes fewer than ten.
 const MAX_NEWTON_STEPS: usize = 100;
-/// The shortest part of a Newton step that is tried: below it, a singular configuration lies in the way.
+/// Smallest damping factor. Where a smaller one is needed, a singular configuration lies across the path.
 const MIN_DAMPING: f64 = 1e-4;
-/// The longest step, against ‖w (1 + |q|)‖ of the guess: near a singular configuration Newton steps have any
-/// length, and an angle that turns several times on its way has lost its branch.
+/// Longest step, in parts of ‖w (1 + |q|)‖ of the guess. Near a singular configuration Newton steps have
+/// any length, and an angle that turns several times on its way has lost its branch.
 const MAX_STEP_RATIO: f64 = 0.25;
-/// Places from which a closer approach is looked for where the guess leads to none that closes, and steps
-/// from each.
+/// Number of other guesses from which a closer approach is searched after the user's guess failed, and most
+/// steps from each. The search only improves the error message.
 const RESTARTS: usize = 12;
 const MAX_RESTART_DESCENTS: usize = 60;
-/// Part of the miss by which another place has to be closer.
+/// Part of the gap by which the approach from another guess must be closer to replace the first.
 const RESTART_IMPROVEMENT: f64 = 1e-2;
-/// Steps of the Levenberg–Marquardt method.
+/// Most steps of the Levenberg–Marquardt method from the user's guess.
 const MAX_DESCENTS: usize = 300;
 
-/// Solves the positions that are not given.
+/// Solves for the positions that are not given.
 pub(super) fn solve<M: Constraints>(
     model: &M,
     state: &mut M::State,
@@ -41,11 +43,13 @@ pub(super) fn solve<M: Constraints>(
     let guess = *state;
     work.evaluate(model, state);
     work.weigh();
+    // Newton's method from the guess.
     let mut search = PositionSearch { model, given, work };
     search.newton(state)?;
     if search.violation(state)?.is_none() {
         return Ok(());
     }
+    // The closest approach, and Newton's method from there.
     *state = guess;
     search.linearise(state)?;
     search.descend(state, MAX_DESCENTS)?;
@@ -72,7 +76,7 @@ struct PositionSearch<'s, 'w, M> {
 }
 
 impl<M: Constraints> PositionSearch<'_, '_, M> {
-    /// The row that is missed most, if the constraints are missed.
+    /// The row with the largest violation, if any.
     fn violation(&mut self, state: &M::State) -> Result<Option<Violation>, StateError> {
         let values = self.model.residual(state);
         let tolerance = ASSEMBLY_TOLERANCE * one_plus_largest(state.q().as_slice());
@@ -89,24 +93,25 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
     fn linearise(&mut self, state: &M::State) -> Result<(), StateError> {
         self.work.evaluate(self.model, state);
         self.work.decompose::<M>(state.modes(), true, self.given).map_err(|error| {
-            // Where Φ is not finite it is no matter of its gradient.
+            // Where Φ itself is not finite, the error is about Φ.
             let residual = self.model.residual(state);
             let row = active_rows::<M>(state.modes(), true).find(|row| !residual[*row].is_finite());
             row.map_or(error, |row| StateError::ConstraintNotFinite { row: M::ROWS[row].name })
         })
     }
 
-    /// Linearises with the rows scaled as they are.
+    /// Linearises in the scales of the last linearisation.
     fn relinearise(&mut self, state: &M::State) {
         self.work.evaluate(self.model, state);
         self.work.decompose_in_scales::<M>(state.modes(), true, self.given);
     }
 
-    /// Loads Φ at a state in the scales of the last linearisation; returns its scaled length.
+    /// Loads −Φ at a state as right-hand side, in the scales of the last linearisation; returns its norm.
     fn load_residual(&mut self, state: &M::State) -> Result<f64, StateError> {
         self.work.load_residual::<M>(state.modes(), true, self.model.residual(state).as_slice())
     }
 
+    /// The state after a part of a step.
     fn trial(&self, state: &M::State, factor: f64, step: usize) -> M::State {
         moved(state, self.given, self.work.weights, factor, self.work.steps[step])
     }
@@ -117,17 +122,18 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         math::sqrt(terms.map(|(w, q)| math::powi(w * (1.0 + q.abs()), 2)).sum())
     }
 
-    /// NLEQ-ERR: Newton steps δ, simplified Newton corrections δ̄ at their ends, and the damping that the two
-    /// of them predict. Ends at a solution, or where no progress is made.
+    /// NLEQ-ERR: Newton steps δ, simplified Newton corrections δ̄ at their ends, and the damping λ that both
+    /// predict. Ends at a solution, or where no progress is made.
     fn newton(&mut self, state: &mut M::State) -> Result<(), StateError> {
         const STEP: usize = 0;
         const NEXT: usize = 1;
         const WORK: usize = 2;
         let coordinate_scale = self.coordinate_scale(state);
         let rounding = 4.0 * f64::EPSILON * coordinate_scale;
-        // λ and ‖δ‖ of the step before, whose simplified correction is still in NEXT.
+        // λ and ‖δ‖ of the last step, whose simplified correction is still in NEXT.
         let mut last_step: Option<(f64, f64)> = None;
         for _ in 0..MAX_NEWTON_STEPS {
+            // The Newton step δ.
             self.linearise(state)?;
             self.load_residual(state)?;
             self.work.solve(STEP, NEWTON_RANK_TOLERANCE, 0.0);
@@ -136,6 +142,8 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
                 *state = self.trial(state, 1.0, STEP);
                 return Ok(());
             }
+            // Predicted damping: λ ‖δ_last‖ ‖δ̄‖ / (‖δ̄ − δ‖ ‖δ‖), limited by the
+            // longest step.
             let predicted_damping = last_step.map_or(1.0, |(lambda, last)| {
                 let difference = difference(self.work, NEXT, STEP, 1.0);
                 lambda * last * self.work.step_norm(NEXT) / (difference * length)
@@ -146,7 +154,8 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
                     .min(longest);
             loop {
                 let trial = self.trial(state, lambda, STEP);
-                // Beyond the domain of the constraints: too far.
+                // Monotonicity test ‖δ̄(λ)‖ ≤ (1 − λ/4) ‖δ‖. Outside of the domain of Φ the
+                // step is too long.
                 let is_defined = self.load_residual(&trial).is_ok();
                 let (mut is_better, mut suggested_damping) = (false, 0.5 * lambda);
                 if is_defined {
@@ -175,9 +184,9 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         Ok(())
     }
 
-    /// Levenberg–Marquardt on ‖Φ/s‖, s that of the last linearisation: to a solution or to the closest
-    /// approach. With scales that change on the way it would descend on no function, and could end where none
-    /// has a stationary point.
+    /// Levenberg–Marquardt on ‖Φ/s‖ with the scales s of the last linearisation, to a solution or to the
+    /// closest approach. The scales stay fixed: otherwise there is no function that decreases, and the method
+    /// could end at a point that is stationary for none.
     fn descend(&mut self, state: &mut M::State, most: usize) -> Result<(), StateError> {
         let longest = MAX_STEP_RATIO * self.coordinate_scale(state);
         let mut mu = 1e-2;
@@ -208,14 +217,14 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         Ok(())
     }
 
-    /// Says what keeps the constraints from closing at the closest approach.
+    /// The error for the closest approach: branches that meet there, or given coordinates that prevent closing.
     fn diagnose(
         &mut self,
         guess: &M::State,
         state: &M::State,
         violation: &Violation,
     ) -> Result<StateError, StateError> {
-        // In the scales in which this is the closest approach.
+        // In the scales of the guess, in which this is the closest approach.
         self.linearise(guess)?;
         self.relinearise(state);
         let length = self.load_residual(state)?;
@@ -229,8 +238,9 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         Ok(StateError::NotAssembled { row, residual, distance, given })
     }
 
-    /// The closest approach from other places, as that from the guess may be one of several: where one closes
-    /// the guess is at fault, else the least miss is told.
+    /// Improves the error by other guesses, because the closest approach from the user's guess may be one of
+    /// several. Where another guess leads to a solution, the error names the coordinate that differs most.
+    /// Otherwise it reports the smallest gap.
     #[cold]
     fn search_from_restarts(
         &mut self,
@@ -243,7 +253,7 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         let (first, mut best) = (self.load_residual(state)?, *state);
         let mut least = first;
         for restart in 0..RESTARTS {
-            // The scales are those of the guess, so that misses can be compared.
+            // In the scales of the user's guess, so that gaps can be compared.
             let mut displaced = self.restart(guess, restart);
             let ends = self.load_residual(&displaced).is_ok()
                 && self.descend(&mut displaced, MAX_RESTART_DESCENTS).is_ok();
@@ -278,7 +288,7 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         Ok(StateError::NotAssembled { row, residual, distance, given })
     }
 
-    /// The guess with free angles turned by up to half a turn, and other free coordinates moved by their
+    /// Another guess: free angles are turned by up to half a turn, other free coordinates moved by up to their
     /// size.
     fn restart(&self, guess: &M::State, restart: usize) -> M::State {
         let mut displaced = *guess;
@@ -287,15 +297,15 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
             let unit = M::COORDINATES[j].unit;
             let by =
                 if unit == "rad" { core::f64::consts::PI } else { q.abs().max(model_size(self.model, unit)) };
-            // A scatter between −1 and 1, another for each coordinate and place.
+            // Pseudo-random between −1 and 1, different for each coordinate and guess.
             let (part, _) = math::sin_cos(1.3 + 2.399_963 * (1 + restart + RESTARTS * j) as f64);
             displaced.q_mut()[j] = q + by * part;
         }
         displaced
     }
 
-    /// Whether a little off this place along a direction that the constraints leave open there is a way to
-    /// come closer: a saddle, on both sides of which branches lie. Returns the coordinates of that direction.
+    /// The coordinates of an open direction along which a displaced state comes closer: this place is then a
+    /// saddle between two branches.
     fn find_descending_branch(
         &mut self,
         state: &M::State,
@@ -326,15 +336,15 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         Ok(None)
     }
 
-    /// The given coordinates that would have to move: −∂‖Φ/s‖²/∂q of what is left; all that enter the
-    /// constraints where that says nothing (at the farthest place from closing).
+    /// The given coordinates that would have to move to reduce the gap, by −∂‖Φ/s‖²/∂q. Where that
+    /// gradient is zero, at the place farthest from closing, all given coordinates that enter the constraints.
     fn blocking_coordinates(&self, state: &M::State) -> TopContributors {
         let n = self.work.weights.len();
         let entry = |k: usize, row: usize, j: usize| {
             self.work.jacobian[row * n + j] / (self.work.scales[k] * self.work.weights[j])
         };
         let rows = || active_rows::<M>(state.modes(), true).enumerate();
-        // Against noise in what the free coordinates have settled.
+        // Below this, a pull is rounding of the descent in the free coordinates.
         let rounding = 1e-6 * norm(&self.work.right[..self.work.shape.0]);
         let pull = |j: usize| {
             let pull: f64 = rows().map(|(k, row)| self.work.right[k] * entry(k, row, j)).sum();

@@ -11,12 +11,12 @@ use crate::linalg::{dot, norm};
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 
-/// Singular values below this part of the largest count as zero: at a singular position, which is itself
-/// known to √ε = 1.5·10⁻⁸ only, they come out about as large as that.
+/// Singular values below this part of the largest count as zero. A singular position is itself known to
+/// √ε = 1.5·10⁻⁸ only, and zeros come out about as large as that.
 const VELOCITY_RANK_TOLERANCE: f64 = 1e-7;
 
-/// Solves the velocities that are not given, which are 0 in the state. Says whether the constraints had fewer
-/// than their rows of rank, so that the position may be singular.
+/// Solves for the velocities that are not given, which are 0 in the state. Returns whether the rank was below
+/// the number of rows, so that the position may be singular.
 pub(super) fn solve<M: Constraints>(
     model: &M,
     state: &mut M::State,
@@ -27,7 +27,7 @@ pub(super) fn solve<M: Constraints>(
     work.weigh();
     work.decompose::<M>(state.modes(), false, given)?;
     least_energy(state, given, work);
-    // The second pass takes away the rounding errors of the first.
+    // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
         work.load_residual::<M>(state.modes(), false, model.velocity_residual(state).as_slice())?;
         work.solve(0, VELOCITY_RANK_TOLERANCE, 0.0);
@@ -55,14 +55,14 @@ pub(super) fn solve<M: Constraints>(
     })
 }
 
-/// How many directions the free velocities have left.
+/// Number of directions in which the constraints leave the free velocities open.
 fn open_directions(work: &AssemblyWorkspace<'_>) -> usize {
     let svd = work.svd();
     svd.sigma.iter().filter(|sigma| **sigma <= VELOCITY_RANK_TOLERANCE * svd.largest()).count()
 }
 
-/// Refuses velocities that the constraints leave open at this position alone: those of least energy are then
-/// on none of the branches that meet here. What is at rest is on all of them.
+/// Rejects velocities along directions that are open at this position only. Those of least energy then belong
+/// to none of the branches that meet here. At rest they belong to all of them.
 pub(super) fn check_branch<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -89,7 +89,7 @@ pub(super) fn check_branch<M: Constraints>(
         return Ok(());
     }
     store_open_shares(work, 2);
-    // What is open beside it, too, differs by how far away that is.
+    // Directions that are also open at the nearby state differ by its distance.
     let newly_open = |k: usize| work.steps[2][k] - work.steps[1][k];
     let shares = free_columns(given)
         .enumerate()
@@ -103,7 +103,7 @@ pub(super) fn check_branch<M: Constraints>(
     decompose(work, state, nothing_given)?;
     let svd = work.svd();
     let (cut, all) = (VELOCITY_RANK_TOLERANCE * svd.largest(), 0..svd.sigma.len());
-    // What the others do not reach: 1 − Σ (A v/σ)².
+    // The rows that depend on each other: 1 − Σ (A v/σ)² of the independent directions.
     let reached = |k: usize, c: usize| math::powi(svd.column(c)[k] / svd.sigma[c], 2);
     let unreached_share =
         |k: usize| 1.0 - all.clone().filter(|c| svd.sigma[*c] > cut).map(|c| reached(k, c)).sum::<f64>();
@@ -111,8 +111,7 @@ pub(super) fn check_branch<M: Constraints>(
     Err(StateError::VelocityUndetermined { rows: TopContributors::ranked(M::ROWS, rows), coordinates })
 }
 
-/// Writes to `steps\[to\]` what part of each free coordinate is open: Σ v² over the directions that nothing
-/// holds.
+/// Writes to `steps\[to\]` the open part of each free coordinate: Σ v² over the open directions.
 fn store_open_shares(work: &mut AssemblyWorkspace<'_>, to: usize) {
     let (_, f) = work.shape;
     let AssemblyWorkspace { v, sigma, steps, .. } = work;
@@ -140,7 +139,7 @@ fn least_energy<S: ModelState>(state: &mut S, given: &[bool], work: &mut Assembl
     let cut = VELOCITY_RANK_TOLERANCE * singular_values[..f].iter().copied().fold(0.0, f64::max);
     let null = || (0..f).filter(|c| singular_values[*c] <= cut).map(|c| &right_vectors[c * f..][..f]);
     let k = null().count();
-    // Wᵀ M x of a vector in plain coordinates, in those that are free.
+    // Wᵀ M x of a vector in unscaled coordinates, for the free ones.
     let weighted = |x: &[f64], out: &mut [f64]| {
         for (out, j) in out.iter_mut().zip(free_columns(given)) {
             *out = dot(&mass[j * n..][..n], x) / weights[j];

@@ -1,4 +1,4 @@
-//! Memory of the assembly, and the linearised constraints in it.
+//! Memory of the assembly, and the linearised constraints in it: A y = −Φ/s with A = Φ_q/(s w), y = w q.
 
 use crate::constrain::active_set::{active, active_rows};
 use crate::constrain::gradients;
@@ -8,12 +8,12 @@ use crate::linalg::norm;
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Terms, Vector};
 
-/// Weights are kept above this part of the largest one, so that a heavy flywheel leaves the rank of the rest
-/// to be seen.
+/// Lower bound of the weights, in parts of the largest one. Without it, a heavy flywheel would push the
+/// singular values of light coordinates below the rank tolerance.
 const MIN_WEIGHT_RATIO: f64 = 1e-4;
 
-/// Slices of one workspace. Scaled coordinates are y = w q with w = √Mᵢᵢ; rows are divided by
-/// the norm s of their constraint over all columns.
+/// Slices of one workspace. Scaled coordinates are y = w q with w = √Mᵢᵢ. Rows are divided by the norm
+/// s of their constraint over all columns.
 pub(super) struct AssemblyWorkspace<'w> {
     pub(super) mass: &'w mut [f64],
     force: &'w mut [f64],
@@ -99,9 +99,9 @@ impl<'w> AssemblyWorkspace<'w> {
         Ok(())
     }
 
-    /// One scale per constraint, the largest norm of its rows: components of a vector count alike, whatever
-    /// their gradients at the guess. Were each row scaled by itself, a closest approach could be a place
-    /// where a vector is longer than elsewhere.
+    /// Scales of the rows: one per constraint, the largest norm of its rows, so that components of a vector count
+    /// alike whatever their gradients at the guess are. If each row had its own scale, a closest approach could
+    /// be a place where a vector is longer than elsewhere.
     fn rescale<M: Constraints>(&mut self, modes: Modes, holonomic: bool) -> Result<(), StateError> {
         let n = self.weights.len();
         let square = |row: usize| -> f64 {
@@ -121,7 +121,7 @@ impl<'w> AssemblyWorkspace<'w> {
         Ok(())
     }
 
-    /// Decomposes as [`AssemblyWorkspace::decompose`] does, with the rows scaled as they are.
+    /// [`AssemblyWorkspace::decompose`] in the present scales of the rows.
     pub(super) fn decompose_in_scales<M: Constraints>(
         &mut self,
         modes: Modes,
@@ -141,7 +141,7 @@ impl<'w> AssemblyWorkspace<'w> {
         Svd::new(m, &mut self.a[..m * f], &mut self.v[..f * f], &mut self.sigma[..f]);
     }
 
-    /// The decomposition made last.
+    /// The last decomposition.
     pub(super) fn svd(&self) -> Svd<'_> {
         let (m, f) = self.shape;
         Svd { a: &self.a[..m * f], v: &self.v[..f * f], sigma: &self.sigma[..f], m }
@@ -155,8 +155,8 @@ impl<'w> AssemblyWorkspace<'w> {
         svd.solve(&self.right[..m], cut, mu, &mut self.steps[to][..f]);
     }
 
-    /// Writes −values/s of the active rows to the right-hand side and returns its length ‖values/s‖; an error
-    /// names a row that is not finite.
+    /// Writes −values/s of the active rows to the right-hand side and returns ‖values/s‖. An error names a
+    /// row that is not finite.
     pub(super) fn load_residual<M: Constraints>(
         &mut self,
         modes: Modes,
@@ -185,8 +185,8 @@ impl<'w> AssemblyWorkspace<'w> {
     }
 }
 
-/// Replaces inertias Mᵢᵢ by the weights of the coordinates, √Mᵢᵢ; those of coordinates without inertia are
-/// the smallest of the others.
+/// Replaces inertias Mᵢᵢ by weights √Mᵢᵢ. Coordinates without inertia get the smallest weight of
+/// the others.
 pub(crate) fn weigh(inertias: &mut [f64]) {
     let (mut least, mut largest) = (f64::INFINITY, 0.0);
     for m in inertias.iter_mut() {
@@ -199,7 +199,7 @@ pub(crate) fn weigh(inertias: &mut [f64]) {
     inertias.iter_mut().for_each(|weight| *weight = weight.max(least));
 }
 
-/// Indices of the columns that are free.
+/// Indices of the free columns.
 pub(super) fn free_columns(given: &[bool]) -> impl Iterator<Item = usize> + Clone {
     given.iter().enumerate().filter(|(_, given)| !**given).map(|(j, _)| j)
 }

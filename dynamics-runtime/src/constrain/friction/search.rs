@@ -1,7 +1,6 @@
-//! The search for reactions λ = λ₀ + S Q(λ): Newton's method, and what is tried where it finds none.
-//!
-//! Full Newton steps end in a solution where Q is piecewise linear. Where it is not they may go anywhere, and
-//! three ways are tried further, in this order:
+//! The search for reactions λ = λ₀ + S Q(λ): Newton's method, and the attempts after it fails.
+//! Full Newton steps end in a solution where Q is piecewise linear. Otherwise they may diverge, and three
+//! further methods are tried in this order:
 //!
 //! * Newton steps that are halved until ‖G‖ falls, G = λ − λ₀ − S Q(λ) (J. E. Dennis & R. B. Schnabel,
 //!   *Numerical Methods for Unconstrained Optimization*, 1983, §6.3).
@@ -16,26 +15,29 @@ use crate::linalg::Lu;
 use crate::linalg::{WorkMemory, dot, max_abs};
 use crate::model::{Constraints, Vector};
 
-/// Newton steps from one start; piecewise linear laws take two.
+/// Most Newton steps from one start. Piecewise linear laws take two.
 const MAX_NEWTON_STEPS: usize = 25;
-/// Rounding errors of a reaction, in parts of what it is the sum of: where it changes its sign it is much
-/// smaller than that.
+/// Rounding error of a reaction, in parts of the sum of its terms, which exceeds the reaction itself near a
+/// change of sign.
 const REACTION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Damped steps from one start, and halvings of one of them.
 const MAX_DAMPED_STEPS: usize = 50;
 const MAX_HALVINGS: usize = 30;
-/// Part of the foretold decrease that a damped step has to bring.
+/// Part of the predicted decrease that a damped step must achieve (Armijo's condition; the value of Dennis &
+/// Schnabel, §6.3).
 const REQUIRED_DECREASE: f64 = 1e-4;
-/// What is left of G, beside the reactions, from which Newton's steps in full go on.
+/// ‖G‖, in parts of the largest reaction, from which full Newton steps take over.
 const FULL_STEP_RESIDUAL: f64 = 1e-6;
-/// Parts of a fixed-point step, and how many of them.
+/// Relaxation factors ω of the fixed-point iteration, and most steps with each.
 const RELAXATION: [f64; 3] = [1.0, 0.5, 0.1];
 const MAX_FIXED_POINT_STEPS: usize = 100;
-/// First and smallest step of the friction's strength.
+/// First and smallest step of the strength s of friction.
 const STRENGTH_STEP: (f64, f64) = (0.125, 1e-4);
+/// A Newton matrix whose least scaled pivot is below this is singular to rounding.
+const MIN_NEWTON_PIVOT: f64 = 1e-14;
 
 impl<M: Constraints> FrictionProblem<'_, '_, M> {
-    /// Newton from a start; the solution, and whether the determinant is negative there.
+    /// Newton's method from a start; the solution, and whether det(I − S ∂Q/∂λ) is negative there.
     pub(super) fn newton(&mut self, mut lambda: M::Rows, lu_memory: &mut [f64]) -> Option<(M::Rows, bool)> {
         let k = self.k;
         for _ in 0..MAX_NEWTON_STEPS {
@@ -48,14 +50,13 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
             if residual <= rounding_of_reactions.max(1e-13 * largest_reaction) {
                 return Some((lambda, negative));
             }
-            if lu.least.is_nan() || lu.least <= 1e-14 || !residual.is_finite() {
+            if lu.least.is_nan() || lu.least <= MIN_NEWTON_PIVOT || !residual.is_finite() {
                 return None;
             }
             lu.solve(&self.right[..k], &mut self.step[..k]);
             let step = max_abs(&self.step[..k]);
             (0..k).for_each(|i| lambda[self.rows_read.get(i)] += self.step[i]);
-            // At rounding level: nothing more is gained. Not where terms are so large that their rounding
-            // exceeds any step.
+            // Steps are at rounding level, unless terms are so large that their rounding exceeds any step.
             if step <= rounding_of_reactions.max(1e-15 * largest_reaction)
                 && residual
                     <= SAME_TOLERANCE * (rounding_of_reactions / REACTION_ROUNDING).max(largest_reaction)
@@ -66,7 +67,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
         None
     }
 
-    /// What else is tried where Newton's method found no solution, or none that counts.
+    /// Further attempts where Newton's method found no solution, or none that is accepted.
     #[cold]
     pub(super) fn search(
         &mut self,
@@ -96,8 +97,8 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
         }
     }
 
-    /// Damped Newton steps to G_s = 0, where a strength s is given with the frictionless reactions; near to
-    /// it.
+    /// Damped Newton steps towards G = 0, or G_s = 0 where a strength s is given with the frictionless reactions.
+    /// Ends near a solution.
     fn damped(
         &mut self,
         mut lambda: M::Rows,
@@ -111,10 +112,10 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
                 return Some(lambda);
             }
             let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkMemory::new(lu_memory));
-            if lu.least > 1e-14 {
+            if lu.least > MIN_NEWTON_PIVOT {
                 lu.solve(&self.right[..k], &mut self.step[..k]);
             } else {
-                // A fixed-point step, where Newton has none.
+                // A fixed-point step where Newton's matrix is singular.
                 self.step[..k].copy_from_slice(&self.right[..k]);
             }
             let (mut part, mut halvings) = (1.0, 0);
@@ -133,7 +134,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
         None
     }
 
-    /// Where λ ← λ + ω (λ₀ + S Q(λ) − λ) goes to.
+    /// The limit of λ ← λ + ω (λ₀ + S Q(λ) − λ).
     fn fixed_point(&mut self, mut lambda: M::Rows, relaxation: f64) -> Option<M::Rows> {
         for _ in 0..MAX_FIXED_POINT_STEPS {
             if self.evaluate(&lambda, None)? <= FULL_STEP_RESIDUAL * self.largest_reaction(&lambda) {
@@ -144,7 +145,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
         None
     }
 
-    /// Follows the solution while friction grows from none.
+    /// Follows the solution while friction grows from zero.
     fn continue_in_strength(
         &mut self,
         frictionless_reactions: &M::Rows,

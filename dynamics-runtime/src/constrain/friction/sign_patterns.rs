@@ -1,16 +1,16 @@
-//! Patterns of the signs of reactions, and laws that are linear for each of them.
+//! Sign patterns of reactions, and the test whether a friction law is linear for each of them.
 
 use super::{DERIVATIVE_TOLERANCE, FrictionProblem, MAX_EXHAUSTIVE_REACTIONS};
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Vector};
 
-/// Sizes of the reactions, of every second one each, at which a force that is linear for a pattern of signs
-/// is looked at.
+/// Factors of the reactions, for even and odd ones, at which linearity is tested. They span six orders of
+/// magnitude, so that thresholds and saturations show.
 const LINEARITY_SIZES: [(f64, f64); 3] = [(0.37, 2.3), (1e-3, 4e-3), (7e2, 1e3)];
 
 impl<M: Constraints> FrictionProblem<'_, '_, M> {
-    /// Whether Q is linear in the reactions for each pattern of their signs, as Coulomb's law is, seen at
-    /// sizes far apart. Newton from each pattern then ends in its one candidate.
+    /// Whether Q is linear in the reactions for each pattern of their signs, as Coulomb's law is, tested at sizes
+    /// far apart. Newton's method from each pattern then ends in its only candidate.
     #[cold]
     pub(super) fn is_linear_in_patterns(&mut self, frictionless_reactions: &M::Rows) -> bool {
         (0..pattern_count(self.k)).all(|pattern| {
@@ -38,7 +38,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
                 change += part;
                 size += part.abs();
             }
-            // Also false where a derivative is not a number.
+            // Also false where a derivative is NaN.
             (self.force[j] + change - force[j]).abs() <= DERIVATIVE_TOLERANCE * size
         })
     }
@@ -56,7 +56,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
     }
 }
 
-/// Number of patterns that are tried for k signs.
+/// Number of sign patterns that are tried for k reactions.
 pub(super) fn pattern_count(k: usize) -> u64 {
     1 << k.min(MAX_EXHAUSTIVE_REACTIONS)
 }

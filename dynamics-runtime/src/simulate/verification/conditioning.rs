@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use crate::constrain::conditioning::{condition_of, left_condition};
+use crate::constrain::conditioning::{constrained_condition_number, mass_condition_number};
 use crate::constrain::gradients::mass;
 use crate::constrain::rank_margin::{RankMargin, gradient_condition, rank_margin};
 use crate::constrain::{TopContributors, with_workspace};
@@ -141,11 +141,15 @@ impl<M: SimulationModel> Motion<'_, M> {
             with_workspace::<M, _>(|workspace| {
                 let mass = mass(self.model(), &state, workspace);
                 if last != mass {
-                    found = condition_of(M::COORDINATES.len(), mass, M::IS_HELD);
+                    found = mass_condition_number(M::COORDINATES.len(), mass, M::IS_HELD);
                     last = mass.to_vec();
                 }
             });
-            if M::IS_HELD && found > UNDETERMINED { left_condition(self.model(), &state) } else { found }
+            if M::IS_HELD && found > UNDETERMINED {
+                constrained_condition_number(self.model(), &state)
+            } else {
+                found
+            }
         };
         let mut worst = (0, at(0));
         let mut looked_at = 1;
