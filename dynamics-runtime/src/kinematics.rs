@@ -28,7 +28,7 @@ use core::ops::Deref;
 use error::KinematicsErrorKind as Kind;
 pub use error::{KinematicsError, KinematicsErrorKind};
 use jacobian_svd::{JacobianSvd, PathScaling};
-use locate::{SUSPECT, SingularPoint};
+use locate::{SUSPECT_RATIO, SingularPoint};
 pub use summary::{KinematicSummary, Passage};
 use trace::{PathCounts, PathPoint, PathTracer};
 
@@ -38,9 +38,9 @@ use crate::model::{Constraints, Model, ModelState, Vector};
 use crate::simulate::{Motion, OptionError, Simulate};
 
 /// A step of the path is at most this part of the whole interval.
-const LONGEST: f64 = 0.05;
+const MAX_STEP_SHARE: f64 = 0.05;
 /// Singular values below this part of the largest count as zero where the freedom of the start is counted.
-const RANK: f64 = 1e-9;
+const FREEDOM_TOLERANCE: f64 = 1e-9;
 const DEFAULT_MAX_STEPS: u64 = 1_000_000;
 
 /// A kinematic analysis with its options, before it runs.
@@ -52,7 +52,7 @@ pub struct Analysis<'m, M: Simulate + Constraints> {
     output: Option<PathOutput>,
     longest: Option<f64>,
     most_steps: u64,
-    pass: bool,
+    passes_bifurcations: bool,
 }
 
 /// Which states an analysis gives.
@@ -139,7 +139,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
             output: None,
             longest: None,
             most_steps: DEFAULT_MAX_STEPS,
-            pass: false,
+            passes_bifurcations: false,
         }
     }
 
@@ -179,7 +179,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     /// they end the analysis, and with it those do beyond which no such branch is found. The summary lists
     /// what was passed.
     pub fn through_bifurcations(mut self) -> Self {
-        self.pass = true;
+        self.passes_bifurcations = true;
         self
     }
 
@@ -197,7 +197,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let KinematicOptions { end, longest, every } = self.check().map_err(|error| refused(error.into()))?;
         let constants = self.model.constants().map_err(|error| refused(Kind::SingularMassMatrix(error)))?;
         let (tracer, start) = self.begin(&constants).map_err(refused)?;
-        let mut path = Path::new(tracer, start, end, longest, self.most_steps, self.pass);
+        let mut path = Path::new(tracer, start, end, longest, self.most_steps, self.passes_bifurcations);
         let result = path.follow();
         let reached = path.reached(every);
         match result {
@@ -220,7 +220,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let end = self.end.ok_or(OptionError::NoEnd)?;
         number("until", end, end.is_finite() && end != start, "a time other than the start's")?;
         let span = (end - start).abs();
-        let longest = self.longest.unwrap_or(LONGEST * span);
+        let longest = self.longest.unwrap_or(MAX_STEP_SHARE * span);
         number(
             "max_step",
             longest,
@@ -262,7 +262,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let placed = constrain::assemble::positions_of(self.model, resting, &none).map_err(Kind::Start)?;
         let scaling = PathScaling::from(self.model, &placed, rows);
         let svd = self.svd(&scaling, &placed)?;
-        let rank = svd.rank(RANK);
+        let rank = svd.rank(FREEDOM_TOLERANCE);
         if rank < M::Vector::LEN {
             return Err(self.not_driven(&scaling, &placed, &svd));
         }
@@ -285,14 +285,15 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
             *q += 1e-2 * (1.0 + q.abs()) * (0.5 + math::sin(1.0 + 2.4 * i as f64));
         }
-        let generic = JacobianSvd::new(scaling, self.model, &beside).map_or(0, |svd| svd.rank(RANK));
-        let freedom = svd.freedom(RANK);
+        let generic =
+            JacobianSvd::new(scaling, self.model, &beside).map_or(0, |svd| svd.rank(FREEDOM_TOLERANCE));
+        let freedom = svd.freedom(FREEDOM_TOLERANCE);
         let coordinates = TopContributors::ranked(M::COORDINATES, freedom.iter().copied().enumerate());
         if generic < n {
             let of_velocities = M::VelocityOffset::LEN;
-            return Kind::Freedom { degrees: n - svd.rank(RANK), coordinates, of_velocities };
+            return Kind::Freedom { degrees: n - svd.rank(FREEDOM_TOLERANCE), coordinates, of_velocities };
         }
-        let (_, left) = svd.weak_pair();
+        let (_, left) = svd.weakest_vectors();
         let rows = TopContributors::ranked(M::ROWS, scaling.rows.iter().copied().zip(left.iter().copied()));
         Kind::SingularStart { rows, coordinates }
     }
@@ -310,26 +311,26 @@ struct Path<'c, M: Constraints> {
     end: f64,
     longest: f64,
     most_steps: u64,
-    pass: bool,
+    passes_bifurcations: bool,
     direction: f64,
     states: Vec<(M::State, M::Vector)>,
     /// The last points, for locating what they lead to.
     recent: Vec<PathPoint<M>>,
     /// The largest of the smallest singular values met.
-    best: f64,
+    largest_least: f64,
     /// Below it the path is suspected to lead to a singular position.
-    suspect: f64,
-    worst: (f64, f64),
+    suspect_below: f64,
+    worst_condition: (f64, f64),
     passages: Vec<Passage>,
 }
 
 /// Power of the distance with which the smallest singular value falls, from which on branches touch and do
 /// not cross.
-const TOUCH: f64 = 1.4;
+const TOUCHING_EXPONENT: f64 = 1.4;
 /// Distances from a bifurcation that are at least so far apart tell the power.
-const APART: f64 = 1.5;
+const DISTANCE_RATIO: f64 = 1.5;
 /// So many points are kept for locating.
-const RECENT: usize = 6;
+const POINTS_KEPT: usize = 6;
 
 impl<'c, M: Constraints> Path<'c, M> {
     fn new(
@@ -338,7 +339,7 @@ impl<'c, M: Constraints> Path<'c, M> {
         end: f64,
         longest: f64,
         most_steps: u64,
-        pass: bool,
+        passes_bifurcations: bool,
     ) -> Self {
         let direction = if end < start.state.t() { -1.0 } else { 1.0 };
         let mut path = Self {
@@ -346,16 +347,16 @@ impl<'c, M: Constraints> Path<'c, M> {
             end,
             longest,
             most_steps,
-            pass,
+            passes_bifurcations,
             direction,
             states: Vec::new(),
             recent: Vec::new(),
-            best: 0.0,
-            suspect: 0.0,
-            worst: (0.0, start.state.t()),
+            largest_least: 0.0,
+            suspect_below: 0.0,
+            worst_condition: (0.0, start.state.t()),
             passages: Vec::new(),
         };
-        path.take(start);
+        path.record_point(start);
         path
     }
 
@@ -363,20 +364,20 @@ impl<'c, M: Constraints> Path<'c, M> {
         self.recent.last().expect("the start is there from the beginning")
     }
 
-    fn take(&mut self, point: PathPoint<M>) {
+    fn record_point(&mut self, point: PathPoint<M>) {
         let (least, condition) = (point.svd.least(), point.svd.condition());
-        if condition > self.worst.0 {
-            self.worst = (condition, point.state.t());
+        if condition > self.worst_condition.0 {
+            self.worst_condition = (condition, point.state.t());
         }
-        if least > self.best {
-            self.best = least;
+        if least > self.largest_least {
+            self.largest_least = least;
         }
         // Once σ is well above it again, the suspicion is over.
-        if self.suspect == 0.0 || least > 10.0 * self.suspect {
-            self.suspect = SUSPECT * self.best;
+        if self.suspect_below == 0.0 || least > 10.0 * self.suspect_below {
+            self.suspect_below = SUSPECT_RATIO * self.largest_least;
         }
         self.states.push((point.state, point.accelerations));
-        if self.recent.len() == RECENT {
+        if self.recent.len() == POINTS_KEPT {
             self.recent.remove(0);
         }
         self.recent.push(point);
@@ -405,14 +406,14 @@ impl<'c, M: Constraints> Path<'c, M> {
                 Ok((point, contraction)) => {
                     self.tracer.counts.steps += 1;
                     h = (t - now).abs() * PathTracer::<M>::growth(contraction);
-                    self.take(point);
-                    self.look_ahead()?;
+                    self.record_point(point);
+                    self.check_singularity()?;
                 }
                 Err(kind) => {
                     self.tracer.counts.rejected += 1;
                     h = 0.5 * (t - now).abs();
                     if h <= least {
-                        return Err(self.give_up(kind));
+                        return Err(self.explain_failure(kind));
                     }
                 }
             }
@@ -420,62 +421,63 @@ impl<'c, M: Constraints> Path<'c, M> {
     }
 
     /// Where a singular position is suspected: locates it, and passes it or stops.
-    fn look_ahead(&mut self) -> Result<(), PathStop<M::State>> {
-        if self.last().svd.least() >= self.suspect {
+    fn check_singularity(&mut self) -> Result<(), PathStop<M::State>> {
+        if self.last().svd.least() >= self.suspect_below {
             return Ok(());
         }
         let Some(singular) = self.tracer.locate(&self.recent) else {
             // Nearer, it may be clearer.
-            self.suspect *= 0.1;
+            self.suspect_below *= 0.1;
             return Ok(());
         };
         // Beyond the end it is of no concern.
         if self.direction * (singular.state.t() - self.end) > 1e-12 * (1.0 + self.end.abs()) {
             return Ok(());
         }
-        self.meet(singular)
+        self.handle_singularity(singular)
     }
 
-    fn meet(&mut self, singular: SingularPoint<M::State>) -> Result<(), PathStop<M::State>> {
+    fn handle_singularity(&mut self, singular: SingularPoint<M::State>) -> Result<(), PathStop<M::State>> {
         let SingularPoint { state, locks_up, loss, rows, coordinates } = singular;
         if locks_up {
             return Err(PathStop { kind: Kind::LockUp { rows, coordinates }, state });
         }
         // Closer to each other than any prediction where they touch.
-        if self.touch(&state) {
+        if self.branches_touch(&state) {
             return Err(PathStop { kind: Kind::BranchesTouch { rows, coordinates }, state });
         }
-        let beyond = if self.pass { self.beyond(&state) } else { None };
-        let Some(point) = beyond else {
+        let pass_bifurcation = if self.passes_bifurcations { self.pass_bifurcation(&state) } else { None };
+        let Some(point) = pass_bifurcation else {
             return Err(PathStop {
-                kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass },
+                kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.passes_bifurcations },
                 state,
             });
         };
         self.passages.push(Passage { time: state.t(), rows, coordinates });
         self.recent.clear();
-        self.suspect = SUSPECT * point.svd.least();
+        self.suspect_below = SUSPECT_RATIO * point.svd.least();
         self.tracer.counts.steps += 1;
-        self.take(point);
+        self.record_point(point);
         Ok(())
     }
 
     /// Whether branches touch at a bifurcation: the smallest singular value falls with a higher power of the
     /// distance than the first, as which it does where they cross.
-    fn touch(&self, at: &M::State) -> bool {
+    fn branches_touch(&self, at: &M::State) -> bool {
         let distance = |point: &PathPoint<M>| (at.t() - point.state.t()).abs();
         let last = self.last();
-        let farther = self.recent.iter().rev().find(|point| distance(point) >= APART * distance(last));
+        let farther =
+            self.recent.iter().rev().find(|point| distance(point) >= DISTANCE_RATIO * distance(last));
         farther.is_some_and(|far| {
             let [near, far] =
                 [last, far].map(|point| (math::ln(distance(point)), math::ln(point.svd.least())));
-            (far.1 - near.1) / (far.0 - near.0) > TOUCH
+            (far.1 - near.1) / (far.0 - near.0) > TOUCHING_EXPONENT
         })
     }
 
     /// The point as far behind a bifurcation as the last one is before it, on the branch on which velocities
     /// are continuous.
-    fn beyond(&mut self, at: &M::State) -> Option<PathPoint<M>> {
+    fn pass_bifurcation(&mut self, at: &M::State) -> Option<PathPoint<M>> {
         let from = self.last().clone();
         let distance = at.t() - from.state.t();
         let mirrored = at.t() + distance;
@@ -487,7 +489,7 @@ impl<'c, M: Constraints> Path<'c, M> {
         }
         let mut state = PathTracer::predict(&from, t);
         let predicted = *state.u();
-        self.tracer.close(&mut state).ok()?;
+        self.tracer.solve_positions(&mut state).ok()?;
         let point = self.tracer.complete(state, None).ok()?;
         let mut turned = *point.state.u();
         trace::add(&mut turned, -1.0, &predicted);
@@ -497,14 +499,15 @@ impl<'c, M: Constraints> Path<'c, M> {
 
     /// The path cannot be continued: a singular position if the last points say so, else what the last step
     /// said.
-    fn give_up(&self, kind: Kind) -> PathStop<M::State> {
+    fn explain_failure(&self, kind: Kind) -> PathStop<M::State> {
         match self.tracer.locate(&self.recent) {
             Some(SingularPoint { state, locks_up: true, rows, coordinates, .. }) => {
                 PathStop { kind: Kind::LockUp { rows, coordinates }, state }
             }
-            Some(SingularPoint { state, loss, rows, coordinates, .. }) => {
-                PathStop { kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass }, state }
-            }
+            Some(SingularPoint { state, loss, rows, coordinates, .. }) => PathStop {
+                kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.passes_bifurcations },
+                state,
+            },
             None => self.stop(kind),
         }
     }
@@ -518,8 +521,8 @@ impl<'c, M: Constraints> Path<'c, M> {
             steps,
             rejected,
             corrections,
-            worst_condition: self.worst.0,
-            worst_condition_time: self.worst.1,
+            worst_condition: self.worst_condition.0,
+            worst_condition_time: self.worst_condition.1,
             passages: core::mem::take(&mut self.passages),
         };
         FollowedPath { states: core::mem::take(&mut self.states), summary, every }

@@ -103,7 +103,7 @@ impl From<SolveError> for KinematicsErrorKind {
 }
 
 /// What is missed by no more is fulfilled, and something else is the cause.
-const FULFILLED: f64 = 1e-14;
+const FULFILLED_RESIDUAL: f64 = 1e-14;
 
 impl fmt::Display for KinematicsErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -154,7 +154,7 @@ impl fmt::Display for KinematicsErrorKind {
                  either of two branches that have a tangent in common; declare the branch that is meant by \
                  itself, or end the motion before"
             ),
-            Self::NoContinuation { row, residual } if residual.abs() <= FULFILLED => write!(
+            Self::NoContinuation { row, residual } if residual.abs() <= FULFILLED_RESIDUAL => write!(
                 f,
                 "the position does not continue, although `{row}` is fulfilled here: its gradient vanishes, \
                  and branches meet or end; a closure that is written by its components, a row for each, \

@@ -27,22 +27,22 @@ use crate::model::{Constraints, ModelState, Vector};
 
 /// A path whose smallest singular value fell to this part of what it had is about to meet a singular
 /// position.
-pub(super) const SUSPECT: f64 = 1e-3;
+pub(super) const SUSPECT_RATIO: f64 = 1e-3;
 /// Points that are extrapolated.
-const MOST_POINTS: usize = 5;
+const EXTRAPOLATED_POINTS: usize = 5;
 /// |wᵀΦ_t| above this part of the largest ‖Φ_t‖ on the way there is a lock-up: of a bifurcation the
 /// extrapolation leaves about 10⁻⁸.
-const DRIVEN: f64 = 1e-5;
+const DRIVE_SHARE: f64 = 1e-5;
 /// At the located position σ is below this part of the largest.
-const SINGULAR: f64 = 1e-7;
+const SINGULAR_RATIO: f64 = 1e-7;
 /// Singular values below this part of the largest count as lost there.
-const LOST: f64 = 1e-5;
+const LOST_RATIO: f64 = 1e-5;
 /// There the constraints hold within this part of the size of the coordinates; what is only extrapolated is
 /// that much less exact. Positions that a path passes at a small distance are none of it: links that are
 /// nearly in line miss it by the square of their angle.
-const HOLDS: f64 = 64.0 * f64::EPSILON;
-/// See [`HOLDS`].
-const EXTRAPOLATED: f64 = 1e-9;
+const RESIDUAL_ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// See [`RESIDUAL_ROUNDING`].
+const EXTRAPOLATED_RESIDUAL: f64 = 1e-9;
 
 /// A located singular position.
 #[derive(Clone, Debug)]
@@ -72,9 +72,9 @@ impl<M: Constraints> PathTracer<'_, M> {
         let driven = at_zero(&|point| self.drive(point).0);
         // A drive that turns round just there has no part of its own that nothing follows.
         let drive = points.iter().map(|point| self.drive(point).1).fold(0.0, f64::max);
-        let guess = driven.abs() > DRIVEN * drive;
+        let guess = driven.abs() > DRIVE_SHARE * drive;
         let last = points[points.len() - 1].state;
-        let begun = |locks_up: bool| {
+        let with_velocities = |locks_up: bool| {
             let mut state = state;
             for i in 0..M::Vector::LEN {
                 state.u_mut()[i] = if locks_up { last.u()[i] } else { at_zero(&|point| point.state.u()[i]) };
@@ -83,20 +83,22 @@ impl<M: Constraints> PathTracer<'_, M> {
         };
         // Where more than one direction is lost, the weakest of the rows is any of several, and says little
         // along the path.
-        let kinds = [guess, !guess].map(|locks_up| (locks_up, self.polish(begun(locks_up), locks_up)));
+        let kinds =
+            [guess, !guess].map(|locks_up| (locks_up, self.polish(with_velocities(locks_up), locks_up)));
         let exact = kinds.iter().any(|(_, polished)| polished.is_some());
         let found = kinds.into_iter().find_map(|(locks_up, polished)| {
             let (state, svd) = match polished {
                 Some(polished) => polished,
                 None if exact => return None,
                 None => {
-                    let state = begun(locks_up);
+                    let state = with_velocities(locks_up);
                     (state, JacobianSvd::new(&self.scaling, self.model, &state).ok()?)
                 }
             };
-            let off = if exact { HOLDS } else { EXTRAPOLATED };
-            let is_singular = svd.least() <= SINGULAR * svd.largest();
-            let fits = self.off(&state, &svd) <= off && self.resists(&state, &svd, drive) == locks_up;
+            let relative_residual = if exact { RESIDUAL_ROUNDING } else { EXTRAPOLATED_RESIDUAL };
+            let is_singular = svd.least() <= SINGULAR_RATIO * svd.largest();
+            let fits = self.relative_residual(&state, &svd) <= relative_residual
+                && self.is_locked(&state, &svd, drive) == locks_up;
             (is_singular && fits).then_some((state, svd, locks_up))
         });
         let (state, svd, locks_up) = found?;
@@ -104,11 +106,11 @@ impl<M: Constraints> PathTracer<'_, M> {
         if ahead * span < -1e-9 * span * span || ahead.abs() > 2.0 * span.abs() {
             return None;
         }
-        let (right, left) = svd.weak_pair();
+        let (right, left) = svd.weakest_vectors();
         Some(SingularPoint {
             state,
             locks_up,
-            loss: (M::Vector::LEN - svd.rank(LOST)).max(1),
+            loss: (M::Vector::LEN - svd.rank(LOST_RATIO)).max(1),
             rows: TopContributors::ranked(
                 M::ROWS,
                 self.scaling.rows.iter().copied().zip(left.iter().copied()),
@@ -118,25 +120,25 @@ impl<M: Constraints> PathTracer<'_, M> {
     }
 
     /// By how far the constraints are missed, in parts of the size of the coordinates.
-    fn off(&self, state: &M::State, svd: &JacobianSvd) -> f64 {
+    fn relative_residual(&self, state: &M::State, svd: &JacobianSvd) -> f64 {
         let residual = scaled(&self.scaling, self.model.residual(state).as_slice(), &svd.scales);
         math::sqrt(dot(&residual, &residual)) / self.scaling.scale(state.q().as_slice())
     }
 
     /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q, by more
     /// than a part of what it was before.
-    fn resists(&self, state: &M::State, svd: &JacobianSvd, drive: f64) -> bool {
+    fn is_locked(&self, state: &M::State, svd: &JacobianSvd, drive: f64) -> bool {
         let mut at_rest = *state;
         *at_rest.u_mut() = M::Vector::zeros();
         let rates = scaled(&self.scaling, self.model.velocity_residual(&at_rest).as_slice(), &svd.scales);
-        svd.beyond_range(LOST, &rates) > DRIVEN * drive.max(math::sqrt(dot(&rates, &rates)))
+        svd.beyond_range(LOST_RATIO, &rates) > DRIVE_SHARE * drive.max(math::sqrt(dot(&rates, &rates)))
     }
 
     /// |wᵀΦ_t| and ‖Φ_t‖, in scaled rows.
     fn drive(&self, point: &PathPoint<M>) -> (f64, f64) {
         let mut at_rest = point.state;
         *at_rest.u_mut() = M::Vector::zeros();
-        let (_, left) = point.svd.weak_pair();
+        let (_, left) = point.svd.weakest_vectors();
         let rates =
             scaled(&self.scaling, self.model.velocity_residual(&at_rest).as_slice(), &point.svd.scales);
         (dot(&left, &rates).abs(), math::sqrt(dot(&rates, &rates)))
@@ -209,7 +211,7 @@ struct SingularFunctions<'t, 'm, M: Constraints> {
 
 impl<'t, 'm, M: Constraints> SingularFunctions<'t, 'm, M> {
     fn new(tracer: &'t PathTracer<'m, M>, state: M::State, svd: &'t JacobianSvd) -> Self {
-        let (right, left) = svd.weak_pair();
+        let (right, left) = svd.weakest_vectors();
         Self { tracer, scales: &svd.scales, right, left, u: *state.u() }
     }
 
@@ -250,7 +252,7 @@ impl<'t, 'm, M: Constraints> SingularFunctions<'t, 'm, M> {
 
 /// The last points of a path along which σ fell.
 fn falling<M: Constraints>(path: &[PathPoint<M>]) -> &[PathPoint<M>] {
-    let pairs = path.windows(2).rev().take(MOST_POINTS - 1);
+    let pairs = path.windows(2).rev().take(EXTRAPOLATED_POINTS - 1);
     let count = pairs.take_while(|pair| pair[1].svd.least() < 0.9 * pair[0].svd.least()).count();
     &path[path.len().saturating_sub(count + 1)..]
 }

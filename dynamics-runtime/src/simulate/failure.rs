@@ -196,7 +196,7 @@ pub enum SimulationErrorKind {
         /// Largest over smallest singular value of Φ_q at the last state.
         condition: f64,
         /// What the method met, and what would pass it.
-        met: Box<SingularPositionCause>,
+        cause: Box<SingularPositionCause>,
     },
     /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions
     /// that constraints leave: what has no inertia moves without bounds.
@@ -379,7 +379,7 @@ pub struct SingularPositionCause {
     /// Why it did not go on.
     pub kind: SimulationErrorKind,
     /// By what the position is passed, if the mechanism can move on there; `None` where that is what was run.
-    pub over: Option<CrossingSettings>,
+    pub crossing: Option<CrossingSettings>,
 }
 
 /// What passes singular positions at which a mechanism can move on.

@@ -165,9 +165,9 @@ impl<M: SimulationModel> Motion<'_, M> {
     pub fn verify(&self) -> Summary {
         #[cfg(feature = "std")]
         let _watch = crate::slow::Watch::start();
-        let (mut conditions, asks) = (Vec::new(), self.asks_for_nearest());
+        let (mut conditions, has_constraints) = (Vec::new(), self.checks_singular_positions());
         let energy = self.energy_history(true, |sampler, index| {
-            if asks {
+            if has_constraints {
                 self.add_conditions(sampler, index, &mut conditions);
             }
         });
@@ -274,14 +274,18 @@ impl<M: SimulationModel> Motion<'_, M> {
         if M::IS_UNSWITCHED {
             return Vec::new();
         }
-        let off =
+        let was_released =
             |index: &usize| self.trajectory.records.iter().any(|record| !record.state.modes().holds(*index));
-        M::CONSTRAINTS.iter().filter(|c| c.switched.as_ref().is_some_and(off)).map(|c| c.name).collect()
+        M::CONSTRAINTS
+            .iter()
+            .filter(|c| c.switched.as_ref().is_some_and(was_released))
+            .map(|c| c.name)
+            .collect()
     }
 
     fn drifts(&self) -> Vec<Drift> {
         let count = M::CONSERVED.len();
-        let (mut base, mut values) = (vec![0.0; count], vec![0.0; count]);
+        let (mut reference, mut values) = (vec![0.0; count], vec![0.0; count]);
         let new = |quantity: &ConservedQuantity| Drift {
             kind: quantity.kind,
             name: quantity.name,
@@ -289,16 +293,16 @@ impl<M: SimulationModel> Motion<'_, M> {
             scale: 0.0,
         };
         let mut drifts: Vec<Drift> = M::CONSERVED.iter().map(new).collect();
-        let mut afresh = true;
+        let mut restart = true;
         for record in &self.trajectory.records {
             self.model().conserved(&self.complete(record.state), &mut values);
-            if afresh {
-                base.copy_from_slice(&values);
+            if restart {
+                reference.copy_from_slice(&values);
             }
             // A reset may change what is conserved between resets.
-            afresh = record.h == 0.0;
-            for ((drift, value), base) in drifts.iter_mut().zip(&values).zip(&base) {
-                drift.largest = larger(drift.largest, (value - base).abs());
+            restart = record.h == 0.0;
+            for ((drift, value), reference) in drifts.iter_mut().zip(&values).zip(&reference) {
+                drift.largest = larger(drift.largest, (value - reference).abs());
                 drift.scale = larger(drift.scale, value.abs());
             }
         }

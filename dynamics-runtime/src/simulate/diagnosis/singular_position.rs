@@ -22,26 +22,26 @@ use crate::simulate::failure::{SimulationErrorKind as Kind, SingularPositionCaus
 use crate::simulate::stabilization::singular_start::SINGULAR;
 
 /// Up to here the size of a coordinate counts: angles count revolutions.
-const TURNS: f64 = 10.0;
+const MAX_COORDINATE_SIZE: f64 = 10.0;
 
 /// Part by which conditioning has to be worse than at the start for what fails to be put down to it; what a
-/// start that is singular itself has counts as no more than [`USUAL`].
-const WORSE: f64 = 10.0;
-/// See [`WORSE`].
-const USUAL: f64 = 1e3;
+/// start that is singular itself has counts as no more than [`MAX_START_CONDITION`].
+const WORSE_THAN_START: f64 = 10.0;
+/// See [`WORSE_THAN_START`].
+const MAX_START_CONDITION: f64 = 1e3;
 
 /// The same against the lengths that gradients had at the start, which change on other ways, too.
-const SHORTER: f64 = 100.0;
+const SHORTENED_CONDITION: f64 = 100.0;
 /// How far ahead it is looked where a step was not made, in its own length.
-const AHEAD: f64 = 1.5;
+const LOOK_AHEAD: f64 = 1.5;
 
 /// Conditioning from which on steps without end are put down to it: where rounding errors count for more than
 /// the tolerance they come nearer and nearer.
-const CREEPS: f64 = 1e5;
+const SINGULAR_CONDITION: f64 = 1e5;
 
 /// Length of a step, in parts of what is left to a singular position, below which that makes it so short:
 /// without it steps are of its size.
-const SHORT: f64 = 1e-3;
+const SHORT_STEP_SHARE: f64 = 1e-3;
 
 /// A failure that singular constraints may cause (see [`crate::simulate::diagnosis`]), told as that: where
 /// they are much nearer to losing rank than they were at the start, or so near that nothing could be
@@ -51,26 +51,29 @@ pub(crate) fn explain<M: Constraints>(
     start: &M::State,
     state: &M::State,
     (kind, h): (Kind, f64),
-    way: RunMethod,
+    run_method: RunMethod,
 ) -> Kind {
-    let creeps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
+    let has_many_steps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
     if M::IS_FREE {
         return kind;
     }
     let found = weakest_ahead(state, h, &kind, |state| rank_margin(model, state));
-    let worse =
-        found.condition >= SINGULAR || found.condition >= WORSE * gradient_condition(model, start).min(USUAL);
+    let worse = found.condition >= SINGULAR
+        || found.condition >= WORSE_THAN_START * gradient_condition(model, start).min(MAX_START_CONDITION);
     // A single row shows it against the length that it had.
     let (worse, found) = if worse {
         (true, found)
     } else {
         let found = weakest_ahead(state, h, &kind, |state| rank_margin_against(model, start, state));
-        (found.condition >= SHORTER, found)
+        (found.condition >= SHORTENED_CONDITION, found)
     };
     let RankMargin { condition, rows, coordinates } = found;
     // What is left to such a position is 1/κ of the size of the mechanism: steps of a part of that are short
     // because of it.
-    if creeps && condition < CREEPS && way_in(state, h) * condition > SHORT {
+    if has_many_steps
+        && condition < SINGULAR_CONDITION
+        && relative_distance(state, h) * condition > SHORT_STEP_SHARE
+    {
         return kind;
     }
     match worse {
@@ -78,7 +81,7 @@ pub(crate) fn explain<M: Constraints>(
             rows,
             coordinates,
             condition,
-            met: Box::new(SingularPositionCause { kind, over: way.over() }),
+            cause: Box::new(SingularPositionCause { kind, crossing: run_method.crossing_settings() }),
         },
         false => kind,
     }
@@ -102,22 +105,23 @@ fn weakest_ahead<S: ModelState>(
     if !lies_ahead || h == 0.0 {
         return here;
     }
-    let ahead = |part: f64| {
-        let mut ahead = at_time(state, state.t() + part * h);
-        (0..S::Vector::LEN).for_each(|i| ahead.q_mut()[i] += part * h * state.u()[i]);
-        rank_margin(&ahead)
+    let state_ahead = |part: f64| {
+        let mut state_ahead = at_time(state, state.t() + part * h);
+        (0..S::Vector::LEN).for_each(|i| state_ahead.q_mut()[i] += part * h * state.u()[i]);
+        rank_margin(&state_ahead)
     };
-    let (part, worst) = golden(0.0, AHEAD, &mut |part| ahead(part).condition);
-    if worst > here.condition { ahead(part) } else { here }
+    let (part, worst) = golden(0.0, LOOK_AHEAD, &mut |part| state_ahead(part).condition);
+    if worst > here.condition { state_ahead(part) } else { here }
 }
 
 /// The way of a motion in a time, in parts of its size.
-fn way_in<S: ModelState>(state: &S, time: f64) -> f64 {
-    time.abs() * max_abs(state.u().as_slice()) / (1.0 + max_abs(state.q().as_slice()).min(TURNS))
+fn relative_distance<S: ModelState>(state: &S, time: f64) -> f64 {
+    time.abs() * max_abs(state.u().as_slice())
+        / (1.0 + max_abs(state.q().as_slice()).min(MAX_COORDINATE_SIZE))
 }
 
 /// Part of what is left to a singular position that many steps come at least, where they come past it.
-const COMES: f64 = 0.05;
+const PASSING_SHARE: f64 = 0.05;
 
 /// Whether many steps that took this time do not come past the singular position that is near.
 pub(crate) fn stalls_before_singular_position<M: Constraints>(
@@ -125,9 +129,9 @@ pub(crate) fn stalls_before_singular_position<M: Constraints>(
     state: &M::State,
     took: f64,
 ) -> bool {
-    let way = way_in(state, took);
-    M::IS_HELD && way * CREEPS < COMES && {
+    let distance = relative_distance(state, took);
+    M::IS_HELD && distance * SINGULAR_CONDITION < PASSING_SHARE && {
         let condition = gradient_condition(model, state);
-        condition >= CREEPS && way * condition < COMES
+        condition >= SINGULAR_CONDITION && distance * condition < PASSING_SHARE
     }
 }

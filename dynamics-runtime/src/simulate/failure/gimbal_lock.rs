@@ -30,12 +30,12 @@ pub struct GimbalLock {
 
 impl GimbalLock {
     /// A set that locks elsewhere.
-    pub(crate) fn other_set(&self) -> &'static str {
+    pub(crate) fn alternative_set(&self) -> &'static str {
         if self.set.axes[0] == self.set.axes[2] { "1-2-3" } else { "3-1-3" }
     }
 
     /// What makes it doubtful.
-    pub(crate) fn what_it_takes(&self) -> String {
+    pub(crate) fn describe_loss(&self) -> String {
         match self.passed_over {
             true => "the fixed steps are too long for how fast the angles turn there".into(),
             false => {

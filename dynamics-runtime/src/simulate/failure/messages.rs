@@ -4,6 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 use crate::constrain::TopContributors;
+use crate::declaration::UnitDimension;
 use crate::error::SolveError;
 use crate::simulate::failure::gimbal_lock::GimbalLock;
 use crate::simulate::failure::{
@@ -60,12 +61,12 @@ pub(super) fn events_accumulate(
         _ => {
             let else_stop = "let its action return `Flow::Stop` once the speed is small, and go on from \
                              there without it";
-            let way_out = guard_way_out(event).unwrap_or_else(|| else_stop.into());
+            let remedy = remedy_for_unilateral(event).unwrap_or_else(|| else_stop.into());
             let at = Rounded(*at);
             write!(
                 f,
                 "event `{event}` happens in ever shorter time and accumulates at about t = {at}; \
-                 {way_out}"
+                 {remedy}"
             )
         }
     }
@@ -94,8 +95,8 @@ pub(super) fn steps_vanish(
 }
 
 pub(super) fn event_repeats(event: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    match guard_way_out(event) {
-        Some(way_out) => write!(f, "event `{event}` happens again at once, without end; {way_out}"),
+    match remedy_for_unilateral(event) {
+        Some(remedy) => write!(f, "event `{event}` happens again at once, without end; {remedy}"),
         None => write!(
             f,
             "the reset at event `{event}` leaves the motion at rest where it happens again at once; \
@@ -108,7 +109,7 @@ pub(super) fn singular_position(
     rows: &TopContributors,
     coordinates: &TopContributors,
     condition: &f64,
-    met: &SingularPositionCause,
+    cause: &SingularPositionCause,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     write!(
@@ -117,14 +118,14 @@ pub(super) fn singular_position(
          {condition:.1e}), so that the motion cannot be continued; ",
         rows.rank_loss()
     )?;
-    if let Some(over) = &met.over {
-        write!(f, "{over}; if the mechanism cannot move on here, ")?;
+    if let Some(crossing) = &cause.crossing {
+        write!(f, "{crossing}; if the mechanism cannot move on here, ")?;
     }
     f.write_str(
         "change dimensions or start so that it is passed at a distance, or end the motion \
          before. The method met: ",
     )?;
-    match &met.kind {
+    match &cause.kind {
         // Here no contradiction is what it comes from.
         SimulationErrorKind::Solve(SolveError::OffConstraint { what, row, residual, distance }) => write!(
             f,
@@ -165,7 +166,7 @@ pub(super) fn gimbal_lock(
          `norm_constraint()` under `#[holonomic]`), change charts (`ChartSwitching`), or take a set whose \
          middle angle stays away from its singular values, such as {}. The method met: {cause}",
         at.describe(),
-        at.other_set()
+        at.alternative_set()
     )
 }
 
@@ -182,7 +183,7 @@ pub(super) fn no_inertia(
          moves with "
     )?;
     f.write_str(if coordinates.count() == 1 { "it a positive mass" } else { "them a positive mass" })?;
-    if matches!(parameters.unit(), "m" | "ft") {
+    if UnitDimension::parse(parameters.unit()) == Some(UnitDimension::LENGTH) {
         f.write_str(", and a lever that is not 0")?;
     }
     match parameters.count() {
@@ -314,7 +315,7 @@ impl fmt::Display for CrossingSettings {
 }
 
 /// What helps where the event of a contact or of stick and slip is without end; `None` for other events.
-fn guard_way_out(event: &str) -> Option<String> {
+fn remedy_for_unilateral(event: &str) -> Option<String> {
     match event.rsplit_once(' ')? {
         (name, "contact") => Some(alloc::format!(
             "give `.contact(\"{name}\", ..)` a larger `rest_speed`, below which it closes instead of \

@@ -95,17 +95,17 @@ pub enum ErrorFinding {
 }
 
 /// Errors beyond this many permitted ones are warned of.
-const MUCH: f64 = 1e3;
+const LARGE_ERROR: f64 = 1e3;
 
 /// How many times smaller the tolerance of the second run is.
-const TIGHTER: f64 = 100.0;
+const TIGHTER_FACTOR: f64 = 100.0;
 
 /// A second run is worth its cost where its tolerance is smaller by this factor at least.
-const WORTH: f64 = 3.0;
+const MIN_TIGHTER_FACTOR: f64 = 3.0;
 
 /// Where it cannot be smaller, it is larger by this factor: what is then found is mostly the error of the
 /// second run.
-const LOOSER: f64 = 10.0;
+const LOOSER_FACTOR: f64 = 10.0;
 
 /// What the second run did otherwise than the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,11 +138,11 @@ impl ReferenceSettings {
         let Tolerances { absolute, relative } = first.tolerances;
         // Newton's iterations of an implicit method leave rounding errors of their own.
         let finest = if method.is_for_stiff() { 1e-13 } else { 1e-14 };
-        let room = if relative > 0.0 { relative / finest } else { TIGHTER };
-        if room < WORTH {
-            return Self::Looser { absolute: LOOSER * absolute, relative: LOOSER * relative };
+        let available_factor = if relative > 0.0 { relative / finest } else { TIGHTER_FACTOR };
+        if available_factor < MIN_TIGHTER_FACTOR {
+            return Self::Looser { absolute: LOOSER_FACTOR * absolute, relative: LOOSER_FACTOR * relative };
         }
-        let factor = room.min(TIGHTER);
+        let factor = available_factor.min(TIGHTER_FACTOR);
         Self::Tighter { absolute: absolute / factor, relative: relative / factor }
     }
 

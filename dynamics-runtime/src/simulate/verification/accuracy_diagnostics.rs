@@ -21,19 +21,19 @@ use crate::simulate::verification::undersampled_force::UndersampledForce;
 use crate::wording::{Rounded, Times};
 
 /// More permitted errors than this are warned of.
-pub(crate) const MUCH: f64 = 1e3;
+pub(crate) const LARGE_ERROR: f64 = 1e3;
 /// More permitted errors than this are told of, in a line that is no warning: what the tolerance was to be is
 /// left.
-pub(crate) const TOLD: f64 = 10.0;
+pub(crate) const NOTABLE_ERROR: f64 = 10.0;
 /// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff
 /// motions, where errors mostly die.
-const MUCH_SHOWN: (f64, f64) = (300.0, 60.0);
+const LARGE_DOUBLING_ERROR: (f64, f64) = (300.0, 60.0);
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
-const UNITS: f64 = 10.0;
+const MIN_ROUNDING_UNITS: f64 = 10.0;
 /// What a line about the accuracy begins with that is no warning.
-const ACCURACY: &str = "\n  accuracy     ";
+const ACCURACY_LABEL: &str = "\n  accuracy     ";
 /// Places at which the energy's change by permitted errors is looked at.
-const PLACES: usize = 16;
+const SAMPLES: usize = 16;
 
 /// A value whose permitted error is below its rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,7 +135,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         if fixed || self.trajectory.erased_method.is_none() {
             let missed_instability = missed_instability.filter(|_| fixed);
             let unchecked = Unchecked {
-                instability: fixed && repeatable && !self.affords_growth(),
+                instability: fixed && repeatable && !self.affords_instability_check(),
                 ..Unchecked::default()
             };
             return AccuracyDiagnostics {
@@ -146,14 +146,15 @@ impl<M: SimulationModel> Motion<'_, M> {
                 ..AccuracyDiagnostics::default()
             };
         }
-        let permitted = self.permitted_energy();
+        let permitted = self.permitted_energy_error();
         let stiff = self.is_stiff();
-        let apart = repeatable.then(|| self.apart_from_halves());
-        let (asks, affords) = (repeatable && !stiff, self.affords_implicit_steps());
+        let doubling = repeatable.then(|| self.step_doubling());
+        let (checks_stiffness, affords_stiffness_check) =
+            (repeatable && !stiff, self.affords_implicit_steps());
         let unchecked = Unchecked {
-            stiffness: asks && !affords && self.could_crawl(),
-            instability: repeatable && !self.affords_growth(),
-            half_steps: apart.and_then(|apart| apart.given_up),
+            stiffness: checks_stiffness && !affords_stiffness_check && self.has_many_steps(),
+            instability: repeatable && !self.affords_instability_check(),
+            half_steps: doubling.and_then(|doubling| doubling.given_up),
         };
         AccuracyDiagnostics {
             below_rounding: self.below_rounding(),
@@ -162,13 +163,15 @@ impl<M: SimulationModel> Motion<'_, M> {
                 .then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
             energy_part,
             fixed,
-            step_doubling: apart.map(|StepDoubling { lasting, .. }| lasting),
-            step_doubling_at_most: apart.map(|StepDoubling { largest, .. }| largest),
+            step_doubling: doubling.map(|StepDoubling { lasting, .. }| lasting),
+            step_doubling_at_most: doubling.map(|StepDoubling { largest, .. }| largest),
             stiff,
             low_stages: self.method() == Method::Esdirk4,
             works: !M::POWERS.is_empty() && M::CONSTRAINTS.is_empty(),
             held: !M::CONSTRAINTS.is_empty(),
-            hidden_stiffness: (asks && affords).then(|| self.hidden_stiffness()).flatten(),
+            hidden_stiffness: (checks_stiffness && affords_stiffness_check)
+                .then(|| self.hidden_stiffness())
+                .flatten(),
             missed_instability,
             unchecked,
             undersampled_force: repeatable.then(|| self.undersampled_force(stiff)).flatten(),
@@ -183,7 +186,7 @@ impl<M: SimulationModel> Motion<'_, M> {
                 for (i, value) in values.as_slice().iter().enumerate() {
                     let permitted = absolute + relative * value.abs();
                     let units = permitted / (f64::EPSILON * value.abs());
-                    if units < worst.as_ref().map_or(UNITS, |(least, _)| *least) {
+                    if units < worst.as_ref().map_or(MIN_ROUNDING_UNITS, |(least, _)| *least) {
                         let name = M::COORDINATES[i].name;
                         let time = record.state.t();
                         worst = Some((units, BelowRounding { name, rate, value: *value, time, permitted }));
@@ -195,11 +198,11 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 
     /// By how much permitted errors of one step change the energy, at most, at some places of the motion.
-    fn permitted_energy(&self) -> f64 {
+    fn permitted_energy_error(&self) -> f64 {
         let records = &self.trajectory.records;
         let tolerances = &self.trajectory.tolerances;
         let mut most = 0.0f64;
-        for record in records.iter().step_by(records.len().div_ceil(PLACES)) {
+        for record in records.iter().step_by(records.len().div_ceil(SAMPLES)) {
             let state = self.complete(record.state);
             let here = self.model().energy_function(&state);
             let mut sum = 0.0;
@@ -227,8 +230,8 @@ impl<M: SimulationModel> Motion<'_, M> {
 
 impl AccuracyDiagnostics {
     /// More permitted errors than this are warned of, of those that half steps show to last.
-    pub(crate) fn much(&self) -> f64 {
-        if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 }
+    pub(crate) fn large_error(&self) -> f64 {
+        if self.stiff { LARGE_DOUBLING_ERROR.1 } else { LARGE_DOUBLING_ERROR.0 }
     }
 
     /// What half steps show where that is no warning but worth a line: that little is left of the tolerance.
@@ -236,14 +239,17 @@ impl AccuracyDiagnostics {
         let (Some(times), Some(most)) = (self.step_doubling, self.step_doubling_at_most) else {
             return Ok(());
         };
-        let how = "(estimated by step doubling)";
-        if times > self.much() || most > MUCH {
+        let estimate_note = "(estimated by step doubling)";
+        if times > self.large_error() || most > LARGE_ERROR {
             Ok(())
-        } else if times > TOLD {
-            write!(f, "{ACCURACY}global error about {} tolerances {how}", Times(times))
-        } else if most > TOLD {
+        } else if times > NOTABLE_ERROR {
+            write!(f, "{ACCURACY_LABEL}global error about {} tolerances {estimate_note}", Times(times))
+        } else if most > NOTABLE_ERROR {
             let (most, times) = (Times(most), Times(times));
-            write!(f, "{ACCURACY}global error about {most} tolerances for a moment, otherwise {times} {how}")
+            write!(
+                f,
+                "{ACCURACY_LABEL}global error about {most} tolerances for a moment, otherwise {times} {estimate_note}"
+            )
         } else {
             Ok(())
         }

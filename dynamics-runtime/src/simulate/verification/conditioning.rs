@@ -39,18 +39,18 @@ pub struct Conditioning {
 const MOST_COORDINATES: usize = 32;
 /// A condition number of n coordinates takes as long as n²/8 evaluations of accelerations, where these take
 /// time in proportion to n: measured on a chain of 45 masses. So many are found as take as long as the run,
-/// and [`LEAST_STATES`] at least.
-const PER_EVALUATION: f64 = 8.0;
-const LEAST_STATES: usize = 8;
+/// and [`MIN_STATES`] at least.
+const CONDITIONS_PER_EVALUATION: f64 = 8.0;
+const MIN_STATES: usize = 8;
 /// κ of M from which on it is asked what of M the constraints leave: half of the digits would be lost.
-const UNDETERMINED: f64 = 1e8;
+const CONSTRAINED_CONDITION: f64 = 1e8;
 /// States between which the worst conditioning is looked for, in every step.
-const PARTS: usize = 4;
+const PARTS_PER_STEP: usize = 4;
 /// A position at which the constraints are worse conditioned than this is a singular one.
-const SINGULAR: f64 = 1e4;
+const SINGULAR_CONDITION: f64 = 1e4;
 /// Permitted errors by which constraints may miss a singular position before a motion turns round there for
 /// sure.
-const MISSED: f64 = 100.0;
+const MISSED_ERRORS: f64 = 100.0;
 
 /// Where a motion has been nearest to a singular position of its constraints, or in one.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +76,7 @@ pub struct NearestSingularPosition {
 impl<M: SimulationModel> Motion<'_, M> {
     /// Whether it is asked how near the constraints came to losing rank: not without any, and not of more
     /// than 32 coordinates, where it would cost more than the run.
-    pub(crate) fn asks_for_nearest(&self) -> bool {
+    pub(crate) fn checks_singular_positions(&self) -> bool {
         M::IS_HELD && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
     }
 
@@ -88,8 +88,8 @@ impl<M: SimulationModel> Motion<'_, M> {
         out: &mut Vec<(f64, f64)>,
     ) {
         let Record { state, h, .. } = &self.trajectory.records[index];
-        let parts = if *h == 0.0 { 1 } else { PARTS };
-        let times = (0..parts).map(|k| state.t() + h * k as f64 / PARTS as f64);
+        let parts = if *h == 0.0 { 1 } else { PARTS_PER_STEP };
+        let times = (0..parts).map(|k| state.t() + h * k as f64 / PARTS_PER_STEP as f64);
         out.extend(times.map(|t| (t, gradient_condition(self.model(), &sampler.at(t)))));
     }
 
@@ -112,9 +112,9 @@ impl<M: SimulationModel> Motion<'_, M> {
             let mut value = |t: f64| gradient_condition(self.model(), &sampler.at(t));
             let top = golden(before.0, after.0, &mut value);
             let top = if top.1 >= here.1 { top } else { here };
-            if top.1 > SINGULAR {
+            if top.1 > SINGULAR_CONDITION {
                 passed += 1;
-                missed = missed.or_else(|| self.misses(&sampler.at(top.0)));
+                missed = missed.or_else(|| self.singular_position_missed(&sampler.at(top.0)));
             }
             worst = if top.1 > worst.1 { top } else { worst };
         }
@@ -124,36 +124,36 @@ impl<M: SimulationModel> Motion<'_, M> {
 
     /// By how much the constraints miss the singular position beside a state, and when, if the tolerance does
     /// not tell it from one.
-    fn misses(&self, state: &M::State) -> Option<(f64, f64)> {
+    fn singular_position_missed(&self, state: &M::State) -> Option<(f64, f64)> {
         let Tolerances { absolute, relative } = self.trajectory.tolerances;
         let permitted = absolute + relative * max_abs(state.q().as_slice());
-        missed_by(self.model(), state).filter(|by| *by <= MISSED * permitted).map(|by| (by, state.t()))
+        missed_by(self.model(), state).filter(|by| *by <= MISSED_ERRORS * permitted).map(|by| (by, state.t()))
     }
 
     pub(crate) fn conditioning(&self) -> Conditioning {
         let records = &self.trajectory.records;
         let n = M::COORDINATES.len().max(1);
-        let affordable = PER_EVALUATION * self.counts().evaluations as f64 / (n * n) as f64;
+        let affordable = CONDITIONS_PER_EVALUATION * self.counts().evaluations as f64 / (n * n) as f64;
         // The condition numbers of one matrix are one, and those of a diagonal one are known.
-        let (mut last, mut found) = (Vec::new(), 1.0);
+        let (mut last, mut condition) = (Vec::new(), 1.0);
         let mut at = |index: usize| {
             let state = self.complete(records[index].state);
             with_workspace::<M, _>(|workspace| {
                 let mass = mass(self.model(), &state, workspace);
                 if last != mass {
-                    found = mass_condition_number(M::COORDINATES.len(), mass, M::IS_HELD);
+                    condition = mass_condition_number(M::COORDINATES.len(), mass, M::IS_HELD);
                     last = mass.to_vec();
                 }
             });
-            if M::IS_HELD && found > UNDETERMINED {
+            if M::IS_HELD && condition > CONSTRAINED_CONDITION {
                 constrained_condition_number(self.model(), &state)
             } else {
-                found
+                condition
             }
         };
         let mut worst = (0, at(0));
         let mut looked_at = 1;
-        let mut look = |index: usize, worst: &mut (usize, f64)| {
+        let mut consider = |index: usize, worst: &mut (usize, f64)| {
             let largest = at(index);
             // A value that is not a number is worse than any.
             if !worst.1.is_nan() && (largest.is_nan() || largest > worst.1) {
@@ -161,13 +161,13 @@ impl<M: SimulationModel> Motion<'_, M> {
             }
             looked_at += 1;
         };
-        let every = records.len().div_ceil(LEAST_STATES.max(affordable as usize)).max(1);
-        (1..records.len()).filter(|index| index % every == 0).for_each(|index| look(index, &mut worst));
+        let every = records.len().div_ceil(MIN_STATES.max(affordable as usize)).max(1);
+        (1..records.len()).filter(|index| index % every == 0).for_each(|index| consider(index, &mut worst));
         if every > 1 {
             // Beside the worst of those, the others.
-            let beside = worst.0.saturating_sub(every - 1)..(worst.0 + every).min(records.len());
-            let step = beside.len().div_ceil(LEAST_STATES);
-            beside.step_by(step).for_each(|index| look(index, &mut worst));
+            let around = worst.0.saturating_sub(every - 1)..(worst.0 + every).min(records.len());
+            let step = around.len().div_ceil(MIN_STATES);
+            around.step_by(step).for_each(|index| consider(index, &mut worst));
         }
         let (index, largest) = worst;
         let time = records[index].state.t();

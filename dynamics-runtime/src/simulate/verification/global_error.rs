@@ -8,7 +8,7 @@ pub(crate) mod events;
 
 use alloc::vec::Vec;
 
-use crate::simulate::verification::global_error::events::Matched;
+use crate::simulate::verification::global_error::events::EventMatching;
 
 use crate::math;
 use crate::model::{ModelState, SimulationModel, Vector};
@@ -18,13 +18,13 @@ use crate::simulate::trajectory::record::Trajectory;
 use crate::simulate::verification::reference_run::ReferenceRun;
 
 /// Errors of this part of the range of a coordinate or velocity leave no digit.
-const LOST: f64 = 0.1;
+const LOST_SHARE: f64 = 0.1;
 /// Errors from here on no longer grow as small ones do.
-const LARGE: f64 = 0.01;
+const LINEAR_RANGE: f64 = 0.01;
 /// Growth by less may be that of a power of time: over nine tenths of a motion t² grows a hundredfold.
-const GROWTH: f64 = 1e3;
+const MIN_GROWTH: f64 = 1e3;
 /// Fewer points show no law.
-const FEWEST: usize = 16;
+const MIN_POINTS: usize = 16;
 
 /// The error of a trajectory by a second run, with steps of order p.
 pub(crate) fn compare<M: SimulationModel>(
@@ -32,12 +32,12 @@ pub(crate) fn compare<M: SimulationModel>(
     second: &mut ReferenceRun<M>,
     order: u32,
 ) -> GlobalError {
-    let Matched { shift, unmatched, between } = Matched::of(first, second);
+    let EventMatching { shift, unmatched, between } = EventMatching::of(first, second);
     second.middles.retain(|state| !between.iter().any(|[a, b]| *a <= state.t() && state.t() <= *b));
     let fixed = matches!(second.run, ReferenceSettings::HalfStep(_));
     let factor = if fixed { 1.0 / (1.0 - math::powi(0.5, order as i32)) } else { 1.0 };
     let [of_q, of_u] = ranges(first);
-    let mut apart = Differences::new::<M>(first.first().state.t());
+    let mut differences = RunDifferences::new::<M>(first.first().state.t());
     for (record, other) in first.records.iter().zip(&second.states) {
         let (state, t) = (&record.state, record.state.t());
         if between.iter().any(|[a, b]| *a <= t && t <= *b) {
@@ -49,21 +49,21 @@ pub(crate) fn compare<M: SimulationModel>(
             for (i, ((x, y), range)) in ours.as_slice().iter().zip(theirs.as_slice()).zip(ranges).enumerate()
             {
                 let error = factor * (x - y).abs();
-                apart.note(part, LargestDifference { name: M::COORDINATES[i].name, error, time: t });
-                apart.ratio = apart.ratio.max(error / first.tolerances.scale(*x, *y));
+                differences.record(part, LargestDifference { name: M::COORDINATES[i].name, error, time: t });
+                differences.ratio = differences.ratio.max(error / first.tolerances.scale(*x, *y));
                 relative = relative.max(if *range > 0.0 { error / range } else { 0.0 });
             }
         }
-        apart.history.push((t, relative));
+        differences.history.push((t, relative));
     }
-    let Differences { largest: [coordinates, velocities], ratio, history } = apart;
+    let RunDifferences { largest: [coordinates, velocities], ratio, history } = differences;
     GlobalError {
         reference: second.run,
         coordinates,
         velocities,
         ratio: (!fixed).then_some(ratio),
         between: None,
-        lost_at: history.iter().find(|(_, error)| *error >= LOST).map(|(t, _)| *t),
+        lost_at: history.iter().find(|(_, error)| *error >= LOST_SHARE).map(|(t, _)| *t),
         doubling_time: doubling_time(&history),
         shift,
         unmatched,
@@ -89,14 +89,14 @@ pub(crate) fn between<M: SimulationModel>(motion: &Motion<'_, M>, middles: &[M::
 }
 
 /// What two runs are apart.
-struct Differences {
+struct RunDifferences {
     /// Of a coordinate, of a velocity.
     largest: [LargestDifference; 2],
     ratio: f64,
     history: Vec<(f64, f64)>,
 }
 
-impl Differences {
+impl RunDifferences {
     fn new<M: SimulationModel>(start: f64) -> Self {
         let name = M::COORDINATES.first().map_or("", |coordinate| coordinate.name);
         Self {
@@ -106,7 +106,7 @@ impl Differences {
         }
     }
 
-    fn note(&mut self, part: usize, found: LargestDifference) {
+    fn record(&mut self, part: usize, found: LargestDifference) {
         if found.error > self.largest[part].error {
             self.largest[part] = found;
         }
@@ -137,21 +137,21 @@ fn doubling_time(history: &[(f64, f64)]) -> Option<f64> {
     });
     let small: Vec<(f64, f64)> = grown
         .filter(|(_, error)| *error > 16.0 * f64::EPSILON)
-        .take_while(|(_, error)| *error < LARGE)
+        .take_while(|(_, error)| *error < LINEAR_RANGE)
         .collect();
     let (last, most) = *small.last()?;
     let points: Vec<(f64, f64)> = small.into_iter().filter(|(t, _)| *t >= 0.1 * last).collect();
-    if points.len() < FEWEST || most < GROWTH * points[0].1 {
+    if points.len() < MIN_POINTS || most < MIN_GROWTH * points[0].1 {
         return None;
     }
     let logarithms = |of: fn(f64) -> f64| points.iter().map(move |(t, error)| (of(*t), math::ln(*error)));
-    let (rate, misfit) = line(logarithms(|t| t));
-    let (_, misfit_of_power) = line(logarithms(math::ln));
+    let (rate, misfit) = fit_line(logarithms(|t| t));
+    let (_, misfit_of_power) = fit_line(logarithms(math::ln));
     (rate > 0.0 && misfit < misfit_of_power).then(|| core::f64::consts::LN_2 / rate)
 }
 
 /// Slope of the straight line of least squares, and the sum of their squares.
-fn line(points: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
+fn fit_line(points: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
     let count = points.clone().count() as f64;
     let (x, y) = points.clone().fold((0.0, 0.0), |(x, y), point| (x + point.0 / count, y + point.1 / count));
     let sums = points.fold([0.0; 3], |[xx, xy, yy], (a, b)| {

@@ -16,7 +16,7 @@ use crate::wording::names;
 
 /// Determinant of a block beside the norms of its columns and rows, below which it is named: unilateral
 /// constraints of generated code call at 10⁻² and less.
-const SMALL: f64 = 2e-2;
+const SMALL_DETERMINANT: f64 = 2e-2;
 
 /// Coordinates that no longer follow from their constraints where generated code, which has it that way, was
 /// left for the general solver.
@@ -45,14 +45,14 @@ impl<M: SimulationModel> Motion<'_, M> {
         let state = self.at(time.clamp(math::min(from, to), math::max(from, to)));
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let mut workspace = vec![0.0; workspace_len(n, r)];
-        let at = weakest(M::BLOCKS, Gradients::of(self.model(), &state, &mut workspace).rows, n)?;
+        let at = weakest_block(M::BLOCKS, Gradients::of(self.model(), &state, &mut workspace).rows, n)?;
         let of = |all: &'static [Quantity], some: &[usize]| some.iter().map(|i| all[*i].name).collect();
         Some(PivotBreakdown { rows: of(M::ROWS, at.rows), coordinates: of(M::COORDINATES, at.coordinates) })
     }
 }
 
 /// The block that is nearest to being singular, if it is near it; Φ_q by rows of n.
-fn weakest(blocks: &'static [Block], jacobian: &[f64], n: usize) -> Option<&'static Block> {
+fn weakest_block(blocks: &'static [Block], jacobian: &[f64], n: usize) -> Option<&'static Block> {
     let ratio = |block: &Block| {
         let entries =
             block.rows.iter().flat_map(|row| block.coordinates.iter().map(move |j| jacobian[row * n + j]));
@@ -66,7 +66,10 @@ fn weakest(blocks: &'static [Block], jacobian: &[f64], n: usize) -> Option<&'sta
     let ratios = blocks.iter().map(|block| (block, ratio(block)));
     // What is nothing but zeros is as singular as can be.
     let ratios = ratios.map(|(block, ratio)| (block, if ratio.is_nan() { 0.0 } else { ratio }));
-    ratios.min_by(|(_, a), (_, b)| a.total_cmp(b)).filter(|(_, ratio)| *ratio < SMALL).map(|(block, _)| block)
+    ratios
+        .min_by(|(_, a), (_, b)| a.total_cmp(b))
+        .filter(|(_, ratio)| *ratio < SMALL_DETERMINANT)
+        .map(|(block, _)| block)
 }
 
 fn norm<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {

@@ -12,23 +12,23 @@ use crate::simulate::trajectory::record::{Counts, EventRecord, Record};
 
 /// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with
 /// dense output.
-const MIDDLES: usize = 256;
+const MAX_MIDDLES: usize = 256;
 
 /// Where a second run is looked at: the times of the first one's records, with the middles of some of its
 /// steps; and which they are.
-pub(crate) fn places(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
-    let every = times.len().div_ceil(MIDDLES).max(1);
-    let (mut places, mut middle) = (Vec::new(), Vec::new());
+pub(crate) fn comparison_times(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
+    let every = times.len().div_ceil(MAX_MIDDLES).max(1);
+    let (mut comparison_times, mut middle) = (Vec::new(), Vec::new());
     for (i, t) in times.iter().enumerate() {
-        places.push(*t);
+        comparison_times.push(*t);
         middle.push(false);
         let Some(next) = times.get(i + 1).filter(|next| *next != t && !fixed && i % every == 0) else {
             continue;
         };
-        places.push(0.5 * (t + next));
+        comparison_times.push(0.5 * (t + next));
         middle.push(true);
     }
-    (places, middle)
+    (comparison_times, middle)
 }
 
 /// What the second run left.

@@ -25,10 +25,10 @@ use crate::simulate::trajectory::motion::Motion;
 /// of relaxation oscillations, with what leads up to them. Van der Pol's equation (ε = 1e-6) by Radau IIA at
 /// 1e-5 is off by 514 permitted errors for half a thousandth of its time, by 84 for two and by 13 for ten; by
 /// ESDIRK4(3) by 2370, 407 and 63. What lasts no longer is not told: `.estimate_error()` measures it.
-const LASTING: f64 = 1e-2;
+const LASTING_SHARE: f64 = 1e-2;
 /// Halves that cannot be made, or not with a permitted error, are halved again, where the second motion is
 /// still in what the first has gone through; so many steps of it at most for each of the first.
-const MOST_STEPS: usize = 8;
+const MAX_STEPS_PER_STEP: usize = 8;
 
 /// A motion beside one in half steps, in permitted errors.
 #[derive(Clone, Copy)]
@@ -44,10 +44,10 @@ pub(crate) struct StepDoubling {
 
 impl<M: SimulationModel> Motion<'_, M> {
     /// How far it is from a motion in half steps.
-    pub(crate) fn apart_from_halves(&self) -> StepDoubling {
+    pub(crate) fn step_doubling(&self) -> StepDoubling {
         let records = &self.trajectory.records;
-        let (mut y, mut apart) = (records[0].knot().y, Vec::with_capacity(records.len()));
-        self.leave_constraints(&mut y);
+        let (mut y, mut differences) = (records[0].knot().y, Vec::with_capacity(records.len()));
+        self.perturb_velocities(&mut y);
         let direction = self.trajectory.direction();
         let relayed =
             |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
@@ -57,17 +57,18 @@ impl<M: SimulationModel> Motion<'_, M> {
             if let Some(erased_method) =
                 (!part.is_empty()).then(|| self.trajectory.erased_method_of(part.start)).flatten()
             {
-                let ended = self.halve(erased_method.step_replay(), part, &mut y, &mut apart);
+                let ended =
+                    self.follow_in_halves(erased_method.step_replay(), part, &mut y, &mut differences);
                 given_up = given_up.or(ended);
             }
         }
-        let largest = apart.iter().fold(0.0f64, |most, (_, apart)| most.max(*apart));
-        StepDoubling { lasting: lasting(&mut apart), largest, given_up }
+        let largest = differences.iter().fold(0.0f64, |most, (_, differences)| most.max(*differences));
+        StepDoubling { lasting: lasting(&mut differences), largest, given_up }
     }
 
     /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a
     /// plane that rounding alone would have it leave, has the same halves otherwise.
-    fn leave_constraints(&self, y: &mut Phase<M::Vector>) {
+    fn perturb_velocities(&self, y: &mut Phase<M::Vector>) {
         let tolerances = &self.trajectory.tolerances;
         let unit = f64::EPSILON / tolerances.absolute.max(tolerances.relative);
         for (i, u) in y.u.as_mut_slice().iter_mut().enumerate() {
@@ -78,16 +79,17 @@ impl<M: SimulationModel> Motion<'_, M> {
 
     /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length
     /// of each and the difference at its end, in permitted errors. When that took too many steps is returned.
-    fn halve(
+    fn follow_in_halves(
         &self,
         step_replay: Box<dyn StepReplay<M>>,
         part: Range<usize>,
         y: &mut Phase<M::Vector>,
-        apart: &mut Vec<(f64, f64)>,
+        differences: &mut Vec<(f64, f64)>,
     ) -> Option<f64> {
         let records = &self.trajectory.records;
-        let left = MOST_STEPS * part.len() + 1000;
-        let (mut a, mut second) = (None, HalvedRun { step_replay, room: Vec::new(), left, given_up: None });
+        let steps_left = MAX_STEPS_PER_STEP * part.len() + 1000;
+        let (mut a, mut halved) =
+            (None, HalvedRun { step_replay, memory: Vec::new(), steps_left, given_up: None });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
             if records[index].kept.branches {
@@ -96,46 +98,46 @@ impl<M: SimulationModel> Motion<'_, M> {
             }
             let end = match records[index].h {
                 0.0 => None,
-                _ => self.follow(&mut second, index, (here.t, *y, a), there.t),
+                _ => self.make_in_halves(&mut halved, index, (here.t, *y, a), there.t),
             };
             a = end.map(|end| end.a);
             *y = end.map_or_else(
                 || {
                     // A reset changes both alike, and so does what cannot be made in halves.
-                    second.step_replay.forget();
+                    halved.step_replay.forget();
                     zip(y, &zip(&there.y, &here.y, |after, before| after - before), |y, change| y + change)
                 },
                 |end| end.y,
             );
             if records[index].h != 0.0 {
-                apart.push((records[index].h.abs(), self.most_permitted_errors(y, &there.y)));
+                differences.push((records[index].h.abs(), self.most_permitted_errors(y, &there.y)));
             }
         }
-        second.given_up
+        halved.given_up
     }
 
     /// Where two halves of the way to `end_t` end, by what moves the motion after a record; what cannot be
     /// made as one step is made as several.
-    fn follow(
+    fn make_in_halves(
         &self,
-        second: &mut HalvedRun<M>,
+        halved: &mut HalvedRun<M>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
     ) -> Option<StepNode<M::Vector>> {
         let middle = t + 0.5 * (end_t - t);
-        if second.left < 2 {
-            second.given_up = second.given_up.or(Some(t));
+        if halved.steps_left < 2 {
+            halved.given_up = halved.given_up.or(Some(t));
             return None;
         }
         if middle == t || middle == end_t {
             return None;
         }
         let mut half = |(t, y, a), end_t| {
-            second.left = second.left.saturating_sub(1);
-            self.one(second, index, (t, y, a), end_t).or_else(|| {
-                second.step_replay.forget();
-                self.follow(second, index, (t, y, a), end_t)
+            halved.steps_left = halved.steps_left.saturating_sub(1);
+            self.make_step(halved, index, (t, y, a), end_t).or_else(|| {
+                halved.step_replay.forget();
+                self.make_in_halves(halved, index, (t, y, a), end_t)
             })
         };
         let StepNode { t, y, a } = half((t, y, a), middle)?;
@@ -143,15 +145,15 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 
     /// The end of one step, from accelerations `a`, where they are known.
-    fn one(
+    fn make_step(
         &self,
-        second: &mut HalvedRun<M>,
+        halved: &mut HalvedRun<M>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
     ) -> Option<StepNode<M::Vector>> {
-        let HalvedRun { step_replay, room, .. } = second;
-        let mut rhs = self.rhs_in(index, core::mem::take(room));
+        let HalvedRun { step_replay, memory, .. } = halved;
+        let mut rhs = self.rhs_in(index, core::mem::take(memory));
         let record = &self.trajectory.records[index];
         let kept = StepFlags { stages: record.kept.stages, ..StepFlags::default() };
         let mut make = || {
@@ -173,7 +175,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             Some(step.end)
         };
         let end = make();
-        *room = rhs.stabilization.into_memory();
+        *memory = rhs.stabilization.into_memory();
         end
     }
 
@@ -190,25 +192,25 @@ impl<M: SimulationModel> Motion<'_, M> {
 struct HalvedRun<M: SimulationModel> {
     step_replay: Box<dyn StepReplay<M>>,
     /// What the constraints are kept in.
-    room: Vec<f64>,
-    left: usize,
+    memory: Vec<f64>,
+    steps_left: usize,
     given_up: Option<f64>,
 }
 
 /// Of differences at the ends of steps of some length: the last one, or what the others exceed for a part of
 /// the time that lasts.
-fn lasting(apart: &mut [(f64, f64)]) -> f64 {
-    let last = apart.last().map_or(0.0, |(_, apart)| *apart);
+fn lasting(differences: &mut [(f64, f64)]) -> f64 {
+    let last = differences.last().map_or(0.0, |(_, differences)| *differences);
     // What is at both ends of a step lasts as long as it.
     let mut before = 0.0;
-    for (_, apart) in &mut *apart {
-        (*apart, before) = (apart.min(before), *apart);
+    for (_, differences) in &mut *differences {
+        (*differences, before) = (differences.min(before), *differences);
     }
-    let mut left = LASTING * apart.iter().map(|(h, _)| h).sum::<f64>();
-    apart.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-    let lasts = apart.iter().find(|(h, _)| {
-        left -= h;
-        left <= 0.0
+    let mut steps_left = LASTING_SHARE * differences.iter().map(|(h, _)| h).sum::<f64>();
+    differences.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let lasts = differences.iter().find(|(h, _)| {
+        steps_left -= h;
+        steps_left <= 0.0
     });
-    lasts.map_or(last, |(_, apart)| apart.max(last))
+    lasts.map_or(last, |(_, differences)| differences.max(last))
 }

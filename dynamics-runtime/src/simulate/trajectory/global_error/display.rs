@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use crate::simulate::trajectory::global_error::{
-    ErrorFinding, EventShift, GlobalError, MUCH, ReferenceSettings,
+    ErrorFinding, EventShift, GlobalError, LARGE_ERROR, ReferenceSettings,
 };
 use crate::wording::{Grouped, Rounded, Times};
 
@@ -13,8 +13,8 @@ impl GlobalError {
     /// or an event in one run alone.
     #[must_use]
     pub fn is_large(&self) -> bool {
-        let much = |ratio: Option<f64>| ratio.is_some_and(|ratio| ratio.is_nan() || ratio > MUCH);
-        much(self.ratio) || much(self.between) || self.lost_at.is_some() || self.unmatched.is_some()
+        let is_beyond = |ratio: Option<f64>| ratio.is_some_and(|ratio| ratio.is_nan() || ratio > LARGE_ERROR);
+        is_beyond(self.ratio) || is_beyond(self.between) || self.lost_at.is_some() || self.unmatched.is_some()
     }
 }
 
@@ -96,10 +96,10 @@ impl GlobalError {
         }
         match (self.lost_at, self.ratio) {
             (Some(from), _) => findings.push(ErrorFinding::AsLargeAsTheMotion { from }),
-            (None, _) if self.more_between().is_some_and(|between| between > MUCH) => {
+            (None, _) if self.more_between().is_some_and(|between| between > LARGE_ERROR) => {
                 findings.push(ErrorFinding::LargeBetweenSteps);
             }
-            (None, Some(ratio)) if ratio.is_nan() || ratio > MUCH => {
+            (None, Some(ratio)) if ratio.is_nan() || ratio > LARGE_ERROR => {
                 findings.push(ErrorFinding::Amplified { ratio });
             }
             _ => {}
