@@ -282,8 +282,8 @@ fn violation_tolerance<M: Constraints>(
         return CONSISTENT * one_plus_largest(values);
     }
     let of_unit = |unit: &str| {
-        let largest_excess = largest_with_unit::<M>(values, unit);
-        if unit == "rad" { f64::max(largest_excess, least_angle_size) } else { largest_excess }
+        let largest = largest_with_unit::<M>(values, unit);
+        if unit == "rad" { f64::max(largest, least_angle_size) } else { largest }
     };
     // A vanishing gradient has no direction.
     let scale = row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values));
@@ -294,7 +294,7 @@ fn violation_tolerance<M: Constraints>(
 /// The largest of the values whose coordinates have this unit.
 fn largest_with_unit<M: Constraints>(values: &[f64], unit: &str) -> f64 {
     let same = M::COORDINATES.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
-    same.fold(0.0, |largest_excess, (_, value)| f64::max(largest_excess, value.abs()))
+    same.fold(0.0, |largest, (_, value)| f64::max(largest, value.abs()))
 }
 
 /// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from sizes by unit; `None` where its gradient vanishes.
@@ -312,9 +312,8 @@ fn model_size<M: Constraints>(model: &M, unit: &str) -> f64 {
         return 1.0;
     }
     let same = M::PARAMETERS.iter().enumerate().filter(|(_, parameter)| parameter.unit == unit);
-    let largest = same
-        .filter_map(|(i, _)| model.parameter(i))
-        .fold(0.0, |largest_excess, value| f64::max(largest_excess, value.abs()));
+    let largest =
+        same.filter_map(|(i, _)| model.parameter(i)).fold(0.0, |most, value| f64::max(most, value.abs()));
     if largest > 0.0 { largest.min(1.0) } else { 1.0 }
 }
 
@@ -334,7 +333,7 @@ pub(crate) fn least_size<M: Constraints>(model: &M) -> f64 {
 
 /// 1 + |v|∞.
 fn one_plus_largest(values: &[f64]) -> f64 {
-    values.iter().fold(1.0, |largest_excess, value| f64::max(largest_excess, 1.0 + value.abs()))
+    values.iter().fold(1.0, |most, value| f64::max(most, 1.0 + value.abs()))
 }
 
 /// The name of a row, and that of its constraint if this is a switched one.

@@ -180,8 +180,8 @@ impl<M: Constraints> PathTracer<'_, M> {
             }
             let (mut v, mut sigma) = (vec![0.0; (n + 1) * (n + 1)], vec![0.0; n + 1]);
             let mut step = vec![0.0; n + 1];
-            let svd = Svd::new(equations, &mut a, &mut v, &mut sigma);
-            svd.solve(&right, 1e-9 * svd.largest(), 0.0, &mut step);
+            let newton = Svd::new(equations, &mut a, &mut v, &mut sigma);
+            newton.solve(&right, 1e-9 * newton.largest(), 0.0, &mut step);
             let length = math::sqrt(dot(&step, &step)) / scale;
             for (j, step) in step[..n].iter().enumerate() {
                 state.q_mut()[j] += step / self.scaling.weights[j];

@@ -1,5 +1,10 @@
-//! What a failure comes from, where what the method met says less: a constraint with a corner, inertia that
-//! vanishes, a singular position.
+//! Failure diagnosis: the mechanical cause of a failure, where the integrator reports only its symptom.
+//!
+//! A step size that collapses, a mass matrix that is singular, constraints that drift may have one of several
+//! causes: a constraint with a corner or a gap, gimbal lock, friction, inertia that vanishes, a singular
+//! position, accelerations that grow without bounds. [`explain`] tests them in this order at the state of the
+//! failure, and returns the first that applies. The tests look along the straight path of the last velocity,
+//! so that a cause further away is not seen.
 
 pub(crate) mod friction_breakdown;
 pub(crate) mod gimbal_lock;
@@ -22,31 +27,32 @@ use crate::model::{Constraints, Known, ModelState, Modes, Quantity, Vector};
 use crate::simulate::failure::{CrossingSettings, JumpingQuantity, SimulationErrorKind as Kind};
 use crate::simulate::options::formulation::Formulation;
 
-/// The tolerance at which DOP853 goes over change points in whatever way they are met.
+/// Tolerance at which DOP853 passes change points from every approach that was tried.
 const CROSSING_TOLERANCE: f64 = 1e-9;
-/// The tightest one at which it does wherever that was tried.
+/// Tightest tolerance at which it passed all of those that were tried.
 const TIGHTEST_CROSSING_TOLERANCE: f64 = 1e-12;
-/// Part of the least inertia at the start below which a motion has run into a place where it has none.
+/// Inertia counts as vanished where the least one is below this part of that at the start.
 const VANISHED_INERTIA_SHARE: f64 = 1e-5;
-/// No motion comes here, in whatever unit; and what forces make of such values, as third powers of them and
-/// more, is infinite soon after.
+/// Values beyond this are an overflow: no motion reaches them in any unit, and forces with third or higher powers of such values overflow soon after.
 const OVERFLOW_SIZE: f64 = 1e60;
-/// Part of the time since the start that is looked back at most.
+/// Longest look back along the path, in parts of the time since the start.
 const LOOK_BACK_SHARE: f64 = 0.01;
-/// By which accelerations become smaller each time, and how often, where they grow without bounds: those by
-/// the inverse square root of a distance do by 2.
+/// Accelerations grow without bounds where they decrease by this factor at least, so many times in a row,
+/// each time at four times the distance. Those that grow as the inverse square root of the distance decrease
+/// by 2.
 const DECAY_PER_LOOK: f64 = 1.5;
 const DECAYS_IN_A_ROW: u32 = 5;
-/// Conditioning of constraints from which on it, and not the inertia of what they leave, is looked at.
+/// Condition number of the constraints from which on a singular position is the cause, and not vanished
+/// inertia.
 const SINGULAR_CONDITION: f64 = 1e5;
 
-/// How a motion was made, for what is said where it cannot go on: would another way have gone on?
+/// How a run was made. The error of a singular position names other settings that pass it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RunMethod {
     method: Method,
     tightest_tolerance: f64,
     has_fixed_step: bool,
-    /// Whether what drifts is put back onto the constraints.
+    /// Whether the formulation projects drift back onto the constraints.
     is_exact: bool,
 }
 
@@ -62,10 +68,9 @@ impl RunMethod {
         }
     }
 
-    /// How change points are gone over where this way did not: in long steps of an explicit method whose
-    /// stages lie anywhere, as a tolerance that rounding does not count against permits them, and with
-    /// constraints that have not drifted: they contradict each other where they should repeat each other.
-    /// `None` where that is what was done.
+    /// Settings that pass change points where these did not: long steps of an explicit method whose stages need
+    /// not end at the change point, a tolerance above rounding, and constraints without drift, which would
+    /// contradict each other where they repeat each other. `None` where these settings are those of the run.
     pub(crate) fn crossing_settings(self) -> Option<CrossingSettings> {
         let explicit = matches!(self.method, Method::Dop853);
         let least =
@@ -78,9 +83,9 @@ impl RunMethod {
     }
 }
 
-/// A failure with the cause that the state at which it happened shows.
+/// A failure with its mechanical cause, as far as the state shows one.
 ///
-/// `h`: the step that was tried or, where constraints have drifted, made last.
+/// `h`: the step that was tried, or the last one where constraints have drifted.
 pub(crate) fn explain<M: Constraints>(
     model: &M,
     start: &M::State,
@@ -100,42 +105,46 @@ pub(crate) fn explain<M: Constraints>(
             cause: Box::new(kind),
         };
     }
-    // A step that was not made shorter has the corner somewhere in it; the straight way is not quite its own.
+    // Corners of constraints. A step of fixed length has the corner somewhere in it, and its path is not quite
+    // straight.
     let reach = match kind {
         Kind::StepDisplaced { .. } | Kind::Drift { .. } => 2.0 * h,
-        // It lies within what was missed.
+        // The corner lies within the distance that the projection missed.
         Kind::Solve(SolveError::OffConstraint { distance, .. }) => 10.0 * distance,
         _ => 0.0,
     };
     if let Some(RowDiscontinuity { row, what, jump, .. }) = find_discontinuity(model, state, reach) {
         return Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };
     }
+    // Gimbal lock.
     let kind = gimbal_lock::explain(model, state, kind);
     if matches!(kind, Kind::GimbalLock { .. }) {
         return kind;
     }
+    // Friction.
     let unexplained = matches!(kind, Kind::TooManySteps { stiff_at: None, slides_at: None, .. });
     let step_collapsed =
         matches!(kind, Kind::StepSizeTooSmall { .. } | Kind::StepNotSolved { .. } | Kind::StepsVanish { .. });
-    // Beside a singular position accelerations jump, too.
+    // Near a singular position accelerations jump, too.
     let singular = || singular_position::explain(model, start, state, (kind.copy(), h), run_method);
     if (unexplained || step_collapsed)
         && let Some(cause) = friction_breakdown::explain(model, state, &kind)
         && core::mem::discriminant(&singular()) == core::mem::discriminant(&kind)
     {
-        // Steps over a pole and back look like a jump.
+        // Steps across a pole and back look like a jump.
         let pole = matches!(cause, Kind::RestsOnJump { .. })
             .then(|| growth_to_infinity(model, start, state))
             .flatten();
         return pole.unwrap_or(cause);
     }
-    // A mass matrix that was found singular has named its coordinate.
+    // Inertia that vanishes. A singular mass matrix has already named its coordinate.
     let names_coordinate = matches!(kind, Kind::SingularMassMatrix(_));
     if !(has_many_steps || names_coordinate)
         && let Some((coordinates, share)) = vanished_inertia(model, start, state)
     {
         return Kind::InertiaVanishes { coordinates, share, cause: Box::new(kind) };
     }
+    // Singular positions, and accelerations that grow without bounds.
     let kind = explain_singular_mass_matrix(
         model,
         state,
@@ -147,7 +156,7 @@ pub(crate) fn explain<M: Constraints>(
     }
 }
 
-/// The largest element of a state or its accelerations that is beyond all use: coordinate, order of the
+/// The largest element of a state or its accelerations above [`OVERFLOW_SIZE`]: coordinate, order of the
 /// derivative, value.
 fn largest_overflow<M: Constraints>(model: &M, state: &M::State) -> Option<(usize, u8, f64)> {
     let accelerations = accelerations(model, state).unwrap_or_else(M::Vector::zeros);
@@ -166,8 +175,8 @@ fn accelerations<M: Constraints>(model: &M, state: &M::State) -> Option<M::Vecto
     Some(solve_once(model, &constants, state).ok()?.accelerations)
 }
 
-/// Whether accelerations grow by a power of the distance on the straight way to a state, as by 1/r², and do
-/// not jump there. Back along the way, in times four times as long each, they become smaller each time.
+/// Accelerations that grow as a power of the distance on the straight path to a state, as 1/r² does, and do
+/// not jump. Back along the path, at distances four times as long each, they decrease every time.
 fn growth_to_infinity<M: Constraints>(model: &M, start: &M::State, state: &M::State) -> Option<Kind> {
     let accelerations_here = accelerations(model, state)?;
     let at = state.t();
@@ -196,8 +205,8 @@ fn growth_to_infinity<M: Constraints>(model: &M, start: &M::State, state: &M::St
     None
 }
 
-/// A singular mass matrix with all coordinates that have no inertia at all, and the parameters that may be
-/// why; as it is where that says no more.
+/// A singular mass matrix with all coordinates that have no inertia at all, and parameters that may be the
+/// reason. The failure stays as it is where this adds nothing.
 pub(crate) fn explain_singular_mass_matrix<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
     match &kind {
         Kind::SingularMassMatrix(error) | Kind::Solve(SolveError::SingularMassMatrix(error))
@@ -233,7 +242,7 @@ pub(crate) fn explain_singular_mass_matrix<M: Constraints>(model: &M, state: &M:
     Kind::NoInertia { coordinates, parameters, cause: Box::new(kind) }
 }
 
-/// Whether a failure is one that looks the same whatever it comes from.
+/// Whether a failure has the same symptom for several causes.
 fn is_unspecific(kind: &Kind) -> bool {
     match kind {
         Kind::StepSizeTooSmall { .. }
@@ -254,8 +263,8 @@ fn is_unspecific(kind: &Kind) -> bool {
     }
 }
 
-/// The coordinates that have no inertia left on the motions that the constraints leave, and how much it is
-/// against the start.
+/// The coordinates that have no inertia left on the velocities that the constraints leave, and its ratio to
+/// that at the start.
 fn vanished_inertia<M: Constraints>(
     model: &M,
     start: &M::State,
@@ -271,27 +280,27 @@ fn vanished_inertia<M: Constraints>(
         .then_some((coordinates, share))
 }
 
-/// A row that is not differentiable on a way.
+/// A jump of a row along a path, of Φ itself or of its velocity (a corner of Φ).
 pub(crate) struct RowDiscontinuity {
     pub(crate) row: usize,
     pub(crate) what: JumpingQuantity,
     pub(crate) jump: f64,
-    /// Where, just before it.
+    /// The parameter of the path just before it.
     pub(crate) at: f64,
 }
 
-/// How far ahead and back constraints are looked at, in parts of the time in which coordinates change by
-/// their size.
+/// Distance on the path, ahead and back, in which corners are searched, in parts of the time in which
+/// coordinates change by their size.
 const CORNER_REACH: f64 = 1e-7;
-/// Halvings of that: what is smooth becomes 10⁻¹² of itself.
+/// Halvings of the interval. The change of a smooth function shrinks to 2⁻⁴⁰ ≈ 10⁻¹² of itself.
 const BISECTIONS: usize = 40;
-/// Part of what the velocity of a row is made of from which on a jump is one.
+/// A velocity jumps where the change that remains exceeds this part of the terms of the row's velocity.
 const VELOCITY_JUMP_SHARE: f64 = 1e-4;
-/// The same of a jump of positions, far above what rounding leaves.
+/// The same for positions, in parts of the terms of the row's residual. It is far above rounding.
 const POSITION_JUMP_ROUNDING: f64 = 1e-11;
 
-/// The constraint that asks for a jump of positions or velocities where a motion stands, or within `reach` of
-/// it on the straight way on and back.
+/// A constraint that requires a jump of positions or velocities at a state, or within the time `reach` on the
+/// straight path ahead and back.
 fn find_discontinuity<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<RowDiscontinuity> {
     if M::IS_FREE {
         return None;
@@ -299,8 +308,8 @@ fn find_discontinuity<M: Constraints>(model: &M, state: &M::State, reach: f64) -
     let relative_speed = |(q, u): (&f64, &f64)| u.abs() / (1.0 + q.abs());
     let fastest =
         state.q().as_slice().iter().zip(state.u().as_slice()).map(relative_speed).fold(1.0, f64::max);
-    // Farther than by a part of their size, coordinates are elsewhere; and where time resolves no less than
-    // that, nothing is known.
+    // Beyond half of the time in which coordinates change by their size the path is meaningless. Where the
+    // resolution of time exceeds that, nothing can be tested.
     let (time_resolution, longest_reach) = (1e3 * f64::EPSILON * state.t().abs(), 0.5 / fastest);
     if time_resolution > longest_reach {
         return None;
@@ -311,13 +320,13 @@ fn find_discontinuity<M: Constraints>(model: &M, state: &M::State, reach: f64) -
         (0..M::Vector::LEN).for_each(|i| displaced.q_mut()[i] += tau * state.u()[i]);
         displaced
     };
-    // Where gradients vanish here, not all of them do there.
+    // Gradients that vanish here do not all vanish at the nearby state.
     let row_sizes =
         row_sizes(model, &[displaced(-reach), displaced(reach), nearby::nearby_state::<M>(state)]);
     find_discontinuity_on(model, state.modes(), (-reach, reach), displaced, &row_sizes, time_resolution)
 }
 
-/// The first constraint with a corner on the way of a step, θ from 0 to 1.
+/// The first constraint with a jump on the path of a step, θ from 0 to 1.
 pub(crate) fn find_discontinuity_within<M: Constraints>(
     model: &M,
     path: impl Fn(f64) -> M::State,
@@ -353,8 +362,8 @@ fn find_discontinuity_on<M: Constraints>(
     None
 }
 
-/// What is left of the change of a function where the half of an interval in which it changes more is halved
-/// again and again, and where that is: nothing, unless it jumps.
+/// Bisection towards a jump of a function: the half interval with the larger change is kept. Returns where it
+/// ends, and the change that remains, which goes to 0 unless the function jumps.
 fn locate_jump(from: f64, to: f64, f: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let [mut from, mut to] = [from, to].map(|x| (x, f(x)));
     for _ in 0..BISECTIONS {
@@ -366,8 +375,8 @@ fn locate_jump(from: f64, to: f64, f: impl Fn(f64) -> f64) -> Option<(f64, f64)>
     Some((from.0, to.1 - from.1)).filter(|(_, jump)| jump.is_finite())
 }
 
-/// What the velocity of each row is made of, Σⱼ |Φ_q,ᵢⱼ q̇ⱼ| + |Φ̇ᵢ|, and its position, Σⱼ |Φ_q,ᵢⱼ|
-/// (1 + |qⱼ|): the most of what they are at some states.
+/// Sizes of each row: of the terms of its velocity, Σⱼ |Φ_q,ᵢⱼ q̇ⱼ| + |Φ̇ᵢ|, and of its
+/// residual, Σⱼ |Φ_q,ᵢⱼ| (1 + |qⱼ|). The largest over the given states.
 fn row_sizes<M: Constraints>(model: &M, states: &[M::State]) -> (M::Rows, M::Rows) {
     let (mut rates, mut row_sizes) = (M::Rows::zeros(), M::Rows::zeros());
     for state in states {

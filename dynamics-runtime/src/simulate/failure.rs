@@ -1,4 +1,4 @@
-//! Why a simulation did not reach its end, or why a motion has no answer.
+//! Errors of simulations and motions, as data. Their texts are in `messages.rs`.
 
 pub(crate) mod event_action;
 pub(crate) mod gimbal_lock;
@@ -195,7 +195,7 @@ pub enum SimulationErrorKind {
         coordinates: TopContributors,
         /// Largest over smallest singular value of Φ_q at the last state.
         condition: f64,
-        /// What the method met, and what would pass it.
+        /// The failure of the method, and settings that may pass the position.
         cause: Box<SingularPositionCause>,
     },
     /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions
@@ -373,16 +373,16 @@ pub enum SimulationErrorKind {
     },
 }
 
-/// What a method met at a singular position.
+/// The failure of a method at a singular position, and settings that may pass it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SingularPositionCause {
     /// Why it did not go on.
     pub kind: SimulationErrorKind,
-    /// By what the position is passed, if the mechanism can move on there; `None` where that is what was run.
+    /// Settings that pass the position, if the mechanism can move on there; `None` where the run had them.
     pub crossing: Option<CrossingSettings>,
 }
 
-/// What passes singular positions at which a mechanism can move on.
+/// Settings that pass singular positions at which a mechanism can move on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossingSettings {
     /// Another method.
@@ -395,7 +395,7 @@ pub struct CrossingSettings {
     pub formulation: Option<Formulation>,
 }
 
-/// What a constraint asks to jump.
+/// The quantity that a constraint requires to jump.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JumpingQuantity {
     /// Positions: Φ has a gap there.
@@ -405,7 +405,7 @@ pub enum JumpingQuantity {
 }
 
 impl SimulationErrorKind {
-    /// A copy, by code that is compiled once: what is derived is inlined.
+    /// A clone by code that is compiled once; derived code is inlined.
     #[inline(never)]
     pub(crate) fn copy(&self) -> Self {
         self.clone()

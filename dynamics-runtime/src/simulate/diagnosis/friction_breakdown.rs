@@ -1,10 +1,10 @@
-//! What friction comes to where steps collapse: rest on its jump, or a reaction without bounds.
-//!
-//! Friction by the sign of a velocity brings that to zero, and there its accelerations lead back from either
-//! side: no step goes on from it (Filippov's sliding mode, which a switched constraint has instead). And near
-//! to Painlevé's paradox the reaction of a contact that rubs grows as the inverse of what answers it (Génot &
-//! Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653–677). Both look like any other collapse to a method;
-//! accelerations beside the state tell them.
+//! Friction as the cause of collapsing steps: rest on the jump of friction, or a reaction without bounds
+//! (Painlevé's paradox).
+//! Friction by the sign of a velocity brings that velocity to zero, and there the accelerations of both sides
+//! lead back. No step goes on from there (Filippov's sliding mode, which a switched constraint provides).
+//! Near Painlevé's paradox the reaction of a contact with friction grows as the inverse of a vanishing
+//! determinant (Génot & Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653–677). An integrator sees both as
+//! any other collapse. Accelerations a little ahead of the state distinguish them.
 
 use alloc::boxed::Box;
 
@@ -13,18 +13,18 @@ use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Vector};
 use crate::simulate::failure::SimulationErrorKind as Kind;
 
-/// First and last time that is looked ahead, in parts of 1 + |t|.
+/// First and last time ahead that is tested, in parts of 1 + |t|.
 const LOOK_AHEAD: (f64, f64) = (1e-12, 1e-2);
-/// Up to where a jump is looked for: what is stiff and smooth turns round in longer times.
+/// Jumps are searched up to this time: stiff, smooth accelerations change sign in longer times.
 const JUMP_HORIZON: f64 = 1e-8;
-/// Times by which what crossed the jump may take longer to come back.
+/// Factors by which the way back across the jump may take longer than the way there.
 const RETURN_TIME_FACTORS: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
-/// Part of a jump that comes back when it is crossed again.
+/// Accelerations return where they differ by at most this part of the jump from those before it.
 const RETURNED_SHARE: f64 = 0.1;
-/// Part of 1 + |q̈| from which on accelerations jump.
+/// Accelerations jump where they change by more than this part of 1 + |q̈|.
 const JUMP_SHARE: f64 = 1e-3;
 
-/// What a step that collapses has met, where friction says it.
+/// The cause of a collapsing step, if it is friction.
 pub(crate) fn explain<M: Constraints>(model: &M, state: &M::State, kind: &Kind) -> Option<Kind> {
     let constants = model.constants().ok()?;
     let cause = || Box::new(kind.copy());
@@ -40,7 +40,7 @@ pub(crate) fn explain<M: Constraints>(model: &M, state: &M::State, kind: &Kind) 
                 return Some(Kind::FrictionGrows { row, ahead: time, cause: cause() });
             }
             Ok(across) if time <= JUMP_HORIZON * size => {
-                // From the one side it may come back more slowly than from the other.
+                // The way back may be slower than the way there.
                 let returned = |times: &f64| accelerations(&ahead(&there, &across, times * time)).ok();
                 let coordinates = RETURN_TIME_FACTORS
                     .iter()

@@ -1,4 +1,4 @@
-//! Gimbal lock as what a failure comes from.
+//! Gimbal lock as the cause of a failure: three angles whose first and last axes fall on one line.
 
 use alloc::boxed::Box;
 
@@ -7,17 +7,17 @@ use crate::model::{AngleSet, Constraints, ModelState, Vector};
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::failure::gimbal_lock::GimbalLock;
 
-/// Angles farther from locking than this are not told of.
+/// Angles farther from locking than this, in rad, are not reported.
 pub(crate) const LARGEST_LOCK_ANGLE: f64 = 0.05;
-/// Angles nearer to locking than this are what a failure beside comes from.
+/// A failure is attributed to angles that are nearer to locking than this, in rad.
 const LOCKED_ANGLE: f64 = 1e-3;
 
-/// How much worse the mass matrix has to be than at twice the distance to be so for that reason. Of a free
-/// body it is four times as bad; rings and rotors with inertia of their own have a regular mass matrix there,
-/// and what is bad for another reason stays so.
+/// Ratio by which the condition number of the mass matrix must exceed that at twice the distance. For a free
+/// body the ratio is four. Rings and rotors with their own inertia have a regular mass matrix there, and a
+/// matrix that is ill-conditioned for another reason stays so.
 const CONDITION_RATIO: f64 = 2.0;
 
-/// A set at a state, where the mass matrix is the worse for it.
+/// Gimbal lock of a set of angles at a state, if the mass matrix suffers from it.
 pub(crate) fn find_lock<M: Constraints>(model: &M, state: &M::State, set: AngleSet) -> Option<GimbalLock> {
     let q = state.q().as_slice();
     let (distance, middle) = (set.distance(q), q[set.angles[1]]);
@@ -42,7 +42,7 @@ pub(crate) fn find_lock<M: Constraints>(model: &M, state: &M::State, set: AngleS
     (conditioning > CONDITION_RATIO * condition_farther).then_some(found)
 }
 
-/// A failure where angles lock, with their names.
+/// A failure with gimbal lock as its cause, where angles lock.
 pub(crate) fn explain<M: Constraints>(model: &M, state: &M::State, kind: Kind) -> Kind {
     if const { M::ANGLE_SETS.is_empty() } {
         return kind;

@@ -1,4 +1,4 @@
-//! What failures of simulations say.
+//! Texts of simulation errors.
 
 use alloc::string::String;
 use core::fmt;
@@ -314,7 +314,8 @@ impl fmt::Display for CrossingSettings {
     }
 }
 
-/// What helps where the event of a contact or of stick and slip is without end; `None` for other events.
+/// The remedy where the event of a contact or of stick and slip repeats without end; `None` for other events.
+/// Such events are named after their constraint: `floor contact`, `belt slip`.
 fn remedy_for_unilateral(event: &str) -> Option<String> {
     match event.rsplit_once(' ')? {
         (name, "contact") => Some(alloc::format!(
@@ -330,7 +331,7 @@ fn remedy_for_unilateral(event: &str) -> Option<String> {
     }
 }
 
-/// Whether a jump is one of an angle, by whole turns.
+/// Whether a jump is that of an angle, by whole turns.
 fn is_turn(jump: f64) -> bool {
     let turns = jump.abs() / core::f64::consts::TAU;
     let part = turns % 1.0;

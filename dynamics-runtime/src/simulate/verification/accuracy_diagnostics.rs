@@ -1,14 +1,11 @@
-//! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself
-//! shows it.
-//!
-//! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded
-//! steps: tolerances that are finer than the rounding of the values they are kept for; energy that drifts by
-//! more than so many permitted errors can; forces that its stages miss (`undersampled_force.rs`);
-//! instability that long steps pass over (`missed_instability.rs`); and what errors of steps add up to, with
-//! what the motion makes of them (`step_doubling.rs`). The last is an estimate of the error, as a rule no
-//! smaller and at most four times as large:
-//! [`Simulation::estimate_error`](crate::simulate::Simulation::estimate_error), by a second run that chooses
-//! its own steps, depends on less.
+//! Accuracy diagnostics: why the error of a motion may be far larger than its tolerance suggests.
+//! A step control bounds the error of each step. It does not see five sources of error, which are searched
+//! here at the recorded steps: tolerances below the rounding of the values; energy drift that permitted
+//! errors do not explain; forces between the stages of a step (`undersampled_force.rs`); instability that
+//! long steps pass over (`missed_instability.rs`); and the accumulation of step errors by the motion
+//! (`step_doubling.rs`). The last is an estimate of the global error, as a rule no smaller than the error and
+//! at most four times as large. [`Simulation::estimate_error`](crate::simulate::Simulation::estimate_error)
+//! is more reliable: its second run chooses its own steps.
 
 use core::fmt;
 
@@ -20,19 +17,19 @@ use crate::simulate::verification::step_doubling::StepDoubling;
 use crate::simulate::verification::undersampled_force::UndersampledForce;
 use crate::wording::{Rounded, Times};
 
-/// More permitted errors than this are warned of.
+/// Errors above this many tolerances are a warning.
 pub(crate) const LARGE_ERROR: f64 = 1e3;
-/// More permitted errors than this are told of, in a line that is no warning: what the tolerance was to be is
-/// left.
+/// Errors above this many tolerances are reported in a line that is no warning.
 pub(crate) const NOTABLE_ERROR: f64 = 10.0;
-/// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff
-/// motions, where errors mostly die.
+/// Errors by step doubling above this many tolerances are a warning: for motions that are not stiff, and for
+/// stiff ones, whose errors mostly decay.
 const LARGE_DOUBLING_ERROR: (f64, f64) = (300.0, 60.0);
-/// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
+/// Permitted errors of fewer units in the last place are below rounding: the stages of a step make about as
+/// many.
 const MIN_ROUNDING_UNITS: f64 = 10.0;
-/// What a line about the accuracy begins with that is no warning.
+/// Label of the line about the accuracy that is no warning.
 const ACCURACY_LABEL: &str = "\n  accuracy     ";
-/// Places at which the energy's change by permitted errors is looked at.
+/// Number of states at which the change of energy by permitted errors is computed.
 const SAMPLES: usize = 16;
 
 /// A value whose permitted error is below its rounding.
@@ -50,11 +47,11 @@ pub struct BelowRounding {
     pub permitted: f64,
 }
 
-/// What makes the accuracy of a motion doubtful.
+/// Results of all accuracy diagnostics of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AccuracyDiagnostics {
-    /// The value that is furthest below rounding with its permitted error; `None` with a fixed step or where
-    /// there is none.
+    /// The value whose permitted error is furthest below its rounding; `None` with a fixed step or where there is
+    /// none.
     pub below_rounding: Option<BelowRounding>,
     /// Drift of the energy, less all work, over what the permitted errors of one step can change it by;
     /// `None` with a fixed step.
@@ -85,11 +82,11 @@ pub struct AccuracyDiagnostics {
     pub hidden_stiffness: Option<f64>,
     /// An instability that long steps pass over.
     pub missed_instability: Option<MissedInstability>,
-    /// What was not looked for.
+    /// The checks that were omitted.
     pub unchecked: Unchecked,
 }
 
-/// What a summary did not look for, because it would take far longer than the run did.
+/// Checks that a summary omitted, because they would take far longer than the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Unchecked {
     /// Whether implicit steps pass over what keeps steps of an explicit method short.
@@ -120,15 +117,16 @@ impl fmt::Display for Unchecked {
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// `drift` of the energy at most, of `scale`. `verified`: what repeats the motion is looked for, too.
+    /// All diagnostics. `drift`: the largest drift of the energy, of size `scale`. `verified`: include the checks
+    /// that repeat steps.
     pub(crate) fn accuracy(&self, (drift, scale): (f64, f64), verified: bool) -> AccuracyDiagnostics {
-        // What has grown beyond all numbers has no scale.
+        // Energy drift relative to its scale; infinite where the energy has overflowed.
         let energy_part = (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() {
             drift / scale
         } else {
             f64::INFINITY
         });
-        // Works that are not known leave nothing to be said.
+        // Unknown works give NaN, and no result.
         let energy_part = energy_part.filter(|part| !part.is_nan());
         let (fixed, repeatable) = (self.trajectory.fixed, verified && self.is_repeatable());
         let missed_instability = repeatable.then(|| self.missed_instability()).flatten();
@@ -146,6 +144,7 @@ impl<M: SimulationModel> Motion<'_, M> {
                 ..AccuracyDiagnostics::default()
             };
         }
+        // With adaptive steps: drift in permitted errors, stiffness, step doubling.
         let permitted = self.permitted_energy_error();
         let stiff = self.is_stiff();
         let doubling = repeatable.then(|| self.step_doubling());
@@ -158,7 +157,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         };
         AccuracyDiagnostics {
             below_rounding: self.below_rounding(),
-            // What rounds the energy is no drift.
+            // Rounding of the energy is subtracted from the drift.
             energy: (permitted > 0.0 && !drift.is_nan())
                 .then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
             energy_part,
@@ -178,6 +177,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         }
     }
 
+    /// The value whose permitted error is furthest below its rounding.
     fn below_rounding(&self) -> Option<BelowRounding> {
         let Tolerances { absolute, relative } = self.trajectory.tolerances;
         let mut worst: Option<(f64, BelowRounding)> = None;
@@ -197,7 +197,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         worst.map(|(_, found)| found)
     }
 
-    /// By how much permitted errors of one step change the energy, at most, at some places of the motion.
+    /// Largest change of the energy by the permitted errors of one step, over some states of the motion.
     fn permitted_energy_error(&self) -> f64 {
         let records = &self.trajectory.records;
         let tolerances = &self.trajectory.tolerances;
@@ -222,19 +222,19 @@ impl<M: SimulationModel> Motion<'_, M> {
         most
     }
 
-    /// Whether differences die within steps.
+    /// Whether the motion is stiff, so that differences decay within steps.
     fn is_stiff(&self) -> bool {
         self.counts().stiff_at.is_some() || self.switched().is_some() || self.method().is_for_stiff()
     }
 }
 
 impl AccuracyDiagnostics {
-    /// More permitted errors than this are warned of, of those that half steps show to last.
+    /// Lasting errors by step doubling above this many tolerances are a warning.
     pub(crate) fn large_error(&self) -> f64 {
         if self.stiff { LARGE_DOUBLING_ERROR.1 } else { LARGE_DOUBLING_ERROR.0 }
     }
 
-    /// What half steps show where that is no warning but worth a line: that little is left of the tolerance.
+    /// The line about errors by step doubling that are no warning.
     pub(crate) fn write_global_error(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Some(times), Some(most)) = (self.step_doubling, self.step_doubling_at_most) else {
             return Ok(());

@@ -1,4 +1,8 @@
-//! Gimbal lock: where angles stop telling orientations apart, and what that takes of a motion's digits.
+//! Gimbal lock along a motion: the nearest approach of three angles to locking, and whether the mass matrix
+//! suffers.
+//!
+//! Steps may be longer than the approach that they pass. So the middle angle is followed within steps, by the
+//! cubic through their ends or by the dense output of the method.
 
 use crate::golden_section::golden;
 use crate::integrate::Tolerances;
@@ -7,12 +11,12 @@ use crate::simulate::diagnosis::gimbal_lock::{LARGEST_LOCK_ANGLE, find_lock};
 use crate::simulate::failure::gimbal_lock::GimbalLock;
 use crate::simulate::trajectory::motion::Motion;
 
-/// Part of the accelerations that may be rounding where no tolerance was given.
+/// Relative rounding of the accelerations that is acceptable where no tolerance was given.
 const PERMITTED_ROUNDING: f64 = 1e-6;
-/// Parts in which steps are looked through.
+/// Parts of a step at whose ends the cubic is evaluated.
 const PARTS_PER_STEP: usize = 16;
-/// Fixed steps in which the middle angle changes by more than this part of its least distance do not see how
-/// fast the others turn there.
+/// Fixed steps are too long where 2 × the change of the middle angle in a step exceeds its distance from
+/// locking: the other angles turn too fast there.
 const COARSE_STEP_RATIO: f64 = 2.0;
 
 impl<M: SimulationModel> Motion<'_, M> {
@@ -86,7 +90,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     fn largest_change(&self, set: AngleSet, time: f64) -> f64 {
         let middle = |state: &M::State| state.q().as_slice()[set.angles[1]];
         let steps = || self.steps().zip(self.steps().skip(1));
-        // The step in which it is, and those that end or begin there.
+        // The step that contains the time, and those that end or begin there.
         let near = steps().filter(|(a, b)| (a.t() - time) * (b.t() - time) <= 0.0);
         near.fold(0.0, |most, (a, b)| f64::max(most, (middle(&b) - middle(&a)).abs()))
     }

@@ -1,8 +1,8 @@
-//! How far a motion is from the true one: its differences from a second, more accurate run.
-//!
-//! A step control bounds what steps leave. What becomes of it until the end is the motion's doing: a stable
-//! one forgets it, a pendulum or an orbit lets it grow with time or its square, a chaotic one doubles it
-//! again and again. No step knows; a second run does.
+//! Global error of a motion: its differences from a second, more accurate run.
+//! A step control bounds the error of each step. What becomes of these errors depends on the motion: a stable
+//! one damps them, in a pendulum or an orbit they grow with time or its square, in a chaotic motion they
+//! double again and again. Only a second run shows it. Errors that both runs have in common, as a force
+//! between the stages of both, are not seen.
 
 pub(crate) mod events;
 
@@ -17,16 +17,17 @@ use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::trajectory::record::Trajectory;
 use crate::simulate::verification::reference_run::ReferenceRun;
 
-/// Errors of this part of the range of a coordinate or velocity leave no digit.
+/// Errors of this part of the range of a coordinate or velocity leave no digit: the motion is lost.
 const LOST_SHARE: f64 = 0.1;
-/// Errors from here on no longer grow as small ones do.
+/// Errors above this part of the range no longer follow the linearised equations.
 const LINEAR_RANGE: f64 = 0.01;
-/// Growth by less may be that of a power of time: over nine tenths of a motion t² grows a hundredfold.
+/// Smaller growth may be that of a power of time: over the last nine tenths of a motion t² grows a
+/// hundredfold.
 const MIN_GROWTH: f64 = 1e3;
-/// Fewer points show no law.
+/// Fewest points for a fit of exponential growth.
 const MIN_POINTS: usize = 16;
 
-/// The error of a trajectory by a second run, with steps of order p.
+/// The error of a trajectory by a second run; `order` of the method.
 pub(crate) fn compare<M: SimulationModel>(
     first: &Trajectory<M>,
     second: &mut ReferenceRun<M>,
@@ -82,13 +83,13 @@ pub(crate) fn between<M: SimulationModel>(motion: &Motion<'_, M>, middles: &[M::
         let pairs = parts.into_iter().flat_map(|(x, y)| x.as_slice().iter().zip(y.as_slice()));
         pairs.fold(most, |most, (x, y)| {
             let error = (x - y).abs() / tolerances.scale(*x, *y);
-            // What is not a number is not small.
+            // NaN is no small error.
             if error.is_nan() { f64::INFINITY } else { most.max(error) }
         })
     })
 }
 
-/// What two runs are apart.
+/// Largest differences of two runs, and their history.
 struct RunDifferences {
     /// Of a coordinate, of a velocity.
     largest: [LargestDifference; 2],
@@ -119,7 +120,7 @@ fn ranges<M: SimulationModel>(trajectory: &Trajectory<M>) -> [Vec<f64>; 2] {
         (0..M::Vector::LEN).map(move |i| {
             let values = trajectory.records.iter().map(|record| of(&record.state).as_slice()[i]);
             let (lo, hi) = values.fold((f64::MAX, f64::MIN), |(lo, hi), x| (lo.min(x), hi.max(x)));
-            // What rests but for rounding has no range.
+            // Values that change by rounding only have no range.
             if hi - lo > 1e-9 * hi.abs().max(lo.abs()) { hi - lo } else { 0.0 }
         })
     };

@@ -1,18 +1,16 @@
 //! Instability that long steps pass over.
-//!
-//! Beside a rest that is unstable, e^(λt), the motion hardly changes for a while, so steps grow, and then no
-//! method follows: z = h λ beyond 5 or so a Runge–Kutta method has differences grow by R(z), a polynomial or
-//! less than 1 where it is L-stable, and not by e^z (Hairer & Wanner, Solving ODE II, IV.3: what damps for z
-//! → −∞ damps for z → +∞, too). The motion then stays where the true one leaves, in half steps as in whole
-//! ones, and its error estimates see nothing. So a neighbour is followed through the longest steps twice, by
-//! the method, and by the linearised equations of the step's start and of its end in many small steps of the
-//! implicit Euler method, v' = w, w' = K v + B w:
+//! Near an unstable rest, with solutions e^(λt), the motion hardly changes for a while, so that steps grow.
+//! For z = h λ beyond about 5 a Runge–Kutta method then multiplies differences by R(z), a polynomial, or a
+//! number below 1 where it is L-stable, and not by e^z (Hairer & Wanner, Solving ODE II, IV.3: what damps for
+//! z → −∞ also damps for z → +∞). The computed motion stays where the true one leaves, in half
+//! steps as in whole ones, and error estimates see nothing. So a neighbour is followed through the longest
+//! steps twice: by the method, and by the linearised equations at the start and the end of the step, v' = w,
+//! w' = K v + B w, in many small steps of the implicit Euler method:
 //!
 //! (I − τB − τ²K) w₁ = w + τ K v,  v₁ = v + τ w₁
-//!
-//! which has what grows grow and what is stiff die. What grows at both ends, and far less by the method, is
-//! told. Coefficients that stay as they are through a step of some radians are wrong by a factor, so growth
-//! by a hundred in a step is the least that counts.
+//! In it unstable modes grow and stiff modes decay. Growth at both ends that the method does not show is
+//! reported. The linearised equations are frozen through a step of some radians, and so wrong by a factor.
+//! Therefore growth by less than a hundred in a step is ignored.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -26,33 +24,34 @@ use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::trajectory::motion::Motion;
 use crate::wording::Rounded;
 
-/// So many steps are looked at, the longest ones.
+/// The longest steps are examined, so many of them.
 const STEPS_EXAMINED: usize = 12;
-/// Larger models would pay more for it than for the run.
+/// Largest model that is examined. In larger ones the check costs more than the run.
 const MOST_COORDINATES: usize = 100;
-/// Small steps within one: growth is seen up to z of their number. More of them are tried while n² times
-/// their number stays below the last.
+/// Numbers of implicit substeps within a step: z up to their number is resolved. More are tried only while
+/// n² times their number is at most [`MAX_OPERATIONS`].
 const SUBSTEPS: [usize; 3] = [64, 1024, 16_384];
 const MAX_OPERATIONS: usize = 10_000_000;
-/// Growth in a step, in all of these, and what the method may lose of it.
+/// Least growth in a step, least growth in all examined steps together, and factor by which the method may
+/// fall short of it.
 const MIN_STEP_GROWTH: f64 = 100.0;
 const MIN_TOTAL_GROWTH: f64 = 1e3;
 const MIN_LOST_GROWTH: f64 = 10.0;
-/// Nothing needs to be known of growth beyond this.
+/// Growth is followed up to this factor.
 const MAX_GROWTH: f64 = 1e30;
-/// How far the neighbour is, in parts of 1 + |value|.
+/// Distance of the neighbour, in parts of 1 + |value|.
 const PERTURBATION: f64 = 1e-8;
 
-/// What is so far apart, in the same parts, grows no more as the linearised equations have it.
+/// Differences beyond this, in the same parts, no longer follow the linearised equations.
 const LINEAR_RANGE: f64 = 1e-2;
 
-/// What a step and one beside it come to in small steps.
+/// A neighbour of a step, followed in small steps of the method.
 struct SubsteppedNeighbour<V: Vector> {
     /// The end of the one beside.
     end: Phase<V>,
     /// Its difference to that of the step.
     difference: Phase<V>,
-    /// The two were so far apart in between that they went ways of their own.
+    /// Whether the difference left the range of the linearised equations.
     left_linear_range: bool,
 }
 
@@ -87,12 +86,12 @@ impl MissedInstability {
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// Whether growth is looked for: not of larger models.
+    /// Whether instability is searched: not in large models.
     pub(crate) fn affords_instability_check(&self) -> bool {
         M::Vector::LEN <= MOST_COORDINATES
     }
 
-    /// What grows in the longest steps more than they show.
+    /// Instability that the longest steps pass over.
     pub(crate) fn missed_instability(&self) -> Option<MissedInstability> {
         if M::Vector::LEN == 0 || !self.affords_instability_check() {
             return None;
@@ -111,7 +110,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         worst.filter(|_| total_growth > MIN_TOTAL_GROWTH && lost > MIN_LOST_GROWTH)
     }
 
-    /// By how much differences grow in the step that leaves a record; `None` where that is little.
+    /// Growth of differences in the step that leaves a record; `None` where it is small.
     fn instability_in_step(&self, index: usize) -> Option<MissedInstability> {
         let step = self.step(index);
         let tolerances = &self.trajectory.tolerances;
@@ -138,7 +137,8 @@ impl<M: SimulationModel> Motion<'_, M> {
             return Some(MissedInstability { during: (step.start.t, step.end.t), by, shown })
                 .filter(|_| shown.is_finite());
         }
-        // Coefficients that are as they are for a moment, as beside a singular position, grow nothing.
+        // Confirm by small steps of the method: coefficients that last for a moment only, as near a singular
+        // position, cause no growth.
         let Some(parts) = self.substep_neighbour(index, &neighbour) else {
             return Some(MissedInstability { during: (step.start.t, step.end.t), by, shown });
         };
@@ -147,8 +147,8 @@ impl<M: SimulationModel> Motion<'_, M> {
                 permitted_errors(tolerances, &parts.difference, &step)
                     / permitted_errors(tolerances, &difference, &step),
             ),
-            // How far apart two motions are that have both left says nothing: whether the step has the one
-            // beside go where it goes.
+            // The distance of two motions that have both left is meaningless. What counts is whether the step takes the
+            // neighbour to where the small steps do.
             true => {
                 let missed = permitted_errors(tolerances, &zip(&end, &parts.end, |a, b| a - b), &step);
                 let spread = permitted_errors(tolerances, &zip(&end, &step.end.y, |a, b| a - b), &step);
@@ -158,7 +158,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         (by >= MIN_STEP_GROWTH).then_some(MissedInstability { during: (step.start.t, step.end.t), by, shown })
     }
 
-    /// A step and one beside it by the method in small steps; `None` where these cannot be made.
+    /// Follows a step and its neighbour by the method in small steps; `None` where these fail.
     fn substep_neighbour(
         &self,
         index: usize,
@@ -191,9 +191,9 @@ impl<M: SimulationModel> Motion<'_, M> {
         finite.then_some(SubsteppedNeighbour { end: neighbour, difference, left_linear_range })
     }
 
-    /// The growth of a difference by the linearised equations of one place, in time h: from the second
-    /// quarter of it to the last, squared, as a swing has its velocity larger than its place by whatever
-    /// units.
+    /// Growth of a difference by the linearised equations at one state, in time h. It is the growth from the
+    /// second quarter to the last, squared: in the first quarter position and velocity exchange, whose units
+    /// differ.
     fn linear_growth(
         &self,
         rhs: &mut RightHandSide<'_, '_, M>,
@@ -227,7 +227,7 @@ impl<M: SimulationModel> Motion<'_, M> {
                 for i in 0..n {
                     w[i] += tau * (0..n).map(|j| by_q[i * n + j] * v[j]).sum::<f64>();
                 }
-                // The old w is on the right, and what is found is the new one.
+                // The old w is the right-hand side, the solution the new one.
                 solve(&matrix, &exchanges, &mut w);
                 (0..n).for_each(|i| v[i] += tau * w[i]);
                 let grown = tolerances.norm(&Phase { q: v, u: w }, &at.y, &at.y) / first;
@@ -246,7 +246,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 }
 
-/// A difference with a part along whatever grows.
+/// A perturbation with a component along every mode.
 fn perturbation<V: Vector>(y: &Phase<V>) -> Phase<V> {
     let mut difference = Phase::<V>::zeros();
     for (part, values) in [(&mut difference.q, &y.q), (&mut difference.u, &y.u)] {

@@ -1,5 +1,7 @@
-//! Which pivot of the generated code vanished, where the general solver took over: told by the blocks in
-//! which dependent coordinates follow from constraints.
+//! Pivot breakdown: which pivot of the generated code vanished where the general solver took over.
+//!
+//! Generated code computes dependent coordinates from constraints by blocks of Φ_q. The block nearest to
+//! being singular names the rows and coordinates. Pivots outside of these blocks are not seen.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -14,8 +16,8 @@ use crate::model::{Block, Quantity, SimulationModel, Vector};
 use crate::simulate::trajectory::motion::Motion;
 use crate::wording::names;
 
-/// Determinant of a block beside the norms of its columns and rows, below which it is named: unilateral
-/// constraints of generated code call at 10⁻² and less.
+/// A block is named where its determinant is below this part of the product of its column or row norms. The
+/// guards of generated code trigger at 10⁻² and less.
 const SMALL_DETERMINANT: f64 = 2e-2;
 
 /// Coordinates that no longer follow from their constraints where generated code, which has it that way, was
@@ -64,7 +66,7 @@ fn weakest_block(blocks: &'static [Block], jacobian: &[f64], n: usize) -> Option
         determinant.abs() / math::max(by_columns, block.rows.iter().map(row).product())
     };
     let ratios = blocks.iter().map(|block| (block, ratio(block)));
-    // What is nothing but zeros is as singular as can be.
+    // A block of zeros gives 0/0, and is singular.
     let ratios = ratios.map(|(block, ratio)| (block, if ratio.is_nan() { 0.0 } else { ratio }));
     ratios
         .min_by(|(_, a), (_, b)| a.total_cmp(b))

@@ -1,18 +1,15 @@
-//! Whether a singular position that was passed is one: whether the constraints hold in it.
-//!
-//! A mechanism whose links nearly come in line turns round there, a hair's breadth from one that passes, and
-//! steps cannot tell them apart where what lies between is less than their errors. Beside such a place, with
-//! w the left singular vector of the smallest singular value of (Φ_q, Φ_t) and W the others, the unfolded
-//! position is where
+//! Validation of a singular position that was passed: whether the constraints hold in it.
+//! A mechanism whose links nearly come in line turns round there; one whose links do come in line may pass.
+//! Steps cannot tell the two apart where the gap is less than their errors. Let w be the left singular vector
+//! of the smallest singular value of (Φ_q, Φ_t), and W the others. The unfolded position near it is where
 //!
 //! ```text
 //! WᵀΦ(q, t) = 0        and        wᵀ(Φ_q, Φ_t) = 0
 //! ```
-//!
-//! the latter along all directions that W leaves open: a critical point of wᵀΦ, which Newton's method finds.
-//! There β = wᵀΦ is 0 where branches cross; else that is by how much the constraints miss it, and the
-//! branches avoid each other. Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical
-//! Equilibria, SIAM 2000, ch. 4.
+//! the latter along all directions that W leaves open. It is a critical point of wᵀΦ, which Newton's
+//! method finds. There β = wᵀΦ is 0 where branches cross. Otherwise |β| is the distance by which the
+//! constraints miss the singular position, and the branches avoid each other. Source: W. Govaerts, Numerical
+//! Methods for Bifurcations of Dynamical Equilibria, SIAM 2000, ch. 4.
 
 use alloc::vec::Vec;
 
@@ -27,23 +24,23 @@ use crate::model::{Constraints, ModelState, Vector};
 
 /// Most Newton steps.
 const MAX_NEWTON_STEPS: u32 = 20;
-/// A position further away, in parts of 1 + |q|, is another one.
+/// A critical point further away, in parts of 1 + |q|, belongs to another position.
 const MAX_DISTANCE: f64 = 0.03;
-/// Step of differences of (Φ_q, Φ_t).
+/// Step of the central differences of (Φ_q, Φ_t): near the cube root of ε, where truncation and rounding
+/// balance.
 const DIFFERENCE_STEP: f64 = 1e-5;
 /// Singular values of Newton's matrix below this part of the largest leave directions open, in which
 /// positions of this kind form a family.
 const OPEN_DIRECTION_TOLERANCE: f64 = 1e-7;
-/// Singular values of unit rows below this are those of rows that repeat others.
+/// Singular values of unit rows below this come from rows that repeat others.
 const RANK_TOLERANCE: f64 = 1e-6;
-/// Smallest over largest singular value beside a singular position, at most.
+/// Largest ratio of smallest and largest singular value near a singular position.
 const SINGULAR_RATIO: f64 = 0.05;
-/// Φ of a position in which branches cross, in parts of 1 + |q|: rounding.
+/// |β| of crossing branches, in parts of 1 + |q|: rounding.
 const RESIDUAL_ROUNDING: f64 = 1e-13;
 
-/// |β| beside a state, over the length of the constraints' gradients; `None` where it is rounding, or nothing
-/// of the kind is found. Rows count that bind positions and hold; those that are meant to repeat others do
-/// not.
+/// |β| near a state, in units of the constraints' gradients; `None` where it is rounding, or where no such
+/// critical point is found. Only active holonomic rows count, without those that are declared redundant.
 pub(crate) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f64> {
     let is_redundant = |row: &usize| {
         let mut constraints = M::CONSTRAINTS.iter();
@@ -61,7 +58,8 @@ pub(crate) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f
     critical_residual(&independent, &all_rows, independent.position(state).into(), (size, time_size))
 }
 
-/// What Newton's method asks of constraints, on slices: it is compiled once, and not with every model.
+/// The constraints as Newton's method needs them, on slices, so that it is compiled once and not for every
+/// model.
 trait LocalConstraints {
     /// How many rows there are.
     fn rows(&self) -> usize;
@@ -75,14 +73,15 @@ fn jacobian(constraints: &dyn LocalConstraints, z: &DVector<f64>) -> DMatrix<f64
     DMatrix::from_row_slice(constraints.rows(), z.len(), &constraints.jacobian(z.as_slice()))
 }
 
-/// |β| at the critical point beside a position of this size, at a time of this size: see [`missed_by`]. `all_rows` has all rows, `independent` those that do not repeat others.
+/// |β| at the critical point near a position of this size, at a time of this size: see [`missed_by`].
+/// `all_rows` includes redundant rows, `independent` does not.
 fn critical_residual(
     independent: &dyn LocalConstraints,
     all_rows: &dyn LocalConstraints,
     start: DVector<f64>,
     (size, time_size): (f64, f64),
 ) -> Option<f64> {
-    // What is left out repeats the others here, and it is these that nearly lose a direction.
+    // The redundant rows repeat the others here, and the others nearly lose rank.
     let (kept, all) = (jacobian(independent, &start), jacobian(all_rows, &start));
     if !kept.iter().chain(all.iter()).all(|x| x.is_finite()) {
         return None;
@@ -118,7 +117,7 @@ fn equations(
     if !at.iter().chain(residual.iter()).all(|x| x.is_finite()) {
         return None;
     }
-    // With rows of zeros, so that all right singular vectors are there.
+    // Padded with rows of zeros, so that the decomposition has all right singular vectors.
     let svd = at.clone().resize_vertically(unknowns, 0.0).svd(true, true);
     let (left, right) = (svd.u?, svd.v_t?);
     let w = left.column(r - 1).rows(0, r).into_owned();
@@ -138,7 +137,7 @@ fn equations(
     Some((matrix, values, w.dot(&residual).abs()))
 }
 
-/// The constraints near a state, rows in parts of the length of their gradient there.
+/// The constraints near a state, rows scaled to unit gradients there.
 struct ScaledConstraints<'m, M: Constraints> {
     model: &'m M,
     state: M::State,

@@ -1,16 +1,16 @@
-//! How far motions are from the true ones: their steps made again in halves.
-//!
-//! A step in two halves has a fraction of its error, in the same direction: 2⁻ᵖ at order p. A second motion
-//! in halves is followed from the start, and carries on what it differs by. So that difference is the error,
-//! but for that fraction, with all that the motion makes of it: errors of one sign that add up, chaos, shifts
-//! along a limit cycle that only add up, expanding phases that contracting ones take back (Richardson's
-//! extrapolation, global: Hairer, Nørsett & Wanner, Solving ODE I, §II.4). About as much is found where
-//! rounding decides. Where forces choose between expressions the second motion keeps the branches of the
-//! first, at the times at which this had them. It costs two to three times what the run did.
-//!
-//! Over 759 motions (double pendulums, orbits, tops, oscillators of van der Pol and Duffing, dampers of one
-//! side, stiff springs, four-bars; ten methods, tolerances from 1e-4 to 1e-13) what is told is 0.87 to 1.3
-//! times the error for nine of ten, and beyond a factor of 30 of it once, beside an unstable rest at 1e-13.
+//! Step doubling: an estimate of the global error by a second motion with halved steps.
+//! A step in two halves has the fraction 2⁻ᵖ of its error at order p, in the same direction. A second
+//! motion in halves is followed from the start, and keeps its difference from the first. So that difference
+//! is the error but for this fraction, with everything that the motion makes of it: errors of one sign that
+//! add up, chaos, shifts along a limit cycle, expanding phases that contracting ones take back (Richardson's
+//! extrapolation, global: Hairer, Nørsett & Wanner, Solving ODE I, §II.4). The estimate is about right
+//! where rounding dominates, too. Where forces choose between expressions the second motion keeps the
+//! branches of the first, at the same times, so that errors in the time of a switch are not seen. It costs
+//! two to three times the run.
+//! Measured on 759 motions (double pendulums, orbits, tops, oscillators of van der Pol and Duffing, one-sided
+//! dampers, stiff springs, four-bars; ten methods, tolerances from 1e-4 to 1e-13): the estimate is 0.87 to
+//! 1.3 times the error for nine of ten, and wrong by more than a factor of 30 once, near an unstable rest at
+//! 1e-13.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -21,24 +21,25 @@ use crate::model::{ModelState, SimulationModel, Vector};
 use crate::simulate::erased_method::StepReplay;
 use crate::simulate::trajectory::motion::Motion;
 
-/// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps
-/// of relaxation oscillations, with what leads up to them. Van der Pol's equation (ε = 1e-6) by Radau IIA at
-/// 1e-5 is off by 514 permitted errors for half a thousandth of its time, by 84 for two and by 13 for ten; by
-/// ESDIRK4(3) by 2370, 407 and 63. What lasts no longer is not told: `.estimate_error()` measures it.
+/// Differences that last for less than this part of the time are not reported as lasting: they may be a small
+/// shift of the time of a jump, as in relaxation oscillations. Measured on van der Pol's equation
+/// (ε = 1e-6): Radau IIA at 1e-5 is off by 514 permitted errors for half a thousandth of the time, by 84 for
+/// two thousandths and by 13 for ten; ESDIRK4(3) by 2370, 407 and 63. `.estimate_error()` measures what lasts
+/// shorter.
 const LASTING_SHARE: f64 = 1e-2;
-/// Halves that cannot be made, or not with a permitted error, are halved again, where the second motion is
-/// still in what the first has gone through; so many steps of it at most for each of the first.
+/// Half steps that fail, or have more than a permitted error, are halved again. So many steps of the second
+/// motion are allowed for each of the first.
 const MAX_STEPS_PER_STEP: usize = 8;
 
-/// A motion beside one in half steps, in permitted errors.
+/// Differences of a motion from one in half steps, in permitted errors.
 #[derive(Clone, Copy)]
 pub(crate) struct StepDoubling {
     /// The largest difference that lasts, or that at the end.
     pub(crate) lasting: f64,
     /// The largest of all.
     pub(crate) largest: f64,
-    /// When steps of the second motion became too many, if they did: from there on it changes as the first
-    /// does.
+    /// Time from which on the second motion needed too many steps, if it did; from there on it changes as the
+    /// first does.
     pub(crate) given_up: Option<f64>,
 }
 
@@ -66,8 +67,8 @@ impl<M: SimulationModel> Motion<'_, M> {
         StepDoubling { lasting: lasting(&mut differences), largest, given_up }
     }
 
-    /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a
-    /// plane that rounding alone would have it leave, has the same halves otherwise.
+    /// Perturbs velocities by a rounding error. Otherwise the second motion would stay exactly at an unstable
+    /// rest, or in a plane, as the first does.
     fn perturb_velocities(&self, y: &mut Phase<M::Vector>) {
         let tolerances = &self.trajectory.tolerances;
         let unit = f64::EPSILON / tolerances.absolute.max(tolerances.relative);
@@ -197,11 +198,11 @@ struct HalvedRun<M: SimulationModel> {
     given_up: Option<f64>,
 }
 
-/// Of differences at the ends of steps of some length: the last one, or what the others exceed for a part of
-/// the time that lasts.
+/// The lasting difference: the last one, or the value that the others exceed for [`LASTING_SHARE`] of the
+/// time. `differences`: lengths of steps, and differences at their ends.
 fn lasting(differences: &mut [(f64, f64)]) -> f64 {
     let last = differences.last().map_or(0.0, |(_, differences)| *differences);
-    // What is at both ends of a step lasts as long as it.
+    // A difference at both ends of a step lasts for the step.
     let mut before = 0.0;
     for (_, differences) in &mut *differences {
         (*differences, before) = (differences.min(before), *differences);

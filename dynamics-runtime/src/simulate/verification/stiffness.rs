@@ -1,13 +1,11 @@
 //! Stiffness of a motion whose steps do not show it.
-//!
-//! Hairer's test finds steps at the border of stability; runs that choose their method by themselves try
-//! implicit steps that pass over it (`run/stiffness_detection.rs`). A method that was asked for, at small
-//! tolerances, does neither: its error estimate, which grows as a high power of h λ, holds the steps inside
-//! the border, and takes a hundred times as many as the motion needs. So implicit steps are tried here, too,
-//! from some states of the motion. Where they are permitted, and a step of the method itself of a fifth of
-//! their length is not, which tells from steps that were asked to be short, the motion is stiff for it.
-//! Lengths are those that steps have on average thereabouts: where rounding decides what the error estimate
-//! says, as below 1e-12, one is nothing like the next.
+//! Hairer's test finds steps at the border of stability, and runs that choose their method try implicit steps
+//! that pass over it (`run/stiffness_detection.rs`). A method that the user chose, at small tolerances, does
+//! neither. Its error estimate, which grows as a high power of h λ, keeps the steps inside the border, and
+//! takes a hundred times as many as the motion needs. So implicit steps are tried here from some states of
+//! the motion. The motion is stiff for its method where such steps are permitted, and a step of the method of
+//! a fifth of their length is not. The second condition excludes steps that were asked to be short. Lengths
+//! are averages of the steps nearby, because below 1e-12 rounding determines the error estimates.
 
 use crate::integrate::choice::Radau5;
 use crate::integrate::{Accelerations as _, Phase, Step, StepNode, zip};
@@ -16,26 +14,27 @@ use crate::simulate::erased_method::ErasedMethod;
 use crate::simulate::run::monitors::stiffness_detection::longer;
 use crate::simulate::trajectory::motion::Motion;
 
-/// Shorter runs have nothing to gain: an implicit step takes as long as two or three of theirs.
+/// Runs with fewer steps have nothing to gain: an implicit step takes as long as two or three of theirs.
 const MIN_STEPS: usize = 120;
-/// Places that are looked at, and in how many of them it has to be so.
+/// Number of states that are examined, and of those that must be stiff.
 const PLACES: usize = 5;
 const REQUIRED_PLACES: usize = 4;
-/// Steps on either side of a place that tell how long they are there.
+/// Steps on either side of a state over which lengths are averaged.
 const AVERAGED_STEPS: usize = 25;
-/// What the method itself cannot make, as a part of the implicit step: at four lengths stability has it fail
-/// that holds its steps at a half of the border.
+/// Part of the implicit step that the method itself must fail to make. Four times its own length makes a
+/// method unstable that keeps its steps at half of the border.
 const OWN_STEP_SHARE: f64 = 0.2;
-/// Implicit steps that are longer by these factors are tried, too: rounding may hold steps far inside the
-/// border.
+/// Factors of the length of implicit steps that are tried: rounding may keep steps far inside the border.
 const IMPLICIT_STEP_FACTORS: [f64; 3] = [1.0, 5.0, 25.0];
-/// Permitted errors by which a motion has to change for steps to prove that they follow it.
+/// Permitted errors by which the motion must change within an implicit step, for that step to show that it
+/// follows.
 const MIN_MOTION: f64 = 100.0;
-/// Permitted errors by which an implicit step may miss the motion, whose own errors add up.
+/// Permitted errors by which the end of an implicit step may differ from the motion, which has accumulated
+/// errors.
 const MAX_IMPLICIT_ERROR: f64 = 30.0;
-/// What is left of a difference where it dies.
+/// A difference has decayed where it is below this part of its start.
 const DECAYED_SHARE: f64 = 0.1;
-/// How large that is at first, in parts of 1 + |value|, and how many steps it is followed for at most.
+/// Size of the difference at first, in parts of 1 + |value|, and most steps for which it is followed.
 const PERTURBATION: f64 = 1e-8;
 const MAX_DECAY_STEPS: usize = 200;
 /// An implicit step of n coordinates takes as long as so many evaluations of the accelerations for the square
@@ -46,12 +45,12 @@ const EVALUATIONS_PER_IMPLICIT_STEP: u64 = 9;
 const MAX_EVALUATIONS: (u64, u64) = (3, 300_000);
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// Whether it has so many steps that fewer would be a gain.
+    /// Whether the run has so many steps that fewer would be a gain.
     pub(crate) fn has_many_steps(&self) -> bool {
         self.trajectory.records.len() >= MIN_STEPS
     }
 
-    /// Whether implicit steps may be tried without taking much longer than the run did.
+    /// Whether trying implicit steps takes about as long as the run at most.
     pub(crate) fn affords_implicit_steps(&self) -> bool {
         let n = M::Vector::LEN as u64;
         let trials = (PLACES * IMPLICIT_STEP_FACTORS.len()) as u64;
@@ -59,7 +58,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             <= (MAX_EVALUATIONS.0 * self.counts().evaluations).max(MAX_EVALUATIONS.1)
     }
 
-    /// The first place at which implicit steps pass over what keeps those of its method short.
+    /// The first time at which the motion is stiff for its method, if it is in most of the examined states.
     pub(crate) fn hidden_stiffness(&self) -> Option<f64> {
         if !self.has_many_steps() {
             return None;
@@ -74,6 +73,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         found.first().copied().filter(|_| found.len() >= REQUIRED_PLACES)
     }
 
+    /// Whether an implicit step is permitted where the method's own steps have to be far shorter.
     fn implicit_steps_pass(&self, index: usize, longer: f64) -> bool {
         let step = self.step(index);
         let left = (self.end_time() - step.start.t).abs();
@@ -115,8 +115,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         error <= 1.0 && near[0].min(near[1]) <= MAX_IMPLICIT_ERROR + within
     }
 
-    /// Whether the motion moves by more than is permitted in that time: of what hardly moves any step keeps
-    /// the tolerance.
+    /// Whether the motion changes enough in that time. Where it hardly moves any step keeps the tolerance.
     fn moves_enough(&self, index: usize, h: f64) -> bool {
         let records = &self.trajectory.records;
         let here = records[index].knot();
@@ -125,8 +124,8 @@ impl<M: SimulationModel> Motion<'_, M> {
             > MIN_MOTION
     }
 
-    /// Whether differences die within that time, as they do where a motion is stiff; in quarters of its
-    /// steps, as whole ones may damp what swings.
+    /// Whether differences decay within that time, as they do where a motion is stiff. They are followed in
+    /// quarters of the steps, because whole ones may damp oscillations.
     fn differences_decay(&self, index: usize, h: f64) -> bool {
         let (step, tolerances) = (self.step(index), &self.trajectory.tolerances);
         let Some(mut step_replay) =
@@ -158,7 +157,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         false
     }
 
-    /// How long steps are about a place, on average.
+    /// Average length of the steps around a record.
     fn average_step(&self, index: usize) -> f64 {
         let records = &self.trajectory.records;
         let records_around =

@@ -1,15 +1,15 @@
-//! Forces that come and go between the places at which the steps of a method looked.
+//! Undersampled forces: forces that act only between the stages of a step.
+//! A step control sees only its own evaluations. A push that ends before a stage falls into it, or a narrow
+//! well that the motion flies through, is invisible to them, and to a second run at a smaller tolerance. Here
+//! the impulse ∫ q̈ dt of each long step, and its displacement ∫ (t₁ − t) q̈ dt, which alone
+//! remains behind a well, are integrated twice by Gauss's rule along one path, the quintic through the step's
+//! ends: with four nodes, as a method of order 8 samples it (twelve where orders are higher), and in parts.
+//! Where the force is smooth within the step both agree to far below the tolerance.
 //!
-//! A step control knows what its evaluations have seen. A push that is over before a stage falls into it, a
-//! narrow well that the motion flies through, has not happened for any of them, nor for a second run at a
-//! smaller tolerance. Here the impulse ∫ q̈ dt of each long step, and how far it carries, ∫ (t₁ − t) q̈ dt,
-//! which alone is left of a well behind it, are formed once with four nodes, as a method of order 8 may see
-//! it (twelve where orders are higher), and once in parts, both by Gauss's rule along one path, the quintic
-//! through the step's ends: where all is smooth in the step they agree to far below what is permitted. Of
-//! stiff motions, whose forces would also answer to what the path is off the motion, what damps and holds
-//! within the step is taken off, (1 - h ∂q̈/∂q̇ - h² ∂q̈/∂q)⁻¹ Δu: what is left of an impulse by an implicit
-//! step. What is shorter than about a thousandth of the motion may be missed here, too; nothing can know it
-//! but `.max_step(..)`. It costs some thousand evaluations.
+//! Forces of stiff motions also respond to the deviation of the path from the motion. There the impulse is
+//! reduced to what damping and stiffness leave of it within the step, (1 − h ∂q̈/∂q̇ − h²
+//! ∂q̈/∂q)⁻¹ Δu, an implicit step. Forces shorter than about a thousandth of the motion may be
+//! missed here, too; only `.max_step(..)` excludes them. The check costs some thousand evaluations.
 
 use alloc::vec;
 use core::fmt;
@@ -28,19 +28,19 @@ const NODES: [(f64, f64); 4] = [
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
-/// Steps shorter than this part of the motion hide nothing that lasts for long enough to be looked for.
+/// Steps below this part of the motion are not examined: what they hide is too short to be found here.
 const LONG_STEP_SHARE: f64 = 2e-3;
-/// More permitted errors than this are told, a tenth of those that are told elsewhere: what is missed acts
-/// until the end.
+/// Missed impulses above this many permitted errors are reported. It is a tenth of the bound of other
+/// warnings, because a missed impulse acts until the end.
 const MISSED_ERRORS: f64 = 100.0;
-/// The same of what damping and stiffness leave in a step that is far longer than they need.
+/// The same for the part of an impulse that damping and stiffness leave in a step.
 const MISSED_ERRORS_STIFF: f64 = 3.0;
-/// Part of what is told that the step in parts has to be off by, too.
+/// The step made in parts must differ by this part of that bound, to confirm the finding.
 const CONFIRMED_SHARE: f64 = 0.1;
-/// So many evaluations for each of the run, and how many at least, of small models, and at most.
+/// Evaluations of the check: per evaluation of the run, at least (for small models), and at most.
 const EVALUATIONS: (u64, u64, u64) = (2, 4000, 8000);
 
-/// What the steps of a motion have not seen of a force.
+/// A force that the steps of a motion have not sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UndersampledForce {
     /// The coordinate that it should have changed.
@@ -69,7 +69,7 @@ impl UndersampledForce {
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// The largest impulse that one of the longer steps has not seen, if it matters.
+    /// The largest impulse that one of the long steps has missed, if it matters.
     pub(crate) fn undersampled_force(&self, stiff: bool) -> Option<UndersampledForce> {
         let records = &self.trajectory.records;
         let least = LONG_STEP_SHARE * (self.end_time() - self.start_time()).abs();
@@ -84,8 +84,8 @@ impl<M: SimulationModel> Motion<'_, M> {
         (self.difference_to_parts(index, parts[1]) > CONFIRMED_SHARE * MISSED_ERRORS).then_some(found)
     }
 
-    /// How far a step ends from where it does in parts, in permitted errors: the path by which a force is
-    /// looked for is not the motion, and in a long step may swing where that does not.
+    /// Difference of the end of a step from that of the step made in parts, in permitted errors. It confirms a
+    /// finding: the quintic path is not the motion, and may oscillate in a long step where the motion does not.
     fn difference_to_parts(&self, index: usize, parts: usize) -> f64 {
         let step = self.step(index);
         let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);
@@ -99,14 +99,14 @@ impl<M: SimulationModel> Motion<'_, M> {
             let part = Step { start: at, end: at, h, kept: step.kept };
             let made = step_replay.end_of(&mut rhs, &part, tolerances);
             let made = made.and_then(|(y, _)| Some((y, rhs.accelerations(at.t + h, &y.q, &y.u).ok()?)));
-            // What cannot be made in parts is not refuted by them.
+            // A step that cannot be made in parts does not refute the finding.
             let Some((y, a)) = made else { return f64::INFINITY };
             at = StepNode { t: at.t + h, y, a };
         }
         self.most_permitted_errors(&at.y, &step.end.y)
     }
 
-    /// What the step that leaves a record has not seen; `None` where it cannot be evaluated.
+    /// The force that the step of a record has missed; `None` where it cannot be evaluated.
     fn missed_impulse(&self, index: usize, parts: [usize; 2], stiff: bool) -> Option<UndersampledForce> {
         let Step { mut start, mut end, h, kept } = self.step(index);
         let mut rhs = self.rhs(index);
@@ -152,7 +152,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         }
         if times <= threshold {
             if stiff && largest_displacement(&carried)?.1 > MISSED_ERRORS {
-                // What holds and damps a stiff motion holds its place, too.
+                // Stiffness and damping reduce displacements, too.
                 damp_within_step(&mut rhs, (&start, h), &mut carried)?;
             }
             let (k, largest_displacement) = largest_displacement(&carried)?;
@@ -169,7 +169,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 }
 
-/// What is left of an impulse at the end of a step in which it is damped and held.
+/// Reduces an impulse to what damping and stiffness leave of it at the end of a step.
 fn damp_within_step<M: SimulationModel>(
     rhs: &mut RightHandSide<'_, '_, M>,
     (start, h): (&StepNode<M::Vector>, f64),

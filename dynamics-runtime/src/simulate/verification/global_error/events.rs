@@ -1,4 +1,4 @@
-//! Events of two runs, one with the other.
+//! Events of two runs, matched with each other by name and order.
 
 use alloc::vec::Vec;
 
@@ -7,10 +7,10 @@ use crate::simulate::trajectory::global_error::EventShift;
 use crate::simulate::trajectory::record::{EventRecord, Trajectory};
 use crate::simulate::verification::reference_run::ReferenceRun;
 
-/// Events that happen at one instant may differ by this part of their time.
+/// Events at one instant may differ by this part of their time, which is rounding.
 const SAME_INSTANT: f64 = 1e-12;
 
-/// What comparing the events of two runs tells.
+/// The result of matching the events of two runs.
 #[derive(Default)]
 pub(crate) struct EventMatching {
     pub(crate) shift: Option<EventShift>,
@@ -40,8 +40,8 @@ impl EventMatching {
         matched
     }
 
-    /// Pairs the events of one name in their order. Where one run has more of them, two belong together that
-    /// are nearer to each other than to half of the way to the next.
+    /// Pairs the events of one name in their order. Where one run has more of them, two events are a pair if
+    /// their distance is at most half of that to the next event.
     fn pair<'e, S: ModelState>(
         &mut self,
         name: &str,
