@@ -1,12 +1,16 @@
-//! Constraints at run time: accelerations and reactions, corrections of positions and velocities, and what
-//! they say of themselves.
+//! Constraints at run time: accelerations and reactions, corrections of positions and velocities, diagnosis.
 //!
-//! Where the macro found straight-line code for a model's equations that code is used
-//! ([`Constraints::solve_unrolled`]); where it does not apply — a pivot vanishes, there is no code for what
-//! is released, constraints repeat each other — a general solver takes over that decides the rank at the
-//! state at hand. Everything works in memory that the caller lends, [`workspace_len`] numbers of it, and
-//! allocates nothing.
+//! ```text
+//! M q̈ = Q + Φ_qᵀ λ        Φ_q q̈ = γ
+//! ```
+//!
+//! Where the macro found straight-line code for these equations, that code is used
+//! ([`Constraints::solve_unrolled`]). It does not apply where a pivot vanishes, where there is no code for
+//! the constraints that are released, or where constraints repeat each other. There the general solver
+//! (`system.rs`) determines the rank at the state at hand. All functions work in memory that the caller
+//! lends, [`workspace_len`] numbers of it, and allocate nothing.
 
+pub(crate) mod active_set;
 #[cfg(feature = "alloc")]
 pub(crate) mod compare;
 #[cfg(feature = "alloc")]
@@ -15,7 +19,6 @@ mod correct;
 mod embed;
 mod friction;
 pub(crate) mod gradients;
-pub(crate) mod held;
 mod impact;
 #[cfg(feature = "alloc")]
 pub(crate) mod inertia;
@@ -27,12 +30,12 @@ mod speeds;
 pub(crate) mod system;
 mod unconstrained;
 
+pub use active_set::{ActiveRows, active_rows};
 #[cfg(feature = "alloc")]
-pub use compare::{Comparison, Formulated};
+pub use compare::{Comparison, FormulationResult};
 pub use correct::{correct, solve_baumgarte};
 pub use embed::Embedding;
 pub(crate) use gradients::{Gradients, distance};
-pub use held::{ActiveRows, active_rows};
 pub use impact::{ImpactSolution, impact};
 #[cfg(feature = "alloc")]
 pub use mechanism::{ConstraintReaction, multipliers, reactions};
@@ -41,8 +44,8 @@ pub use project::{Projection, project_along, project_positions, project_velociti
 pub use speeds::move_by_speeds;
 pub use system::RANK_TOLERANCE;
 
-use held::holds;
-use system::{FactoredSystem, Miss, Names, Read};
+use active_set::holds;
+use system::{FactoredSystem, GammaResidual, ModelTerms, SystemNames};
 
 use crate::error::SolveError;
 use crate::linalg::{WorkMemory, max_abs};
@@ -50,32 +53,32 @@ use crate::model::{Constraints, Known, ModelState, Route, Solved, Terms, Vector,
 
 pub mod assemble;
 #[cfg(feature = "alloc")]
-pub(crate) mod weakness;
+pub(crate) mod rank_margin;
 
-pub use crate::declaration::Involved;
+pub use crate::declaration::TopContributors;
 pub use assemble::{assemble, check_gradients, check_sides, check_start, set_sides};
 
 /// Length of the memory that the general solvers need for n coordinates and r constraint rows.
 #[must_use]
 pub const fn workspace_len(n: usize, r: usize) -> usize {
-    let read = n * n + n + n * r + r;
-    let solving = read + 2 * r + system::memory(n, r);
-    greatest([
+    let evaluate_terms = n * n + n + n * r + r;
+    let solving = evaluate_terms + 2 * r + system::memory(n, r);
+    largest_of([
         solving,
         embed::memory(n, r),
         assemble::memory(n, r),
-        friction::memory_in_all(n, r),
+        friction::total_memory(n, r),
         gradients::memory(n, r),
         assemble::check_memory(n, r),
         speeds::memory(n, r),
     ])
 }
 
-/// The memory that a caller lends for n coordinates and r constraint rows.
+/// Hands out the memory that a caller lends for n coordinates and r constraint rows.
 ///
 /// # Panics
-/// Where it is shorter than [`workspace_len`] says: a fault of the program, not of its input.
-fn lent(workspace: &mut [f64], n: usize, r: usize) -> WorkMemory<'_> {
+/// Where it is shorter than [`workspace_len`]. That is an error of the program, not of its input.
+fn borrow_workspace(workspace: &mut [f64], n: usize, r: usize) -> WorkMemory<'_> {
     let (needed, given) = (workspace_len(n, r), workspace.len());
     assert!(
         given >= needed,
@@ -84,7 +87,8 @@ fn lent(workspace: &mut [f64], n: usize, r: usize) -> WorkMemory<'_> {
     WorkMemory::new(workspace)
 }
 
-const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
+/// The largest of some lengths; `Iterator::max` is no `const fn`.
+const fn largest_of<const K: usize>(lengths: [usize; K]) -> usize {
     let (mut most, mut i) = (0, 0);
     while i < K {
         if lengths[i] > most {
@@ -95,28 +99,29 @@ const fn greatest<const K: usize>(lengths: [usize; K]) -> usize {
     most
 }
 
-/// Φ_q a = γ is contradictory where no a comes closer than this, against the size of γ: well above what the
-/// drift of an unstabilised motion leaves on constraints that repeat each other.
-const CONTRADICTION: f64 = 1e-6;
-/// Part of the accelerations that joins γ there: at rest γ is rounding, and so is what misses it. A
-/// contradiction is then larger than 1e-12 of a.
-const ROUNDED: f64 = 1e-6;
+/// Φ_q a = γ counts as contradictory where the best a leaves a residual above this part of the size of γ.
+/// The bound is well above the residual that the drift of an unstabilized motion leaves on constraints that
+/// repeat each other.
+const CONTRADICTION_TOLERANCE: f64 = 1e-6;
+/// This part of ‖a‖ is added to the size of γ in that test. At rest γ is rounding only, and so is the
+/// residual. A contradiction is then larger than 10⁻¹² ‖a‖.
+const ROUNDING_PER_ACCELERATION: f64 = 1e-6;
 
-/// What the general solver found about the constraints at a state.
+/// Rank and conditioning of the active constraints at a state, as the general solver determined them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Diagnosis {
-    /// Number of rows that hold.
+pub struct RankDiagnosis {
+    /// Number of active rows.
     pub active: usize,
-    /// Rank of their Jacobian. Below [`Diagnosis::active`] some rows repeat others: the accelerations are
-    /// unique, the multipliers are not, and those of least norm are given (in accelerations: Σ (λᵢ ‖Φ_q,ᵢ‖)²
-    /// is least, with coordinates scaled by the square roots of their inertias).
+    /// Rank of their Jacobian. Below [`RankDiagnosis::active`] some rows repeat others. The accelerations are
+    /// then unique and the multipliers are not. The multipliers of least norm are returned: Σ (λᵢ
+    /// ‖Φ_q,ᵢ‖)² is least, with coordinates scaled by the square roots of their inertias.
     pub rank: usize,
-    /// First over last pivot of the Jacobian, with rows at unit length: the loss of digits in the
-    /// multipliers.
+    /// First over last pivot of the Jacobian, with rows at unit length. The multipliers lose log₁₀ of it of
+    /// their digits.
     pub condition: f64,
 }
 
-impl Diagnosis {
+impl RankDiagnosis {
     /// Whether the multipliers are unique.
     #[must_use]
     pub fn unique(&self) -> bool {
@@ -126,49 +131,50 @@ impl Diagnosis {
 
 /// q̈ and λ at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome<V, R> {
+pub struct ConstrainedAccelerations<V, R> {
     /// q̈.
     pub accelerations: V,
     /// λ; 0 for rows of released constraints.
     pub multipliers: R,
-    /// What the general solver found; `None` where the generated code did the work.
-    pub diagnosis: Option<Diagnosis>,
+    /// Rank diagnosis of the general solver; `None` where the generated code applied.
+    pub diagnosis: Option<RankDiagnosis>,
 }
 
-impl<V, R> Outcome<V, R> {
-    /// Whether the multipliers are unique: always where the generated code applies.
+impl<V, R> ConstrainedAccelerations<V, R> {
+    /// Whether the multipliers are unique. They always are where the generated code applies.
     #[must_use]
     pub fn unique(&self) -> bool {
         self.diagnosis.is_none_or(|d| d.unique())
     }
 }
 
-impl<V, R> From<Solved<V, R>> for Outcome<V, R> {
+impl<V, R> From<Solved<V, R>> for ConstrainedAccelerations<V, R> {
     fn from(Solved { accelerations, multipliers }: Solved<V, R>) -> Self {
         Self { accelerations, multipliers, diagnosis: None }
     }
 }
 
-/// An outcome of a model.
-pub type OutcomeOf<M> = Outcome<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
+/// [`ConstrainedAccelerations`] of a model.
+pub type ConstrainedAccelerationsOf<M> =
+    ConstrainedAccelerations<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
 
-/// q̈ and λ: by the generated code where it applies, else by the general solver.
+/// Solves for q̈ and λ, by the generated code where it applies, else by the general solver.
 ///
-/// In a change point, where constraints that are independent elsewhere have a lower rank, accelerations are
-/// those of least norm, which need not be those of a branch: the diagnosis tells, as for multipliers that are
-/// not unique. Runs take the limit along the branch of their velocities.
+/// At a change point constraints that are independent elsewhere lose rank. The accelerations are then those
+/// of least norm, which need not belong to a branch of the motion. The diagnosis shows this case, as it shows
+/// multipliers that are not unique. A run takes the limit along the branch of its velocities instead.
 ///
 /// # Errors
-/// No mass matrix on the motions that the constraints leave, contradictory constraints, constraints that are
-/// not finite.
+/// A mass matrix that is singular on the motions that the constraints leave, contradictory constraints,
+/// constraints that are not finite.
 pub fn solve<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
     workspace: &mut [f64],
-) -> Result<OutcomeOf<M>, SolveError> {
+) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
     if M::IS_DIRECT {
-        return direct(model, constants, state);
+        return solve_unconstrained(model, constants, state);
     }
     match model.solve_unrolled(constants, state) {
         Some(solved) => Ok(solved.into()),
@@ -176,8 +182,8 @@ pub fn solve<M: Constraints>(
     }
 }
 
-/// [`solve`] with memory of its own: on the stack where it is small or there is no other, allocated where it
-/// is large. Where the generated code applies none is needed.
+/// [`solve`] with its own memory. Small workspaces are on the stack, large ones are allocated where the crate
+/// has `alloc`. The generated code needs none.
 ///
 /// # Errors
 /// As [`solve`].
@@ -185,9 +191,9 @@ pub fn solve_once<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
-) -> Result<OutcomeOf<M>, SolveError> {
+) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
     if M::IS_DIRECT {
-        return direct(model, constants, state);
+        return solve_unconstrained(model, constants, state);
     }
     match model.solve_unrolled(constants, state) {
         Some(solved) => Ok(solved.into()),
@@ -195,17 +201,19 @@ pub fn solve_once<M: Constraints>(
     }
 }
 
-/// q̈ at a state.
+/// q̈ at a state, without λ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Accelerated<V> {
+pub struct DiagnosedAccelerations<V> {
     /// q̈.
     pub accelerations: V,
-    /// What the general solver found; `None` where the generated code did the work.
-    pub diagnosis: Option<Diagnosis>,
+    /// Rank diagnosis of the general solver; `None` where the generated code applied.
+    pub diagnosis: Option<RankDiagnosis>,
 }
 
-impl<V, R> From<Outcome<V, R>> for Accelerated<V> {
-    fn from(Outcome { accelerations, diagnosis, .. }: Outcome<V, R>) -> Self {
+impl<V, R> From<ConstrainedAccelerations<V, R>> for DiagnosedAccelerations<V> {
+    fn from(
+        ConstrainedAccelerations { accelerations, diagnosis, .. }: ConstrainedAccelerations<V, R>,
+    ) -> Self {
         Self { accelerations, diagnosis }
     }
 }
@@ -220,33 +228,34 @@ pub fn accelerate<M: Constraints>(
     constants: &M::Constants,
     state: &M::State,
     workspace: &mut [f64],
-) -> Result<Accelerated<M::Vector>, SolveError> {
+) -> Result<DiagnosedAccelerations<M::Vector>, SolveError> {
     let unrolled = match M::ROUTE {
         Route::Unconstrained => Some(model.accelerations_with(constants, state)?),
         _ => model.accelerate_unrolled(constants, state),
     };
     match unrolled {
-        Some(accelerations) => Ok(Accelerated { accelerations, diagnosis: None }),
-        None => solve_general(model, state, workspace).map(Accelerated::from),
+        Some(accelerations) => Ok(DiagnosedAccelerations { accelerations, diagnosis: None }),
+        None => solve_general(model, state, workspace).map(DiagnosedAccelerations::from),
     }
 }
 
-/// What generated code gives for a model.
+/// q̈ and λ of a model as the generated code returns them.
 pub type SolvedOf<M> = Solved<<M as crate::model::Model>::Vector, <M as Constraints>::Rows>;
 
-/// Of a model without constraints.
-fn direct<M: Constraints>(
+/// q̈ of a model without constraints, and no multipliers.
+fn solve_unconstrained<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
-) -> Result<OutcomeOf<M>, SolveError> {
+) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
     let accelerations = model.accelerations_with(constants, state)?;
-    Ok(Outcome { accelerations, multipliers: M::Rows::zeros(), diagnosis: None })
+    Ok(ConstrainedAccelerations { accelerations, multipliers: M::Rows::zeros(), diagnosis: None })
 }
 
-/// Largest memory, in numbers, that is put on the stack where there is a heap: 64 kB.
+/// Largest workspace, in numbers, that is put on the stack where there is a heap. 8192 numbers are 64 kB, a
+/// small part of the 2 MB that a thread of the standard library has.
 #[cfg(feature = "alloc")]
-const ON_STACK: usize = 8192;
+const MAX_STACK_WORKSPACE: usize = 8192;
 
 /// Calls a function with memory of [`workspace_len`].
 #[cold]
@@ -258,7 +267,7 @@ pub fn with_workspace<M: Constraints, R>(f: impl FnOnce(&mut [f64]) -> R) -> R {
     #[cfg(feature = "alloc")]
     {
         let len = const { workspace_len(M::Vector::LEN, M::Rows::LEN) };
-        if len > ON_STACK {
+        if len > MAX_STACK_WORKSPACE {
             return f(&mut alloc::vec![0.0; len]);
         }
     }
@@ -266,9 +275,7 @@ pub fn with_workspace<M: Constraints, R>(f: impl FnOnce(&mut [f64]) -> R) -> R {
 }
 
 /// q̈ and λ by the general solver, whatever the generated code could do.
-///
-/// A mass matrix or force that is not a number gives accelerations that are none, as in models without
-/// constraints.
+/// A mass matrix or force that is not finite gives NaN accelerations, as in models without constraints.
 ///
 /// # Errors
 /// As [`solve`].
@@ -276,25 +283,25 @@ pub fn solve_general<M: Constraints>(
     model: &M,
     state: &M::State,
     workspace: &mut [f64],
-) -> Result<OutcomeOf<M>, SolveError> {
-    general(model, state, None, workspace)
+) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
+    solve_with_correction(model, state, None, workspace)
 }
 
-/// [`solve_general`] with Φ_q q̈ = γ + `more`.
-fn general<M: Constraints>(
+/// [`solve_general`] with Φ_q q̈ = γ + `gamma_correction`, as Baumgarte's stabilization needs it.
+fn solve_with_correction<M: Constraints>(
     model: &M,
     state: &M::State,
-    more: Option<&M::Rows>,
+    gamma_correction: Option<&M::Rows>,
     workspace: &mut [f64],
-) -> Result<OutcomeOf<M>, SolveError> {
+) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
     if M::FRICTION {
-        return friction::solve(model, state, more, false, workspace);
+        return friction::solve(model, state, gamma_correction, false, workspace);
     }
-    general_with(model, state, more, true, workspace)
+    solve_frictionless(model, state, gamma_correction, true, workspace)
 }
 
-/// q̈ of a mechanism without freedom, where it follows from Φ_q q̈ = γ alone: inputs that only load it need
-/// no value.
+/// q̈ of a mechanism without degrees of freedom. It follows from Φ_q q̈ = γ alone, so inputs that only
+/// load the mechanism need no value.
 ///
 /// # Errors
 /// As [`solve`].
@@ -307,14 +314,14 @@ pub(crate) fn solve_driven<M: Constraints>(
 ) -> Result<M::Vector, SolveError> {
     match model.accelerate_unrolled(constants, state) {
         Some(accelerations) if max_abs(accelerations.as_slice()).is_finite() => Ok(accelerations),
-        _ => Ok(general_with(model, state, None, false, workspace)?.accelerations),
+        _ => Ok(solve_frictionless(model, state, None, false, workspace)?.accelerations),
     }
 }
 
-/// That no multiplier is missing for want of an input.
+/// Checks that no multiplier is NaN because an input was never set.
 ///
 /// # Errors
-/// [`SolveError::InputNotSet`], where one is not a number and an input is none.
+/// [`SolveError::InputNotSet`], where a multiplier and an input are NaN.
 #[cfg(feature = "alloc")]
 pub(crate) fn check_inputs<M: Constraints>(state: &M::State, multipliers: &[f64]) -> Result<(), SolveError> {
     let unset = || state.inputs().as_slice().iter().position(|x| x.is_nan());
@@ -324,47 +331,53 @@ pub(crate) fn check_inputs<M: Constraints>(state: &M::State, multipliers: &[f64]
     }
 }
 
-/// [`general`] without friction; Q counts as 0 unless `forces`.
-fn general_with<M: Constraints>(
+/// [`solve_with_correction`] without friction; Q counts as 0 unless `with_forces`.
+fn solve_frictionless<M: Constraints>(
     model: &M,
     state: &M::State,
-    more: Option<&M::Rows>,
-    forces: bool,
+    gamma_correction: Option<&M::Rows>,
+    with_forces: bool,
     workspace: &mut [f64],
-) -> Result<OutcomeOf<M>, SolveError> {
+) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
     let modes = state.modes();
     let active = |row: usize| holds::<M>(modes, row);
-    let Some(mut factored) = Factored::new(model, state, &active, forces, workspace)? else {
-        return Ok(not_a_number());
+    let Some(mut factored) = FactoredEquations::new(model, state, &active, with_forces, workspace)? else {
+        return Ok(undefined());
     };
-    if factored.system.vanished {
-        // A row is zero: at a change point it may be, where constraints cross; where it always is, the
-        // constraint holds nothing. The check works in the same memory.
+    if factored.system.has_vanished_row {
+        // A row is zero. At a change point, where constraints cross, that is regular. Where the row is zero on the
+        // whole manifold, the constraint restricts nothing, and the check reports it. The check uses the same memory,
+        // so that the factors are computed again.
         check_gradients(model, state, workspace)?;
-        let Some(again) = Factored::new(model, state, &active, forces, workspace)? else {
-            return Ok(not_a_number());
+        let Some(refactored) = FactoredEquations::new(model, state, &active, with_forces, workspace)? else {
+            return Ok(undefined());
         };
-        factored = again;
+        factored = refactored;
     }
-    if let Some(more) = more {
-        factored.gamma.iter_mut().zip(more.as_slice()).for_each(|(gamma, more)| *gamma += more);
-        // Nothing else brings back rows that drift, and where coordinates are embedded stages lie on the
-        // manifold.
-        factored.system.weigh_alike();
+    if let Some(gamma_correction) = gamma_correction {
+        factored
+            .gamma
+            .iter_mut()
+            .zip(gamma_correction.as_slice())
+            .for_each(|(gamma, gamma_correction)| *gamma += gamma_correction);
+        // Only this correction takes back the drift of a row, so that redundant rows count like the others.
+        factored.system.ignore_redundancy();
     }
-    let Factored { force, gamma, floor, slack, system } = &mut factored;
+    let FactoredEquations { force, gamma, gamma_terms, redundancy_tolerance, system } = &mut factored;
     let mut accelerations = M::Vector::zeros();
     let mut multipliers = M::Rows::zeros();
-    let miss = system.solve(force, gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
-    let size = miss.scale + system.size_of_rows(floor) + ROUNDED * miss.reach;
-    contradiction(miss, size, *slack, system, names::<M>())?;
-    Ok(Outcome { accelerations, multipliers, diagnosis: Some(diagnosis(system)) })
+    let residual = system.solve(force, gamma, accelerations.as_mut_slice(), multipliers.as_mut_slice());
+    let size = residual.gamma_norm
+        + system.size_of_rows(gamma_terms)
+        + ROUNDING_PER_ACCELERATION * residual.acceleration_norm;
+    check_contradiction(residual, size, *redundancy_tolerance, system, system_names::<M>())?;
+    Ok(ConstrainedAccelerations { accelerations, multipliers, diagnosis: Some(diagnosis(system)) })
 }
 
-/// That the reaction of a row that holds is decided, whatever other rows repeat each other.
+/// Checks that the reaction of an active row is unique, even where other rows repeat each other.
 ///
 /// # Errors
-/// [`SolveError::ReactionNotUnique`] where it is not. As [`solve`].
+/// [`SolveError::ReactionNotUnique`] where it is not; those of [`solve`].
 #[cfg(feature = "alloc")]
 pub(crate) fn check_unique<M: Constraints>(
     model: &M,
@@ -373,21 +386,21 @@ pub(crate) fn check_unique<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<(), SolveError> {
     let modes = state.modes();
-    let factored = Factored::new(model, state, &|row| holds::<M>(modes, row), true, workspace)?;
+    let factored = FactoredEquations::new(model, state, &|row| holds::<M>(modes, row), true, workspace)?;
     match factored.is_none_or(|mut factored| factored.system.is_unique(row)) {
         true => Ok(()),
-        false => Err(SolveError::ReactionNotUnique { row: names::<M>().row(row) }),
+        false => Err(SolveError::ReactionNotUnique { row: system_names::<M>().row(row) }),
     }
 }
 
-fn diagnosis(system: &FactoredSystem<'_>) -> Diagnosis {
-    Diagnosis { active: system.active(), rank: system.rank(), condition: system.condition() }
+fn diagnosis(system: &FactoredSystem<'_>) -> RankDiagnosis {
+    RankDiagnosis { active: system.active(), rank: system.rank(), condition: system.condition() }
 }
 
-/// How far rows that are declared to repeat others may differ from what they repeat: on the manifold not at
-/// all, beside it by the order of the distance. Taken for independent there, they would be divided by that
-/// distance, and the accelerations would be noise.
-fn slack<M: Constraints>(
+/// Tolerance within which rows that are declared redundant may differ from the rows that they repeat. On the
+/// manifold they do not differ, at a distance from it by the order of that distance. If such rows were taken
+/// for independent, they would be divided by that distance, and the accelerations would be noise.
+fn redundancy_tolerance<M: Constraints>(
     model: &M,
     state: &M::State,
     jacobian: &[f64],
@@ -396,9 +409,9 @@ fn slack<M: Constraints>(
     if !M::CONSTRAINTS.iter().any(|c| c.redundant) {
         return system::RANK_TOLERANCE;
     }
-    let off = |values: &[f64], at: &M::Vector| {
+    let largest_distance = |values: &[f64], at: &M::Vector| {
         let rows = values.iter().zip(jacobian.chunks_exact(M::Vector::LEN)).enumerate();
-        // A row that is zero, at a change point, says nothing.
+        // A row that is zero, as at a change point, has no distance.
         let of = |(_, (x, row)): (usize, (&f64, &[f64]))| {
             Some(distance(*x, row, 0.0)).filter(|distance| *distance < f64::INFINITY)
         };
@@ -406,118 +419,137 @@ fn slack<M: Constraints>(
         distances.fold(0.0, f64::max) / (1.0 + max_abs(at.as_slice()))
     };
     let (residual, rate) = (model.residual(state), model.velocity_residual(state));
-    let distance = off(residual.as_slice(), state.q()).max(off(rate.as_slice(), state.u()));
-    // A curvature of a hundred per unit of length is allowed for; beyond a tenth nothing is known any more.
-    (100.0 * distance).clamp(system::RANK_TOLERANCE, 0.1)
+    let distance =
+        largest_distance(residual.as_slice(), state.q()).max(largest_distance(rate.as_slice(), state.u()));
+    (REDUNDANT_ROW_CURVATURE * distance).clamp(system::RANK_TOLERANCE, MAX_REDUNDANCY_TOLERANCE)
 }
 
+/// Curvature of constraints, per unit of length, up to which redundant rows are recognised at a distance from
+/// the manifold: rows that agree on the manifold differ by distance × curvature beside it.
+const REDUNDANT_ROW_CURVATURE: f64 = 100.0;
+/// Largest tolerance for redundant rows. Rows that differ by more than a tenth of their length are treated as
+/// independent: so far from the manifold nothing is known about the rank on it.
+const MAX_REDUNDANCY_TOLERANCE: f64 = 0.1;
+
 /// The factored equations of a model at a state.
-struct Factored<'w> {
+struct FactoredEquations<'w> {
     /// Q.
     force: &'w mut [f64],
     /// γ.
     gamma: &'w mut [f64],
-    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ², the size of what γ is made of: where that cancels, what is left over of rounding and
-    /// of states a little off the constraints is no contradiction.
-    floor: &'w mut [f64],
-    /// How far rows that repeat each other may differ.
-    slack: f64,
+    /// Σⱼ |Φ_q,ᵢⱼ| q̇ⱼ², the size of the terms of γ. Where these cancel, the remainder comes from
+    /// rounding and from states a little off the constraints, and is no contradiction.
+    gamma_terms: &'w mut [f64],
+    /// How far rows that repeat each other may differ, in parts of their length.
+    redundancy_tolerance: f64,
     system: FactoredSystem<'w>,
 }
 
-impl<'w> Factored<'w> {
-    /// With the rows that `active` admits. Where `forces` is not set Q is 0, whatever inputs that were not
-    /// set make of it: for whoever brings forces of their own, or none. `None` where M or Q is not finite.
+impl<'w> FactoredEquations<'w> {
+    /// Factors the rows that `active` admits. Without `with_forces` Q is 0, even where an input was never set:
+    /// for callers that need no forces or bring their own. `None` where M or Q is not finite.
     fn new<M: Constraints>(
         model: &M,
         state: &M::State,
         active: &dyn Fn(usize) -> bool,
-        forces: bool,
+        with_forces: bool,
         workspace: &'w mut [f64],
     ) -> Result<Option<Self>, SolveError> {
-        Self::in_memory(model, state, active, forces, lent(workspace, M::Vector::LEN, M::Rows::LEN))
+        Self::in_memory(
+            model,
+            state,
+            active,
+            with_forces,
+            borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN),
+        )
     }
 
     fn in_memory<M: Constraints>(
         model: &M,
         state: &M::State,
         active: &dyn Fn(usize) -> bool,
-        forces: bool,
+        with_forces: bool,
         mut memory: WorkMemory<'w>,
     ) -> Result<Option<Self>, SolveError> {
-        let usual = memory.take(M::Rows::LEN);
-        let Some(read) = read(model, state, active, forces, usual, &mut memory)? else { return Ok(None) };
-        let Read { mass, force, jacobian, gamma } = read;
-        let floor = memory.take(M::Rows::LEN);
-        for (floor, row) in floor.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
-            *floor = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
+        let usual_lengths = memory.take(M::Rows::LEN);
+        let Some(terms) = evaluate_terms(model, state, active, with_forces, usual_lengths, &mut memory)?
+        else {
+            return Ok(None);
+        };
+        let ModelTerms { mass, force, jacobian, gamma } = terms;
+        let gamma_terms = memory.take(M::Rows::LEN);
+        for (gamma_terms, row) in gamma_terms.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
+            *gamma_terms = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
         }
-        let slack = slack(model, state, jacobian, active);
+        let redundancy_tolerance = redundancy_tolerance(model, state, jacobian, active);
         let system = FactoredSystem::factor(
             mass,
             jacobian,
             active,
             &is_redundant::<M>,
-            (slack, usual),
-            names::<M>(),
+            (redundancy_tolerance, usual_lengths),
+            system_names::<M>(),
             &mut memory,
         )?;
-        Ok(Some(Self { force, gamma, floor, slack, system }))
+        Ok(Some(Self { force, gamma, gamma_terms, redundancy_tolerance, system }))
     }
 }
 
-/// Whether a row is declared to repeat others.
+/// Whether a row is declared redundant.
 fn is_redundant<M: Constraints>(row: usize) -> bool {
     M::CONSTRAINTS.iter().any(|c| c.redundant && (c.first..c.first + c.rows).contains(&row))
 }
 
-fn contradiction(
-    miss: Miss,
+/// Reports constraints whose accelerations contradict each other; `size` is that of γ.
+fn check_contradiction(
+    residual: GammaResidual,
     size: f64,
-    slack: f64,
+    redundancy_tolerance: f64,
     system: &FactoredSystem<'_>,
-    names: Names,
+    system_names: SystemNames,
 ) -> Result<(), SolveError> {
-    if miss.size <= CONTRADICTION.max(100.0 * slack) * size {
+    if residual.norm <= CONTRADICTION_TOLERANCE.max(100.0 * redundancy_tolerance) * size {
         return Ok(());
     }
-    let (row, rank) = (names.row(miss.row), system.rank());
-    Err(SolveError::Contradiction { row, residual: miss.residual, rank })
+    let (row, rank) = (system_names.row(residual.row), system.rank());
+    Err(SolveError::Contradiction { row, residual: residual.residual, rank })
 }
 
-fn names<M: Constraints>() -> Names {
-    Names { rows: M::ROWS, coordinates: M::COORDINATES }
+fn system_names<M: Constraints>() -> SystemNames {
+    SystemNames { rows: M::ROWS, coordinates: M::COORDINATES }
 }
 
-/// M, Q (0 unless `forces`), Φ_q and γ at a state, by [`gradients::terms`]; `None` where M or Q is not
+/// M, Q (0 unless `with_forces`), Φ_q and γ at a state, by [`gradients::terms`]; `None` where M or Q is not
 /// finite, an error where Φ_q or γ is not.
-fn read<'w, M: Constraints>(
+fn evaluate_terms<'w, M: Constraints>(
     model: &M,
     state: &M::State,
     active: &dyn Fn(usize) -> bool,
-    forces: bool,
-    usual: &mut [f64],
+    with_forces: bool,
+    usual_lengths: &mut [f64],
     memory: &mut WorkMemory<'w>,
-) -> Result<Option<Read<'w>>, SolveError> {
+) -> Result<Option<ModelTerms<'w>>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let read = Read::new(n, r, memory);
+    let read = ModelTerms::new(n, r, memory);
     let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
-    gradients::terms(model, state, terms, usual);
-    if !forces {
+    gradients::terms(model, state, terms, usual_lengths);
+    if !with_forces {
         terms.force.fill(0.0);
     }
     let row_is_finite =
         |i: usize| read.gamma[i].is_finite() && max_abs(&read.jacobian[i * n..(i + 1) * n]).is_finite();
     if let Some(row) = (0..r).find(|i| active(*i) && !row_is_finite(*i)) {
-        return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
+        return Err(SolveError::ConstraintNotFinite { row: system_names::<M>().row(row) });
     }
     let finite = max_abs(read.mass).is_finite() && max_abs(read.force).is_finite();
     Ok(finite.then_some(read))
 }
 
-fn not_a_number<V: Vector, R: Vector>() -> Outcome<V, R> {
-    let mut outcome = Outcome { accelerations: V::zeros(), multipliers: R::zeros(), diagnosis: None };
-    outcome.accelerations.as_mut_slice().fill(f64::NAN);
-    outcome.multipliers.as_mut_slice().fill(f64::NAN);
-    outcome
+/// NaN accelerations and multipliers, where M or Q is not finite.
+fn undefined<V: Vector, R: Vector>() -> ConstrainedAccelerations<V, R> {
+    let mut solution =
+        ConstrainedAccelerations { accelerations: V::zeros(), multipliers: R::zeros(), diagnosis: None };
+    solution.accelerations.as_mut_slice().fill(f64::NAN);
+    solution.multipliers.as_mut_slice().fill(f64::NAN);
+    solution
 }

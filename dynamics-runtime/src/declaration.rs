@@ -5,13 +5,17 @@
 
 mod angle_set;
 mod constraint;
-mod involved;
 mod premise;
+mod top_contributors;
+#[cfg(feature = "alloc")]
+mod unit_dimension;
 
 pub use angle_set::AngleSet;
 pub use constraint::{Block, Constraint, ConstraintKind, Route};
-pub use involved::Involved;
 pub use premise::{Claim, Premise, Refuted};
+pub use top_contributors::TopContributors;
+#[cfg(feature = "alloc")]
+pub(crate) use unit_dimension::UnitDimension;
 
 /// A named scalar of a model, with its unit as the user declared it or as it was inferred (`""` where unknown
 /// or 1).

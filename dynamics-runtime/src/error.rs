@@ -4,7 +4,7 @@ use core::fmt;
 
 pub(crate) use dynamics_vocabulary::sentence_for_debugging;
 
-use crate::declaration::{Constraint, Involved, Premise, Refuted};
+use crate::declaration::{Constraint, Premise, Refuted, TopContributors};
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its
 /// diagonal.
@@ -179,7 +179,7 @@ pub enum SolveError {
     )]
     NotExpandable {
         /// The rows that do, the most involved first.
-        rows: Involved,
+        rows: TopContributors,
     },
     /// A constraint, its Jacobian or γ is infinite or not a number.
     #[error("constraint `{row}` is not finite here")]
@@ -362,7 +362,7 @@ pub enum StateError {
         /// |Φ| / ‖Φ_q‖ there.
         distance: f64,
         /// The given coordinates that keep it from closing; empty where the given values have no part in it.
-        given: Involved,
+        given: TopContributors,
     },
     /// The guess leads to no position that fulfils the constraints, and there is one elsewhere.
     #[error(
@@ -391,7 +391,7 @@ pub enum StateError {
         /// Φ there.
         residual: f64,
         /// The coordinates in which the branches differ.
-        coordinates: Involved,
+        coordinates: TopContributors,
     },
     /// The position is singular, branches of motions meet there, and the velocities that were given do not
     /// say along which it moves.
@@ -402,9 +402,9 @@ pub enum StateError {
     )]
     VelocityUndetermined {
         /// The rows that depend on each other at this position alone.
-        rows: Involved,
+        rows: TopContributors,
         /// The coordinates whose velocities are open there, and are not beside it.
-        coordinates: Involved,
+        coordinates: TopContributors,
     },
     /// A rate is given beside generalized speeds, from which all velocities follow.
     #[error(
@@ -423,7 +423,7 @@ pub enum StateError {
     )]
     SpeedsSingular {
         /// The coordinates whose rates no speed tells apart.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// What is left to divide by, of equations whose rows and columns have been scaled to 1; or the
         /// speeds against the velocities that they would take.
         pivot: f64,
@@ -450,7 +450,7 @@ pub enum StateError {
         residual: f64,
         /// The given velocities that keep it from being fulfilled; empty where the position is one that the
         /// constraints drive no further.
-        given: Involved,
+        given: TopContributors,
     },
 }
 
@@ -499,7 +499,7 @@ fn wrong_side(row: &str, slip: &f64, f: &mut fmt::Formatter<'_>) -> fmt::Result 
 fn velocity_not_assembled(
     row: &str,
     residual: &f64,
-    given: &Involved,
+    given: &TopContributors,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     if given.is_empty() {
@@ -542,7 +542,7 @@ fn not_assembled(
     row: &str,
     residual: &f64,
     distance: &f64,
-    given: &Involved,
+    given: &TopContributors,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     write!(

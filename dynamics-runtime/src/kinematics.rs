@@ -15,7 +15,7 @@
 //!   [`Analysis::through_bifurcations`] passes them on the branch whose velocities are continuous.
 
 mod error;
-mod frame;
+mod jacobian_svd;
 mod locate;
 mod summary;
 mod trace;
@@ -27,20 +27,20 @@ use core::ops::Deref;
 
 use error::KinematicsErrorKind as Kind;
 pub use error::{KinematicsError, KinematicsErrorKind};
-use frame::{JacobianSvd, Measure};
-use locate::{SUSPECT, Singular};
+use jacobian_svd::{JacobianSvd, PathScaling};
+use locate::{SUSPECT_RATIO, SingularPoint};
 pub use summary::{KinematicSummary, Passage};
-use trace::{Effort, Point, Tracer};
+use trace::{PathCounts, PathPoint, PathTracer};
 
-use crate::constrain::{self, Involved};
+use crate::constrain::{self, TopContributors};
 use crate::math;
 use crate::model::{Constraints, Model, ModelState, Vector};
 use crate::simulate::{Motion, OptionError, Simulate};
 
 /// A step of the path is at most this part of the whole interval.
-const LONGEST: f64 = 0.05;
+const MAX_STEP_SHARE: f64 = 0.05;
 /// Singular values below this part of the largest count as zero where the freedom of the start is counted.
-const RANK: f64 = 1e-9;
+const FREEDOM_TOLERANCE: f64 = 1e-9;
 const DEFAULT_MAX_STEPS: u64 = 1_000_000;
 
 /// A kinematic analysis with its options, before it runs.
@@ -52,7 +52,7 @@ pub struct Analysis<'m, M: Simulate + Constraints> {
     output: Option<PathOutput>,
     longest: Option<f64>,
     most_steps: u64,
-    pass: bool,
+    passes_bifurcations: bool,
 }
 
 /// Which states an analysis gives.
@@ -139,7 +139,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
             output: None,
             longest: None,
             most_steps: DEFAULT_MAX_STEPS,
-            pass: false,
+            passes_bifurcations: false,
         }
     }
 
@@ -179,7 +179,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     /// they end the analysis, and with it those do beyond which no such branch is found. The summary lists
     /// what was passed.
     pub fn through_bifurcations(mut self) -> Self {
-        self.pass = true;
+        self.passes_bifurcations = true;
         self
     }
 
@@ -197,12 +197,12 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let KinematicOptions { end, longest, every } = self.check().map_err(|error| refused(error.into()))?;
         let constants = self.model.constants().map_err(|error| refused(Kind::SingularMassMatrix(error)))?;
         let (tracer, start) = self.begin(&constants).map_err(refused)?;
-        let mut path = Path::new(tracer, start, end, longest, self.most_steps, self.pass);
+        let mut path = Path::new(tracer, start, end, longest, self.most_steps, self.passes_bifurcations);
         let result = path.follow();
         let reached = path.reached(every);
         match result {
             Ok(()) => Ok(reached.into_motion(self.model, constants)),
-            Err(Stop { kind, state }) => Err(KinematicsError {
+            Err(PathStop { kind, state }) => Err(KinematicsError {
                 kind,
                 time: state.t(),
                 state: Box::new(state),
@@ -220,7 +220,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let end = self.end.ok_or(OptionError::NoEnd)?;
         number("until", end, end.is_finite() && end != start, "a time other than the start's")?;
         let span = (end - start).abs();
-        let longest = self.longest.unwrap_or(LONGEST * span);
+        let longest = self.longest.unwrap_or(MAX_STEP_SHARE * span);
         number(
             "max_step",
             longest,
@@ -245,12 +245,12 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
     }
 
     /// The first point: assembled, without freedom, regular.
-    fn begin<'c>(&self, constants: &'c M::Constants) -> Result<(Tracer<'c, M>, Point<M>), Kind>
+    fn begin<'c>(&self, constants: &'c M::Constants) -> Result<(PathTracer<'c, M>, PathPoint<M>), Kind>
     where
         'm: 'c,
     {
         if M::ROWS.is_empty() {
-            let coordinates = Involved::ranked(M::COORDINATES, (0..M::Vector::LEN).map(|i| (i, 1.0)));
+            let coordinates = TopContributors::ranked(M::COORDINATES, (0..M::Vector::LEN).map(|i| (i, 1.0)));
             return Err(Kind::Freedom { degrees: M::Vector::LEN, coordinates, of_velocities: 0 });
         }
         let none = vec![false; M::Vector::LEN];
@@ -258,87 +258,88 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let mut resting = self.guess;
         *resting.u_mut() = M::Vector::zeros();
         // Positions first: whether velocities exist is another question.
-        let rows: Vec<usize> = constrain::held::active_rows::<M>(resting.modes(), true).collect();
+        let rows: Vec<usize> = constrain::active_set::active_rows::<M>(resting.modes(), true).collect();
         let placed = constrain::assemble::positions_of(self.model, resting, &none).map_err(Kind::Start)?;
-        let measure = Measure::from(self.model, &placed, rows);
-        let frame = self.frame(&measure, &placed)?;
-        let rank = frame.rank(RANK);
+        let scaling = PathScaling::from(self.model, &placed, rows);
+        let svd = self.svd(&scaling, &placed)?;
+        let rank = svd.rank(FREEDOM_TOLERANCE);
         if rank < M::Vector::LEN {
-            return Err(self.not_driven(&measure, &placed, &frame));
+            return Err(self.not_driven(&scaling, &placed, &svd));
         }
         let placed = constrain::assemble(self.model, placed, &all, &none).map_err(Kind::Start)?;
-        let mut tracer = Tracer::new(self.model, constants, measure);
+        let mut tracer = PathTracer::new(self.model, constants, scaling);
         let point = tracer.complete(placed, None)?;
         Ok((tracer, point))
     }
 
-    fn frame(&self, measure: &Measure, state: &M::State) -> Result<JacobianSvd, Kind> {
-        JacobianSvd::new(measure, self.model, state).map_err(|row| {
+    fn svd(&self, scaling: &PathScaling, state: &M::State) -> Result<JacobianSvd, Kind> {
+        JacobianSvd::new(scaling, self.model, state).map_err(|row| {
             Kind::Start(crate::error::StateError::ConstraintNotFinite { row: M::ROWS[row].name })
         })
     }
 
     /// Freedom is freedom beside the start too; a singular position is none there.
-    fn not_driven(&self, measure: &Measure, state: &M::State, frame: &JacobianSvd) -> Kind {
+    fn not_driven(&self, scaling: &PathScaling, state: &M::State, svd: &JacobianSvd) -> Kind {
         let n = M::Vector::LEN;
         let mut beside = *state;
         for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
             *q += 1e-2 * (1.0 + q.abs()) * (0.5 + math::sin(1.0 + 2.4 * i as f64));
         }
-        let generic = JacobianSvd::new(measure, self.model, &beside).map_or(0, |frame| frame.rank(RANK));
-        let freedom = frame.freedom(RANK);
-        let coordinates = Involved::ranked(M::COORDINATES, freedom.iter().copied().enumerate());
+        let generic =
+            JacobianSvd::new(scaling, self.model, &beside).map_or(0, |svd| svd.rank(FREEDOM_TOLERANCE));
+        let freedom = svd.freedom(FREEDOM_TOLERANCE);
+        let coordinates = TopContributors::ranked(M::COORDINATES, freedom.iter().copied().enumerate());
         if generic < n {
             let of_velocities = M::VelocityOffset::LEN;
-            return Kind::Freedom { degrees: n - frame.rank(RANK), coordinates, of_velocities };
+            return Kind::Freedom { degrees: n - svd.rank(FREEDOM_TOLERANCE), coordinates, of_velocities };
         }
-        let (_, left) = frame.weak_pair();
-        let rows = Involved::ranked(M::ROWS, measure.rows.iter().copied().zip(left.iter().copied()));
+        let (_, left) = svd.weakest_vectors();
+        let rows = TopContributors::ranked(M::ROWS, scaling.rows.iter().copied().zip(left.iter().copied()));
         Kind::SingularStart { rows, coordinates }
     }
 }
 
 /// Why and where a path ends early.
-struct Stop<S> {
+struct PathStop<S> {
     kind: Kind,
     state: S,
 }
 
 /// A path that is being followed.
 struct Path<'c, M: Constraints> {
-    tracer: Tracer<'c, M>,
+    tracer: PathTracer<'c, M>,
     end: f64,
     longest: f64,
     most_steps: u64,
-    pass: bool,
+    passes_bifurcations: bool,
     direction: f64,
     states: Vec<(M::State, M::Vector)>,
     /// The last points, for locating what they lead to.
-    recent: Vec<Point<M>>,
+    recent: Vec<PathPoint<M>>,
     /// The largest of the smallest singular values met.
-    best: f64,
+    largest_least: f64,
     /// Below it the path is suspected to lead to a singular position.
-    suspect: f64,
-    worst: (f64, f64),
+    suspect_below: f64,
+    worst_condition: (f64, f64),
     passages: Vec<Passage>,
 }
 
 /// Power of the distance with which the smallest singular value falls, from which on branches touch and do
 /// not cross.
-const TOUCH: f64 = 1.4;
+const TOUCHING_EXPONENT: f64 = 1.4;
 /// Distances from a bifurcation that are at least so far apart tell the power.
-const APART: f64 = 1.5;
+const DISTANCE_RATIO: f64 = 1.5;
 /// So many points are kept for locating.
-const RECENT: usize = 6;
+const POINTS_KEPT: usize = 6;
 
 impl<'c, M: Constraints> Path<'c, M> {
     fn new(
-        tracer: Tracer<'c, M>,
-        start: Point<M>,
+        tracer: PathTracer<'c, M>,
+        start: PathPoint<M>,
         end: f64,
         longest: f64,
         most_steps: u64,
-        pass: bool,
+        passes_bifurcations: bool,
     ) -> Self {
         let direction = if end < start.state.t() { -1.0 } else { 1.0 };
         let mut path = Self {
@@ -346,47 +347,47 @@ impl<'c, M: Constraints> Path<'c, M> {
             end,
             longest,
             most_steps,
-            pass,
+            passes_bifurcations,
             direction,
             states: Vec::new(),
             recent: Vec::new(),
-            best: 0.0,
-            suspect: 0.0,
-            worst: (0.0, start.state.t()),
+            largest_least: 0.0,
+            suspect_below: 0.0,
+            worst_condition: (0.0, start.state.t()),
             passages: Vec::new(),
         };
-        path.take(start);
+        path.record_point(start);
         path
     }
 
-    fn last(&self) -> &Point<M> {
+    fn last(&self) -> &PathPoint<M> {
         self.recent.last().expect("the start is there from the beginning")
     }
 
-    fn take(&mut self, point: Point<M>) {
-        let (least, condition) = (point.frame.least(), point.frame.condition());
-        if condition > self.worst.0 {
-            self.worst = (condition, point.state.t());
+    fn record_point(&mut self, point: PathPoint<M>) {
+        let (least, condition) = (point.svd.least(), point.svd.condition());
+        if condition > self.worst_condition.0 {
+            self.worst_condition = (condition, point.state.t());
         }
-        if least > self.best {
-            self.best = least;
+        if least > self.largest_least {
+            self.largest_least = least;
         }
         // Once σ is well above it again, the suspicion is over.
-        if self.suspect == 0.0 || least > 10.0 * self.suspect {
-            self.suspect = SUSPECT * self.best;
+        if self.suspect_below == 0.0 || least > 10.0 * self.suspect_below {
+            self.suspect_below = SUSPECT_RATIO * self.largest_least;
         }
         self.states.push((point.state, point.accelerations));
-        if self.recent.len() == RECENT {
+        if self.recent.len() == POINTS_KEPT {
             self.recent.remove(0);
         }
         self.recent.push(point);
     }
 
-    fn stop(&self, kind: Kind) -> Stop<M::State> {
-        Stop { kind, state: self.last().state }
+    fn stop(&self, kind: Kind) -> PathStop<M::State> {
+        PathStop { kind, state: self.last().state }
     }
 
-    fn follow(&mut self) -> Result<(), Stop<M::State>> {
+    fn follow(&mut self) -> Result<(), PathStop<M::State>> {
         let least = 16.0 * f64::EPSILON * self.end.abs().max(self.last().state.t().abs());
         let mut h = self.longest * 0.02;
         loop {
@@ -395,7 +396,7 @@ impl<'c, M: Constraints> Path<'c, M> {
             if left == 0.0 {
                 return Ok(());
             }
-            if self.tracer.effort.steps + self.tracer.effort.rejected >= self.most_steps {
+            if self.tracer.counts.steps + self.tracer.counts.rejected >= self.most_steps {
                 return Err(self.stop(Kind::TooManySteps { limit: self.most_steps }));
             }
             h = h.min(self.longest);
@@ -403,16 +404,16 @@ impl<'c, M: Constraints> Path<'c, M> {
             let from = self.recent.last().expect("the start is there from the beginning");
             match self.tracer.step(from, t) {
                 Ok((point, contraction)) => {
-                    self.tracer.effort.steps += 1;
-                    h = (t - now).abs() * Tracer::<M>::growth(contraction);
-                    self.take(point);
-                    self.look_ahead()?;
+                    self.tracer.counts.steps += 1;
+                    h = (t - now).abs() * PathTracer::<M>::growth(contraction);
+                    self.record_point(point);
+                    self.check_singularity()?;
                 }
                 Err(kind) => {
-                    self.tracer.effort.rejected += 1;
+                    self.tracer.counts.rejected += 1;
                     h = 0.5 * (t - now).abs();
                     if h <= least {
-                        return Err(self.give_up(kind));
+                        return Err(self.explain_failure(kind));
                     }
                 }
             }
@@ -420,62 +421,63 @@ impl<'c, M: Constraints> Path<'c, M> {
     }
 
     /// Where a singular position is suspected: locates it, and passes it or stops.
-    fn look_ahead(&mut self) -> Result<(), Stop<M::State>> {
-        if self.last().frame.least() >= self.suspect {
+    fn check_singularity(&mut self) -> Result<(), PathStop<M::State>> {
+        if self.last().svd.least() >= self.suspect_below {
             return Ok(());
         }
         let Some(singular) = self.tracer.locate(&self.recent) else {
             // Nearer, it may be clearer.
-            self.suspect *= 0.1;
+            self.suspect_below *= 0.1;
             return Ok(());
         };
         // Beyond the end it is of no concern.
         if self.direction * (singular.state.t() - self.end) > 1e-12 * (1.0 + self.end.abs()) {
             return Ok(());
         }
-        self.meet(singular)
+        self.handle_singularity(singular)
     }
 
-    fn meet(&mut self, singular: Singular<M::State>) -> Result<(), Stop<M::State>> {
-        let Singular { state, locks_up, loss, rows, coordinates } = singular;
+    fn handle_singularity(&mut self, singular: SingularPoint<M::State>) -> Result<(), PathStop<M::State>> {
+        let SingularPoint { state, locks_up, loss, rows, coordinates } = singular;
         if locks_up {
-            return Err(Stop { kind: Kind::LockUp { rows, coordinates }, state });
+            return Err(PathStop { kind: Kind::LockUp { rows, coordinates }, state });
         }
         // Closer to each other than any prediction where they touch.
-        if self.touch(&state) {
-            return Err(Stop { kind: Kind::BranchesTouch { rows, coordinates }, state });
+        if self.branches_touch(&state) {
+            return Err(PathStop { kind: Kind::BranchesTouch { rows, coordinates }, state });
         }
-        let beyond = if self.pass { self.beyond(&state) } else { None };
-        let Some(point) = beyond else {
-            return Err(Stop {
-                kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass },
+        let pass_bifurcation = if self.passes_bifurcations { self.pass_bifurcation(&state) } else { None };
+        let Some(point) = pass_bifurcation else {
+            return Err(PathStop {
+                kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.passes_bifurcations },
                 state,
             });
         };
         self.passages.push(Passage { time: state.t(), rows, coordinates });
         self.recent.clear();
-        self.suspect = SUSPECT * point.frame.least();
-        self.tracer.effort.steps += 1;
-        self.take(point);
+        self.suspect_below = SUSPECT_RATIO * point.svd.least();
+        self.tracer.counts.steps += 1;
+        self.record_point(point);
         Ok(())
     }
 
     /// Whether branches touch at a bifurcation: the smallest singular value falls with a higher power of the
     /// distance than the first, as which it does where they cross.
-    fn touch(&self, at: &M::State) -> bool {
-        let distance = |point: &Point<M>| (at.t() - point.state.t()).abs();
+    fn branches_touch(&self, at: &M::State) -> bool {
+        let distance = |point: &PathPoint<M>| (at.t() - point.state.t()).abs();
         let last = self.last();
-        let farther = self.recent.iter().rev().find(|point| distance(point) >= APART * distance(last));
+        let farther =
+            self.recent.iter().rev().find(|point| distance(point) >= DISTANCE_RATIO * distance(last));
         farther.is_some_and(|far| {
             let [near, far] =
-                [last, far].map(|point| (math::ln(distance(point)), math::ln(point.frame.least())));
-            (far.1 - near.1) / (far.0 - near.0) > TOUCH
+                [last, far].map(|point| (math::ln(distance(point)), math::ln(point.svd.least())));
+            (far.1 - near.1) / (far.0 - near.0) > TOUCHING_EXPONENT
         })
     }
 
     /// The point as far behind a bifurcation as the last one is before it, on the branch on which velocities
     /// are continuous.
-    fn beyond(&mut self, at: &M::State) -> Option<Point<M>> {
+    fn pass_bifurcation(&mut self, at: &M::State) -> Option<PathPoint<M>> {
         let from = self.last().clone();
         let distance = at.t() - from.state.t();
         let mirrored = at.t() + distance;
@@ -485,32 +487,33 @@ impl<'c, M: Constraints> Path<'c, M> {
         if ends && (t - at.t()).abs() < 0.1 * distance.abs() {
             return None;
         }
-        let mut state = Tracer::predict(&from, t);
+        let mut state = PathTracer::predict(&from, t);
         let predicted = *state.u();
-        self.tracer.close(&mut state).ok()?;
+        self.tracer.solve_positions(&mut state).ok()?;
         let point = self.tracer.complete(state, None).ok()?;
         let mut turned = *point.state.u();
         trace::add(&mut turned, -1.0, &predicted);
-        let length = |v: &M::Vector| self.tracer.measure.length(v.as_slice());
+        let length = |v: &M::Vector| self.tracer.scaling.length(v.as_slice());
         (length(&turned) <= 0.01 * length(&predicted)).then_some(point)
     }
 
     /// The path cannot be continued: a singular position if the last points say so, else what the last step
     /// said.
-    fn give_up(&self, kind: Kind) -> Stop<M::State> {
+    fn explain_failure(&self, kind: Kind) -> PathStop<M::State> {
         match self.tracer.locate(&self.recent) {
-            Some(Singular { state, locks_up: true, rows, coordinates, .. }) => {
-                Stop { kind: Kind::LockUp { rows, coordinates }, state }
+            Some(SingularPoint { state, locks_up: true, rows, coordinates, .. }) => {
+                PathStop { kind: Kind::LockUp { rows, coordinates }, state }
             }
-            Some(Singular { state, loss, rows, coordinates, .. }) => {
-                Stop { kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.pass }, state }
-            }
+            Some(SingularPoint { state, loss, rows, coordinates, .. }) => PathStop {
+                kind: Kind::Bifurcation { loss, rows, coordinates, tried: self.passes_bifurcations },
+                state,
+            },
             None => self.stop(kind),
         }
     }
 
     fn reached(&mut self, every: Option<f64>) -> FollowedPath<M> {
-        let Effort { steps, rejected, corrections } = self.tracer.effort;
+        let PathCounts { steps, rejected, corrections } = self.tracer.counts;
         let at = |state: &M::State| state.t();
         let summary = KinematicSummary {
             model: M::NAME,
@@ -518,8 +521,8 @@ impl<'c, M: Constraints> Path<'c, M> {
             steps,
             rejected,
             corrections,
-            worst_condition: self.worst.0,
-            worst_condition_time: self.worst.1,
+            worst_condition: self.worst_condition.0,
+            worst_condition_time: self.worst_condition.1,
             passages: core::mem::take(&mut self.passages),
         };
         FollowedPath { states: core::mem::take(&mut self.states), summary, every }

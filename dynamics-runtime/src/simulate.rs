@@ -33,7 +33,9 @@ pub use events::action::{EventAction, Impact};
 pub use events::location::Flow;
 pub use failure::event_action::EventActionError;
 pub use failure::gimbal_lock::GimbalLock;
-pub use failure::{Jumping, Met, MotionError, OptionError, Over, SimulationErrorKind};
+pub use failure::{
+    CrossingSettings, JumpingQuantity, MotionError, OptionError, SimulationErrorKind, SingularPositionCause,
+};
 pub use options::contact::Contact;
 pub use options::formulation::Formulation;
 pub use pilot_run::FewDigits;
@@ -45,12 +47,12 @@ pub use summary::warning::Warning;
 pub use summary::{Drift, Summary};
 pub use trajectory::error::SimulationError;
 pub use trajectory::global_error::ReferenceSettings;
-pub use trajectory::global_error::{ErrorFinding, GlobalError, Largest, Shift};
+pub use trajectory::global_error::{ErrorFinding, EventShift, GlobalError, LargestDifference};
 pub use trajectory::motion::{Motion, Sampler};
 pub use trajectory::record::{Counts, EventRecord};
 pub use trajectory::work::{WorkAccount, WorkRow};
 pub use verification::accuracy_diagnostics::{AccuracyDiagnostics, BelowRounding, Unchecked};
-pub use verification::conditioning::{Conditioning, Nearest};
+pub use verification::conditioning::{Conditioning, NearestSingularPosition};
 pub use verification::constraint_drift::ConstraintDrift;
 pub use verification::missed_instability::MissedInstability;
 pub use verification::pivot_breakdown::PivotBreakdown;

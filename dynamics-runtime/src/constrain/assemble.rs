@@ -1,79 +1,74 @@
-//! Consistent starts: states checked against the constraints, and states completed so that they fulfil them.
-//!
-//! **Positions** that were not given solve Φ(q, t) = 0 by a damped Gauss–Newton method from their guesses. Of
-//! all solutions of the linearised constraints each step takes the shortest in the norm ‖δ‖² = Σ Mᵢᵢ δᵢ², so
-//! that nothing moves that need not, and its length is controlled by the invariant test of Deuflhard's
-//! NLEQ-ERR (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, §3.3.3 and §4.4), so that
-//! the iterates stay near the path that leads from the guess to its own branch. Where that path ends (a
-//! singular configuration lies across it), the Levenberg–Marquardt method looks for the closest approach;
-//! what is then still open is an error that says by how much.
-//!
-//! **Velocities** that were not given are those of least kinetic energy among all that fulfil Φ_q q̇ + Φ_t =
-//! 0 and A q̇ + b = 0 together with those given. In a singular position branches meet, and the velocities of
-//! least energy belong to none of them: what is given has to decide, or it is an error. Accelerations and
-//! multipliers follow from the equations of motion.
-//!
-//! Released constraints take no part. Nothing here allocates where the crate does not (`alloc` takes the
-//! matrices off the stack).
+//! Consistent starts: checks of states against the constraints, and assembly of states that fulfil them.
+//! **Positions** that were not given solve Φ(q, t) = 0 by a damped Gauss–Newton method from their guesses.
+//! Of all solutions of the linearised constraints each step takes the shortest in the norm ‖δ‖² = Σ
+//! Mᵢᵢ δᵢ², so that nothing moves without need. The invariant test of Deuflhard's NLEQ-ERR controls
+//! its length (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, §3.3.3 and §4.4), so
+//! that the iterates stay near the path from the guess to its own branch. Where that path ends at a singular
+//! configuration, the Levenberg–Marquardt method looks for the closest approach. A gap that remains there
+//! is an error with its size.
+//! **Velocities** that were not given are those of least kinetic energy among all that fulfil Φ_q
+//! q̇ + Φ_t = 0 and A q̇ + b = 0 together with the given ones. In a singular position branches meet, and
+//! the velocities of least energy belong to none of them. There the given velocities must determine the
+//! branch, otherwise it is an error. Accelerations and multipliers follow from the equations of motion.
+//! Released constraints are ignored. Without the feature `alloc` the matrices are on the stack.
 
 mod positions;
-mod room;
-mod vanishing;
+mod vanishing_gradient;
 mod velocities;
+mod workspace;
 
-use super::held::active_rows;
-use super::nearby::beside;
+use super::active_set::active_rows;
+use super::nearby::nearby_state;
 use super::{Gradients, distance, solve_once, with_workspace};
 use crate::error::StateError;
 use crate::linalg::norm;
 use crate::model::{Constraint, ConstraintKind, Constraints, Known, ModelState, Modes, Vector};
-use room::Room;
-pub(super) use room::memory;
+pub use vanishing_gradient::check_gradients;
+pub(super) use vanishing_gradient::check_memory;
+use vanishing_gradient::vanishing_row;
+use workspace::AssemblyWorkspace;
+pub(super) use workspace::memory;
 #[cfg(feature = "alloc")]
-pub(crate) use room::weigh;
-pub use vanishing::check_gradients;
-pub(super) use vanishing::check_memory;
-use vanishing::vanishing_row;
+pub(crate) use workspace::weigh;
 
-/// Largest violation with which a state counts as consistent, |Φ| / ‖Φ_q‖ against the size of what it
-/// involves: what is left when coordinates are given with seven digits. Projection removes it before a
-/// simulation begins.
-///
-/// A start is judged by the largest value among coordinates of the same unit, an angle by 1 rad at least, so
-/// that a mechanism of micrometres may miss by millionths of that; its velocities by the larger of the
-/// largest velocity and the largest value, per unit of time, as what turns round has no speed. Where contacts
-/// are met and left, what counts is that and the largest parameter of the same unit, up to 1, together; all
-/// else is judged against 1 + |q|∞.
+/// Largest violation with which a state counts as consistent: |Φ| / ‖Φ_q‖ in parts of the size of what
+/// the row involves. Coordinates that are given with seven digits leave that much. Projection removes it
+/// before a simulation begins.
+/// The size depends on the purpose. For a start it is the largest value among coordinates of the same unit,
+/// of angles at least 1 rad, so that a mechanism of micrometres may miss by millionths of a micrometre. For
+/// its velocities it is the larger of the largest velocity and the largest value per unit of time, because a
+/// rotation about a fixed point has no speed. Where contacts close and open it is that and the largest
+/// parameter of the same unit, up to 1, together. Everywhere else it is 1 + |q|∞.
 pub const CONSISTENT: f64 = 1e-6;
 
-/// The same for what [`assemble`] returns: rounding, with a margin for residuals of long expressions.
-const ASSEMBLED: f64 = 1e-10;
+/// The same bound for the result of [`assemble`]: rounding, with a margin for residuals of long expressions.
+const ASSEMBLY_TOLERANCE: f64 = 1e-10;
 
-/// Checks that a state is finite and fulfils the constraints that hold: positions, then velocities, each to
-/// [`CONSISTENT`]; and that what is released slips to the side that the state says.
+/// Checks that a state is finite and fulfils the active constraints, positions first, then velocities, each
+/// to [`CONSISTENT`]. Checks also that released constraints slip to the side that the state declares.
 ///
 /// # Errors
-/// With the row that is violated most, its residual and the distance from fulfilling it.
+/// They name the row with the largest violation, its residual and its distance.
 pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
-    check_held(model, state, Against::ItsSize)?;
+    check_active_constraints(model, state, ViolationScale::RowSize)?;
     StateError::check_bodies(model, state)?;
     check_sides(model, state)
 }
 
-/// What misses of constraints are judged against.
+/// The size that violations of constraints are compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Against {
-    /// The size of what a row involves: a start, which was given.
-    ItsSize,
-    /// 1 + |q|∞: a state within a motion, which has errors of its own.
-    Unity,
+pub(crate) enum ViolationScale {
+    /// The size of what a row involves: for a start, which the user gave.
+    RowSize,
+    /// 1 + |q|∞: for a state within a motion, which has integration errors.
+    OnePlusLargest,
 }
 
-/// [`check_start`] for the constraints that hold alone.
-pub(crate) fn check_held<M: Constraints>(
+/// [`check_start`] for the active constraints only.
+pub(crate) fn check_active_constraints<M: Constraints>(
     model: &M,
     state: &M::State,
-    against: Against,
+    scale: ViolationScale,
 ) -> Result<(), StateError> {
     StateError::check_parameters(model)?;
     StateError::check::<M>(state)?;
@@ -81,64 +76,66 @@ pub(crate) fn check_held<M: Constraints>(
         return Ok(());
     }
     with_workspace::<M, _>(|memory| {
-        check_positions(model, state, &Gradients::of(model, state, memory), against)?;
-        refuse::<M>(vanishing_row(model, state, memory))?;
-        check_velocities(model, state, &Gradients::of(model, state, memory), against)
+        check_positions(model, state, &Gradients::of(model, state, memory), scale)?;
+        reject_vanishing_gradient::<M>(vanishing_row(model, state, memory))?;
+        check_velocities(model, state, &Gradients::of(model, state, memory), scale)
     })
 }
 
 /// The released nonholonomic constraints of one row: their rows and their indices among the switched ones.
-/// Those of more rows have a side by declaration only.
-fn slipping<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usize, usize)> {
+/// Constraints of several rows have a side by declaration only.
+fn released_slip_rows<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usize, usize)> {
     let of_one_row = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.rows == 1;
     let released =
         move |c: &Constraint| c.switched.filter(|index| !modes.holds(*index)).map(|index| (c.first, index));
     M::CONSTRAINTS.iter().filter(of_one_row).filter_map(released)
 }
 
-/// Releases nonholonomic constraints that are released to the side to which the velocities slip, but for
-/// those whose bit is set in `given`. What is at rest goes to the side to which it is pushed where it does
-/// not rub: against its reaction if it held. What is not pushed, or not known to be (an input that has no
-/// value yet, a reaction that is not unique), and what has more than one row stays as it is.
+/// Sets the sides of released nonholonomic constraints to those to which the velocities slip, except where
+/// their bit is set in `given`. A constraint at rest goes to the side to which it is pushed: against the
+/// reaction that it would have if it held. The side stays as it is where nothing pushes, where the reaction
+/// is unknown (an input without value, a reaction that is not unique), and where the constraint has more than
+/// one row.
 pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
     let modes = state.modes();
     if modes.all_hold() {
         return;
     }
     let slips = model.velocity_residual(state);
-    let mut rest = 0u32;
-    for (row, index) in slipping::<M>(modes).filter(|(_, index)| given >> index & 1 == 0) {
+    let mut at_rest = 0u32;
+    for (row, index) in released_slip_rows::<M>(modes).filter(|(_, index)| given >> index & 1 == 0) {
         if slips[row].abs() > 0.0 {
             state.modes_mut().release(index, slips[row]);
         } else {
-            rest |= 1 << index;
+            at_rest |= 1 << index;
         }
     }
-    if rest != 0 {
+    if at_rest != 0 {
         let mut held = *state;
         (0..Modes::MOST)
-            .filter(|index| rest >> index & 1 == 1)
+            .filter(|index| at_rest >> index & 1 == 1)
             .for_each(|index| held.modes_mut().engage(index));
         set_sides_at_rest(model, state, &held);
     }
 }
 
-/// The sides of what is released in a state and holds in the same one, `held`: against the reactions.
+/// Sets the sides of constraints that are released in `state` and engaged in `held`: against the reactions.
 fn set_sides_at_rest<M: Constraints>(model: &M, state: &mut M::State, held: &M::State) {
     let Ok(constants) = model.constants() else { return };
     let Ok(solved) = solve_once(model, &constants, held) else { return };
     if solved.diagnosis.is_some_and(|diagnosis| !diagnosis.unique()) {
         return;
     }
-    for (row, index) in slipping::<M>(state.modes()).filter(|(_, index)| held.modes().holds(*index)) {
+    for (row, index) in released_slip_rows::<M>(state.modes()).filter(|(_, index)| held.modes().holds(*index))
+    {
         if solved.multipliers[row].abs() > 0.0 {
             state.modes_mut().release(index, -solved.multipliers[row]);
         }
     }
 }
 
-/// Checks that released nonholonomic constraints of one row do not slip to the other side than the state
-/// says: friction would drive them.
+/// Checks that released nonholonomic constraints of one row do not slip against the side that the state
+/// declares. Their friction would drive them.
 ///
 /// # Errors
 /// [`StateError::WrongSide`]
@@ -148,32 +145,31 @@ pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), St
         return Ok(());
     }
     let slips = model.velocity_residual(state);
-    let rest = CONSISTENT * size(state.u().as_slice());
+    let at_rest = CONSISTENT * one_plus_largest(state.u().as_slice());
     with_workspace::<M, _>(|memory| {
         let gradients = Gradients::of(model, state, memory);
-        let against = |(row, index): &(usize, usize)| slips[*row] * modes.side(*index) < 0.0;
-        let mut wrong = slipping::<M>(modes).filter(against);
-        let wrong = wrong.find(|(row, _)| gradients.distance(*row, slips[*row]) > rest);
+        let scale = |(row, index): &(usize, usize)| slips[*row] * modes.side(*index) < 0.0;
+        let mut wrong = released_slip_rows::<M>(modes).filter(scale);
+        let wrong = wrong.find(|(row, _)| gradients.distance(*row, slips[*row]) > at_rest);
         wrong.map_or(Ok(()), |(row, _)| {
             Err(StateError::WrongSide { row: M::ROWS[row].name, slip: slips[row] })
         })
     })
 }
 
-fn refuse<M: Constraints>(row: Option<usize>) -> Result<(), StateError> {
+/// The error for a row whose gradient vanishes.
+fn reject_vanishing_gradient<M: Constraints>(row: Option<usize>) -> Result<(), StateError> {
     row.map_or(Ok(()), |row| Err(StateError::VanishingGradient { row: M::ROWS[row].name }))
 }
 
-/// Completes a state: solves the positions, then the velocities that were not given, so that the constraints
-/// hold to rounding.
-///
-/// `state` holds what was given, guesses for other coordinates, and 0 elsewhere; `given_q` and `given_u` have
-/// N elements each and say what must not be changed. Velocities that were not given start from nothing,
-/// whatever the state says.
+/// Completes a state: solves for the positions, then the velocities that were not given, so that the
+/// constraints hold to rounding.
+/// `state` contains the given values, guesses of other coordinates, and 0 elsewhere. `given_q` and `given_u`
+/// have N elements each and mark what must not be changed. Velocities that were not given start from 0.
 ///
 /// # Errors
-/// Where a value is not finite, where no positions or no velocities fulfil the constraints together with what
-/// was given, and where a guess does not decide between branches.
+/// Where a value is not finite, where no positions or no velocities fulfil the constraints together with the
+/// given values, and where a guess does not select a branch.
 ///
 /// # Panics
 /// Where a slice has fewer than N elements.
@@ -194,17 +190,26 @@ pub fn assemble<M: Constraints>(
         return StateError::check_bodies(model, &state).map(|()| state);
     }
     with_workspace::<M, _>(|memory| {
-        positions::solve(model, &mut state, &given_q[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
-        refuse::<M>(vanishing_row(model, &state, memory))?;
-        let open =
-            velocities::solve(model, &mut state, &given_u[..n], &mut Room::new(memory, n, M::ROWS.len()))?;
-        if open { velocities::check_branch(model, &state, &given_u[..n], memory) } else { Ok(()) }
+        positions::solve(
+            model,
+            &mut state,
+            &given_q[..n],
+            &mut AssemblyWorkspace::new(memory, n, M::ROWS.len()),
+        )?;
+        reject_vanishing_gradient::<M>(vanishing_row(model, &state, memory))?;
+        let is_open = velocities::solve(
+            model,
+            &mut state,
+            &given_u[..n],
+            &mut AssemblyWorkspace::new(memory, n, M::ROWS.len()),
+        )?;
+        if is_open { velocities::check_branch(model, &state, &given_u[..n], memory) } else { Ok(()) }
     })?;
     StateError::check_bodies(model, &state)?;
     Ok(state)
 }
 
-/// Solves the positions that are not given, and leaves velocities as they are.
+/// Solves for the positions that are not given, and leaves velocities as they are.
 #[cfg(feature = "alloc")]
 pub fn positions_of<M: Constraints>(
     model: &M,
@@ -218,32 +223,32 @@ pub fn positions_of<M: Constraints>(
             model,
             &mut state,
             given,
-            &mut Room::new(memory, M::COORDINATES.len(), M::ROWS.len()),
+            &mut AssemblyWorkspace::new(memory, M::COORDINATES.len(), M::ROWS.len()),
         )?;
-        refuse::<M>(vanishing_row(model, &state, memory))
+        reject_vanishing_gradient::<M>(vanishing_row(model, &state, memory))
     })?;
     Ok(state)
 }
 
-/// The row with the largest distance |value| / ‖Φ_q row‖, if that is above the tolerance against `size`.
+/// A row whose distance |Φ| / ‖Φ_q‖ exceeds its tolerance.
 struct Violation {
     row: usize,
     residual: f64,
     distance: f64,
 }
 
-/// `jacobian`: Φ_q at the state, row by row; `usual`: the usual lengths of its rows.
-fn worst<M: Constraints>(
+/// The row that exceeds its tolerance by the largest factor. `jacobian`: Φ_q at the state, row by row;
+/// `usual_lengths`: the usual lengths of its rows.
+fn worst_violation<M: Constraints>(
     modes: Modes,
     holonomic: bool,
     values: &[f64],
-    (jacobian, usual): (&[f64], &[f64]),
+    (jacobian, usual_lengths): (&[f64], &[f64]),
     tolerance: impl Fn(&[f64]) -> f64,
 ) -> Result<Option<Violation>, StateError> {
     let n = M::COORDINATES.len();
-    let mut worst: Option<Violation> = None;
-    // By how many times more than permitted.
-    let mut most = 1.0;
+    let mut worst_violation: Option<Violation> = None;
+    let mut largest_excess = 1.0;
     for row in active_rows::<M>(modes, holonomic) {
         let (residual, gradient) = (values[row], &jacobian[row * n..][..n]);
         if !residual.is_finite() {
@@ -252,55 +257,57 @@ fn worst<M: Constraints>(
         if !norm(gradient).is_finite() {
             return Err(StateError::GradientNotFinite { row: M::ROWS[row].name });
         }
-        let distance = distance(residual, gradient, usual[row]);
-        let times = distance / tolerance(gradient);
-        if times > most {
-            (most, worst) = (times, Some(Violation { row, residual, distance }));
+        let distance = distance(residual, gradient, usual_lengths[row]);
+        let excess = distance / tolerance(gradient);
+        if excess > largest_excess {
+            (largest_excess, worst_violation) = (excess, Some(Violation { row, residual, distance }));
         }
     }
-    Ok(worst)
+    Ok(worst_violation)
 }
 
-/// By how much coordinates of zero may miss, or their velocities: what computed ones leave of zero.
-const OF_ZERO: f64 = 1e-10;
+/// Tolerance where all coordinates or velocities of a unit are zero, in parts of the model's own size.
+/// Computed values leave rounding of that size.
+const ZERO_SIZE_TOLERANCE: f64 = 1e-10;
 
-/// How far a state may miss a row with this gradient, where these are its coordinates or velocities; its size
-/// is that of the largest of their unit, of an angle `least` at least.
-fn permitted<M: Constraints>(
+/// Largest distance that a state with these coordinates or velocities may have from a row with this gradient.
+/// Sizes are those of the largest value of a unit, of angles at least `least_angle_size`.
+fn violation_tolerance<M: Constraints>(
     model: &M,
     values: &[f64],
     gradient: &[f64],
-    (against, least): (Against, f64),
+    (scale, least_angle_size): (ViolationScale, f64),
 ) -> f64 {
-    if against == Against::Unity {
-        return CONSISTENT * size(values);
+    if scale == ViolationScale::OnePlusLargest {
+        return CONSISTENT * one_plus_largest(values);
     }
     let of_unit = |unit: &str| {
-        let most = largest_of::<M>(values, unit);
-        if unit == "rad" { f64::max(most, least) } else { most }
+        let largest = largest_with_unit::<M>(values, unit);
+        if unit == "rad" { f64::max(largest, least_angle_size) } else { largest }
     };
-    // Where the gradient vanishes it has no direction.
-    let scale = along::<M>(gradient, of_unit).unwrap_or_else(|| size(values));
-    CONSISTENT * scale + OF_ZERO * along::<M>(gradient, |unit| own_size(model, unit)).unwrap_or(1.0)
+    // A vanishing gradient has no direction.
+    let scale = row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values));
+    CONSISTENT * scale
+        + ZERO_SIZE_TOLERANCE * row_size::<M>(gradient, |unit| model_size(model, unit)).unwrap_or(1.0)
 }
 
-/// The largest of the values whose coordinates have a unit.
-fn largest_of<M: Constraints>(values: &[f64], unit: &str) -> f64 {
+/// The largest of the values whose coordinates have this unit.
+fn largest_with_unit<M: Constraints>(values: &[f64], unit: &str) -> f64 {
     let same = M::COORDINATES.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
-    same.fold(0.0, |most, (_, value)| f64::max(most, value.abs()))
+    same.fold(0.0, |largest, (_, value)| f64::max(largest, value.abs()))
 }
 
 /// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from sizes by unit; `None` where its gradient vanishes.
-fn along<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&str) -> f64) -> Option<f64> {
+fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&str) -> f64) -> Option<f64> {
     let steepness = norm(gradient);
     let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
     let sum: f64 = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate.unit)).sum();
     (steepness > 0.0).then_some(sum / steepness)
 }
 
-/// What a model itself says of the size of values with a unit: its largest parameter of the same unit, up to
-/// 1; 1 of angles, without units, and where there is none.
-fn own_size<M: Constraints>(model: &M, unit: &str) -> f64 {
+/// The model's own size of values with a unit: its largest parameter of the same unit, up to 1. It is 1 for
+/// angles, without units, and where there is no such parameter.
+fn model_size<M: Constraints>(model: &M, unit: &str) -> f64 {
     if unit.is_empty() || unit == "rad" {
         return 1.0;
     }
@@ -310,28 +317,27 @@ fn own_size<M: Constraints>(model: &M, unit: &str) -> f64 {
     if largest > 0.0 { largest.min(1.0) } else { 1.0 }
 }
 
-/// The size against which a row of this gradient is judged where contacts are met and left, and by what it
-/// may drift, for coordinates or, per unit of time, velocities: that of the model and the largest value of
-/// the same unit together.
+/// The size of a row with this gradient where contacts close and open, and for its drift; for coordinates or,
+/// per unit of time, velocities. It is the model's own size and the largest value of the same unit together.
 #[cfg(feature = "alloc")]
 pub(crate) fn size_along<M: Constraints>(model: &M, values: &[f64], gradient: &[f64]) -> f64 {
-    let of_unit = |unit: &str| own_size(model, unit) + largest_of::<M>(values, unit);
-    along::<M>(gradient, of_unit).unwrap_or_else(|| size(values))
+    let of_unit = |unit: &str| model_size(model, unit) + largest_with_unit::<M>(values, unit);
+    row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values))
 }
 
-/// No [size](size_along) of a row is less.
+/// A lower bound of the [size](size_along) of every row.
 #[cfg(feature = "alloc")]
 pub(crate) fn least_size<M: Constraints>(model: &M) -> f64 {
-    M::COORDINATES.iter().map(|coordinate| own_size(model, coordinate.unit)).fold(1.0, f64::min)
+    M::COORDINATES.iter().map(|coordinate| model_size(model, coordinate.unit)).fold(1.0, f64::min)
 }
 
 /// 1 + |v|∞.
-fn size(values: &[f64]) -> f64 {
+fn one_plus_largest(values: &[f64]) -> f64 {
     values.iter().fold(1.0, |most, value| f64::max(most, 1.0 + value.abs()))
 }
 
-/// The name of a row, and of its constraint where that is a switched one.
-pub(crate) fn named<M: Constraints>(row: usize) -> (&'static str, Option<&'static str>) {
+/// The name of a row, and that of its constraint if this is a switched one.
+pub(crate) fn row_names<M: Constraints>(row: usize) -> (&'static str, Option<&'static str>) {
     let mut switched = M::CONSTRAINTS.iter().filter(|c| c.switched.is_some());
     let of_row = switched.find(|c| (c.first..c.first + c.rows).contains(&row));
     (M::ROWS[row].name, of_row.map(|c| c.name))
@@ -341,13 +347,20 @@ fn check_positions<M: Constraints>(
     model: &M,
     state: &M::State,
     gradients: &Gradients<'_>,
-    against: Against,
+    scale: ViolationScale,
 ) -> Result<(), StateError> {
     let values = model.residual(state);
-    let tolerance = |gradient: &[f64]| permitted(model, state.q().as_slice(), gradient, (against, 1.0));
-    match worst::<M>(state.modes(), true, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
+    let tolerance =
+        |gradient: &[f64]| violation_tolerance(model, state.q().as_slice(), gradient, (scale, 1.0));
+    match worst_violation::<M>(
+        state.modes(),
+        true,
+        values.as_slice(),
+        (gradients.rows, gradients.usual_lengths),
+        tolerance,
+    )? {
         Some(Violation { row, residual, distance }) => {
-            let (row, switched) = named::<M>(row);
+            let (row, switched) = row_names::<M>(row);
             Err(StateError::ConstraintViolated { row, residual, distance, switched })
         }
         None => Ok(()),
@@ -358,36 +371,47 @@ fn check_velocities<M: Constraints>(
     model: &M,
     state: &M::State,
     gradients: &Gradients<'_>,
-    against: Against,
+    scale: ViolationScale,
 ) -> Result<(), StateError> {
     let values = model.velocity_residual(state);
-    // What is at rest, or turns round, has no speed of its own: it misses by what it misses in its
-    // coordinates, per unit of time.
+    // At rest, and in a rotation about a fixed point, there is no speed to compare with: the tolerance is then
+    // that of the coordinates, per unit of time.
     let tolerance = |gradient: &[f64]| {
-        let of_speed = permitted(model, state.u().as_slice(), gradient, (against, 0.0));
-        of_speed.max(permitted(model, state.q().as_slice(), gradient, (against, 1.0)))
+        let of_speed = violation_tolerance(model, state.u().as_slice(), gradient, (scale, 0.0));
+        of_speed.max(violation_tolerance(model, state.q().as_slice(), gradient, (scale, 1.0)))
     };
-    match worst::<M>(state.modes(), false, values.as_slice(), (gradients.rows, gradients.usual), tolerance)? {
+    match worst_violation::<M>(
+        state.modes(),
+        false,
+        values.as_slice(),
+        (gradients.rows, gradients.usual_lengths),
+        tolerance,
+    )? {
         Some(Violation { row, residual, distance }) => {
-            let (row, switched) = named::<M>(row);
+            let (row, switched) = row_names::<M>(row);
             Err(StateError::VelocityViolated { row, residual, distance, switched })
         }
         None => Ok(()),
     }
 }
 
-/// Nothing is given; more coordinates than any generated model has.
-const NONE: [bool; 4096] = [false; 4096];
+/// No coordinate is given. It has more elements than any generated model has coordinates.
+const NOTHING_GIVEN: [bool; 4096] = [false; 4096];
 
-/// A state on the constraints [`beside`] this one; `None` where none was found.
-pub(crate) fn beside_on_constraints<M: Constraints>(
+/// A state on the constraints near this one (see [`nearby_state`]); `None` where none was found.
+pub(crate) fn nearby_on_constraints<M: Constraints>(
     model: &M,
     state: &M::State,
     workspace: &mut [f64],
 ) -> Option<M::State> {
     let n = M::COORDINATES.len();
-    let none = NONE.get(..n)?;
-    let mut along = beside::<M>(state);
-    let placed = positions::solve(model, &mut along, none, &mut Room::new(workspace, n, M::ROWS.len()));
-    placed.ok().map(|()| along)
+    let none = NOTHING_GIVEN.get(..n)?;
+    let mut row_size = nearby_state::<M>(state);
+    let placed = positions::solve(
+        model,
+        &mut row_size,
+        none,
+        &mut AssemblyWorkspace::new(workspace, n, M::ROWS.len()),
+    );
+    placed.ok().map(|()| row_size)
 }

@@ -1,5 +1,5 @@
-//! One state, every formulation: accelerations and reactions by routes that share nothing but M, Q, Φ_q and
-//! γ.
+//! Accelerations and reactions at one state by every formulation. The formulations share nothing but M, Q,
+//! Φ_q and γ, so that their agreement verifies them.
 //!
 //! | formulation | solves | needs |
 //! |---|---|---|
@@ -16,16 +16,19 @@ use core::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use super::system::scale_coordinates;
-use super::{Embedding, Outcome, OutcomeOf, SolvedOf, gradients, holds, solve_general, with_workspace};
+use super::{
+    ConstrainedAccelerations, ConstrainedAccelerationsOf, Embedding, SolvedOf, gradients, holds,
+    solve_general, with_workspace,
+};
 use crate::error::SolveError;
 use crate::model::{Constraints, ModelState, Route, Solved, Terms, Vector};
 
-/// What one formulation says at a state.
+/// The result of one formulation at a state.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Formulated<V, R> {
+pub struct FormulationResult<V, R> {
     /// Its name.
     pub name: String,
-    /// q̈ and λ, or why it does not apply here.
+    /// q̈ and λ, or the reason why it does not apply here.
     pub solved: Result<Solved<V, R>, String>,
     /// How far q̈ is from the reference, as [`Comparison`] measures it; 0 where it does not apply.
     pub accelerations: f64,
@@ -42,7 +45,7 @@ pub struct Formulated<V, R> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison<V, R> {
     /// All formulations, those that do not apply included.
-    pub formulations: Vec<Formulated<V, R>>,
+    pub formulations: Vec<FormulationResult<V, R>>,
     /// Whether the multipliers are unique.
     pub unique: bool,
     /// Rank of Φ_q, and number of rows that hold.
@@ -88,38 +91,46 @@ impl<V, R> fmt::Display for Comparison<V, R> {
     }
 }
 
-/// Compares them at a state.
+/// Compares all formulations at a state.
 pub(crate) fn compare<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
 ) -> Result<Comparison<M::Vector, M::Rows>, SolveError> {
-    let reference: OutcomeOf<M> = with_workspace::<M, _>(|workspace| solve_general(model, state, workspace))?;
-    let dense = DenseEquations::new(model, state, &reference);
+    let reference: ConstrainedAccelerationsOf<M> =
+        with_workspace::<M, _>(|workspace| solve_general(model, state, workspace))?;
+    let equations = DenseEquations::new(model, state, &reference);
     let mut formulations = Vec::new();
     let mut add = |name: String, solved: Result<SolvedOf<M>, String>| {
         let (accelerations, reactions) = match &solved {
-            Ok(solved) => dense.distance::<M>(&reference, solved),
+            Ok(solved) => equations.distance::<M>(&reference, solved),
             Err(_) => (0.0, 0.0),
         };
-        formulations.push(Formulated { name, solved, accelerations, reactions });
+        formulations.push(FormulationResult { name, solved, accelerations, reactions });
     };
-    let Outcome { accelerations, multipliers, .. } = reference;
+    let ConstrainedAccelerations { accelerations, multipliers, .. } = reference;
     add("general solver (null space)".to_string(), Ok(Solved { accelerations, multipliers }));
     let name = match M::ROUTE {
         Route::Unrolled { elimination } => alloc::format!("generated code ({elimination})"),
         _ => "generated code".to_string(),
     };
-    add(name, unrolled(model, constants, state));
-    add("augmented matrix by LU".to_string(), dense.augmented::<M>());
-    add("range space by Cholesky".to_string(), dense.range_space::<M>());
+    add(name, solve_by_generated_code(model, constants, state));
+    add("augmented matrix by LU".to_string(), equations.solve_augmented::<M>());
+    add("range space by Cholesky".to_string(), equations.solve_range_space::<M>());
     let embedding = with_workspace::<M, _>(|workspace| Embedding::new(model, state, workspace))?;
-    add("partition by LU".to_string(), dense.partitioned(&embedding));
-    let found = reference.diagnosis.map_or((0, 0), |d| (d.rank, d.active));
-    Ok(Comparison { formulations, unique: reference.unique(), rank: found })
+    add("partition by LU".to_string(), equations.solve_partitioned(&embedding));
+    let rank_and_rows = reference.diagnosis.map_or((0, 0), |d| (d.rank, d.active));
+    Ok(Comparison { formulations, unique: reference.unique(), rank: rank_and_rows })
 }
 
-fn unrolled<M: Constraints>(
+/// A pivot of the full-pivoting LU below this part of the largest makes the augmented matrix singular. Its
+/// entries are scaled to 1, so that rounding leaves pivots of about 10⁻¹⁵ where it is singular.
+const SINGULAR_PIVOT_RATIO: f64 = 1e-12;
+/// The same of the diagonal of a Cholesky factor, which is the square root of a pivot.
+const SINGULAR_CHOLESKY_RATIO: f64 = 1e-6;
+
+/// q̈ and λ by the generated code, or why there are none.
+fn solve_by_generated_code<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
@@ -127,15 +138,15 @@ fn unrolled<M: Constraints>(
     if let Route::General { reason } = M::ROUTE {
         return Err(alloc::format!("none: {reason}"));
     }
-    let refused = || {
+    let reason_for_none = || {
         let why =
             if state.modes().all_hold() { "a pivot is too small here" } else { "a constraint is released" };
         why.to_string()
     };
-    model.solve_unrolled(constants, state).ok_or_else(refused)
+    model.solve_unrolled(constants, state).ok_or_else(reason_for_none)
 }
 
-/// The equations at a state, dense, with the rows that hold alone.
+/// The equations at a state as dense matrices, with the active rows only.
 struct DenseEquations {
     n: usize,
     rows: Vec<usize>,
@@ -145,12 +156,12 @@ struct DenseEquations {
     jacobian: DMatrix<f64>,
     gamma: DVector<f64>,
     scale: Vec<f64>,
-    /// What distances are relative to.
+    /// The size that distances are relative to.
     size: f64,
 }
 
 impl DenseEquations {
-    fn new<M: Constraints>(model: &M, state: &M::State, reference: &OutcomeOf<M>) -> Self {
+    fn new<M: Constraints>(model: &M, state: &M::State, reference: &ConstrainedAccelerationsOf<M>) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
         let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
@@ -161,42 +172,55 @@ impl DenseEquations {
             model.friction(state, &reference.multipliers, &mut force, &mut alloc::vec![0.0; n * r]);
         }
         let rows: Vec<usize> = (0..r).filter(|row| holds::<M>(state.modes(), *row)).collect();
-        let held: Vec<f64> = rows.iter().flat_map(|i| &jacobian[i * n..(i + 1) * n]).copied().collect();
+        let active_gradients: Vec<f64> =
+            rows.iter().flat_map(|i| &jacobian[i * n..(i + 1) * n]).copied().collect();
         let mut scale = alloc::vec![0.0; n];
-        scale_coordinates(&mass, &held, &mut scale);
-        let mut it = Self {
+        scale_coordinates(&mass, &active_gradients, &mut scale);
+        let mut equations = Self {
             n,
             mass: DMatrix::from_row_slice(n, n, &mass),
             force: DVector::from_vec(force),
-            jacobian: DMatrix::from_row_slice(rows.len(), n, &held),
+            jacobian: DMatrix::from_row_slice(rows.len(), n, &active_gradients),
             gamma: DVector::from_iterator(rows.len(), rows.iter().map(|row| gamma[*row])),
             rows,
             scale,
             size: 0.0,
         };
-        let reaction = it.reaction(&reference.multipliers);
+        let reaction = equations.reaction(&reference.multipliers);
         let largest = |values: &[f64], power: i32| {
-            let scaled = values.iter().zip(&it.scale).map(|(x, s)| (x * crate::math::powi(*s, power)).abs());
+            let scaled =
+                values.iter().zip(&equations.scale).map(|(x, s)| (x * crate::math::powi(*s, power)).abs());
             scaled.fold(0.0, crate::math::max)
         };
-        let parts =
-            [(reference.accelerations.as_slice(), -1), (it.force.as_slice(), 1), (reaction.as_slice(), 1)];
-        it.size = parts.iter().map(|(values, power)| largest(values, *power)).fold(0.0, crate::math::max);
-        it
+        let terms = [
+            (reference.accelerations.as_slice(), -1),
+            (equations.force.as_slice(), 1),
+            (reaction.as_slice(), 1),
+        ];
+        equations.size =
+            terms.iter().map(|(values, power)| largest(values, *power)).fold(0.0, crate::math::max);
+        equations
     }
 
     /// Φ_qᵀλ.
     fn reaction<R: Vector>(&self, multipliers: &R) -> DVector<f64> {
-        let held = DVector::from_iterator(self.rows.len(), self.rows.iter().map(|row| multipliers[*row]));
-        self.jacobian.transpose() * held
+        let active_gradients =
+            DVector::from_iterator(self.rows.len(), self.rows.iter().map(|row| multipliers[*row]));
+        self.jacobian.transpose() * active_gradients
     }
 
-    fn distance<M: Constraints>(&self, reference: &OutcomeOf<M>, solved: &SolvedOf<M>) -> (f64, f64) {
+    /// Distances of accelerations and of reactions from the reference, relative to the size of both.
+    fn distance<M: Constraints>(
+        &self,
+        reference: &ConstrainedAccelerationsOf<M>,
+        solved: &SolvedOf<M>,
+    ) -> (f64, f64) {
         let (a, b) = (reference.accelerations.as_slice(), solved.accelerations.as_slice());
-        let apart = self.reaction(&reference.multipliers) - self.reaction(&solved.multipliers);
+        let difference = self.reaction(&reference.multipliers) - self.reaction(&solved.multipliers);
         let accelerations =
             (0..self.n).map(|i| ((a[i] - b[i]) / self.scale[i]).abs()).fold(0.0, crate::math::max);
-        let reactions = (0..self.n).map(|i| (apart[i] * self.scale[i]).abs()).fold(0.0, crate::math::max);
+        let reactions =
+            (0..self.n).map(|i| (difference[i] * self.scale[i]).abs()).fold(0.0, crate::math::max);
         if self.size > 0.0 {
             (accelerations / self.size, reactions / self.size)
         } else {
@@ -204,6 +228,7 @@ impl DenseEquations {
         }
     }
 
+    /// q̈ and λ of all rows from λ of the active ones.
     fn result<M: Constraints>(&self, a: &DVector<f64>, lambda: &DVector<f64>) -> SolvedOf<M> {
         let mut solved = Solved { accelerations: M::Vector::zeros(), multipliers: M::Rows::zeros() };
         solved.accelerations.as_mut_slice().copy_from_slice(a.as_slice());
@@ -211,13 +236,13 @@ impl DenseEquations {
         solved
     }
 
-    /// Rows at unit length, as far as they have one, in scaled coordinates: Φ̂ = W Φ S, and W.
+    /// Φ̂ = W Φ S in scaled coordinates with rows at unit length, and W.
     fn balanced(&self) -> (DMatrix<f64>, Vec<f64>) {
         let mut jacobian = self.jacobian.clone();
         for (mut column, s) in jacobian.column_iter_mut().zip(&self.scale) {
             column *= *s;
         }
-        // A zero row, at a change point, has no length to be brought to.
+        // A zero row, at a change point, stays zero.
         let weight = |length: f64| if length > 0.0 { 1.0 / length } else { 1.0 };
         let weights: Vec<f64> = jacobian.row_iter().map(|row| weight(row.norm())).collect();
         for (mut row, weight) in jacobian.row_iter_mut().zip(&weights) {
@@ -231,7 +256,7 @@ impl DenseEquations {
     }
 
     /// [M −Φ_qᵀ; Φ_q 0] (a, λ) = (Q, γ).
-    fn augmented<M: Constraints>(&self) -> Result<SolvedOf<M>, String> {
+    fn solve_augmented<M: Constraints>(&self) -> Result<SolvedOf<M>, String> {
         let (n, m) = (self.n, self.rows.len());
         let (jacobian, weights) = self.balanced();
         let mut matrix = DMatrix::zeros(n + m, n + m);
@@ -244,8 +269,8 @@ impl DenseEquations {
         });
         let lu = matrix.full_piv_lu();
         let pivots = lu.u().diagonal().abs();
-        // Not-a-number, too, is no pivot.
-        let regular = pivots.min() > 1e-12 * pivots.max();
+        // Also false for NaN.
+        let regular = pivots.min() > SINGULAR_PIVOT_RATIO * pivots.max();
         if !regular {
             return Err("does not apply: the augmented matrix is singular here".to_string());
         }
@@ -256,12 +281,12 @@ impl DenseEquations {
     }
 
     /// Φ_q M⁻¹ Φ_qᵀ λ = γ − Φ_q M⁻¹ Q, a = M⁻¹ (Q + Φ_qᵀ λ).
-    fn range_space<M: Constraints>(&self) -> Result<SolvedOf<M>, String> {
+    fn solve_range_space<M: Constraints>(&self) -> Result<SolvedOf<M>, String> {
         let (jacobian, weights) = self.balanced();
         let mass =
             self.balanced_mass().cholesky().ok_or("does not apply: the mass matrix is singular here")?;
         let inertia = mass.l_dirty().diagonal().abs();
-        if inertia.min() <= 1e-6 * inertia.max() {
+        if inertia.min() <= SINGULAR_CHOLESKY_RATIO * inertia.max() {
             return Err("does not apply: the mass matrix is singular here".to_string());
         }
         let force = DVector::from_fn(self.n, |i, _| self.scale[i] * self.force[i]);
@@ -270,7 +295,7 @@ impl DenseEquations {
         let singular = "does not apply: rows repeat each other here";
         let schur = schur.ok_or(singular)?;
         let pivots = schur.l_dirty().diagonal().abs();
-        if !self.rows.is_empty() && pivots.min() <= 1e-6 * pivots.max() {
+        if !self.rows.is_empty() && pivots.min() <= SINGULAR_CHOLESKY_RATIO * pivots.max() {
             return Err(singular.to_string());
         }
         let free = mass.solve(&force);
@@ -282,52 +307,56 @@ impl DenseEquations {
         Ok(self.result::<M>(&a, &lambda))
     }
 
-    /// a_D = Φ_D⁻¹ (γ − Φ_I a_I), the rest from M projected onto what leads; λ on the chosen rows from the
-    /// dependent equations.
-    fn partitioned<M: Constraints>(&self, embedding: &Embedding<M>) -> Result<SolvedOf<M>, String> {
+    /// a_D = Φ_D⁻¹ (γ − Φ_I a_I), a_I from M projected onto the independent coordinates; λ on the chosen
+    /// rows from the dependent equations.
+    fn solve_partitioned<M: Constraints>(&self, embedding: &Embedding<M>) -> Result<SolvedOf<M>, String> {
         let dependent: Vec<usize> = embedding.dependent_velocities().collect();
         let independent: Vec<usize> = (0..self.n).filter(|i| !dependent.contains(i)).collect();
-        let chosen: Vec<usize> = embedding.chosen_rows().collect();
-        let places: Vec<usize> =
-            chosen.iter().filter_map(|row| self.rows.iter().position(|x| x == row)).collect();
+        let chosen_rows: Vec<usize> = embedding.chosen_rows().collect();
+        let positions: Vec<usize> =
+            chosen_rows.iter().filter_map(|row| self.rows.iter().position(|x| x == row)).collect();
         let (jacobian, weights) = self.balanced();
-        let block =
-            DMatrix::from_fn(places.len(), dependent.len(), |i, j| jacobian[(places[i], dependent[j])]);
-        let others =
-            DMatrix::from_fn(places.len(), independent.len(), |i, j| jacobian[(places[i], independent[j])]);
-        let gamma = DVector::from_fn(places.len(), |i, _| weights[places[i]] * self.gamma[places[i]]);
+        let dependent_block =
+            DMatrix::from_fn(positions.len(), dependent.len(), |i, j| jacobian[(positions[i], dependent[j])]);
+        let independent_block = DMatrix::from_fn(positions.len(), independent.len(), |i, j| {
+            jacobian[(positions[i], independent[j])]
+        });
+        let gamma =
+            DVector::from_fn(positions.len(), |i, _| weights[positions[i]] * self.gamma[positions[i]]);
         let singular = "does not apply: the block of the dependent coordinates is singular here";
-        let known = solution(block.clone(), DMatrix::from_column_slice(gamma.len(), 1, gamma.as_slice()))
-            .ok_or(singular)?;
-        let by_leading = -solution(block.clone(), others).ok_or(singular)?;
-        // â = c + B â_I.
+        let offset_on_dependent =
+            solution(dependent_block.clone(), DMatrix::from_column_slice(gamma.len(), 1, gamma.as_slice()))
+                .ok_or(singular)?;
+        let by_independent = -solution(dependent_block.clone(), independent_block).ok_or(singular)?;
+        // All accelerations from the independent ones: â = c + B â_I.
         let mut basis = DMatrix::zeros(self.n, independent.len());
         let mut offset = DVector::zeros(self.n);
         for (i, row) in dependent.iter().enumerate() {
-            basis.row_mut(*row).copy_from(&by_leading.row(i));
-            offset[*row] = known[i];
+            basis.row_mut(*row).copy_from(&by_independent.row(i));
+            offset[*row] = offset_on_dependent[i];
         }
         independent.iter().enumerate().for_each(|(j, row)| basis[(*row, j)] = 1.0);
+        // The projected equations BᵀM̂B â_I = Bᵀ(Q̂ − M̂ c).
         let mass = self.balanced_mass();
         let force = DVector::from_fn(self.n, |i, _| self.scale[i] * self.force[i]);
         let reduced = basis.transpose() * &mass * &basis;
         let right = basis.transpose() * (&force - &mass * &offset);
-        let leading = reduced
+        let independent_accelerations = reduced
             .cholesky()
             .ok_or("does not apply: no inertia on the motions that are left")?
             .solve(&right);
-        let a = offset + basis * leading;
+        let a = offset + basis * independent_accelerations;
         let reaction = &mass * &a - force;
-        let wanted = DMatrix::from_fn(dependent.len(), 1, |i, _| reaction[dependent[i]]);
-        let on_rows = solution(block.transpose(), wanted).ok_or(singular)?;
+        let dependent_reaction = DMatrix::from_fn(dependent.len(), 1, |i, _| reaction[dependent[i]]);
+        let on_rows = solution(dependent_block.transpose(), dependent_reaction).ok_or(singular)?;
         let mut lambda = DVector::zeros(self.rows.len());
-        places.iter().zip(on_rows.iter()).for_each(|(place, x)| lambda[*place] = weights[*place] * x);
+        positions.iter().zip(on_rows.iter()).for_each(|(place, x)| lambda[*place] = weights[*place] * x);
         let a = DVector::from_fn(self.n, |i, _| self.scale[i] * a[i]);
         Ok(self.result::<M>(&a, &lambda))
     }
 }
 
-/// A⁻¹ B, also for an A without rows, on which nalgebra's decomposition panics.
+/// A⁻¹ B; also for an A without rows, for which nalgebra's decomposition panics.
 fn solution(a: DMatrix<f64>, b: DMatrix<f64>) -> Option<DMatrix<f64>> {
     if a.is_empty() { Some(b) } else { a.full_piv_lu().solve(&b) }
 }

@@ -1,50 +1,55 @@
-//! Condition numbers of mass matrices.
+//! Condition numbers of mass matrices: κ = ‖S‖₁ ‖S⁻¹‖₁ of M scaled to a unit diagonal.
 
 use alloc::vec::Vec;
 
 use nalgebra::DMatrix;
 
 use super::gradients::mass;
-use super::inertia::{left_inertia, unit_inertias};
+use super::inertia::{projected_inertia, unit_inertias};
 use super::with_workspace;
 use crate::math;
 use crate::model::{Constraints, Known};
 
+/// κ of M at a state.
 pub(crate) fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
     with_workspace::<M, _>(|workspace| {
-        condition_of(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD)
+        mass_condition_number(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD)
     })
 }
 
-/// κ of P S P + b (1 − P), P onto the velocities that the constraints leave, b the mean inertia of these.
-pub(crate) fn left_condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
+/// κ of the inertia on the velocities that the constraints leave: of P S P + b (1 − P), P the projection
+/// onto these velocities, b their mean inertia.
+pub(crate) fn constrained_condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
     let n = M::COORDINATES.len();
-    let mean = |mass: &[f64], held: usize| match n.saturating_sub(held) {
+    let mean = |mass: &[f64], has_constraints: usize| match n.saturating_sub(has_constraints) {
         0 => 1.0,
         free => (0..n).map(|i| mass[i * n + i]).sum::<f64>() / free as f64,
     };
-    let left = left_inertia(model, state, &unit_inertias(model, state), mean);
-    left.map_or(f64::NAN, |left| condition_of(n, &left, false))
+    let projected = projected_inertia(model, state, &unit_inertias(model, state), mean);
+    projected.map_or(f64::NAN, |projected| mass_condition_number(n, &projected, false))
 }
 
-/// Of M by rows; an exact 1 where it is diagonal. Coordinates without any inertia are carried along by
-/// constraints, if there are any (`held`); the accelerations of the others are what M determines.
-pub(crate) fn condition_of(n: usize, mass: &[f64], held: bool) -> f64 {
+/// κ of M by rows; exactly 1 where M is diagonal. Coordinates without any inertia are left out where there
+/// are constraints, which determine them. M determines the accelerations of the others.
+pub(crate) fn mass_condition_number(n: usize, mass: &[f64], has_constraints: bool) -> f64 {
     let entry = |i: usize, j: usize| mass[i * n + j];
-    let heavy: Vec<usize> = (0..n).filter(|i| !held || (0..n).any(|j| entry(*i, j) != 0.0)).collect();
+    let with_inertia: Vec<usize> =
+        (0..n).filter(|i| !has_constraints || (0..n).any(|j| entry(*i, j) != 0.0)).collect();
     let scale = |i: usize| if entry(i, i) == 0.0 { 1.0 } else { entry(i, i).abs() };
     let scaled = |i: usize, j: usize| entry(i, j) / math::sqrt(scale(i) * scale(j));
-    let scaled = DMatrix::from_fn(heavy.len(), heavy.len(), |i, j| scaled(heavy[i], heavy[j]));
+    let scaled = DMatrix::from_fn(with_inertia.len(), with_inertia.len(), |i, j| {
+        scaled(with_inertia[i], with_inertia[j])
+    });
     if scaled.iter().any(|x| x.is_nan()) {
         return f64::NAN;
     }
     let size = norm(&scaled);
     if size == 1.0 && scaled.diagonal().iter().all(|x| x.abs() == 1.0) {
-        // Nothing beside a unit diagonal.
+        // A unit diagonal and nothing else.
         return 1.0;
     }
-    // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is singular
-    // twice.
+    // By elimination. Up to four rows `try_inverse` of a matrix has closed forms, which return finite numbers for
+    // matrices of rank n − 2.
     scaled.lu().try_inverse().map_or(f64::INFINITY, |inverse| size * norm(&inverse))
 }
 

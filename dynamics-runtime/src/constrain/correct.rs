@@ -1,17 +1,19 @@
-//! Corrections that constraints call for: Baumgarte's terms, and what projections and impacts are made of.
+//! Corrections along the constraint forces: M δ = Φ_qᵀ μ, Φ_q δ = r.
+//!
+//! Projections of positions and velocities, impacts and Baumgarte's stabilization are made of them.
 
-use super::{Accelerated, Factored, accelerate, general, holds};
+use super::{DiagnosedAccelerations, FactoredEquations, accelerate, holds, solve_with_correction};
 use crate::error::SolveError;
 use crate::linalg::add;
 use crate::model::{Constraints, Model, ModelState, Vector};
 
-/// δ with M δ = Φ_qᵀ μ for some μ, Φ_q δ = `right`: the change of least M-norm that the constraints can make.
+/// The correction δ of least M-norm with Φ_q δ = `right`: M δ = Φ_qᵀ μ for some μ.
 ///
-/// Where constraints repeat each other, `right` is met as well as it can be, by least squares: whoever
-/// corrects says what is left over.
+/// Where constraints repeat each other, `right` is met in the sense of least squares. The caller checks what
+/// is left over.
 ///
 /// # Errors
-/// As [`super::solve`], without contradictions.
+/// As [`super::solve`], but contradictions are not reported.
 pub fn correct<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -27,7 +29,7 @@ pub fn correct<M: Constraints>(
     Ok(correction.change)
 }
 
-/// A change of coordinates or velocities that the constraints make, and what they take to make it.
+/// A change of coordinates or velocities by constraint forces, with the impulses that make it.
 pub(super) struct ConstraintCorrection<V, R> {
     /// δ.
     pub(super) change: V,
@@ -35,7 +37,7 @@ pub(super) struct ConstraintCorrection<V, R> {
     pub(super) impulses: R,
 }
 
-/// A correction of a model.
+/// [`ConstraintCorrection`] of a model.
 pub(super) type CorrectionOf<M> = ConstraintCorrection<<M as Model>::Vector, <M as Constraints>::Rows>;
 
 impl<V: Vector, R: Vector> ConstraintCorrection<V, R> {
@@ -43,8 +45,8 @@ impl<V: Vector, R: Vector> ConstraintCorrection<V, R> {
         Self { change: V::zeros(), impulses: R::zeros() }
     }
 
-    /// Where M is not finite.
-    pub(super) fn not_a_number() -> Self {
+    /// NaN, where M is not finite.
+    pub(super) fn undefined() -> Self {
         let mut correction = Self::none();
         correction.change.as_mut_slice().fill(f64::NAN);
         correction.impulses.as_mut_slice().fill(f64::NAN);
@@ -60,11 +62,11 @@ pub(super) fn correct_rows<M: Constraints>(
     active: &dyn Fn(usize) -> bool,
     workspace: &mut [f64],
 ) -> Result<CorrectionOf<M>, SolveError> {
-    let Some(mut factored) = Factored::new(model, state, active, false, workspace)? else {
-        return Ok(ConstraintCorrection::not_a_number());
+    let Some(mut factored) = FactoredEquations::new(model, state, active, false, workspace)? else {
+        return Ok(ConstraintCorrection::undefined());
     };
-    // A state on the constraints is on all of them, as near as rounding lets it be.
-    factored.system.weigh_alike();
+    // A state on the constraints fulfils all rows, redundant ones included.
+    factored.system.ignore_redundancy();
     let mut correction = ConstraintCorrection::none();
     let ConstraintCorrection { change, impulses }: &mut CorrectionOf<M> = &mut correction;
     let _left_over = factored.system.solve(
@@ -78,11 +80,10 @@ pub(super) fn correct_rows<M: Constraints>(
 
 /// q̈ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A
 /// q̇ + b).
-///
-/// Drift then obeys Φ̈ + 2αΦ̇ + β²Φ = 0: with α = β it decays as (1 + αt)e^{−αt}, without overshoot, and an
-/// explicit method of step h has to have αh within its region of stability. Reactions are those of
-/// [`super::solve`]: what keeps the drift small is no force that the model bears. Baumgarte, Comput. Methods
-/// Appl. Mech. Eng. 1 (1972) 1–16.
+/// The drift then obeys Φ̈ + 2αΦ̇ + β²Φ = 0. With α = β it decays as (1 + αt)e^{−αt}, without
+/// overshoot. An explicit method of step h must have αh within its region of stability. The reactions of a
+/// motion are those of [`super::solve`]: the force that keeps the drift small is none that the modelled
+/// bodies bear. Source: J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1–16.
 ///
 /// # Errors
 /// As [`super::solve`].
@@ -92,7 +93,7 @@ pub fn solve_baumgarte<M: Constraints>(
     state: &M::State,
     (alpha, beta): (f64, f64),
     workspace: &mut [f64],
-) -> Result<Accelerated<M::Vector>, SolveError> {
+) -> Result<DiagnosedAccelerations<M::Vector>, SolveError> {
     let mut right = model.velocity_residual(state);
     right.as_mut_slice().iter_mut().for_each(|x| *x *= -2.0 * alpha);
     let residual = model.residual(state);
@@ -105,8 +106,9 @@ pub fn solve_baumgarte<M: Constraints>(
     let unrolled = (!M::FRICTION).then(|| model.accelerate_unrolled(constants, state)).flatten();
     let Some((mut accelerations, more)) = unrolled.zip(model.correct_unrolled(constants, state, &right))
     else {
-        return general(model, state, Some(&right), workspace).map(Accelerated::from);
+        return solve_with_correction(model, state, Some(&right), workspace)
+            .map(DiagnosedAccelerations::from);
     };
     add(accelerations.as_mut_slice(), more.as_slice());
-    Ok(Accelerated { accelerations, diagnosis: None })
+    Ok(DiagnosedAccelerations { accelerations, diagnosis: None })
 }

@@ -1,55 +1,54 @@
-//! Minimal coordinates by coordinate partitioning: some coordinates lead, the constraints give the others.
-//!
-//! From Φ(q, t) = 0 the dependent coordinates q_D follow from the independent q_I by Newton on the block Φ_D,
-//! warm from what they were; from Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0 likewise the dependent velocities, by one
-//! linear solve; with nonholonomic rows there are fewer independent velocities than coordinates. Wehage &
-//! Haug, J. Mech. Design 104 (1982) 247–255.
-//!
+//! Minimal coordinates by coordinate partitioning: independent coordinates, and dependent ones that follow
+//! from the constraints.
+//! The dependent coordinates q_D follow from the independent q_I by Newton's method on the block Φ_D of
+//! Φ(q, t) = 0, started from their last values. The dependent velocities follow likewise from Φ_q
+//! q̇ + Φ_t = 0 and A q̇ + b = 0, by one linear solve. With nonholonomic rows there are fewer independent
+//! velocities than coordinates. Source: Wehage & Haug, J. Mech. Design 104 (1982) 247–255.
 //! The blocks are chosen by Gaussian elimination with complete pivoting, coordinates scaled by their inertia
-//! and rows to unit length: what is light and moves most becomes dependent. Chosen anew, by
-//! [`Embedding::renew`], where the block's conditioning (its least pivot, with rows of Φ_q at unit length)
-//! has fallen to seven tenths of what it was, if that helps. Where a block fails — a dead point — states are
-//! projected, weighted by masses, and counted.
-//!
-//! For questions about a state, and for integrators of one's own. Motions let no coordinate lead for longer
-//! than a moment: within a step it may turn round, and where two blocks meet what one misses is another's.
-//! Measured with DOP853, stages and ends by blocks that were judged at every step: on an elliptic trammel
-//! that spins a hundred to two thousand times the error of projection, on pendulums in x and y ten times. See
-//! [`Formulation::Embedded`](crate::simulate::Formulation::Embedded).
+//! and rows to unit length, so that light coordinates that move most become dependent. The quality of a block
+//! is its least pivot, with rows of Φ_q at unit length. [`Embedding::renew`] chooses new blocks where the
+//! quality has fallen to seven tenths of what it was, if that helps. Where a block fails, at a dead point,
+//! states are projected, weighted by masses, and counted.
+//! This is for questions about a state, and for users' own integrators. Runs use the blocks only within a
+//! step, because a step may pass a dead point, and where blocks change the errors of the independent
+//! coordinates move to others. Measured with DOP853, with stages and ends by blocks that were judged at every
+//! step: the error is a hundred to two thousand times that of projection on an elliptic trammel that spins,
+//! ten times on pendulums in x and y. See [`Formulation::Embedded`](crate::simulate::Formulation::Embedded).
 
-use super::project::{admit, project_positions, project_velocities};
-use super::system::{RANK_TOLERANCE, Read, scale_coordinates};
-use super::{Gradients, gradients, holds, lent, names};
+use super::project::{ConstraintLevel, check_admissible, project_positions, project_velocities};
+use super::system::{ModelTerms, RANK_TOLERANCE, scale_coordinates};
+use super::{Gradients, borrow_workspace, gradients, holds, system_names};
 use crate::error::SolveError;
 use crate::linalg::lu::{self, Lu};
 use crate::linalg::{WorkMemory, max_abs, norm};
 use crate::math::sqrt;
 use crate::model::{Constraints, Model, ModelState, Modes, Terms, Vector};
 
-/// Share of the conditioning at its choice to which a block may fall before it is chosen anew. What the
-/// independent coordinates miss, the dependent ones miss by as many times more as the block is worse, and a
-/// step goes on from there: with a fifth, pendulums in x and y lose one to two digits at the same tolerance
-/// and take a fifth more steps.
-const DEGRADED: f64 = 0.7;
-/// By how much a block must be better than the one in use to be chosen instead.
-const WORTH: f64 = 1.05;
-/// Conditioning below which a block is not used.
-const USELESS: f64 = 1e-9;
-/// Most Newton steps for dependent coordinates.
-const MOST_NEWTON_STEPS: u32 = 12;
+/// A new block is looked for where the quality has fallen to this part of that at its choice. The dependent
+/// coordinates have the errors of the independent ones, amplified as the block gets worse, and the next step
+/// starts from them. Measured with a fifth instead: pendulums in x and y lose one to two digits at the same
+/// tolerance and take a fifth more steps.
+const RENEWAL_QUALITY_RATIO: f64 = 0.7;
+/// Ratio of qualities from which on a new block replaces the old one. It keeps two equally good blocks from
+/// alternating.
+const RENEWAL_GAIN: f64 = 1.05;
+/// Quality below which a block is not used: the dependent coordinates would lose nine of sixteen digits.
+const MIN_BLOCK_QUALITY: f64 = 1e-9;
+/// Most Newton steps for dependent coordinates. A block that needs more fails, and the state is projected.
+const MAX_NEWTON_STEPS: u32 = 12;
 
-/// Which rows determine which coordinates.
+/// Which rows determine which dependent coordinates.
 #[derive(Clone, Copy, Debug)]
 struct Partition<V, R> {
-    /// Number of rows that hold.
+    /// Number of active rows.
     active: usize,
     rank: usize,
-    /// Indices, as numbers: their count is that of the rows, whatever the model.
+    /// Indices, stored as `f64`: `M::Rows` is the only array with one entry per row.
     rows: R,
     columns: R,
-    /// Of the coordinates, when the partition was chosen: what the conditioning is judged in.
+    /// Scales of the coordinates when the partition was chosen, in which its quality is measured.
     scale: V,
-    /// Least pivot then.
+    /// Least pivot of the block then.
     quality: f64,
     /// Whether the determinant of the block was negative then.
     negative: bool,
@@ -61,15 +60,15 @@ pub struct Embedding<M: Constraints> {
     positions: PartitionOf<M>,
     velocities: PartitionOf<M>,
     modes: Modes,
-    /// How often the blocks were chosen anew.
+    /// How often other blocks were chosen.
     pub renewals: u64,
-    /// How often a block failed and the projection took over.
+    /// How often a block failed and the state was projected instead.
     pub projections: u64,
-    /// The worst conditioning that a block was used with: its least pivot, with rows of Φ_q at unit length.
+    /// The lowest quality of a block that was used: its least pivot, with rows of Φ_q at unit length.
     pub worst: f64,
 }
 
-/// Memory that an embedding takes.
+/// Memory that an embedding needs.
 pub(super) const fn memory(n: usize, r: usize) -> usize {
     let choice = n * n + 3 * n + n * r + 3 * r;
     let block = r * r + 4 * r + lu::memory(r) + gradients::memory(n, r);
@@ -134,7 +133,8 @@ impl<M: Constraints> Embedding<M> {
         Ok(())
     }
 
-    /// Whether the blocks gave the dependent coordinates and velocities; else the state is what it was.
+    /// Computes the dependent coordinates and velocities by the blocks; false where these fail, with the state as
+    /// it was.
     fn restore_by_blocks(
         &mut self,
         model: &M,
@@ -142,13 +142,13 @@ impl<M: Constraints> Embedding<M> {
         workspace: &mut [f64],
     ) -> Result<bool, SolveError> {
         if state.modes() != self.modes {
-            // Other constraints: another partition.
-            let others = Self::new(model, state, workspace)?;
+            // Other constraints are active: another partition.
+            let renewed = Self::new(model, state, workspace)?;
             *self = Self {
                 renewals: self.renewals + 1,
                 projections: self.projections,
-                worst: self.worst.min(others.worst),
-                ..others
+                worst: self.worst.min(renewed.worst),
+                ..renewed
             };
         }
         let start = *state.q();
@@ -170,24 +170,25 @@ impl<M: Constraints> Embedding<M> {
         let k = self.positions.rank;
         let mut size = f64::INFINITY;
         let mut change = 1.0;
-        for _ in 0..MOST_NEWTON_STEPS {
+        for _ in 0..MAX_NEWTON_STEPS {
             let residual = model.residual(state);
-            let before = core::mem::replace(&mut size, max_abs(self.pick(&residual, workspace)));
+            let last_size = core::mem::replace(&mut size, max_abs(self.chosen_values(&residual, workspace)));
             if !size.is_finite() {
                 return Err(self.not_finite(&residual));
             }
-            // The next correction would be rounding, or no longer gains anything.
-            let next = change * (size / before);
-            let settled = next <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * before);
-            if size == 0.0 || (before.is_finite() && settled) {
+            // Quadratic convergence predicts the next correction: it would be rounding, or the last one gained nothing.
+            let next_change = change * (size / last_size);
+            let is_converged =
+                next_change <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * last_size);
+            if size == 0.0 || (last_size.is_finite() && is_converged) {
                 return Ok(true);
             }
-            let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
-            // What was picked above lies at the start.
+            let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
+            // The residuals of the chosen rows are at the start of the workspace.
             let (right, delta) = (memory.take(k), memory.take(k));
             let block = self.positions.factor(model, state, &mut memory);
             self.worst = self.worst.min(block.quality());
-            if block.fails(&self.positions) {
+            if block.has_failed(&self.positions) {
                 return Ok(false);
             }
             block.solve(right, delta);
@@ -213,7 +214,7 @@ impl<M: Constraints> Embedding<M> {
     ) -> Result<bool, SolveError> {
         let k = self.velocities.rank;
         let residual = model.velocity_residual(state);
-        let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
+        let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
         let (right, delta) = (memory.take(k), memory.take(k));
         (0..k).for_each(|i| right[i] = residual[self.velocities.rows[i] as usize]);
         if !max_abs(right).is_finite() {
@@ -221,7 +222,7 @@ impl<M: Constraints> Embedding<M> {
         }
         let block = self.velocities.factor(model, state, &mut memory);
         self.worst = self.worst.min(block.quality());
-        if block.fails(&self.velocities) {
+        if block.has_failed(&self.velocities) {
             return Ok(false);
         }
         block.solve(right, delta);
@@ -232,7 +233,7 @@ impl<M: Constraints> Embedding<M> {
     }
 
     /// The chosen rows' values, at the start of the workspace.
-    fn pick<'w>(&self, values: &impl Vector, workspace: &'w mut [f64]) -> &'w [f64] {
+    fn chosen_values<'w>(&self, values: &impl Vector, workspace: &'w mut [f64]) -> &'w [f64] {
         let k = self.positions.rank;
         (0..k).for_each(|i| workspace[i] = values[self.positions.rows[i] as usize]);
         &workspace[..k]
@@ -241,43 +242,46 @@ impl<M: Constraints> Embedding<M> {
     #[cold]
     fn not_finite(&self, values: &impl Vector) -> SolveError {
         let row = values.as_slice().iter().position(|x| !x.is_finite()).unwrap_or(0);
-        SolveError::ConstraintNotFinite { row: names::<M>().row(row) }
+        SolveError::ConstraintNotFinite { row: system_names::<M>().row(row) }
     }
 
-    /// Chooses the blocks anew if they lack rows or their conditioning has degraded, and better ones exist:
-    /// to be called at accepted steps. Returns whether they changed: rows that are determined from here on
-    /// want the state to be restored again.
+    /// Chooses new blocks where the old ones lack rows or have lost quality, if there are better ones. To be
+    /// called at accepted steps. Returns whether the blocks changed: rows that belong to a block from here on
+    /// then require the state to be restored again.
     ///
     /// # Errors
     /// As [`Embedding::new`]; [`SolveError::OffConstraint`] where rows that repeat the chosen ones contradict
     /// them now.
     pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
-        let quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
-            let mut memory = lent(workspace, M::Vector::LEN, M::Rows::LEN);
+        let block_quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
+            let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
             let block = partition.factor(model, state, &mut memory);
-            if block.fails(partition) { 0.0 } else { block.quality() }
+            if block.has_failed(partition) { 0.0 } else { block.quality() }
         };
-        let now = [quality(&self.positions, workspace), quality(&self.velocities, workspace)];
-        // At a change point a block lacks rows, which are there again where the motion goes on.
-        let fine = |now: f64, partition: &PartitionOf<M>| {
-            !partition.lacks() && now > 0.0 && now >= DEGRADED * partition.quality
+        let quality_now =
+            [block_quality(&self.positions, workspace), block_quality(&self.velocities, workspace)];
+        // At a change point a block lacks rows, which are independent again where the motion goes on.
+        let is_good = |quality_now: f64, partition: &PartitionOf<M>| {
+            !partition.lacks_rows()
+                && quality_now > 0.0
+                && quality_now >= RENEWAL_QUALITY_RATIO * partition.quality
         };
-        if fine(now[0], &self.positions) && fine(now[1], &self.velocities) {
+        if is_good(quality_now[0], &self.positions) && is_good(quality_now[1], &self.velocities) {
             return Ok(false);
         }
         let (positions, velocities) = Self::choose(model, state, workspace)?;
-        let then = [quality(&positions, workspace), quality(&velocities, workspace)];
-        let more = positions.rank > self.positions.rank || velocities.rank > self.velocities.rank;
-        let changed = more || (0..2).any(|k| then[k] > WORTH * now[k]);
+        let new_quality = [block_quality(&positions, workspace), block_quality(&velocities, workspace)];
+        let has_more_rows = positions.rank > self.positions.rank || velocities.rank > self.velocities.rank;
+        let changed = has_more_rows || (0..2).any(|k| new_quality[k] > RENEWAL_GAIN * quality_now[k]);
         if changed {
             (self.positions, self.velocities) = (positions, velocities);
             self.renewals += 1;
         }
-        if self.positions.lacks() {
-            admit(model, state, "positions", workspace)?;
+        if self.positions.lacks_rows() {
+            check_admissible(model, state, ConstraintLevel::Positions, workspace)?;
         }
-        if self.velocities.lacks() {
-            admit(model, state, "velocities", workspace)?;
+        if self.velocities.lacks_rows() {
+            check_admissible(model, state, ConstraintLevel::Velocities, workspace)?;
         }
         Ok(changed)
     }
@@ -287,8 +291,8 @@ type PartitionOf<M> = Partition<<M as Model>::Vector, <M as Constraints>::Rows>;
 type PartitionPair<M> = (PartitionOf<M>, PartitionOf<M>);
 
 impl<V: Vector, R: Vector> Partition<V, R> {
-    /// Whether rows that hold are not in it, for they repeat those that are.
-    fn lacks(&self) -> bool {
+    /// Whether active rows are not in the block, because they repeat those that are.
+    fn lacks_rows(&self) -> bool {
         self.rank < self.active
     }
 
@@ -314,7 +318,7 @@ impl<V: Vector, R: Vector> Partition<V, R> {
     }
 }
 
-/// A factored block.
+/// The block Φ_D of a partition, scaled and factored.
 struct FactoredBlock<'w> {
     factored: Lu<'w>,
     weight: &'w mut [f64],
@@ -322,16 +326,17 @@ struct FactoredBlock<'w> {
 }
 
 impl FactoredBlock<'_> {
-    /// 1 where nothing is dependent.
+    /// The least pivot; 1 where nothing is dependent.
     fn quality(&self) -> f64 {
         if self.factored.least > 1.0 { 1.0 } else { self.factored.least }
     }
 
-    /// Whether it is of no use or not finite, or a dead point lies between here and where it was chosen:
-    /// beyond it, what leads has turned, and the others follow from it on another branch.
-    fn fails<V: Vector, R: Vector>(&self, partition: &Partition<V, R>) -> bool {
+    /// Whether the block is singular or not finite, or a dead point lies between here and where it was chosen.
+    /// Beyond a dead point the determinant has the other sign, the independent coordinate has turned round, and
+    /// the dependent ones would follow on another branch.
+    fn has_failed<V: Vector, R: Vector>(&self, partition: &Partition<V, R>) -> bool {
         let quality = self.quality();
-        quality.is_nan() || quality < USELESS || self.factored.negative != partition.negative
+        quality.is_nan() || quality < MIN_BLOCK_QUALITY || self.factored.negative != partition.negative
     }
 
     /// Φ_D δ = right, which is overwritten.
@@ -350,8 +355,8 @@ fn partition<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<PartitionOf<M>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let mut memory = lent(workspace, n, r);
-    let Read { mass, force, jacobian: matrix, gamma } = Read::new(n, r, &mut memory);
+    let mut memory = borrow_workspace(workspace, n, r);
+    let ModelTerms { mass, force, jacobian: matrix, gamma } = ModelTerms::new(n, r, &mut memory);
     gradients::terms(model, state, &mut Terms { mass, force, jacobian: matrix, gamma }, memory.take(r));
     let scale = memory.take(n);
     let (mut rows, mut columns) = (memory.indices(r), memory.indices(n));
@@ -359,7 +364,7 @@ fn partition<M: Constraints>(
     for row in (0..r).filter(|row| active(*row)) {
         matrix.copy_within(row * n..(row + 1) * n, m * n);
         if !max_abs(&matrix[m * n..(m + 1) * n]).is_finite() {
-            return Err(SolveError::ConstraintNotFinite { row: names::<M>().row(row) });
+            return Err(SolveError::ConstraintNotFinite { row: system_names::<M>().row(row) });
         }
         rows.set(m, row);
         m += 1;
@@ -368,7 +373,7 @@ fn partition<M: Constraints>(
     for row in matrix[..m * n].chunks_exact_mut(n) {
         row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
         let length = norm(row);
-        // A row that has vanished, at a change point, is never chosen.
+        // A vanished row, at a change point, is never chosen.
         if length > 0.0 {
             row.iter_mut().for_each(|x| *x /= length);
         }
@@ -388,8 +393,8 @@ fn partition<M: Constraints>(
         chosen.rows[i] = rows.get(i) as f64;
         chosen.columns[i] = columns.get(i) as f64;
     }
-    let mut memory = lent(workspace, n, r);
-    // A block that is taken because there is no better one is judged by itself.
+    let mut memory = borrow_workspace(workspace, n, r);
+    // The quality is that of this block, even where it is bad and there is no better one.
     let block = chosen.factor(model, state, &mut memory);
     (chosen.quality, chosen.negative) = (block.quality(), block.factored.negative);
     Ok(chosen)

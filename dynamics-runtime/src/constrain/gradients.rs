@@ -1,6 +1,11 @@
-//! Gradients of the constraints at a state, and distances from them.
+//! Gradients of the constraints at a state, rows that vanish, and distances from the constraints.
+//!
+//! A row of Φ_q may be zero at a change point, where the branches of a mechanism cross. In floating point it
+//! is then rounding noise, which must not be scaled to unit length. So a short row is compared with its
+//! *usual length*: how much it grows per unit of the coordinates' size, measured at a [`nearby_state`]. The
+//! distance of a state from a constraint is |Φ|/‖Φ_q‖ to first order.
 
-use super::nearby::{NEARBY, beside};
+use super::nearby::{NEARBY_DISTANCE, nearby_state};
 #[cfg(feature = "alloc")]
 use crate::linalg::dot;
 use crate::linalg::{max_abs, norm};
@@ -8,18 +13,18 @@ use crate::linalg::{max_abs, norm};
 use crate::math;
 use crate::model::{Constraints, Terms, Vector};
 
-/// Φ_q by rows, in memory that a caller lends: by value it may be too large for a stack. Rows that have
-/// vanished are zero.
+/// Φ_q by rows, in memory that the caller lends, because by value it may be too large for a stack. Rows that
+/// have vanished are zero.
 pub(crate) struct Gradients<'w> {
     /// Row by row.
     pub(crate) rows: &'w [f64],
     /// The usual length of each row: see [`terms`].
-    pub(crate) usual: &'w [f64],
+    pub(crate) usual_lengths: &'w [f64],
     n: usize,
 }
 
-/// Most numbers of a Jacobian that is taken by value: 8 kB of stack.
-const BY_VALUE: usize = 1024;
+/// Most numbers of a matrix that is returned by value, on the stack: 8 kB.
+const MAX_NUMBERS_ON_STACK: usize = 1024;
 
 /// Memory of [`Gradients`].
 pub(crate) const fn memory(n: usize, r: usize) -> usize {
@@ -27,23 +32,23 @@ pub(crate) const fn memory(n: usize, r: usize) -> usize {
 }
 
 impl<'w> Gradients<'w> {
-    /// Of all rows at a state, whether they hold or not.
+    /// Φ_q of all rows at a state, active or not.
     pub(crate) fn of<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        let (mass, rest) = workspace.split_at_mut(n * n);
-        let (force, rest) = rest.split_at_mut(n);
-        let (jacobian, rest) = rest.split_at_mut(r * n);
-        let (gamma, rest) = rest.split_at_mut(r);
-        let usual = &mut rest[..r];
-        // What is always zero may not be written.
+        let (mass, remaining) = workspace.split_at_mut(n * n);
+        let (force, remaining) = remaining.split_at_mut(n);
+        let (jacobian, remaining) = remaining.split_at_mut(r * n);
+        let (gamma, remaining) = remaining.split_at_mut(r);
+        let usual_lengths = &mut remaining[..r];
+        // The model does not write entries that are always zero.
         jacobian.fill(0.0);
-        terms(model, state, &mut Terms { mass, force, jacobian, gamma }, usual);
-        Self { rows: jacobian, usual, n }
+        terms(model, state, &mut Terms { mass, force, jacobian, gamma }, usual_lengths);
+        Self { rows: jacobian, usual_lengths, n }
     }
 
-    /// The same where it is asked for again and again: without M, Q and γ where the model is small enough.
+    /// The same, without M, Q and γ where the model is small enough: for callers that evaluate it often.
     pub(crate) fn alone<M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> Self {
-        // By itself: the stack must have room for its variables only where it is called.
+        // A function of its own, so that only its call needs stack for the matrix.
         #[inline(never)]
         fn by_value<M: Constraints>(model: &M, state: &M::State, rows: &mut [f64]) {
             let jacobian = model.jacobian(state);
@@ -52,24 +57,24 @@ impl<'w> Gradients<'w> {
             }
         }
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        if n * r > BY_VALUE {
+        if n * r > MAX_NUMBERS_ON_STACK {
             return Self::of(model, state, workspace);
         }
-        let (rows, rest) = workspace.split_at_mut(r * n);
-        let usual = &mut rest[..r];
+        let (rows, remaining) = workspace.split_at_mut(r * n);
+        let usual_lengths = &mut remaining[..r];
         by_value(model, state, rows);
-        if are_short(rows, n) {
-            let beside = beside::<M>(state);
-            let mut here = M::Rows::zeros();
-            lengths(rows, n, here.as_mut_slice());
-            by_value(model, &beside, rows);
-            lengths(rows, n, usual);
+        if has_short_row(rows, n) {
+            let nearby_state = nearby_state::<M>(state);
+            let mut lengths_here = M::Rows::zeros();
+            measure_lengths(rows, n, lengths_here.as_mut_slice());
+            by_value(model, &nearby_state, rows);
+            measure_lengths(rows, n, usual_lengths);
             by_value(model, state, rows);
-            clear(rows, n, here.as_slice(), usual);
+            clear_vanished_rows(rows, n, lengths_here.as_slice(), usual_lengths);
         } else {
-            usual.fill(0.0);
+            usual_lengths.fill(0.0);
         }
-        Self { rows, usual, n }
+        Self { rows, usual_lengths, n }
     }
 
     /// The gradient of a row.
@@ -79,60 +84,69 @@ impl<'w> Gradients<'w> {
 
     /// [`distance`] of a row.
     pub(crate) fn distance(&self, row: usize, residual: f64) -> f64 {
-        distance(residual, self.row(row), self.usual[row])
+        distance(residual, self.row(row), self.usual_lengths[row])
     }
 }
 
-/// Part of its usual length below which a row has vanished: at a distance d of the place where it does,
-/// velocities along what it leaves open are known to ε/d and accelerations to ε/d², to nothing at 10⁻⁸. What
-/// is left is rounding, of sin π say, and scaled to unit length it would count as a constraint like any
-/// other.
-const VANISHED: f64 = 1e-8;
+/// A row has vanished where its length is below this part of its usual length. At a distance d from the place
+/// where a row vanishes, velocities along the direction that it leaves open are known to ε/d and
+/// accelerations to ε/d²: to no digit at d = 10⁻⁸. What is left of the row there is rounding, for
+/// example that of sin π. Scaled to unit length it would count as a constraint.
+const VANISHED_LENGTH_RATIO: f64 = 1e-8;
 
-/// A row is looked at where it is shorter than this, against the longest one and 1: else its usual length
-/// would be asked for at every evaluation.
-const SHORT: f64 = 1e-6;
+/// A row is tested for that only where it is shorter than this part of the longest row, or of 1. Otherwise
+/// every evaluation would need a second one for the usual lengths.
+const SHORT_LENGTH_RATIO: f64 = 1e-6;
 
-/// M, Q, Φ_q and γ at a state, with rows of Φ_q set to zero where they have vanished: against the length that
-/// they have `usual`ly, one unit and the size of the coordinates away, which is told (0 where no row is
-/// short). Zeros of `terms` must be zero where the model does not write.
-pub(crate) fn terms<M: Constraints>(model: &M, state: &M::State, terms: &mut Terms<'_>, usual: &mut [f64]) {
+/// Evaluates M, Q, Φ_q and γ at a state, and sets rows of Φ_q to zero where they have vanished.
+/// `usual_lengths` receives the length of each row per unit of the coordinates' size, as [`nearby_state`]
+/// shows it; 0 where no row is short. Entries of `terms` that the model does not write must be zero.
+pub(crate) fn terms<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    terms: &mut Terms<'_>,
+    usual_lengths: &mut [f64],
+) {
     model.terms(state, terms);
     let n = M::Vector::LEN;
-    if !are_short(terms.jacobian, n) {
-        usual.fill(0.0);
+    if !has_short_row(terms.jacobian, n) {
+        usual_lengths.fill(0.0);
         return;
     }
-    let mut here = M::Rows::zeros();
-    lengths(terms.jacobian, n, here.as_mut_slice());
-    model.terms(&beside::<M>(state), terms);
-    lengths(terms.jacobian, n, usual);
+    let mut lengths_here = M::Rows::zeros();
+    measure_lengths(terms.jacobian, n, lengths_here.as_mut_slice());
+    model.terms(&nearby_state::<M>(state), terms);
+    measure_lengths(terms.jacobian, n, usual_lengths);
     model.terms(state, terms);
-    clear(terms.jacobian, n, here.as_slice(), usual);
+    clear_vanished_rows(terms.jacobian, n, lengths_here.as_slice(), usual_lengths);
 }
 
-fn are_short(rows: &[f64], n: usize) -> bool {
+/// Whether a row may have vanished.
+fn has_short_row(rows: &[f64], n: usize) -> bool {
     let sizes = rows.chunks_exact(n.max(1)).map(max_abs);
     let (least, most) = sizes.fold((f64::INFINITY, 1.0_f64), |(least, most), x| (least.min(x), most.max(x)));
-    least < SHORT * most
+    least < SHORT_LENGTH_RATIO * most
 }
 
-fn lengths(rows: &[f64], n: usize, lengths: &mut [f64]) {
-    lengths.iter_mut().zip(rows.chunks_exact(n)).for_each(|(length, row)| *length = norm(row));
+fn measure_lengths(rows: &[f64], n: usize, measure_lengths: &mut [f64]) {
+    measure_lengths.iter_mut().zip(rows.chunks_exact(n)).for_each(|(length, row)| *length = norm(row));
 }
 
-/// `usual`: the lengths beside the state, which become those that are usual.
-fn clear(rows: &mut [f64], n: usize, here: &[f64], usual: &mut [f64]) {
-    for ((row, here), usual) in rows.chunks_exact_mut(n).zip(here).zip(usual) {
+/// Sets vanished rows to zero. `usual_lengths`: the lengths at the nearby state, which are converted to usual
+/// lengths.
+fn clear_vanished_rows(rows: &mut [f64], n: usize, lengths_here: &[f64], usual_lengths: &mut [f64]) {
+    for ((row, lengths_here), usual_lengths) in rows.chunks_exact_mut(n).zip(lengths_here).zip(usual_lengths)
+    {
         // Near the place where a row vanishes it grows with the distance.
-        *usual /= NEARBY;
-        if here.is_finite() && *here <= VANISHED * *usual {
+        *usual_lengths /= NEARBY_DISTANCE;
+        if lengths_here.is_finite() && *lengths_here <= VANISHED_LENGTH_RATIO * *usual_lengths {
             row.fill(0.0);
         }
     }
 }
 
-/// M at a state by rows, in memory that a caller lends; by itself where the model is small enough.
+/// M at a state by rows, in memory that the caller lends; without Q, Φ_q and γ where the model is small
+/// enough.
 #[cfg(feature = "alloc")]
 pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> &'w [f64] {
     #[inline(never)]
@@ -143,7 +157,7 @@ pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &
         }
     }
     let n = M::Vector::LEN;
-    if n * n <= BY_VALUE {
+    if n * n <= MAX_NUMBERS_ON_STACK {
         by_value(model, state, &mut workspace[..n * n]);
     } else {
         workspace[..n * n].fill(0.0);
@@ -152,12 +166,13 @@ pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &
     &workspace[..n * n]
 }
 
-/// Part of its diagonal element by which a pivot of M is positive for sure: rounding is far smaller.
+/// A pivot of M counts as positive above this part of its diagonal element. The rounding of the elimination
+/// is of the order of n ε, far smaller.
 #[cfg(feature = "alloc")]
-const POSITIVE: f64 = 1e-8;
+const POSITIVE_PIVOT_RATIO: f64 = 1e-8;
 
-/// Whether M is positive definite at a state, without doubt: then it is so along whatever constraints leave
-/// free. By Cholesky's elimination of M alone, a thirtieth of what the general solver takes for Andrews'
+/// Whether M is certainly positive definite at a state, and so along every direction that constraints leave
+/// free. Cholesky's elimination of M alone takes a thirtieth of the time of the general solver on Andrews'
 /// mechanism.
 #[cfg(feature = "alloc")]
 pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> bool {
@@ -167,11 +182,11 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
     for j in 0..n {
         for i in j..n {
             let entry = mass[i * n + j];
-            let rest = entry - dot(&mass[i * n..i * n + j], &mass[j * n..j * n + j]);
+            let remaining = entry - dot(&mass[i * n..i * n + j], &mass[j * n..j * n + j]);
             if i > j {
-                mass[i * n + j] = rest / mass[j * n + j];
-            } else if rest > POSITIVE * entry {
-                mass[j * n + j] = math::sqrt(rest);
+                mass[i * n + j] = remaining / mass[j * n + j];
+            } else if remaining > POSITIVE_PIVOT_RATIO * entry {
+                mass[j * n + j] = math::sqrt(remaining);
             } else {
                 return false;
             }
@@ -180,19 +195,20 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
     true
 }
 
-/// Part of its usual length that a gradient counts for which has vanished, where distances from its
-/// constraint are told: rounding of the residual is none, and a residual by which no state is on the
-/// constraint is one.
-const UNTOLD: f64 = 1e-4;
+/// Length of a vanished row, in parts of its usual length, in the distance from its constraint. The rounding
+/// of a residual then gives a small distance, and a residual that no state on the constraint has gives a
+/// large one.
+const VANISHED_ROW_LENGTH: f64 = 1e-4;
 
-/// |residual|/‖gradient‖, how far a state is from fulfilling a row; 0 where the residual is, infinite where
-/// the gradient vanishes here and elsewhere. `usual`: its usual length, see [`terms`].
-pub(crate) fn distance(residual: f64, gradient: &[f64], usual: f64) -> f64 {
+/// |residual|/‖gradient‖, the distance of a state from a row's constraint. It is 0 where the residual is
+/// 0, and infinite where the gradient vanishes here and at the nearby state. `usual`: the usual length of the
+/// row, see [`terms`].
+pub(crate) fn distance(residual: f64, gradient: &[f64], usual_lengths: f64) -> f64 {
     let length = norm(gradient);
     if residual == 0.0 {
         0.0
     } else if length == 0.0 {
-        residual.abs() / (UNTOLD * usual)
+        residual.abs() / (VANISHED_ROW_LENGTH * usual_lengths)
     } else {
         residual.abs() / length
     }

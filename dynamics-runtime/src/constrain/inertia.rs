@@ -1,68 +1,77 @@
-//! How much inertia is left in the direction in which a motion has least.
+//! The least inertia on the velocities that the constraints leave, and the coordinates that have it.
+//!
+//! With P the orthogonal projection onto these velocities, the eigenvalues of P M P there are the inertias. A
+//! singular value decomposition of the rows gives P, another one the least eigenvalue.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::active_set::active_rows;
 use super::gradients::{Gradients, mass};
-use super::held::active_rows;
 use super::system::scale_coordinates;
 use super::with_workspace;
-use crate::declaration::Involved;
+use crate::declaration::TopContributors;
 use crate::linalg::Svd;
 use crate::linalg::{dot, max_abs, norm};
 use crate::model::{Constraints, Known, ModelState, Vector};
 
-/// Directions that rows hold by less than this part of what the strongest hold are free.
-const RANK: f64 = 1e-7;
+/// Directions whose singular value is below this part of the largest are free. At a singular position, which
+/// is itself known to √ε = 1.5·10⁻⁸, zero singular values come out about as large as that.
+const HELD_DIRECTION_TOLERANCE: f64 = 1e-7;
 
 /// The least eigenvalue of NᵀMN, N an orthonormal basis of the velocities that the constraints leave, in
 /// coordinates of a given scale.
-pub(crate) struct Inertia {
+pub(crate) struct LeastInertia {
     /// The eigenvalue of least size, with its sign.
     pub(crate) least: f64,
     /// The coordinates that move in its direction.
-    pub(crate) coordinates: Involved,
+    pub(crate) coordinates: TopContributors,
 }
 
-/// Coordinates in which every one has inertia 1 at a state, and those without inertia the size of what they
-/// share constraints with.
+/// Scales in which every coordinate has inertia 1 at a state. Coordinates without inertia get the size of
+/// those that they share constraints with.
 pub(crate) fn unit_inertias<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
-    let (mut scale, mass, rows) = (vec![0.0; M::Vector::LEN], mass_of(model, state), rows_of(model, state));
+    let (mut scale, mass, rows) =
+        (vec![0.0; M::Vector::LEN], mass_matrix(model, state), active_gradients(model, state));
     scale_coordinates(&mass, &rows, &mut scale);
     scale
 }
 
-/// [`Inertia`] at a state; `None` where a value is not finite.
-pub(crate) fn least_inertia<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -> Option<Inertia> {
+/// [`LeastInertia`] at a state; `None` where a value is not finite.
+pub(crate) fn least_inertia<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    scale: &[f64],
+) -> Option<LeastInertia> {
     let n = M::Vector::LEN;
-    // What is held has more inertia than any free direction.
-    let mut mass = left_inertia(model, state, scale, |mass, _| (n as f64 * max_abs(mass)).max(1.0))?;
+    // Held directions get more inertia than any free direction can have.
+    let mut mass = projected_inertia(model, state, scale, |mass, _| (n as f64 * max_abs(mass)).max(1.0))?;
     let (mut v, mut sigma) = (vec![0.0; n * n], vec![0.0; n]);
     let svd = Svd::new(n, &mut mass, &mut v, &mut sigma);
     let least = (0..n).reduce(|a, b| if svd.sigma[b] < svd.sigma[a] { b } else { a })?;
     let direction = svd.right(least);
-    let coordinates = Involved::ranked(M::COORDINATES, direction.iter().copied().enumerate());
-    Some(Inertia { least: svd.sigma[least].copysign(dot(svd.column(least), direction)), coordinates })
+    let coordinates = TopContributors::ranked(M::COORDINATES, direction.iter().copied().enumerate());
+    Some(LeastInertia { least: svd.sigma[least].copysign(dot(svd.column(least), direction)), coordinates })
 }
 
-/// P M P + b (1 − P) by rows in scaled coordinates, P onto the velocities that the constraints leave. What
-/// moves has its own inertia; what is held has b, which `of_held` finds from P M P and how many are held.
-/// `None` where a value is not finite.
-pub(crate) fn left_inertia<M: Constraints>(
+/// P M P + b (1 − P) by rows in scaled coordinates, P onto the velocities that the constraints leave. Free
+/// directions keep their own inertia. Held directions get the inertia b, which `held_inertia` computes from P
+/// M P and the number of held directions. `None` where a value is not finite.
+pub(crate) fn projected_inertia<M: Constraints>(
     model: &M,
     state: &M::State,
     scale: &[f64],
-    of_held: impl Fn(&[f64], usize) -> f64,
+    held_inertia: impl Fn(&[f64], usize) -> f64,
 ) -> Option<Vec<f64>> {
     let n = M::Vector::LEN;
-    let mut mass = mass_of(model, state);
+    let mut mass = mass_matrix(model, state);
     (0..n * n).for_each(|k| mass[k] *= scale[k / n] * scale[k % n]);
-    let held = held_directions(model, state, scale)?;
+    let held_directions_basis = held_directions(model, state, scale)?;
     if mass.iter().any(|x| !x.is_finite()) {
         return None;
     }
     let project = |x: &mut [f64]| {
-        for direction in held.chunks_exact(n) {
+        for direction in held_directions_basis.chunks_exact(n) {
             let along = dot(direction, x);
             x.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
         }
@@ -70,19 +79,19 @@ pub(crate) fn left_inertia<M: Constraints>(
     mass.chunks_exact_mut(n).for_each(project);
     transpose(&mut mass, n);
     mass.chunks_exact_mut(n).for_each(project);
-    let bound = of_held(&mass, held.len() / n);
-    for direction in held.chunks_exact(n) {
+    let bound = held_inertia(&mass, held_directions_basis.len() / n);
+    for direction in held_directions_basis.chunks_exact(n) {
         (0..n * n).for_each(|k| mass[k] += bound * direction[k / n] * direction[k % n]);
     }
     Some(mass)
 }
 
-fn mass_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
+fn mass_matrix<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     with_workspace::<M, _>(|workspace| mass(model, state, workspace).to_vec())
 }
 
-/// Φ_q of the rows that hold.
-fn rows_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
+/// Φ_q of the active rows.
+fn active_gradients<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     if M::IS_FREE {
         return Vec::new();
     }
@@ -92,13 +101,13 @@ fn rows_of<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     })
 }
 
-/// An orthonormal basis of what the rows hold, in scaled coordinates, vector by vector.
+/// An orthonormal basis of the row space of Φ_q in scaled coordinates, vector by vector.
 fn held_directions<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -> Option<Vec<f64>> {
     if M::IS_FREE {
         return Some(Vec::new());
     }
     let n = M::Vector::LEN;
-    let mut rows = rows_of(model, state);
+    let mut rows = active_gradients(model, state);
     for row in rows.chunks_exact_mut(n) {
         row.iter_mut().zip(scale).for_each(|(x, s)| *x *= s);
         let length = norm(row);
@@ -112,8 +121,8 @@ fn held_directions<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -
     let m = rows.len() / n;
     let (mut v, mut sigma) = (vec![0.0; m * m], vec![0.0; m]);
     let svd = Svd::new(n, &mut rows, &mut v, &mut sigma);
-    let holds = |j: &usize| svd.sigma[*j] > RANK * svd.largest();
-    Some((0..m).filter(holds).flat_map(|j| svd.column(j).iter().map(move |x| x / svd.sigma[j])).collect())
+    let is_held = |j: &usize| svd.sigma[*j] > HELD_DIRECTION_TOLERANCE * svd.largest();
+    Some((0..m).filter(is_held).flat_map(|j| svd.column(j).iter().map(move |x| x / svd.sigma[j])).collect())
 }
 
 fn transpose(a: &mut [f64], n: usize) {

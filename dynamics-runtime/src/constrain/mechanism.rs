@@ -1,29 +1,29 @@
-//! What holds a model together: reactions by name, degrees of freedom, formulations side by side.
+//! Questions about the constraints of a model: reactions by name, degrees of freedom.
 
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::{Embedding, Factored, Gradients, check_inputs, holds, solve_once, with_workspace};
+use super::{Embedding, FactoredEquations, Gradients, check_inputs, holds, solve_once, with_workspace};
 use crate::error::SolveError;
 use crate::linalg::add_scaled;
 use crate::model::{Constraints, ModelState, Vector};
 
-/// What a constraint does to a motion.
+/// The reaction of a constraint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintReaction<V> {
     /// Name of the constraint.
     pub name: &'static str,
-    /// λ of its rows, conjugate to its components: a force where Φ is a length, and, where Φ is a vector
-    /// between points, the force there. 0 while the constraint is released.
+    /// λ of its rows, conjugate to its components: a force where Φ is a length, and the force at a point where
+    /// Φ is a vector between points. 0 while the constraint is released.
     pub multipliers: Vec<f64>,
     /// Φ_qᵀλ, the generalized force on each coordinate.
     pub generalized_force: V,
-    /// Whether the constraints determine it. Where they repeat each other it may be shared out in other ways;
-    /// least norm is given.
+    /// Whether the constraints determine it. Where they repeat each other, other distributions of the reactions
+    /// are possible; the one of least norm is given.
     pub unique: bool,
 }
 
-/// One line: `rope  λ = 12.3456` and, where other constraints repeat it, that it is shared out.
+/// One line: `rope  λ = 12.3456`, and `not unique` where other constraints repeat it.
 impl<V> fmt::Display for ConstraintReaction<V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:<16}λ =", self.name)?;
@@ -79,7 +79,7 @@ fn unique_rows<M: Constraints>(model: &M, state: &M::State) -> Result<Vec<bool>,
     let modes = state.modes();
     with_workspace::<M, _>(|workspace| {
         let Some(mut factored) =
-            Factored::new(model, state, &|row| holds::<M>(modes, row), false, workspace)?
+            FactoredEquations::new(model, state, &|row| holds::<M>(modes, row), false, workspace)?
         else {
             return Ok(alloc::vec![false; M::Rows::LEN]);
         };

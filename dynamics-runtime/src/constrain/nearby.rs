@@ -1,20 +1,20 @@
-//! States a little beside another one, and at another time.
+//! Copies of a state: displaced by a small amount, and at another time.
 
 use crate::model::{Constraints, ModelState, Vector};
 
-/// How far away a state [`beside`] another is, against 1 + |q|: a gradient that vanishes linearly has 10⁻³ of
-/// its value there at 10⁻⁶ from its zero.
-pub(crate) const NEARBY: f64 = 1e-3;
+/// Displacement of [`nearby_state`], in parts of 1 + |q|. A gradient that vanishes linearly is, at 10⁻⁶
+/// from its zero, 10⁻³ of what it is at this distance.
+pub(crate) const NEARBY_DISTANCE: f64 = 1e-3;
 
-/// A state a little off, and a little later, where a drive has moved on: every coordinate by a different
-/// amount, so that no symmetry of the model hides the change.
-pub(crate) fn beside<M: Constraints>(state: &M::State) -> M::State {
+/// A state displaced a little, and a little later, where a drive has moved on. Every coordinate changes by a
+/// different amount, so that no symmetry of the model hides the change.
+pub(crate) fn nearby_state<M: Constraints>(state: &M::State) -> M::State {
     let n = M::COORDINATES.len();
-    let mut beside = at_time(state, state.t() + NEARBY * (1.0 + state.t().abs()));
-    for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
-        *q += NEARBY * (1.0 + q.abs()) * (1.0 + 0.37 * i as f64 / n as f64);
+    let mut nearby_state = at_time(state, state.t() + NEARBY_DISTANCE * (1.0 + state.t().abs()));
+    for (i, q) in nearby_state.q_mut().as_mut_slice().iter_mut().enumerate() {
+        *q += NEARBY_DISTANCE * (1.0 + q.abs()) * (1.0 + 0.37 * i as f64 / n as f64);
     }
-    beside
+    nearby_state
 }
 
 /// The state at another time.

@@ -1,24 +1,23 @@
 //! Velocities from generalized speeds: (Φ_q; A; Y) q̇ = (−Φ_t; −b; w − y) with the constraints that hold.
-//!
-//! Rows and columns are scaled to 1, as they have units of their own, speeds of one unit alike, and
-//! eliminated with complete pivoting: rank is told at any position, and more rows than velocities, where
-//! constraints repeat each other, are no obstacle. Constraints come first, so that what they do not admit is
-//! missed by a speed and not by them. What is left over is checked against the speeds and the constraints.
+//! Rows and columns are scaled to 1, because they have units of their own; speeds of one unit share a scale.
+//! The elimination uses complete pivoting, so that the rank is found at any position, and redundant
+//! constraints are no obstacle. Rows of constraints come first: speeds that the constraints do not admit are
+//! missed, not the constraints. The residuals of speeds and constraints are checked afterwards.
 
-use super::held::active_rows;
-use super::{Involved, with_workspace};
+use super::active_set::active_rows;
+use super::{TopContributors, with_workspace};
 use crate::error::StateError;
 use crate::linalg::{Indices, WorkMemory, max_abs};
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
-/// Pivots of the scaled equations below this are rounding: velocities would be known to no digit.
-const SINGULAR: f64 = 1e-12;
-/// Pivots of the constraints below this wait for those of the speeds: rows that repeat others leave such,
-/// where the position is a little off them.
-const REPEATED: f64 = 1e-6;
-/// How far a speed may be from the one that was given, relative to the largest of its unit; and a constraint
-/// from 0, relative to its terms.
-const MET: f64 = 1e-9;
+/// Pivots of the scaled equations below this are rounding: velocities would have four digits at most.
+const SINGULAR_PIVOT: f64 = 1e-12;
+/// Rows of constraints with pivots below this are eliminated after those of the speeds. Redundant rows leave
+/// such pivots where the position is a little off the constraints.
+const REPEATED_ROW_PIVOT: f64 = 1e-6;
+/// How far a speed may be from the given value, relative to the largest of its unit, and a constraint from 0,
+/// relative to its terms.
+const SPEED_TOLERANCE: f64 = 1e-9;
 
 /// Memory for n coordinates and r constraint rows; there are at most as many speeds as coordinates.
 pub(super) const fn memory(n: usize, r: usize) -> usize {
@@ -27,13 +26,14 @@ pub(super) const fn memory(n: usize, r: usize) -> usize {
 }
 
 /// Sets the velocities of a state so that its generalized speeds are `speeds`, in the order of
-/// [`Dynamics::SPEEDS`](crate::model::Dynamics::SPEEDS), and the constraints that hold are fulfilled. Where
-/// that fails the state stays as it is.
+/// [`Dynamics::SPEEDS`](crate::model::Dynamics::SPEEDS), and the active constraints are fulfilled. On an
+/// error the state stays as it is.
 ///
 /// # Errors
 /// [`StateError::SpeedsSingular`] where the speeds do not determine the velocities in this position,
-/// [`StateError::SpeedNotMet`] where the constraints that hold do not admit them,
-/// [`StateError::VelocityNotAssembled`] where these contradict each other, [`StateError::NotFinite`].
+/// [`StateError::SpeedNotMet`] where the active constraints do not admit them,
+/// [`StateError::VelocityNotAssembled`] where the constraints contradict each other,
+/// [`StateError::NotFinite`].
 ///
 /// # Panics
 /// Where there are not as many values as the model has speeds.
@@ -54,8 +54,8 @@ pub fn move_by_speeds<M: Constraints>(
         let memory = &mut WorkMemory::new(memory);
         let mut system = SpeedSystem::read(model, &moved, speeds, memory);
         if let Err(pivot) = system.eliminate() {
-            let shares = system.undetermined(memory);
-            let coordinates = Involved::ranked(M::COORDINATES, shares);
+            let shares = system.undetermined_shares(memory);
+            let coordinates = TopContributors::ranked(M::COORDINATES, shares);
             return Err(StateError::SpeedsSingular { coordinates, pivot });
         }
         system.solve(moved.u_mut().as_mut_slice());
@@ -66,18 +66,18 @@ pub fn move_by_speeds<M: Constraints>(
     })
 }
 
-/// The equations by rows, the right-hand side behind, rows and columns in the order in which they are
-/// eliminated.
+/// The equations by rows, with the right-hand side as the last column. Rows and columns are in the order of
+/// their elimination.
 struct SpeedSystem<'w> {
     /// N.
     unknowns: usize,
     /// Y by rows, then y.
-    own: &'w [f64],
+    speed_rows: &'w [f64],
     /// Φ_q by rows.
     jacobian: &'w [f64],
     entries: &'w mut [f64],
-    /// Rows of constraints, which stand before those of the speeds.
-    held: usize,
+    /// Number of rows of constraints, which come before those of the speeds.
+    constraint_rows: usize,
     /// What each column was divided by.
     scales: &'w mut [f64],
     /// The coordinates of the columns.
@@ -87,7 +87,8 @@ struct SpeedSystem<'w> {
 }
 
 impl<'w> SpeedSystem<'w> {
-    /// Of a state at rest, so that the constraints' residuals are what does not come from velocities.
+    /// Reads the equations at a state at rest, where the residuals of the constraints are the terms without
+    /// velocities.
     fn read<M: Constraints>(
         model: &M,
         state: &M::State,
@@ -98,27 +99,28 @@ impl<'w> SpeedSystem<'w> {
         let mass = memory.zeros(n * n);
         let (force, jacobian, gamma) = (memory.zeros(n), memory.zeros(n * r), memory.zeros(r));
         model.terms(state, &mut Terms { mass, force, jacobian, gamma });
-        let (own, jacobian): (_, &'w [f64]) = (memory.zeros(s * n + s), jacobian);
-        model.speed_equations(state, own);
-        let own: &'w [f64] = own;
+        let (speed_rows, jacobian): (_, &'w [f64]) = (memory.zeros(s * n + s), jacobian);
+        model.speed_equations(state, speed_rows);
+        let speed_rows: &'w [f64] = speed_rows;
         let rows = active_rows::<M>(state.modes(), false);
-        let held = rows.clone().count();
-        let entries = memory.zeros((held + s) * (n + 1));
+        let constraint_rows = rows.clone().count();
+        let entries = memory.zeros((constraint_rows + s) * (n + 1));
         let residual = model.velocity_residual(state);
         let of_rows = rows.map(|row| (&jacobian[row * n..][..n], -residual[row]));
-        let of_speeds = (0..s).map(|i| (&own[i * n..][..n], speeds[i] - own[s * n + i]));
+        let of_speeds = (0..s).map(|i| (&speed_rows[i * n..][..n], speeds[i] - speed_rows[s * n + i]));
         for (to, (gradient, right)) in entries.chunks_exact_mut(n + 1).zip(of_rows.chain(of_speeds)) {
             to[..n].copy_from_slice(gradient);
             to[n] = right;
         }
         let (scales, order) = (memory.zeros(n), memory.indices(n));
-        let mut system = Self { unknowns: n, own, jacobian, entries, held, scales, order, rank: 0 };
+        let mut system =
+            Self { unknowns: n, speed_rows, jacobian, entries, constraint_rows, scales, order, rank: 0 };
         system.scale::<M>(memory.zeros(n));
         system
     }
 
-    /// The largest elements of columns, then of rows, become 1; of the rows of speeds of one unit together:
-    /// what is rounding in one of them stays that.
+    /// Scales the largest element of every column, then of every row, to 1. Rows of speeds of one unit share
+    /// their scale, so that rounding in one of them stays small.
     fn scale<M: Constraints>(&mut self, sizes: &mut [f64]) {
         let (n, width) = (self.unknowns, self.unknowns + 1);
         for (j, scale) in self.scales.iter_mut().enumerate() {
@@ -132,13 +134,13 @@ impl<'w> SpeedSystem<'w> {
                 row.iter_mut().for_each(|x| *x /= largest);
             }
         };
-        let (held, speeds) = self.entries.split_at_mut(self.held * width);
-        held.chunks_exact_mut(width).for_each(|row| divide(row, max_abs(&row[..n])));
+        let (constraint_rows, speeds) = self.entries.split_at_mut(self.constraint_rows * width);
+        constraint_rows.chunks_exact_mut(width).for_each(|row| divide(row, max_abs(&row[..n])));
         sizes.iter_mut().zip(speeds.chunks_exact(width)).for_each(|(size, row)| *size = max_abs(&row[..n]));
         speeds
             .chunks_exact_mut(width)
             .enumerate()
-            .for_each(|(i, row)| divide(row, alike::<M>(i, |j| sizes[j])));
+            .for_each(|(i, row)| divide(row, largest_of_same_kind::<M>(i, |j| sizes[j])));
     }
 
     /// Brings the equations to triangular form.
@@ -153,12 +155,12 @@ impl<'w> SpeedSystem<'w> {
             let largest = |rows: usize| {
                 let left = (k..rows).flat_map(|i| (k..n).map(move |j| (i, j)));
                 let sized = left.map(|(i, j)| (self.entries[i * width + j].abs(), i, j));
-                // What is not a number is no pivot.
+                // NaN is no pivot.
                 sized.filter(|(size, ..)| size.is_finite()).reduce(|a, b| if b.0 > a.0 { b } else { a })
             };
-            let of_held = largest(self.held).filter(|(size, ..)| *size > REPEATED);
+            let of_held = largest(self.constraint_rows).filter(|(size, ..)| *size > REPEATED_ROW_PIVOT);
             let (size, row, column) = of_held.or_else(|| largest(rows)).unwrap_or((0.0, k, k));
-            if size <= SINGULAR {
+            if size <= SINGULAR_PIVOT {
                 return Err(size);
             }
             for j in 0..width {
@@ -179,7 +181,7 @@ impl<'w> SpeedSystem<'w> {
         Ok(())
     }
 
-    /// The velocities of the triangular form.
+    /// Back substitution: the velocities of the triangular form.
     fn solve(&self, u: &mut [f64]) {
         let (n, width) = (self.unknowns, self.unknowns + 1);
         for k in (0..n).rev() {
@@ -193,9 +195,9 @@ impl<'w> SpeedSystem<'w> {
         }
     }
 
-    /// By coordinate, the scaled velocities that no equation sees: one without a pivot moves, and those with
-    /// pivots follow.
-    fn undetermined(
+    /// A null vector of the equations, by coordinate, in scaled velocities: one column without a pivot is 1, and
+    /// the columns with pivots follow.
+    fn undetermined_shares(
         &self,
         memory: &mut WorkMemory<'w>,
     ) -> impl Iterator<Item = (usize, f64)> + Clone + use<'w> {
@@ -211,16 +213,16 @@ impl<'w> SpeedSystem<'w> {
         shares.iter().copied().enumerate()
     }
 
-    /// Constraints that contradict each other, or that the position makes weak, may be missed: not where the
-    /// speeds alone ask for too much.
+    /// Checks the constraints. They are missed where they contradict each other or are nearly singular at this
+    /// position, and never because of the speeds.
     fn check_constraints<M: Constraints>(&self, model: &M, state: &M::State) -> Result<(), StateError> {
         let (n, u, residual) = (self.unknowns, state.u(), model.velocity_residual(state));
         for row in active_rows::<M>(state.modes(), false) {
             let terms = || self.jacobian[row * n..][..n].iter().enumerate().map(|(j, x)| x * u[j]);
             let offset = residual[row] - terms().sum::<f64>();
             let size = terms().fold(offset.abs(), |sum, term| sum + term.abs());
-            if residual[row].abs() > MET * size {
-                let given = Involved::ranked(M::COORDINATES, core::iter::empty());
+            if residual[row].abs() > SPEED_TOLERANCE * size {
+                let given = TopContributors::ranked(M::COORDINATES, core::iter::empty());
                 return Err(StateError::VelocityNotAssembled {
                     row: M::ROWS[row].name,
                     residual: residual[row],
@@ -231,8 +233,8 @@ impl<'w> SpeedSystem<'w> {
         Ok(())
     }
 
-    /// The speeds are those that were given, to what those of their unit and their offsets y, or, where all
-    /// of these are 0, their terms leave of digits.
+    /// Checks the speeds against the given ones. The scale is the largest speed and offset y of the same unit, or
+    /// the size of their terms where all of these are 0.
     fn check_speeds<M: Constraints>(
         &self,
         model: &M,
@@ -243,22 +245,22 @@ impl<'w> SpeedSystem<'w> {
         let (n, s, u) = (self.unknowns, speeds.len(), state.u());
         let (values, terms) = (memory.zeros(s), memory.zeros(n));
         model.speeds(state, values);
-        let term = |i: usize, j: usize| (self.own[i * n + j] * u[j]).abs();
+        let term = |i: usize, j: usize| (self.speed_rows[i * n + j] * u[j]).abs();
         let size = |i: usize| {
-            let given = alike::<M>(i, |j| speeds[j].abs() + self.own[s * n + j].abs());
+            let given = largest_of_same_kind::<M>(i, |j| speeds[j].abs() + self.speed_rows[s * n + j].abs());
             if given > 0.0 { given } else { (0..n).map(|j| term(i, j)).sum() }
         };
         let missed = (0..s).map(|i| (i, (values[i] - speeds[i]).abs(), size(i)));
-        // What is not a number is missed as well.
-        let worst = missed.filter(|(_, miss, size)| miss.is_nan() || *miss > MET * size);
+        // NaN is a miss, too.
+        let worst = missed.filter(|(_, miss, size)| miss.is_nan() || *miss > SPEED_TOLERANCE * size);
         let worst = worst.reduce(|a, b| if b.1 * a.2 > a.1 * b.2 { b } else { a });
         let Some((i, _, size)) = worst else { return Ok(()) };
         terms.iter_mut().enumerate().for_each(|(j, share)| *share = term(i, j));
-        // Velocities may be so large that speeds drown in them, though no pivot is small.
-        let drowned = f64::EPSILON * max_abs(terms) > MET * size;
-        Err(if drowned || !max_abs(terms).is_finite() {
+        // Velocities may be so large that their rounding exceeds the tolerance, though no pivot is small.
+        let is_lost_in_rounding = f64::EPSILON * max_abs(terms) > SPEED_TOLERANCE * size;
+        Err(if is_lost_in_rounding || !max_abs(terms).is_finite() {
             let (shares, pivot): (&[f64], _) = (terms, size / max_abs(terms));
-            let coordinates = Involved::ranked(M::COORDINATES, shares.iter().copied().enumerate());
+            let coordinates = TopContributors::ranked(M::COORDINATES, shares.iter().copied().enumerate());
             StateError::SpeedsSingular { coordinates, pivot }
         } else {
             StateError::SpeedNotMet { speed: M::SPEEDS[i].name, given: speeds[i], found: values[i] }
@@ -266,13 +268,14 @@ impl<'w> SpeedSystem<'w> {
     }
 }
 
-/// The largest of what speeds of the unit of speed `i` have; without units, of its array.
-fn alike<M: Constraints>(i: usize, of: impl Fn(usize) -> f64) -> f64 {
+/// The largest value among the speeds of the unit of speed `i`, or of its array. Names are all that the model
+/// records about arrays: `w[0]` and `w[1]` belong to one.
+fn largest_of_same_kind<M: Constraints>(i: usize, value: impl Fn(usize) -> f64) -> f64 {
     let array = |name: &'static str| name.split('[').next();
-    let own = &M::SPEEDS[i];
-    let same = |j: &usize| {
+    let speed = &M::SPEEDS[i];
+    let is_of_same_kind = |j: &usize| {
         let other = &M::SPEEDS[*j];
-        array(own.name) == array(other.name) || (!own.unit.is_empty() && own.unit == other.unit)
+        array(speed.name) == array(other.name) || (!speed.unit.is_empty() && speed.unit == other.unit)
     };
-    (0..M::SPEEDS.len()).filter(same).map(of).fold(0.0, f64::max)
+    (0..M::SPEEDS.len()).filter(is_of_same_kind).map(value).fold(0.0, f64::max)
 }

@@ -1,23 +1,22 @@
-//! The equations of a constrained system at one state, factored once and solved for as many right-hand sides
-//! as are wanted.
+//! The equations of a constrained system at one state, factored once and solved for any number of right-hand
+//! sides.
 //!
 //! ```text
 //! M a − Φ_qᵀ λ = Q        Φ_q a = γ        M n×n symmetric, Φ_q m×n of any rank k
 //! ```
-//!
-//! by the null-space method: a = Y y + Z z with Y and Z orthonormal bases of the row space and the null space
-//! of Φ_q (complete orthogonal decomposition, [`crate::linalg::orthogonal`]); y from Φ_q Y y = γ by least
-//! squares, z from ZᵀMZ z = Zᵀ(Q − M Y y) by Cholesky, and λ of least norm from Φ_qᵀ λ = M a − Q. M may be
-//! singular as long as it is positive definite on the null space. Benzi, Golub & Liesen, Acta Numerica 14
-//! (2005), §6; García de Jalón & Gutiérrez-López, Multibody Syst. Dyn. 30 (2013) 311–341 for redundant
-//! constraints with singular M.
-//!
-//! Nothing depends on the units that the user chose: coordinates are scaled by 1/√Mᵢᵢ (those without inertia,
-//! or with almost none, to the size of what they share constraints with), and rows then to unit length. The
-//! least norm of λ is taken in that scale: what is least is Σ (λᵢ ‖Φ_q,ᵢ M_d^-½‖)², M_d the diagonal of M:
-//! the sum of squares of the accelerations that each reaction alone would give.
-//!
-//! Cost: about 2n³ + 2nm² operations for the factors, 4n² per right-hand side.
+//! The null-space method solves them: a = Y y + Z z with Y and Z orthonormal bases of the row space and the
+//! null space of Φ_q (complete orthogonal decomposition, [`crate::linalg::orthogonal`]). y follows from Φ_q
+//! Y y = γ by least squares, z from ZᵀMZ z = Zᵀ(Q − M Y y) by Cholesky, and λ of least norm from
+//! Φ_qᵀ λ = M a − Q. M may be singular as long as it is positive definite on the null space. Sources:
+//! Benzi, Golub & Liesen, Acta Numerica 14 (2005), §6; García de Jalón & Gutiérrez-López, Multibody
+//! Syst. Dyn. 30 (2013) 311–341 for redundant constraints with singular M.
+//! The result does not depend on the units that the user chose. Coordinates are scaled by 1/√Mᵢᵢ, rows
+//! then to unit length. Coordinates without inertia, or with almost none, get the size of the coordinates
+//! that they share constraints with. The least norm of λ is taken in that scale: Σ (λᵢ ‖Φ_q,ᵢ
+//! M_d^-½‖)² is least, M_d the diagonal of M. That is the sum of squares of the accelerations that each
+//! reaction alone would give.
+//! Cost: about 2n³ + 2nm² operations for the factors, 4n² per right-hand side. The rank is decided at
+//! [`RANK_TOLERANCE`]: a mechanism that is nearer than that to a singular position counts as singular.
 
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::linalg::PIVOT_TOLERANCE;
@@ -26,42 +25,45 @@ use crate::linalg::{Indices, WorkMemory, dot, max_abs, norm};
 use crate::math::sqrt;
 use crate::model::Quantity;
 
-/// A row whose distance from the span of the others is below this fraction of its length is taken to repeat
-/// them.
+/// A row repeats others where its distance from their span is below this part of its length.
 ///
-/// Between what redundancy looks like on a drifting motion (1e-9 of drift leaves 1e-9 of distance) and the
-/// nearness at which a mechanism passes a singular position: 1e-8 rad are crossed within one evaluation.
+/// The value lies between two sizes. On a drifting motion redundant rows differ by the drift: 10⁻⁹ of
+/// drift leaves a distance of 10⁻⁹. And a mechanism moves across 10⁻⁸ rad around a singular position
+/// within one evaluation.
 pub const RANK_TOLERANCE: f64 = 1e-8;
 
-/// Share of a row's length by which a coordinate with little inertia may outweigh the others in it.
-const LIGHT: f64 = 1e3;
+/// A coordinate with little inertia may outweigh the other coordinates of its rows by this factor at most.
+/// With a larger factor the entries of the others lose more digits: 10³ leaves them thirteen of sixteen.
+const MAX_LIGHT_DOMINANCE: f64 = 1e3;
 
-/// Rows that differ in length by more than this factor count alike even where some are declared redundant:
-/// near a singular position a row that nearly vanishes decides less than those that repeat it.
-const COMPARABLE: f64 = 30.0;
+/// Rows that are declared redundant are set aside only where the lengths of all rows differ by less than this
+/// factor. Near a singular position a row that nearly vanishes determines less than the rows that repeat it.
+/// The reason for the value is not recorded: a larger one would drop good rows nearer to singular positions,
+/// a smaller one would keep redundant rows in models whose rows differ in units.
+const COMPARABLE_LENGTHS: f64 = 30.0;
 
-/// What the numbers belong to.
+/// Names of the rows and coordinates, for errors.
 #[derive(Clone, Copy)]
-pub(crate) struct Names {
+pub(crate) struct SystemNames {
     pub(crate) rows: &'static [Quantity],
     pub(crate) coordinates: &'static [Quantity],
 }
 
-impl Names {
+impl SystemNames {
     pub(crate) fn row(&self, i: usize) -> &'static str {
         self.rows.get(i).map_or("", |row| row.name)
     }
 }
 
-/// M, Q, Φ_q and γ as read from a model.
-pub(crate) struct Read<'w> {
+/// Memory for M, Q, Φ_q and γ of a model, zeroed.
+pub(crate) struct ModelTerms<'w> {
     pub(crate) mass: &'w mut [f64],
     pub(crate) force: &'w mut [f64],
     pub(crate) jacobian: &'w mut [f64],
     pub(crate) gamma: &'w mut [f64],
 }
 
-impl<'w> Read<'w> {
+impl<'w> ModelTerms<'w> {
     pub(crate) fn new(n: usize, r: usize, memory: &mut WorkMemory<'w>) -> Self {
         let (mass, force) = (memory.zeros(n * n), memory.zeros(n));
         Self { mass, force, jacobian: memory.zeros(r * n), gamma: memory.zeros(r) }
@@ -71,11 +73,11 @@ impl<'w> Read<'w> {
 /// The factored system.
 pub(crate) struct FactoredSystem<'w> {
     n: usize,
-    /// Rows that hold.
+    /// The active rows, m of them.
     active: Indices<'w>,
     m: usize,
-    /// Whether a row that holds is zero.
-    pub(crate) vanished: bool,
+    /// Whether an active row is zero.
+    pub(crate) has_vanished_row: bool,
     /// aⱼ = sⱼ âⱼ.
     scale: &'w mut [f64],
     /// Φ̂ᵢ = wᵢ Φᵢ S, λᵢ = wᵢ λ̂ᵢ.
@@ -89,37 +91,38 @@ pub(crate) struct FactoredSystem<'w> {
     w: &'w mut [f64],
 }
 
-/// Memory of a [`FactoredSystem`], besides what is [`Read`].
+/// Memory of a [`FactoredSystem`], besides its [`ModelTerms`].
 pub(crate) const fn memory(n: usize, r: usize) -> usize {
     n * n + 3 * n + 4 * r + orthogonal::memory(r)
 }
 
-/// By how much Φ_q a = γ cannot be satisfied.
+/// Residual of Φ_q a = γ: by how much it cannot be satisfied.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Miss {
-    /// Norm of what is left over, rows at unit length.
-    pub(crate) size: f64,
+pub(crate) struct GammaResidual {
+    /// Norm of the residual, rows at unit length.
+    pub(crate) norm: f64,
     /// Norm of γ in the same scale.
-    pub(crate) scale: f64,
-    /// Norm of a in the same scale, or of what the forces alone would make it: what Φ_q a is rounded at.
-    pub(crate) reach: f64,
-    /// The row that is missed most.
+    pub(crate) gamma_norm: f64,
+    /// Norm of a in the same scale, or of the accelerations by forces alone if that is larger: the size at which
+    /// Φ_q a is rounded.
+    pub(crate) acceleration_norm: f64,
+    /// The row with the largest residual.
     pub(crate) row: usize,
     /// Its Φ_q a − γ in the user's units.
     pub(crate) residual: f64,
 }
 
 impl<'w> FactoredSystem<'w> {
-    /// Factors M (n×n) and the rows of Φ_q (r×n) that hold, which is overwritten. `redundant`: the rows that
-    /// are declared so. `slack`: at least [`RANK_TOLERANCE`], the share of its length by which a row has to
-    /// differ from the others. `usual`: the lengths of rows where they have not vanished.
+    /// Factors M (n×n) and the active rows of Φ_q (r×n), which is overwritten. `redundant`: the rows that are
+    /// declared so. `redundancy_tolerance`: the part of its length by which a row has to differ from the others,
+    /// at least [`RANK_TOLERANCE`]. `usual_lengths`: the usual lengths of the rows.
     pub(crate) fn factor(
         mass: &[f64],
         jacobian: &'w mut [f64],
         holds: &dyn Fn(usize) -> bool,
         redundant: &dyn Fn(usize) -> bool,
-        (slack, usual): (f64, &[f64]),
-        names: Names,
+        (redundancy_tolerance, usual_lengths): (f64, &[f64]),
+        names: SystemNames,
         memory: &mut WorkMemory<'w>,
     ) -> Result<Self, SolveError> {
         let (n, r) = (names.coordinates.len(), names.rows.len());
@@ -127,48 +130,53 @@ impl<'w> FactoredSystem<'w> {
         let (x, y) = (memory.take(n), memory.take(n));
         let (weight, b, w) = (memory.take(r), memory.take(r), memory.take(r));
         let mut active = memory.indices(r);
+        // The active rows, checked to be finite.
         let m = gather(jacobian, n, r, holds, &mut active);
         for i in 0..m {
             if !jacobian[i * n..(i + 1) * n].iter().all(|x| x.is_finite()) {
                 return Err(SolveError::ConstraintNotFinite { row: names.row(active.get(i)) });
             }
         }
+        // Coordinates are scaled by their inertia, rows then to unit length.
         scale_coordinates(mass, &jacobian[..m * n], scale);
-        let (mut vanished, widest) = (false, max_abs(scale));
+        let (mut has_vanished_row, largest_scale) = (false, max_abs(scale));
         let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
         for (i, (row, weight)) in jacobian.chunks_exact_mut(n).zip(&mut *weight).take(m).enumerate() {
             row.iter_mut().zip(&*scale).for_each(|(x, s)| *x *= s);
             let length = norm(row);
             if length == 0.0 {
-                // At a change point; or wherever the constraint holds, which the caller finds out.
-                vanished = true;
-                let usual = usual[active.get(i)] * widest;
-                *weight = if usual > 0.0 && usual.is_finite() { 1.0 / usual } else { 1.0 };
+                // At a change point, or on the whole manifold; the caller tells the two apart.
+                has_vanished_row = true;
+                let usual_length = usual_lengths[active.get(i)] * largest_scale;
+                *weight =
+                    if usual_length > 0.0 && usual_length.is_finite() { 1.0 / usual_length } else { 1.0 };
                 continue;
             }
             (shortest, longest) = (shortest.min(length), longest.max(length));
             *weight = 1.0 / length;
             row.iter_mut().for_each(|x| *x *= *weight);
         }
-        let turned = memory.take(n * n);
-        for (i, (to, from)) in turned.chunks_exact_mut(n).zip(mass.chunks_exact(n)).enumerate() {
+        // M in scaled coordinates, rotated into the bases of the row space and the null space.
+        let rotated_mass = memory.take(n * n);
+        for (i, (to, from)) in rotated_mass.chunks_exact_mut(n).zip(mass.chunks_exact(n)).enumerate() {
             (0..n).for_each(|j| to[j] = scale[i] * from[j] * scale[j]);
         }
-        let inertia = max_abs(turned);
+        let inertia = max_abs(rotated_mass);
         let rows = Orthogonal::new(
             &mut jacobian[..m * n],
             (m, n),
-            &|i| longest <= COMPARABLE * shortest && redundant(active.get(i)),
-            slack,
+            &|i| longest <= COMPARABLE_LENGTHS * shortest && redundant(active.get(i)),
+            redundancy_tolerance,
             memory,
         );
-        rows.rotate_symmetric(turned, x);
-        let mut it = Self { n, active, m, vanished, scale, weight, rows, mass: turned, x, y, b, w };
-        it.factor_free(inertia, names)?;
-        Ok(it)
+        rows.rotate_symmetric(rotated_mass, x);
+        let mut system =
+            Self { n, active, m, has_vanished_row, scale, weight, rows, mass: rotated_mass, x, y, b, w };
+        system.factor_free(inertia, names)?;
+        Ok(system)
     }
 
-    /// Number of rows that hold.
+    /// Number of active rows.
     pub(crate) fn active(&self) -> usize {
         self.m
     }
@@ -177,8 +185,8 @@ impl<'w> FactoredSystem<'w> {
         self.rows.rank
     }
 
-    /// From here on rows that are declared redundant count as much as the others.
-    pub(crate) fn weigh_alike(&mut self) {
+    /// From here on redundant rows count as much as the others.
+    pub(crate) fn ignore_redundancy(&mut self) {
         self.rows.has_redundant_rows = false;
     }
 
@@ -187,16 +195,16 @@ impl<'w> FactoredSystem<'w> {
     }
 
     /// ZᵀM̂Z = L Lᵀ, in place.
-    fn factor_free(&mut self, inertia: f64, names: Names) -> Result<(), SolveError> {
+    fn factor_free(&mut self, inertia: f64, names: SystemNames) -> Result<(), SolveError> {
         let (n, k) = (self.n, self.rows.rank);
         for j in k..n {
             for i in j..n {
                 let inner = dot(&self.mass[i * n + k..i * n + j], &self.mass[j * n + k..j * n + j]);
                 let rest = self.mass[i * n + j] - inner;
                 if i == j {
-                    // Not-a-number passes: it comes from the state or a force, and is reported as such.
+                    // NaN is accepted here. It comes from the state or a force, and is reported as such.
                     if rest <= PIVOT_TOLERANCE * inertia {
-                        return Err(self.singular(j, rest, names).into());
+                        return Err(self.singular_mass_matrix(j, rest, names).into());
                     }
                     self.mass[j * n + j] = sqrt(rest);
                 } else {
@@ -207,9 +215,9 @@ impl<'w> FactoredSystem<'w> {
         Ok(())
     }
 
-    /// Names the coordinate that moves most along the direction without inertia that column j completes.
+    /// The error for column j: it names the coordinate that moves most in the direction without inertia.
     #[cold]
-    fn singular(&mut self, j: usize, pivot: f64, names: Names) -> SingularMassMatrix {
+    fn singular_mass_matrix(&mut self, j: usize, pivot: f64, names: SystemNames) -> SingularMassMatrix {
         let (n, k) = (self.n, self.rows.rank);
         self.x.fill(0.0);
         self.x[j] = 1.0;
@@ -230,17 +238,24 @@ impl<'w> FactoredSystem<'w> {
         }
     }
 
-    /// a and λ for a right-hand side Q (n) and γ (all rows; those of released constraints are not read). λ of
-    /// released rows is 0.
-    pub(crate) fn solve(&mut self, force: &[f64], gamma: &[f64], a: &mut [f64], lambda: &mut [f64]) -> Miss {
+    /// Solves for a and λ with the right-hand sides Q (n) and γ (all rows; those of released constraints are
+    /// not read). λ of released rows is 0.
+    pub(crate) fn solve(
+        &mut self,
+        force: &[f64],
+        gamma: &[f64],
+        a: &mut [f64],
+        lambda: &mut [f64],
+    ) -> GammaResidual {
         let (n, k, m) = (self.n, self.rows.rank, self.m);
+        // y: Φ_q Y y = γ by least squares.
         for i in 0..m {
             self.b[i] = self.weight[i] * gamma[self.active.get(i)];
         }
-        let scale = norm(&self.b[..m]);
+        let gamma_norm = norm(&self.b[..m]);
         self.rows.fit(&mut self.b[..m], &mut self.y[..k], &mut self.w[..m]);
-        let mut miss = self.miss(scale);
-        // Qᵀ S Q, then its last part against ZᵀM̂Z z.
+        let mut residual = self.gamma_residual(gamma_norm);
+        // z: ZᵀM̂Z z = Zᵀ(Q̂ − M̂ Y y) with the Cholesky factor.
         (0..n).for_each(|j| self.x[j] = self.scale[j] * force[j]);
         let forced = norm(self.x);
         self.rows.rotate(self.x);
@@ -253,7 +268,7 @@ impl<'w> FactoredSystem<'w> {
             let later: f64 = (i + 1..n).map(|l| self.mass[l * n + i] * self.y[l]).sum();
             self.y[i] = (self.y[i] - later) / self.mass[i * n + i];
         }
-        // Yᵀ (M̂ a − Q̂): the reaction.
+        // The reaction Yᵀ (M̂ a − Q̂), and λ of least norm from it.
         for i in 0..k {
             self.x[i] = dot(&self.mass[i * n..(i + 1) * n], self.y) - self.x[i];
         }
@@ -262,30 +277,30 @@ impl<'w> FactoredSystem<'w> {
         for i in 0..m {
             lambda[self.active.get(i)] = self.weight[i] * self.b[i];
         }
-        miss.reach = norm(self.y).max(forced);
+        // a in the user's coordinates.
+        residual.acceleration_norm = norm(self.y).max(forced);
         a.copy_from_slice(self.y);
         self.rows.rotate_back(a);
         a.iter_mut().zip(&*self.scale).for_each(|(a, s)| *a *= s);
-        miss
+        residual
     }
 
-    fn miss(&self, scale: f64) -> Miss {
+    fn gamma_residual(&self, gamma_norm: f64) -> GammaResidual {
         let left = &self.b[..self.m];
-        let worst = left.iter().enumerate();
-        let at = worst.fold((0, 0.0), |most, (i, x)| if x.abs() > most.1 { (i, x.abs()) } else { most }).0;
+        let entries = left.iter().enumerate();
+        let at = entries.fold((0, 0.0), |most, (i, x)| if x.abs() > most.1 { (i, x.abs()) } else { most }).0;
         let (row, residual) =
             if self.m > 0 { (self.active.get(at), -left[at] / self.weight[at]) } else { (0, 0.0) };
-        Miss { size: norm(left), scale, reach: 0.0, row, residual }
+        GammaResidual { norm: norm(left), gamma_norm, acceleration_norm: 0.0, row, residual }
     }
 
-    /// Whether the multiplier of a row is the same in all solutions; true for rows that are released, where
-    /// it is 0.
+    /// Whether the multiplier of a row is the same in all solutions. It is for released rows, where it is 0.
     pub(crate) fn is_unique(&mut self, row: usize) -> bool {
         let place = (0..self.m).find(|i| self.active.get(*i) == row);
         place.is_none_or(|i| self.rows.is_independent(i, self.w))
     }
 
-    /// Norm over the rows that hold of numbers per row, rows at unit length.
+    /// Norm of one value per active row, rows at unit length.
     pub(crate) fn size_of_rows(&mut self, values: &[f64]) -> f64 {
         for i in 0..self.m {
             self.b[i] = self.weight[i] * values[self.active.get(i)];
@@ -294,7 +309,7 @@ impl<'w> FactoredSystem<'w> {
     }
 }
 
-/// Moves the rows that hold to the front and lists them; returns their number.
+/// Moves the active rows to the front and lists them; returns their number.
 fn gather(
     a: &mut [f64],
     n: usize,
@@ -311,21 +326,21 @@ fn gather(
     m
 }
 
-/// sⱼ = 1/√Mⱼⱼ, less where that would let a light coordinate outweigh the others in its constraints a
-/// thousandfold: the others would be lost in rounding.
+/// Scales of the coordinates: sⱼ = 1/√Mⱼⱼ. The scale is reduced where a light coordinate would
+/// outweigh the others in its constraints a thousandfold, so that the others would be lost in rounding.
+/// Coordinates without inertia get the size of their partners.
 pub(crate) fn scale_coordinates(mass: &[f64], jacobian: &[f64], scale: &mut [f64]) {
     let n = scale.len();
     for (j, s) in scale.iter_mut().enumerate() {
         let inertia = mass[j * n + j].abs();
         *s = if inertia > 0.0 && inertia.is_finite() { 1.0 / sqrt(inertia) } else { 0.0 };
     }
-    // From the scales above alone, so that the order of coordinates does not matter; −1 marks what is to be
-    // set.
+    // Computed from the scales by inertia alone, so that the order of the coordinates does not matter.
     for j in 0..n {
         let (mut own, mut others) = (0.0_f64, 0.0_f64);
         for row in jacobian.chunks_exact(n).filter(|row| row[j] != 0.0) {
             own = own.max(row[j].abs());
-            let partner = |l: usize| row[l].abs() * scale_before(mass, n, l);
+            let partner = |l: usize| row[l].abs() * inertia_scale(mass, n, l);
             others = (0..n).filter(|l| *l != j).fold(others, |most, l| most.max(partner(l)));
         }
         let massless = scale[j] == 0.0;
@@ -335,13 +350,14 @@ pub(crate) fn scale_coordinates(mass: &[f64], jacobian: &[f64], scale: &mut [f64
             }
         } else if massless {
             scale[j] = if others > 0.0 { others / own } else { 1.0 / own };
-        } else if scale[j] * own > LIGHT * others && scale[j] * own < 1e9 * others {
-            scale[j] = LIGHT * others / own;
+        } else if scale[j] * own > MAX_LIGHT_DOMINANCE * others && scale[j] * own < 1e9 * others {
+            scale[j] = MAX_LIGHT_DOMINANCE * others / own;
         }
     }
 }
 
-fn scale_before(mass: &[f64], n: usize, l: usize) -> f64 {
+/// 1/√Mₗₗ; 0 where there is no inertia.
+fn inertia_scale(mass: &[f64], n: usize, l: usize) -> f64 {
     let inertia = mass[l * n + l].abs();
     if inertia > 0.0 && inertia.is_finite() { 1.0 / sqrt(inertia) } else { 0.0 }
 }

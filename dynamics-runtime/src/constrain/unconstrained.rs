@@ -1,6 +1,6 @@
-//! Models without constraints, written by hand.
+//! The implementation of [`Constraints`](crate::model::Constraints) for hand-written models without any.
 
-/// Says that a model written by hand has no constraints: `unconstrained!(Model, N)` for N coordinates.
+/// Declares that a hand-written model has no constraints: `unconstrained!(Model, N)` for N coordinates.
 #[macro_export]
 macro_rules! unconstrained {
     ($model:ty, $n:expr) => {

@@ -3,7 +3,7 @@
 use alloc::boxed::Box;
 use core::fmt;
 
-use crate::constrain::Involved;
+use crate::constrain::TopContributors;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::model::{Constraints, Model, ModelState};
 use crate::simulate::OptionError;
@@ -36,33 +36,33 @@ pub enum KinematicsErrorKind {
         /// How much.
         degrees: usize,
         /// The coordinates that can move.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// Rows of nonholonomic constraints, which decide velocities and no positions.
         of_velocities: usize,
     },
     /// The start is a singular position.
     SingularStart {
         /// The rows that depend on each other there.
-        rows: Involved,
+        rows: TopContributors,
         /// The coordinates that are not determined there.
-        coordinates: Involved,
+        coordinates: TopContributors,
     },
     /// Lock-up: the drive cannot move the mechanism further. A limit point: Φ_q loses rank and Φ_t is not in
     /// its range.
     LockUp {
         /// The rows that hold against each other.
-        rows: Involved,
+        rows: TopContributors,
         /// The coordinates whose velocities grow beyond all bounds.
-        coordinates: Involved,
+        coordinates: TopContributors,
     },
     /// The assembly bifurcates: Φ_q loses rank, and branches meet on which the drive can move on.
     Bifurcation {
         /// By how much the rank falls.
         loss: usize,
         /// The rows that depend on each other there.
-        rows: Involved,
+        rows: TopContributors,
         /// The coordinates that are free to go either way.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// Whether it was to be passed: beyond it no position has velocities that continue those before it.
         tried: bool,
     },
@@ -70,9 +70,9 @@ pub enum KinematicsErrorKind {
     /// along no velocity says.
     BranchesTouch {
         /// The rows that depend on each other there.
-        rows: Involved,
+        rows: TopContributors,
         /// The coordinates in which the branches differ.
-        coordinates: Involved,
+        coordinates: TopContributors,
     },
     /// The position does not continue, however short the step: the drive jumps, or the constraints end there.
     NoContinuation {
@@ -103,7 +103,7 @@ impl From<SolveError> for KinematicsErrorKind {
 }
 
 /// What is missed by no more is fulfilled, and something else is the cause.
-const FULFILLED: f64 = 1e-14;
+const FULFILLED_RESIDUAL: f64 = 1e-14;
 
 impl fmt::Display for KinematicsErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -154,7 +154,7 @@ impl fmt::Display for KinematicsErrorKind {
                  either of two branches that have a tangent in common; declare the branch that is meant by \
                  itself, or end the motion before"
             ),
-            Self::NoContinuation { row, residual } if residual.abs() <= FULFILLED => write!(
+            Self::NoContinuation { row, residual } if residual.abs() <= FULFILLED_RESIDUAL => write!(
                 f,
                 "the position does not continue, although `{row}` is fulfilled here: its gradient vanishes, \
                  and branches meet or end; a closure that is written by its components, a row for each, \

@@ -17,9 +17,9 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::frame::{JacobianSvd, Measure};
-use super::trace::{Point, Tracer};
-use crate::constrain::Involved;
+use super::jacobian_svd::{JacobianSvd, PathScaling};
+use super::trace::{PathPoint, PathTracer};
+use crate::constrain::TopContributors;
 use crate::constrain::nearby::at_time;
 use crate::linalg::Svd;
 use crate::math;
@@ -27,42 +27,42 @@ use crate::model::{Constraints, ModelState, Vector};
 
 /// A path whose smallest singular value fell to this part of what it had is about to meet a singular
 /// position.
-pub(super) const SUSPECT: f64 = 1e-3;
+pub(super) const SUSPECT_RATIO: f64 = 1e-3;
 /// Points that are extrapolated.
-const MOST_POINTS: usize = 5;
+const EXTRAPOLATED_POINTS: usize = 5;
 /// |wᵀΦ_t| above this part of the largest ‖Φ_t‖ on the way there is a lock-up: of a bifurcation the
 /// extrapolation leaves about 10⁻⁸.
-const DRIVEN: f64 = 1e-5;
+const DRIVE_SHARE: f64 = 1e-5;
 /// At the located position σ is below this part of the largest.
-const SINGULAR: f64 = 1e-7;
+const SINGULAR_RATIO: f64 = 1e-7;
 /// Singular values below this part of the largest count as lost there.
-const LOST: f64 = 1e-5;
+const LOST_RATIO: f64 = 1e-5;
 /// There the constraints hold within this part of the size of the coordinates; what is only extrapolated is
 /// that much less exact. Positions that a path passes at a small distance are none of it: links that are
 /// nearly in line miss it by the square of their angle.
-const HOLDS: f64 = 64.0 * f64::EPSILON;
-/// See [`HOLDS`].
-const EXTRAPOLATED: f64 = 1e-9;
+const RESIDUAL_ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// See [`RESIDUAL_ROUNDING`].
+const EXTRAPOLATED_RESIDUAL: f64 = 1e-9;
 
 /// A located singular position.
 #[derive(Clone, Debug)]
-pub(super) struct Singular<S> {
+pub(super) struct SingularPoint<S> {
     pub(super) state: S,
     pub(super) locks_up: bool,
     pub(super) loss: usize,
-    pub(super) rows: Involved,
-    pub(super) coordinates: Involved,
+    pub(super) rows: TopContributors,
+    pub(super) coordinates: TopContributors,
 }
 
-impl<M: Constraints> Tracer<'_, M> {
+impl<M: Constraints> PathTracer<'_, M> {
     /// The singular position that the last points of a path lead to; `None` where they lead to none.
-    pub(super) fn locate(&self, path: &[Point<M>]) -> Option<Singular<M::State>> {
+    pub(super) fn locate(&self, path: &[PathPoint<M>]) -> Option<SingularPoint<M::State>> {
         let points = falling(path);
         if points.len() < 3 {
             return None;
         }
-        let sigma: Vec<f64> = points.iter().map(|point| point.frame.least()).collect();
-        let at_zero = |value: &dyn Fn(&Point<M>) -> f64| {
+        let sigma: Vec<f64> = points.iter().map(|point| point.svd.least()).collect();
+        let at_zero = |value: &dyn Fn(&PathPoint<M>) -> f64| {
             extrapolate(&sigma, &points.iter().map(value).collect::<Vec<_>>())
         };
         let mut state = at_time(&points[0].state, at_zero(&|point| point.state.t()));
@@ -72,9 +72,9 @@ impl<M: Constraints> Tracer<'_, M> {
         let driven = at_zero(&|point| self.drive(point).0);
         // A drive that turns round just there has no part of its own that nothing follows.
         let drive = points.iter().map(|point| self.drive(point).1).fold(0.0, f64::max);
-        let guess = driven.abs() > DRIVEN * drive;
+        let guess = driven.abs() > DRIVE_SHARE * drive;
         let last = points[points.len() - 1].state;
-        let begun = |locks_up: bool| {
+        let with_velocities = |locks_up: bool| {
             let mut state = state;
             for i in 0..M::Vector::LEN {
                 state.u_mut()[i] = if locks_up { last.u()[i] } else { at_zero(&|point| point.state.u()[i]) };
@@ -83,59 +83,64 @@ impl<M: Constraints> Tracer<'_, M> {
         };
         // Where more than one direction is lost, the weakest of the rows is any of several, and says little
         // along the path.
-        let kinds = [guess, !guess].map(|locks_up| (locks_up, self.polish(begun(locks_up), locks_up)));
+        let kinds =
+            [guess, !guess].map(|locks_up| (locks_up, self.polish(with_velocities(locks_up), locks_up)));
         let exact = kinds.iter().any(|(_, polished)| polished.is_some());
         let found = kinds.into_iter().find_map(|(locks_up, polished)| {
-            let (state, frame) = match polished {
+            let (state, svd) = match polished {
                 Some(polished) => polished,
                 None if exact => return None,
                 None => {
-                    let state = begun(locks_up);
-                    (state, JacobianSvd::new(&self.measure, self.model, &state).ok()?)
+                    let state = with_velocities(locks_up);
+                    (state, JacobianSvd::new(&self.scaling, self.model, &state).ok()?)
                 }
             };
-            let off = if exact { HOLDS } else { EXTRAPOLATED };
-            let is_singular = frame.least() <= SINGULAR * frame.largest();
-            let fits = self.off(&state, &frame) <= off && self.resists(&state, &frame, drive) == locks_up;
-            (is_singular && fits).then_some((state, frame, locks_up))
+            let relative_residual = if exact { RESIDUAL_ROUNDING } else { EXTRAPOLATED_RESIDUAL };
+            let is_singular = svd.least() <= SINGULAR_RATIO * svd.largest();
+            let fits = self.relative_residual(&state, &svd) <= relative_residual
+                && self.is_locked(&state, &svd, drive) == locks_up;
+            (is_singular && fits).then_some((state, svd, locks_up))
         });
-        let (state, frame, locks_up) = found?;
+        let (state, svd, locks_up) = found?;
         let (ahead, span) = (state.t() - last.t(), last.t() - points[0].state.t());
         if ahead * span < -1e-9 * span * span || ahead.abs() > 2.0 * span.abs() {
             return None;
         }
-        let (right, left) = frame.weak_pair();
-        Some(Singular {
+        let (right, left) = svd.weakest_vectors();
+        Some(SingularPoint {
             state,
             locks_up,
-            loss: (M::Vector::LEN - frame.rank(LOST)).max(1),
-            rows: Involved::ranked(M::ROWS, self.measure.rows.iter().copied().zip(left.iter().copied())),
-            coordinates: Involved::ranked(M::COORDINATES, right.iter().copied().enumerate()),
+            loss: (M::Vector::LEN - svd.rank(LOST_RATIO)).max(1),
+            rows: TopContributors::ranked(
+                M::ROWS,
+                self.scaling.rows.iter().copied().zip(left.iter().copied()),
+            ),
+            coordinates: TopContributors::ranked(M::COORDINATES, right.iter().copied().enumerate()),
         })
     }
 
     /// By how far the constraints are missed, in parts of the size of the coordinates.
-    fn off(&self, state: &M::State, frame: &JacobianSvd) -> f64 {
-        let residual = scaled(&self.measure, self.model.residual(state).as_slice(), &frame.scales);
-        math::sqrt(dot(&residual, &residual)) / self.measure.scale(state.q().as_slice())
+    fn relative_residual(&self, state: &M::State, svd: &JacobianSvd) -> f64 {
+        let residual = scaled(&self.scaling, self.model.residual(state).as_slice(), &svd.scales);
+        math::sqrt(dot(&residual, &residual)) / self.scaling.scale(state.q().as_slice())
     }
 
     /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q, by more
     /// than a part of what it was before.
-    fn resists(&self, state: &M::State, frame: &JacobianSvd, drive: f64) -> bool {
+    fn is_locked(&self, state: &M::State, svd: &JacobianSvd, drive: f64) -> bool {
         let mut at_rest = *state;
         *at_rest.u_mut() = M::Vector::zeros();
-        let rates = scaled(&self.measure, self.model.velocity_residual(&at_rest).as_slice(), &frame.scales);
-        frame.beyond_range(LOST, &rates) > DRIVEN * drive.max(math::sqrt(dot(&rates, &rates)))
+        let rates = scaled(&self.scaling, self.model.velocity_residual(&at_rest).as_slice(), &svd.scales);
+        svd.beyond_range(LOST_RATIO, &rates) > DRIVE_SHARE * drive.max(math::sqrt(dot(&rates, &rates)))
     }
 
     /// |wᵀΦ_t| and ‖Φ_t‖, in scaled rows.
-    fn drive(&self, point: &Point<M>) -> (f64, f64) {
+    fn drive(&self, point: &PathPoint<M>) -> (f64, f64) {
         let mut at_rest = point.state;
         *at_rest.u_mut() = M::Vector::zeros();
-        let (_, left) = point.frame.weak_pair();
+        let (_, left) = point.svd.weakest_vectors();
         let rates =
-            scaled(&self.measure, self.model.velocity_residual(&at_rest).as_slice(), &point.frame.scales);
+            scaled(&self.scaling, self.model.velocity_residual(&at_rest).as_slice(), &point.svd.scales);
         (dot(&left, &rates).abs(), math::sqrt(dot(&rates, &rates)))
     }
 
@@ -143,31 +148,31 @@ impl<M: Constraints> Tracer<'_, M> {
     /// path passes one at a distance, it may converge to where the equations are missed least.
     fn polish(&self, mut state: M::State, locks_up: bool) -> Option<(M::State, JacobianSvd)> {
         let n = M::Vector::LEN;
-        let m = self.measure.rows.len();
+        let m = self.scaling.rows.len();
         let equations = m + if locks_up { 1 } else { 2 };
         // Time is measured by how far the mechanism moves in it.
-        let scale = self.measure.scale(state.q().as_slice());
-        let pace = self.measure.length(state.u().as_slice()).max(1e-3 * scale);
+        let scale = self.scaling.scale(state.q().as_slice());
+        let pace = self.scaling.length(state.u().as_slice()).max(1e-3 * scale);
         let mut last = f64::INFINITY;
         for _ in 0..12 {
-            let frame = JacobianSvd::new(&self.measure, self.model, &state).ok()?;
-            let functions = SingularFunctions::new(self, state, &frame);
+            let svd = JacobianSvd::new(&self.scaling, self.model, &state).ok()?;
+            let functions = SingularFunctions::new(self, state, &svd);
             let mut a = vec![0.0; equations * (n + 1)];
-            let mut right = scaled(&self.measure, self.model.residual(&state).as_slice(), &frame.scales);
+            let mut right = scaled(&self.scaling, self.model.residual(&state).as_slice(), &svd.scales);
             right.extend([functions.sigma(&state), functions.driven(&state)]);
             right.truncate(equations);
             right.iter_mut().for_each(|x| *x = -*x);
-            let jacobian = self.measure.jacobian(self.model, &state, &frame.scales);
+            let jacobian = self.scaling.jacobian(self.model, &state, &svd.scales);
             for j in 0..=n {
                 let column = &mut a[j * equations..][..equations];
-                let unit = if j < n { self.measure.weights[j] } else { pace };
+                let unit = if j < n { self.scaling.weights[j] } else { pace };
                 if j < n {
                     column[..m].copy_from_slice(&jacobian[j * m..][..m]);
                 } else {
                     let mut at_rest = state;
                     *at_rest.u_mut() = M::Vector::zeros();
                     let rates = self.model.velocity_residual(&at_rest);
-                    let rates = scaled(&self.measure, rates.as_slice(), &frame.scales);
+                    let rates = scaled(&self.scaling, rates.as_slice(), &svd.scales);
                     column[..m].iter_mut().zip(rates).for_each(|(out, rate)| *out = rate / unit);
                 }
                 let [sigma, driven] = functions.slopes(&state, j).map(|slope| slope / unit);
@@ -175,16 +180,16 @@ impl<M: Constraints> Tracer<'_, M> {
             }
             let (mut v, mut sigma) = (vec![0.0; (n + 1) * (n + 1)], vec![0.0; n + 1]);
             let mut step = vec![0.0; n + 1];
-            let svd = Svd::new(equations, &mut a, &mut v, &mut sigma);
-            svd.solve(&right, 1e-9 * svd.largest(), 0.0, &mut step);
+            let newton = Svd::new(equations, &mut a, &mut v, &mut sigma);
+            newton.solve(&right, 1e-9 * newton.largest(), 0.0, &mut step);
             let length = math::sqrt(dot(&step, &step)) / scale;
             for (j, step) in step[..n].iter().enumerate() {
-                state.q_mut()[j] += step / self.measure.weights[j];
+                state.q_mut()[j] += step / self.scaling.weights[j];
             }
             state = at_time(&state, state.t() + step[n] / pace);
             if length <= 1e-14 || (length <= 1e-11 && length >= 0.5 * last) {
-                let frame = JacobianSvd::new(&self.measure, self.model, &state).ok()?;
-                return Some((state, frame));
+                let svd = JacobianSvd::new(&self.scaling, self.model, &state).ok()?;
+                return Some((state, svd));
             }
             if length.is_nan() || length >= 2.0 * last {
                 return None;
@@ -197,7 +202,7 @@ impl<M: Constraints> Tracer<'_, M> {
 
 /// The functions that vanish at a singular position, with the singular vectors of one place.
 struct SingularFunctions<'t, 'm, M: Constraints> {
-    tracer: &'t Tracer<'m, M>,
+    tracer: &'t PathTracer<'m, M>,
     scales: &'t [f64],
     right: Vec<f64>,
     left: Vec<f64>,
@@ -205,14 +210,14 @@ struct SingularFunctions<'t, 'm, M: Constraints> {
 }
 
 impl<'t, 'm, M: Constraints> SingularFunctions<'t, 'm, M> {
-    fn new(tracer: &'t Tracer<'m, M>, state: M::State, frame: &'t JacobianSvd) -> Self {
-        let (right, left) = frame.weak_pair();
-        Self { tracer, scales: &frame.scales, right, left, u: *state.u() }
+    fn new(tracer: &'t PathTracer<'m, M>, state: M::State, svd: &'t JacobianSvd) -> Self {
+        let (right, left) = svd.weakest_vectors();
+        Self { tracer, scales: &svd.scales, right, left, u: *state.u() }
     }
 
     /// wᵀ Φ_q v: σ at the place of the vectors.
     fn sigma(&self, state: &M::State) -> f64 {
-        let jacobian = self.tracer.measure.jacobian(self.tracer.model, state, self.scales);
+        let jacobian = self.tracer.scaling.jacobian(self.tracer.model, state, self.scales);
         let m = self.left.len();
         jacobian.chunks_exact(m).zip(&self.right).map(|(column, v)| v * dot(column, &self.left)).sum()
     }
@@ -222,7 +227,7 @@ impl<'t, 'm, M: Constraints> SingularFunctions<'t, 'm, M> {
         let mut state = *state;
         *state.u_mut() = self.u;
         let rates = self.tracer.model.velocity_residual(&state);
-        dot(&self.left, &scaled(&self.tracer.measure, rates.as_slice(), self.scales))
+        dot(&self.left, &scaled(&self.tracer.scaling, rates.as_slice(), self.scales))
     }
 
     /// Their derivatives by coordinate j, or by time for j = n.
@@ -246,15 +251,15 @@ impl<'t, 'm, M: Constraints> SingularFunctions<'t, 'm, M> {
 }
 
 /// The last points of a path along which σ fell.
-fn falling<M: Constraints>(path: &[Point<M>]) -> &[Point<M>] {
-    let pairs = path.windows(2).rev().take(MOST_POINTS - 1);
-    let count = pairs.take_while(|pair| pair[1].frame.least() < 0.9 * pair[0].frame.least()).count();
+fn falling<M: Constraints>(path: &[PathPoint<M>]) -> &[PathPoint<M>] {
+    let pairs = path.windows(2).rev().take(EXTRAPOLATED_POINTS - 1);
+    let count = pairs.take_while(|pair| pair[1].svd.least() < 0.9 * pair[0].svd.least()).count();
     &path[path.len().saturating_sub(count + 1)..]
 }
 
 /// Values of active rows in their scales.
-fn scaled(measure: &Measure, values: &[f64], scales: &[f64]) -> Vec<f64> {
-    measure.rows.iter().zip(scales).map(|(row, scale)| values[*row] / scale).collect()
+fn scaled(scaling: &PathScaling, values: &[f64], scales: &[f64]) -> Vec<f64> {
+    scaling.rows.iter().zip(scales).map(|(row, scale)| values[*row] / scale).collect()
 }
 
 /// The polynomial through points (x, y), at x = 0 (Neville).

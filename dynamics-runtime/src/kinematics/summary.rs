@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use crate::constrain::Involved;
+use crate::constrain::TopContributors;
 use crate::simulate::Counts;
 use crate::wording::Rounded;
 
@@ -13,9 +13,9 @@ pub struct Passage {
     /// When.
     pub time: f64,
     /// The rows that depend on each other there.
-    pub rows: Involved,
+    pub rows: TopContributors,
     /// The coordinates that could have gone either way.
-    pub coordinates: Involved,
+    pub coordinates: TopContributors,
 }
 
 /// The summary of a kinematic analysis.

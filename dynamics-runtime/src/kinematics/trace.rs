@@ -3,7 +3,7 @@
 //! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on Φ(q, t) =
 //! 0. A step counts only where Newton contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the
 //! solution found is the only one nearby), where no singular position can lie between (see
-//! [`super::frame::JacobianSvd::leads_to`]), and where the way found leads back to its start; so branches
+//! [`super::jacobian_svd::JacobianSvd::has_full_rank_toward`]), and where the way found leads back to its start; so branches
 //! are not lost, and singular positions are approached in ever shorter steps instead of being stepped over.
 //! The step follows Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
 //! §5.1; E. J. Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
@@ -12,7 +12,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::error::KinematicsErrorKind as Kind;
-use super::frame::{JacobianSvd, Measure};
+use super::jacobian_svd::{JacobianSvd, PathScaling};
 use crate::constrain;
 use crate::constrain::nearby::at_time;
 use crate::error::SolveError;
@@ -20,57 +20,57 @@ use crate::math;
 use crate::model::{Constraints, Model, ModelState, Vector};
 
 /// Largest contraction of a step that counts.
-const ADMISSIBLE: f64 = 0.25;
+const MAX_CONTRACTION: f64 = 0.25;
 /// Contraction that steps aim at: Newton then needs three corrections.
-const AIM: f64 = 0.02;
+const TARGET_CONTRACTION: f64 = 0.02;
 /// Largest first correction that counts, against the size of the coordinates.
-const LARGEST_FIRST_CORRECTION: f64 = 0.1;
+const MAX_FIRST_CORRECTION: f64 = 0.1;
 /// Seen back from its end by Taylor's series, a step that counts begins where it did within this part of its
-/// way, and within [`STILL`].
-const RETURNS: f64 = 0.25;
+/// way, and within [`SHORT_WAY`].
+const RETURN_SHARE: f64 = 0.25;
 /// Part of the unit of the coordinates within which a way is too short to be judged: drives begin from rest,
 /// with t⁴ and the like.
-const STILL: f64 = 1e-3;
+const SHORT_WAY: f64 = 1e-3;
 /// Corrections below this part of the size of the coordinates are rounding, or about to be: the next one is
 /// their square.
-const SETTLED: f64 = 1e-11;
+const CONVERGED_CORRECTION: f64 = 1e-11;
 /// Most Newton corrections in a step.
-const MOST_CORRECTIONS: u32 = 12;
+const MAX_CORRECTIONS: u32 = 12;
 
 /// A point of the path.
-pub(super) struct Point<M: Model> {
+pub(super) struct PathPoint<M: Model> {
     pub(super) state: M::State,
     pub(super) accelerations: M::Vector,
-    pub(super) frame: JacobianSvd,
+    pub(super) svd: JacobianSvd,
 }
 
 // By hand, because a derive would ask the same of the model.
-impl<M: Model> Clone for Point<M> {
+impl<M: Model> Clone for PathPoint<M> {
     fn clone(&self) -> Self {
-        Self { state: self.state, accelerations: self.accelerations, frame: self.frame.clone() }
+        Self { state: self.state, accelerations: self.accelerations, svd: self.svd.clone() }
     }
 }
 
 /// What it cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Effort {
+pub(super) struct PathCounts {
     pub(super) steps: u64,
     pub(super) rejected: u64,
     pub(super) corrections: u64,
 }
 
-pub(super) struct Tracer<'m, M: Constraints> {
+pub(super) struct PathTracer<'m, M: Constraints> {
     pub(super) model: &'m M,
     pub(super) constants: &'m M::Constants,
-    pub(super) measure: Measure,
+    pub(super) scaling: PathScaling,
     pub(super) workspace: Vec<f64>,
-    pub(super) effort: Effort,
+    pub(super) counts: PathCounts,
 }
 
-impl<'m, M: Constraints> Tracer<'m, M> {
-    pub(super) fn new(model: &'m M, constants: &'m M::Constants, measure: Measure) -> Self {
+impl<'m, M: Constraints> PathTracer<'m, M> {
+    pub(super) fn new(model: &'m M, constants: &'m M::Constants, scaling: PathScaling) -> Self {
         let workspace = vec![0.0; constrain::workspace_len(M::Vector::LEN, M::Rows::LEN)];
-        Self { model, constants, measure, workspace, effort: Effort::default() }
+        Self { model, constants, scaling, workspace, counts: PathCounts::default() }
     }
 
     /// Velocities, accelerations and the Jacobian at a position that fulfils the constraints; `state` comes
@@ -79,23 +79,23 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         &mut self,
         mut state: M::State,
         before: Option<&JacobianSvd>,
-    ) -> Result<Point<M>, Kind> {
+    ) -> Result<PathPoint<M>, Kind> {
         let mut right = self.model.velocity_residual(&state);
         negate(&mut right);
         let change = constrain::correct(self.model, self.constants, &state, &right, &mut self.workspace)?;
         add(state.u_mut(), 1.0, &change);
         let accelerations = constrain::solve_driven(self.model, self.constants, &state, &mut self.workspace)?;
         let not_finite = |row: usize| Kind::Solve(SolveError::ConstraintNotFinite { row: M::ROWS[row].name });
-        let frame = match before {
-            Some(before) => before.next(&self.measure, self.model, &state),
-            None => JacobianSvd::new(&self.measure, self.model, &state),
+        let svd = match before {
+            Some(before) => before.next(&self.scaling, self.model, &state),
+            None => JacobianSvd::new(&self.scaling, self.model, &state),
         };
-        let frame = frame.map_err(not_finite)?;
-        Ok(Point { state, accelerations, frame })
+        let svd = svd.map_err(not_finite)?;
+        Ok(PathPoint { state, accelerations, svd })
     }
 
     /// Taylor's prediction at another time.
-    pub(super) fn predict(from: &Point<M>, t: f64) -> M::State {
+    pub(super) fn predict(from: &PathPoint<M>, t: f64) -> M::State {
         let mut state = from.state;
         let h = t - from.state.t();
         let (mut q, mut u) = (*state.q(), *state.u());
@@ -109,42 +109,42 @@ impl<'m, M: Constraints> Tracer<'m, M> {
 
     /// Newton–Raphson on Φ = 0. Returns the largest contraction; an error where it does not converge to the
     /// solution nearby.
-    pub(super) fn close(&mut self, state: &mut M::State) -> Result<f64, Kind> {
-        let scale = self.measure.scale(state.q().as_slice());
+    pub(super) fn solve_positions(&mut self, state: &mut M::State) -> Result<f64, Kind> {
+        let scale = self.scaling.scale(state.q().as_slice());
         let (mut last, mut contraction) = (f64::INFINITY, 0.0f64);
-        for k in 0..MOST_CORRECTIONS {
+        for k in 0..MAX_CORRECTIONS {
             let right = self.right(state)?;
             let step = constrain::correct(self.model, self.constants, state, &right, &mut self.workspace)?;
-            self.effort.corrections += 1;
-            let length = self.measure.length(step.as_slice()) / scale;
+            self.counts.corrections += 1;
+            let length = self.scaling.length(step.as_slice()) / scale;
             let theta = length / last;
-            let longest = if k == 0 { LARGEST_FIRST_CORRECTION } else { ADMISSIBLE * last };
+            let longest = if k == 0 { MAX_FIRST_CORRECTION } else { MAX_CONTRACTION * last };
             if length.is_nan() || length > longest {
                 // At the level of rounding corrections do not shrink any more.
-                return if last <= 1e-9 { Ok(contraction) } else { Err(self.missed(state)) };
+                return if last <= 1e-9 { Ok(contraction) } else { Err(self.no_continuation(state)) };
             }
             add(state.q_mut(), 1.0, &step);
             // What rounding leaves says nothing about curvature.
             contraction = if k > 0 && last > 1e-6 { contraction.max(theta) } else { contraction };
-            if length <= SETTLED {
+            if length <= CONVERGED_CORRECTION {
                 return Ok(contraction);
             }
             last = length;
         }
-        Err(self.missed(state))
+        Err(self.no_continuation(state))
     }
 
     /// A step to another time: where it is refused a shorter one may succeed.
-    pub(super) fn step(&mut self, from: &Point<M>, t: f64) -> Result<(Point<M>, f64), Kind> {
+    pub(super) fn step(&mut self, from: &PathPoint<M>, t: f64) -> Result<(PathPoint<M>, f64), Kind> {
         let mut state = Self::predict(from, t);
-        let contraction = self.close(&mut state)?;
-        let jacobian = self.measure.jacobian(self.model, &state, &from.frame.scales);
-        if !from.frame.leads_to(&jacobian) {
-            return Err(self.missed(&state));
+        let contraction = self.solve_positions(&mut state)?;
+        let jacobian = self.scaling.jacobian(self.model, &state, &from.svd.scales);
+        if !from.svd.has_full_rank_toward(&jacobian) {
+            return Err(self.no_continuation(&state));
         }
-        let point = self.complete(state, Some(&from.frame))?;
+        let point = self.complete(state, Some(&from.svd))?;
         if !self.leads_back(&point, &from.state) {
-            return Err(self.missed(&point.state));
+            return Err(self.no_continuation(&point.state));
         }
         Ok((point, contraction))
     }
@@ -152,25 +152,25 @@ impl<'m, M: Constraints> Tracer<'m, M> {
     /// Whether the way from a point leads back to where the step to it began. Where angles turn fast, beside
     /// a singular position, a prediction may hit upon the same position some turns further on: there
     /// everything closes, and nothing else shows that the turns were not made.
-    fn leads_back(&self, to: &Point<M>, from: &M::State) -> bool {
-        let mut missed = *Self::predict(to, from.t()).q();
-        add(&mut missed, -1.0, from.q());
+    fn leads_back(&self, to: &PathPoint<M>, from: &M::State) -> bool {
+        let mut no_continuation = *Self::predict(to, from.t()).q();
+        add(&mut no_continuation, -1.0, from.q());
         let mut way = *to.state.q();
         add(&mut way, -1.0, from.q());
-        let length = |x: &M::Vector| self.measure.length(x.as_slice());
-        let unit = self.measure.scale(M::Vector::zeros().as_slice());
-        length(&missed) <= RETURNS * length(&way) + STILL * unit
+        let length = |x: &M::Vector| self.scaling.length(x.as_slice());
+        let unit = self.scaling.scale(M::Vector::zeros().as_slice());
+        length(&no_continuation) <= RETURN_SHARE * length(&way) + SHORT_WAY * unit
     }
 
     /// The factor by which the next step may be longer.
     pub(super) fn growth(contraction: f64) -> f64 {
-        math::cbrt(AIM / contraction.max(1e-9)).clamp(0.5, 2.0)
+        math::cbrt(TARGET_CONTRACTION / contraction.max(1e-9)).clamp(0.5, 2.0)
     }
 
     fn right(&self, state: &M::State) -> Result<M::Rows, Kind> {
         let mut right = M::Rows::zeros();
         let values = self.model.residual(state);
-        for row in &self.measure.rows {
+        for row in &self.scaling.rows {
             right[*row] = -values[*row];
             if !values[*row].is_finite() {
                 return Err(Kind::Solve(SolveError::ConstraintNotFinite { row: M::ROWS[*row].name }));
@@ -179,11 +179,12 @@ impl<'m, M: Constraints> Tracer<'m, M> {
         Ok(right)
     }
 
-    fn missed(&self, state: &M::State) -> Kind {
+    fn no_continuation(&self, state: &M::State) -> Kind {
         let values = self.model.residual(state);
         let size = |row: &usize| values[*row].abs();
-        let worst = self.measure.rows.iter().copied().reduce(|a, b| if size(&b) > size(&a) { b } else { a });
-        let row = worst.unwrap_or(0);
+        let worst_condition =
+            self.scaling.rows.iter().copied().reduce(|a, b| if size(&b) > size(&a) { b } else { a });
+        let row = worst_condition.unwrap_or(0);
         Kind::NoContinuation { row: M::ROWS[row].name, residual: values[row] }
     }
 }

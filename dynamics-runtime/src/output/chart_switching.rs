@@ -132,8 +132,8 @@ impl<M: Simulate + Draw> Film for ChartSwitchingMotion<'_, M> {
         // Times are in order: one sampler serves all times of a segment.
         let mut rest = times;
         while let Some(first) = rest.first() {
-            let segment = self.leg_at(*first);
-            let here = rest.iter().take_while(|t| core::ptr::eq(self.leg_at(**t), segment)).count();
+            let segment = self.segment_at(*first);
+            let here = rest.iter().take_while(|t| core::ptr::eq(self.segment_at(**t), segment)).count();
             for state in segment.motion.sample(rest[..here].iter().copied()) {
                 let picture = segment.motion.model().draw(&segment.motion.coordinates_of(&state));
                 show(&picture, &segment.motion.outputs_of(&state));

@@ -1,7 +1,7 @@
 //! The linear equations of every order of a series with constraints, where generated code does not apply: a
 //! pivot is too small, or a switched constraint is released.
 
-use crate::constrain::{self, held};
+use crate::constrain::{self, active_set};
 use crate::math;
 use crate::model::{Constraints, ModelState, Terms};
 
@@ -46,7 +46,8 @@ impl<const NR: usize> Equations<NR> {
         for r in 0..R {
             let squares: f64 =
                 (0..N).map(|i| (jacobian[r][i] * scale[i]) * (jacobian[r][i] * scale[i])).sum();
-            scale[N + r] = if held::holds::<M>(state.modes(), r) { 1.0 / math::sqrt(squares) } else { 0.0 };
+            scale[N + r] =
+                if active_set::holds::<M>(state.modes(), r) { 1.0 / math::sqrt(squares) } else { 0.0 };
         }
         for i in 0..N {
             for j in 0..N {

@@ -9,13 +9,13 @@
 //! part of a motion is the motion of a model that does not change. From one part to the next the angles are
 //! read from the same rotation, θ′ with E(θ′) = C′ᵀ C E(θ), and the rates from the same angular velocity.
 //! Whether the charts are of one model is not believed but looked at: accelerations, energy, outputs and
-//! events have to agree where a part begins (`agree.rs`) and at the end of every step (`along.rs`).
+//! events have to agree where a part begins (`agreement.rs`) and at the end of every step (`step_agreement.rs`).
 
-pub(crate) mod agree;
-pub(crate) mod along;
+pub(crate) mod agreement;
 pub(crate) mod error;
 pub(crate) mod reference;
 pub(crate) mod result;
+pub(crate) mod step_agreement;
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 pub use crate::simulate::charts::error::{
     ChartError, ChartSwitchingError, ChartSwitchingErrorKind, Compared,
 };
-use crate::simulate::charts::reference::Reference;
+use crate::simulate::charts::reference::AngleReference;
 pub use crate::simulate::charts::result::{
     ChartChange, ChartState, ChartSwitchingMotion, ChartSwitchingSummary, Segment,
 };
@@ -35,11 +35,11 @@ use crate::simulate::simulation::{Simulate, Simulation};
 use crate::simulate::trajectory::motion::Motion;
 
 /// Name of the event that ends a part of a motion.
-const CHANGE: &str = "change of chart";
+const CHART_CHANGE: &str = "change of chart";
 /// Angles nearer to locking than this are measured from the other reference, in rad. There sin ϑ = 0.48; the
 /// other chart is then at least π/2 − 0.5 away from locking, and the motion has to turn by half a radian
 /// before it can come back.
-const BOUND: f64 = 0.5;
+const LOCK_DISTANCE: f64 = 0.5;
 /// Sets at most: with each the number of charts doubles.
 const MOST_ANGLE_SETS: usize = 6;
 
@@ -68,7 +68,7 @@ const MOST_ANGLE_SETS: usize = 6;
 pub struct ChartSwitching<M> {
     /// Bit k of the index: the reference of set k is turned.
     charts: Vec<M>,
-    references: Vec<Reference>,
+    references: Vec<AngleReference>,
 }
 
 impl<M: Simulate + Clone> ChartSwitching<M> {
@@ -90,7 +90,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
     /// Where no set has this second angle, there are too many, the model's reference is not 0, or `turn`
     /// changes nothing, or sets a number to something else.
     pub fn turning(mut self, middle: &str, turn: impl Fn(&mut M, f64)) -> Result<Self, ChartError> {
-        let reference = Reference::of::<M>(middle)?;
+        let reference = AngleReference::of::<M>(middle)?;
         if self.references.len() == MOST_ANGLE_SETS {
             return Err(ChartError::TooMany { most: MOST_ANGLE_SETS });
         }
@@ -98,16 +98,16 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
             return Err(ChartError::Twice { name: reference.names[1] });
         }
         let mut turned = Vec::with_capacity(2 * self.charts.len());
-        for (by, expected) in [(0.0, false), (reference::QUARTER, true)] {
+        for (by, expected) in [(0.0, false), (reference::QUARTER_TURN, true)] {
             for model in &self.charts {
                 let mut chart = model.clone();
                 turn(&mut chart, by);
-                let changed = changed(model, &chart);
+                let first_change = first_change(model, &chart);
                 if let Some((parameter, value)) = only_change(model, &chart).filter(|(_, value)| *value != by)
                 {
                     return Err(ChartError::NotTheTurn { parameter, value, turn: by });
                 }
-                match (expected, changed) {
+                match (expected, first_change) {
                     (false, Some((parameter, value))) => {
                         return Err(ChartError::NotAtZero { parameter, value });
                     }
@@ -131,7 +131,13 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
     /// Opens a simulation from a state of the model as it was given. A state of a motion may be one of
     /// another chart: [`ChartSwitching::resume`] goes on from it.
     pub fn simulate(&self, start: M::State) -> ChartSwitchingSimulation<'_, M> {
-        ChartSwitchingSimulation { atlas: self, chart: 0, start, end: None, options: Box::new(|run, _| run) }
+        ChartSwitchingSimulation {
+            switching: self,
+            chart: 0,
+            start,
+            end: None,
+            options: Box::new(|run, _| run),
+        }
     }
 
     /// Opens a simulation from a place of a motion of this atlas, in the chart of that place.
@@ -141,22 +147,22 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
 
     /// The distance to locking of the set that is nearest to it in a chart, less the bound: a change is due
     /// where it is negative.
-    fn margin(references: &[Reference], state: &M::State) -> f64 {
-        references.iter().map(|at| at.distance(state)).fold(f64::INFINITY, f64::min) - BOUND
+    fn margin(references: &[AngleReference], state: &M::State) -> f64 {
+        references.iter().map(|at| at.distance(state)).fold(f64::INFINITY, f64::min) - LOCK_DISTANCE
     }
 
     /// The chart in which every set is far from locking, and the state there. Where a change is `due` there
     /// is one.
     fn change(&self, chart: usize, state: &M::State, due: bool) -> Result<(usize, M::State), ChartError> {
         let (mut to, mut there) = (chart, *state);
-        let least = Self::margin(&self.references, state) + BOUND;
+        let least = Self::margin(&self.references, state) + LOCK_DISTANCE;
         for (k, reference) in self.references.iter().enumerate() {
             // Where it has just been located the distance is the bound, but for what the rounding of a late
             // time amounts to.
             let distance = reference.distance(state);
-            if distance < BOUND * (1.0 + 1e-6) || due && distance <= least * (1.0 + 1e-6) {
+            if distance < LOCK_DISTANCE * (1.0 + 1e-6) || due && distance <= least * (1.0 + 1e-6) {
                 let turned = chart >> k & 1 == 1;
-                reference.express(&mut there, turned, !turned)?;
+                reference.re_express(&mut there, turned, !turned)?;
                 to ^= 1 << k;
             }
         }
@@ -166,7 +172,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
 
 /// A parameter that is not what it was, with its value before; none of models that do not tell their
 /// parameters.
-fn changed<M: Simulate>(from: &M, to: &M) -> Option<(&'static str, f64)> {
+fn first_change<M: Simulate>(from: &M, to: &M) -> Option<(&'static str, f64)> {
     M::PARAMETERS.iter().enumerate().find_map(|(k, quantity)| {
         let (before, after) = (from.parameter(k)?, to.parameter(k)?);
         // What is not a number has not become another one: runs refuse it by its name.
@@ -189,7 +195,7 @@ type Options<'a, M> = Box<dyn Fn(Simulation<'a, M>, &'a M) -> Simulation<'a, M> 
 /// A simulation that changes its chart where that is due, before it runs.
 #[must_use = "a simulation does nothing until `.run()`"]
 pub struct ChartSwitchingSimulation<'a, M: Simulate> {
-    atlas: &'a ChartSwitching<M>,
+    switching: &'a ChartSwitching<M>,
     /// That of the start.
     chart: usize,
     start: M::State,
@@ -226,37 +232,43 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
     /// Where a part does not come to its end, or charts do not describe the same motion; what was computed up
     /// to there is in the error.
     pub fn run(self) -> Result<ChartSwitchingMotion<'a, M>, ChartSwitchingError<M>> {
-        let (atlas, chart, start) = (self.atlas, self.chart, self.start);
+        let (switching, chart, start) = (self.switching, self.chart, self.start);
         let mut segments: Vec<Segment<'a, M>> = Vec::new();
         let end = self.end.unwrap_or(f64::NAN);
         let result = if end.is_nan() {
             Err(ChartError::NoEnd.into())
-        } else if chart >= atlas.charts.len() {
-            Err(ChartError::NoSuchChart { chart, charts: atlas.charts.len() }.into())
+        } else if chart >= switching.charts.len() {
+            Err(ChartError::NoSuchChart { chart, charts: switching.charts.len() }.into())
         } else {
-            let pairs = 0..atlas.references.len();
-            let compared = pairs.into_iter().try_for_each(|k| self.compare(chart, chart ^ 1 << k, &start));
-            compared.map_err(Into::into).and_then(|()| self.parts(end, &mut segments))
+            let compared_quantities = 0..switching.references.len();
+            let compared =
+                compared_quantities.into_iter().try_for_each(|k| self.compare(chart, chart ^ 1 << k, &start));
+            compared.map_err(Into::into).and_then(|()| self.run_segments(end, &mut segments))
         };
         match result {
-            Ok(()) => Ok(ChartSwitchingMotion { atlas, first: chart, segments }),
+            Ok(()) => Ok(ChartSwitchingMotion { switching, first: chart, segments }),
             Err(kind) => Err(ChartSwitchingError::new(kind, chart, &start, segments)),
         }
     }
 
-    fn parts(&self, end: f64, segments: &mut Vec<Segment<'a, M>>) -> Result<(), ChartSwitchingErrorKind<M>> {
-        let (mut chart, mut state) = self.atlas.change(self.chart, &self.start, false)?;
+    fn run_segments(
+        &self,
+        end: f64,
+        segments: &mut Vec<Segment<'a, M>>,
+    ) -> Result<(), ChartSwitchingErrorKind<M>> {
+        let (mut chart, mut state) = self.switching.change(self.chart, &self.start, false)?;
         loop {
-            let motion = self.part(chart, state, end)?;
-            self.join(&motion, segments)?;
-            let changes = motion.events().last().is_some_and(|event| event.stopped && event.name == CHANGE);
+            let motion = self.run_segment(chart, state, end)?;
+            self.check_junction(&motion, segments)?;
+            let changes =
+                motion.events().last().is_some_and(|event| event.stopped && event.name == CHART_CHANGE);
             let last = motion.trajectory.last().state;
             segments.push(Segment { chart, motion });
-            self.along(chart, segments)?;
+            self.compare_along(chart, segments)?;
             if !changes || last.t() == end {
                 return Ok(());
             }
-            let (to, there) = self.atlas.change(chart, &last, true)?;
+            let (to, there) = self.switching.change(chart, &last, true)?;
             // With the inputs that were in force.
             let complete = segments.last().map_or(last, |segment| segment.motion.end());
             self.compare(chart, to, &complete)?;
@@ -267,39 +279,41 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
     /// Compares two charts near a state of the first one: the models, and the functions of the events that
     /// were given.
     fn compare(&self, from: usize, to: usize, state: &M::State) -> Result<(), ChartError> {
-        let Some(states) = self.atlas.agree(from, to, state)? else { return Ok(()) };
+        let Some(states) = self.switching.compare_near(from, to, state)? else { return Ok(()) };
         let functions = [0, 1].map(|k| {
-            let model = &self.atlas.charts[[from, to][k]];
+            let model = &self.switching.charts[[from, to][k]];
             (self.options)(model.simulate(states[k]), model).ad_hoc_at(&states[k])
         });
-        agree::same_functions(&functions, state.t())
+        agreement::same_functions(&functions, state.t())
     }
 
     /// Compares the chart of the last part with those beside it, at the end of every step.
-    fn along(&self, chart: usize, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
+    fn compare_along(&self, chart: usize, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
         let Some(Segment { motion, .. }) = segments.last() else { return Ok(()) };
-        (0..self.atlas.references.len()).try_for_each(|k| {
+        (0..self.switching.references.len()).try_for_each(|k| {
             let charts = [chart, chart ^ 1 << k];
-            let model = &self.atlas.charts[charts[1]];
+            let model = &self.switching.charts[charts[1]];
             let other = (self.options)(model.simulate(motion.start()), model);
-            along::Along { atlas: self.atlas, motion, charts, other }.agree()
+            step_agreement::StepComparison { switching: self.switching, motion, charts, other }.compare_near()
         })
     }
 
     /// The motion in one chart up to the end or to where another is due.
-    fn part(
+    fn run_segment(
         &self,
         chart: usize,
         state: M::State,
         end: f64,
     ) -> Result<Motion<'a, M>, ChartSwitchingErrorKind<M>> {
-        let (atlas, model) = (self.atlas, &self.atlas.charts[chart]);
+        let (switching, model) = (self.switching, &self.switching.charts[chart]);
         let run = (self.options)(model.simulate(state), model).until(end);
-        let run = if atlas.references.is_empty() {
+        let run = if switching.references.is_empty() {
             run
         } else {
-            run.event(CHANGE, |state: &M::State| ChartSwitching::<M>::margin(&atlas.references, state))
-                .stop_at(CHANGE, Direction::Falling)
+            run.event(CHART_CHANGE, |state: &M::State| {
+                ChartSwitching::<M>::margin(&switching.references, state)
+            })
+            .stop_at(CHART_CHANGE, Direction::Falling)
         };
         let motion =
             run.run().map_err(|error| ChartSwitchingErrorKind::Run { chart, error: Box::new(error) })?;
@@ -315,16 +329,16 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
 
     /// What cannot be told from one part alone: inputs that jump with the chart, and an event that is met
     /// twice.
-    fn join(&self, motion: &Motion<'a, M>, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
+    fn check_junction(&self, motion: &Motion<'a, M>, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
         let Some(before) = segments.last() else { return Ok(()) };
         let time = motion.start_time();
-        agree::same_inputs(&before.motion, motion)?;
+        agreement::same_inputs(&before.motion, motion)?;
         let at_the_start = motion.events().iter().take_while(|event| event.time() == time);
         for event in at_the_start {
             let ended = |other: &&crate::simulate::EventRecord<M::State>| {
                 other.time() == time && other.name == event.name
             };
-            if before.motion.events().iter().rev().find(ended).is_some() && event.name != CHANGE {
+            if before.motion.events().iter().rev().find(ended).is_some() && event.name != CHART_CHANGE {
                 return Err(ChartError::Coincident { event: String::from(&*event.name), time });
             }
         }

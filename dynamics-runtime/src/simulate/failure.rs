@@ -1,18 +1,18 @@
-//! Why a simulation did not reach its end, or why a motion has no answer.
+//! Errors of simulations and motions, as data. Their texts are in `messages.rs`.
 
 pub(crate) mod event_action;
 pub(crate) mod gimbal_lock;
+pub(crate) mod messages;
+pub(crate) mod motion_error;
 pub(crate) mod option;
-pub(crate) mod query;
-pub(crate) mod words;
 
+pub use crate::simulate::failure::motion_error::MotionError;
 pub use crate::simulate::failure::option::OptionError;
-pub use crate::simulate::failure::query::MotionError;
 
 use alloc::boxed::Box;
 use alloc::string::String;
 
-use crate::constrain::Involved;
+use crate::constrain::TopContributors;
 use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::integrate::Method;
 use crate::simulate::failure::event_action::EventActionError;
@@ -82,7 +82,7 @@ pub enum SimulationErrorKind {
     },
     /// More steps, rejected ones included, than `.max_steps(..)` permits; or, where the motion slides, it
     /// would take twice as many as are left.
-    #[error(fmt = words::too_many_steps)]
+    #[error(fmt = messages::too_many_steps)]
     TooManySteps {
         /// The limit.
         limit: u64,
@@ -113,7 +113,7 @@ pub enum SimulationErrorKind {
     },
     /// An event happens again and again in ever shorter time (Zeno's paradox: a ball that comes to rest by
     /// bouncing).
-    #[error(fmt = words::events_accumulate)]
+    #[error(fmt = messages::events_accumulate)]
     EventsAccumulate {
         /// The event.
         event: String,
@@ -124,18 +124,18 @@ pub enum SimulationErrorKind {
     },
     /// Steps become shorter and shorter and come to no end before the time that they approach: accelerations
     /// grow without bounds there.
-    #[error(fmt = words::steps_vanish)]
+    #[error(fmt = messages::steps_vanish)]
     StepsVanish {
         /// That time: extrapolated, or that of the last state.
         at: f64,
         /// The coordinates that accelerate most at the last state.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// The rows of the constraints that hold them with most; of nobody where nothing holds.
-        rows: Involved,
+        rows: TopContributors,
     },
     /// The reset of an event left the motion at rest there, and it goes on in the same direction: the event
     /// happens again at once.
-    #[error(fmt = words::event_repeats)]
+    #[error(fmt = messages::event_repeats)]
     EventRepeats {
         /// The event.
         event: String,
@@ -187,16 +187,16 @@ pub enum SimulationErrorKind {
         cause: Box<SimulationErrorKind>,
     },
     /// The motion cannot go on from here, and constraints lose rank here or just ahead: a singular position.
-    #[error(fmt = words::singular_position)]
+    #[error(fmt = messages::singular_position)]
     SingularPosition {
         /// The rows that depend on each other there.
-        rows: Involved,
+        rows: TopContributors,
         /// The coordinates that they leave open there.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// Largest over smallest singular value of Φ_q at the last state.
         condition: f64,
-        /// What the method met, and what would pass it.
-        met: Box<Met>,
+        /// The failure of the method, and settings that may pass the position.
+        cause: Box<SingularPositionCause>,
     },
     /// The motion has run into a place where the mass matrix is singular, or loses its sign, on the motions
     /// that constraints leave: what has no inertia moves without bounds.
@@ -207,7 +207,7 @@ pub enum SimulationErrorKind {
     )]
     InertiaVanishes {
         /// The coordinates that have no inertia left together.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// The least inertia at the last state, over the least at the start; negative beyond the place.
         share: f64,
         /// What the method met.
@@ -222,13 +222,13 @@ pub enum SimulationErrorKind {
     )]
     RestsOnJump {
         /// The coordinates whose accelerations jump, in the order of by how much.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
     /// The motion starts at rest in a corner of a constraint, and accelerations do not say to which side it
     /// goes.
-    #[error(fmt = words::rests_in_corner)]
+    #[error(fmt = messages::rests_in_corner)]
     RestsInCorner {
         /// The row.
         row: &'static str,
@@ -252,7 +252,7 @@ pub enum SimulationErrorKind {
     },
     /// Three angles lock: what they turn has orientations beside this one that they cannot tell apart, and
     /// rates and accelerations without bounds.
-    #[error(fmt = words::gimbal_lock)]
+    #[error(fmt = messages::gimbal_lock)]
     GimbalLock {
         /// The angles, and how near they are to locking.
         at: Box<GimbalLock>,
@@ -260,24 +260,24 @@ pub enum SimulationErrorKind {
         cause: Box<SimulationErrorKind>,
     },
     /// Coordinates have no inertia at all, and what holds them does not decide how they accelerate.
-    #[error(fmt = words::no_inertia)]
+    #[error(fmt = messages::no_inertia)]
     NoInertia {
         /// The coordinates.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// Parameters that are 0 and may be the inertia that is missing: those of a unit of mass, or of no
         /// known unit; where there is none, lengths, for masses without a lever turn nothing.
-        parameters: Involved,
+        parameters: TopContributors,
         /// What the method met.
         cause: Box<SimulationErrorKind>,
     },
     /// A constraint is not differentiable just where the motion stands, and asks for a jump that no force can
     /// make.
-    #[error(fmt = words::constraint_jumps)]
+    #[error(fmt = messages::constraint_jumps)]
     ConstraintJumps {
         /// Its row.
         row: &'static str,
         /// Of what.
-        what: Jumping,
+        what: JumpingQuantity,
         /// By how much what the row asks for changes there: its Φ̇ (or A q̇ + b) at the velocity of the
         /// motion, or its Φ.
         jump: f64,
@@ -305,9 +305,9 @@ pub enum SimulationErrorKind {
     )]
     SingularStart {
         /// The rows that depend on each other there.
-        rows: Involved,
+        rows: TopContributors,
         /// The coordinates that they leave open there.
-        coordinates: Involved,
+        coordinates: TopContributors,
     },
     /// A motion whose constraints drift is so near to a singular position, where branches of the mechanism
     /// meet, that its drift decides on which of them it goes on.
@@ -319,19 +319,19 @@ pub enum SimulationErrorKind {
     )]
     BranchUndetermined {
         /// The rows that depend on each other there.
-        rows: Involved,
+        rows: TopContributors,
         /// The coordinates in which the branches differ.
-        coordinates: Involved,
+        coordinates: TopContributors,
         /// Largest over smallest singular value of Φ_q.
         condition: f64,
     },
     /// Branches of constraints have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and
     /// it has gone on along another one than its own, or that is not decided. The motion up to there is
     /// right.
-    #[error(fmt = words::branches_touch)]
+    #[error(fmt = messages::branches_touch)]
     BranchesTouch {
         /// The row whose gradient vanishes there, or the rows that depend on each other.
-        rows: Involved,
+        rows: TopContributors,
         /// When.
         at: f64,
         /// It is known that steps went over to another branch.
@@ -339,7 +339,7 @@ pub enum SimulationErrorKind {
     },
     /// A released constraint begins to slip against the side to which it was released, and its friction,
     /// which goes by that side, would drive it.
-    #[error(fmt = words::slips_back)]
+    #[error(fmt = messages::slips_back)]
     SlipsBack {
         /// The constraint.
         constraint: &'static str,
@@ -364,7 +364,7 @@ pub enum SimulationErrorKind {
         residual: f64,
     },
     /// The reset of an event left a value that is infinite or not a number, or moved time.
-    #[error(fmt = words::bad_reset)]
+    #[error(fmt = messages::bad_reset)]
     BadReset {
         /// The event.
         event: String,
@@ -373,18 +373,18 @@ pub enum SimulationErrorKind {
     },
 }
 
-/// What a method met at a singular position.
+/// The failure of a method at a singular position, and settings that may pass it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Met {
+pub struct SingularPositionCause {
     /// Why it did not go on.
     pub kind: SimulationErrorKind,
-    /// By what the position is passed, if the mechanism can move on there; `None` where that is what was run.
-    pub over: Option<Over>,
+    /// Settings that pass the position, if the mechanism can move on there; `None` where the run had them.
+    pub crossing: Option<CrossingSettings>,
 }
 
-/// What passes singular positions at which a mechanism can move on.
+/// Settings that pass singular positions at which a mechanism can move on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Over {
+pub struct CrossingSettings {
     /// Another method.
     pub method: Option<Method>,
     /// A tolerance that is looser than what was asked for, or one instead of a fixed step.
@@ -395,9 +395,9 @@ pub struct Over {
     pub formulation: Option<Formulation>,
 }
 
-/// What a constraint asks to jump.
+/// The quantity that a constraint requires to jump.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Jumping {
+pub enum JumpingQuantity {
     /// Positions: Φ has a gap there.
     Positions,
     /// Velocities: Φ has a corner there, or A or b a gap.
@@ -405,7 +405,7 @@ pub enum Jumping {
 }
 
 impl SimulationErrorKind {
-    /// A copy, by code that is compiled once: what is derived is inlined.
+    /// A clone by code that is compiled once; derived code is inlined.
     #[inline(never)]
     pub(crate) fn copy(&self) -> Self {
         self.clone()

@@ -5,7 +5,7 @@ mod system;
 
 use alloc::boxed::Box;
 
-use crate::constrain::weakness::weakness;
+use crate::constrain::rank_margin::rank_margin;
 use crate::error::SolveError;
 use crate::integrate::{
     Accelerations, Dense, Phase, ProjectedEnd, Stages, Step, StepFlags, StepNode, Tolerances, increment, zip,
@@ -162,7 +162,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 
     #[cold]
     fn not_expandable(&self, state: &M::State) -> EvaluationError {
-        EvaluationError::Solve(SolveError::NotExpandable { rows: weakness(self.model, state).rows })
+        EvaluationError::Solve(SolveError::NotExpandable { rows: rank_margin(self.model, state).rows })
     }
 
     /// A state on the branches that are held.

@@ -14,9 +14,9 @@ pub(crate) use crate::simulate::stabilization::contacts::ContactHistory;
 pub(crate) use crate::simulate::stabilization::drift_monitor::{DriftVerdict, Drifted};
 pub(crate) use crate::simulate::stabilization::initial_consistency::PlaceError;
 
+use crate::constrain::active_set::{active_rows, holds};
 use crate::constrain::assemble::{CONSISTENT, size_along};
-use crate::constrain::held::{active_rows, holds};
-use crate::constrain::{self, Diagnosis, Gradients};
+use crate::constrain::{self, Gradients, RankDiagnosis};
 use crate::error::SolveError;
 use crate::integrate::{Phase, Tolerances, zip};
 use crate::linalg::max_abs;
@@ -416,7 +416,7 @@ impl<M: Constraints> Stabilization<M> {
 
     /// Whether constraints that are independent elsewhere depend on each other, once the motion is under way:
     /// what a start is taken for is decided where it is.
-    fn loses_rank(&self, diagnosis: &Diagnosis) -> bool {
+    fn loses_rank(&self, diagnosis: &RankDiagnosis) -> bool {
         self.under_way
             && diagnosis.rank < diagnosis.active
             && diagnosis.active == M::ROWS.len()
@@ -432,7 +432,7 @@ impl<M: Constraints> Stabilization<M> {
         constants: &M::Constants,
         state: &M::State,
         found: &M::Vector,
-        diagnosis: &Diagnosis,
+        diagnosis: &RankDiagnosis,
     ) -> Result<M::Vector, SolveError> {
         let undetermined = SolveError::BranchUndetermined { rank: diagnosis.rank, active: diagnosis.active };
         let Some(limit) = self.singular_start(model, constants, state, found).map_err(|_| undetermined)?
@@ -447,7 +447,7 @@ impl<M: Constraints> Stabilization<M> {
     }
 
     #[cold]
-    fn note(&mut self, t: f64, diagnosis: &Diagnosis) {
+    fn note(&mut self, t: f64, diagnosis: &RankDiagnosis) {
         let counts = &mut self.counts;
         counts.general += 1;
         let released = diagnosis.active < M::ROWS.len();

@@ -1,8 +1,8 @@
 //! What a motion cost and how far it can be trusted.
 
 pub(crate) mod checks;
+pub(crate) mod display;
 pub(crate) mod warning;
-pub(crate) mod words;
 
 use alloc::string::String;
 use alloc::vec;
@@ -22,7 +22,7 @@ use crate::simulate::trajectory::global_error::GlobalError;
 use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::trajectory::work::EnergyHistory;
 use crate::simulate::verification::accuracy_diagnostics::AccuracyDiagnostics;
-use crate::simulate::verification::conditioning::{Conditioning, Nearest};
+use crate::simulate::verification::conditioning::{Conditioning, NearestSingularPosition};
 use crate::simulate::verification::constraint_drift::ConstraintDrift;
 use crate::simulate::verification::pivot_breakdown::PivotBreakdown;
 
@@ -94,7 +94,7 @@ pub struct Summary {
     pub released: Vec<&'static str>,
     /// Where the motion came nearest to a singular position of its constraints, and how many it passed;
     /// `None` where [`Motion::verify`] was not asked.
-    pub nearest: Option<Nearest>,
+    pub nearest: Option<NearestSingularPosition>,
     /// How often constraints were hit.
     pub impacts: usize,
     /// Energy that the moving bodies lost in them, see
@@ -165,16 +165,21 @@ impl<M: SimulationModel> Motion<'_, M> {
     pub fn verify(&self) -> Summary {
         #[cfg(feature = "std")]
         let _watch = crate::slow_build::SlowBuildNote::start();
-        let (mut conditions, asks) = (Vec::new(), self.asks_for_nearest());
+        let (mut conditions, has_constraints) = (Vec::new(), self.checks_singular_positions());
         let energy = self.energy_history(true, |sampler, index| {
-            if asks {
+            if has_constraints {
                 self.add_conditions(sampler, index, &mut conditions);
             }
         });
         self.summary_with(energy, self.nearest(&conditions), true)
     }
 
-    fn summary_with(&self, history: EnergyHistory, nearest: Option<Nearest>, verified: bool) -> Summary {
+    fn summary_with(
+        &self,
+        history: EnergyHistory,
+        nearest: Option<NearestSingularPosition>,
+        verified: bool,
+    ) -> Summary {
         let worst = history.errors.iter().fold(0.0f64, |worst, (_, error)| larger(worst, error.abs()));
         let counts = self.counts();
         let mut events: Vec<(String, usize)> = Vec::new();
@@ -269,14 +274,18 @@ impl<M: SimulationModel> Motion<'_, M> {
         if M::IS_UNSWITCHED {
             return Vec::new();
         }
-        let off =
+        let was_released =
             |index: &usize| self.trajectory.records.iter().any(|record| !record.state.modes().holds(*index));
-        M::CONSTRAINTS.iter().filter(|c| c.switched.as_ref().is_some_and(off)).map(|c| c.name).collect()
+        M::CONSTRAINTS
+            .iter()
+            .filter(|c| c.switched.as_ref().is_some_and(was_released))
+            .map(|c| c.name)
+            .collect()
     }
 
     fn drifts(&self) -> Vec<Drift> {
         let count = M::CONSERVED.len();
-        let (mut base, mut values) = (vec![0.0; count], vec![0.0; count]);
+        let (mut reference, mut values) = (vec![0.0; count], vec![0.0; count]);
         let new = |quantity: &ConservedQuantity| Drift {
             kind: quantity.kind,
             name: quantity.name,
@@ -284,16 +293,16 @@ impl<M: SimulationModel> Motion<'_, M> {
             scale: 0.0,
         };
         let mut drifts: Vec<Drift> = M::CONSERVED.iter().map(new).collect();
-        let mut afresh = true;
+        let mut restart = true;
         for record in &self.trajectory.records {
             self.model().conserved(&self.complete(record.state), &mut values);
-            if afresh {
-                base.copy_from_slice(&values);
+            if restart {
+                reference.copy_from_slice(&values);
             }
             // A reset may change what is conserved between resets.
-            afresh = record.h == 0.0;
-            for ((drift, value), base) in drifts.iter_mut().zip(&values).zip(&base) {
-                drift.largest = larger(drift.largest, (value - base).abs());
+            restart = record.h == 0.0;
+            for ((drift, value), reference) in drifts.iter_mut().zip(&values).zip(&reference) {
+                drift.largest = larger(drift.largest, (value - reference).abs());
                 drift.scale = larger(drift.scale, value.abs());
             }
         }

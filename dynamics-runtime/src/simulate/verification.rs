@@ -1,4 +1,4 @@
-//! What can be said of the accuracy of a motion once it is there.
+//! Verification of a motion after its run: accuracy, conditioning and drift, one check per file.
 
 pub(crate) mod accuracy_diagnostics;
 pub(crate) mod conditioning;

@@ -2,7 +2,7 @@
 
 use dynamics::constrain::solve_once;
 use dynamics::prelude::*;
-use dynamics::simulate::{Contact, Jumping, SimulationErrorKind};
+use dynamics::simulate::{Contact, JumpingQuantity, SimulationErrorKind};
 
 /// A slider-crank whose crank may lack a flywheel. With the platform's sines: with others a run of equal bars
 /// comes so near to its dead point that a constraint is not finite there, and that is what it names.
@@ -216,7 +216,7 @@ mod corners {
     const FORMULATIONS: [Formulation; 4] =
         [Formulation::Projected, Formulation::Embedded, Formulation::Augmented, Formulation::BaumgarteTied];
 
-    fn named<M: Simulate>(error: &SimulationError<M>, row: &str, words: &str) -> (Jumping, f64) {
+    fn named<M: Simulate>(error: &SimulationError<M>, row: &str, words: &str) -> (JumpingQuantity, f64) {
         let message = error.to_string();
         assert!(message.contains(&format!("constraint `{row}` has a {words} here")), "{message}");
         // Not what helps against something else.
@@ -268,7 +268,7 @@ mod corners {
                 let run = model.simulate(start).until(5.0).tolerance(tolerance).formulation(formulation);
                 let error = run.max_steps(5000).run().unwrap_err();
                 let (what, jump) = named(&error, "wire", "corner");
-                assert_eq!(what, Jumping::Velocities);
+                assert_eq!(what, JumpingQuantity::Velocities);
                 // What drifts stops behind the corner, with what the other side has made of its velocity.
                 let settles = matches!(formulation, Formulation::Projected | Formulation::Embedded);
                 let sizes = if settles { 4.42943..4.42946 } else { 3.0..4.5 };
@@ -326,7 +326,7 @@ mod corners {
             let error = way.simulate(start).until(3.0).formulation(formulation).run().unwrap_err();
             assert!(error.time > 0.99 && error.time < 1.5, "{error}");
             let (what, jump) = named(&error, "way", "corner");
-            assert!(what == Jumping::Velocities && (jump + 2.0).abs() < 1e-9);
+            assert!(what == JumpingQuantity::Velocities && (jump + 2.0).abs() < 1e-9);
             let start = pace.state().theta(0.3).assemble().unwrap();
             let error = pace.simulate(start).until(3.0).formulation(formulation).run().unwrap_err();
             assert!((named(&error, "pace", "corner").1 + 2.0).abs() < 1e-9);
@@ -374,7 +374,7 @@ mod corners {
             let start = model.state().assemble().unwrap();
             let error = model.simulate(start).until(3.0).formulation(formulation).run().unwrap_err();
             let (what, jump) = named(&error, "place", "gap");
-            assert!(what == Jumping::Positions && (jump + 0.3).abs() < 1e-12, "{error}");
+            assert!(what == JumpingQuantity::Positions && (jump + 0.3).abs() < 1e-12, "{error}");
         }
     }
 

@@ -369,11 +369,11 @@ mod contradictions {
         assert!(error.time == 0.0 && rows.count() == 2 && coordinates.names().eq(["y"]), "{error}");
         let moving = model.state().x(1.0).y_rate(0.5).build().unwrap();
         let error = model.simulate(moving).until(1.0).run().unwrap_err();
-        let SimulationErrorKind::SingularPosition { rows, coordinates, met, .. } = error.kind else {
+        let SimulationErrorKind::SingularPosition { rows, coordinates, cause, .. } = error.kind else {
             panic!("{error}")
         };
         assert!(rows.count() == 2 && coordinates.names().eq(["y"]));
-        let SimulationErrorKind::Solve(SolveError::Contradiction { row, rank, .. }) = met.kind else {
+        let SimulationErrorKind::Solve(SolveError::Contradiction { row, rank, .. }) = cause.kind else {
             panic!("{met:?}")
         };
         assert!(row == "first" || row == "second");

@@ -3,7 +3,7 @@
 
 use dynamics::methods::Any;
 use dynamics::prelude::*;
-use dynamics::simulate::Over;
+use dynamics::simulate::CrossingSettings;
 
 use super::change_points::{FourBar, turned};
 use super::fixed_steps::{Scene, scene_until};
@@ -38,10 +38,12 @@ fn refused(method: impl Into<Any<FourBar>>, tolerance: f64) -> usize {
         };
         refused += 1;
         let text = error.to_string();
-        let SimulationErrorKind::SingularPosition { met, .. } = error.kind else {
+        let SimulationErrorKind::SingularPosition { cause, .. } = error.kind else {
             panic!("{k} {method} {tolerance:e}: {text}")
         };
-        let Some(Over { method: other, tolerance: looser, .. }) = met.over else { panic!("{text}") };
+        let Some(CrossingSettings { method: other, tolerance: looser, .. }) = cause.crossing else {
+            panic!("{text}")
+        };
         assert!(
             text.contains("go over such positions; if the mechanism cannot move on here, change"),
             "{text}"
@@ -78,10 +80,14 @@ fn steps_that_crawl_are_given_up_soon() {
         match run.max_steps(12_000).run() {
             Ok(motion) => assert!(off(&scene, &motion.end()) < 1e-10, "{k}"),
             Err(error) => {
-                let SimulationErrorKind::SingularPosition { met, .. } = error.kind else {
+                let SimulationErrorKind::SingularPosition { cause, .. } = error.kind else {
                     panic!("{k}: {error}")
                 };
-                assert!(!matches!(met.kind, SimulationErrorKind::TooManySteps { .. }), "{k}: {:?}", met.kind);
+                assert!(
+                    !matches!(cause.kind, SimulationErrorKind::TooManySteps { .. }),
+                    "{k}: {:?}",
+                    cause.kind
+                );
                 refused += 1;
             }
         }

@@ -1,63 +1,68 @@
 //! Velocities of least kinetic energy that fulfil the constraints.
 
-use super::room::{Room, free, shift};
-use super::{ASSEMBLED, NONE, beside_on_constraints, size, worst};
-use crate::constrain::Involved;
-use crate::constrain::held::active_rows;
-use crate::constrain::nearby::NEARBY;
+use super::workspace::{AssemblyWorkspace, free_columns, shift};
+use super::{ASSEMBLY_TOLERANCE, NOTHING_GIVEN, nearby_on_constraints, one_plus_largest, worst_violation};
+use crate::constrain::TopContributors;
+use crate::constrain::active_set::active_rows;
+use crate::constrain::nearby::NEARBY_DISTANCE;
 use crate::error::StateError;
 use crate::linalg::Svd;
 use crate::linalg::{dot, norm};
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 
-/// Singular values below this part of the largest count as zero: at a singular position, which is itself
-/// known to √ε = 1.5·10⁻⁸ only, they come out about as large as that.
-const RANK: f64 = 1e-7;
+/// Singular values below this part of the largest count as zero. A singular position is itself known to
+/// √ε = 1.5·10⁻⁸ only, and zeros come out about as large as that.
+const VELOCITY_RANK_TOLERANCE: f64 = 1e-7;
 
-/// Solves the velocities that are not given, which are 0 in the state. Says whether the constraints had fewer
-/// than their rows of rank, so that the position may be singular.
+/// Solves for the velocities that are not given, which are 0 in the state. Returns whether the rank was below
+/// the number of rows, so that the position may be singular.
 pub(super) fn solve<M: Constraints>(
     model: &M,
     state: &mut M::State,
     given: &[bool],
-    room: &mut Room<'_>,
+    work: &mut AssemblyWorkspace<'_>,
 ) -> Result<bool, StateError> {
-    room.evaluate(model, state);
-    room.weigh();
-    room.decompose::<M>(state.modes(), false, given)?;
-    least_energy(state, given, room);
-    // The second pass takes away the rounding errors of the first.
+    work.evaluate(model, state);
+    work.weigh();
+    work.decompose::<M>(state.modes(), false, given)?;
+    least_energy(state, given, work);
+    // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
-        room.load::<M>(state.modes(), false, model.velocity_residual(state).as_slice())?;
-        room.solve(0, RANK, 0.0);
-        shift(state.u_mut().as_mut_slice(), given, room.weights, 1.0, room.steps[0]);
-        least_energy(state, given, room);
+        work.load_residual::<M>(state.modes(), false, model.velocity_residual(state).as_slice())?;
+        work.solve(0, VELOCITY_RANK_TOLERANCE, 0.0);
+        shift(state.u_mut().as_mut_slice(), given, work.weights, 1.0, work.steps[0]);
+        least_energy(state, given, work);
     }
     let values = model.velocity_residual(state);
-    let tolerance = ASSEMBLED * size(state.u().as_slice());
-    let Some(missed) =
-        worst::<M>(state.modes(), false, values.as_slice(), (room.jacobian, room.usual), |_| tolerance)?
+    let tolerance = ASSEMBLY_TOLERANCE * one_plus_largest(state.u().as_slice());
+    let Some(violation) = worst_violation::<M>(
+        state.modes(),
+        false,
+        values.as_slice(),
+        (work.jacobian, work.usual_lengths),
+        |_| tolerance,
+    )?
     else {
-        let (rows, free) = room.shape;
-        return Ok(open(room) > free.saturating_sub(rows));
+        let (rows, free_columns) = work.shape;
+        return Ok(open_directions(work) > free_columns.saturating_sub(rows));
     };
-    room.load::<M>(state.modes(), false, values.as_slice())?;
+    work.load_residual::<M>(state.modes(), false, values.as_slice())?;
     Err(StateError::VelocityNotAssembled {
-        row: M::ROWS[missed.row].name,
-        residual: missed.residual,
-        given: culprits::<M>(state, given, room),
+        row: M::ROWS[violation.row].name,
+        residual: violation.residual,
+        given: blocking_velocities::<M>(state, given, work),
     })
 }
 
-/// How many directions the free velocities have left.
-fn open(room: &Room<'_>) -> usize {
-    let svd = room.svd();
-    svd.sigma.iter().filter(|sigma| **sigma <= RANK * svd.largest()).count()
+/// Number of directions in which the constraints leave the free velocities open.
+fn open_directions(work: &AssemblyWorkspace<'_>) -> usize {
+    let svd = work.svd();
+    svd.sigma.iter().filter(|sigma| **sigma <= VELOCITY_RANK_TOLERANCE * svd.largest()).count()
 }
 
-/// Refuses velocities that the constraints leave open at this position alone: those of least energy are then
-/// on none of the branches that meet here. What is at rest is on all of them.
+/// Rejects velocities along directions that are open at this position only. Those of least energy then belong
+/// to none of the branches that meet here. At rest they belong to all of them.
 pub(super) fn check_branch<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -65,49 +70,52 @@ pub(super) fn check_branch<M: Constraints>(
     memory: &mut [f64],
 ) -> Result<(), StateError> {
     let n = given.len();
-    let (Some(none), Some(beside)) = (NONE.get(..n), beside_on_constraints(model, state, memory)) else {
+    let (Some(nothing_given), Some(nearby_state)) =
+        (NOTHING_GIVEN.get(..n), nearby_on_constraints(model, state, memory))
+    else {
         return Ok(());
     };
-    let room = &mut Room::new(memory, n, M::ROWS.len());
-    let decompose = |room: &mut Room<'_>, at: &M::State, given: &[bool]| {
-        room.evaluate(model, at);
-        room.weigh();
-        room.decompose::<M>(at.modes(), false, given)
+    let work = &mut AssemblyWorkspace::new(memory, n, M::ROWS.len());
+    let decompose = |work: &mut AssemblyWorkspace<'_>, at: &M::State, given: &[bool]| {
+        work.evaluate(model, at);
+        work.weigh();
+        work.decompose::<M>(at.modes(), false, given)
     };
-    decompose(room, &beside, given)?;
-    let elsewhere = open(room);
-    keep_open(room, 1);
-    decompose(room, state, given)?;
-    if open(room) <= elsewhere {
+    decompose(work, &nearby_state, given)?;
+    let elsewhere = open_directions(work);
+    store_open_shares(work, 1);
+    decompose(work, state, given)?;
+    if open_directions(work) <= elsewhere {
         return Ok(());
     }
-    keep_open(room, 2);
-    // What is open beside it, too, differs by how far away that is.
-    let lost = |k: usize| room.steps[2][k] - room.steps[1][k];
-    let shares =
-        free(given).enumerate().map(|(k, j)| (j, if lost(k) > 10.0 * NEARBY { lost(k) } else { 0.0 }));
-    let coordinates = Involved::ranked(M::COORDINATES, shares);
-    let rest = ASSEMBLED * size(state.u().as_slice());
-    if !free(given).any(|j| state.u()[j].abs() > rest && coordinates.contains(M::COORDINATES[j].name)) {
+    store_open_shares(work, 2);
+    // Directions that are also open at the nearby state differ by its distance.
+    let newly_open = |k: usize| work.steps[2][k] - work.steps[1][k];
+    let shares = free_columns(given)
+        .enumerate()
+        .map(|(k, j)| (j, if newly_open(k) > 10.0 * NEARBY_DISTANCE { newly_open(k) } else { 0.0 }));
+    let coordinates = TopContributors::ranked(M::COORDINATES, shares);
+    let rest = ASSEMBLY_TOLERANCE * one_plus_largest(state.u().as_slice());
+    if !free_columns(given).any(|j| state.u()[j].abs() > rest && coordinates.contains(M::COORDINATES[j].name))
+    {
         return Ok(());
     }
-    decompose(room, state, none)?;
-    let svd = room.svd();
-    let (cut, all) = (RANK * svd.largest(), 0..svd.sigma.len());
-    // What the others do not reach: 1 − Σ (A v/σ)².
+    decompose(work, state, nothing_given)?;
+    let svd = work.svd();
+    let (cut, all) = (VELOCITY_RANK_TOLERANCE * svd.largest(), 0..svd.sigma.len());
+    // The rows that depend on each other: 1 − Σ (A v/σ)² of the independent directions.
     let reached = |k: usize, c: usize| math::powi(svd.column(c)[k] / svd.sigma[c], 2);
-    let beyond =
+    let unreached_share =
         |k: usize| 1.0 - all.clone().filter(|c| svd.sigma[*c] > cut).map(|c| reached(k, c)).sum::<f64>();
-    let rows = active_rows::<M>(state.modes(), false).enumerate().map(|(k, row)| (row, beyond(k)));
-    Err(StateError::VelocityUndetermined { rows: Involved::ranked(M::ROWS, rows), coordinates })
+    let rows = active_rows::<M>(state.modes(), false).enumerate().map(|(k, row)| (row, unreached_share(k)));
+    Err(StateError::VelocityUndetermined { rows: TopContributors::ranked(M::ROWS, rows), coordinates })
 }
 
-/// Writes to `steps\[to\]` what part of each free coordinate is open: Σ v² over the directions that nothing
-/// holds.
-fn keep_open(room: &mut Room<'_>, to: usize) {
-    let (_, f) = room.shape;
-    let Room { v, sigma, steps, .. } = room;
-    let cut = RANK * sigma[..f].iter().copied().fold(0.0, f64::max);
+/// Writes to `steps\[to\]` the open part of each free coordinate: Σ v² over the open directions.
+fn store_open_shares(work: &mut AssemblyWorkspace<'_>, to: usize) {
+    let (_, f) = work.shape;
+    let AssemblyWorkspace { v, sigma, steps, .. } = work;
+    let cut = VELOCITY_RANK_TOLERANCE * sigma[..f].iter().copied().fold(0.0, f64::max);
     for (i, share) in steps[to][..f].iter_mut().enumerate() {
         *share = (0..f).filter(|c| sigma[*c] <= cut).map(|c| math::powi(v[c * f + i], 2)).sum();
     }
@@ -116,24 +124,24 @@ fn keep_open(room: &mut Room<'_>, to: usize) {
 /// Moves the velocities within the null space of the constraints to the least kinetic energy ½ q̇ᵀ M q̇: with
 /// q̇ + Z w, (Zᵀ M Z) w = −Zᵀ M q̇. Where M leaves a direction without inertia its part of w is the shortest
 /// one.
-fn least_energy<S: ModelState>(state: &mut S, given: &[bool], room: &mut Room<'_>) {
+fn least_energy<S: ModelState>(state: &mut S, given: &[bool], work: &mut AssemblyWorkspace<'_>) {
     let n = given.len();
-    let (_, f) = room.shape;
-    let Room {
+    let (_, f) = work.shape;
+    let AssemblyWorkspace {
         mass,
         weights,
-        v: right,
-        sigma: singular,
+        v: right_vectors,
+        sigma: singular_values,
         steps: [step, shares, image],
         spare: [a, v, sigma],
         ..
-    } = room;
-    let cut = RANK * singular[..f].iter().copied().fold(0.0, f64::max);
-    let null = || (0..f).filter(|c| singular[*c] <= cut).map(|c| &right[c * f..][..f]);
+    } = work;
+    let cut = VELOCITY_RANK_TOLERANCE * singular_values[..f].iter().copied().fold(0.0, f64::max);
+    let null = || (0..f).filter(|c| singular_values[*c] <= cut).map(|c| &right_vectors[c * f..][..f]);
     let k = null().count();
-    // Wᵀ M x of a vector in plain coordinates, in those that are free.
+    // Wᵀ M x of a vector in unscaled coordinates, for the free ones.
     let weighted = |x: &[f64], out: &mut [f64]| {
-        for (out, j) in out.iter_mut().zip(free(given)) {
+        for (out, j) in out.iter_mut().zip(free_columns(given)) {
             *out = dot(&mass[j * n..][..n], x) / weights[j];
         }
     };
@@ -157,15 +165,19 @@ fn least_energy<S: ModelState>(state: &mut S, given: &[bool], room: &mut Room<'_
 }
 
 /// The given velocities that would have to change.
-fn culprits<M: Constraints>(state: &M::State, given: &[bool], room: &Room<'_>) -> Involved {
+fn blocking_velocities<M: Constraints>(
+    state: &M::State,
+    given: &[bool],
+    work: &AssemblyWorkspace<'_>,
+) -> TopContributors {
     let n = given.len();
-    let (m, _) = room.shape;
-    let noise = 1e-6 * norm(&room.right[..m]);
+    let (m, _) = work.shape;
+    let noise = 1e-6 * norm(&work.right[..m]);
     let pull = |j: usize| -> f64 {
         let rows = active_rows::<M>(state.modes(), false).enumerate();
-        let terms = rows.map(|(k, row)| room.right[k] * room.jacobian[row * n + j] / room.scales[k]);
-        let pull = terms.sum::<f64>() / room.weights[j];
+        let terms = rows.map(|(k, row)| work.right[k] * work.jacobian[row * n + j] / work.scales[k]);
+        let pull = terms.sum::<f64>() / work.weights[j];
         if pull.abs() > noise { pull } else { 0.0 }
     };
-    Involved::ranked(M::COORDINATES, (0..n).filter(|j| given[*j]).map(|j| (j, pull(j))))
+    TopContributors::ranked(M::COORDINATES, (0..n).filter(|j| given[*j]).map(|j| (j, pull(j))))
 }

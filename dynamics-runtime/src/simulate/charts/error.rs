@@ -277,14 +277,14 @@ impl<M: Simulate> ChartSwitchingError<M> {
     /// What was computed, in the charts of the atlas that it was computed with. Inputs closures are gone with
     /// the simulation, as of [`SimulationError::motion`]. `None` where nothing was computed.
     #[must_use]
-    pub fn motion<'a>(&self, atlas: &'a ChartSwitching<M>) -> Option<ChartSwitchingMotion<'a, M>> {
+    pub fn motion<'a>(&self, switching: &'a ChartSwitching<M>) -> Option<ChartSwitchingMotion<'a, M>> {
         let mut segments = Vec::new();
         for (chart, trajectory) in &self.segments {
-            let model = atlas.charts.get(*chart)?;
+            let model = switching.charts.get(*chart)?;
             let motion = Motion::new(model, model.constants().ok()?, None, trajectory.clone());
             segments.push(Segment { chart: *chart, motion });
         }
-        (!segments.is_empty()).then_some(ChartSwitchingMotion { atlas, first: self.first, segments })
+        (!segments.is_empty()).then_some(ChartSwitchingMotion { switching, first: self.first, segments })
     }
 }
 

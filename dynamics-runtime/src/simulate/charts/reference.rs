@@ -10,17 +10,17 @@ use crate::simulate::charts::error::ChartError;
 use crate::vector::Vec3;
 
 /// The turn of a reference that is turned.
-pub(crate) const QUARTER: f64 = FRAC_PI_2;
+pub(crate) const QUARTER_TURN: f64 = FRAC_PI_2;
 
 /// A set of angles whose reference may be turned by a quarter about the set's second axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Reference {
+pub(crate) struct AngleReference {
     pub(crate) set: AngleSet,
     pub(crate) names: [&'static str; 3],
     sequence: EulerSequence,
 }
 
-impl Reference {
+impl AngleReference {
     /// The set with this second angle.
     pub(crate) fn of<M: Dynamics>(middle: &str) -> Result<Self, ChartError> {
         let name = |set: &AngleSet| M::COORDINATES[set.angles[1]].name;
@@ -43,38 +43,38 @@ impl Reference {
 
     /// The turn of a reference, C.
     fn frame(&self, turned: bool) -> Mat3<f64> {
-        Mat3::about(self.sequence.axes()[1], if turned { QUARTER } else { 0.0 })
+        Mat3::about(self.sequence.axes()[1], if turned { QUARTER_TURN } else { 0.0 })
     }
 
     /// E(θ) with its rates.
-    fn turns<S: ModelState>(&self, state: &S, accelerations: [f64; 3]) -> Mat3 {
+    fn rotation<S: ModelState>(&self, state: &S, accelerations: [f64; 3]) -> Mat3 {
         let (q, u) = (state.q().as_slice(), state.u().as_slice());
         let jet = |k: usize| Expr::coordinate(q[self.set.angles[k]], u[self.set.angles[k]], accelerations[k]);
         Mat3::euler(self.sequence, [jet(0), jet(1), jet(2)])
     }
 
     /// ω and ω̇ against the frame that carries the reference, in that frame's components.
-    pub(crate) fn spin<S: ModelState>(
+    pub(crate) fn angular_motion<S: ModelState>(
         &self,
         state: &S,
         accelerations: &[f64],
         turned: bool,
     ) -> [Vec3<f64>; 2] {
-        let omega = self.turns(state, self.set.angles.map(|k| accelerations[k])).angular_velocity();
+        let omega = self.rotation(state, self.set.angles.map(|k| accelerations[k])).angular_velocity();
         [omega.value(), omega.rate()].map(|v| self.frame(turned) * v)
     }
 
     /// Measures the angles from the other reference: the same rotation, the same angular velocity.
-    pub(crate) fn express<S: ModelState>(
+    pub(crate) fn re_express<S: ModelState>(
         &self,
         state: &mut S,
         from: bool,
         to: bool,
     ) -> Result<(), ChartError> {
-        let turns = self.turns(state, [0.0; 3]);
+        let rotation = self.rotation(state, [0.0; 3]);
         let back = self.frame(to).transpose() * self.frame(from);
-        let omega = back * turns.angular_velocity().value();
-        let read = (back * turns.value()).to_euler(self.sequence);
+        let omega = back * rotation.angular_velocity().value();
+        let read = (back * rotation.value()).to_euler(self.sequence);
         let angles = read.map_err(|error| ChartError::NoRotation { name: self.names[1], error })?.angles;
         // ω = Σ θ̇ₖ aₖ with the axes as the turns before left them.
         let [i, j, k] = self.sequence.axes();

@@ -8,11 +8,11 @@ use core::time::Duration;
 use dynamics_view::suggest;
 
 use crate::model::AngleSet;
-use crate::simulate::charts::{CHANGE, ChartSwitching};
+use crate::simulate::charts::{CHART_CHANGE, ChartSwitching};
 use crate::simulate::failure::MotionError;
 use crate::simulate::simulation::Simulate;
 use crate::simulate::summary::Summary;
-use crate::simulate::summary::words::NOT_VERIFIED;
+use crate::simulate::summary::display::NOT_VERIFIED;
 use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::trajectory::record::EventRecord;
 use crate::wording::{Grouped, Rounded};
@@ -31,7 +31,7 @@ pub struct Segment<'a, M: Simulate> {
 /// none.
 #[derive(Debug)]
 pub struct ChartSwitchingMotion<'a, M: Simulate> {
-    pub(crate) atlas: &'a ChartSwitching<M>,
+    pub(crate) switching: &'a ChartSwitching<M>,
     /// The chart of the start as it was given.
     pub(crate) first: usize,
     /// In the order of the motion; never empty.
@@ -79,7 +79,7 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
 
     /// The part that a time belongs to; after a change where it is the time of one. The last one for times
     /// outside.
-    pub(crate) fn leg_at(&self, t: f64) -> &Segment<'a, M> {
+    pub(crate) fn segment_at(&self, t: f64) -> &Segment<'a, M> {
         let forward = self.end_time() >= self.start_time();
         let begun = |segment: &&Segment<'a, M>| {
             let start = segment.motion.start_time();
@@ -92,7 +92,7 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
     /// outside the motion, as of [`Motion::at`].
     #[must_use]
     pub fn at(&self, t: f64) -> ChartState<'a, M> {
-        let Segment { chart, motion } = self.leg_at(t);
+        let Segment { chart, motion } = self.segment_at(t);
         ChartState { model: motion.model(), chart: *chart, state: motion.at(t) }
     }
 
@@ -106,13 +106,13 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
     /// Time jets of the coordinates at time t, for helper functions of `at(t).model`.
     #[must_use]
     pub fn coordinates_at(&self, t: f64) -> M::Coordinates {
-        self.leg_at(t).motion.coordinates_at(t)
+        self.segment_at(t).motion.coordinates_at(t)
     }
 
     /// Energy function at time t; NaN outside the motion.
     #[must_use]
     pub fn energy_at(&self, t: f64) -> f64 {
-        self.leg_at(t).motion.energy_at(t)
+        self.segment_at(t).motion.energy_at(t)
     }
 
     /// A named output at time t.
@@ -124,7 +124,7 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
             let suggestion = suggest(name, M::OUTPUTS.iter().map(|output| output.name));
             return Err(MotionError::UnknownOutput { name: name.into(), suggestion });
         }
-        self.leg_at(t).motion.output(name, t).map_err(|error| match error {
+        self.segment_at(t).motion.output(name, t).map_err(|error| match error {
             MotionError::OutOfRange { time, .. } => {
                 MotionError::OutOfRange { time, start: self.start_time(), end: self.end_time() }
             }
@@ -135,12 +135,15 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
     /// All outputs at time t in the order of the model; NaN outside the motion.
     #[must_use]
     pub fn outputs_at(&self, t: f64) -> Vec<f64> {
-        self.leg_at(t).motion.outputs_at(t)
+        self.segment_at(t).motion.outputs_at(t)
     }
 
     /// The events that happened, without the changes of charts; states are those of their charts.
     pub fn events(&self) -> impl Iterator<Item = &EventRecord<M::State>> {
-        self.segments.iter().flat_map(|segment| segment.motion.events()).filter(|event| event.name != CHANGE)
+        self.segments
+            .iter()
+            .flat_map(|segment| segment.motion.events())
+            .filter(|event| event.name != CHART_CHANGE)
     }
 
     /// When charts changed, those changed before the first step included.
@@ -149,9 +152,9 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
         let mut before = self.first;
         let mut changes = Vec::new();
         for Segment { chart, motion } in &self.segments {
-            let changed =
-                self.atlas.references.iter().enumerate().filter(|(k, _)| (chart ^ before) >> k & 1 == 1);
-            let sets: Vec<_> = changed.map(|(_, at)| (at.set, at.names[1])).collect();
+            let first_change =
+                self.switching.references.iter().enumerate().filter(|(k, _)| (chart ^ before) >> k & 1 == 1);
+            let sets: Vec<_> = first_change.map(|(_, at)| (at.set, at.names[1])).collect();
             if !sets.is_empty() {
                 changes.push(ChartChange { time: motion.start_time(), sets });
             }

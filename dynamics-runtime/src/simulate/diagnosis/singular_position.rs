@@ -1,76 +1,78 @@
-//! Singular positions: where constraints lose rank on the way of a motion.
-//!
+//! Singular positions: where constraints lose rank on the path of a motion.
 //! Where branches cross, the weak direction y of the constraints and the direction x of the motion fulfil y
-//! (y − k x) = c to second order, c = 0 on the manifold. States that have drifted have c ≠ 0: the crossing
-//! opens into two hyperbolas, and a motion that follows one of them turns, within |x| of order √c, to the
-//! other branch or back, smoothly and without a growing residual. What decides is the drift, so the motion
-//! is not determined there. It is told by the step δ = −Φ_q⁺Φ back to the constraints, which is c/(k x):
-//! where Newton's method does not contract from the state (½‖Φ_q⁺Φ_qq δ²‖/‖δ‖, Kantorovich's condition), or
-//! where δ changes at a rate that is a part of the motion's own velocity, ‖Φ_q⁺Φ_qq δ q̇‖/‖q̇‖. Both are of
-//! order c/(k x)². A step over the position that leaves none of its states there goes on on its branch.
+//! (y − k x) = c to second order, with c = 0 on the manifold. States that have drifted have c ≠ 0. The
+//! crossing then opens into two hyperbolas. A motion along one of them turns, within |x| of order √c, to
+//! the other branch or back, smoothly and without a growing residual. The drift decides, so that the motion
+//! is not determined there. The step δ = −Φ_q⁺Φ back to the constraints, which is c/(k x), shows this
+//! in two ways: Newton's method does not contract from the state (½‖Φ_q⁺Φ_qq δ²‖/‖δ‖,
+//! Kantorovich's condition), or δ changes at a rate that is a part of the motion's own velocity,
+//! ‖Φ_q⁺Φ_qq δ q̇‖/‖q̇‖. Both are of order c/(k x)². A step across the position that has no
+//! stage near it stays on its branch.
 
 use alloc::boxed::Box;
 
 use crate::constrain::nearby::at_time;
-use crate::constrain::weakness::{Weakness, condition as condition_of, weakness, weakness_against};
+use crate::constrain::rank_margin::{RankMargin, gradient_condition, rank_margin, rank_margin_against};
 use crate::error::SolveError;
 use crate::golden_section::golden_section_maximum;
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::simulate::diagnosis::RunMethod;
-use crate::simulate::failure::{Met, SimulationErrorKind as Kind};
+use crate::simulate::failure::{SimulationErrorKind as Kind, SingularPositionCause};
 use crate::simulate::stabilization::singular_start::SINGULAR;
 
-/// Up to here the size of a coordinate counts: angles count revolutions.
-const TURNS: f64 = 10.0;
+/// Upper bound of the size of coordinates, because angles count revolutions.
+const MAX_COORDINATE_SIZE: f64 = 10.0;
 
-/// Part by which conditioning has to be worse than at the start for what fails to be put down to it; what a
-/// start that is singular itself has counts as no more than [`USUAL`].
-const WORSE: f64 = 10.0;
-/// See [`WORSE`].
-const USUAL: f64 = 1e3;
+/// A failure is attributed to a singular position where the condition number is this many times that at the
+/// start. That of a singular start counts as [`MAX_START_CONDITION`] at most.
+const WORSE_THAN_START: f64 = 10.0;
+/// See [`WORSE_THAN_START`].
+const MAX_START_CONDITION: f64 = 1e3;
 
-/// The same against the lengths that gradients had at the start, which change on other ways, too.
-const SHORTER: f64 = 100.0;
-/// How far ahead it is looked where a step was not made, in its own length.
-const AHEAD: f64 = 1.5;
+/// The same for rows in the scale of their lengths at the start. It is larger, because lengths also change
+/// for other reasons.
+const SHORTENED_CONDITION: f64 = 100.0;
+/// Distance ahead that is searched after a step that failed, in its own length.
+const LOOK_AHEAD: f64 = 1.5;
 
-/// Conditioning from which on steps without end are put down to it: where rounding errors count for more than
-/// the tolerance they come nearer and nearer.
-const CREEPS: f64 = 1e5;
+/// Condition number from which on too many steps are attributed to a singular position. Where rounding errors
+/// exceed the tolerance, steps approach it without end.
+const SINGULAR_CONDITION: f64 = 1e5;
 
-/// Length of a step, in parts of what is left to a singular position, below which that makes it so short:
-/// without it steps are of its size.
-const SHORT: f64 = 1e-3;
+/// Steps below this part of the distance to a singular position are not attributed to it: it makes steps of
+/// about its distance.
+const SHORT_STEP_SHARE: f64 = 1e-3;
 
-/// A failure that singular constraints may cause (see [`crate::simulate::diagnosis`]), told as that: where
-/// they are much nearer to losing rank than they were at the start, or so near that nothing could be
-/// computed anywhere.
+/// A failure with a singular position as its cause: where constraints are much nearer to losing rank than at
+/// the start, or so near that no result could be accurate.
 pub(crate) fn explain<M: Constraints>(
     model: &M,
     start: &M::State,
     state: &M::State,
     (kind, h): (Kind, f64),
-    way: RunMethod,
+    run_method: RunMethod,
 ) -> Kind {
-    let creeps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
+    let has_many_steps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
     if M::IS_FREE {
         return kind;
     }
-    let found = weakest_ahead(state, h, &kind, |state| weakness(model, state));
-    let worse =
-        found.condition >= SINGULAR || found.condition >= WORSE * condition_of(model, start).min(USUAL);
-    // A single row shows it against the length that it had.
+    let found = weakest_ahead(state, h, &kind, |state| rank_margin(model, state));
+    let worse = found.condition >= SINGULAR
+        || found.condition >= WORSE_THAN_START * gradient_condition(model, start).min(MAX_START_CONDITION);
+    // A single row shows it in the scale of its length at the start.
     let (worse, found) = if worse {
         (true, found)
     } else {
-        let found = weakest_ahead(state, h, &kind, |state| weakness_against(model, start, state));
-        (found.condition >= SHORTER, found)
+        let found = weakest_ahead(state, h, &kind, |state| rank_margin_against(model, start, state));
+        (found.condition >= SHORTENED_CONDITION, found)
     };
-    let Weakness { condition, rows, coordinates } = found;
-    // What is left to such a position is 1/κ of the size of the mechanism: steps of a part of that are short
-    // because of it.
-    if creeps && condition < CREEPS && way_in(state, h) * condition > SHORT {
+    let RankMargin { condition, rows, coordinates } = found;
+    // The distance to such a position is 1/κ of the size of the mechanism; compare the step with it.
+    if has_many_steps
+        && condition < SINGULAR_CONDITION
+        && relative_distance(state, h) * condition > SHORT_STEP_SHARE
+    {
         return kind;
     }
     match worse {
@@ -78,21 +80,21 @@ pub(crate) fn explain<M: Constraints>(
             rows,
             coordinates,
             condition,
-            met: Box::new(Met { kind, over: way.over() }),
+            cause: Box::new(SingularPositionCause { kind, crossing: run_method.crossing_settings() }),
         },
         false => kind,
     }
 }
 
-/// Where a step was not made for what lies ahead in it, as a fixed one that cannot be shorter: the worst on
-/// the straight way on, else here.
+/// The smallest rank margin: after a step that failed on its way, on the straight path ahead, otherwise at
+/// the state.
 fn weakest_ahead<S: ModelState>(
     state: &S,
     h: f64,
     kind: &Kind,
-    weakness: impl Fn(&S) -> Weakness,
-) -> Weakness {
-    let here = weakness(state);
+    rank_margin: impl Fn(&S) -> RankMargin,
+) -> RankMargin {
+    let here = rank_margin(state);
     let lies_ahead = matches!(
         kind,
         Kind::Solve(SolveError::OffConstraint { .. })
@@ -102,32 +104,33 @@ fn weakest_ahead<S: ModelState>(
     if !lies_ahead || h == 0.0 {
         return here;
     }
-    let ahead = |part: f64| {
-        let mut ahead = at_time(state, state.t() + part * h);
-        (0..S::Vector::LEN).for_each(|i| ahead.q_mut()[i] += part * h * state.u()[i]);
-        weakness(&ahead)
+    let state_ahead = |part: f64| {
+        let mut state_ahead = at_time(state, state.t() + part * h);
+        (0..S::Vector::LEN).for_each(|i| state_ahead.q_mut()[i] += part * h * state.u()[i]);
+        rank_margin(&state_ahead)
     };
-    let (part, worst) = golden_section_maximum(0.0, AHEAD, &mut |part| ahead(part).condition);
-    if worst > here.condition { ahead(part) } else { here }
+    let (part, worst) = golden_section_maximum(0.0, LOOK_AHEAD, &mut |part| state_ahead(part).condition);
+    if worst > here.condition { state_ahead(part) } else { here }
 }
 
-/// The way of a motion in a time, in parts of its size.
-fn way_in<S: ModelState>(state: &S, time: f64) -> f64 {
-    time.abs() * max_abs(state.u().as_slice()) / (1.0 + max_abs(state.q().as_slice()).min(TURNS))
+/// Distance that a motion covers in a time, in parts of its size.
+fn relative_distance<S: ModelState>(state: &S, time: f64) -> f64 {
+    time.abs() * max_abs(state.u().as_slice())
+        / (1.0 + max_abs(state.q().as_slice()).min(MAX_COORDINATE_SIZE))
 }
 
-/// Part of what is left to a singular position that many steps come at least, where they come past it.
-const COMES: f64 = 0.05;
+/// Many steps that pass a singular position cover at least this part of the distance to it.
+const PASSING_SHARE: f64 = 0.05;
 
-/// Whether many steps that took this time do not come past the singular position that is near.
+/// Whether many steps, which took this time, do not pass a singular position nearby.
 pub(crate) fn stalls_before_singular_position<M: Constraints>(
     model: &M,
     state: &M::State,
     took: f64,
 ) -> bool {
-    let way = way_in(state, took);
-    M::IS_HELD && way * CREEPS < COMES && {
-        let condition = condition_of(model, state);
-        condition >= CREEPS && way * condition < COMES
+    let distance = relative_distance(state, took);
+    M::IS_HELD && distance * SINGULAR_CONDITION < PASSING_SHARE && {
+        let condition = gradient_condition(model, state);
+        condition >= SINGULAR_CONDITION && distance * condition < PASSING_SHARE
     }
 }

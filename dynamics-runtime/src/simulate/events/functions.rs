@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use core::cell::{RefCell, RefMut};
 
 use crate::constrain::assemble::{CONSISTENT, size_along};
-use crate::constrain::{self, Gradients, OutcomeOf};
+use crate::constrain::{self, ConstrainedAccelerationsOf, Gradients};
 use crate::error::SolveError;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
@@ -104,7 +104,7 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
         unilateral: &UnilateralConstraint,
         state: &M::State,
         event: impl FnMut(usize) -> Result<f64, SolveError>,
-        known: &mut Option<OutcomeOf<M>>,
+        known: &mut Option<ConstrainedAccelerationsOf<M>>,
     ) -> Result<f64, SolveError> {
         if M::IS_UNSWITCHED {
             // It has no unilateral constraints.
@@ -228,7 +228,7 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
         self.workspace.borrow_mut()
     }
 
-    fn reactions(&self, state: &M::State) -> Result<OutcomeOf<M>, SolveError> {
+    fn reactions(&self, state: &M::State) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
         constrain::solve(self.model, &self.constants, state, &mut self.workspace.borrow_mut())
     }
 }

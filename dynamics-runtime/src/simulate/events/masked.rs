@@ -10,7 +10,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::constrain::Gradients;
-use crate::constrain::held::active_rows;
+use crate::constrain::active_set::active_rows;
 use crate::linalg::{dot, max_abs};
 use crate::math;
 use crate::model::{Known, ModelState, SimulationModel, Vector};

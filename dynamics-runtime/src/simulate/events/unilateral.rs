@@ -14,7 +14,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::constrain::OutcomeOf;
+use crate::constrain::ConstrainedAccelerationsOf;
 use crate::error::SolveError;
 use crate::model::{Constraint, ConstraintKind, Known, ModelState, Modes, SimulationModel};
 use crate::simulate::events::action::{EventAction, find};
@@ -117,7 +117,7 @@ impl UnilateralConstraint {
         model: &M,
         state: &M::State,
         mut event: impl FnMut(usize) -> Result<f64, SolveError>,
-        reactions: impl FnOnce() -> Result<OutcomeOf<M>, SolveError>,
+        reactions: impl FnOnce() -> Result<ConstrainedAccelerationsOf<M>, SolveError>,
     ) -> Result<f64, SolveError> {
         let row = self.constraint.first;
         let modes = state.modes();

@@ -1,11 +1,11 @@
-//! Why an event could not do to a motion what it was told to.
+//! Errors of the actions of events on states and constraints.
 
 use alloc::boxed::Box;
 use alloc::string::String;
 
 use crate::error::{SolveError, StateError};
 
-/// Why a change cannot be made.
+/// Why an action of an event cannot be carried out.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum EventActionError {
@@ -79,7 +79,7 @@ pub enum EventActionError {
     State(Box<StateError>),
 }
 
-/// What is wrong with the state that an action left; what makes a start does not help there.
+/// The text for an invalid state after an action. The remedies for starts do not apply there.
 fn left(error: &StateError, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
     match error {
         StateError::ConstraintViolated { row, residual, .. } => write!(

@@ -1,4 +1,4 @@
-//! Angles near gimbal lock, and what that takes of a motion's digits.
+//! Angles near gimbal lock, and the digits that a motion loses there.
 
 use alloc::format;
 use alloc::string::String;
@@ -29,13 +29,13 @@ pub struct GimbalLock {
 }
 
 impl GimbalLock {
-    /// A set that locks elsewhere.
-    pub(crate) fn other_set(&self) -> &'static str {
+    /// A set of angles that locks at another middle angle.
+    pub(crate) fn alternative_set(&self) -> &'static str {
         if self.set.axes[0] == self.set.axes[2] { "1-2-3" } else { "3-1-3" }
     }
 
-    /// What makes it doubtful.
-    pub(crate) fn what_it_takes(&self) -> String {
+    /// Why the result is doubtful.
+    pub(crate) fn describe_loss(&self) -> String {
         match self.passed_over {
             true => "the fixed steps are too long for how fast the angles turn there".into(),
             false => {

@@ -1,6 +1,6 @@
 //! The right-hand side as what integrators integrate.
 
-use crate::constrain::weakness::condition;
+use crate::constrain::rank_margin::gradient_condition;
 use crate::integrate::{
     Accelerations, BranchHold, Canonical, Expandable, Phase, ProjectedEnd, Stabilized, Stages, StepNode,
     Switching, Tolerances, by_state, one_by_one, zip,
@@ -96,7 +96,9 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
     fn is_near_rank_loss(&mut self, start: &StepNode<M::Vector>, end: &StepNode<M::Vector>) -> bool {
         let between = zip(&start.y, &end.y, |a, b| 0.5 * (a + b));
         let places = [(start.t, &start.y), (0.5 * (start.t + end.t), &between), (end.t, &end.y)];
-        places.iter().any(|(t, y)| condition(self.model, &self.state(*t, &y.q, &y.u)) >= NEARLY_SINGULAR)
+        places
+            .iter()
+            .any(|(t, y)| gradient_condition(self.model, &self.state(*t, &y.q, &y.u)) >= NEARLY_SINGULAR)
     }
 
     #[inline(always)]

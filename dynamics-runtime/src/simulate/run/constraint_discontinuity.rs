@@ -12,7 +12,7 @@ use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::constrain::held::{active_rows, holds};
+use crate::constrain::active_set::{active_rows, holds};
 use crate::constrain::nearby::at_time;
 use crate::integrate::{Crossing, Direction, Phase, Step, StepNode, zip};
 use crate::linalg::max_abs;
@@ -20,7 +20,7 @@ use crate::model::{Branches, Constraint, Known, ModelState, SimulationModel, Vec
 use crate::simulate::events::action::EventAction;
 use crate::simulate::events::contact_corner;
 use crate::simulate::events::location::Flow;
-use crate::simulate::failure::{Jumping, SimulationErrorKind as Kind};
+use crate::simulate::failure::{JumpingQuantity, SimulationErrorKind as Kind};
 use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::run::RunState;
 use crate::simulate::run::event_handling::check_reset;
@@ -336,7 +336,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
                 && rates[constraint.first] <= JUMPS * (1.0 + max_abs(left.u().as_slice()))
             {
                 let (row, jump) = (M::ROWS[constraint.first].name, rates[constraint.first]);
-                let (what, cause) = (Jumping::Velocities, Box::new(Kind::EventRepeats { event }));
+                let (what, cause) = (JumpingQuantity::Velocities, Box::new(Kind::EventRepeats { event }));
                 return Err(Kind::ConstraintJumps { row, what, jump, cause });
             }
         }

@@ -27,7 +27,7 @@ use crate::simulate::trajectory::global_error::ReferenceSettings;
 use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::trajectory::record::{Counts, Record, Trajectory};
 use crate::simulate::verification::global_error::{between, compare};
-use crate::simulate::verification::reference_run::{ReferenceRun, ReferenceSink, places};
+use crate::simulate::verification::reference_run::{ReferenceRun, ReferenceSink, comparison_times};
 use alloc::boxed::Box;
 use alloc::string::ToString;
 use alloc::sync::Arc;
@@ -165,7 +165,11 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         let constants = self.model.constants();
         constants.map_err(|error| {
             let kind = SimulationErrorKind::SingularMassMatrix(error);
-            self.refused(diagnosis::idle(self.model, &with_inputs::<M>(self.law.as_ref(), self.start), kind))
+            self.refused(diagnosis::explain_singular_mass_matrix(
+                self.model,
+                &with_inputs::<M>(self.law.as_ref(), self.start),
+                kind,
+            ))
         })
     }
 
@@ -302,7 +306,7 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
         let settings = ReferenceSettings::of(&options, erased_method.method());
         plan.restart(self.right_hand_side(Vec::new()), settings.options(options), hands_over);
         plan.most_steps = self.simulation.most_steps.saturating_mul(ReferenceSettings::MORE_STEPS);
-        let (times, is_middle) = places(times, options.fixed.is_some());
+        let (times, is_middle) = comparison_times(times, options.fixed.is_some());
         let mut probe = ReferenceSink::at(times);
         let (counts, _, result) = run_method(erased_method, plan, &mut probe);
         let broken_off = result.err().map(|failure| (probe.reached, failure.kind.to_string()));

@@ -10,8 +10,8 @@
 //! it from the last one.
 
 use crate::constrain::Gradients;
+use crate::constrain::active_set::active_rows;
 use crate::constrain::assemble::{least_size, size_along, weigh};
-use crate::constrain::held::active_rows;
 use crate::error::SolveError;
 use crate::linalg::{max_abs, norm};
 use crate::math;

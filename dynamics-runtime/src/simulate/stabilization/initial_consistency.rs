@@ -1,8 +1,8 @@
 //! Whether a start, or what an action makes of a state, has a place on the constraints.
 
 use crate::constrain;
-use crate::constrain::assemble::{Against, CONSISTENT, check_held};
-use crate::constrain::held::active_rows;
+use crate::constrain::active_set::active_rows;
+use crate::constrain::assemble::{CONSISTENT, ViolationScale, check_active_constraints};
 use crate::error::{SolveError, StateError};
 use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
@@ -14,13 +14,13 @@ impl<M: Constraints> Stabilization<M> {
         if M::IS_FREE {
             return Ok(());
         }
-        self.put(model, state, Against::ItsSize)?;
+        self.put(model, state, ViolationScale::RowSize)?;
         Ok(constrain::check_sides(model, state)?)
     }
 
     /// The same for the constraints that hold alone.
-    fn put(&mut self, model: &M, state: &mut M::State, against: Against) -> Result<(), PlaceError> {
-        check_held(model, state, against)?;
+    fn put(&mut self, model: &M, state: &mut M::State, against: ViolationScale) -> Result<(), PlaceError> {
+        check_active_constraints(model, state, against)?;
         if self.projects() {
             self.project(model, state)?;
         }
@@ -38,7 +38,7 @@ impl<M: Constraints> Stabilization<M> {
         // What was seen before an action says nothing of what follows it.
         self.look = None;
         if self.projects() {
-            self.put(model, state, Against::Unity)
+            self.put(model, state, ViolationScale::OnePlusLargest)
         } else {
             Ok(self.check_worse(model, before, state)?)
         }
@@ -64,7 +64,7 @@ impl<M: Constraints> Stabilization<M> {
             };
             let [position, velocity] = distances(self, state, row);
             let kept = |(_, distance): (f64, f64), at: usize| distance <= sizes[at].max(2.0 * past[at]);
-            let (row, switched) = constrain::assemble::named::<M>(row);
+            let (row, switched) = constrain::assemble::row_names::<M>(row);
             if !kept(position, 0) {
                 let (residual, distance) = position;
                 return Err(StateError::ConstraintViolated { row, residual, distance, switched });

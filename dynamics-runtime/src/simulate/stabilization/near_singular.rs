@@ -1,8 +1,8 @@
 //! What drift decides near a singular position.
 
 use crate::constrain::Gradients;
-use crate::constrain::held::active_rows;
-use crate::constrain::nearby::{NEARBY, beside};
+use crate::constrain::active_set::active_rows;
+use crate::constrain::nearby::{NEARBY_DISTANCE, nearby_state};
 use crate::error::SolveError;
 use crate::linalg::{max_abs, norm};
 use crate::model::{Constraints, ModelState, Vector};
@@ -78,10 +78,11 @@ impl<'p, M: Constraints> DriftProbe<'p, M> {
     /// Lengths of the rows' gradients; of those that nearly vanish, by how much they grow beside the state.
     pub(crate) fn usual(&mut self) -> M::Rows {
         let mut usual = self.here.lengths;
-        let nearby = beside::<M>(self.state);
+        let nearby = nearby_state::<M>(self.state);
         let gradients = Gradients::alone(self.model, &nearby, self.workspace);
         for row in 0..M::Rows::LEN {
-            usual[row] = math::max(usual[row], (norm(gradients.row(row)) - usual[row]).abs() / NEARBY);
+            usual[row] =
+                math::max(usual[row], (norm(gradients.row(row)) - usual[row]).abs() / NEARBY_DISTANCE);
         }
         usual
     }

@@ -1,7 +1,7 @@
 //! Starts at singular positions: the accelerations of the branch on which the velocities are.
 
 use crate::constrain::nearby::at_time;
-use crate::constrain::weakness::{Weakness, weakness};
+use crate::constrain::rank_margin::{RankMargin, rank_margin};
 use crate::error::SolveError;
 use crate::linalg::max_abs;
 use crate::model::{Constraints, ModelState, Vector};
@@ -40,7 +40,7 @@ pub(crate) fn start_accelerations<M: Constraints>(
     found: &M::Vector,
     workspace: &mut [f64],
 ) -> Result<Option<M::Vector>, Kind> {
-    let Weakness { condition, rows, coordinates } = weakness(model, start);
+    let RankMargin { condition, rows, coordinates } = rank_margin(model, start);
     if condition < SINGULAR {
         return Ok(None);
     }

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use crate::simulate::summary::Summary;
 use crate::simulate::summary::warning::Warning;
-use crate::simulate::verification::accuracy_diagnostics::{MUCH, TOLD};
+use crate::simulate::verification::accuracy_diagnostics::{LARGE_ERROR, NOTABLE_ERROR};
 
 /// Whoever adds a warning gives [`Warning`] a variant for it, and puts what finds it into this list.
 const CHECKS: [fn(&Summary) -> Option<Warning>; 14] = [
@@ -25,11 +25,11 @@ const CHECKS: [fn(&Summary) -> Option<Warning>; 14] = [
 ];
 
 /// Drift of constraints that turns the velocity by more than this part of it is warned of.
-const DRIFT_TURNS: f64 = 3e-4;
+const DRIFT_TURN_SHARE: f64 = 3e-4;
 /// Energy that drifts by less than so many permitted errors is no more than the tolerance lets it.
 const PERMITTED_ENERGY_ERRORS: f64 = 10.0;
 /// Part of the energy that may drift before that is warned of.
-const ENERGY_DRIFTS: f64 = 0.01;
+const ENERGY_DRIFT_SHARE: f64 = 0.01;
 
 impl Summary {
     /// What makes the motion doubtful, for programs that go on only where there is nothing: errors beyond the
@@ -59,7 +59,7 @@ fn sliding_mode(summary: &Summary) -> Option<Warning> {
 }
 
 fn drift_influence(summary: &Summary) -> Option<Warning> {
-    summary.stabilization.turned.filter(|turned| turned.part > DRIFT_TURNS).map(Warning::DriftInfluence)
+    summary.stabilization.turned.filter(|turned| turned.part > DRIFT_TURN_SHARE).map(Warning::DriftInfluence)
 }
 
 fn gimbal_lock(summary: &Summary) -> Option<Warning> {
@@ -92,13 +92,13 @@ fn missed_instability(summary: &Summary) -> Option<Warning> {
 /// integrated over states between the ends of steps, which a step far longer than a stiff damper needs does
 /// not resolve, and what they miss in a moment stays. With constraints it is asked always: whole and half
 /// steps may agree on the wrong branch.
-fn energy_is_asked(summary: &Summary) -> bool {
+fn energy_counts(summary: &Summary) -> bool {
     let accuracy = &summary.accuracy;
-    !(accuracy.works && accuracy.step_doubling.is_some_and(|times| times <= TOLD))
+    !(accuracy.works && accuracy.step_doubling.is_some_and(|times| times <= NOTABLE_ERROR))
 }
 
 fn energy_beyond_tolerance(summary: &Summary) -> Option<Warning> {
-    let times = summary.accuracy.energy.filter(|times| *times > MUCH && energy_is_asked(summary))?;
+    let times = summary.accuracy.energy.filter(|times| *times > LARGE_ERROR && energy_counts(summary))?;
     Some(Warning::EnergyBeyondTolerance { times })
 }
 
@@ -107,22 +107,22 @@ fn energy_drift(summary: &Summary) -> Option<Warning> {
     let finite = accuracy.energy_part.is_some_and(f64::is_finite);
     let few = accuracy.energy.is_some_and(|times| times <= PERMITTED_ENERGY_ERRORS);
     let permitted = finite && !accuracy.held && few;
-    let part = accuracy.energy_part.filter(|part| *part > ENERGY_DRIFTS && !permitted)?;
-    energy_is_asked(summary).then_some(Warning::EnergyDrift { part, fixed: accuracy.fixed })
+    let part = accuracy.energy_part.filter(|part| *part > ENERGY_DRIFT_SHARE && !permitted)?;
+    energy_counts(summary).then_some(Warning::EnergyDrift { part, fixed: accuracy.fixed })
 }
 
 /// Where the error was measured nothing is guessed of it.
 fn step_doubling(summary: &Summary) -> Option<Warning> {
     let accuracy = &summary.accuracy;
-    let tolerances = accuracy.step_doubling.filter(|times| *times > accuracy.much())?;
+    let tolerances = accuracy.step_doubling.filter(|times| *times > accuracy.large_error())?;
     let low_stages = accuracy.low_stages;
     summary.error.is_none().then_some(Warning::StepDoubling { tolerances, low_stages })
 }
 
 fn error_peak(summary: &Summary) -> Option<Warning> {
     let accuracy = &summary.accuracy;
-    let tolerances = accuracy.step_doubling_at_most.filter(|most| *most > MUCH)?;
-    let lasts = accuracy.step_doubling.is_none_or(|times| times > accuracy.much());
+    let tolerances = accuracy.step_doubling_at_most.filter(|most| *most > LARGE_ERROR)?;
+    let lasts = accuracy.step_doubling.is_none_or(|times| times > accuracy.large_error());
     let low_stages = accuracy.low_stages;
     (summary.error.is_none() && !lasts).then_some(Warning::ErrorPeak { tolerances, low_stages })
 }

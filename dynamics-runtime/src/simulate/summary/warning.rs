@@ -98,9 +98,9 @@ pub enum Warning {
 }
 
 /// What to do about an error that half steps show.
-struct Remedy(bool);
+struct ErrorRemedy(bool);
 
-impl fmt::Display for Remedy {
+impl fmt::Display for ErrorRemedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let instead = if self.0 { "use methods::Radau5" } else { "give a smaller tolerance" };
         write!(f, "; `.estimate_error()` measures it, or {instead}")
@@ -156,8 +156,8 @@ impl Warning {
                  change charts (`ChartSwitching`), or take a set whose middle angle stays away from its \
                  singular values, such as {}",
                 Rounded(locking.time),
-                locking.what_it_takes(),
-                locking.other_set()
+                locking.describe_loss(),
+                locking.alternative_set()
             ),
             Self::SingularPositionMissed { by, time, fixed } => {
                 let remedy = match fixed {
@@ -220,7 +220,7 @@ impl Warning {
                 }
             }
             Self::StepDoubling { tolerances, low_stages } => {
-                let remedy = Remedy(*low_stages);
+                let remedy = ErrorRemedy(*low_stages);
                 write!(f, "global error about {} tolerances {how}{remedy}", Times(*tolerances))
             }
             Self::ErrorPeak { tolerances, low_stages } => write!(
@@ -228,7 +228,7 @@ impl Warning {
                 "errors peak and pass, as where something fast comes early or late: global error about {} \
                  tolerances {how} for less than a hundredth of the time{}",
                 Times(*tolerances),
-                Remedy(*low_stages)
+                ErrorRemedy(*low_stages)
             ),
             _ => Ok(()),
         }

@@ -1,6 +1,6 @@
 //! How far a motion is from the true one, as a second run tells it.
 
-pub(crate) mod words;
+pub(crate) mod display;
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -9,7 +9,7 @@ use crate::integrate::{Method, StepOptions, Tolerances};
 
 /// The largest difference between two runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Largest {
+pub struct LargestDifference {
     /// The coordinate, or that whose velocity it is.
     pub name: &'static str,
     /// In the unit of the coordinate or velocity.
@@ -20,7 +20,7 @@ pub struct Largest {
 
 /// An event whose time differs between two runs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shift {
+pub struct EventShift {
     /// The event.
     pub name: String,
     /// When it happened in the first run.
@@ -38,9 +38,9 @@ pub struct GlobalError {
     /// What the second run did otherwise.
     pub reference: ReferenceSettings,
     /// Largest error of a coordinate.
-    pub coordinates: Largest,
+    pub coordinates: LargestDifference,
     /// Largest error of a velocity.
-    pub velocities: Largest,
+    pub velocities: LargestDifference,
     /// Largest error in tolerances, absolute + relative·|value|; `None` with a fixed step.
     pub ratio: Option<f64>,
     /// The same in the middle of steps, as far as it was looked at: what dense output adds. `None` with a
@@ -52,9 +52,9 @@ pub struct GlobalError {
     /// Time in which errors double, where they grow exponentially: in chaotic and unstable motions.
     pub doubling_time: Option<f64>,
     /// Largest shift of an event.
-    pub shift: Option<Shift>,
+    pub shift: Option<EventShift>,
     /// The first event that only one of the runs has.
-    pub unmatched: Option<Shift>,
+    pub unmatched: Option<EventShift>,
     /// (t, largest error of a coordinate or velocity in parts of its range) at the steps.
     pub history: Vec<(f64, f64)>,
     /// Evaluations of the accelerations in the second run.
@@ -95,17 +95,17 @@ pub enum ErrorFinding {
 }
 
 /// Errors beyond this many permitted ones are warned of.
-const MUCH: f64 = 1e3;
+const LARGE_ERROR: f64 = 1e3;
 
 /// How many times smaller the tolerance of the second run is.
-const TIGHTER: f64 = 100.0;
+const TIGHTER_FACTOR: f64 = 100.0;
 
 /// A second run is worth its cost where its tolerance is smaller by this factor at least.
-const WORTH: f64 = 3.0;
+const MIN_TIGHTER_FACTOR: f64 = 3.0;
 
 /// Where it cannot be smaller, it is larger by this factor: what is then found is mostly the error of the
 /// second run.
-const LOOSER: f64 = 10.0;
+const LOOSER_FACTOR: f64 = 10.0;
 
 /// What the second run did otherwise than the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,11 +138,11 @@ impl ReferenceSettings {
         let Tolerances { absolute, relative } = first.tolerances;
         // Newton's iterations of an implicit method leave rounding errors of their own.
         let finest = if method.is_for_stiff() { 1e-13 } else { 1e-14 };
-        let room = if relative > 0.0 { relative / finest } else { TIGHTER };
-        if room < WORTH {
-            return Self::Looser { absolute: LOOSER * absolute, relative: LOOSER * relative };
+        let available_factor = if relative > 0.0 { relative / finest } else { TIGHTER_FACTOR };
+        if available_factor < MIN_TIGHTER_FACTOR {
+            return Self::Looser { absolute: LOOSER_FACTOR * absolute, relative: LOOSER_FACTOR * relative };
         }
-        let factor = room.min(TIGHTER);
+        let factor = available_factor.min(TIGHTER_FACTOR);
         Self::Tighter { absolute: absolute / factor, relative: relative / factor }
     }
 

@@ -20,7 +20,7 @@ use crate::simulate::trajectory::record::{Counts, EventRecord, Record, Trajector
 
 /// Velocities that are solved for differ by no more than this part from those that are interpolated, but
 /// where rounding decides them.
-const STRAYS: f64 = 0.01;
+const VELOCITY_DEVIATION: f64 = 0.01;
 
 /// The motion of a model, as a simulation computed it.
 ///
@@ -101,14 +101,14 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// other.
     #[must_use]
     pub fn sampler(&self) -> Sampler<'_, 'm, M> {
-        Sampler { motion: self, cached: None, stabilization: None, memory: None }
+        Sampler { motion: self, cached: None, stabilization: None, replay: None }
     }
 
     /// A sampler for looks at all steps in turn: what makes them again remembers one for the next, which
     /// saves implicit methods most of their matrices. So states follow from the order in which they are asked
     /// for, by a hundredth of what is permitted or so, as Newton's iterations end there.
     pub(crate) fn reader(&self) -> Sampler<'_, 'm, M> {
-        Sampler { memory: Some(None), ..self.sampler() }
+        Sampler { replay: Some(None), ..self.sampler() }
     }
 
     /// The states at the requested output times, or after every accepted step where none were requested.
@@ -164,7 +164,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// motion and where there are none.
     ///
     /// Where constraints repeat each other λ is not unique: those of least norm are given (see
-    /// [`crate::constrain::Diagnosis`]).
+    /// [`crate::constrain::RankDiagnosis`]).
     #[must_use]
     pub fn multipliers_at(&self, t: f64) -> M::Rows {
         self.multipliers_of(&self.at(t))
@@ -353,49 +353,51 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
 
     /// The interpolant of the step that leaves a record, by what made the one before again, if that is
     /// remembered.
-    fn interpolant(&self, index: usize, memory: &mut Option<ReplayState<M>>) -> Cached<M::Vector> {
+    fn interpolant(&self, index: usize, replay: &mut Option<ReplayState<M>>) -> CachedInterpolant<M::Vector> {
         let step = self.step(index);
-        let (mut step_replay, room) = match memory.take() {
-            Some(ReplayState { step_replay, next, room }) => (step_replay.filter(|_| next == index), room),
+        let (mut step_replay, memory) = match replay.take() {
+            Some(ReplayState { step_replay, next, memory }) => {
+                (step_replay.filter(|_| next == index), memory)
+            }
             None => (None, Vec::new()),
         };
-        let mut rhs = self.rhs_in(index, room);
+        let mut rhs = self.rhs_in(index, memory);
         let tolerances = &self.trajectory.tolerances;
         let erased_method = self.trajectory.erased_method_of(index).filter(|_| self.is_repeatable());
-        let again = erased_method.and_then(|erased_method| {
+        let remade = erased_method.and_then(|erased_method| {
             let judged = !self.trajectory.fixed;
             step_replay
                 .get_or_insert_with(|| erased_method.step_replay())
                 .interpolate(&mut rhs, &step, tolerances, judged)
         });
         // After a reset, other constraints or another method nothing of before counts.
-        let step_replay = step_replay.filter(|_| again.is_some() && self.goes_on(index));
-        let interpolant = match again {
-            Some(again) if !rhs.strays(&*again, &step, tolerances) => again,
-            again => self.by_its_ends(&mut rhs, &step, again),
+        let step_replay = step_replay.filter(|_| remade.is_some() && self.is_followed_alike(index));
+        let interpolant = match remade {
+            Some(remade) if !rhs.strays(&*remade, &step, tolerances) => remade,
+            remade => self.interpolant_of_ends(&mut rhs, &step, remade),
         };
         let projects = M::IS_HELD && rhs.projects_between(&*interpolant, &step, tolerances);
-        *memory = Some(ReplayState { step_replay, next: index + 1, room: rhs.stabilization.into_memory() });
-        Cached { index, interpolant, projects }
+        *replay = Some(ReplayState { step_replay, next: index + 1, memory: rhs.stabilization.into_memory() });
+        CachedInterpolant { index, interpolant, projects }
     }
 
     /// Whether the step that leaves a record is followed by another of the same kind.
-    fn goes_on(&self, index: usize) -> bool {
+    fn is_followed_alike(&self, index: usize) -> bool {
         let [here, next] = [0, 1].map(|i| &self.trajectory.records[index + i]);
-        let drivers = [0, 1]
+        let methods = [0, 1]
             .map(|i| self.trajectory.erased_method_of(index + i).map(|erased_method| erased_method.method()));
-        next.h != 0.0 && here.state.modes() == next.state.modes() && drivers[0] == drivers[1]
+        next.h != 0.0 && here.state.modes() == next.state.modes() && methods[0] == methods[1]
     }
 
     /// The interpolant of a step by its ends alone, which are known in any case: where the step cannot be
     /// made again, as where the law changed its mind, or where one of its stages lies right beside a singular
-    /// position, unless the step made `again` is nearer to the constraints.
+    /// position, unless the step made `remade` is nearer to the constraints.
     #[cold]
-    fn by_its_ends(
+    fn interpolant_of_ends(
         &self,
         rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
-        again: Option<Interpolant<M::Vector>>,
+        remade: Option<Interpolant<M::Vector>>,
     ) -> Interpolant<M::Vector> {
         let Step { start, end, h, .. } = step;
         let mut first = *start;
@@ -404,12 +406,12 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         }
         let quintic = Hermite::between(&first, end, *h);
         let tolerances = &self.trajectory.tolerances;
-        match again {
-            Some(again)
-                if rhs.off_between(&*again, step, tolerances)
+        match remade {
+            Some(remade)
+                if rhs.off_between(&*remade, step, tolerances)
                     <= rhs.off_between(&quintic, step, tolerances) =>
             {
-                again
+                remade
             }
             _ => Box::new(quintic),
         }
@@ -423,7 +425,7 @@ fn nan<V: Vector>() -> V {
 }
 
 /// The interpolant of the step that leaves a record, and whether states on it have to be projected.
-struct Cached<V> {
+struct CachedInterpolant<V> {
     index: usize,
     interpolant: Interpolant<V>,
     projects: bool,
@@ -432,11 +434,11 @@ struct Cached<V> {
 /// States of a motion at times of one's choosing; remembers the interpolant of the last step.
 pub struct Sampler<'a, 'm, M: SimulationModel> {
     motion: &'a Motion<'m, M>,
-    cached: Option<Cached<M::Vector>>,
+    cached: Option<CachedInterpolant<M::Vector>>,
     /// Puts states onto the constraints, where `.consistent_output()` or the step asks for it.
     stabilization: Option<Stabilization<M>>,
     /// What made the last step again, if it is to be remembered and is.
-    memory: Option<Option<ReplayState<M>>>,
+    replay: Option<Option<ReplayState<M>>>,
 }
 
 /// What made a step again, if it may go on with another one, and which; and what constraints are kept in,
@@ -444,7 +446,7 @@ pub struct Sampler<'a, 'm, M: SimulationModel> {
 struct ReplayState<M: SimulationModel> {
     step_replay: Option<Box<dyn StepReplay<M>>>,
     next: usize,
-    room: Vec<f64>,
+    memory: Vec<f64>,
 }
 
 impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
@@ -476,12 +478,12 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
             return self.motion.complete(state);
         }
         if self.cached.as_ref().is_none_or(|cached| cached.index != index) {
-            self.cached = Some(self.motion.interpolant(index, self.memory.as_mut().unwrap_or(&mut None)));
+            self.cached = Some(self.motion.interpolant(index, self.replay.as_mut().unwrap_or(&mut None)));
         }
         let (mut between, projected) = self.between(index, t);
         if M::IS_FREE {
             // The interpolant is where it belongs.
-        } else if !projected && let Some(y) = self.bridged(index, (t - state.t()) / h) {
+        } else if !projected && let Some(y) = self.bridge_singularity(index, (t - state.t()) / h) {
             (*between.q_mut(), *between.u_mut()) = (y.q, y.u);
         }
         self.motion.complete(between)
@@ -492,7 +494,8 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
     fn between(&mut self, index: usize, t: f64) -> (M::State, bool) {
         let trajectory = &self.motion.trajectory;
         let Record { state, h, usual, .. } = trajectory.records[index];
-        let Cached { interpolant, projects, .. } = self.cached.as_ref().expect("the caller has stored it");
+        let CachedInterpolant { interpolant, projects, .. } =
+            self.cached.as_ref().expect("the caller has stored it");
         // A time before the start by rounding is the start.
         let y = interpolant.at(((t - state.t()) / h).max(0.0));
         let mut between = M::State::new(t, y.q, y.u, *state.inputs());
@@ -513,7 +516,7 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
             let speed = max_abs(y.u.as_slice()) + max_abs(state.u().as_slice());
             let apart =
                 projected.u().as_slice().iter().zip(y.u.as_slice()).map(|(to, from)| (to - from).abs());
-            done &= apart.fold(0.0, f64::max) <= STRAYS * speed;
+            done &= apart.fold(0.0, f64::max) <= VELOCITY_DEVIATION * speed;
         }
         (*between.q_mut(), *between.u_mut()) = (*projected.q(), *projected.u());
         (between, done)
@@ -522,7 +525,7 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
     /// Right beside a singular position rounding decides where a state ends that is put onto the constraints:
     /// from states on both sides of it, with their accelerations.
     #[cold]
-    fn bridged(&mut self, index: usize, theta: f64) -> Option<Phase<M::Vector>> {
+    fn bridge_singularity(&mut self, index: usize, theta: f64) -> Option<Phase<M::Vector>> {
         const WIDTHS: [f64; 3] = [0.01, 0.03, 0.09];
         let Record { state: start, h, .. } = self.motion.trajectory.records[index];
         WIDTHS.iter().find_map(|width| {
@@ -530,12 +533,12 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
             let [from, to] = [a, b].map(|part| {
                 let (state, projected) = self.between(index, start.t() + part * h);
                 let state = self.motion.complete(state);
-                let knot = StepNode {
+                let node = StepNode {
                     t: state.t(),
                     y: Phase { q: *state.q(), u: *state.u() },
                     a: self.motion.accelerations_of(&state),
                 };
-                (projected && knot.a.as_slice().iter().all(|a| a.is_finite())).then_some(knot)
+                (projected && node.a.as_slice().iter().all(|a| a.is_finite())).then_some(node)
             });
             let (from, to) = (from?, to?);
             Some(Hermite::between(&from, &to, (b - a) * h).at((theta - a) / (b - a)))

@@ -17,9 +17,9 @@ use crate::simulate::right_hand_side::on;
 use crate::simulate::trajectory::motion::{Motion, Sampler};
 
 /// Quarters, as where positions are solved: see `Motion::add_work`.
-const PARTS_OF_LONG_STEPS: u32 = 4;
+const QUADRATURE_PARTS: u32 = 4;
 /// Relative error with which energies are evaluated.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
+const ENERGY_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Work of one force, or the energy that resets at one event brought.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,22 +76,22 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         history.errors.into_iter().map(|(t, error)| (t, error / scale)).collect()
     }
 
-    /// `works`: the works of forces are integrated, which makes every step again; else they are NaN. `also`
+    /// `works`: the works of forces are integrated, which makes every step again; else they are NaN. `visit`
     /// looks at the step that leaves each record, while it is at hand: steps of implicit methods are as
     /// costly to make again as they were.
     pub(crate) fn energy_history(
         &self,
         works: bool,
-        mut also: impl FnMut(&mut Sampler<'_, 'm, M>, usize),
+        mut visit: impl FnMut(&mut Sampler<'_, 'm, M>, usize),
     ) -> EnergyHistory {
         let records = &self.trajectory.records;
         let mut work = vec![0.0; M::POWERS.len()];
         let mut resets: Vec<WorkRow> = Vec::new();
         let mut errors = Vec::with_capacity(records.len());
         let mut scale = 0.0f64;
-        let unknown = M::ENERGY_HAS_INPUTS && self.trajectory.has_law;
+        let has_unknown_work = M::ENERGY_HAS_INPUTS && self.trajectory.has_law;
         let mut sampler = self.reader();
-        let (mut first, mut energy, mut brought, mut size) = (0.0, 0.0, 0.0, 0.0f64);
+        let (mut first, mut energy, mut reset_energy, mut size) = (0.0, 0.0, 0.0, 0.0f64);
         for (index, record) in records.iter().enumerate() {
             let state = self.complete(record.state);
             let (before, size_before) = (energy, size);
@@ -103,8 +103,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
                     let change = energy - before;
                     // What sticks or turns an elastic impact around changes no energy: what is left is the
                     // rounding of T and V.
-                    if change.is_nan() || change.abs() > ROUNDING * size.max(size_before) {
-                        brought += change;
+                    if change.is_nan() || change.abs() > ENERGY_ROUNDING * size.max(size_before) {
+                        reset_energy += change;
                         self.add_reset(&mut resets, state.t(), change);
                     }
                 }
@@ -112,16 +112,19 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
                 Some(_) => work.fill(f64::NAN),
             }
             scale = scale.max(size);
-            also(&mut sampler, index);
-            let unknown = if index > 0 && unknown { f64::NAN } else { 0.0 };
-            errors.push((state.t(), energy - first - brought - work.iter().sum::<f64>() - unknown));
+            visit(&mut sampler, index);
+            let has_unknown_work = if index > 0 && has_unknown_work { f64::NAN } else { 0.0 };
+            errors.push((
+                state.t(),
+                energy - first - reset_energy - work.iter().sum::<f64>() - has_unknown_work,
+            ));
         }
         let mut forces: Vec<WorkRow> = M::POWERS
             .iter()
             .zip(&work)
             .map(|(power, work)| WorkRow { name: power.name.into(), work: *work })
             .collect();
-        if unknown {
+        if has_unknown_work {
             forces.push(WorkRow { name: "changing inputs".into(), work: f64::NAN });
         }
         let largest = forces.iter().chain(&resets).fold(scale, |s, row| s.max(row.work.abs()));
@@ -181,11 +184,11 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make
             // of powers. Series have higher orders, and longer steps.
             let long = erased_method.needs_series();
-            sampler.meter_by_quadrature(index, if long { PARTS_OF_LONG_STEPS } else { 1 }, work)
+            sampler.meter_by_quadrature(index, if long { QUADRATURE_PARTS } else { 1 }, work)
         } else if self.step(index).kept.between {
             // Its stages are off by what was taken back at its end, and so are their reactions; states
             // between are projected.
-            sampler.meter_by_quadrature(index, PARTS_OF_LONG_STEPS, work)
+            sampler.meter_by_quadrature(index, QUADRATURE_PARTS, work)
         } else {
             self.meter_by_stages(&mut *erased_method.step_replay(), weights, index, work)
         }

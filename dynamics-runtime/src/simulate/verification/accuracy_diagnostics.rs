@@ -1,14 +1,11 @@
-//! Why a motion may be further from the true one than its tolerance lets hope, as far as the motion itself
-//! shows it.
-//!
-//! A step control keeps what steps leave. Five things it does not see are looked for here, at the recorded
-//! steps: tolerances that are finer than the rounding of the values they are kept for; energy that drifts by
-//! more than so many permitted errors can; forces that its stages miss (`undersampled_force.rs`);
-//! instability that long steps pass over (`missed_instability.rs`); and what errors of steps add up to, with
-//! what the motion makes of them (`step_doubling.rs`). The last is an estimate of the error, as a rule no
-//! smaller and at most four times as large:
-//! [`Simulation::estimate_error`](crate::simulate::Simulation::estimate_error), by a second run that chooses
-//! its own steps, depends on less.
+//! Accuracy diagnostics: why the error of a motion may be far larger than its tolerance suggests.
+//! A step control bounds the error of each step. It does not see five sources of error, which are searched
+//! here at the recorded steps: tolerances below the rounding of the values; energy drift that permitted
+//! errors do not explain; forces between the stages of a step (`undersampled_force.rs`); instability that
+//! long steps pass over (`missed_instability.rs`); and the accumulation of step errors by the motion
+//! (`step_doubling.rs`). The last is an estimate of the global error, as a rule no smaller than the error and
+//! at most four times as large. [`Simulation::estimate_error`](crate::simulate::Simulation::estimate_error)
+//! is more reliable: its second run chooses its own steps.
 
 use core::fmt;
 
@@ -20,20 +17,20 @@ use crate::simulate::verification::step_doubling::StepDoubling;
 use crate::simulate::verification::undersampled_force::UndersampledForce;
 use crate::wording::{Rounded, Times};
 
-/// More permitted errors than this are warned of.
-pub(crate) const MUCH: f64 = 1e3;
-/// More permitted errors than this are told of, in a line that is no warning: what the tolerance was to be is
-/// left.
-pub(crate) const TOLD: f64 = 10.0;
-/// What half steps show lasts, and is known within a factor: so many permitted errors, and fewer of stiff
-/// motions, where errors mostly die.
-const MUCH_SHOWN: (f64, f64) = (300.0, 60.0);
-/// Permitted errors of fewer units in the last place are below rounding: the stages of a step make as many.
-const UNITS: f64 = 10.0;
-/// What a line about the accuracy begins with that is no warning.
-const ACCURACY: &str = "\n  accuracy     ";
-/// Places at which the energy's change by permitted errors is looked at.
-const PLACES: usize = 16;
+/// Errors above this many tolerances are a warning.
+pub(crate) const LARGE_ERROR: f64 = 1e3;
+/// Errors above this many tolerances are reported in a line that is no warning.
+pub(crate) const NOTABLE_ERROR: f64 = 10.0;
+/// Errors by step doubling above this many tolerances are a warning: for motions that are not stiff, and for
+/// stiff ones, whose errors mostly decay.
+const LARGE_DOUBLING_ERROR: (f64, f64) = (300.0, 60.0);
+/// Permitted errors of fewer units in the last place are below rounding: the stages of a step make about as
+/// many.
+const MIN_ROUNDING_UNITS: f64 = 10.0;
+/// Label of the line about the accuracy that is no warning.
+const ACCURACY_LABEL: &str = "\n  accuracy     ";
+/// Number of states at which the change of energy by permitted errors is computed.
+const SAMPLES: usize = 16;
 
 /// A value whose permitted error is below its rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,11 +47,11 @@ pub struct BelowRounding {
     pub permitted: f64,
 }
 
-/// What makes the accuracy of a motion doubtful.
+/// Results of all accuracy diagnostics of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AccuracyDiagnostics {
-    /// The value that is furthest below rounding with its permitted error; `None` with a fixed step or where
-    /// there is none.
+    /// The value whose permitted error is furthest below its rounding; `None` with a fixed step or where there is
+    /// none.
     pub below_rounding: Option<BelowRounding>,
     /// Drift of the energy, less all work, over what the permitted errors of one step can change it by;
     /// `None` with a fixed step.
@@ -85,11 +82,11 @@ pub struct AccuracyDiagnostics {
     pub hidden_stiffness: Option<f64>,
     /// An instability that long steps pass over.
     pub missed_instability: Option<MissedInstability>,
-    /// What was not looked for.
+    /// The checks that were omitted.
     pub unchecked: Unchecked,
 }
 
-/// What a summary did not look for, because it would take far longer than the run did.
+/// Checks that a summary omitted, because they would take far longer than the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Unchecked {
     /// Whether implicit steps pass over what keeps steps of an explicit method short.
@@ -120,22 +117,23 @@ impl fmt::Display for Unchecked {
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// `drift` of the energy at most, of `scale`. `verified`: what repeats the motion is looked for, too.
+    /// All diagnostics. `drift`: the largest drift of the energy, of size `scale`. `verified`: include the checks
+    /// that repeat steps.
     pub(crate) fn accuracy(&self, (drift, scale): (f64, f64), verified: bool) -> AccuracyDiagnostics {
-        // What has grown beyond all numbers has no scale.
+        // Energy drift relative to its scale; infinite where the energy has overflowed.
         let energy_part = (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() {
             drift / scale
         } else {
             f64::INFINITY
         });
-        // Works that are not known leave nothing to be said.
+        // Unknown works give NaN, and no result.
         let energy_part = energy_part.filter(|part| !part.is_nan());
         let (fixed, repeatable) = (self.trajectory.fixed, verified && self.is_repeatable());
         let missed_instability = repeatable.then(|| self.missed_instability()).flatten();
         if fixed || self.trajectory.erased_method.is_none() {
             let missed_instability = missed_instability.filter(|_| fixed);
             let unchecked = Unchecked {
-                instability: fixed && repeatable && !self.affords_growth(),
+                instability: fixed && repeatable && !self.affords_instability_check(),
                 ..Unchecked::default()
             };
             return AccuracyDiagnostics {
@@ -146,35 +144,40 @@ impl<M: SimulationModel> Motion<'_, M> {
                 ..AccuracyDiagnostics::default()
             };
         }
-        let permitted = self.permitted_energy();
+        // With adaptive steps: drift in permitted errors, stiffness, step doubling.
+        let permitted = self.permitted_energy_error();
         let stiff = self.is_stiff();
-        let apart = repeatable.then(|| self.apart_from_halves());
-        let (asks, affords) = (repeatable && !stiff, self.affords_implicit_steps());
+        let doubling = repeatable.then(|| self.step_doubling());
+        let (checks_stiffness, affords_stiffness_check) =
+            (repeatable && !stiff, self.affords_implicit_steps());
         let unchecked = Unchecked {
-            stiffness: asks && !affords && self.could_crawl(),
-            instability: repeatable && !self.affords_growth(),
-            half_steps: apart.and_then(|apart| apart.given_up),
+            stiffness: checks_stiffness && !affords_stiffness_check && self.has_many_steps(),
+            instability: repeatable && !self.affords_instability_check(),
+            half_steps: doubling.and_then(|doubling| doubling.given_up),
         };
         AccuracyDiagnostics {
             below_rounding: self.below_rounding(),
-            // What rounds the energy is no drift.
+            // Rounding of the energy is subtracted from the drift.
             energy: (permitted > 0.0 && !drift.is_nan())
                 .then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
             energy_part,
             fixed,
-            step_doubling: apart.map(|StepDoubling { lasting, .. }| lasting),
-            step_doubling_at_most: apart.map(|StepDoubling { largest, .. }| largest),
+            step_doubling: doubling.map(|StepDoubling { lasting, .. }| lasting),
+            step_doubling_at_most: doubling.map(|StepDoubling { largest, .. }| largest),
             stiff,
             low_stages: self.method() == Method::Esdirk4,
             works: !M::POWERS.is_empty() && M::CONSTRAINTS.is_empty(),
             held: !M::CONSTRAINTS.is_empty(),
-            hidden_stiffness: (asks && affords).then(|| self.hidden_stiffness()).flatten(),
+            hidden_stiffness: (checks_stiffness && affords_stiffness_check)
+                .then(|| self.hidden_stiffness())
+                .flatten(),
             missed_instability,
             unchecked,
             undersampled_force: repeatable.then(|| self.undersampled_force(stiff)).flatten(),
         }
     }
 
+    /// The value whose permitted error is furthest below its rounding.
     fn below_rounding(&self) -> Option<BelowRounding> {
         let Tolerances { absolute, relative } = self.trajectory.tolerances;
         let mut worst: Option<(f64, BelowRounding)> = None;
@@ -183,7 +186,7 @@ impl<M: SimulationModel> Motion<'_, M> {
                 for (i, value) in values.as_slice().iter().enumerate() {
                     let permitted = absolute + relative * value.abs();
                     let units = permitted / (f64::EPSILON * value.abs());
-                    if units < worst.as_ref().map_or(UNITS, |(least, _)| *least) {
+                    if units < worst.as_ref().map_or(MIN_ROUNDING_UNITS, |(least, _)| *least) {
                         let name = M::COORDINATES[i].name;
                         let time = record.state.t();
                         worst = Some((units, BelowRounding { name, rate, value: *value, time, permitted }));
@@ -194,12 +197,12 @@ impl<M: SimulationModel> Motion<'_, M> {
         worst.map(|(_, found)| found)
     }
 
-    /// By how much permitted errors of one step change the energy, at most, at some places of the motion.
-    fn permitted_energy(&self) -> f64 {
+    /// Largest change of the energy by the permitted errors of one step, over some states of the motion.
+    fn permitted_energy_error(&self) -> f64 {
         let records = &self.trajectory.records;
         let tolerances = &self.trajectory.tolerances;
         let mut most = 0.0f64;
-        for record in records.iter().step_by(records.len().div_ceil(PLACES)) {
+        for record in records.iter().step_by(records.len().div_ceil(SAMPLES)) {
             let state = self.complete(record.state);
             let here = self.model().energy_function(&state);
             let mut sum = 0.0;
@@ -219,31 +222,34 @@ impl<M: SimulationModel> Motion<'_, M> {
         most
     }
 
-    /// Whether differences die within steps.
+    /// Whether the motion is stiff, so that differences decay within steps.
     fn is_stiff(&self) -> bool {
         self.counts().stiff_at.is_some() || self.switched().is_some() || self.method().is_for_stiff()
     }
 }
 
 impl AccuracyDiagnostics {
-    /// More permitted errors than this are warned of, of those that half steps show to last.
-    pub(crate) fn much(&self) -> f64 {
-        if self.stiff { MUCH_SHOWN.1 } else { MUCH_SHOWN.0 }
+    /// Lasting errors by step doubling above this many tolerances are a warning.
+    pub(crate) fn large_error(&self) -> f64 {
+        if self.stiff { LARGE_DOUBLING_ERROR.1 } else { LARGE_DOUBLING_ERROR.0 }
     }
 
-    /// What half steps show where that is no warning but worth a line: that little is left of the tolerance.
+    /// The line about errors by step doubling that are no warning.
     pub(crate) fn write_global_error(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Some(times), Some(most)) = (self.step_doubling, self.step_doubling_at_most) else {
             return Ok(());
         };
-        let how = "(estimated by step doubling)";
-        if times > self.much() || most > MUCH {
+        let estimate_note = "(estimated by step doubling)";
+        if times > self.large_error() || most > LARGE_ERROR {
             Ok(())
-        } else if times > TOLD {
-            write!(f, "{ACCURACY}global error about {} tolerances {how}", Times(times))
-        } else if most > TOLD {
+        } else if times > NOTABLE_ERROR {
+            write!(f, "{ACCURACY_LABEL}global error about {} tolerances {estimate_note}", Times(times))
+        } else if most > NOTABLE_ERROR {
             let (most, times) = (Times(most), Times(times));
-            write!(f, "{ACCURACY}global error about {most} tolerances for a moment, otherwise {times} {how}")
+            write!(
+                f,
+                "{ACCURACY_LABEL}global error about {most} tolerances for a moment, otherwise {times} {estimate_note}"
+            )
         } else {
             Ok(())
         }

@@ -1,11 +1,11 @@
-//! How well the mass matrix determines the accelerations along a motion.
+//! Conditioning along a motion: of the mass matrix, and of the constraints near singular positions.
 
 use alloc::vec::Vec;
 
-use crate::constrain::conditioning::{condition_of, left_condition};
+use crate::constrain::conditioning::{constrained_condition_number, mass_condition_number};
 use crate::constrain::gradients::mass;
-use crate::constrain::weakness::{Weakness, condition, weakness};
-use crate::constrain::{Involved, with_workspace};
+use crate::constrain::rank_margin::{RankMargin, gradient_condition, rank_margin};
+use crate::constrain::{TopContributors, with_workspace};
 use crate::golden_section::golden_section_maximum;
 use crate::integrate::Tolerances;
 use crate::linalg::max_abs;
@@ -15,11 +15,11 @@ use crate::simulate::trajectory::record::Record;
 use crate::simulate::verification::singular_point_validation::missed_by;
 
 /// The worst conditioning of the mass matrix that a motion met.
-///
-/// The number is κ = ‖S‖₁ ‖S⁻¹‖₁ of S = M scaled to a unit diagonal, Sᵢⱼ = Mᵢⱼ/√|Mᵢᵢ Mⱼⱼ|, so that units and
-/// sizes of the coordinates do not enter: they do not change the digits that LDLᵀ loses either. Accelerations
-/// lose at most about log₁₀ κ of their sixteen digits. Source: van der Sluis, Numer. Math. 14 (1969) 14, by
-/// whom no other scaling of the rows and columns makes κ much smaller.
+/// The number is κ = ‖S‖₁ ‖S⁻¹‖₁ of S = M scaled to a unit diagonal,
+/// Sᵢⱼ = Mᵢⱼ/√|Mᵢᵢ Mⱼⱼ|. So it does not depend on units and sizes of the coordinates, which
+/// do not change the digits that LDLᵀ loses either. Accelerations lose at most about log₁₀ κ of their
+/// sixteen digits. Source: van der Sluis, Numer. Math. 14 (1969) 14: no other scaling of rows and columns
+/// makes κ much smaller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
     /// Largest κ over the accepted states: 1 for a diagonal M, infinite for a singular one, NaN where M is
@@ -34,49 +34,50 @@ pub struct Conditioning {
     pub looked_at: (usize, usize),
 }
 
-/// Models of more coordinates are asked at fewer states how near their constraints are to losing rank: it
-/// takes 30 n³ operations.
+/// Singular positions are searched only in models of up to so many coordinates: the condition number of the
+/// constraints takes 30 n³ operations at every quarter of a step.
 const MOST_COORDINATES: usize = 32;
-/// A condition number of n coordinates takes as long as n²/8 evaluations of accelerations, where these take
-/// time in proportion to n: measured on a chain of 45 masses. So many are found as take as long as the run,
-/// and [`LEAST_STATES`] at least.
-const PER_EVALUATION: f64 = 8.0;
-const LEAST_STATES: usize = 8;
-/// κ of M from which on it is asked what of M the constraints leave: half of the digits would be lost.
-const UNDETERMINED: f64 = 1e8;
-/// States between which the worst conditioning is looked for, in every step.
-const PARTS: usize = 4;
-/// A position at which the constraints are worse conditioned than this is a singular one.
-const SINGULAR: f64 = 1e4;
-/// Permitted errors by which constraints may miss a singular position before a motion turns round there for
-/// sure.
-const MISSED: f64 = 100.0;
+/// A condition number of n coordinates takes as long as n²/8 evaluations of the accelerations, measured on a
+/// chain of 45 masses, whose accelerations take time in proportion to n. The search takes as long as the run,
+/// but looks at [`MIN_STATES`] at least.
+const CONDITIONS_PER_EVALUATION: f64 = 8.0;
+const MIN_STATES: usize = 8;
+/// κ of M from which on the inertia on the constrained velocities is used instead: M alone would lose half
+/// of the digits.
+const CONSTRAINED_CONDITION: f64 = 1e8;
+/// Parts of every step at whose ends the conditioning of the constraints is computed.
+const PARTS_PER_STEP: usize = 4;
+/// A peak of the condition number above this is a singular position.
+const SINGULAR_CONDITION: f64 = 1e4;
+/// Constraints that miss a singular position by fewer permitted errors than this cannot be told from those
+/// that have it: the steps do not decide whether the motion turns round.
+const MISSED_ERRORS: f64 = 100.0;
 
 /// Where a motion has been nearest to a singular position of its constraints, or in one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Nearest {
+pub struct NearestSingularPosition {
     /// Largest over smallest singular value of Φ_q, coordinates measured by √Mᵢᵢ and the rows of a constraint
     /// by the longest of them.
     pub condition: f64,
     /// When.
     pub time: f64,
     /// The rows that come to depend on each other there.
-    pub rows: Involved,
+    pub rows: TopContributors,
     /// The coordinates that they come to leave open there.
-    pub coordinates: Involved,
+    pub coordinates: TopContributors,
     /// How many singular positions the motion has passed: places where the conditioning is above 10⁴ between
     /// states where it is not.
     pub passed: usize,
-    /// The first of them that is none: by how much the constraints miss it, in lengths of coordinates, no
-    /// more than a hundred permitted errors, and when. Branches that cross in the one avoid each other in the
-    /// other, and whether the motion goes on or turns round there its steps do not tell.
+    /// The first of them in which the constraints do not hold: by how much they miss it, in lengths of
+    /// coordinates, up to a hundred permitted errors, and when. Branches cross in a singular position and avoid
+    /// each other in a near miss. The steps do not decide whether the motion goes on or turns round there.
     pub missed: Option<(f64, f64)>,
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// Whether it is asked how near the constraints came to losing rank: not without any, and not of more
-    /// than 32 coordinates, where it would cost more than the run.
-    pub(crate) fn asks_for_nearest(&self) -> bool {
+    /// Whether singular positions are searched: only with constraints and up to 32 coordinates, because it would
+    /// cost more than the run.
+    pub(crate) fn checks_singular_positions(&self) -> bool {
         M::IS_HELD && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
     }
 
@@ -88,14 +89,14 @@ impl<M: SimulationModel> Motion<'_, M> {
         out: &mut Vec<(f64, f64)>,
     ) {
         let Record { state, h, .. } = &self.trajectory.records[index];
-        let parts = if *h == 0.0 { 1 } else { PARTS };
-        let times = (0..parts).map(|k| state.t() + h * k as f64 / PARTS as f64);
-        out.extend(times.map(|t| (t, condition(self.model(), &sampler.at(t)))));
+        let parts = if *h == 0.0 { 1 } else { PARTS_PER_STEP };
+        let times = (0..parts).map(|k| state.t() + h * k as f64 / PARTS_PER_STEP as f64);
+        out.extend(times.map(|t| (t, gradient_condition(self.model(), &sampler.at(t)))));
     }
 
     /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning
     /// peaks between them.
-    pub(crate) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<Nearest> {
+    pub(crate) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<NearestSingularPosition> {
         if M::IS_FREE || conditions.is_empty() {
             return None;
         }
@@ -105,65 +106,69 @@ impl<M: SimulationModel> Motion<'_, M> {
         let (mut passed, mut missed) = (0, None);
         for i in 1..conditions.len().saturating_sub(1) {
             let [before, here, after] = [conditions[i - 1], conditions[i], conditions[i + 1]];
-            // A peak, and no place where nothing happens.
+            // Only peaks, and no constant values.
             if here.1 < before.1 || here.1 <= after.1 || here.1 < 1.01 * before.1.min(after.1) {
                 continue;
             }
-            let mut value = |t: f64| condition(self.model(), &sampler.at(t));
+            let mut value = |t: f64| gradient_condition(self.model(), &sampler.at(t));
             let top = golden_section_maximum(before.0, after.0, &mut value);
             let top = if top.1 >= here.1 { top } else { here };
-            if top.1 > SINGULAR {
+            if top.1 > SINGULAR_CONDITION {
                 passed += 1;
-                missed = missed.or_else(|| self.misses(&sampler.at(top.0)));
+                missed = missed.or_else(|| self.singular_position_missed(&sampler.at(top.0)));
             }
             worst = if top.1 > worst.1 { top } else { worst };
         }
-        let Weakness { condition, rows, coordinates } = weakness(self.model(), &sampler.at(worst.0));
-        Some(Nearest { condition, time: worst.0, rows, coordinates, passed, missed })
+        let RankMargin { condition, rows, coordinates } = rank_margin(self.model(), &sampler.at(worst.0));
+        Some(NearestSingularPosition { condition, time: worst.0, rows, coordinates, passed, missed })
     }
 
-    /// By how much the constraints miss the singular position beside a state, and when, if the tolerance does
-    /// not tell it from one.
-    fn misses(&self, state: &M::State) -> Option<(f64, f64)> {
+    /// By how much the constraints miss the singular position near a state, and when, if the tolerance does not
+    /// resolve that.
+    fn singular_position_missed(&self, state: &M::State) -> Option<(f64, f64)> {
         let Tolerances { absolute, relative } = self.trajectory.tolerances;
         let permitted = absolute + relative * max_abs(state.q().as_slice());
-        missed_by(self.model(), state).filter(|by| *by <= MISSED * permitted).map(|by| (by, state.t()))
+        missed_by(self.model(), state).filter(|by| *by <= MISSED_ERRORS * permitted).map(|by| (by, state.t()))
     }
 
     pub(crate) fn conditioning(&self) -> Conditioning {
         let records = &self.trajectory.records;
         let n = M::COORDINATES.len().max(1);
-        let affordable = PER_EVALUATION * self.counts().evaluations as f64 / (n * n) as f64;
-        // The condition numbers of one matrix are one, and those of a diagonal one are known.
-        let (mut last, mut found) = (Vec::new(), 1.0);
+        let affordable = CONDITIONS_PER_EVALUATION * self.counts().evaluations as f64 / (n * n) as f64;
+        // The condition number is computed again only where M has changed.
+        let (mut last, mut condition) = (Vec::new(), 1.0);
         let mut at = |index: usize| {
             let state = self.complete(records[index].state);
             with_workspace::<M, _>(|workspace| {
                 let mass = mass(self.model(), &state, workspace);
                 if last != mass {
-                    found = condition_of(M::COORDINATES.len(), mass, M::IS_HELD);
+                    condition = mass_condition_number(M::COORDINATES.len(), mass, M::IS_HELD);
                     last = mass.to_vec();
                 }
             });
-            if M::IS_HELD && found > UNDETERMINED { left_condition(self.model(), &state) } else { found }
+            if M::IS_HELD && condition > CONSTRAINED_CONDITION {
+                constrained_condition_number(self.model(), &state)
+            } else {
+                condition
+            }
         };
         let mut worst = (0, at(0));
         let mut looked_at = 1;
-        let mut look = |index: usize, worst: &mut (usize, f64)| {
+        let mut consider = |index: usize, worst: &mut (usize, f64)| {
             let largest = at(index);
-            // A value that is not a number is worse than any.
+            // NaN is worse than any value.
             if !worst.1.is_nan() && (largest.is_nan() || largest > worst.1) {
                 *worst = (index, largest);
             }
             looked_at += 1;
         };
-        let every = records.len().div_ceil(LEAST_STATES.max(affordable as usize)).max(1);
-        (1..records.len()).filter(|index| index % every == 0).for_each(|index| look(index, &mut worst));
+        let every = records.len().div_ceil(MIN_STATES.max(affordable as usize)).max(1);
+        (1..records.len()).filter(|index| index % every == 0).for_each(|index| consider(index, &mut worst));
         if every > 1 {
-            // Beside the worst of those, the others.
-            let beside = worst.0.saturating_sub(every - 1)..(worst.0 + every).min(records.len());
-            let step = beside.len().div_ceil(LEAST_STATES);
-            beside.step_by(step).for_each(|index| look(index, &mut worst));
+            // Around the worst of those, some states that were left out.
+            let around = worst.0.saturating_sub(every - 1)..(worst.0 + every).min(records.len());
+            let step = around.len().div_ceil(MIN_STATES);
+            around.step_by(step).for_each(|index| consider(index, &mut worst));
         }
         let (index, largest) = worst;
         let time = records[index].state.t();

@@ -3,11 +3,11 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::constrain::held::active_rows;
+use crate::constrain::active_set::active_rows;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::simulate::trajectory::motion::Motion;
 
-/// What became of one row of the constraints over the accepted states at which it held, in the row's own
+/// Drift of one row of the constraints over the accepted states at which it was active, in the row's own
 /// units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintDrift {
@@ -19,12 +19,12 @@ pub struct ConstraintDrift {
     pub residual: f64,
     /// Largest |Φ̇| or |A q̇ + b|.
     pub velocity_residual: f64,
-    /// When that of the residual was met, of the velocity residual for nonholonomic rows.
+    /// Time of the largest residual; of the largest velocity residual for nonholonomic rows.
     pub time: f64,
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// The largest |Φ| and |Φ̇| of every row over the accepted states at which its constraint held.
+    /// The largest |Φ| and |Φ̇| of every row over the accepted states at which its constraint was active.
     #[must_use]
     pub fn constraint_drift(&self) -> Vec<ConstraintDrift> {
         if M::IS_FREE {
@@ -65,7 +65,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 }
 
-/// A value that is not a number is worse than any.
+/// Whether a value is worse than another. NaN is worse than any.
 fn worse(value: f64, than: f64) -> bool {
     value > than || (value.is_nan() && !than.is_nan())
 }

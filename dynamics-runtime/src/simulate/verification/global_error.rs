@@ -1,43 +1,44 @@
-//! How far a motion is from the true one: its differences from a second, more accurate run.
-//!
-//! A step control bounds what steps leave. What becomes of it until the end is the motion's doing: a stable
-//! one forgets it, a pendulum or an orbit lets it grow with time or its square, a chaotic one doubles it
-//! again and again. No step knows; a second run does.
+//! Global error of a motion: its differences from a second, more accurate run.
+//! A step control bounds the error of each step. What becomes of these errors depends on the motion: a stable
+//! one damps them, in a pendulum or an orbit they grow with time or its square, in a chaotic motion they
+//! double again and again. Only a second run shows it. Errors that both runs have in common, as a force
+//! between the stages of both, are not seen.
 
 pub(crate) mod events;
 
 use alloc::vec::Vec;
 
-use crate::simulate::verification::global_error::events::Matched;
+use crate::simulate::verification::global_error::events::EventMatching;
 
 use crate::math;
 use crate::model::{ModelState, SimulationModel, Vector};
-use crate::simulate::trajectory::global_error::{GlobalError, Largest, ReferenceSettings};
+use crate::simulate::trajectory::global_error::{GlobalError, LargestDifference, ReferenceSettings};
 use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::trajectory::record::Trajectory;
 use crate::simulate::verification::reference_run::ReferenceRun;
 
-/// Errors of this part of the range of a coordinate or velocity leave no digit.
-const LOST: f64 = 0.1;
-/// Errors from here on no longer grow as small ones do.
-const LARGE: f64 = 0.01;
-/// Growth by less may be that of a power of time: over nine tenths of a motion t² grows a hundredfold.
-const GROWTH: f64 = 1e3;
-/// Fewer points show no law.
-const FEWEST: usize = 16;
+/// Errors of this part of the range of a coordinate or velocity leave no digit: the motion is lost.
+const LOST_SHARE: f64 = 0.1;
+/// Errors above this part of the range no longer follow the linearised equations.
+const LINEAR_RANGE: f64 = 0.01;
+/// Smaller growth may be that of a power of time: over the last nine tenths of a motion t² grows a
+/// hundredfold.
+const MIN_GROWTH: f64 = 1e3;
+/// Fewest points for a fit of exponential growth.
+const MIN_POINTS: usize = 16;
 
-/// The error of a trajectory by a second run, with steps of order p.
+/// The error of a trajectory by a second run; `order` of the method.
 pub(crate) fn compare<M: SimulationModel>(
     first: &Trajectory<M>,
     second: &mut ReferenceRun<M>,
     order: u32,
 ) -> GlobalError {
-    let Matched { shift, unmatched, between } = Matched::of(first, second);
+    let EventMatching { shift, unmatched, between } = EventMatching::of(first, second);
     second.middles.retain(|state| !between.iter().any(|[a, b]| *a <= state.t() && state.t() <= *b));
     let fixed = matches!(second.run, ReferenceSettings::HalfStep(_));
     let factor = if fixed { 1.0 / (1.0 - math::powi(0.5, order as i32)) } else { 1.0 };
     let [of_q, of_u] = ranges(first);
-    let mut apart = Differences::new::<M>(first.first().state.t());
+    let mut differences = RunDifferences::new::<M>(first.first().state.t());
     for (record, other) in first.records.iter().zip(&second.states) {
         let (state, t) = (&record.state, record.state.t());
         if between.iter().any(|[a, b]| *a <= t && t <= *b) {
@@ -49,21 +50,21 @@ pub(crate) fn compare<M: SimulationModel>(
             for (i, ((x, y), range)) in ours.as_slice().iter().zip(theirs.as_slice()).zip(ranges).enumerate()
             {
                 let error = factor * (x - y).abs();
-                apart.note(part, Largest { name: M::COORDINATES[i].name, error, time: t });
-                apart.ratio = apart.ratio.max(error / first.tolerances.scale(*x, *y));
+                differences.record(part, LargestDifference { name: M::COORDINATES[i].name, error, time: t });
+                differences.ratio = differences.ratio.max(error / first.tolerances.scale(*x, *y));
                 relative = relative.max(if *range > 0.0 { error / range } else { 0.0 });
             }
         }
-        apart.history.push((t, relative));
+        differences.history.push((t, relative));
     }
-    let Differences { largest: [coordinates, velocities], ratio, history } = apart;
+    let RunDifferences { largest: [coordinates, velocities], ratio, history } = differences;
     GlobalError {
         reference: second.run,
         coordinates,
         velocities,
         ratio: (!fixed).then_some(ratio),
         between: None,
-        lost_at: history.iter().find(|(_, error)| *error >= LOST).map(|(t, _)| *t),
+        lost_at: history.iter().find(|(_, error)| *error >= LOST_SHARE).map(|(t, _)| *t),
         doubling_time: doubling_time(&history),
         shift,
         unmatched,
@@ -82,27 +83,31 @@ pub(crate) fn between<M: SimulationModel>(motion: &Motion<'_, M>, middles: &[M::
         let pairs = parts.into_iter().flat_map(|(x, y)| x.as_slice().iter().zip(y.as_slice()));
         pairs.fold(most, |most, (x, y)| {
             let error = (x - y).abs() / tolerances.scale(*x, *y);
-            // What is not a number is not small.
+            // NaN is no small error.
             if error.is_nan() { f64::INFINITY } else { most.max(error) }
         })
     })
 }
 
-/// What two runs are apart.
-struct Differences {
+/// Largest differences of two runs, and their history.
+struct RunDifferences {
     /// Of a coordinate, of a velocity.
-    largest: [Largest; 2],
+    largest: [LargestDifference; 2],
     ratio: f64,
     history: Vec<(f64, f64)>,
 }
 
-impl Differences {
+impl RunDifferences {
     fn new<M: SimulationModel>(start: f64) -> Self {
         let name = M::COORDINATES.first().map_or("", |coordinate| coordinate.name);
-        Self { largest: [Largest { name, error: 0.0, time: start }; 2], ratio: 0.0, history: Vec::new() }
+        Self {
+            largest: [LargestDifference { name, error: 0.0, time: start }; 2],
+            ratio: 0.0,
+            history: Vec::new(),
+        }
     }
 
-    fn note(&mut self, part: usize, found: Largest) {
+    fn record(&mut self, part: usize, found: LargestDifference) {
         if found.error > self.largest[part].error {
             self.largest[part] = found;
         }
@@ -115,7 +120,7 @@ fn ranges<M: SimulationModel>(trajectory: &Trajectory<M>) -> [Vec<f64>; 2] {
         (0..M::Vector::LEN).map(move |i| {
             let values = trajectory.records.iter().map(|record| of(&record.state).as_slice()[i]);
             let (lo, hi) = values.fold((f64::MAX, f64::MIN), |(lo, hi), x| (lo.min(x), hi.max(x)));
-            // What rests but for rounding has no range.
+            // Values that change by rounding only have no range.
             if hi - lo > 1e-9 * hi.abs().max(lo.abs()) { hi - lo } else { 0.0 }
         })
     };
@@ -133,21 +138,21 @@ fn doubling_time(history: &[(f64, f64)]) -> Option<f64> {
     });
     let small: Vec<(f64, f64)> = grown
         .filter(|(_, error)| *error > 16.0 * f64::EPSILON)
-        .take_while(|(_, error)| *error < LARGE)
+        .take_while(|(_, error)| *error < LINEAR_RANGE)
         .collect();
     let (last, most) = *small.last()?;
     let points: Vec<(f64, f64)> = small.into_iter().filter(|(t, _)| *t >= 0.1 * last).collect();
-    if points.len() < FEWEST || most < GROWTH * points[0].1 {
+    if points.len() < MIN_POINTS || most < MIN_GROWTH * points[0].1 {
         return None;
     }
     let logarithms = |of: fn(f64) -> f64| points.iter().map(move |(t, error)| (of(*t), math::ln(*error)));
-    let (rate, misfit) = line(logarithms(|t| t));
-    let (_, misfit_of_power) = line(logarithms(math::ln));
+    let (rate, misfit) = fit_line(logarithms(|t| t));
+    let (_, misfit_of_power) = fit_line(logarithms(math::ln));
     (rate > 0.0 && misfit < misfit_of_power).then(|| core::f64::consts::LN_2 / rate)
 }
 
 /// Slope of the straight line of least squares, and the sum of their squares.
-fn line(points: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
+fn fit_line(points: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
     let count = points.clone().count() as f64;
     let (x, y) = points.clone().fold((0.0, 0.0), |(x, y), point| (x + point.0 / count, y + point.1 / count));
     let sums = points.fold([0.0; 3], |[xx, xy, yy], (a, b)| {

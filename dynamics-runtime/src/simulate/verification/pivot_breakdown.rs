@@ -1,5 +1,7 @@
-//! Which pivot of the generated code vanished, where the general solver took over: told by the blocks in
-//! which dependent coordinates follow from constraints.
+//! Pivot breakdown: which pivot of the generated code vanished where the general solver took over.
+//!
+//! Generated code computes dependent coordinates from constraints by blocks of Φ_q. The block nearest to
+//! being singular names the rows and coordinates. Pivots outside of these blocks are not seen.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -14,9 +16,9 @@ use crate::model::{Block, Quantity, SimulationModel, Vector};
 use crate::simulate::trajectory::motion::Motion;
 use crate::wording::names;
 
-/// Determinant of a block beside the norms of its columns and rows, below which it is named: unilateral
-/// constraints of generated code call at 10⁻² and less.
-const SMALL: f64 = 2e-2;
+/// A block is named where its determinant is below this part of the product of its column or row norms. The
+/// guards of generated code trigger at 10⁻² and less.
+const SMALL_DETERMINANT: f64 = 2e-2;
 
 /// Coordinates that no longer follow from their constraints where generated code, which has it that way, was
 /// left for the general solver.
@@ -45,14 +47,14 @@ impl<M: SimulationModel> Motion<'_, M> {
         let state = self.at(time.clamp(math::min(from, to), math::max(from, to)));
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
         let mut workspace = vec![0.0; workspace_len(n, r)];
-        let at = weakest(M::BLOCKS, Gradients::of(self.model(), &state, &mut workspace).rows, n)?;
+        let at = weakest_block(M::BLOCKS, Gradients::of(self.model(), &state, &mut workspace).rows, n)?;
         let of = |all: &'static [Quantity], some: &[usize]| some.iter().map(|i| all[*i].name).collect();
         Some(PivotBreakdown { rows: of(M::ROWS, at.rows), coordinates: of(M::COORDINATES, at.coordinates) })
     }
 }
 
 /// The block that is nearest to being singular, if it is near it; Φ_q by rows of n.
-fn weakest(blocks: &'static [Block], jacobian: &[f64], n: usize) -> Option<&'static Block> {
+fn weakest_block(blocks: &'static [Block], jacobian: &[f64], n: usize) -> Option<&'static Block> {
     let ratio = |block: &Block| {
         let entries =
             block.rows.iter().flat_map(|row| block.coordinates.iter().map(move |j| jacobian[row * n + j]));
@@ -64,9 +66,12 @@ fn weakest(blocks: &'static [Block], jacobian: &[f64], n: usize) -> Option<&'sta
         determinant.abs() / math::max(by_columns, block.rows.iter().map(row).product())
     };
     let ratios = blocks.iter().map(|block| (block, ratio(block)));
-    // What is nothing but zeros is as singular as can be.
+    // A block of zeros gives 0/0, and is singular.
     let ratios = ratios.map(|(block, ratio)| (block, if ratio.is_nan() { 0.0 } else { ratio }));
-    ratios.min_by(|(_, a), (_, b)| a.total_cmp(b)).filter(|(_, ratio)| *ratio < SMALL).map(|(block, _)| block)
+    ratios
+        .min_by(|(_, a), (_, b)| a.total_cmp(b))
+        .filter(|(_, ratio)| *ratio < SMALL_DETERMINANT)
+        .map(|(block, _)| block)
 }
 
 fn norm<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {

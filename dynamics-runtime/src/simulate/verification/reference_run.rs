@@ -1,4 +1,4 @@
-//! A second run of a simulation, more accurate than the first, looked at where the first made its steps.
+//! The reference run: a second, more accurate run, compared at the times of the first one's steps.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -10,33 +10,33 @@ use crate::simulate::run::sinks::Sink;
 use crate::simulate::trajectory::global_error::ReferenceSettings;
 use crate::simulate::trajectory::record::{Counts, EventRecord, Record};
 
-/// Steps in the middle of which the runs are compared, too: each of them costs the first one a step with
-/// dense output.
-const MIDDLES: usize = 256;
+/// The runs are compared in the middle of up to so many steps, too. Each costs a step with dense output of
+/// the first run.
+const MAX_MIDDLES: usize = 256;
 
-/// Where a second run is looked at: the times of the first one's records, with the middles of some of its
-/// steps; and which they are.
-pub(crate) fn places(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
-    let every = times.len().div_ceil(MIDDLES).max(1);
-    let (mut places, mut middle) = (Vec::new(), Vec::new());
+/// Times at which the runs are compared: those of the first one's records and the middles of some of its
+/// steps, with a flag for the middles.
+pub(crate) fn comparison_times(times: &[f64], fixed: bool) -> (Vec<f64>, Vec<bool>) {
+    let every = times.len().div_ceil(MAX_MIDDLES).max(1);
+    let (mut comparison_times, mut middle) = (Vec::new(), Vec::new());
     for (i, t) in times.iter().enumerate() {
-        places.push(*t);
+        comparison_times.push(*t);
         middle.push(false);
         let Some(next) = times.get(i + 1).filter(|next| *next != t && !fixed && i % every == 0) else {
             continue;
         };
-        places.push(0.5 * (t + next));
+        comparison_times.push(0.5 * (t + next));
         middle.push(true);
     }
-    (places, middle)
+    (comparison_times, middle)
 }
 
-/// What the second run left.
+/// The result of the reference run.
 pub(crate) struct ReferenceRun<M: Model> {
     pub(crate) run: ReferenceSettings,
-    /// At the times of the first one's records, as far as it went.
+    /// States at the times of the first run's records, as far as the reference run went.
     pub(crate) states: Vec<M::State>,
-    /// In the middle of some of the first one's steps.
+    /// States in the middle of some of the first run's steps.
     pub(crate) middles: Vec<M::State>,
     pub(crate) events: Vec<EventRecord<M::State>>,
     pub(crate) counts: Counts,

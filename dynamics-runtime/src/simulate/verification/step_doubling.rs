@@ -1,16 +1,16 @@
-//! How far motions are from the true ones: their steps made again in halves.
-//!
-//! A step in two halves has a fraction of its error, in the same direction: 2⁻ᵖ at order p. A second motion
-//! in halves is followed from the start, and carries on what it differs by. So that difference is the error,
-//! but for that fraction, with all that the motion makes of it: errors of one sign that add up, chaos, shifts
-//! along a limit cycle that only add up, expanding phases that contracting ones take back (Richardson's
-//! extrapolation, global: Hairer, Nørsett & Wanner, Solving ODE I, §II.4). About as much is found where
-//! rounding decides. Where forces choose between expressions the second motion keeps the branches of the
-//! first, at the times at which this had them. It costs two to three times what the run did.
-//!
-//! Over 759 motions (double pendulums, orbits, tops, oscillators of van der Pol and Duffing, dampers of one
-//! side, stiff springs, four-bars; ten methods, tolerances from 1e-4 to 1e-13) what is told is 0.87 to 1.3
-//! times the error for nine of ten, and beyond a factor of 30 of it once, beside an unstable rest at 1e-13.
+//! Step doubling: an estimate of the global error by a second motion with halved steps.
+//! A step in two halves has the fraction 2⁻ᵖ of its error at order p, in the same direction. A second
+//! motion in halves is followed from the start, and keeps its difference from the first. So that difference
+//! is the error but for this fraction, with everything that the motion makes of it: errors of one sign that
+//! add up, chaos, shifts along a limit cycle, expanding phases that contracting ones take back (Richardson's
+//! extrapolation, global: Hairer, Nørsett & Wanner, Solving ODE I, §II.4). The estimate is about right
+//! where rounding dominates, too. Where forces choose between expressions the second motion keeps the
+//! branches of the first, at the same times, so that errors in the time of a switch are not seen. It costs
+//! two to three times the run.
+//! Measured on 759 motions (double pendulums, orbits, tops, oscillators of van der Pol and Duffing, one-sided
+//! dampers, stiff springs, four-bars; ten methods, tolerances from 1e-4 to 1e-13): the estimate is 0.87 to
+//! 1.3 times the error for nine of ten, and wrong by more than a factor of 30 once, near an unstable rest at
+//! 1e-13.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -21,33 +21,34 @@ use crate::model::{ModelState, SimulationModel, Vector};
 use crate::simulate::erased_method::StepReplay;
 use crate::simulate::trajectory::motion::Motion;
 
-/// What a motion goes through in a smaller part of its time may be off by a small shift of that time: jumps
-/// of relaxation oscillations, with what leads up to them. Van der Pol's equation (ε = 1e-6) by Radau IIA at
-/// 1e-5 is off by 514 permitted errors for half a thousandth of its time, by 84 for two and by 13 for ten; by
-/// ESDIRK4(3) by 2370, 407 and 63. What lasts no longer is not told: `.estimate_error()` measures it.
-const LASTING: f64 = 1e-2;
-/// Halves that cannot be made, or not with a permitted error, are halved again, where the second motion is
-/// still in what the first has gone through; so many steps of it at most for each of the first.
-const MOST_STEPS: usize = 8;
+/// Differences that last for less than this part of the time are not reported as lasting: they may be a small
+/// shift of the time of a jump, as in relaxation oscillations. Measured on van der Pol's equation
+/// (ε = 1e-6): Radau IIA at 1e-5 is off by 514 permitted errors for half a thousandth of the time, by 84 for
+/// two thousandths and by 13 for ten; ESDIRK4(3) by 2370, 407 and 63. `.estimate_error()` measures what lasts
+/// shorter.
+const LASTING_SHARE: f64 = 1e-2;
+/// Half steps that fail, or have more than a permitted error, are halved again. So many steps of the second
+/// motion are allowed for each of the first.
+const MAX_STEPS_PER_STEP: usize = 8;
 
-/// A motion beside one in half steps, in permitted errors.
+/// Differences of a motion from one in half steps, in permitted errors.
 #[derive(Clone, Copy)]
 pub(crate) struct StepDoubling {
     /// The largest difference that lasts, or that at the end.
     pub(crate) lasting: f64,
     /// The largest of all.
     pub(crate) largest: f64,
-    /// When steps of the second motion became too many, if they did: from there on it changes as the first
-    /// does.
+    /// Time from which on the second motion needed too many steps, if it did; from there on it changes as the
+    /// first does.
     pub(crate) given_up: Option<f64>,
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
     /// How far it is from a motion in half steps.
-    pub(crate) fn apart_from_halves(&self) -> StepDoubling {
+    pub(crate) fn step_doubling(&self) -> StepDoubling {
         let records = &self.trajectory.records;
-        let (mut y, mut apart) = (records[0].knot().y, Vec::with_capacity(records.len()));
-        self.leave_constraints(&mut y);
+        let (mut y, mut differences) = (records[0].knot().y, Vec::with_capacity(records.len()));
+        self.perturb_velocities(&mut y);
         let direction = self.trajectory.direction();
         let relayed =
             |(from, _): &(f64, _)| records.partition_point(|r| (r.state.t() - from) * direction < 0.0);
@@ -57,17 +58,18 @@ impl<M: SimulationModel> Motion<'_, M> {
             if let Some(erased_method) =
                 (!part.is_empty()).then(|| self.trajectory.erased_method_of(part.start)).flatten()
             {
-                let ended = self.halve(erased_method.step_replay(), part, &mut y, &mut apart);
+                let ended =
+                    self.follow_in_halves(erased_method.step_replay(), part, &mut y, &mut differences);
                 given_up = given_up.or(ended);
             }
         }
-        let largest = apart.iter().fold(0.0f64, |most, (_, apart)| most.max(*apart));
-        StepDoubling { lasting: lasting(&mut apart), largest, given_up }
+        let largest = differences.iter().fold(0.0f64, |most, (_, differences)| most.max(*differences));
+        StepDoubling { lasting: lasting(&mut differences), largest, given_up }
     }
 
-    /// Changes velocities by a rounding error of their own: what rests where nothing can rest, or stays in a
-    /// plane that rounding alone would have it leave, has the same halves otherwise.
-    fn leave_constraints(&self, y: &mut Phase<M::Vector>) {
+    /// Perturbs velocities by a rounding error. Otherwise the second motion would stay exactly at an unstable
+    /// rest, or in a plane, as the first does.
+    fn perturb_velocities(&self, y: &mut Phase<M::Vector>) {
         let tolerances = &self.trajectory.tolerances;
         let unit = f64::EPSILON / tolerances.absolute.max(tolerances.relative);
         for (i, u) in y.u.as_mut_slice().iter_mut().enumerate() {
@@ -78,16 +80,17 @@ impl<M: SimulationModel> Motion<'_, M> {
 
     /// Follows the steps that leave some records in halves, beginning and ending at `y`, and notes the length
     /// of each and the difference at its end, in permitted errors. When that took too many steps is returned.
-    fn halve(
+    fn follow_in_halves(
         &self,
         step_replay: Box<dyn StepReplay<M>>,
         part: Range<usize>,
         y: &mut Phase<M::Vector>,
-        apart: &mut Vec<(f64, f64)>,
+        differences: &mut Vec<(f64, f64)>,
     ) -> Option<f64> {
         let records = &self.trajectory.records;
-        let left = MOST_STEPS * part.len() + 1000;
-        let (mut a, mut second) = (None, HalvedRun { step_replay, room: Vec::new(), left, given_up: None });
+        let steps_left = MAX_STEPS_PER_STEP * part.len() + 1000;
+        let (mut a, mut halved) =
+            (None, HalvedRun { step_replay, memory: Vec::new(), steps_left, given_up: None });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
             if records[index].kept.branches {
@@ -96,46 +99,46 @@ impl<M: SimulationModel> Motion<'_, M> {
             }
             let end = match records[index].h {
                 0.0 => None,
-                _ => self.follow(&mut second, index, (here.t, *y, a), there.t),
+                _ => self.make_in_halves(&mut halved, index, (here.t, *y, a), there.t),
             };
             a = end.map(|end| end.a);
             *y = end.map_or_else(
                 || {
                     // A reset changes both alike, and so does what cannot be made in halves.
-                    second.step_replay.forget();
+                    halved.step_replay.forget();
                     zip(y, &zip(&there.y, &here.y, |after, before| after - before), |y, change| y + change)
                 },
                 |end| end.y,
             );
             if records[index].h != 0.0 {
-                apart.push((records[index].h.abs(), self.most_permitted_errors(y, &there.y)));
+                differences.push((records[index].h.abs(), self.most_permitted_errors(y, &there.y)));
             }
         }
-        second.given_up
+        halved.given_up
     }
 
     /// Where two halves of the way to `end_t` end, by what moves the motion after a record; what cannot be
     /// made as one step is made as several.
-    fn follow(
+    fn make_in_halves(
         &self,
-        second: &mut HalvedRun<M>,
+        halved: &mut HalvedRun<M>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
     ) -> Option<StepNode<M::Vector>> {
         let middle = t + 0.5 * (end_t - t);
-        if second.left < 2 {
-            second.given_up = second.given_up.or(Some(t));
+        if halved.steps_left < 2 {
+            halved.given_up = halved.given_up.or(Some(t));
             return None;
         }
         if middle == t || middle == end_t {
             return None;
         }
         let mut half = |(t, y, a), end_t| {
-            second.left = second.left.saturating_sub(1);
-            self.one(second, index, (t, y, a), end_t).or_else(|| {
-                second.step_replay.forget();
-                self.follow(second, index, (t, y, a), end_t)
+            halved.steps_left = halved.steps_left.saturating_sub(1);
+            self.make_step(halved, index, (t, y, a), end_t).or_else(|| {
+                halved.step_replay.forget();
+                self.make_in_halves(halved, index, (t, y, a), end_t)
             })
         };
         let StepNode { t, y, a } = half((t, y, a), middle)?;
@@ -143,15 +146,15 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 
     /// The end of one step, from accelerations `a`, where they are known.
-    fn one(
+    fn make_step(
         &self,
-        second: &mut HalvedRun<M>,
+        halved: &mut HalvedRun<M>,
         index: usize,
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
     ) -> Option<StepNode<M::Vector>> {
-        let HalvedRun { step_replay, room, .. } = second;
-        let mut rhs = self.rhs_in(index, core::mem::take(room));
+        let HalvedRun { step_replay, memory, .. } = halved;
+        let mut rhs = self.rhs_in(index, core::mem::take(memory));
         let record = &self.trajectory.records[index];
         let kept = StepFlags { stages: record.kept.stages, ..StepFlags::default() };
         let mut make = || {
@@ -173,7 +176,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             Some(step.end)
         };
         let end = make();
-        *room = rhs.stabilization.into_memory();
+        *memory = rhs.stabilization.into_memory();
         end
     }
 
@@ -190,25 +193,25 @@ impl<M: SimulationModel> Motion<'_, M> {
 struct HalvedRun<M: SimulationModel> {
     step_replay: Box<dyn StepReplay<M>>,
     /// What the constraints are kept in.
-    room: Vec<f64>,
-    left: usize,
+    memory: Vec<f64>,
+    steps_left: usize,
     given_up: Option<f64>,
 }
 
-/// Of differences at the ends of steps of some length: the last one, or what the others exceed for a part of
-/// the time that lasts.
-fn lasting(apart: &mut [(f64, f64)]) -> f64 {
-    let last = apart.last().map_or(0.0, |(_, apart)| *apart);
-    // What is at both ends of a step lasts as long as it.
+/// The lasting difference: the last one, or the value that the others exceed for [`LASTING_SHARE`] of the
+/// time. `differences`: lengths of steps, and differences at their ends.
+fn lasting(differences: &mut [(f64, f64)]) -> f64 {
+    let last = differences.last().map_or(0.0, |(_, differences)| *differences);
+    // A difference at both ends of a step lasts for the step.
     let mut before = 0.0;
-    for (_, apart) in &mut *apart {
-        (*apart, before) = (apart.min(before), *apart);
+    for (_, differences) in &mut *differences {
+        (*differences, before) = (differences.min(before), *differences);
     }
-    let mut left = LASTING * apart.iter().map(|(h, _)| h).sum::<f64>();
-    apart.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-    let lasts = apart.iter().find(|(h, _)| {
-        left -= h;
-        left <= 0.0
+    let mut steps_left = LASTING_SHARE * differences.iter().map(|(h, _)| h).sum::<f64>();
+    differences.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let lasts = differences.iter().find(|(h, _)| {
+        steps_left -= h;
+        steps_left <= 0.0
     });
-    lasts.map_or(last, |(_, apart)| apart.max(last))
+    lasts.map_or(last, |(_, differences)| differences.max(last))
 }

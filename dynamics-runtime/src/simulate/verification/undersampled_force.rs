@@ -1,15 +1,15 @@
-//! Forces that come and go between the places at which the steps of a method looked.
+//! Undersampled forces: forces that act only between the stages of a step.
+//! A step control sees only its own evaluations. A push that ends before a stage falls into it, or a narrow
+//! well that the motion flies through, is invisible to them, and to a second run at a smaller tolerance. Here
+//! the impulse ∫ q̈ dt of each long step, and its displacement ∫ (t₁ − t) q̈ dt, which alone
+//! remains behind a well, are integrated twice by Gauss's rule along one path, the quintic through the step's
+//! ends: with four nodes, as a method of order 8 samples it (twelve where orders are higher), and in parts.
+//! Where the force is smooth within the step both agree to far below the tolerance.
 //!
-//! A step control knows what its evaluations have seen. A push that is over before a stage falls into it, a
-//! narrow well that the motion flies through, has not happened for any of them, nor for a second run at a
-//! smaller tolerance. Here the impulse ∫ q̈ dt of each long step, and how far it carries, ∫ (t₁ − t) q̈ dt,
-//! which alone is left of a well behind it, are formed once with four nodes, as a method of order 8 may see
-//! it (twelve where orders are higher), and once in parts, both by Gauss's rule along one path, the quintic
-//! through the step's ends: where all is smooth in the step they agree to far below what is permitted. Of
-//! stiff motions, whose forces would also answer to what the path is off the motion, what damps and holds
-//! within the step is taken off, (1 - h ∂q̈/∂q̇ - h² ∂q̈/∂q)⁻¹ Δu: what is left of an impulse by an implicit
-//! step. What is shorter than about a thousandth of the motion may be missed here, too; nothing can know it
-//! but `.max_step(..)`. It costs some thousand evaluations.
+//! Forces of stiff motions also respond to the deviation of the path from the motion. There the impulse is
+//! reduced to what damping and stiffness leave of it within the step, (1 − h ∂q̈/∂q̇ − h²
+//! ∂q̈/∂q)⁻¹ Δu, an implicit step. Forces shorter than about a thousandth of the motion may be
+//! missed here, too; only `.max_step(..)` excludes them. The check costs some thousand evaluations.
 
 use alloc::vec;
 use core::fmt;
@@ -28,19 +28,19 @@ const NODES: [(f64, f64); 4] = [
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
-/// Steps shorter than this part of the motion hide nothing that lasts for long enough to be looked for.
-const LONG: f64 = 2e-3;
-/// More permitted errors than this are told, a tenth of those that are told elsewhere: what is missed acts
-/// until the end.
-const MUCH: f64 = 100.0;
-/// The same of what damping and stiffness leave in a step that is far longer than they need.
-const MUCH_LEFT: f64 = 3.0;
-/// Part of what is told that the step in parts has to be off by, too.
-const CONFIRMED: f64 = 0.1;
-/// So many evaluations for each of the run, and how many at least, of small models, and at most.
-const EFFORT: (u64, u64, u64) = (2, 4000, 8000);
+/// Steps below this part of the motion are not examined: what they hide is too short to be found here.
+const LONG_STEP_SHARE: f64 = 2e-3;
+/// Missed impulses above this many permitted errors are reported. It is a tenth of the bound of other
+/// warnings, because a missed impulse acts until the end.
+const MISSED_ERRORS: f64 = 100.0;
+/// The same for the part of an impulse that damping and stiffness leave in a step.
+const MISSED_ERRORS_STIFF: f64 = 3.0;
+/// The step made in parts must differ by this part of that bound, to confirm the finding.
+const CONFIRMED_SHARE: f64 = 0.1;
+/// Evaluations of the check: per evaluation of the run, at least (for small models), and at most.
+const EVALUATIONS: (u64, u64, u64) = (2, 4000, 8000);
 
-/// What the steps of a motion have not seen of a force.
+/// A force that the steps of a motion have not sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UndersampledForce {
     /// The coordinate that it should have changed.
@@ -69,24 +69,24 @@ impl UndersampledForce {
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// The largest impulse that one of the longer steps has not seen, if it matters.
+    /// The largest impulse that one of the long steps has missed, if it matters.
     pub(crate) fn undersampled_force(&self, stiff: bool) -> Option<UndersampledForce> {
         let records = &self.trajectory.records;
-        let least = LONG * (self.end_time() - self.start_time()).abs();
+        let least = LONG_STEP_SHARE * (self.end_time() - self.start_time()).abs();
         let long = || (0..records.len()).filter(|&i| records[i].h != 0.0 && records[i].h.abs() >= least);
-        let least_points = EFFORT.1 / (1 + M::Vector::LEN as u64 / 16);
-        let points = (EFFORT.0 * self.counts().evaluations).clamp(least_points, EFFORT.2) as usize;
+        let least_points = EVALUATIONS.1 / (1 + M::Vector::LEN as u64 / 16);
+        let points = (EVALUATIONS.0 * self.counts().evaluations).clamp(least_points, EVALUATIONS.2) as usize;
         // Steps of orders to 20 and more are as long as many derivatives allow.
         let seen = if matches!(self.method(), Method::Taylor | Method::GraggBulirschStoer) { 3 } else { 1 };
         let parts = [seen, (points / (NODES.len() * long().count().max(1))).max(2 * seen)];
-        let found = long().filter_map(|index| Some((index, self.unseen_in(index, parts, stiff)?)));
+        let found = long().filter_map(|index| Some((index, self.missed_impulse(index, parts, stiff)?)));
         let (index, found) = found.max_by(|(_, a), (_, b)| a.times.total_cmp(&b.times))?;
-        (self.apart_from_parts(index, parts[1]) > CONFIRMED * MUCH).then_some(found)
+        (self.difference_to_parts(index, parts[1]) > CONFIRMED_SHARE * MISSED_ERRORS).then_some(found)
     }
 
-    /// How far a step ends from where it does in parts, in permitted errors: the path by which a force is
-    /// looked for is not the motion, and in a long step may swing where that does not.
-    fn apart_from_parts(&self, index: usize, parts: usize) -> f64 {
+    /// Difference of the end of a step from that of the step made in parts, in permitted errors. It confirms a
+    /// finding: the quintic path is not the motion, and may oscillate in a long step where the motion does not.
+    fn difference_to_parts(&self, index: usize, parts: usize) -> f64 {
         let step = self.step(index);
         let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);
         let Some(mut step_replay) =
@@ -99,15 +99,15 @@ impl<M: SimulationModel> Motion<'_, M> {
             let part = Step { start: at, end: at, h, kept: step.kept };
             let made = step_replay.end_of(&mut rhs, &part, tolerances);
             let made = made.and_then(|(y, _)| Some((y, rhs.accelerations(at.t + h, &y.q, &y.u).ok()?)));
-            // What cannot be made in parts is not refuted by them.
+            // A step that cannot be made in parts does not refute the finding.
             let Some((y, a)) = made else { return f64::INFINITY };
             at = StepNode { t: at.t + h, y, a };
         }
         self.most_permitted_errors(&at.y, &step.end.y)
     }
 
-    /// What the step that leaves a record has not seen; `None` where it cannot be evaluated.
-    fn unseen_in(&self, index: usize, parts: [usize; 2], stiff: bool) -> Option<UndersampledForce> {
+    /// The force that the step of a record has missed; `None` where it cannot be evaluated.
+    fn missed_impulse(&self, index: usize, parts: [usize; 2], stiff: bool) -> Option<UndersampledForce> {
         let Step { mut start, mut end, h, kept } = self.step(index);
         let mut rhs = self.rhs(index);
         rhs.hold_branches(&mut start, h, kept.branches).ok()?;
@@ -135,32 +135,32 @@ impl<M: SimulationModel> Motion<'_, M> {
         (0..M::Vector::LEN)
             .for_each(|i| (missed[i], carried[i]) = (missed[i] - seen.0[i], carried[i] - seen.1[i]));
         let tolerances = &self.trajectory.tolerances;
-        let largest = |missed: &M::Vector| {
+        let largest_impulse = |missed: &M::Vector| {
             let times = |i: usize| missed[i].abs() / tolerances.scale(start.y.u[i], end.y.u[i]);
             (0..M::Vector::LEN).map(|i| (i, times(i))).max_by(|(_, a), (_, b)| a.total_cmp(b))
         };
-        let off = |carried: &M::Vector| {
+        let largest_displacement = |carried: &M::Vector| {
             let times = |i: usize| carried[i].abs() / tolerances.scale(start.y.q[i], end.y.q[i]);
             (0..M::Vector::LEN).map(|i| (i, times(i))).max_by(|(_, a), (_, b)| a.total_cmp(b))
         };
-        let (mut i, mut times) = largest(&missed)?;
-        let (mut much, mut of_velocity) = (MUCH, true);
-        if stiff && times > MUCH {
-            lasting(&mut rhs, (&start, h), &mut missed)?;
-            (i, times) = largest(&missed)?;
-            much = MUCH_LEFT;
+        let (mut i, mut times) = largest_impulse(&missed)?;
+        let (mut threshold, mut of_velocity) = (MISSED_ERRORS, true);
+        if stiff && times > MISSED_ERRORS {
+            damp_within_step(&mut rhs, (&start, h), &mut missed)?;
+            (i, times) = largest_impulse(&missed)?;
+            threshold = MISSED_ERRORS_STIFF;
         }
-        if times <= much {
-            if stiff && off(&carried)?.1 > MUCH {
-                // What holds and damps a stiff motion holds its place, too.
-                lasting(&mut rhs, (&start, h), &mut carried)?;
+        if times <= threshold {
+            if stiff && largest_displacement(&carried)?.1 > MISSED_ERRORS {
+                // Stiffness and damping reduce displacements, too.
+                damp_within_step(&mut rhs, (&start, h), &mut carried)?;
             }
-            let (k, off) = off(&carried)?;
-            if off > MUCH {
-                (i, times, much, of_velocity) = (k, off, MUCH, false);
+            let (k, largest_displacement) = largest_displacement(&carried)?;
+            if largest_displacement > MISSED_ERRORS {
+                (i, times, threshold, of_velocity) = (k, largest_displacement, MISSED_ERRORS, false);
             }
         }
-        (times.is_finite() && times > much).then_some(UndersampledForce {
+        (times.is_finite() && times > threshold).then_some(UndersampledForce {
             name: M::COORDINATES[i].name,
             of_velocity,
             during: (start.t, end.t),
@@ -169,8 +169,8 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 }
 
-/// What is left of an impulse at the end of a step in which it is damped and held.
-fn lasting<M: SimulationModel>(
+/// Reduces an impulse to what damping and stiffness leave of it at the end of a step.
+fn damp_within_step<M: SimulationModel>(
     rhs: &mut RightHandSide<'_, '_, M>,
     (start, h): (&StepNode<M::Vector>, f64),
     impulse: &mut M::Vector,

@@ -304,8 +304,11 @@ mod hauled_in {
             for tolerance in [1e-6, 1e-8, 1e-10] {
                 let run = HOIST.simulate(start).until(3.0).tolerance(tolerance).formulation(formulation);
                 let error = run.run().unwrap_err();
-                let SimulationErrorKind::ConstraintJumps { row: "rope", what: Jumping::Velocities, .. } =
-                    error.kind
+                let SimulationErrorKind::ConstraintJumps {
+                    row: "rope",
+                    what: JumpingQuantity::Velocities,
+                    ..
+                } = error.kind
                 else {
                     panic!("{formulation} {tolerance:e}: {error}")
                 };

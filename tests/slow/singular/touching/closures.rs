@@ -206,7 +206,7 @@ fn right<M: Simulate + Constraints>(
                         right += usize::from(off < 1e-2 && found.t() == end);
                     }
                     Err(error) => {
-                        let named_rows = |rows: &dynamics::constrain::Involved| rows.count() > 0;
+                        let named_rows = |rows: &dynamics::constrain::TopContributors| rows.count() > 0;
                         if let Kind::BranchesTouch { rows, .. } = &error.kind {
                             assert!(
                                 named_rows(rows) && error.to_string().contains("depend on each other"),

@@ -26,7 +26,7 @@ pub(crate) mod path;
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
-use crate::constrain::Involved;
+use crate::constrain::TopContributors;
 use crate::integrate::{Dense, Hermite, Method, StepNode};
 use crate::linalg::norm;
 use crate::math;
@@ -80,7 +80,7 @@ const RESTS: (f64, f64) = (1e-6, 1e-2);
 
 /// Branches of a constraint that touch on the way of a motion.
 struct BranchContact<V> {
-    rows: Involved,
+    rows: TopContributors,
     /// When.
     at: f64,
     /// It is known that the motion has gone over to another branch; else it could not be decided.

@@ -3,11 +3,11 @@
 
 use alloc::boxed::Box;
 
-use crate::constrain::weakness::{Weakness, weakness};
+use crate::constrain::rank_margin::{RankMargin, rank_margin};
 use crate::integrate::{Dense, Hermite, Method, Step};
 use crate::math;
 use crate::model::{Known, SimulationModel};
-use crate::simulate::diagnosis::{self, Corner};
+use crate::simulate::diagnosis::{self, RowDiscontinuity};
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::monitor::{Monitor, Objection, Valid, Watched};
 use crate::simulate::stabilization::{DriftVerdict, Drifted};
@@ -51,7 +51,7 @@ fn drift<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>, step: &Step<M::Ve
         }
         DriftVerdict::Decides { part, shortened } => (part, shortened),
     };
-    let Weakness { condition, rows, coordinates } = weakness(rhs.model, &state);
+    let RankMargin { condition, rows, coordinates } = rank_margin(rhs.model, &state);
     // Plain drift of constraints that are far from losing rank has a limit of its own.
     if condition < NEARLY_SINGULAR && (part < MOST_DECIDED || shortened < NEARLY_SINGULAR) {
         return Ok(());
@@ -71,11 +71,13 @@ fn up_to_corner<M: SimulationModel>(
     let Step { start, end, h, .. } = step;
     let rhs = &mut run.plan.rhs;
     let between = Hermite::between(start, end, *h);
-    let corner = diagnosis::corner_within(rhs.model, |theta| {
+    let corner = diagnosis::find_discontinuity_within(rhs.model, |theta| {
         let y = between.at(theta);
         rhs.state(start.t + theta * h, &y.q, &y.u)
     });
-    let Some(Corner { row, what, jump, at }) = corner.filter(|_| matches!(kind, Kind::Drift { .. })) else {
+    let Some(RowDiscontinuity { row, what, jump, at }) =
+        corner.filter(|_| matches!(kind, Kind::Drift { .. }))
+    else {
         return Objection { kind, valid: Valid::Whole };
     };
     let kind = Kind::ConstraintJumps { row: M::ROWS[row].name, what, jump, cause: Box::new(kind) };

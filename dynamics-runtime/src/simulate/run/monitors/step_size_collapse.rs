@@ -6,7 +6,7 @@
 
 use alloc::vec::Vec;
 
-use crate::constrain::Involved;
+use crate::constrain::TopContributors;
 use crate::integrate::Method;
 use crate::math;
 use crate::model::{Known, SimulationModel, Vector};
@@ -64,7 +64,8 @@ impl<M: SimulationModel> Monitor<M> for StepSizeCollapse {
 pub(crate) fn steps_vanish<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>, at: f64) -> Kind {
     let state = run.now();
     let accelerations = run.stepper.now().a;
-    let coordinates = Involved::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
+    let coordinates =
+        TopContributors::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
     let RightHandSide { model, constants, stabilization, .. } = &mut run.plan.rhs;
     let mut pulls = Vec::new();
     if M::IS_FREE {
@@ -76,7 +77,7 @@ pub(crate) fn steps_vanish<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>,
             (row, reactions[row] * math::sqrt(length))
         }));
     }
-    Kind::StepsVanish { at, coordinates, rows: Involved::ranked(M::ROWS, pulls.into_iter()) }
+    Kind::StepsVanish { at, coordinates, rows: TopContributors::ranked(M::ROWS, pulls.into_iter()) }
 }
 
 impl StepSizeCollapse {

@@ -1,25 +1,25 @@
-//! Events of two runs, one with the other.
+//! Events of two runs, matched with each other by name and order.
 
 use alloc::vec::Vec;
 
 use crate::model::{ModelState, SimulationModel};
-use crate::simulate::trajectory::global_error::Shift;
+use crate::simulate::trajectory::global_error::EventShift;
 use crate::simulate::trajectory::record::{EventRecord, Trajectory};
 use crate::simulate::verification::reference_run::ReferenceRun;
 
-/// Events that happen at one instant may differ by this part of their time.
-const SAME: f64 = 1e-12;
+/// Events at one instant may differ by this part of their time, which is rounding.
+const SAME_INSTANT: f64 = 1e-12;
 
-/// What comparing the events of two runs tells.
+/// The result of matching the events of two runs.
 #[derive(Default)]
-pub(crate) struct Matched {
-    pub(crate) shift: Option<Shift>,
-    pub(crate) unmatched: Option<Shift>,
+pub(crate) struct EventMatching {
+    pub(crate) shift: Option<EventShift>,
+    pub(crate) unmatched: Option<EventShift>,
     /// Intervals in which only one run has had an event that changes the state.
     pub(crate) between: Vec<[f64; 2]>,
 }
 
-impl Matched {
+impl EventMatching {
     /// Compares the events of two runs, name by name.
     pub(crate) fn of<M: SimulationModel>(first: &Trajectory<M>, second: &ReferenceRun<M>) -> Self {
         let direction = first.direction();
@@ -40,8 +40,8 @@ impl Matched {
         matched
     }
 
-    /// Pairs the events of one name in their order. Where one run has more of them, two belong together that
-    /// are nearer to each other than to half of the way to the next.
+    /// Pairs the events of one name in their order. Where one run has more of them, two events are a pair if
+    /// their distance is at most half of that to the next event.
     fn pair<'e, S: ModelState>(
         &mut self,
         name: &str,
@@ -57,19 +57,19 @@ impl Matched {
         loop {
             let (a, b) = match (ours.first(), theirs.first()) {
                 (None, None) => return,
-                (Some(only), None) => return self.alone(name, direction, only.time()),
-                (None, Some(only)) => return self.alone(name, direction, only.time()),
+                (Some(only), None) => return self.record_unmatched(name, direction, only.time()),
+                (None, Some(only)) => return self.record_unmatched(name, direction, only.time()),
                 (Some(a), Some(b)) => (a, b),
             };
             let by = b.time() - a.time();
-            if !equal && by.abs() > SAME * a.time().abs() + 0.5 * gap(ours).min(gap(theirs)) {
+            if !equal && by.abs() > SAME_INSTANT * a.time().abs() + 0.5 * gap(ours).min(gap(theirs)) {
                 let early = if direction * by > 0.0 { &mut ours } else { &mut theirs };
-                self.alone(name, direction, early[0].time());
+                self.record_unmatched(name, direction, early[0].time());
                 *early = &early[1..];
                 continue;
             }
             if self.shift.as_ref().is_none_or(|most| by.abs() > most.by.abs()) {
-                self.shift = Some(Shift { name: name.into(), time: a.time(), by });
+                self.shift = Some(EventShift { name: name.into(), time: a.time(), by });
             }
             if a.before != a.after || b.before != b.after {
                 self.between.push([a.time().min(b.time()), a.time().max(b.time())]);
@@ -78,9 +78,9 @@ impl Matched {
         }
     }
 
-    fn alone(&mut self, name: &str, direction: f64, time: f64) {
+    fn record_unmatched(&mut self, name: &str, direction: f64, time: f64) {
         if self.unmatched.as_ref().is_none_or(|found| direction * (found.time - time) > 0.0) {
-            self.unmatched = Some(Shift { name: name.into(), time, by: f64::NAN });
+            self.unmatched = Some(EventShift { name: name.into(), time, by: f64::NAN });
         }
     }
 }

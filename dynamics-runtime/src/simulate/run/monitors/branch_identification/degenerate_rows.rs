@@ -13,11 +13,11 @@
 
 use alloc::vec::Vec;
 
+use crate::constrain::active_set::{active_rows, holds};
 use crate::constrain::assemble::weigh;
 use crate::constrain::gradients::mass;
-use crate::constrain::held::{active_rows, holds};
-use crate::constrain::weakness::weakness;
-use crate::constrain::{self, Gradients, Involved};
+use crate::constrain::rank_margin::rank_margin;
+use crate::constrain::{self, Gradients, TopContributors};
 use crate::linalg::norm;
 use crate::math;
 use crate::model::{ConstraintKind, Constraints, ModelState, Vector};
@@ -223,10 +223,14 @@ impl<M: Constraints> DegenerateRowSet<M> {
 }
 
 /// The rows of what vanishes at a state.
-pub(crate) fn rows_of<M: Constraints>(model: &M, state: &M::State, degenerate: DegenerateRows) -> Involved {
+pub(crate) fn rows_of<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    degenerate: DegenerateRows,
+) -> TopContributors {
     match degenerate {
-        DegenerateRows::Row(row) => Involved::ranked(M::ROWS, core::iter::once((row, 1.0))),
-        DegenerateRows::All => weakness(model, state).rows,
+        DegenerateRows::Row(row) => TopContributors::ranked(M::ROWS, core::iter::once((row, 1.0))),
+        DegenerateRows::All => rank_margin(model, state).rows,
     }
 }
 

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use crate::model::{ModelState, Vector};
 use crate::simulate::charts::ChartSwitching;
-use crate::simulate::charts::agree::{ChartPair, GIVEN};
+use crate::simulate::charts::agreement::{CLOSURE_TOLERANCE, ChartPair};
 use crate::simulate::charts::error::{ChartError, Compared};
 use crate::simulate::simulation::{Simulate, Simulation};
 use crate::simulate::trajectory::motion::Motion;
@@ -17,10 +17,10 @@ const LEAST_LOCK_ANGLE: f64 = 0.02;
 const STEP_END_PROBE: f64 = 1e-3;
 
 /// The largest size met of each quantity: what vanishes for a while is rounding of what it is otherwise.
-struct ComparedSizes(Vec<(Compared, &'static str, f64)>);
+struct QuantitySizes(Vec<(Compared, &'static str, f64)>);
 
-impl ComparedSizes {
-    fn meet(&mut self, pair: &ChartPair) {
+impl QuantitySizes {
+    fn record_size(&mut self, pair: &ChartPair) {
         let known = self.0.iter_mut().find(|(what, name, _)| (*what, *name) == (pair.what, pair.name));
         match known {
             Some((_, _, size)) if pair.size > *size => *size = pair.size,
@@ -29,43 +29,44 @@ impl ComparedSizes {
         }
     }
 
-    fn apart(&self, pair: &ChartPair) -> bool {
+    fn differs(&self, pair: &ChartPair) -> bool {
         let known = self.0.iter().find(|(what, name, _)| (*what, *name) == (pair.what, pair.name));
-        pair.apart(known.map_or(0.0, |(_, _, size)| *size))
+        pair.differs(known.map_or(0.0, |(_, _, size)| *size))
     }
 }
 
 /// A part of a motion and the chart that it is compared with.
-pub(crate) struct Along<'b, 'a, M: Simulate> {
-    pub(crate) atlas: &'b ChartSwitching<M>,
+pub(crate) struct StepComparison<'b, 'a, M: Simulate> {
+    pub(crate) switching: &'b ChartSwitching<M>,
     pub(crate) motion: &'b Motion<'a, M>,
     pub(crate) charts: [usize; 2],
     /// The simulation in the other chart, for its inputs.
     pub(crate) other: Simulation<'a, M>,
 }
 
-impl<M: Simulate + Clone> Along<'_, '_, M> {
+impl<M: Simulate + Clone> StepComparison<'_, '_, M> {
     /// Compares both charts at the end of every step.
-    pub(crate) fn agree(&self) -> Result<(), ChartError> {
+    pub(crate) fn compare_near(&self) -> Result<(), ChartError> {
         let records = &self.motion.trajectory.records;
-        let mut sizes = ComparedSizes(Vec::new());
+        let mut sizes = QuantitySizes(Vec::new());
         // At rest or in balance much is zero all along; beside it is not.
-        let beside = records.first().and_then(|first| self.atlas.beside(self.charts, &first.state));
-        for pair in beside.map(|states| self.pairs(states)).unwrap_or_default() {
-            sizes.meet(&pair);
+        let regular_state_near =
+            records.first().and_then(|first| self.switching.regular_state_near(self.charts, &first.state));
+        for pair in regular_state_near.map(|states| self.compared_quantities(states)).unwrap_or_default() {
+            sizes.record_size(&pair);
         }
-        let mut doubted = Vec::new();
+        let mut suspects = Vec::new();
         for (k, record) in records.iter().enumerate() {
-            let Some(states) = self.both(record.state) else { continue };
-            for pair in self.pairs(states) {
-                sizes.meet(&pair);
-                if sizes.apart(&pair) {
-                    doubted.push((k, pair));
+            let Some(states) = self.in_both_charts(record.state) else { continue };
+            for pair in self.compared_quantities(states) {
+                sizes.record_size(&pair);
+                if sizes.differs(&pair) {
+                    suspects.push((k, pair));
                 }
             }
         }
-        for (k, pair) in doubted {
-            if sizes.apart(&pair) && self.lasts(k, &pair, &sizes) {
+        for (k, pair) in suspects {
+            if sizes.differs(&pair) && self.persists(k, &pair, &sizes) {
                 let (what, name, values) = (pair.what, pair.name, pair.values);
                 return Err(ChartError::Disagree { what, name, values, time: records[k].state.t() });
             }
@@ -74,7 +75,7 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
     }
 
     /// Whether a disagreement at the end of step k is one right before or right after it, too.
-    fn lasts(&self, k: usize, found: &ChartPair, sizes: &ComparedSizes) -> bool {
+    fn persists(&self, k: usize, found: &ChartPair, sizes: &QuantitySizes) -> bool {
         let records = &self.motion.trajectory.records;
         let here = &records[k].state;
         let neighbours = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|i| records.get(i));
@@ -85,37 +86,47 @@ impl<M: Simulate + Clone> Along<'_, '_, M> {
             || moved.any(|step| {
                 let mut state = self.motion.at(here.t() + STEP_END_PROBE * step);
                 *state.inputs_mut() = *here.inputs();
-                let pairs = self.both(state).map(|states| self.pairs(states)).unwrap_or_default();
-                pairs
+                let compared_quantities = self
+                    .in_both_charts(state)
+                    .map(|states| self.compared_quantities(states))
+                    .unwrap_or_default();
+                compared_quantities
                     .iter()
-                    .any(|pair| (pair.what, pair.name) == (found.what, found.name) && sizes.apart(pair))
+                    .any(|pair| (pair.what, pair.name) == (found.what, found.name) && sizes.differs(pair))
             })
     }
 
     /// A state in both charts; none where one of them is about to lock.
-    fn both(&self, here: M::State) -> Option<[M::State; 2]> {
+    fn in_both_charts(&self, here: M::State) -> Option<[M::State; 2]> {
         let mut there = here;
-        for (k, reference) in self.atlas.references.iter().enumerate() {
+        for (k, reference) in self.switching.references.iter().enumerate() {
             let turned = self.charts.map(|chart| chart >> k & 1 == 1);
             if turned[0] != turned[1] {
-                reference.express(&mut there, turned[0], turned[1]).ok()?;
+                reference.re_express(&mut there, turned[0], turned[1]).ok()?;
             }
         }
-        let far =
-            |state: &M::State| self.atlas.references.iter().all(|at| at.distance(state) > LEAST_LOCK_ANGLE);
+        let far = |state: &M::State| {
+            self.switching.references.iter().all(|at| at.distance(state) > LEAST_LOCK_ANGLE)
+        };
         (far(&here) && far(&there)).then_some([here, there])
     }
 
     /// What is compared: the inputs that the law gives in each chart, and all else with those of this part.
-    fn pairs(&self, [here, there]: [M::State; 2]) -> Vec<ChartPair> {
+    fn compared_quantities(&self, [here, there]: [M::State; 2]) -> Vec<ChartPair> {
         let (own, others) = (self.motion.complete(here), self.other.complete(there));
         let mut same = there;
         *same.inputs_mut() = *own.inputs();
         let inputs = M::INPUTS.iter().enumerate().map(|(i, quantity)| {
             let values = [&own, &others].map(|state| state.inputs().as_slice()[i]);
             let size = values[0].abs().max(values[1].abs());
-            ChartPair { what: Compared::Input, name: quantity.name, values, rounding: GIVEN, size }
+            ChartPair {
+                what: Compared::Input,
+                name: quantity.name,
+                values,
+                rounding: CLOSURE_TOLERANCE,
+                size,
+            }
         });
-        inputs.chain(self.atlas.pairs(self.charts, &[own, same])).collect()
+        inputs.chain(self.switching.compared_quantities(self.charts, &[own, same])).collect()
     }
 }

@@ -3,7 +3,9 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use crate::simulate::trajectory::global_error::{ErrorFinding, GlobalError, MUCH, ReferenceSettings, Shift};
+use crate::simulate::trajectory::global_error::{
+    ErrorFinding, EventShift, GlobalError, LARGE_ERROR, ReferenceSettings,
+};
 use crate::wording::{Grouped, Rounded, Times};
 
 impl GlobalError {
@@ -11,8 +13,8 @@ impl GlobalError {
     /// or an event in one run alone.
     #[must_use]
     pub fn is_large(&self) -> bool {
-        let much = |ratio: Option<f64>| ratio.is_some_and(|ratio| ratio.is_nan() || ratio > MUCH);
-        much(self.ratio) || much(self.between) || self.lost_at.is_some() || self.unmatched.is_some()
+        let is_beyond = |ratio: Option<f64>| ratio.is_some_and(|ratio| ratio.is_nan() || ratio > LARGE_ERROR);
+        is_beyond(self.ratio) || is_beyond(self.between) || self.lost_at.is_some() || self.unmatched.is_some()
     }
 }
 
@@ -63,7 +65,7 @@ impl GlobalError {
             }
         }
         write!(f, ", {evaluations} evaluations")?;
-        if let Some(Shift { name, time, by }) = self.shift.as_ref().filter(|shift| shift.by != 0.0) {
+        if let Some(EventShift { name, time, by }) = self.shift.as_ref().filter(|shift| shift.by != 0.0) {
             write!(
                 f,
                 "\n               events shift by {:.1e} at most ({name} at t = {})",
@@ -89,15 +91,15 @@ impl GlobalError {
         if let Some((time, reason)) = &self.broken_off {
             findings.push(ErrorFinding::ReferenceBrokeOff { time: *time, reason: reason.clone() });
         }
-        if let Some(Shift { name, time, .. }) = &self.unmatched {
+        if let Some(EventShift { name, time, .. }) = &self.unmatched {
             findings.push(ErrorFinding::EventUnmatched { name: name.clone(), time: *time });
         }
         match (self.lost_at, self.ratio) {
             (Some(from), _) => findings.push(ErrorFinding::AsLargeAsTheMotion { from }),
-            (None, _) if self.more_between().is_some_and(|between| between > MUCH) => {
+            (None, _) if self.more_between().is_some_and(|between| between > LARGE_ERROR) => {
                 findings.push(ErrorFinding::LargeBetweenSteps);
             }
-            (None, Some(ratio)) if ratio.is_nan() || ratio > MUCH => {
+            (None, Some(ratio)) if ratio.is_nan() || ratio > LARGE_ERROR => {
                 findings.push(ErrorFinding::Amplified { ratio });
             }
             _ => {}

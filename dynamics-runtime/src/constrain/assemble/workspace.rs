@@ -1,26 +1,26 @@
-//! Memory of the assembly, and the linearised constraints in it.
+//! Memory of the assembly, and the linearised constraints in it: A y = −Φ/s with A = Φ_q/(s w), y = w q.
 
+use crate::constrain::active_set::{active, active_rows};
 use crate::constrain::gradients;
-use crate::constrain::held::{active, active_rows};
 use crate::error::StateError;
 use crate::linalg::Svd;
 use crate::linalg::norm;
 use crate::math;
 use crate::model::{Constraints, ModelState, Modes, Terms, Vector};
 
-/// Weights are kept above this part of the largest one, so that a heavy flywheel leaves the rank of the rest
-/// to be seen.
-const LEAST_WEIGHT: f64 = 1e-4;
+/// Lower bound of the weights, in parts of the largest one. Without it, a heavy flywheel would push the
+/// singular values of light coordinates below the rank tolerance.
+const MIN_WEIGHT_RATIO: f64 = 1e-4;
 
-/// Slices of one workspace. Scaled coordinates are y = w q with w = √Mᵢᵢ; rows are divided by
-/// the norm s of their constraint over all columns.
-pub(super) struct Room<'w> {
+/// Slices of one workspace. Scaled coordinates are y = w q with w = √Mᵢᵢ. Rows are divided by the norm
+/// s of their constraint over all columns.
+pub(super) struct AssemblyWorkspace<'w> {
     pub(super) mass: &'w mut [f64],
     force: &'w mut [f64],
     pub(super) jacobian: &'w mut [f64],
     gamma: &'w mut [f64],
     /// The usual lengths of the rows of Φ_q.
-    pub(super) usual: &'w mut [f64],
+    pub(super) usual_lengths: &'w mut [f64],
     /// w of every coordinate.
     pub(super) weights: &'w mut [f64],
     /// s of every active row, in their order; the same for the rows of one constraint.
@@ -38,12 +38,12 @@ pub(super) struct Room<'w> {
     pub(super) shape: (usize, usize),
 }
 
-/// Length of the memory of a [`Room`].
+/// Length of the memory of a [`AssemblyWorkspace`].
 pub(in crate::constrain) const fn memory(n: usize, r: usize) -> usize {
     4 * n * n + 2 * r * n + 7 * n + 4 * r
 }
 
-impl<'w> Room<'w> {
+impl<'w> AssemblyWorkspace<'w> {
     pub(super) fn new(memory: &'w mut [f64], n: usize, r: usize) -> Self {
         assert!(memory.len() >= self::memory(n, r), "the workspace is shorter than `workspace_len`");
         let mut rest = memory;
@@ -57,7 +57,7 @@ impl<'w> Room<'w> {
             force: take(n),
             jacobian: take(r * n),
             gamma: take(r),
-            usual: take(r),
+            usual_lengths: take(r),
             weights: take(n),
             scales: take(r),
             right: take(r),
@@ -76,7 +76,7 @@ impl<'w> Room<'w> {
         self.jacobian.fill(0.0);
         let (mass, force, jacobian, gamma) =
             (&mut *self.mass, &mut *self.force, &mut *self.jacobian, &mut *self.gamma);
-        gradients::terms(model, state, &mut Terms { mass, force, jacobian, gamma }, self.usual);
+        gradients::terms(model, state, &mut Terms { mass, force, jacobian, gamma }, self.usual_lengths);
     }
 
     /// Sets the weights from the mass matrix.
@@ -86,7 +86,7 @@ impl<'w> Room<'w> {
         weigh(self.weights);
     }
 
-    /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`Room::evaluate`]
+    /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`AssemblyWorkspace::evaluate`]
     /// comes before.
     pub(super) fn decompose<M: Constraints>(
         &mut self,
@@ -95,13 +95,13 @@ impl<'w> Room<'w> {
         given: &[bool],
     ) -> Result<(), StateError> {
         self.rescale::<M>(modes, holonomic)?;
-        self.decompose_again::<M>(modes, holonomic, given);
+        self.decompose_in_scales::<M>(modes, holonomic, given);
         Ok(())
     }
 
-    /// One scale per constraint, the largest norm of its rows: components of a vector count alike, whatever
-    /// their gradients at the guess. Were each row scaled by itself, a closest approach could be a place
-    /// where a vector is longer than elsewhere.
+    /// Scales of the rows: one per constraint, the largest norm of its rows, so that components of a vector count
+    /// alike whatever their gradients at the guess are. If each row had its own scale, a closest approach could
+    /// be a place where a vector is longer than elsewhere.
     fn rescale<M: Constraints>(&mut self, modes: Modes, holonomic: bool) -> Result<(), StateError> {
         let n = self.weights.len();
         let square = |row: usize| -> f64 {
@@ -121,22 +121,27 @@ impl<'w> Room<'w> {
         Ok(())
     }
 
-    /// Decomposes as [`Room::decompose`] does, with the rows scaled as they are.
-    pub(super) fn decompose_again<M: Constraints>(&mut self, modes: Modes, holonomic: bool, given: &[bool]) {
+    /// [`AssemblyWorkspace::decompose`] in the present scales of the rows.
+    pub(super) fn decompose_in_scales<M: Constraints>(
+        &mut self,
+        modes: Modes,
+        holonomic: bool,
+        given: &[bool],
+    ) {
         let n = self.weights.len();
         let rows = || active_rows::<M>(modes, holonomic).enumerate();
         let m = rows().count();
-        for (column, j) in free(given).enumerate() {
+        for (column, j) in free_columns(given).enumerate() {
             for (k, row) in rows() {
                 self.a[column * m + k] = self.jacobian[row * n + j] / (self.weights[j] * self.scales[k]);
             }
         }
-        let f = free(given).count();
+        let f = free_columns(given).count();
         self.shape = (m, f);
         Svd::new(m, &mut self.a[..m * f], &mut self.v[..f * f], &mut self.sigma[..f]);
     }
 
-    /// The decomposition made last.
+    /// The last decomposition.
     pub(super) fn svd(&self) -> Svd<'_> {
         let (m, f) = self.shape;
         Svd { a: &self.a[..m * f], v: &self.v[..f * f], sigma: &self.sigma[..f], m }
@@ -150,9 +155,9 @@ impl<'w> Room<'w> {
         svd.solve(&self.right[..m], cut, mu, &mut self.steps[to][..f]);
     }
 
-    /// Writes −values/s of the active rows to the right-hand side and returns its length ‖values/s‖; an error
-    /// names a row that is not finite.
-    pub(super) fn load<M: Constraints>(
+    /// Writes −values/s of the active rows to the right-hand side and returns ‖values/s‖. An error names a
+    /// row that is not finite.
+    pub(super) fn load_residual<M: Constraints>(
         &mut self,
         modes: Modes,
         holonomic: bool,
@@ -169,19 +174,19 @@ impl<'w> Room<'w> {
     }
 
     /// Copies a right singular vector, a direction in the free coordinates, to `spare\[0\]`.
-    pub(super) fn keep_right(&mut self, column: usize) {
+    pub(super) fn copy_right_singular_vector(&mut self, column: usize) {
         let (_, f) = self.shape;
         self.spare[0][..f].copy_from_slice(&self.v[column * f..][..f]);
     }
 
     /// ‖steps\[k\]‖.
-    pub(super) fn length(&self, k: usize) -> f64 {
+    pub(super) fn step_norm(&self, k: usize) -> f64 {
         norm(&self.steps[k][..self.shape.1])
     }
 }
 
-/// Replaces inertias Mᵢᵢ by the weights of the coordinates, √Mᵢᵢ; those of coordinates without inertia are
-/// the smallest of the others.
+/// Replaces inertias Mᵢᵢ by weights √Mᵢᵢ. Coordinates without inertia get the smallest weight of
+/// the others.
 pub(crate) fn weigh(inertias: &mut [f64]) {
     let (mut least, mut largest) = (f64::INFINITY, 0.0);
     for m in inertias.iter_mut() {
@@ -190,19 +195,19 @@ pub(crate) fn weigh(inertias: &mut [f64]) {
             (least, largest) = (f64::min(least, *m), f64::max(largest, *m));
         }
     }
-    let least = if largest > 0.0 { least.max(LEAST_WEIGHT * largest) } else { 1.0 };
+    let least = if largest > 0.0 { least.max(MIN_WEIGHT_RATIO * largest) } else { 1.0 };
     inertias.iter_mut().for_each(|weight| *weight = weight.max(least));
 }
 
-/// Indices of the columns that are free.
-pub(super) fn free(given: &[bool]) -> impl Iterator<Item = usize> + Clone {
+/// Indices of the free columns.
+pub(super) fn free_columns(given: &[bool]) -> impl Iterator<Item = usize> + Clone {
     given.iter().enumerate().filter(|(_, given)| !**given).map(|(j, _)| j)
 }
 
 /// Moves the free elements of `values` by a step in scaled coordinates.
 pub(super) fn shift(values: &mut [f64], given: &[bool], weights: &[f64], factor: f64, step: &[f64]) {
-    let free = values.iter_mut().zip(weights).zip(given).filter(|(_, given)| !**given);
-    for (((value, weight), _), step) in free.zip(step) {
+    let free_columns = values.iter_mut().zip(weights).zip(given).filter(|(_, given)| !**given);
+    for (((value, weight), _), step) in free_columns.zip(step) {
         *value += factor * step / weight;
     }
 }

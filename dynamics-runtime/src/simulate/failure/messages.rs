@@ -1,12 +1,15 @@
-//! What failures of simulations say.
+//! Texts of simulation errors.
 
 use alloc::string::String;
 use core::fmt;
 
-use crate::constrain::Involved;
+use crate::constrain::TopContributors;
+use crate::declaration::UnitDimension;
 use crate::error::SolveError;
 use crate::simulate::failure::gimbal_lock::GimbalLock;
-use crate::simulate::failure::{Jumping, Met, Over, SimulationErrorKind};
+use crate::simulate::failure::{
+    CrossingSettings, JumpingQuantity, SimulationErrorKind, SingularPositionCause,
+};
 use crate::wording::Rounded;
 
 pub(super) fn too_many_steps(
@@ -58,12 +61,12 @@ pub(super) fn events_accumulate(
         _ => {
             let else_stop = "let its action return `Flow::Stop` once the speed is small, and go on from \
                              there without it";
-            let way_out = guard_way_out(event).unwrap_or_else(|| else_stop.into());
+            let remedy = remedy_for_unilateral(event).unwrap_or_else(|| else_stop.into());
             let at = Rounded(*at);
             write!(
                 f,
                 "event `{event}` happens in ever shorter time and accumulates at about t = {at}; \
-                 {way_out}"
+                 {remedy}"
             )
         }
     }
@@ -71,8 +74,8 @@ pub(super) fn events_accumulate(
 
 pub(super) fn steps_vanish(
     at: &f64,
-    coordinates: &Involved,
-    rows: &Involved,
+    coordinates: &TopContributors,
+    rows: &TopContributors,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     write!(
@@ -92,8 +95,8 @@ pub(super) fn steps_vanish(
 }
 
 pub(super) fn event_repeats(event: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    match guard_way_out(event) {
-        Some(way_out) => write!(f, "event `{event}` happens again at once, without end; {way_out}"),
+    match remedy_for_unilateral(event) {
+        Some(remedy) => write!(f, "event `{event}` happens again at once, without end; {remedy}"),
         None => write!(
             f,
             "the reset at event `{event}` leaves the motion at rest where it happens again at once; \
@@ -103,10 +106,10 @@ pub(super) fn event_repeats(event: &str, f: &mut fmt::Formatter<'_>) -> fmt::Res
 }
 
 pub(super) fn singular_position(
-    rows: &Involved,
-    coordinates: &Involved,
+    rows: &TopContributors,
+    coordinates: &TopContributors,
     condition: &f64,
-    met: &Met,
+    cause: &SingularPositionCause,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     write!(
@@ -115,14 +118,14 @@ pub(super) fn singular_position(
          {condition:.1e}), so that the motion cannot be continued; ",
         rows.rank_loss()
     )?;
-    if let Some(over) = &met.over {
-        write!(f, "{over}; if the mechanism cannot move on here, ")?;
+    if let Some(crossing) = &cause.crossing {
+        write!(f, "{crossing}; if the mechanism cannot move on here, ")?;
     }
     f.write_str(
         "change dimensions or start so that it is passed at a distance, or end the motion \
          before. The method met: ",
     )?;
-    match &met.kind {
+    match &cause.kind {
         // Here no contradiction is what it comes from.
         SimulationErrorKind::Solve(SolveError::OffConstraint { what, row, residual, distance }) => write!(
             f,
@@ -163,13 +166,13 @@ pub(super) fn gimbal_lock(
          `norm_constraint()` under `#[holonomic]`), change charts (`ChartSwitching`), or take a set whose \
          middle angle stays away from its singular values, such as {}. The method met: {cause}",
         at.describe(),
-        at.other_set()
+        at.alternative_set()
     )
 }
 
 pub(super) fn no_inertia(
-    coordinates: &Involved,
-    parameters: &Involved,
+    coordinates: &TopContributors,
+    parameters: &TopContributors,
     _cause: &SimulationErrorKind,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
@@ -180,7 +183,7 @@ pub(super) fn no_inertia(
          moves with "
     )?;
     f.write_str(if coordinates.count() == 1 { "it a positive mass" } else { "them a positive mass" })?;
-    if matches!(parameters.unit(), "m" | "ft") {
+    if UnitDimension::parse(parameters.unit()) == Some(UnitDimension::LENGTH) {
         f.write_str(", and a lever that is not 0")?;
     }
     match parameters.count() {
@@ -192,13 +195,13 @@ pub(super) fn no_inertia(
 
 pub(super) fn constraint_jumps(
     row: &str,
-    what: &Jumping,
+    what: &JumpingQuantity,
     jump: &f64,
     _cause: &SimulationErrorKind,
     f: &mut fmt::Formatter<'_>,
 ) -> fmt::Result {
     match what {
-        Jumping::Velocities => write!(
+        JumpingQuantity::Velocities => write!(
             f,
             "constraint `{row}` has a corner here: what it asks of the velocities jumps by {jump:.3e}, \
              which takes an impact and no force; smooth it, or let each side be a `(switched)` \
@@ -206,13 +209,13 @@ pub(super) fn constraint_jumps(
              or, on the ground, each with a `.contact(..)` of its own; what friction holds slips there \
              by `.stick_slip(..)`"
         ),
-        Jumping::Positions if is_turn(*jump) => write!(
+        JumpingQuantity::Positions if is_turn(*jump) => write!(
             f,
             "constraint `{row}` has a gap here: its residual jumps by {jump:.3e}, a turn, as an angle by \
              `atan2` does; write it without the angle: `y.atan2(x) - a` is zero where `y * a.cos() - x * \
              a.sin()` is"
         ),
-        Jumping::Positions => write!(
+        JumpingQuantity::Positions => write!(
             f,
             "constraint `{row}` has a gap here: its residual jumps by {jump:.3e}, and no motion leads \
              across; make it continuous"
@@ -221,7 +224,7 @@ pub(super) fn constraint_jumps(
 }
 
 pub(super) fn branches_touch(
-    rows: &Involved,
+    rows: &TopContributors,
     at: &f64,
     changed: &bool,
     f: &mut fmt::Formatter<'_>,
@@ -287,7 +290,7 @@ pub(super) fn bad_reset(event: &str, name: &str, f: &mut fmt::Formatter<'_>) -> 
     }
 }
 
-impl fmt::Display for Over {
+impl fmt::Display for CrossingSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let instead = if self.fixed { " in place of the fixed step" } else { "" };
         match (self.method, self.tolerance) {
@@ -311,8 +314,9 @@ impl fmt::Display for Over {
     }
 }
 
-/// What helps where the event of a contact or of stick and slip is without end; `None` for other events.
-fn guard_way_out(event: &str) -> Option<String> {
+/// The remedy where the event of a contact or of stick and slip repeats without end; `None` for other events.
+/// Such events are named after their constraint: `floor contact`, `belt slip`.
+fn remedy_for_unilateral(event: &str) -> Option<String> {
     match event.rsplit_once(' ')? {
         (name, "contact") => Some(alloc::format!(
             "give `.contact(\"{name}\", ..)` a larger `rest_speed`, below which it closes instead of \
@@ -327,7 +331,7 @@ fn guard_way_out(event: &str) -> Option<String> {
     }
 }
 
-/// Whether a jump is one of an angle, by whole turns.
+/// Whether a jump is that of an angle, by whole turns.
 fn is_turn(jump: f64) -> bool {
     let turns = jump.abs() / core::f64::consts::TAU;
     let part = turns % 1.0;

@@ -7,7 +7,7 @@ use crate::integrate::Tolerances;
 use crate::simulate::options::defaults::DEFAULT_TOLERANCE;
 use crate::simulate::stabilization::StabilizationCounts;
 use crate::simulate::summary::{Drift, Summary};
-use crate::simulate::verification::conditioning::{Conditioning, Nearest};
+use crate::simulate::verification::conditioning::{Conditioning, NearestSingularPosition};
 use crate::simulate::verification::constraint_drift::ConstraintDrift;
 use crate::wording::{Grouped, Rounded};
 
@@ -75,12 +75,12 @@ impl Summary {
         if self.energy_scale.is_infinite() {
             write!(f, "  drift        energy grows beyond all numbers")?;
         } else if self.has_work && !self.verified {
-            let (name, unit) = (self.energy_name, Spaced(self.energy_unit));
+            let (name, unit) = (self.energy_name, SpacedUnit(self.energy_unit));
             write!(f, "  drift        {name}, of {:.6e}{unit}: ask `.verify()`", self.energy_scale)?;
         } else if self.energy_drift.is_nan() {
             write!(f, "  drift        energy cannot be accounted for: inputs or their rates are not known")?;
         } else {
-            let unit = Spaced(self.energy_unit);
+            let unit = SpacedUnit(self.energy_unit);
             write!(
                 f,
                 "  drift        {} {:.1e} of {:.6e}{unit}",
@@ -149,7 +149,7 @@ impl Summary {
         self.write_stabilization(f)?;
         self.write_nearest(f)?;
         if self.impacts > 0 {
-            let (impacts, unit) = (Grouped(self.impacts as u64), Spaced(self.energy_unit));
+            let (impacts, unit) = (Grouped(self.impacts as u64), SpacedUnit(self.energy_unit));
             write!(f, "\n  impacts      {impacts}, {:.6e}{unit} of energy lost", self.energy_lost)?;
         }
         let StabilizationCounts { rests, fastest_rest, .. } = self.stabilization;
@@ -165,12 +165,12 @@ impl Summary {
     }
 
     /// Where evaluations were left to the general solver, and what of it where these are many.
-    fn words_of_fallen(&self, fallen: u64) -> String {
+    fn describe_fallbacks(&self, fallbacks: u64) -> String {
         let mut words = String::from(" by the general solver, where a pivot of the generated code vanished");
         if let Some((vanished, t)) = self.pivot_breakdown.as_ref().zip(self.stabilization.general_at) {
             words += &alloc::format!(": {vanished}, first at t = {}", Rounded(t));
         }
-        if fallen as f64 > MANY * self.evaluations as f64 {
+        if fallbacks as f64 > MANY_FALLBACKS_SHARE * self.evaluations as f64 {
             words += "; each takes several times as long";
         }
         words
@@ -182,7 +182,7 @@ impl Summary {
             self.stabilization;
         let StabilizationCounts { projected, largest_move, .. } = self.stabilization;
         // Where the general solver is the route it is no fallback.
-        let (released, fallen) = if self.falls_back { (released, general - released) } else { (0, 0) };
+        let (released, fallbacks) = if self.falls_back { (released, general - released) } else { (0, 0) };
         let mut line = |count: u64, what: &str, how: &str| match count {
             0 => Ok(()),
             1 => write!(f, "\n               1 {what}{how}"),
@@ -190,7 +190,7 @@ impl Summary {
         };
         let by_general = alloc::format!(" by the general solver ({} released)", self.released.join(", "));
         line(released, "evaluation", &by_general)?;
-        line(fallen, "evaluation", &self.words_of_fallen(fallen))?;
+        line(fallbacks, "evaluation", &self.describe_fallbacks(fallbacks))?;
         line(
             repartitions,
             "choice",
@@ -201,7 +201,7 @@ impl Summary {
             write!(f, ", first at t = {}", Rounded(t))?;
         }
         // Where steps are free to be chosen, those that end further away are made again.
-        if largest_move > MUCH {
+        if largest_move > LARGE_MOVE {
             write!(
                 f,
                 "\n               {} ends of steps put back onto the constraints, by ",
@@ -225,7 +225,8 @@ impl Summary {
 
     /// How near the motion came to a position where constraints lose rank.
     fn write_nearest(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(Nearest { condition, time, rows, coordinates, passed, .. }) = &self.nearest
+        if let Some(NearestSingularPosition { condition, time, rows, coordinates, passed, .. }) =
+            &self.nearest
             && *condition > 1e3
         {
             match passed {
@@ -253,14 +254,14 @@ impl Summary {
 }
 
 /// Evaluations by the general solver of which more than this part of all are told to take long.
-const MANY: f64 = 0.1;
+const MANY_FALLBACKS_SHARE: f64 = 0.1;
 /// Moves back onto the constraints by more permitted errors than this are told of.
-const MUCH: f64 = 10.0;
+const LARGE_MOVE: f64 = 10.0;
 
 /// A unit behind a blank; nothing where there is none.
-struct Spaced(&'static str);
+struct SpacedUnit(&'static str);
 
-impl fmt::Display for Spaced {
+impl fmt::Display for SpacedUnit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() { Ok(()) } else { write!(f, " {}", self.0) }
     }

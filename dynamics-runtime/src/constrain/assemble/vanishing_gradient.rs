@@ -1,36 +1,37 @@
-//! Constraints whose gradients vanish, so that the equations of motion do not know them.
+//! Constraints whose gradients vanish on the whole manifold, so that they have no effect in the equations of
+//! motion.
 
-use super::beside_on_constraints;
+use super::nearby_on_constraints;
+use crate::constrain::active_set::active_rows;
 use crate::constrain::gradients::Gradients;
-use crate::constrain::held::active_rows;
-use crate::constrain::nearby::beside;
-use crate::constrain::{lent, names};
+use crate::constrain::nearby::nearby_state;
+use crate::constrain::{borrow_workspace, system_names};
 use crate::error::SolveError;
 use crate::linalg::{max_abs, norm, swap_rows};
 use crate::model::{Constraints, Known, ModelState, Vector};
 
-/// Memory of [`check_gradients`], besides that of an assembly.
+/// Memory of [`check_gradients`], besides the assembly.
 pub(in crate::constrain) const fn check_memory(n: usize, r: usize) -> usize {
     n * n + 2 * r * n
 }
 
-/// A row whose gradient is this small against that [`beside`] the state is suspected of holding nothing.
-/// Found where coordinates are within [`CONSISTENT`](super::CONSISTENT) of the place where it vanishes.
-const VANISHING: f64 = 1e-3;
+/// A row is suspected where its gradient is below this part of that at a nearby state. Suspicion arises where
+/// coordinates are within [`CONSISTENT`](super::CONSISTENT) of the place where the gradient vanishes.
+const SUSPECT_LENGTH_RATIO: f64 = 1e-3;
 
-/// The holonomic constraints that hold have gradients that are good for something. A gradient may vanish at a
-/// change point, where the branches of a mechanism cross: Φ is then a saddle, and velocities decide the
-/// branch. Where Φ touches zero without crossing it, as (x² + y² − l²)² does, the gradient vanishes on the
-/// whole manifold: the equations of motion know nothing of the constraint, and what they give is noise.
+/// Checks that the gradients of active holonomic constraints do not vanish on the whole manifold.
 ///
-/// A gradient is suspected where it is at most a thousandth of what it is beside the state, 10⁻³ of the
-/// coordinates' size away. Then Φ touches where its second derivatives are semidefinite, or where its
-/// gradient vanishes at another state on the constraints as well: the first sees states that are off the
-/// constraints, too; the second sees what touches only within the other constraints, and models that are too
-/// large for second derivatives.
-///
-/// Costs two evaluations, and for each row that is suspected one more and an assembly. `workspace`: as long
-/// as for [`solve`](crate::constrain::solve).
+/// A gradient may vanish at a change point, where branches of a mechanism cross: Φ is then a saddle, and
+/// velocities select the branch. Where Φ touches zero without crossing it, as (x² + y² − l²)² does,
+/// the gradient vanishes on the whole manifold. The constraint then has no effect in the equations of motion,
+/// and accelerations are noise.
+/// A gradient is suspected where it is at most a thousandth of that at a state displaced by 10⁻³ of the
+/// coordinates' size. Then Φ touches zero where its second derivatives are semidefinite, or where its
+/// gradient vanishes at another state on the constraints, too. The first test also works for states off the
+/// constraints. The second finds rows that touch zero only within the other constraints, and models that are
+/// too large for second derivatives.
+/// Costs two evaluations, and one more and an assembly for each suspected row. `workspace`: as long as for
+/// [`solve`](crate::constrain::solve).
 ///
 /// # Errors
 /// [`SolveError::VanishingGradient`].
@@ -40,7 +41,7 @@ pub fn check_gradients<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<(), SolveError> {
     match vanishing_row(model, state, workspace) {
-        Some(row) => Err(SolveError::VanishingGradient { row: names::<M>().row(row) }),
+        Some(row) => Err(SolveError::VanishingGradient { row: system_names::<M>().row(row) }),
         None => Ok(()),
     }
 }
@@ -60,23 +61,29 @@ pub(super) fn vanishing_row<M: Constraints>(
         (0..M::Rows::LEN).for_each(|row| lengths[row] = norm(gradients.row(row)));
         lengths
     };
-    let (here, there) = (lengths(state), lengths(&beside::<M>(state)));
-    let suspected = |row: &usize| here[*row] <= VANISHING * there[*row] || here[*row] == 0.0;
+    let (here, there) = (lengths(state), lengths(&nearby_state::<M>(state)));
+    let suspected = |row: &usize| here[*row] <= SUSPECT_LENGTH_RATIO * there[*row] || here[*row] == 0.0;
     let mut suspects = active_rows::<M>(state.modes(), true).filter(suspected);
     suspects.find(|row| {
-        touches(model, state, *row, workspace) || {
-            let along = beside_on_constraints(model, state, workspace);
-            along.is_some_and(|along| {
-                norm(Gradients::of(model, &along, workspace).row(*row)) <= VANISHING * there[*row]
+        has_semidefinite_hessian(model, state, *row, workspace) || {
+            let on_constraints = nearby_on_constraints(model, state, workspace);
+            on_constraints.is_some_and(|on_constraints| {
+                norm(Gradients::of(model, &on_constraints, workspace).row(*row))
+                    <= SUSPECT_LENGTH_RATIO * there[*row]
             })
         }
     })
 }
 
 /// Whether the second derivatives of a row are known and semidefinite.
-fn touches<M: Constraints>(model: &M, state: &M::State, row: usize, workspace: &mut [f64]) -> bool {
+fn has_semidefinite_hessian<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    row: usize,
+    workspace: &mut [f64],
+) -> bool {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let values = lent(workspace, n, r).zeros(check_memory(n, r));
+    let values = borrow_workspace(workspace, n, r).zeros(check_memory(n, r));
     let mut one = M::Rows::zeros();
     one[row] = 1.0;
     model.constraint_derivatives(state, &one, values);
@@ -84,8 +91,8 @@ fn touches<M: Constraints>(model: &M, state: &M::State, row: usize, workspace: &
     max_abs(hessian).is_finite() && is_semidefinite(hessian, n)
 }
 
-/// Whether a symmetric matrix, which is overwritten, has no eigenvalues of both signs, up to 10⁻⁴ of the
-/// largest: Cholesky with pivoting.
+/// Whether a symmetric matrix, which is overwritten, has no eigenvalues of both signs, apart from those below
+/// 10⁻⁴ of the largest: by Cholesky's elimination with pivoting.
 fn is_semidefinite(h: &mut [f64], n: usize) -> bool {
     let diagonal = (0..n).map(|i| h[i * n + i]);
     let largest = diagonal.fold(0.0_f64, |most, x| if x.abs() > most.abs() { x } else { most });
@@ -95,14 +102,14 @@ fn is_semidefinite(h: &mut [f64], n: usize) -> bool {
     }
     for k in 0..n {
         let remaining = (k..n).map(|i| (i, h[i * n + i]));
-        let (at, pivot) =
+        let (pivot_row, pivot) =
             remaining.fold((k, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
         if pivot <= tolerance {
-            // What is left must be zero.
+            // The remaining block must be zero.
             return (k..n).all(|i| (k..n).all(|j| h[i * n + j].abs() <= tolerance));
         }
-        swap_rows(h, n, k, at);
-        (0..n).for_each(|i| h.swap(i * n + k, i * n + at));
+        swap_rows(h, n, k, pivot_row);
+        (0..n).for_each(|i| h.swap(i * n + k, i * n + pivot_row));
         for i in k + 1..n {
             let factor = h[i * n + k] / h[k * n + k];
             for j in k + 1..n {

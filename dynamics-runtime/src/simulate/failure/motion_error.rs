@@ -1,4 +1,4 @@
-//! Why a motion has no answer.
+//! Errors of queries to a motion.
 
 use alloc::string::String;
 use core::fmt;

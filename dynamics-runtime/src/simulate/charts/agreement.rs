@@ -12,16 +12,16 @@ use crate::simulate::simulation::Simulate;
 use crate::simulate::trajectory::motion::Motion;
 
 /// Roundings that may add up, in units of what one amounts to.
-const ROUNDINGS: f64 = 1e4;
+const ADDED_ROUNDINGS: f64 = 1e4;
 /// Conditioning of the mass matrix at most that differences are put down to: beyond it they are none of
 /// rounding.
-const MOST_CONDITIONING: f64 = 1e8;
-const MOST_OF_ENERGY: f64 = 1e3;
+const MAX_CONDITION: f64 = 1e8;
+const MAX_CONDITION_OF_ENERGY: f64 = 1e3;
 /// What is given by closures agrees up to this part of it.
-pub(crate) const GIVEN: f64 = 1e-6;
+pub(crate) const CLOSURE_TOLERANCE: f64 = 1e-6;
 /// How far from where a motion happens to be the charts are compared, in rad: in equilibrium or at rest much
 /// is zero, and zeros prove nothing.
-const ASIDE: f64 = 0.3;
+const DISPLACEMENT: f64 = 0.3;
 
 /// A quantity in two charts.
 pub(crate) struct ChartPair {
@@ -36,27 +36,27 @@ pub(crate) struct ChartPair {
 
 impl ChartPair {
     /// Whether the values differ by more than rounding, of the size here or of one met elsewhere.
-    pub(crate) fn apart(&self, size: f64) -> bool {
+    pub(crate) fn differs(&self, size: f64) -> bool {
         let [a, b] = self.values;
         // What is not a number has to be none in both.
-        let apart = if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
-        apart > self.rounding * self.size.max(size) || apart.is_nan()
+        let differs = if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
+        differs > self.rounding * self.size.max(size) || differs.is_nan()
     }
 }
 
 impl<M: Simulate + Clone> ChartSwitching<M> {
     /// Compares two charts near a state of the first one. Returns where, in both; `None` of a state that is
     /// not a number.
-    pub(crate) fn agree(
+    pub(crate) fn compare_near(
         &self,
         from: usize,
         to: usize,
         state: &M::State,
     ) -> Result<Option<[M::State; 2]>, ChartError> {
         // None of a state that is not a number, which the run refuses.
-        let Some(states) = self.beside([from, to], state) else { return Ok(None) };
+        let Some(states) = self.regular_state_near([from, to], state) else { return Ok(None) };
         if let Some(ChartPair { what, name, values, .. }) =
-            self.pairs([from, to], &states).into_iter().find(|pair| pair.apart(0.0))
+            self.compared_quantities([from, to], &states).into_iter().find(|pair| pair.differs(0.0))
         {
             return Err(ChartError::Disagree { what, name, values, time: state.t() });
         }
@@ -65,30 +65,35 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
 
     /// The place beside a state where both charts are farthest from locking, in both; `None` of a state that
     /// is not a number.
-    pub(crate) fn beside(&self, [from, to]: [usize; 2], state: &M::State) -> Option<[M::State; 2]> {
-        let aside = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0].map(|times| self.aside(from, to, state, times * ASIDE));
+    pub(crate) fn regular_state_near(
+        &self,
+        [from, to]: [usize; 2],
+        state: &M::State,
+    ) -> Option<[M::State; 2]> {
+        let displaced_state = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0]
+            .map(|times| self.displaced_state(from, to, state, times * DISPLACEMENT));
         let regular = |states: &[M::State; 2]| {
             let distances =
                 states.iter().flat_map(|state| self.references.iter().map(|at| at.distance(state)));
             distances.fold(f64::INFINITY, f64::min)
         };
-        aside.into_iter().flatten().max_by(|a, b| regular(a).total_cmp(&regular(b)))
+        displaced_state.into_iter().flatten().max_by(|a, b| regular(a).total_cmp(&regular(b)))
     }
 
     /// The same place in both charts, beside a state.
-    fn aside(&self, from: usize, to: usize, state: &M::State, by: f64) -> Option<[M::State; 2]> {
+    fn displaced_state(&self, from: usize, to: usize, state: &M::State, by: f64) -> Option<[M::State; 2]> {
         let mut here = *state;
-        let turns = |i: usize| self.references.iter().any(|at| at.set.angles.contains(&i));
+        let rotation = |i: usize| self.references.iter().any(|at| at.set.angles.contains(&i));
         let largest = |values: &[f64], of_turns: bool| {
-            let of_kind = values.iter().enumerate().filter(|(i, _)| turns(*i) == of_turns);
+            let of_kind = values.iter().enumerate().filter(|(i, _)| rotation(*i) == of_turns);
             of_kind.fold(0.0, |most: f64, (_, x)| most.max(x.abs()))
         };
         let (other, rate) = (largest(state.q().as_slice(), false), largest(state.u().as_slice(), true));
         for (i, q) in here.q_mut().as_mut_slice().iter_mut().enumerate() {
-            *q += if turns(i) { 0.5 * by } else { by * (0.2 * q.abs() + 0.1 * other) };
+            *q += if rotation(i) { 0.5 * by } else { by * (0.2 * q.abs() + 0.1 * other) };
         }
         for (i, u) in here.u_mut().as_mut_slice().iter_mut().enumerate() {
-            *u += if turns(i) { 0.3 * rate } else { 0.1 * *u };
+            *u += if rotation(i) { 0.3 * rate } else { 0.1 * *u };
         }
         let mut there = here;
         for (k, reference) in self.references.iter().enumerate() {
@@ -96,32 +101,32 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
             there.q_mut().as_mut_slice()[reference.set.angles[1]] += 0.5 * by;
             let turned = [from, to].map(|chart| chart >> k & 1 == 1);
             if turned[0] != turned[1] {
-                reference.express(&mut there, turned[0], turned[1]).ok()?;
+                reference.re_express(&mut there, turned[0], turned[1]).ok()?;
             }
         }
         Some([here, there])
     }
 
-    pub(crate) fn pairs(&self, charts: [usize; 2], states: &[M::State; 2]) -> Vec<ChartPair> {
+    pub(crate) fn compared_quantities(&self, charts: [usize; 2], states: &[M::State; 2]) -> Vec<ChartPair> {
         let models = charts.map(|chart| &self.charts[chart]);
-        let both = [0, 1].map(|k| (models[k], &states[k]));
-        let conditioning = both.map(|(model, state)| condition_number(model, state));
+        let in_both_charts = [0, 1].map(|k| (models[k], &states[k]));
+        let conditioning = in_both_charts.map(|(model, state)| condition_number(model, state));
         let conditioning = conditioning[0].max(conditioning[1]);
-        let mut pairs = Vec::new();
+        let mut compared_quantities = Vec::new();
         let mut add = |what, name, values: [f64; 2], scale: f64| {
             // A mass matrix that only the constraints make regular, as that of a body in Euler parameters
             // beside, says nothing of rounding. Energies do not divide by it.
-            let worst = if what == Compared::Energy { MOST_OF_ENERGY } else { MOST_CONDITIONING };
-            let rounding = ROUNDINGS * f64::EPSILON * (1.0 + conditioning.min(worst));
+            let worst = if what == Compared::Energy { MAX_CONDITION_OF_ENERGY } else { MAX_CONDITION };
+            let rounding = ADDED_ROUNDINGS * f64::EPSILON * (1.0 + conditioning.min(worst));
             let size = scale.max(values[0].abs()).max(values[1].abs());
-            pairs.push(ChartPair { what, name, values, rounding, size });
+            compared_quantities.push(ChartPair { what, name, values, rounding, size });
         };
         // Where there are no accelerations the run says why.
-        if let [Ok(a), Ok(b)] = both.map(|(model, state)| model.accelerations(state)) {
+        if let [Ok(a), Ok(b)] = in_both_charts.map(|(model, state)| model.accelerations(state)) {
             let accelerations = [a, b];
             for (k, reference) in self.references.iter().enumerate() {
                 let spins = [0, 1].map(|c| {
-                    reference.spin(&states[c], accelerations[c].as_slice(), charts[c] >> k & 1 == 1)
+                    reference.angular_motion(&states[c], accelerations[c].as_slice(), charts[c] >> k & 1 == 1)
                 });
                 let size = spins
                     .iter()
@@ -136,13 +141,13 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
                     );
                 }
             }
-            let turns = |i: usize| self.references.iter().any(|at| at.set.angles.contains(&i));
-            for (i, coordinate) in M::COORDINATES.iter().enumerate().filter(|(i, _)| !turns(*i)) {
+            let rotation = |i: usize| self.references.iter().any(|at| at.set.angles.contains(&i));
+            for (i, coordinate) in M::COORDINATES.iter().enumerate().filter(|(i, _)| !rotation(*i)) {
                 add(Compared::Acceleration, coordinate.name, accelerations.map(|a| a.as_slice()[i]), 0.0);
             }
         }
-        let energies = both.map(|(model, state)| model.energy_function(state));
-        let doubled = both.map(|(model, state)| {
+        let energies = in_both_charts.map(|(model, state)| model.energy_function(state));
+        let doubled = in_both_charts.map(|(model, state)| {
             state
                 .u()
                 .as_slice()
@@ -152,11 +157,11 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
                 .sum::<f64>()
         });
         add(Compared::Energy, "energy", energies, doubled[0].max(doubled[1]));
-        let outputs = both.map(|(model, state)| {
+        let outputs = in_both_charts.map(|(model, state)| {
             let mut values = vec![f64::NAN; M::OUTPUTS.len()];
             model.outputs(state, &mut values).is_ok().then_some(values)
         });
-        let events = both.map(|(model, state)| {
+        let events = in_both_charts.map(|(model, state)| {
             let mut values = vec![f64::NAN; M::EVENTS.len()];
             model.events(state, &mut values).is_ok().then_some(values)
         });
@@ -172,7 +177,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
                 add(what, quantity.name, [a[i], b[i]], size);
             }
         }
-        pairs
+        compared_quantities
     }
 }
 
@@ -187,8 +192,8 @@ pub(crate) fn same_inputs<M: Simulate>(
         let of = |state: &M::State| state.inputs().as_slice()[k];
         let (a, b) = (of(&from), of(&to));
         let size = before.steps().chain(after.steps()).map(|state| of(&state).abs()).fold(0.0, f64::max);
-        let apart = (a - b).abs();
-        if apart > GIVEN * size || apart.is_nan() {
+        let differs = (a - b).abs();
+        if differs > CLOSURE_TOLERANCE * size || differs.is_nan() {
             let (what, name) = (Compared::Input, quantity.name);
             return Err(ChartError::Disagree { what, name, values: [a, b], time: from.t() });
         }
@@ -199,9 +204,9 @@ pub(crate) fn same_inputs<M: Simulate>(
 /// Whether functions of events, given with the simulation, have the same values in both charts.
 pub(crate) fn same_functions(functions: &[Vec<(String, f64)>; 2], time: f64) -> Result<(), ChartError> {
     for ((event, a), (_, b)) in functions[0].iter().zip(&functions[1]) {
-        let apart = if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
+        let differs = if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
         // One that vanishes is rounding of what it is made of.
-        if apart > GIVEN * a.abs().max(b.abs()).max(1e-6) || apart.is_nan() {
+        if differs > CLOSURE_TOLERANCE * a.abs().max(b.abs()).max(1e-6) || differs.is_nan() {
             return Err(ChartError::EventDisagrees { event: event.clone(), values: [*a, *b], time });
         }
     }

@@ -10,13 +10,13 @@ type OnShare<'a> = &'a mut dyn FnMut(usize, f64);
 /// The coordinates or constraint rows with the largest shares in something, in falling order. The first six are
 /// kept, and all are counted.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Involved {
+pub struct TopContributors {
     of: &'static [Quantity],
     kept: [u16; Self::KEPT],
     count: u16,
 }
 
-impl Involved {
+impl TopContributors {
     /// Number of contributors that are kept.
     pub const KEPT: usize = 6;
     /// Shares below this part of the largest are left out: they are rounding, or do not help the reader.
@@ -30,7 +30,7 @@ impl Involved {
         Self::rank(of, &|see| shares.clone().for_each(|(i, share)| see(i, share.abs())))
     }
 
-    /// [`Involved::ranked`] without generic parameters, so that it is compiled once.
+    /// [`TopContributors::ranked`] without generic parameters, so that it is compiled once.
     fn rank(of: &'static [Quantity], all: &dyn Fn(OnShare<'_>)) -> Self {
         let mut out = Self { of, kept: [0; Self::KEPT], count: 0 };
         let (mut largest, mut count) = (0.0_f64, 0_usize);
@@ -93,7 +93,7 @@ impl Involved {
     }
 }
 
-impl fmt::Display for Involved {
+impl fmt::Display for TopContributors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, name) in self.names().enumerate() {
             let separator = if i == 0 { "" } else { ", " };
@@ -107,7 +107,7 @@ impl fmt::Display for Involved {
 }
 
 /// The text for rows that lose rank.
-pub(crate) struct RankLoss<'a>(&'a Involved);
+pub(crate) struct RankLoss<'a>(&'a TopContributors);
 
 impl fmt::Display for RankLoss<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -118,7 +118,7 @@ impl fmt::Display for RankLoss<'_> {
     }
 }
 
-impl fmt::Debug for Involved {
+impl fmt::Debug for TopContributors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{self}")
     }
@@ -126,7 +126,7 @@ impl fmt::Debug for Involved {
 
 #[cfg(test)]
 mod tests {
-    use super::{Involved, Quantity};
+    use super::{Quantity, TopContributors};
 
     const fn named(name: &'static str) -> Quantity {
         Quantity { name, unit: "" }
@@ -136,12 +136,12 @@ mod tests {
 
     #[test]
     fn the_most_involved_come_first() {
-        let involved = Involved::ranked(&OF, [0.1, -2.0, 1e-9, 0.1].into_iter().enumerate());
+        let involved = TopContributors::ranked(&OF, [0.1, -2.0, 1e-9, 0.1].into_iter().enumerate());
         assert!(involved.names().eq(["b", "a", "d"]) && involved.count() == 3);
         assert_eq!(involved.to_string(), "`b`, `a`, `d`");
-        let many = Involved::ranked(&OF, (0..8).map(|i| (i, 1.0)));
+        let many = TopContributors::ranked(&OF, (0..8).map(|i| (i, 1.0)));
         assert_eq!(many.to_string(), "`a`, `b`, `c`, `d`, `e`, `f` and 2 more");
-        assert!(Involved::ranked(&OF, [(0, 0.0)].into_iter()).is_empty());
-        assert!(Involved::ranked(&OF, [(0, f64::NAN)].into_iter()).is_empty());
+        assert!(TopContributors::ranked(&OF, [(0, 0.0)].into_iter()).is_empty());
+        assert!(TopContributors::ranked(&OF, [(0, f64::NAN)].into_iter()).is_empty());
     }
 }

@@ -4,8 +4,8 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::constrain::held::active;
-use crate::constrain::system::Read;
+use crate::constrain::active_set::active;
+use crate::constrain::system::ModelTerms;
 use crate::constrain::{Gradients, gradients};
 use crate::linalg::Svd;
 use crate::linalg::WorkMemory;
@@ -13,24 +13,24 @@ use crate::math;
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// What does not change along the path: the rows that hold and the units in which coordinates are measured.
-pub(super) struct Measure {
+pub(super) struct PathScaling {
     /// Holonomic rows that hold.
     pub(super) rows: Vec<usize>,
     /// w: scaled coordinates are y = w q, w = √Mᵢᵢ at the start.
     pub(super) weights: Vec<f64>,
     /// Norms of the rows at the start, for constraints of one row: scaled by itself such a row has length 1
     /// up to the very place where it loses its gradient.
-    usual: Vec<f64>,
+    initial_norms: Vec<f64>,
 }
 
-impl Measure {
+impl PathScaling {
     /// With a start, at which nothing is scaled by anything else.
     pub(super) fn from<M: Constraints>(model: &M, start: &M::State, rows: Vec<usize>) -> Self {
         let weights = weights(model, start);
-        let measure = Self { usual: vec![0.0; rows.len()], rows, weights };
+        let scaling = Self { initial_norms: vec![0.0; rows.len()], rows, weights };
         // What is not finite is named where the first frame is made.
-        let usual = measure.norms(model, start).unwrap_or_else(|_| measure.usual.clone());
-        Self { usual, ..measure }
+        let initial_norms = scaling.norms(model, start).unwrap_or_else(|_| scaling.initial_norms.clone());
+        Self { initial_norms, ..scaling }
     }
 
     /// ‖w x‖.
@@ -70,7 +70,8 @@ impl Measure {
         for constraint in active::<M>(state.modes(), true) {
             let rows = constraint.first..constraint.first + constraint.rows;
             let norm = math::sqrt(rows.clone().map(square).fold(0.0, f64::max));
-            let norm = if constraint.rows == 1 { math::max(norm, self.usual[norms.len()]) } else { norm };
+            let norm =
+                if constraint.rows == 1 { math::max(norm, self.initial_norms[norms.len()]) } else { norm };
             norms.extend(rows.map(|_| if norm > 0.0 { norm } else { 1.0 }));
         }
         Ok(norms)
@@ -86,42 +87,46 @@ pub(super) struct JacobianSvd {
     v: Vec<f64>,
     pub(super) sigma: Vec<f64>,
     /// Number of frames since the last that was made from nothing.
-    age: u32,
+    refinements: u32,
 }
 
 /// So many frames are made from the one before in a row.
-const OLDEST: u32 = 100;
+const MAX_REFINEMENTS: u32 = 100;
 
 impl JacobianSvd {
-    pub(super) fn new<M: Constraints>(measure: &Measure, model: &M, state: &M::State) -> Result<Self, usize> {
-        let (m, n) = (measure.rows.len(), measure.weights.len());
-        let scales = measure.norms(model, state)?;
-        let mut a = measure.jacobian(model, state, &scales);
+    pub(super) fn new<M: Constraints>(
+        scaling: &PathScaling,
+        model: &M,
+        state: &M::State,
+    ) -> Result<Self, usize> {
+        let (m, n) = (scaling.rows.len(), scaling.weights.len());
+        let scales = scaling.norms(model, state)?;
+        let mut a = scaling.jacobian(model, state, &scales);
         let (mut v, mut sigma) = (vec![0.0; n * n], vec![0.0; n]);
         Svd::new(m, &mut a, &mut v, &mut sigma);
-        Ok(Self { scales, a, v, sigma, age: 0 })
+        Ok(Self { scales, a, v, sigma, refinements: 0 })
     }
 
     /// The frame of a point near this one's, at a third of the cost: its V nearly decomposes that Jacobian,
     /// too.
     pub(super) fn next<M: Constraints>(
         &self,
-        measure: &Measure,
+        scaling: &PathScaling,
         model: &M,
         state: &M::State,
     ) -> Result<Self, usize> {
-        if self.age == OLDEST {
-            return Self::new(measure, model, state);
+        if self.refinements == MAX_REFINEMENTS {
+            return Self::new(scaling, model, state);
         }
-        let scales = measure.norms(model, state)?;
-        let jacobian = measure.jacobian(model, state, &scales);
+        let scales = scaling.norms(model, state)?;
+        let jacobian = scaling.jacobian(model, state, &scales);
         let (m, n) = (scales.len(), self.sigma.len());
         let (mut a, mut v, mut sigma) = (vec![0.0; m * n], self.v.clone(), vec![0.0; n]);
         for (image, right) in a.chunks_exact_mut(m).zip(self.v.chunks_exact(n)) {
-            map(&jacobian, right, image);
+            multiply(&jacobian, right, image);
         }
         Svd::refined(m, &mut a, &mut v, &mut sigma);
-        Ok(Self { scales, a, v, sigma, age: self.age + 1 })
+        Ok(Self { scales, a, v, sigma, refinements: self.refinements + 1 })
     }
 
     fn svd(&self) -> Svd<'_> {
@@ -184,7 +189,7 @@ impl JacobianSvd {
     /// rows, scaled.
     ///
     /// Where the singular value is 0 that of the rows is taken from what the others leave.
-    pub(super) fn weak_pair(&self) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn weakest_vectors(&self) -> (Vec<f64>, Vec<f64>) {
         let weakest = self.weakest();
         let right = self.svd().right(weakest).to_vec();
         let column = self.svd().column(weakest);
@@ -201,7 +206,7 @@ impl JacobianSvd {
         }
         // Rounding noise says nothing of the direction: the unit vector that the other columns leave most of,
         // made orthogonal to them.
-        let mut best = (0.0, left);
+        let mut largest_least = (0.0, left);
         for k in 0..m {
             let mut candidate = vec![0.0; m];
             candidate[k] = 1.0;
@@ -214,24 +219,24 @@ impl JacobianSvd {
                 }
             }
             let length = unit(&mut candidate);
-            if length > best.0 {
-                best = (length, candidate);
+            if length > largest_least.0 {
+                largest_least = (length, candidate);
             }
         }
-        (right, best.1)
+        (right, largest_least.1)
     }
 
     /// Whether all matrices on the straight line from here to the Jacobian J at another point have full rank,
     /// with a margin: the symmetric part of Σ^-½ (UᵀJV) Σ^-½, which is the identity here, stays above ¼.
     /// Sufficient, not necessary; it holds for every step that is short enough, and bounds by how much of
     /// itself any singular value falls in one step.
-    pub(super) fn leads_to(&self, jacobian: &[f64]) -> bool {
+    pub(super) fn has_full_rank_toward(&self, jacobian: &[f64]) -> bool {
         let (m, n) = (self.scales.len(), self.sigma.len());
         let svd = self.svd();
         let mut image = vec![0.0; m];
         let mut d = vec![0.0; n * n];
         for j in 0..n {
-            map(jacobian, svd.right(j), &mut image);
+            multiply(jacobian, svd.right(j), &mut image);
             for i in 0..n {
                 let product: f64 = svd.column(i).iter().zip(&image).map(|(a, b)| a * b).sum();
                 d[i * n + j] = product / (self.sigma[i] * math::sqrt(self.sigma[i] * self.sigma[j]));
@@ -244,7 +249,7 @@ impl JacobianSvd {
 }
 
 /// image = A x, A by columns.
-fn map(a: &[f64], x: &[f64], image: &mut [f64]) {
+fn multiply(a: &[f64], x: &[f64], image: &mut [f64]) {
     image.fill(0.0);
     for (column, x) in a.chunks_exact(image.len()).zip(x) {
         if *x != 0.0 {
@@ -277,7 +282,8 @@ fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
 pub(super) fn weights<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut memory = vec![0.0; gradients::memory(n, r)];
-    let Read { mass, force, jacobian, gamma } = Read::new(n, r, &mut WorkMemory::new(&mut memory));
+    let ModelTerms { mass, force, jacobian, gamma } =
+        ModelTerms::new(n, r, &mut WorkMemory::new(&mut memory));
     model.terms(state, &mut Terms { mass, force, jacobian, gamma });
     let mut weights: Vec<f64> = mass.iter().step_by(n + 1).copied().collect();
     crate::constrain::assemble::weigh(&mut weights);

@@ -1,33 +1,37 @@
-//! Which constraints, and which rows, hold at a state.
+//! The active set: which constraints, and which of their rows, hold at a state.
+//!
+//! Constraints that are declared `(switched)` hold or are released according to the modes of the state. All
+//! others always hold.
 
 use core::ops::Range;
 
 use crate::model::{Constraint, ConstraintKind, Constraints, Modes};
 
+/// Whether a constraint is active.
 fn constraint_holds(constraint: &Constraint, modes: Modes) -> bool {
     constraint.switched.is_none_or(|index| modes.holds(index))
 }
 
-/// The constraints that hold; the holonomic ones alone where `holonomic`.
-pub(crate) fn active<M: Constraints>(modes: Modes, holonomic: bool) -> Active {
-    Active { rest: M::CONSTRAINTS, modes, holonomic }
+/// The active constraints; only the holonomic ones where `holonomic` is set.
+pub(crate) fn active<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveConstraints {
+    ActiveConstraints { rest: M::CONSTRAINTS, modes, holonomic }
 }
 
-/// The rows of the constraints that hold; those of the holonomic ones alone where `holonomic`.
+/// The rows of the active constraints; only those of the holonomic ones where `holonomic` is set.
 pub fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveRows {
     ActiveRows { constraints: active::<M>(modes, holonomic), rows: 0..0 }
 }
 
-/// See [`active`]. Of no model, so that it is compiled once; adapters of slices would be made again for every
-/// model and place.
+/// Iterator of [`active`]. It is not generic in the model, so that it is compiled once. Adapters of slices
+/// would be instantiated for every model and call.
 #[derive(Clone)]
-pub(crate) struct Active {
+pub(crate) struct ActiveConstraints {
     rest: &'static [Constraint],
     modes: Modes,
     holonomic: bool,
 }
 
-impl Iterator for Active {
+impl Iterator for ActiveConstraints {
     type Item = &'static Constraint;
 
     #[inline]
@@ -36,7 +40,7 @@ impl Iterator for Active {
     }
 }
 
-impl Active {
+impl ActiveConstraints {
     #[inline(never)]
     fn search(&mut self) -> Option<&'static Constraint> {
         while let [constraint, rest @ ..] = self.rest {
@@ -50,10 +54,10 @@ impl Active {
     }
 }
 
-/// See [`active_rows`].
+/// Iterator of [`active_rows`].
 #[derive(Clone)]
 pub struct ActiveRows {
-    constraints: Active,
+    constraints: ActiveConstraints,
     rows: Range<usize>,
 }
 
@@ -72,7 +76,7 @@ impl Iterator for ActiveRows {
     }
 }
 
-/// Whether the constraint of a row holds.
+/// Whether the constraint of a row is active.
 pub(crate) fn holds<M: Constraints>(modes: Modes, row: usize) -> bool {
     if modes.all_hold() {
         return true;
