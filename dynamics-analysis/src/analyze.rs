@@ -1,4 +1,5 @@
-//! What can be asked of every model: one trait, so that there is one name to import.
+//! [`Analyze`], the trait with the analyses of every model. One trait, so that there is one name to import. Each
+//! method calls the module that does the work.
 
 use dynamics_runtime::model::Draw;
 use dynamics_runtime::simulate::Simulate;
@@ -9,8 +10,8 @@ use crate::periodic::{self, Floquet, Lyapunov, PeriodicError, Poincare, Shooting
 use crate::vibration::{self, ModeFilm, StateSpace, VibrationError};
 use crate::{Backbone, WorkPrecision};
 
-/// Models that can be studied: all that can be moved. What asks for parameters by name is in
-/// [`Vary`](crate::Vary).
+/// The analyses of a model. Every model that can be simulated has them. Analyses that take parameters by name
+/// are in [`Vary`](crate::Vary).
 pub trait Analyze: Simulate {
     /// The equilibrium that the search finds from the position of a state, usually the nearest. Velocities of
     /// the state are ignored; its inputs and switched constraints are kept.

@@ -1,9 +1,10 @@
-//! The analyses of `dynamics`: questions about methods and models.
+//! The analyses of `dynamics`.
 //!
-//! Answered by many runs: which method is the fastest for the required accuracy, and which model of a scene
-//! suffices for it ([`compare`]). Answered by exact derivatives: small motions about an equilibrium or a
-//! steady motion ([`Analyze::linearize`]), equilibria over a parameter ([`continuation`]), periodic and
-//! chaotic motions ([`Analyze::periodic`]). Users depend on the façade crate alone, which has this crate as
+//! Two analyses compare many runs: which method is the fastest for a required accuracy
+//! ([`Analyze::work_precision`]), and which model of a scene suffices for it ([`compare`]). The others use exact
+//! derivatives: small motions about an equilibrium or a steady motion ([`Analyze::linearize`]), equilibria over
+//! a parameter ([`continuation`]), periodic and chaotic motions ([`Analyze::periodic`]), sensitivities and fits
+//! of parameters ([`Vary`]). Users depend on the façade crate, which re-exports this crate as
 //! `dynamics::analysis`.
 //!
 //! ```text
@@ -20,10 +21,10 @@ mod continuation;
 mod equilibria;
 mod ladder;
 mod linearize;
-mod numbers;
 mod page;
 mod parameters;
 mod periodic;
+mod random_numbers;
 mod runs;
 mod show;
 mod table;

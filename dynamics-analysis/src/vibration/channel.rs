@@ -16,7 +16,7 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{StateSpace, VibrationError};
-use crate::linearize::general;
+use crate::linearize::matrix_eigenvalues;
 
 /// Condition number of s − A beyond which its inverse has no three digits left.
 const WORST: f64 = 1e13;
@@ -119,7 +119,7 @@ impl Channel {
 
     /// The eigenvalues of what lies between cause and answer, by growing real part.
     pub(super) fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, VibrationError> {
-        let mut found = general(self.a.clone())?;
+        let mut found = matrix_eigenvalues(self.a.clone())?;
         found.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
         Ok(found)
     }

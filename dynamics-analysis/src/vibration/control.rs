@@ -22,7 +22,7 @@ use nalgebra::{Complex, DMatrix};
 use super::riccati::{Riccati, solve};
 use super::state_space::{Held, Signal, find};
 use super::{StateSpace, VibrationError};
-use crate::linearize::{drop_rounding, eigenvector, general};
+use crate::linearize::{drop_rounding, eigenvector, matrix_eigenvalues};
 
 /// Least singular value, in parts of the largest and after scaling, below which a mode counts as not reached:
 /// what rounding leaves of nothing.
@@ -112,7 +112,8 @@ fn reach(
         }
     }
     let mut found = Vec::new();
-    for (k, eigenvalue) in general(a.clone())?.into_iter().enumerate().filter(|(_, x)| x.im >= 0.0) {
+    for (k, eigenvalue) in matrix_eigenvalues(a.clone())?.into_iter().enumerate().filter(|(_, x)| x.im >= 0.0)
+    {
         let right = eigenvector(own, eigenvalue, k)?;
         let sizes: Vec<f64> = right.iter().map(|x| x.norm()).collect();
         found.push(Reach {
@@ -198,7 +199,7 @@ impl LqrDesign<'_> {
         let scaled = DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| b[(i, j)] / r[j]);
         let Riccati { x, residual, refinements } = solve(&a, &(&b * scaled.transpose()), &q)?;
         let gain = scaled.tr_mul(&x);
-        let mut closed_loop = general(&a - &b * &gain)?;
+        let mut closed_loop = matrix_eigenvalues(&a - &b * &gain)?;
         closed_loop.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
         let grows = closed_loop.last().is_none_or(|last| last.re >= 0.0);
         if grows || residual.is_nan() || residual > SOLVED {
@@ -305,7 +306,7 @@ fn check(
 fn rounding(a: &DMatrix<f64>, eigenvalue: Complex<f64>) -> Result<f64, VibrationError> {
     let mut a = a.clone();
     balance_parlett_reinsch(&mut a);
-    let size = general(a.clone())?.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    let size = matrix_eigenvalues(a.clone())?.iter().map(|x| x.norm()).fold(0.0, f64::max);
     let (right, left) = (eigenvector(&a, eigenvalue, 0)?, eigenvector(&a.transpose(), eigenvalue.conj(), 0)?);
     let [of_right, of_left] = [&right, &left].map(|x| x.map(|x| x.norm()));
     let conditioning = of_left.dot(&(a.abs() * of_right)) / left.dotc(&right).norm();

@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::VibrationError;
 use super::state_space::{Signal, StateSpace};
-use crate::linearize::{Linearization, undamped, with_potential};
+use crate::linearize::{Linearization, potential_stiffness, undamped_modes};
 
 /// Squares of frequencies nearer than this, in parts of their size, are one.
 const EQUAL: f64 = 1e-10;
@@ -58,7 +58,7 @@ impl Linearization {
         if self.gyroscopic().amax() > 1e-14 * self.damping.amax() {
             return Err(VibrationError::NoNormalModes { why: "gyroscopic terms couple velocities" });
         }
-        with_potential(self).ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })
+        potential_stiffness(self).ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })
     }
 
     /// The modes of mass and stiffness alone, normalised by mass.
@@ -72,7 +72,7 @@ impl Linearization {
         let mut bare = self.clone();
         bare.damping.fill(0.0);
         let (squares, mut shapes) =
-            undamped(&bare)?.ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })?;
+            undamped_modes(&bare)?.ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })?;
         if squares.iter().any(|square| *square < 0.0) {
             let why = "the position is unstable, and falls along a mode rather than swings";
             return Err(VibrationError::NoNormalModes { why });

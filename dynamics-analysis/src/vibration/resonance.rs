@@ -12,7 +12,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::channel::{Channel, Excitation};
 use super::{StateSpace, VibrationError};
-use crate::linearize::general;
+use crate::linearize::matrix_eigenvalues;
 
 /// Real part of an eigenvalue, in parts of the largest, above which it is growth and not the root of
 /// rounding.
@@ -194,7 +194,7 @@ fn reaching(channel: &Channel, level: f64) -> Result<Vec<f64>, VibrationError> {
     hamiltonian.view_mut((0, n), (n, n)).copy_from(&(&b * b.transpose() / rest));
     hamiltonian.view_mut((n, 0), (n, n)).copy_from(&(c.transpose() * &c * (-(1.0 + d * d / rest))));
     hamiltonian.view_mut((n, n), (n, n)).copy_from(&-moved.transpose());
-    let found = general(hamiltonian)?;
+    let found = matrix_eigenvalues(hamiltonian)?;
     let size = found.iter().map(|x| x.norm()).fold(0.0, f64::max);
     let on_axis = found.into_iter().filter(|x| x.im >= 0.0 && x.re.abs() <= 1e-9 * size);
     let mut on_axis: Vec<f64> = on_axis.map(|x| x.im).collect();

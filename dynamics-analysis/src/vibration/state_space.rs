@@ -17,7 +17,7 @@ use nalgebra::{Complex, DMatrix};
 use super::linear_equations::{corners, equations};
 use super::varying::varying;
 use super::{VibrationError, Withheld};
-use crate::linearize::{LinearizeError, ModelDerivatives, Tangent, general, linearize};
+use crate::linearize::{LinearizeError, ModelDerivatives, Tangent, linearize, matrix_eigenvalues};
 
 /// A named input, state or output.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -132,7 +132,7 @@ impl StateSpace {
     /// # Errors
     /// An iteration that does not settle.
     pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, VibrationError> {
-        let mut found = general(self.a.clone())?;
+        let mut found = matrix_eigenvalues(self.a.clone())?;
         found.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
         Ok(found)
     }

@@ -20,7 +20,7 @@ use alloc::vec::Vec;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::channel::Channel;
-use crate::linearize::general;
+use crate::linearize::matrix_eigenvalues;
 
 /// Distance of eigenvalues, in parts of A, within which they may belong to one defective one.
 const DEFECTIVE_DISTANCE: f64 = 1e-5;
@@ -53,7 +53,8 @@ impl Channel {
     }
 
     fn taken_out(&self, at: Complex<f64>) -> Option<Self> {
-        let mut distances: Vec<f64> = general(self.a.clone()).ok()?.iter().map(|x| (x - at).norm()).collect();
+        let mut distances: Vec<f64> =
+            matrix_eigenvalues(self.a.clone()).ok()?.iter().map(|x| (x - at).norm()).collect();
         distances.sort_by(f64::total_cmp);
         let most =
             distances.iter().filter(|distance| **distance <= DEFECTIVE_DISTANCE * self.a.norm()).count();

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::VibrationError;
 use super::linear_equations::{StateSpaceMatrices, equations};
-use crate::linearize::{LinearizeError, Tangent, assemble, drop_rounding, later};
+use crate::linearize::{COMPARISON_TIMES, LinearizeError, Tangent, assemble, drop_rounding, state_after};
 
 /// Change of a row or column, in parts of it, over a hundredth of the motion's time scale that counts as one.
 const CONSTANT: f64 = 1e-7;
@@ -29,10 +29,9 @@ pub(super) fn varying<M: Constraints + Outputs>(
 ) -> Result<(Vec<usize>, Vec<usize>), VibrationError> {
     let fastest = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
     let [mut outputs, mut inputs] = [Vec::new(), Vec::new()];
-    // No period divides both.
-    for part in [1e-2, 2.645_751_311_064_590_7e-2] {
+    for part in COMPARISON_TIMES {
         let (state, read, tangent) =
-            later(model, state, tangent, part / fastest).ok_or(LinearizeError::Ends)?;
+            state_after(model, state, tangent, part / fastest).ok_or(LinearizeError::Ends)?;
         let (then, _) = equations(model, &state, &read, &tangent, &assemble::<M>(&read, &tangent))?;
         let [of_a, of_c] = [changed(&now.a, &then.a), changed(&now.c, &then.c)];
         let mut a = now.a.clone();

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::parallel::ordered;
 use super::{Fit, FitError, FitProblem};
-use crate::numbers::Numbers;
+use crate::random_numbers::RandomNumbers;
 
 /// Fits of data with resampled residuals.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +82,7 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
         (total as f64 / fit.freedom.max(1) as f64).sqrt()
     };
     let one = |index: usize| {
-        let mut numbers = Numbers(seed ^ (index as u64).wrapping_mul(Numbers::STEP));
+        let mut numbers = RandomNumbers(seed ^ (index as u64).wrapping_mul(RandomNumbers::STATE_INCREMENT));
         let mut residuals = fit.residuals.iter();
         let drawn = problem.experiments.iter().map(|experiment| {
             let mut series = experiment.series.clone();

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::Multiplier;
-use crate::linearize::{eigenvector, general};
+use crate::linearize::{eigenvector, matrix_eigenvalues};
 use crate::periodic::PeriodicError;
 use crate::periodic::symmetry::{Known, Trivial};
 
@@ -123,7 +123,9 @@ type WithShape = (Multiplier, DVector<Complex<f64>>);
 fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<WithShape>, PeriodicError> {
     let n = a.nrows();
     let mut found = Vec::with_capacity(n);
-    for (k, value) in general(a.clone()).map_err(PeriodicError::Eigenvalues)?.into_iter().enumerate() {
+    for (k, value) in
+        matrix_eigenvalues(a.clone()).map_err(PeriodicError::Eigenvalues)?.into_iter().enumerate()
+    {
         let right = eigenvector(a, value, k).map_err(PeriodicError::Eigenvalues)?;
         let left = eigenvector(&a.transpose(), value.conj(), k).map_err(PeriodicError::Eigenvalues)?;
         let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
