@@ -1,11 +1,11 @@
 //! The analyses of `dynamics`.
 //!
 //! Two analyses compare many runs: which method is the fastest for a required accuracy
-//! ([`Analyze::work_precision`]), and which model of a scene suffices for it ([`compare`]). The others use exact
-//! derivatives: small motions about an equilibrium or a steady motion ([`Analyze::linearize`]), equilibria over
-//! a parameter ([`continuation`]), periodic and chaotic motions ([`Analyze::periodic`]), sensitivities and fits
-//! of parameters ([`Vary`]). Users depend on the façade crate, which re-exports this crate as
-//! `dynamics::analysis`.
+//! ([`Analyze::work_precision`]), and which model of a scene suffices for it ([`compare`]). The others use
+//! exact derivatives: small motions about an equilibrium or a steady motion ([`Analyze::linearize`]),
+//! equilibria over a parameter ([`continuation`]), periodic and chaotic motions ([`Analyze::periodic`]),
+//! sensitivities and fits of parameters ([`Vary`]). Users depend on the façade crate, which re-exports this
+//! crate as `dynamics::analysis`.
 //!
 //! ```text
 //! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
@@ -60,6 +60,6 @@ pub use work_precision::{
 
 pub use vibration::{
     Banded, BandedModel, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes,
-    Lqr, LqrDesign, ModeFilm, NormalModes, Onset, Peak, Reach, RotorMode, Signal, Spectrum, StateSpace,
-    TimeResponse, VibrationError, Window, Withheld, frequencies, lowest_modes,
+    Lqr, LqrDesign, ModeAnimation, NormalModes, Onset, Peak, Reach, RotorMode, Signal, SignalUnavailable,
+    Spectrum, StateSpace, TimeResponse, VibrationError, Window, frequencies, lowest_modes,
 };

@@ -8,9 +8,9 @@
 //! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)        Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
 //! ```
 //!
-//! All derivatives are symbolic, none are differences. The holonomic rows leave independent coordinates z. All
-//! rows leave independent velocities v, a subset of the rates of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G
-//! v + H z. The projection on Eᵀ contains no δλ:
+//! All derivatives are symbolic, none are differences. The holonomic rows leave independent coordinates z.
+//! All rows leave independent velocities v, a subset of the rates of z: δq = D z, δq̇ = E v + F z,
+//! δq̈ = E v̇ + G v + H z. The projection on Eᵀ contains no δλ:
 //!
 //! ```text
 //! EᵀM E v̇ + Eᵀ(M G + r_u E) v + Eᵀ(M H + r_q D + r_u F) z = EᵀQ_w δw        ż = S v + T z
@@ -42,8 +42,8 @@ pub(super) use reduce::{Tangent, indices, scales};
 pub(super) use spectrum::{drop_rounding, matrix_eigenvalues, potential_stiffness, undamped_modes};
 pub(super) use steady::{COMPARISON_TIMES, state_after};
 
-/// Linear equations of small motions, in C independent coordinates z and F ≤ C independent velocities v, with W
-/// inputs.
+/// Linear equations of small motions, in C independent coordinates z and F ≤ C independent velocities v,
+/// with W inputs.
 ///
 /// ```text
 /// mass v̇ + damping v + stiffness z = input δw        ż = S v + T z        δq = shape z
@@ -99,8 +99,8 @@ impl Linearization {
         self.stiffness.is_square().then(|| 0.5 * (&self.stiffness + self.stiffness.transpose()))
     }
 
-    /// The skew part of the stiffness matrix, the circulatory terms N = ½(K − Kᵀ), as of follower forces;
-    /// `None` if there are more coordinates than velocities.
+    /// The skew part of the stiffness matrix, the circulatory terms N = ½(K − Kᵀ), as of follower
+    /// forces; `None` if there are more coordinates than velocities.
     #[must_use]
     pub fn circulatory(&self) -> Option<DMatrix<f64>> {
         self.stiffness.is_square().then(|| 0.5 * (&self.stiffness - self.stiffness.transpose()))
@@ -156,9 +156,9 @@ impl Linearization {
         modes::modes(self)
     }
 
-    /// mass⁻¹ `right`. Elements that are only rounding become 0, for example those of a force that leaves a
-    /// coordinate at rest: balancing would otherwise scale the rounding up. An element counts as rounding up to
-    /// 4 n ε of Σ |mass⁻¹| |`right`|, n the number of velocities.
+    /// mass⁻¹ `right`. Elements that are only rounding become 0, for example those of a force that leaves
+    /// a coordinate at rest: balancing would otherwise scale the rounding up. An element counts as rounding
+    /// up to 4 n ε of Σ |mass⁻¹| |`right`|, n the number of velocities.
     pub(super) fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
         let factors = self.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
         let terms = factors.inverse().abs() * right.abs();
@@ -191,7 +191,8 @@ pub(super) struct ModelDerivatives {
 }
 
 impl ModelDerivatives {
-    /// At a state; the error says which input has no value, if that is the reason for values that are not finite.
+    /// At a state; the error says which input has no value, if that is the reason for values that are not
+    /// finite.
     pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, LinearizeError> {
         let solved =
             solve_once(model, &model.constants().map_err(dynamics_runtime::error::SolveError::from)?, state)?;
@@ -212,7 +213,8 @@ impl ModelDerivatives {
                 input: M::INPUTS[i].name,
             }));
         }
-        // `variations` writes ∂/∂q, ∂/∂q̇ and ∂/∂w of (r, Φ̈), then ∂Φ̇/∂q, each by rows.
+        // `variations` writes ∂/∂q, ∂/∂q̇ and ∂/∂w of (r, Φ̈), then ∂Φ̇/∂q, each by
+        // rows.
         let mut rest = values.as_slice();
         let mut take = |rows: usize, columns: usize| {
             let (matrix, after) = rest.split_at(rows * columns);
@@ -253,8 +255,8 @@ impl ModelDerivatives {
 /// roundings. A larger value would accept corners whose slopes differ by that much.
 const EQUAL_DERIVATIVES: f64 = 1e-12;
 
-/// Refuses states at which a branch of the model changes, unless both sides have the same derivatives there. For
-/// example, drag −|v| v at rest has.
+/// Refuses states at which a branch of the model changes, unless both sides have the same derivatives there.
+/// For example, drag −|v| v at rest has.
 fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), LinearizeError> {
     let mut kinks = [Kink::NONE; MOST_KINKS];
     model.kinks(state, &mut kinks);

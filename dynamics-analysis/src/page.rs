@@ -1,5 +1,6 @@
-//! HTML pages with sections of text, charts and tables. A page is one file and loads nothing from the network.
-//! This file knows the layout only; the modules of studies, comparisons and branches write their sections.
+//! HTML pages with sections of text, charts and tables. A page is one file and loads nothing from the
+//! network. This file knows the layout only; the modules of studies, comparisons and branches write their
+//! sections.
 
 use alloc::format;
 use alloc::string::String;
@@ -148,8 +149,8 @@ impl PageSection {
     }
 }
 
-/// A row of a table with `columns` columns. In a row with fewer cells the last one is a sentence: it spans the
-/// columns that are left and does not widen its own. Cells beyond the last column stand beside the table.
+/// A row of a table with `columns` columns. In a row with fewer cells the last one is a sentence: it spans
+/// the columns that are left and does not widen its own. Cells beyond the last column stand beside the table.
 fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("<tr>");
     for (i, text) in row.iter().enumerate() {

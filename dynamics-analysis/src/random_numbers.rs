@@ -6,8 +6,8 @@
 pub(super) struct RandomNumbers(pub(super) u64);
 
 impl RandomNumbers {
-    /// Increment of the state per number: 2⁶⁴ divided by the golden ratio, made odd, as published. Seeds that
-    /// differ by multiples of it give different sequences.
+    /// Increment of the state per number: 2⁶⁴ divided by the golden ratio, made odd, as published. Seeds
+    /// that differ by multiples of it give different sequences.
     pub(super) const STATE_INCREMENT: u64 = 0x9e37_79b9_7f4a_7c15;
 
     fn next(&mut self) -> u64 {

@@ -36,8 +36,8 @@ pub(super) fn with_short_steps<'m, M: Simulate>(
     if resolved { simulation.max_step(longest) } else { simulation }
 }
 
-/// The first line of an error: what happened and when. The state follows in further lines, which a table has no
-/// room for.
+/// The first line of an error: what happened and when. The state follows in further lines, which a table has
+/// no room for.
 pub(super) fn first_line(error: &impl ToString) -> String {
     error.to_string().lines().next().unwrap_or_default().to_string()
 }

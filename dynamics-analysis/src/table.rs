@@ -5,8 +5,8 @@ use alloc::vec::Vec;
 use core::fmt::Write;
 
 /// Rows with aligned cells: the first column flush left, the others right. The first row sets the number of
-/// columns; cells beyond are not aligned. A row with fewer cells ends with a sentence, which has no part in the
-/// width of its column.
+/// columns; cells beyond are not aligned. A row with fewer cells ends with a sentence, which has no part in
+/// the width of its column.
 pub(super) fn columns(rows: &[Vec<String>]) -> String {
     let count = rows.first().map_or(0, Vec::len);
     let width = |text: &String| text.chars().count();

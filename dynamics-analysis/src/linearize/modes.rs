@@ -1,8 +1,8 @@
 //! Eigenvalues with their mode shapes: A x = σ x, and yᴴ A = σ yᴴ for the conditioning.
 //!
 //! The modes of undamped conservative systems come from the symmetric problem (`spectrum.rs`). Those of other
-//! systems by inverse iteration beside the eigenvalue (G. H. Golub & C. F. Van Loan, *Matrix Computations*, §7.6);
-//! the eigenvalue is then refined by the generalized Rayleigh quotient yᴴA x/yᴴx.
+//! systems by inverse iteration beside the eigenvalue (G. H. Golub & C. F. Van Loan, *Matrix Computations*,
+//! §7.6); the eigenvalue is then refined by the generalized Rayleigh quotient yᴴA x/yᴴx.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -136,14 +136,15 @@ fn of_state_matrix(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError> 
     Ok(modes)
 }
 
-/// Factor on n ε ‖A‖, the error bound of the QR iteration, within which the Rayleigh quotient is accepted. A smaller
-/// factor leaves soft modes unrefined, a larger one could accept a neighbouring eigenvalue.
+/// Factor on n ε ‖A‖, the error bound of the QR iteration, within which the Rayleigh quotient is
+/// accepted. A smaller factor leaves soft modes unrefined, a larger one could accept a neighbouring
+/// eigenvalue.
 const QR_ERROR_FACTOR: f64 = 100.0;
 
-/// The eigenvalue by the generalized Rayleigh quotient yᴴA x/yᴴx. Its error is the square of the error of the
-/// vectors, plus rounding of its own sums. The error of the QR iteration is relative to the largest elements of
-/// the matrix; if a part is stiff, that is more than the damping of a soft mode. The quotient is accepted if it
-/// lies within the error of the QR iteration, and if x and y are not nearly orthogonal.
+/// The eigenvalue by the generalized Rayleigh quotient yᴴA x/yᴴx. Its error is the square of the error of
+/// the vectors, plus rounding of its own sums. The error of the QR iteration is relative to the largest
+/// elements of the matrix; if a part is stiff, that is more than the damping of a soft mode. The quotient is
+/// accepted if it lies within the error of the QR iteration, and if x and y are not nearly orthogonal.
 fn rayleigh_quotient(
     a: &DMatrix<f64>,
     eigenvalue: Complex<f64>,
@@ -171,20 +172,21 @@ fn rayleigh_quotient(
     }
 }
 
-/// Shifts of inverse iteration off the eigenvalue, in ε ‖A‖, tried in turn. On the eigenvalue itself the matrix has
-/// no inverse; of a defective matrix the first shift may hit another eigenvalue by chance.
+/// Shifts of inverse iteration off the eigenvalue, in ε ‖A‖, tried in turn. On the eigenvalue itself the
+/// matrix has no inverse; of a defective matrix the first shift may hit another eigenvalue by chance.
 const INVERSE_ITERATION_SHIFTS: [f64; 3] = [4.0, 13.0, 41.0];
 /// Steps of inverse iteration. One suffices for a simple eigenvalue, since it is known to rounding.
 const INVERSE_ITERATION_STEPS: usize = 3;
 
-/// The eigenvector of length 1 of an eigenvalue. `index` is the index of the eigenvalue: each has another start
-/// vector, so that equal eigenvalues get different vectors if these exist.
+/// The eigenvector of length 1 of an eigenvalue. `index` is the index of the eigenvalue: each has another
+/// start vector, so that equal eigenvalues get different vectors if these exist.
 pub(crate) fn eigenvector(
     a: &DMatrix<f64>,
     eigenvalue: Complex<f64>,
     index: usize,
 ) -> Result<DVector<Complex<f64>>, LinearizeError> {
-    // Balanced, because the shift is relative to ‖A‖, which may otherwise be far larger than any eigenvalue.
+    // Balanced, because the shift is relative to ‖A‖, which may otherwise be far larger than any
+    // eigenvalue.
     let mut balanced = a.clone();
     let scale = balance_parlett_reinsch(&mut balanced);
     let found = INVERSE_ITERATION_SHIFTS

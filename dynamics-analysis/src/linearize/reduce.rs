@@ -2,9 +2,9 @@
 //! δq = D z and δq̇ = E v + F z.
 //!
 //! Gauss–Jordan elimination with complete pivoting of the rows [Φ_q; A]. The columns without a pivot are
-//! independent; D and E are its null space. Columns are scaled by 1/√M_ii for the choice of pivots, so that it
-//! does not depend on units. Φ_q alone is eliminated first and gives D; elimination of the other rows goes on
-//! from there and gives E.
+//! independent; D and E are its null space. Columns are scaled by 1/√M_ii for the choice of pivots, so that
+//! it does not depend on units. Φ_q alone is eliminated first and gives D; elimination of the other rows
+//! goes on from there and gives E.
 
 use alloc::vec::Vec;
 
@@ -37,8 +37,9 @@ pub(crate) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, Line
     Ok(found)
 }
 
-/// Acceleration, relative to the largest velocity (at least 1), up to which a velocity counts as constant: the
-/// accuracy of states that were typed in with nine digits. The choice only sets which velocities are tried first.
+/// Acceleration, relative to the largest velocity (at least 1), up to which a velocity counts as constant:
+/// the accuracy of states that were typed in with nine digits. The choice only sets which velocities are
+/// tried first.
 const CONSTANT_VELOCITY: f64 = 1e-8;
 
 /// The coordinates whose velocities do not change.
@@ -53,8 +54,8 @@ pub(super) fn constant_velocities<S: ModelState>(
 /// Largest value of a unit below which all its values count as 0.
 const LEAST_SCALE: f64 = 1e-12;
 
-/// The scale of each coordinate: the largest value among the coordinates of its unit; at least 1 rad for angles;
-/// 1 if all are 0.
+/// The scale of each coordinate: the largest value among the coordinates of its unit; at least 1 rad for
+/// angles; 1 if all are 0.
 pub(crate) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
     let of = |unit: &str| {
         let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
@@ -121,14 +122,16 @@ impl Tangent {
         self.rows
     }
 
-    /// The changes of dependent coordinates that solve rows · δ = −`residuals` with the independent ones held.
+    /// The changes of dependent coordinates that solve rows · δ = −`residuals` with the independent ones
+    /// held.
     pub(crate) fn particular(&self, residuals: &DMatrix<f64>) -> DMatrix<f64> {
         -(&self.solver * residuals)
     }
 }
 
-/// Inertia of a coordinate without any, relative to the largest: it scales the column for the choice of pivots
-/// like the column of a light coordinate. A smaller value would make such coordinates dependent more often.
+/// Inertia of a coordinate without any, relative to the largest: it scales the column for the choice of
+/// pivots like the column of a light coordinate. A smaller value would make such coordinates dependent more
+/// often.
 const LEAST_INERTIA: f64 = 1e-6;
 
 /// Gauss–Jordan elimination with complete pivoting, rows and columns scaled: [rows | 1] → [.. 1 ..|
@@ -182,8 +185,8 @@ impl Elimination {
         }
     }
 
-    /// The largest pivot that is left. Preferred columns are to stay independent, so one of them has a pivot only
-    /// if no other column has.
+    /// The largest pivot that is left. Preferred columns are to stay independent, so one of them has a pivot
+    /// only if no other column has.
     fn largest_pivot(
         &self,
         among: core::ops::Range<usize>,
@@ -221,19 +224,20 @@ impl Elimination {
     }
 }
 
-/// Distance of the positions nearby at which the rank is compared, relative to the scales of the coordinates. A
-/// smaller distance leaves pivots there below the rank tolerance; with a larger one the projection may fail.
+/// Distance of the positions nearby at which the rank is compared, relative to the scales of the coordinates.
+/// A smaller distance leaves pivots there below the rank tolerance; with a larger one the projection may
+/// fail.
 const RANK_COMPARISON_DISTANCE: f64 = 1e-3;
 /// Motion of the other independent coordinates, relative to the first: no symmetry of a model has this ratio.
 const OFF_AXIS_PART: f64 = 0.31;
-/// A position nearby counts if an independent coordinate moved at least this part of the distance. Otherwise the
-/// projection fell back to the singular position.
+/// A position nearby counts if an independent coordinate moved at least this part of the distance. Otherwise
+/// the projection fell back to the singular position.
 const LEAST_MOVED_PART: f64 = 0.1;
 /// Most independent coordinates that are tried, each in both directions.
 const MAX_RANK_DIRECTIONS: usize = 4;
 
-/// Refuses positions in which rows become dependent that are independent nearby. Rows that are dependent nearby,
-/// too, only repeat others.
+/// Refuses positions in which rows become dependent that are independent nearby. Rows that are dependent
+/// nearby, too, only repeat others.
 pub(super) fn refuse_singular<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -248,8 +252,8 @@ pub(super) fn refuse_singular<M: Constraints>(
     let directions = 0..tangent.coordinates.len().min(MAX_RANK_DIRECTIONS);
     for (main, sign) in directions.flat_map(|main| [(main, 1.0), (main, -1.0)]) {
         let mut nearby = *state;
-        // Mostly one independent coordinate, and a little of the others, so that no symmetry of the model hides
-        // the difference.
+        // Mostly one independent coordinate, and a little of the others, so that no symmetry of the model
+        // hides the difference.
         let size = |k: usize| RANK_COMPARISON_DISTANCE * scales[tangent.coordinates[k]];
         let step = |k: usize| sign * size(k) * if k == main { 1.0 } else { OFF_AXIS_PART / (1.0 + k as f64) };
         let weights = nalgebra::DVector::from_fn(tangent.coordinates.len(), |k, _| step(k));

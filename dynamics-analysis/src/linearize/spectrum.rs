@@ -17,8 +17,8 @@ use super::{Linearization, LinearizeError};
 /// Most QR iterations per row of a matrix. A row takes two or three as a rule; the limit only ends iterations
 /// that would not end.
 const MAX_QR_ITERATIONS_PER_ROW: usize = 300;
-/// Relative distance, in parts of the largest eigenvalue, up to which real parts count as equal for the order of
-/// the eigenvalues.
+/// Relative distance, in parts of the largest eigenvalue, up to which real parts count as equal for the order
+/// of the eigenvalues.
 const EQUAL_REAL_PARTS: f64 = 1e-12;
 
 /// The eigenvalues, by growing real part, then imaginary part.
@@ -77,8 +77,8 @@ pub(crate) fn undamped_modes(linear: &Linearization) -> Result<Option<Undamped>,
     let (values, vectors) = symmetric_eigen_by_blocks(&reduced)?;
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|i, j| values[*i].total_cmp(&values[*j]));
-    // The square of a rigid-body mode is 0, not rounding. The rounding is that of the terms of vᵀKv, not that of
-    // the stiffest mode.
+    // The square of a rigid-body mode is 0, not rounding. The rounding is that of the terms of vᵀKv, not
+    // that of the stiffest mode.
     let square = |i: usize| {
         let v = vectors.column(i).abs();
         if values[i].abs() <= rounding * v.dot(&(&sizes * &v)) { 0.0 } else { values[i] }
@@ -89,8 +89,8 @@ pub(crate) fn undamped_modes(linear: &Linearization) -> Result<Option<Undamped>,
     Ok(Some((squares, vectors)))
 }
 
-/// Eigenvalues and vectors of a symmetric matrix, each uncoupled block by itself. In one matrix with a part that
-/// is 1/ε times as stiff, the QR iteration would drop the coupling of soft parts and mix their vectors.
+/// Eigenvalues and vectors of a symmetric matrix, each uncoupled block by itself. In one matrix with a part
+/// that is 1/ε times as stiff, the QR iteration would drop the coupling of soft parts and mix their vectors.
 fn symmetric_eigen_by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
     let n = of.nrows();
     let (mut values, mut vectors) = (DVector::zeros(n), DMatrix::zeros(n, n));
@@ -108,9 +108,9 @@ fn symmetric_eigen_by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeErr
     Ok((values, vectors))
 }
 
-/// The eigenvalues of any matrix, in no particular order. Uncoupled blocks are separated first, so that soft parts
-/// are not compared with stiff ones. Balancing uses the whole matrix, because balancing a block that is only
-/// rounding would make it as large as the rest.
+/// The eigenvalues of any matrix, in no particular order. Uncoupled blocks are separated first, so that soft
+/// parts are not compared with stiff ones. Balancing uses the whole matrix, because balancing a block that is
+/// only rounding would make it as large as the rest.
 pub(crate) fn matrix_eigenvalues(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
     if a.is_empty() {
         return Ok(Vec::new());
@@ -124,8 +124,8 @@ pub(crate) fn matrix_eigenvalues(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>
     Ok(found)
 }
 
-/// The eigenvalues of a block of a balanced matrix. Its rows may be coupled only by rounding, so it is split again
-/// after rounding is dropped.
+/// The eigenvalues of a block of a balanced matrix. Its rows may be coupled only by rounding, so it is split
+/// again after rounding is dropped.
 fn block_eigenvalues(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
     drop_rounding(&mut a);
     let mut found = Vec::with_capacity(a.nrows());
@@ -142,14 +142,15 @@ fn block_eigenvalues(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, Linearize
     Ok(found)
 }
 
-/// Sets elements to zero that are rounding, up to n ε ‖A‖: the QR iteration changes the matrix by as much.
+/// Sets elements to zero that are rounding, up to n ε ‖A‖: the QR iteration changes the matrix by as
+/// much.
 pub(crate) fn drop_rounding(a: &mut DMatrix<f64>) {
     let least = a.nrows() as f64 * f64::EPSILON * a.norm();
     a.iter_mut().filter(|x| x.abs() <= least).for_each(|x| *x = 0.0);
 }
 
-/// The strongly connected components of the graph of a matrix (j → i where a_ij ≠ 0): the blocks of its block
-/// triangular form. By Warshall's transitive closure, O(n³) like the eigenvalues themselves.
+/// The strongly connected components of the graph of a matrix (j → i where a_ij ≠ 0): the blocks of its
+/// block triangular form. By Warshall's transitive closure, O(n³) like the eigenvalues themselves.
 pub(super) fn blocks(a: &DMatrix<f64>) -> Vec<Vec<usize>> {
     let n = a.nrows();
     let mut reaches = DMatrix::from_fn(n, n, |i, j| i == j || a[(i, j)] != 0.0);

@@ -1,9 +1,9 @@
 //! Whether the linear equations have constant coefficients, as at an equilibrium or on a steady motion.
 //!
 //! Two tests. First, no independent velocity may accelerate. Second, the equations are assembled again at two
-//! later times of the motion (the independent velocities stay, the coordinates go on), and the state matrix must
-//! be the same there. Only states that have an influence on others are compared: the place of a vehicle on a
-//! plane or the angle of a round wheel goes on, but nothing depends on it.
+//! later times of the motion (the independent velocities stay, the coordinates go on), and the state matrix
+//! must be the same there. Only states that have an influence on others are compared: the place of a vehicle
+//! on a plane or the angle of a round wheel goes on, but nothing depends on it.
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
@@ -15,22 +15,24 @@ use super::reduce::Tangent;
 use super::spectrum::drop_rounding;
 use super::{Linearization, LinearizeError, ModelDerivatives, assemble};
 
-/// Largest acceleration at rest, relative to the acceleration that a displacement or velocity by its own size (at
-/// least 1) would cause. It is about the error of an equilibrium from an iteration, or typed in with nine digits.
+/// Largest acceleration at rest, relative to the acceleration that a displacement or velocity by its own size
+/// (at least 1) would cause. It is about the error of an equilibrium from an iteration, or typed in with nine
+/// digits.
 const MAX_REST_ACCELERATION: f64 = 1e-8;
-/// Largest acceleration at rest if nothing else gives a scale, in units of the velocity per second: rounding of
-/// numbers near 1.
+/// Largest acceleration at rest if nothing else gives a scale, in units of the velocity per second: rounding
+/// of numbers near 1.
 const ROUNDING_OF_ACCELERATIONS: f64 = 1e-14;
-/// Largest change of the coefficients of a steady motion between now and the comparison times, relative to the
-/// largest of their row. Coefficients that turn with the motion change by about 1e-2 in that time. A larger value
-/// accepts slower changes, a smaller one refuses states that are steady only to a few digits.
+/// Largest change of the coefficients of a steady motion between now and the comparison times, relative to
+/// the largest of their row. Coefficients that turn with the motion change by about 1e-2 in that time. A
+/// larger value accepts slower changes, a smaller one refuses states that are steady only to a few digits.
 const MAX_COEFFICIENT_CHANGE: f64 = 1e-7;
-/// Times after which coefficients are compared, relative to the reciprocal of the largest velocity (1 s at rest):
-/// a hundredth, and √7 hundredths. No period divides both, so no periodic coefficient is the same at both.
+/// Times after which coefficients are compared, relative to the reciprocal of the largest velocity (1 s at
+/// rest): a hundredth, and √7 hundredths. No period divides both, so no periodic coefficient is the same at
+/// both.
 pub(crate) const COMPARISON_TIMES: [f64; 2] = [1e-2, 2.645_751_311_064_590_7e-2];
 
-/// Why the state is neither an equilibrium nor on a steady motion, so that eigenvalues have no meaning; `None` if
-/// it is one of them.
+/// Why the state is neither an equilibrium nor on a steady motion, so that eigenvalues have no meaning;
+/// `None` if it is one of them.
 pub(super) fn why_unsteady<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -52,8 +54,8 @@ pub(super) fn why_unsteady<M: Constraints>(
         let then = assemble::<M>(&read, &tangent);
         let Ok(mut b) = then.state_matrix() else { return Some(LinearizeError::Ends) };
         drop_rounding(&mut b);
-        // A state without influence now may have a force later, for example the angle of a wheel that turns to
-        // where a force acts on it.
+        // A state without influence now may have a force later, for example the angle of a wheel that turns
+        // to where a force acts on it.
         let is_moving = state.u().as_slice().iter().any(|u| *u != 0.0);
         if let Some(error) = accelerates(&there, &then, &tangent, &b).filter(|_| is_moving) {
             return Some(error);
@@ -63,7 +65,8 @@ pub(super) fn why_unsteady<M: Constraints>(
         }
         let of = |m: &DMatrix<f64>| m.select_rows(&influential).select_columns(&influential);
         let (now, then) = (of(&a), of(&b));
-        // Row by row, because stiff rows are no scale for soft ones. But the rounding of stiff rows is in all.
+        // Row by row, because stiff rows are no scale for soft ones. But the rounding of stiff rows is in
+        // all.
         let least =
             (a.nrows() as f64 * f64::EPSILON / MAX_COEFFICIENT_CHANGE * a.amax()).max(f64::MIN_POSITIVE);
         let of_row = |i: usize| (then.row(i) - now.row(i)).amax() / now.row(i).amax().max(least);
@@ -110,7 +113,8 @@ fn accelerates<S: ModelState>(
     })
 }
 
-/// The states on which others depend, directly or through others. Columns of zeros are removed until none is left.
+/// The states on which others depend, directly or through others. Columns of zeros are removed until none is
+/// left.
 fn influential_states(a: &DMatrix<f64>) -> alloc::vec::Vec<usize> {
     let mut left: alloc::vec::Vec<usize> = (0..a.nrows()).collect();
     while let Some(k) = left.iter().position(|j| left.iter().all(|i| a[(*i, *j)] == 0.0)) {
@@ -119,8 +123,8 @@ fn influential_states(a: &DMatrix<f64>) -> alloc::vec::Vec<usize> {
     left
 }
 
-/// The state after a short time on a motion whose independent velocities are constant, with the derivatives and
-/// the tangent space there in the same coordinates; `None` if the motion or the model ends before.
+/// The state after a short time on a motion whose independent velocities are constant, with the derivatives
+/// and the tangent space there in the same coordinates; `None` if the motion or the model ends before.
 pub(crate) fn state_after<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -129,8 +133,9 @@ pub(crate) fn state_after<M: Constraints>(
 ) -> Option<(M::State, ModelDerivatives, Tangent)> {
     let constants = model.constants().ok()?;
     let solved = solve_once(model, &constants, state).ok()?;
-    // Independent velocities are constant. Their accelerations are rounding, which stiff parts would turn into a
-    // visible displacement within this time. So only the dependent parts of the accelerations are used.
+    // Independent velocities are constant. Their accelerations are rounding, which stiff parts would turn
+    // into a visible displacement within this time. So only the dependent parts of the accelerations are
+    // used.
     let all = DVector::from_column_slice(solved.accelerations.as_slice());
     let dependent = &all - &tangent.velocities * all.select_rows(&tangent.rates);
     let mut later = at_time(state, state.t() + after);
