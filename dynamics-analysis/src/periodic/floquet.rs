@@ -103,10 +103,10 @@ pub enum FloquetVerdict {
     },
 }
 
-/// The multipliers of a motion that closes after a period, with what they were computed from.
+/// The multipliers of a motion that closes after a period, with the monodromy matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Floquet {
-    /// What becomes of small disturbances.
+    /// Whether small disturbances grow.
     pub verdict: FloquetVerdict,
     /// All multipliers, as many as independent coordinates and velocities, by falling modulus. Those that are
     /// known to be 1 are last.
@@ -244,7 +244,7 @@ fn closes<M: Constraints>(
     }
 }
 
-/// A monodromy matrix, and what it came from.
+/// A monodromy matrix, with the motion along which it was integrated.
 struct Monodromy<S> {
     matrix: DMatrix<f64>,
     /// The product of the absolute values of its factors: the scale of its rounding.

@@ -1,7 +1,7 @@
 //! A motion with its variations: state and tangent vectors, integrated together.
 //!
 //! ```text
-//! q̈ = a(q, q̇, t)        δq̈ = a_q δq + a_u δq̇ for every tangent vector        ∫ tr a_u dt, the logarithm of what volumes are multiplied by
+//! q̈ = a(q, q̇, t)        δq̈ = a_q δq + a_u δq̇ for every tangent vector        ∫ tr a_u dt, the logarithm of the change of volumes
 //! ```
 //!
 //! With constraints, a is the constrained acceleration. Tangent vectors start in the tangent space and stay
@@ -48,6 +48,13 @@ const LEAST_STEP_ROUNDINGS: f64 = 16.0;
 /// Step, relative to the integration time, down to which a failed step is repeated with a quarter of the
 /// size.
 const LEAST_REPEATED_STEP: f64 = 1e-10;
+/// A step of at least this part of the time that is left ends at its end.
+const LAST_STEP_PART: f64 = 0.9999;
+/// Largest part of the time that is left for any other step. With a little more than a half, the last two
+/// steps are equal, and no tiny step is left.
+const LARGEST_STEP_PART: f64 = 0.5001;
+/// Factor of a step that failed because a stage has no rates.
+const FACTOR_AFTER_FAILURE: f64 = 0.25;
 /// Step, relative to the integration time, below which stages on another branch mean that the motion touches
 /// the corner.
 const LEAST_STEP_AT_CORNER: f64 = 1e-9;
@@ -194,8 +201,11 @@ impl<'m, M: Constraints> Flow<'m, M> {
         let time = current.state.t();
         let left = until - time;
         // The last two steps share the time that is left.
-        let (step, last) =
-            if current.h >= 0.9999 * left { (left, true) } else { (current.h.min(0.5001 * left), false) };
+        let (step, last) = if current.h >= LAST_STEP_PART * left {
+            (left, true)
+        } else {
+            (current.h.min(LARGEST_STEP_PART * left), false)
+        };
         if step <= LEAST_STEP_ROUNDINGS * f64::EPSILON * time.abs().max(until.abs()) && !last {
             return Err(PeriodicError::Stalls { time });
         }
@@ -211,7 +221,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
                 // A stage may lie beyond the end of the model; a shorter step may succeed.
                 Ok(_) | Err(_) if step > LEAST_REPEATED_STEP * current.span => {
                     current.control.failed();
-                    current.h = 0.25 * step;
+                    current.h = FACTOR_AFTER_FAILURE * step;
                     return Ok(false);
                 }
                 Ok(_) => return Err(not_finite::<M>(&current.state, &current.slope)),

@@ -38,6 +38,8 @@ pub(super) const EQUAL_ACCELERATIONS: f64 = 1e-9;
 /// rounding of large ones. With [`EQUAL_ACCELERATIONS`], differences below 1e-15 of the largest acceleration
 /// do not count.
 pub(super) const LEAST_ACCELERATION_SCALE: f64 = 1e-6;
+/// Least velocity added to a state to see whether forces do work off the motion.
+const LEAST_TRIAL_SPEED: f64 = 1e-3;
 /// Step of differences of conserved quantities and momenta, in parts of the motion, by the formula of order
 /// 6.
 const GRADIENT_STEP: f64 = 0.01;
@@ -169,7 +171,7 @@ impl Conserved {
         let mut powers = alloc::vec![0.0; M::POWERS.len()];
         let idle = |state: &M::State| {
             let mut beside = *state;
-            let speed = state.u().as_slice().iter().fold(1e-3, |most: f64, u| most.max(u.abs()));
+            let speed = state.u().as_slice().iter().fold(LEAST_TRIAL_SPEED, |most: f64, u| most.max(u.abs()));
             for (i, u) in beside.u_mut().as_mut_slice().iter_mut().enumerate() {
                 *u += speed * (0.7 + 1.3 * i as f64).sin();
             }

@@ -176,7 +176,7 @@ impl Spectrum {
     }
 
     /// Amplitudes over frequency, both by their logarithms, from the first bin on in which no mean shows (see
-    /// [`Self::highest`]), beside a curve that is known otherwise (an empty one is left out).
+    /// [`Self::highest`]), with a known curve for comparison (left out if it is empty).
     #[must_use]
     pub fn chart(&self, title: &str, known: impl IntoIterator<Item = (f64, f64)>) -> Chart {
         let points = self.frequencies.iter().copied().zip(self.amplitudes.iter().copied());

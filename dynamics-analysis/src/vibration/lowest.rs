@@ -269,7 +269,7 @@ fn absolute(of: &Banded) -> Banded {
 mod tests {
     use super::*;
 
-    /// A set that lacks one mode, or whose last belongs to a pair, is told by the count.
+    /// The count shows that a mode is missing, and accepts a last mode that belongs to a pair.
     #[test]
     fn what_was_missed_is_counted() {
         let n = 12;
@@ -285,7 +285,7 @@ mod tests {
         assert_eq!(counted(&mass, &stiffness, &all, 0.0, 4), 4);
         let missed = [&all[..2], &all[3..]].concat();
         assert_eq!(counted(&mass, &stiffness, &missed, 0.0, 4), 5);
-        // The others of a cluster that goes on are no misses.
+        // Further members of a cluster are not missing.
         let pairs = Banded::diagonal(&[1.0, 1.0, 2.0, 2.0, 5.0]);
         assert_eq!(counted(&Banded::diagonal(&[1.0; 5]), &pairs, &[1.0, 1.0, 2.0, 2.0], 0.0, 3), 3);
     }

@@ -153,7 +153,7 @@ struct ShootingProblem<'a, 'm, M: Simulate> {
     autonomous: bool,
     /// Whether the period is an unknown.
     free: bool,
-    /// What is conserved along the motion through the guess.
+    /// Names of the quantities that are conserved along the motion through the guess.
     conserved: Vec<&'static str>,
     /// Whether the motion may belong to a family of which no member was chosen. Then its energy is held.
     is_family: bool,
