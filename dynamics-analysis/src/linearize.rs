@@ -4,8 +4,10 @@
 //! deviations δq, δλ fulfil, to first order,
 //!
 //! ```text
-//! M δq̈ + r_u δq̇ + r_q δq − Φ_qᵀ δλ = Q_w δw        r = M q̈ − Q − Φ_qᵀλ, differentiated at the q̈ and λ of the motion
-//! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)        Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
+//! M δq̈ + r_u δq̇ + r_q δq − Φ_qᵀ δλ = Q_w δw
+//! r = M q̈ − Q − Φ_qᵀλ, differentiated at the q̈ and λ of the motion
+//! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)
+//! Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
 //! ```
 //!
 //! All derivatives are symbolic, none are differences. The holonomic rows leave independent coordinates z.

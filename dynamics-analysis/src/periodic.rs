@@ -2,10 +2,10 @@
 //! Poincaré sections.
 //!
 //! ```text
-//! let judged = model.floquet(&start, period)?;                                   // how small disturbances change in a period
-//! let orbit = model.periodic(guess, period).run()?;                              // the closed motion nearby, with its multipliers
-//! let exponents = model.lyapunov(start).settle(100.0).during(2000.0).run()?;     // how fast neighbours part
-//! let section = model.poincare(start).every(period).points(2000).run()?;         // the motion, once a period
+//! let judged = model.floquet(&start, period)?;                                // growth of disturbances
+//! let orbit = model.periodic(guess, period).run()?;                           // the closed motion nearby
+//! let exponents = model.lyapunov(start).settle(100.0).during(2000.0).run()?;  // Lyapunov exponents
+//! let section = model.poincare(start).every(period).points(2000).run()?;      // points once a period
 //! ```
 //!
 //! All use exact variational equations (`flow.rs`), under constraints on their tangent space. Inputs are

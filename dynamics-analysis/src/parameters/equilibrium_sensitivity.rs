@@ -5,7 +5,8 @@
 //! keep Φ = 0 while z stands still,
 //!
 //! ```text
-//! K δz = −(Eᵀ r_p + Eᵀ r_q δq_Φ) δp        K = Eᵀ r_q D at the λ that leaves nothing on dependent coordinates
+//! K δz = −(Eᵀ r_p + Eᵀ r_q δq_Φ) δp
+//! K = Eᵀ r_q D at the λ that leaves nothing on dependent coordinates
 //! ```
 //!
 //! *Frequencies*: K φ = ω² M φ with φᵀM φ = 1 gives δ(ω²) = φᵀ(δK − ω² δM) φ (R. L. Fox & M. P. Kapoor, AIAA
@@ -355,6 +356,7 @@ fn changes(
     let lower = factors.l();
     let stiffness = 0.5 * (&linear.stiffness + linear.stiffness.transpose());
     let not_finite = || SensitivityError::NotFinite { time: 0.0 };
+    // M = L Lᵀ reduces Kφ = ω²Mφ to a symmetric problem.
     let half = lower.solve_lower_triangular(&stiffness).ok_or_else(not_finite)?;
     let whole = lower.solve_lower_triangular(&half.transpose()).ok_or_else(not_finite)?;
     let eigen = SymmetricEigen::new(0.5 * (&whole + whole.transpose()));
@@ -362,6 +364,7 @@ fn changes(
     let mut order: Vec<usize> = (0..modes.ncols()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let largest = eigen.eigenvalues.amax();
+    // Group by group of equal frequencies.
     let mut found = Vec::new();
     let mut rest = order.as_slice();
     while let Some(first) = rest.first() {

@@ -322,6 +322,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             let what = "the time up to which a section is looked for, `.until(..)`,";
             return Err(PeriodicError::Option { what, value: until, needed: "after the start" });
         }
+        // A crossing is an event of the simulation, which records the state. After enough points it ends the
+        // run.
         let starts_on_section = function.is_some_and(|function| function(&self.start) == 0.0);
         let (mut points, mut seen) = (Vec::<M::State>::new(), 0);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
@@ -338,6 +340,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             }
             if points_of_run.len() == wanted { Flow::Stop } else { Flow::Continue }
         });
+        // The range of the function is for the error of a section that is not crossed.
         let result = run.run_with(|state| {
             if let Some(function) = function {
                 let value = function(state);

@@ -205,6 +205,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
             });
         }
         self.guesses.iter().try_for_each(|guess| check(self.model, guess))?;
+        // The conditions that choose a member of a family, then the search, the multipliers and the repeats.
         let advance = self.advances()?;
         let mut holds = Vec::new();
         if let Some(energy) = self.energy {

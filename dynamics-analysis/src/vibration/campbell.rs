@@ -21,7 +21,7 @@ use super::VibrationError;
 use crate::linearize::{Linearization, LinearizeError, Mode};
 
 /// Relative distance up to which eigenvalues count as equal. Equal eigenvalues have a plane of mode shapes,
-/// of which no one is distinguished, so their whirl is undetermined.
+/// of which none is distinguished, so their whirl is undetermined.
 const EQUAL_EIGENVALUES: f64 = 1e-8;
 /// Relative distance up to which critical speeds count as one. Rounding splits the crossing of two equal
 /// frequencies by less.
@@ -30,7 +30,7 @@ const EQUAL_SPEEDS: f64 = 1e-10;
 const ON_ORDER_LINE: f64 = 10.0 * EQUAL_SPEEDS;
 /// Largest |whirl| of a mode without direction: motion along a line, up to rounding of the mode shape.
 const NO_WHIRL: f64 = 1e-6;
-/// Relative distance from an onset at which modes are counted on both sides, and its least value in rad/s.
+/// Relative distance from an onset at which modes are counted on both sides.
 const ONSET_SIDE_DISTANCE: f64 = 1e-6;
 /// Distance above an onset at speed 0, in rad/s.
 const LEAST_ONSET_DISTANCE: f64 = 1e-12;

@@ -204,6 +204,7 @@ impl LqrDesign<'_> {
             .iter()
             .zip(&space.states)
             .try_for_each(|(_, state)| space.output(&state.name).map(|_| ()))?;
+        // R is diagonal, Q = Σ weight · cᵀc of the weighted outputs.
         let (controls, r, outputs) = self.controls_and_outputs()?;
         let b = space.b.select_columns(&controls);
         let q = outputs.iter().fold(DMatrix::zeros(space.a.nrows(), space.a.nrows()), |q, (row, weight)| {

@@ -108,6 +108,7 @@ impl Spectrum {
                 must_be: "a finite number",
             });
         }
+        // The transform of the windowed samples.
         let weights = window.values(n);
         let sum: f64 = weights.iter().sum();
         let mut values: Vec<Complex<f64>> =

@@ -71,7 +71,7 @@ impl FrequencyResponse {
         all.into_iter().unzip()
     }
 
-    /// |H|: the amplitude of the output divided by that of the input; the transmissibility if both have one unit.
+    /// |H|, the amplitude of the output divided by that of the input: the transmissibility if both have one unit.
     #[must_use]
     pub fn magnitude(&self) -> Vec<f64> {
         self.values.iter().map(|value| value.norm()).collect()
@@ -140,6 +140,7 @@ impl StateSpace {
             return Ok(Vec::new());
         }
         let (from, to) = (frequencies[0], frequencies[frequencies.len() - 1]);
+        // Frequencies near each lightly damped mode within the range.
         let mut at: Vec<f64> = Vec::new();
         for pole in channel.eigenvalues()? {
             let (omega, width) = (pole.im, pole.re.abs());

@@ -145,6 +145,7 @@ pub(super) fn minimize(
     let mut iterations = 0;
     let mut last = None;
     let nearer = Loss::Huber(loss.limit().map_or(HUBER_LIMIT, |limit| limit.min(HUBER_LIMIT)));
+    // Each round minimises with the weights of the residuals before it.
     for (stage, most) in [(nearer, MAX_HUBER_ROUNDS), (loss, MAX_ROUNDS)] {
         for round in 1..=most {
             let weighed = FitWeights::of(stage, scale_of(&residuals), &residuals);

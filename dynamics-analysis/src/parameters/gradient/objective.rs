@@ -62,6 +62,7 @@ impl ParsedObjective {
             }
             Ok(quantity)
         };
+        // Terms at instants become a list by time; integrals become one weighted sum.
         for term in terms {
             match term {
                 Term::End { quantity: name, weight } => {
