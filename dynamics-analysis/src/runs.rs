@@ -23,7 +23,8 @@ const SHORTEST_RUN: Duration = Duration::from_nanos(100);
 /// Longest step of a reference run, relative to the time of the motion. A force that lasts for a hundredth of
 /// the motion then has five steps. With longer steps all runs might miss such a force and agree.
 const MAX_REFERENCE_STEP: f64 = 2e-3;
-/// The longest step is set only if it is larger than this many roundings of the time.
+/// The longest step is set only if it is larger than this many roundings of the time. Shorter steps would be
+/// dominated by the rounding of the time.
 const LEAST_STEP_IN_ROUNDINGS: f64 = 1e3;
 
 /// The simulation with steps of at most [`MAX_REFERENCE_STEP`], if time resolves them.

@@ -51,7 +51,8 @@ pub(super) fn constant_velocities<S: ModelState>(
     (0..accelerations.len()).filter(|i| accelerations[*i].abs() <= CONSTANT_VELOCITY * fastest).collect()
 }
 
-/// Largest value of a unit below which all its values count as 0.
+/// Largest value of a unit below which all its values count as 0. The scale is then 1, instead of a value
+/// that is only rounding.
 const LEAST_SCALE: f64 = 1e-12;
 
 /// The scale of each coordinate: the largest value among the coordinates of its unit; at least 1 rad for
@@ -233,7 +234,7 @@ const OFF_AXIS_PART: f64 = 0.31;
 /// A position nearby counts if an independent coordinate moved at least this part of the distance. Otherwise
 /// the projection fell back to the singular position.
 const LEAST_MOVED_PART: f64 = 0.1;
-/// Most independent coordinates that are tried, each in both directions.
+/// Most independent coordinates that are tried, each in both directions. Each costs two projections.
 const MAX_RANK_DIRECTIONS: usize = 4;
 
 /// Refuses positions in which rows become dependent that are independent nearby. Rows that are dependent

@@ -29,12 +29,14 @@ use super::variable::moved;
 /// 1e-12.
 const RELATIVE_STEP: f64 = 1e-3;
 /// Singular values of the scaled system up to this part of the largest count as zero: those of rows that
-/// repeat others.
+/// repeat others. A larger value would drop rows that are nearly dependent, a smaller one would keep
+/// rounding.
 const RANK_TOLERANCE_OF_SYSTEM: f64 = 1e-10;
 /// Largest residual of a row after a correction, relative to its terms. A larger residual means that the row
 /// contradicts others.
 const MAX_ROW_RESIDUAL: f64 = 1e-6;
-/// Inertia of a coordinate without any as a scale, relative to the largest.
+/// Inertia of a coordinate without any as a scale, relative to the largest. A smaller value lets such a
+/// coordinate dominate the scaled system.
 const LEAST_INERTIA: f64 = 1e-6;
 
 /// The scale of a parameter or a start: its absolute value, or 1 if it is 0.
@@ -56,21 +58,23 @@ pub(super) fn fourth_order(values: [DVector<f64>; 4], h: f64) -> DVector<f64> {
 /// Least change of a value over a step, relative to its terms. Smaller changes are too near to rounding, and
 /// longer steps are tried.
 const LEAST_CHANGE: f64 = 1e-6;
-/// Largest relative distance of the differences of order 2 and 4 with which a derivative is believed.
+/// Largest relative distance of the differences of order 2 and 4 with which a derivative is believed. With a
+/// larger one a corner within the step would be believed.
 const MAX_ORDER_DISTANCE: f64 = 1e-3;
 /// Distance of the orders at which a derivative has 10 digits, since the error of order 4 is about the square
 /// of that of order 2. At larger distances shorter steps are tried.
 const ACCURATE_ORDER_DISTANCE: f64 = 1e-5;
-/// Derivative, in roundings of the difference, whose change of the value a shorter step would still show.
+/// Derivative, in roundings of the difference, whose change of the value a shorter step would still show. A
+/// smaller value would take rounding for a change.
 const VISIBLE_DERIVATIVE: f64 = 1e3;
 /// Ratio of a longer step to the one before.
 const STEP_GROWTH: f64 = 1e3;
-/// Most longer steps.
+/// Most longer steps. The last one is 1e15 times the parameter.
 const MAX_LONGER_STEPS: usize = 6;
 /// Ratio of a shorter step to the one before. Rounding grows with it, so steps become no shorter than
 /// necessary.
 const STEP_REDUCTION: f64 = 1.0 / 32.0;
-/// Most shorter steps.
+/// Most shorter steps. The last one is 1e-12 of the parameter; shorter ones would change little but rounding.
 const MAX_SHORTER_STEPS: usize = 6;
 /// A longer step is confirmed by one that is shorter by this factor.
 const CONFIRMATION_RATIO: f64 = 3.0;

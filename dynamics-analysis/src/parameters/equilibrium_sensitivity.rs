@@ -31,19 +31,22 @@ use crate::linearize::{Linearization, linearize};
 /// Least singular value of the scaled stiffness, relative to the largest, at which an equilibrium has a
 /// derivative. Below it, as in a fold, half of the digits are lost.
 const RANK_TOLERANCE_OF_STIFFNESS: f64 = 1e-8;
-/// Relative change of the parameters that shows the sizes of the terms of the stiffness.
+/// Relative change of the parameters that shows the sizes of the terms of the stiffness. A smaller change
+/// loses digits in the differences; a larger one may leave the valid range of a parameter.
 const PARAMETER_PERTURBATION: f64 = 1e-6;
-/// Elements of damping and circulatory matrices up to this part of the largest are rounding.
+/// Elements of damping and circulatory matrices up to this part of the largest are rounding. A larger value
+/// would ignore weak damping.
 const ROUNDING_OF_ELEMENTS: f64 = 1e-13;
 /// Largest damping, gyroscopic or circulatory terms, relative to stiffness (and mass), of a conservative
-/// system.
+/// system. Larger terms would change frequencies by more than about this part.
 const MAX_NONCONSERVATIVE_PART: f64 = 1e-10;
 /// Relative difference of ω² up to which frequencies count as equal. Equal frequencies have no single
 /// derivatives; those of nearly equal ones lose digits in proportion to 1/difference.
 const EQUAL_SQUARED_FREQUENCIES: f64 = 1e-8;
 /// Least ω² as a scale of these differences, relative to the largest.
 const LEAST_SQUARED_FREQUENCY: f64 = 1e-6;
-/// Rounds of scaling rows and columns; each brings the largest elements nearer to 1 by a square root.
+/// Rounds of scaling rows and columns; each brings the largest elements nearer to 1 by a square root. After
+/// eight rounds their logarithm is 2⁻⁸ of the first one.
 const SCALING_ROUNDS: usize = 8;
 /// Rounds of projection with the independent coordinates held; each is a Newton step.
 const PROJECTION_ROUNDS: usize = 8;

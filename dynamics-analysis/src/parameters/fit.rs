@@ -53,7 +53,8 @@ const LEAST_RELATIVE_SIZE: f64 = 1e-6;
 /// determine an unknown leave an error of some times its value; after an outlier drew it away, the error is
 /// 1e9 times and more.
 const MAX_RELATIVE_STANDARD_ERROR: f64 = 1e3;
-/// Errors of motions, in tolerances. A decrease of χ² below the square of them is only such errors.
+/// Errors of motions, in tolerances. A decrease of χ² below the square of them is only such errors. A
+/// smaller value lets searches end with an error although they converged; a larger one ends them early.
 const MOTION_ERROR_IN_TOLERANCES: f64 = 10.0;
 /// Default limit on iterations.
 const DEFAULT_MAX_ITERATIONS: usize = 200;

@@ -51,11 +51,14 @@ pub(super) const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// Motions whose coordinates and velocities all stay below this size have an absolute tolerance relative to
 /// their size. With an absolute tolerance for size 1 their sensitivities would lose digits.
 const SMALL_MOTION: f64 = 0.1;
-/// Least size of a motion as the scale of this tolerance.
+/// Least size of a motion as the scale of this tolerance. A smaller tolerance would be below the rounding of
+/// times and parameters of size 1.
 const LEAST_MOTION_SIZE: f64 = 1e-6;
-/// Step of differences of outputs, relative to the sizes of the coordinates and of the parameter.
+/// Step of differences of outputs, relative to the sizes of the coordinates and of the parameter. The error
+/// of order 4 and rounding are then both near 1e-12.
 const OUTPUT_STEP: f64 = 1e-3;
-/// Least size of a coordinate as the scale of this step.
+/// Least size of a coordinate as the scale of this step. Without it a coordinate that is 0 would have no
+/// step.
 const LEAST_COORDINATE_SIZE: f64 = 1e-6;
 
 /// Sensitivities of a motion with their options, before they are computed.

@@ -18,9 +18,11 @@ use dynamics_runtime::model::{Branches, Constraints, Kink, MOST_KINKS, ModelStat
 
 use super::PeriodicError;
 
-/// Step of differences along the motion, in parts of the step of integration.
+/// Step of differences along the motion, in parts of the step of integration. The formula of order 6 then
+/// leaves rounding only, for switching functions that are smooth over a step.
 const SLOPE_STEP: f64 = 1e-3;
-/// Step of differences along a tangent vector, as its largest displacement.
+/// Step of differences along a tangent vector, as its largest displacement. A tangent vector is a small
+/// disturbance; this step is small against coordinates of size 1.
 const TANGENT_STEP: f64 = 1e-4;
 /// Least rate of a switching function at a transversal crossing, relative to the terms of the rate, and of
 /// the rate after relative to the rate before. Slower crossings count as touching: their saltation matrix

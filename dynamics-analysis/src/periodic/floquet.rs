@@ -37,15 +37,20 @@ const MAX_CONDITIONING_OF_SINGLE: f64 = 1e6;
 /// Largest conditioning at which equal multipliers have mode shapes of their own. Equal ones with a larger
 /// conditioning may have met on the circle and left it.
 const MAX_CONDITIONING_OF_EQUAL: f64 = 100.0;
-/// Largest distance of the end of a closed motion from its start, relative to the range of the motion.
+/// Largest distance of the end of a closed motion from its start, relative to the range of the motion. Newton
+/// iterations close to 1e-8 and better; a motion that was entered by hand closes to its digits.
 const MAX_CLOSURE_ERROR: f64 = 1e-6;
-/// Roundings per row and element of the monodromy matrix, besides the tolerance of each step.
+/// Roundings per row and element of the monodromy matrix, besides the tolerance of each step. It is a bound,
+/// not an estimate: larger values leave more multipliers undecided.
 const MATRIX_ROUNDINGS: f64 = 16.0;
-/// Factor from the closure error to the error of the monodromy matrix.
+/// Factor from the closure error to the error of the monodromy matrix. A larger factor leaves more
+/// multipliers undecided; with a smaller one the closure error may decide.
 const CLOSURE_ERROR_FACTOR: f64 = 10.0;
-/// Factor on the measured error of the divergence within which it counts as 0.
+/// Factor on the measured error of the divergence within which it counts as 0. A smaller factor may find
+/// damping that is only an error of integration.
 const DIVERGENCE_ERROR_FACTOR: f64 = 10.0;
-/// Divergence that is only rounding.
+/// Divergence that is only rounding. Two equal results of both integrations would otherwise leave no error at
+/// all.
 const DIVERGENCE_ROUNDING: f64 = 1e-14;
 
 /// A Floquet multiplier.

@@ -32,7 +32,8 @@ use crate::LinearizeError;
 /// Settings of the step size controller: those of the method itself (`integrate/verner9.rs`).
 const CONTROLLER_SETTINGS: ControllerSettings =
     ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 };
-/// Multiple of the first coordinates or velocities (at least 1) at which a motion counts as diverged.
+/// Multiple of the first coordinates or velocities (at least 1) at which a motion counts as diverged. A
+/// larger one costs time before the error; a smaller one could end motions that return.
 const DIVERGED: f64 = 1e8;
 /// Reciprocal of the part of the integration time in which a motion may cover the distance of its start:
 /// coordinates divided by this time are allowed as velocities.
@@ -42,9 +43,10 @@ const LEAST_TANGENT_SCALE: f64 = 1e-200;
 /// Part of h q̇ (or of q/h) that is the least scale of errors of displacements (or velocities) of a tangent
 /// vector.
 const LEAST_TANGENT_PART: f64 = 0.01;
-/// First step, relative to the integration time.
+/// First step, relative to the integration time. The controller adapts it within a few steps.
 const FIRST_STEP: f64 = 1e-3;
-/// Step, in roundings of the time, below which the integration stalls.
+/// Step, in roundings of the time, below which the integration stalls. The stages of a shorter step would be
+/// at equal times.
 const LEAST_STEP_ROUNDINGS: f64 = 16.0;
 /// Step, relative to the integration time, down to which a failed step is repeated with a quarter of the
 /// size.
@@ -57,7 +59,7 @@ const LARGEST_STEP_PART: f64 = 0.5001;
 /// Factor of a step that failed because a stage has no rates.
 const FACTOR_AFTER_FAILURE: f64 = 0.25;
 /// Step, relative to the integration time, below which stages on another branch mean that the motion touches
-/// the corner.
+/// the corner. A larger value refuses motions that cross the corner twice in a short time.
 const LEAST_STEP_AT_CORNER: f64 = 1e-9;
 
 /// Integrates a model with its variations; modes, and inputs, are those of the start.

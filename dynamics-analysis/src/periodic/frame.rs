@@ -9,9 +9,11 @@ use super::PeriodicError;
 use super::flow::Flow;
 use crate::linearize::{ModelDerivatives, Tangent, scales};
 
-/// Largest size of a coordinate's motion, over all coordinates, at which a motion counts as at rest.
+/// Largest size of a coordinate's motion, over all coordinates, at which a motion counts as at rest. The
+/// usual scales of the coordinates are used then.
 const REST_MOTION: f64 = 1e-9;
-/// Least size of a coordinate's motion, relative to the largest of its unit.
+/// Least size of a coordinate's motion, relative to the largest of its unit. A smaller value makes rounding
+/// of such a coordinate look large.
 const LEAST_RELATIVE_MOTION: f64 = 1e-3;
 
 /// Independent coordinates and velocities at a state, with a basis of the tangent space of the constraints.

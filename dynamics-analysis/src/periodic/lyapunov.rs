@@ -39,7 +39,8 @@ const MAX_LENGTH_RATIO: f64 = 1e4;
 /// Longest tangent vector before an orthonormalisation; its inverse bounds the shortest. Beyond it the
 /// numbers would soon overflow or underflow.
 const LONGEST_TANGENT: f64 = 1e100;
-/// Most parts of a block, each with one orthonormalisation.
+/// Most parts of a block, each with one orthonormalisation. With a hundred blocks these are 400,000 parts; a
+/// run that needs more is an error, or has vectors with fewer digits.
 const MAX_PARTS_PER_BLOCK: usize = 4096;
 /// Default limit on the steps between two orthonormalisations.
 const DEFAULT_MAX_STEPS: usize = 20_000_000;
@@ -47,7 +48,7 @@ const DEFAULT_MAX_STEPS: usize = 20_000_000;
 /// accuracy far more.
 const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// Least speed at the end of the run, relative to the scales of the coordinates, of a motion that has not
-/// come to rest.
+/// come to rest. A smaller value counts a motion that only creeps as one with a zero exponent along it.
 const LEAST_SPEED: f64 = 1e-6;
 
 /// A computation of Lyapunov exponents, with its options.

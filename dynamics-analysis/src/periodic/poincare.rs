@@ -30,9 +30,10 @@ const DEFAULT_STROBE_POINTS: usize = 1000;
 const MAX_STROBE_POINTS: usize = 100_000_000;
 /// Default tolerance of the simulation.
 const DEFAULT_TOLERANCE: f64 = 1e-10;
-/// Points at which the equations are compared for folding.
+/// Points at which the equations are compared for folding. More find rarer differences and take longer.
 const FOLD_COMPARISONS: usize = 12;
-/// Least range of a coordinate or velocity as a scale of returns, relative to its largest value.
+/// Least range of a coordinate or velocity as a scale of returns, relative to its largest value. Below it the
+/// range may be rounding.
 const LEAST_RELATIVE_RANGE: f64 = 1e-6;
 /// Range up to which a coordinate or velocity counts as constant; its scale is then 1.
 const CONSTANT_RANGE: f64 = 1e-12;

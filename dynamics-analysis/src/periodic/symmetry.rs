@@ -24,9 +24,10 @@ use super::frame::{Frame, direction};
 /// Times at which accelerations are compared with those of a state, in periods. They are no simple fractions,
 /// so that equations with a fraction of the period do not look autonomous.
 const COMPARISON_PHASES: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
-/// States along the motion at which equations are compared.
+/// States along the motion at which equations are compared. More find rarer differences and take longer.
 const COMPARED_STATES: usize = 12;
-/// Distance from the motion of the states of comparison, relative to 1 plus each coordinate or velocity.
+/// Distance from the motion of the states of comparison, relative to 1 plus each coordinate or velocity. It
+/// must be visible beside rounding, and keep the state within the range of the model.
 const OFF_MOTION: f64 = 0.01;
 /// Time before and after a comparison, in periods, at which a difference must exist, too. A jump at the very
 /// time of the comparison, whose side rounding decides, differs at that time only.
@@ -43,9 +44,12 @@ const LEAST_TRIAL_SPEED: f64 = 1e-3;
 /// Step of differences of conserved quantities and momenta, in parts of the motion, by the formula of order
 /// 6.
 const GRADIENT_STEP: f64 = 0.01;
-/// Relative error with which a known direction may miss M x = x, besides ten times the error of M.
+/// Relative error with which a known direction may miss M x = x, besides ten times the error of M. It is the
+/// error of directions from differences, with a margin. With a smaller value known multipliers would be
+/// computed, and lose half of their digits.
 const KNOWN_DIRECTION_ERROR: f64 = 1e-7;
-/// Least speed at the start, in parts of the motion, of a motion that is not at rest there.
+/// Least speed at the start, in parts of the motion, of a motion that is not at rest there. Below it the
+/// direction of the motion is only rounding.
 const LEAST_SPEED: f64 = 1e-9;
 
 /// Whether the equations do not depend on time. If they do, it is checked that they repeat after the period.

@@ -30,7 +30,8 @@ const EQUAL_SPEEDS: f64 = 1e-10;
 const ON_ORDER_LINE: f64 = 10.0 * EQUAL_SPEEDS;
 /// Largest |whirl| of a mode without direction: motion along a line, up to rounding of the mode shape.
 const NO_WHIRL: f64 = 1e-6;
-/// Relative distance from an onset at which modes are counted on both sides.
+/// Relative distance from an onset at which modes are counted on both sides. It must exceed the error of the
+/// bisected onset; modes that change between both sides would confuse the counts.
 const ONSET_SIDE_DISTANCE: f64 = 1e-6;
 /// Distance above an onset at speed 0, in rad/s.
 const LEAST_ONSET_DISTANCE: f64 = 1e-12;

@@ -26,12 +26,13 @@ const RANK_TOLERANCE_OF_REACTIONS: f64 = 1e-10;
 /// counts as unique. It lies above the accuracy of the pseudo-inverse at the rank tolerance.
 const MAX_NONUNIQUE_PART: f64 = 1e-9;
 /// Distance of the two sides at which derivatives of outputs are compared for corners, relative to the scale
-/// of each argument.
+/// of each argument. It is small against the distance of neighbouring corners, and large against rounding.
 const CORNER_DISTANCE: f64 = 1e-9;
 /// The comparison is repeated at this fraction of the distance. The difference over a corner stays, that of
 /// smooth functions shrinks with the distance.
 const CORNER_DISTANCE_REDUCTION: f64 = 16.0;
-/// Least relative difference of derivatives at a corner; smaller differences are rounding.
+/// Least relative difference of derivatives at a corner; smaller differences are rounding. A larger value
+/// would linearise over weak corners.
 const LEAST_CORNER: f64 = 1e-7;
 /// Part of the difference that must be left at the reduced distance: a smooth function leaves a sixteenth.
 const LEAST_REMAINING_PART: f64 = 0.5;

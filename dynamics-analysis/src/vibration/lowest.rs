@@ -32,12 +32,14 @@ const MIN_ADDED_VECTORS: usize = 4;
 /// Shift of a singular K, relative to the largest ratio k_ii/m_ii. It costs digits of modes whose squared
 /// frequency is far below it; a smaller shift leaves K + s M nearly singular.
 const RELATIVE_SHIFT: f64 = 1e-6;
-/// Shift that shows whether K is singular, relative to the largest ratio k_ii/m_ii: some ten roundings.
+/// Shift that shows whether K is singular, relative to the largest ratio k_ii/m_ii: some ten roundings. A
+/// larger shift treats weakly supported models as singular, which costs digits.
 const SINGULARITY_SHIFT: f64 = 1e-14;
 /// Most negative eigenvalue, relative to the shift, that counts as rounding of 0. K is refused if it has a
 /// lower one, since the shift would otherwise hide an unstable mode.
 const MAX_ROUNDING_OF_ZERO: f64 = 1e-7;
-/// Relative distance above the last eigenvalue at which the eigenvalues below are counted.
+/// Relative distance above the last eigenvalue at which the eigenvalues below are counted. It exceeds the
+/// error of the eigenvalue; modes within the gap count as one cluster.
 const COUNTING_GAP: f64 = 1e-9;
 /// Most places at which the count is tried: at an eigenvalue of K − μ M the factors do not exist.
 const MAX_COUNTING_ATTEMPTS: usize = 8;

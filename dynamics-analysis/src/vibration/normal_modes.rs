@@ -31,7 +31,8 @@ const LEAST_SQUARED_FREQUENCY: f64 = 1e-6;
 /// Largest coupling |c_ij|/√(c_ii c_jj) of modes that have damping ratios of their own; rounding lies far
 /// below.
 const MAX_MODAL_COUPLING: f64 = 1e-9;
-/// Gyroscopic terms up to this part of the damping matrix are rounding.
+/// Gyroscopic terms up to this part of the damping matrix are rounding. Larger ones would make the modes
+/// complex.
 const MAX_GYROSCOPIC_PART: f64 = 1e-14;
 /// Elements of the modal damping matrix up to this many roundings of its largest element are no coupling.
 const COUPLING_ROUNDINGS: f64 = 16.0;

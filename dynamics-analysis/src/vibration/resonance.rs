@@ -20,9 +20,11 @@ const LEAST_GROWTH: f64 = 1e-7;
 /// Real part, relative to the largest eigenvalue, above whose negative a mode counts as not decaying:
 /// rounding.
 const LEAST_DECAY: f64 = 1e-13;
-/// d|H|²/dω, relative to |H| |H′|, up to which its sign is only rounding.
+/// d|H|²/dω, relative to |H| |H′|, up to which its sign is only rounding. Flat responses would otherwise
+/// have peaks by rounding.
 const FLAT_SLOPE: f64 = 1e-11;
-/// Relative distance between the largest response that was found and the bound that is proved.
+/// Relative distance between the largest response that was found and the bound that is proved. A smaller
+/// margin needs the Hamiltonian eigenvalues more accurately than they are.
 const BOUND_MARGIN: f64 = 1e-6;
 /// Most iterations for the largest response; the method converges quadratically.
 const MAX_BOUND_ITERATIONS: usize = 100;
@@ -34,7 +36,8 @@ const IMAGINARY_AXIS_WIDTH: f64 = 1e-9;
 const GRID_MARGIN_BELOW: f64 = 1e-3;
 /// It ends three decades above the largest eigenvalue.
 const GRID_MARGIN_ABOVE: f64 = 1e3;
-/// Frequencies of the grid, besides those near eigenvalues.
+/// Frequencies of the grid, besides those near eigenvalues. A larger grid finds closer pairs of extrema and
+/// takes longer.
 const GRID_SIZE: usize = 600;
 /// Frequencies of the grid near each eigenvalue, on each side; they are a third of its half width apart.
 const GRID_SIZE_PER_SIDE: i32 = 24;

@@ -45,7 +45,8 @@ const NONZERO_BLOCK_ROUNDINGS: f64 = 1e6;
 const INVERSE_ITERATION_SHIFT: f64 = 1e-2;
 /// Steps of the inverse iteration: with the shift above each gains two digits.
 const INVERSE_ITERATION_STEPS: usize = 12;
-/// Largest ‖A U − U Uᵀ A U‖ of an accepted subspace U, in roundings of A.
+/// Largest ‖A U − U Uᵀ A U‖ of an accepted subspace U, in roundings of A. A larger error makes the
+/// tilt of the subspace too large anyway.
 const MAX_INVARIANCE_ERROR: f64 = 1e3;
 
 impl Channel {

@@ -19,7 +19,7 @@ use super::super::sensitivity_error::SensitivityError;
 /// Predicted decrease, relative to χ², at which the iteration ends: the square of the differences that
 /// motions at their tolerance still show.
 const MIN_PREDICTED_DECREASE: f64 = 1e-14;
-/// Step, relative to each unknown, at which the iteration ends.
+/// Step, relative to each unknown, at which the iteration ends. Below it unknowns change by rounding only.
 const MIN_RELATIVE_STEP: f64 = 1e-11;
 /// Largest decrease of χ² by the undamped step, relative to χ², at a minimum. The iteration then ended
 /// within about a thousandth of the standard errors (D. M. Bates & D. G. Watts, Technometrics 23 (1981) 179).
@@ -32,7 +32,8 @@ const MAX_DAMPING: f64 = 1e12;
 const FIRST_DAMPING: f64 = 1e-3;
 /// χ², relative to the first one, at which the residuals are 0 up to rounding, as of data without noise.
 const EXACT_FIT: f64 = 1e-20;
-/// Least ratio of the decrease to the predicted decrease of an accepted step.
+/// Least ratio of the decrease to the predicted decrease of an accepted step. It only excludes steps without
+/// a real decrease (J. J. Moré, the same value).
 const LEAST_GAIN_RATIO: f64 = 1e-4;
 
 /// Options of a search.

@@ -61,9 +61,11 @@ pub struct Outlier {
     pub part: f64,
 }
 
-/// Fewest data of a quantity that can have an outlier.
+/// Fewest data of a quantity that can have an outlier. With fewer, one residual may be half of the sum of
+/// squares by chance.
 const MIN_DATA_FOR_OUTLIERS: usize = 10;
-/// Least part of the sum of squares that an outlier makes.
+/// Least part of the sum of squares that an outlier makes. The datum then counts for more than all others
+/// together.
 const LEAST_OUTLIER_PART: f64 = 0.5;
 
 impl Outlier {

@@ -15,6 +15,7 @@ use super::{FitError, FitProblem, RANK_TOLERANCE_OF_JACOBIAN};
 /// influence of unknowns below it is only the error of the derivatives, and counts as 0.
 const LEAST_INFLUENCE: f64 = 1e-9;
 /// Least coefficient with which a dependent column contains another one, for both to be named in one group.
+/// Smaller coefficients are errors of the derivatives, divided by the pivots.
 const LEAST_DEPENDENCE: f64 = 1e-3;
 
 impl Fit {

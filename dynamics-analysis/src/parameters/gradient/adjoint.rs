@@ -28,9 +28,10 @@ use super::objective::{Instant, ParsedObjective, WeightedSum};
 const LEAST_INFLUENCE: f64 = 1e-3;
 /// Derivatives below this part of their least scale are integrated a second time with their own scale.
 const REPEATED_DERIVATIVE_SIZE: f64 = 1e-2;
-/// The second integration may take this many times the steps of the first,
+/// The second integration may take this many times the steps of the first one, plus [`MORE_REPEATED_STEPS`].
 const REPEATED_STEPS_FACTOR: usize = 4;
-/// and this many more. If the derivative was only rounding, the first result counts.
+/// Steps that the second integration may take in addition. If the derivative was only rounding, the first
+/// result counts.
 const MORE_REPEATED_STEPS: usize = 100;
 /// Largest difference between the change of an integrand over a step and the integral of its rate, relative
 /// to the integrand. A larger difference is examined for a jump.

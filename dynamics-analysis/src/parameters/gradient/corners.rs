@@ -21,13 +21,15 @@ const EIGHTH_DIFFERENCE: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, 
 /// Largest eighth difference of a smooth integrand, relative to the largest derivative. A jump of a
 /// derivative of this part changes a gradient by as little.
 const MAX_SMOOTH_DIFFERENCE: f64 = 1e-8;
-/// Weight of derivatives by parameters, which are differences and less accurate.
+/// Weight of derivatives by parameters, which are differences and less accurate. With 1 their errors would
+/// look like jumps.
 const PARAMETER_WEIGHT: f64 = 1e-2;
-/// Width, in roundings of the time, within which a jump is located.
+/// Width, in roundings of the time, within which a jump is located. Nearer times differ by rounding only.
 const JUMP_WIDTH_IN_ROUNDINGS: f64 = 4.0;
 /// Width, in widths of a jump, up to which an interval is too narrow to be sampled.
 const NARROW_WIDTH: f64 = 8.0;
-/// Ratio of the largest change between two samples to the other changes with which it may be a jump.
+/// Ratio of the largest change between two samples to the other changes with which it may be a jump. A
+/// smaller value starts searches at slopes, which end without a jump; a larger one halves intervals in vain.
 const LEAST_JUMP_RATIO: f64 = 4.0;
 /// Part of a jump that one of both halves keeps; a slope leaves a half in each.
 const PERSISTENT_PART: f64 = 0.7;

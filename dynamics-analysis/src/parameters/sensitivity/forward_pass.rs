@@ -23,10 +23,10 @@ use super::variational_equations::VariationalEquations;
 const LEAST_COLUMN_SCALE: f64 = 1e-3;
 /// Columns below this part of their least scale are integrated a second time with their own scale.
 const REPEATED_COLUMN_SIZE: f64 = 1e-2;
-/// The second integration may take this many times the steps of the first,
+/// The second integration may take this many times the steps of the first one, plus [`MORE_REPEATED_STEPS`].
 const REPEATED_STEPS_FACTOR: usize = 4;
-/// and this many more. If the column was only rounding, no steps are short enough, and the first result
-/// counts.
+/// Steps that the second integration may take in addition. If the column was only rounding, no steps are
+/// short enough, and the first result counts.
 const MORE_REPEATED_STEPS: usize = 100;
 /// Most steps.
 pub(in super::super) const MAX_STEPS: usize = 1_000_000;

@@ -14,20 +14,23 @@ use dynamics_runtime::simulate::{Motion, Simulate};
 use super::super::sensitivity_error::SensitivityError;
 use crate::LinearizeError;
 
-/// Difference of an input over half a step, relative to its values, above which it is examined for a jump.
+/// Difference of an input over half a step, relative to its values, above which it is examined for a jump. A
+/// smaller value costs time, a larger one misses small jumps.
 const EXAMINED_DIFFERENCE: f64 = 1e-3;
 /// Halvings of an interval with a difference.
 const MAX_HALVINGS: usize = 30;
 /// Part of the difference that a jump leaves after all halvings; a slope leaves 2⁻³⁰ = 1e-9 of it.
 const PERSISTENT_PART: f64 = 0.3;
-/// Parts of a fixed step at whose ends branches are compared.
+/// Parts of a fixed step at whose ends branches are compared. A branch that begins and ends within a part is
+/// missed.
 const PARTS_OF_FIXED_STEP: usize = 8;
 /// Distances from a branch change, in parts of the step, at which accelerations are compared: a far one and a
 /// near one.
 const FAR_DISTANCE: f64 = 1e-4;
 /// The near distance.
 const NEAR_DISTANCE: f64 = 1e-6;
-/// Relative difference of accelerations up to which it is rounding.
+/// Relative difference of accelerations up to which it is rounding. Smaller jumps change sensitivities by as
+/// little.
 const ROUNDING_OF_ACCELERATIONS: f64 = 1e-9;
 
 /// Returns an error if velocities, accelerations or inputs jump along a motion.

@@ -9,11 +9,13 @@ use crate::linearize::{eigenvector, matrix_eigenvalues};
 use crate::periodic::PeriodicError;
 use crate::periodic::symmetry::{Known, Trivial};
 
-/// Vectors whose part off the span of others is at most this count as dependent on them.
+/// Vectors whose part off the span of others is at most this count as dependent on them. Directions are known
+/// to about 1e-7 (`symmetry.rs`).
 const DEPENDENT_DIRECTION: f64 = 1e-6;
-/// Relative error of the form W, which is made of differences of the momenta.
+/// Relative error of the form W, which is made of differences of the momenta. Formulas of order 6 leave less.
 const FORM_ERROR: f64 = 1e-10;
-/// Factor on the error of M within which the symplectic defect is allowed.
+/// Factor on the error of M within which the symplectic defect is allowed. A smaller factor may take an error
+/// of integration for damping.
 const DEFECT_ERROR_FACTOR: f64 = 10.0;
 
 /// The matrix in the scales of the coordinates, w_i⁻¹ m_ij w_j.

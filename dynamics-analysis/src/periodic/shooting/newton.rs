@@ -30,26 +30,31 @@ const MAX_PERIOD_CHANGE: f64 = 0.3;
 const MAX_STEP_HALVINGS: usize = 10;
 /// Part of the linear decrease that an accepted step must reach (Armijo's condition).
 const LEAST_DECREASE: f64 = 0.1;
-/// Size of a step, relative to the ranges, at which the search has converged.
+/// Size of a step, relative to the ranges, at which the search has converged. Further steps are rounding of
+/// the integration.
 const CONVERGED_STEP: f64 = 1e-10;
 /// Size of a step from which on an iteration that no longer reduces it has reached the error of integration.
 const STALLED_STEP: f64 = 1e-7;
 /// Ratio of two steps above which they no longer decrease.
 const STALLED_STEP_RATIO: f64 = 0.3;
-/// Reach of the motion, relative to that of the guess, at which the search has ended at rest.
+/// Reach of the motion, relative to that of the guess, at which the search has ended at rest. A larger value
+/// refuses small closed motions, a smaller one accepts the rest as one.
 const REST_REACH: f64 = 1e-4;
-/// Singular values of the held conditions up to this part of the largest count as zero.
+/// Singular values of the held conditions up to this part of the largest count as zero. It lies above the
+/// errors of the differences of the energy.
 const RANK_TOLERANCE_OF_CONDITIONS: f64 = 1e-9;
 /// Singular values of the gaps up to this many tolerances of the integration, relative to the largest, count
-/// as zero.
+/// as zero. The derivatives of the shots are known to about this error. A smaller value would call members of
+/// a family isolated.
 const RANK_TOLERANCE_IN_TOLERANCES: f64 = 100.0;
-/// Least rank tolerance of the gaps.
+/// Least rank tolerance of the gaps. It is the rounding of the derivatives at the finest tolerances.
 const LEAST_RANK_TOLERANCE: f64 = 1e-10;
 /// Step of differences of the energy function, in the scales of the coordinates, by the formula of order 6.
 const ENERGY_STEP: f64 = 0.01;
-/// Largest number of repeats within the period that is detected.
+/// Largest number of repeats within the period that is detected. Each costs a part of a shot.
 const MAX_REPEATS: usize = 6;
-/// Closure error after a part of the period, relative to the ranges, at which the motion repeats.
+/// Closure error after a part of the period, relative to the ranges, at which the motion repeats. As the
+/// closure error of a motion (`floquet.rs`).
 const REPEAT_CLOSURE_ERROR: f64 = 1e-6;
 
 pub(super) struct ShootingOptions<'a> {
