@@ -202,7 +202,7 @@ fn main() -> common::Outcome {
     after.bode().write_svg(files.path("bode.svg"))?;
     after.nyquist().write_svg(files.path("nyquist.svg"))?;
     let modes = tuned.linearize(&tuned.rest()?)?.modes()?;
-    let film = tuned.mode_film(&tuned.rest()?, &modes[0], 2.0)?;
+    let film = tuned.mode_animation(&tuned.rest()?, &modes[0], 2.0)?;
     Animation::new()
         .add(film, "")
         .title("First mode, with the tuned mass against it")

@@ -1,4 +1,5 @@
-//! What can be asked of every model: one trait, so that there is one name to import.
+//! [`Analyze`], the trait with the analyses of every model. One trait, so that there is one name to import.
+//! Each method calls the module that does the work.
 
 use dynamics_runtime::model::Draw;
 use dynamics_runtime::simulate::Simulate;
@@ -6,11 +7,11 @@ use dynamics_runtime::simulate::Simulate;
 use crate::equilibria::{self, Equilibrium, EquilibriumError, EquilibriumSearch, Stability};
 use crate::linearize::{self, Linearization, LinearizeError, Mode};
 use crate::periodic::{self, Floquet, Lyapunov, PeriodicError, Poincare, Shooting};
-use crate::vibration::{self, ModeFilm, StateSpace, VibrationError};
+use crate::vibration::{self, ModeAnimation, StateSpace, VibrationError};
 use crate::{Backbone, WorkPrecision};
 
-/// Models that can be studied: all that can be moved. What asks for parameters by name is in
-/// [`Vary`](crate::Vary).
+/// The analyses of a model. Every model that can be simulated has them. Analyses that take parameters by name
+/// are in [`Vary`](crate::Vary).
 pub trait Analyze: Simulate {
     /// The equilibrium that the search finds from the position of a state, usually the nearest. Velocities of
     /// the state are ignored; its inputs and switched constraints are kept.
@@ -104,22 +105,22 @@ pub trait Analyze: Simulate {
         vibration::of_model(self, state)
     }
 
-    /// A mode of small motions about this state as a film of the model's own drawing, for an
-    /// [`Animation`](dynamics_view::Animation): for one or more periods, each coordinate as q +
-    /// Re(`amplitude` · shape e^{iωt}), undamped so that it can be seen.
+    /// A mode of small motions about this state, animated on the model's own drawing. The result is a
+    /// [`Film`](dynamics_view::Film) for an [`Animation`](dynamics_view::Animation). It shows two periods of
+    /// q + Re(`amplitude` · shape e^{iωt}), without damping.
     ///
     /// # Errors
     /// A mode that does not oscillate, or an amplitude that is not positive.
-    fn mode_film(
+    fn mode_animation(
         &self,
         state: &Self::State,
         mode: &Mode,
         amplitude: f64,
-    ) -> Result<ModeFilm<'_, Self>, VibrationError>
+    ) -> Result<ModeAnimation<'_, Self>, VibrationError>
     where
         Self: Draw,
     {
-        ModeFilm::new(self, *state, mode, amplitude)
+        ModeAnimation::new(self, *state, mode, amplitude)
     }
 
     /// The Floquet multipliers of the motion through a state, which must close after the period: an

@@ -1,13 +1,15 @@
-//! The analyses of `dynamics`: questions about methods and models.
+//! The analyses of `dynamics`.
 //!
-//! Answered by many runs: which method is the fastest for the required accuracy, and which model of a scene
-//! suffices for it ([`compare`]). Answered by exact derivatives: small motions about an equilibrium or a
-//! steady motion ([`Analyze::linearize`]), equilibria over a parameter ([`continuation`]), periodic and
-//! chaotic motions ([`Analyze::periodic`]). Users depend on the façade crate alone, which has this crate as
-//! `dynamics::analysis`.
+//! Two analyses compare many runs: which method is the fastest for a required accuracy
+//! ([`Analyze::work_precision`]), and which model of a scene suffices for it ([`compare`]). The others use
+//! exact derivatives: small motions about an equilibrium or a steady motion ([`Analyze::linearize`]),
+//! equilibria over a parameter ([`continuation`]), periodic and chaotic motions ([`Analyze::periodic`]),
+//! sensitivities and fits of parameters ([`Vary`]). Users depend on the façade crate, which re-exports this
+//! crate as `dynamics::analysis`.
 //!
 //! ```text
-//! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
+//! let methods = [methods::Dop853.into(), methods::DormandPrince5.into()];
+//! let study = model.work_precision(start).until(10.0).methods(methods).run()?;
 //! println!("{study}");
 //! study.write_html("work_precision.html")?;
 //! ```
@@ -20,10 +22,10 @@ mod continuation;
 mod equilibria;
 mod ladder;
 mod linearize;
-mod numbers;
 mod page;
 mod parameters;
 mod periodic;
+mod random_numbers;
 mod runs;
 mod show;
 mod table;
@@ -59,6 +61,6 @@ pub use work_precision::{
 
 pub use vibration::{
     Banded, BandedModel, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes,
-    Lqr, LqrDesign, ModeFilm, NormalModes, Onset, Peak, Reach, RotorMode, Signal, Spectrum, StateSpace,
-    TimeResponse, VibrationError, Window, Withheld, frequencies, lowest_modes,
+    Lqr, LqrDesign, ModeAnimation, NormalModes, Onset, Peak, Reach, RotorMode, Signal, SignalUnavailable,
+    Spectrum, StateSpace, TimeResponse, VibrationError, Window, frequencies, lowest_modes,
 };

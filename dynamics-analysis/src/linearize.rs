@@ -1,16 +1,18 @@
 //! Small motions about an equilibrium or a steady motion, constraints included.
 //!
-//! Beside a motion of M q̈ = Q + Φ_qᵀλ with holonomic rows Φ = 0 and nonholonomic rows A q̇ + b = 0 the
+//! Near a motion of M q̈ = Q + Φ_qᵀλ with holonomic rows Φ = 0 and nonholonomic rows A q̇ + b = 0 the
 //! deviations δq, δλ fulfil, to first order,
 //!
 //! ```text
-//! M δq̈ + r_u δq̇ + r_q δq − Φ_qᵀ δλ = Q_w δw        r = M q̈ − Q − Φ_qᵀλ, differentiated at the q̈ and λ of the motion
-//! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)        Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
+//! M δq̈ + r_u δq̇ + r_q δq − Φ_qᵀ δλ = Q_w δw
+//! r = M q̈ − Q − Φ_qᵀλ, differentiated at the q̈ and λ of the motion
+//! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)
+//! Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
 //! ```
 //!
-//! all derived symbolically, none by differences. The holonomic rows leave independent coordinates z. All
-//! rows leave independent velocities v, a subset of the rates of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G
-//! v + H z. The projection on Eᵀ contains no δλ:
+//! All derivatives are symbolic, none are differences. The holonomic rows leave independent coordinates z.
+//! All rows leave independent velocities v, a subset of the rates of z: δq = D z, δq̇ = E v + F z,
+//! δq̈ = E v̇ + G v + H z. The projection on Eᵀ contains no δλ:
 //!
 //! ```text
 //! EᵀM E v̇ + Eᵀ(M G + r_u E) v + Eᵀ(M H + r_q D + r_u F) z = EᵀQ_w δw        ż = S v + T z
@@ -39,11 +41,11 @@ pub use modes::Mode;
 
 pub(super) use modes::eigenvector;
 pub(super) use reduce::{Tangent, indices, scales};
-pub(super) use spectrum::{drop_rounding, general, symmetric as undamped, with_potential};
-pub(super) use steady::later;
+pub(super) use spectrum::{drop_rounding, matrix_eigenvalues, potential_stiffness, undamped_modes};
+pub(super) use steady::{COMPARISON_TIMES, state_after};
 
-/// Linear equations of small motions, in independent coordinates z (C of them) and velocities v (F of them, F
-/// ≤ C); W inputs.
+/// Linear equations of small motions, in C independent coordinates z and F ≤ C independent velocities v,
+/// with W inputs.
 ///
 /// ```text
 /// mass v̇ + damping v + stiffness z = input δw        ż = S v + T z        δq = shape z
@@ -52,7 +54,7 @@ pub(super) use steady::later;
 pub struct Linearization {
     /// The independent coordinates z, by name and unit.
     pub coordinates: Vec<Quantity>,
-    /// The independent velocities v, by the coordinates that they are rates of.
+    /// The coordinates whose rates are the independent velocities v.
     pub velocities: Vec<Quantity>,
     /// F×F, symmetric and positive definite.
     pub mass: DMatrix<f64>,
@@ -70,37 +72,37 @@ pub struct Linearization {
     pub shape: DMatrix<f64>,
     /// All coordinates, N.
     pub all: &'static [Quantity],
-    /// v̇ of the motion itself: 0 in an equilibrium and in steady motions.
+    /// v̇ of the motion that was linearised: 0 in equilibria and in steady motions.
     pub accelerations: DVector<f64>,
-    /// The conditioning of the constraints: the largest over the smallest pivot of their elimination; 1
-    /// without constraints.
+    /// The conditioning of the constraints: the ratio of the largest to the smallest pivot of their
+    /// elimination; 1 without constraints.
     pub conditioning: f64,
-    /// Why the coefficients are not those of an equilibrium or a steady motion; `None` where they are.
+    /// Why the state is neither an equilibrium nor on a steady motion; `None` if it is one of them.
     pub unsteady: Option<LinearizeError>,
 }
 
 impl Linearization {
-    /// The damping matrix without its gyroscopic part: C = ½(D + Dᵀ), which takes energy out or puts it in.
+    /// The symmetric part of the damping matrix, C = ½(D + Dᵀ), which changes the energy.
     #[must_use]
     pub fn dissipative(&self) -> DMatrix<f64> {
         0.5 * (&self.damping + self.damping.transpose())
     }
 
-    /// The gyroscopic part: G = ½(D − Dᵀ), which does no work.
+    /// The skew part of the damping matrix, the gyroscopic terms G = ½(D − Dᵀ), which do no work.
     #[must_use]
     pub fn gyroscopic(&self) -> DMatrix<f64> {
         0.5 * (&self.damping - self.damping.transpose())
     }
 
-    /// The stiffness matrix without its circulatory part, K = ½(K + Kᵀ); `None` where there are more
-    /// coordinates than velocities.
+    /// The symmetric part of the stiffness matrix, ½(K + Kᵀ); `None` if there are more coordinates than
+    /// velocities.
     #[must_use]
     pub fn conservative(&self) -> Option<DMatrix<f64>> {
         self.stiffness.is_square().then(|| 0.5 * (&self.stiffness + self.stiffness.transpose()))
     }
 
-    /// The circulatory part, N = ½(K − Kᵀ), as of follower forces; `None` where there are more coordinates
-    /// than velocities.
+    /// The skew part of the stiffness matrix, the circulatory terms N = ½(K − Kᵀ), as of follower
+    /// forces; `None` if there are more coordinates than velocities.
     #[must_use]
     pub fn circulatory(&self) -> Option<DMatrix<f64>> {
         self.stiffness.is_square().then(|| 0.5 * (&self.stiffness - self.stiffness.transpose()))
@@ -148,7 +150,7 @@ impl Linearization {
         spectrum::eigenvalues(self)
     }
 
-    /// Eigenvalues with what moves in each: one for a pair of complex conjugates, by growing frequency.
+    /// Eigenvalues with their mode shapes, one mode for a pair of complex conjugates, by growing frequency.
     ///
     /// # Errors
     /// As [`Linearization::eigenvalues`].
@@ -156,8 +158,9 @@ impl Linearization {
         modes::modes(self)
     }
 
-    /// mass⁻¹ `right`; what rounding leaves of terms that cancel is 0, as of a push that leaves a coordinate
-    /// at rest: balancing would make much of it.
+    /// mass⁻¹ `right`. Elements that are only rounding become 0, for example those of a force that leaves
+    /// a coordinate at rest: balancing would otherwise scale the rounding up. An element counts as rounding
+    /// up to 4 n ε of Σ |mass⁻¹| |`right`|, n the number of velocities.
     pub(super) fn solve(&self, right: &DMatrix<f64>) -> Result<DMatrix<f64>, LinearizeError> {
         let factors = self.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
         let terms = factors.inverse().abs() * right.abs();
@@ -168,27 +171,30 @@ impl Linearization {
     }
 }
 
-/// All that is read of a model at a state; matrices N×N where nothing else is said.
+/// The derivatives of the equations of motion at a state; matrices are N×N unless stated otherwise.
 pub(super) struct ModelDerivatives {
     pub(super) mass: DMatrix<f64>,
     /// ∂r/∂q and ∂r/∂q̇.
     pub(super) force_by: [DMatrix<f64>; 2],
     /// ∂r/∂w, N×W.
     pub(super) force_by_inputs: DMatrix<f64>,
-    /// Φ_q joined by A, of the rows that hold.
+    /// Φ_q above A, active rows only, R×N.
     pub(super) jacobian: DMatrix<f64>,
-    /// ∂Φ̈/∂q and ∂Φ̈/∂q̇ of those rows.
+    /// ∂Φ̈/∂q and ∂Φ̈/∂q̇ of the active rows, R×N.
     pub(super) gamma_by: [DMatrix<f64>; 2],
-    /// ∂Φ̇/∂q of those rows.
+    /// ∂Φ̇/∂q of the active rows, R×N.
     pub(super) velocity_by: DMatrix<f64>,
-    /// How many of them are holonomic.
+    /// How many active rows are holonomic; they are the first ones.
     pub(super) holonomic: usize,
+    /// q̈.
     pub(super) accelerations: DVector<f64>,
-    /// λ of all rows.
+    /// λ of all rows, also of those that are not active.
     pub(super) multipliers: DVector<f64>,
 }
 
 impl ModelDerivatives {
+    /// At a state; the error says which input has no value, if that is the reason for values that are not
+    /// finite.
     pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, LinearizeError> {
         let solved =
             solve_once(model, &model.constants().map_err(dynamics_runtime::error::SolveError::from)?, state)?;
@@ -209,6 +215,8 @@ impl ModelDerivatives {
                 input: M::INPUTS[i].name,
             }));
         }
+        // `variations` writes ∂/∂q, ∂/∂q̇ and ∂/∂w of (r, Φ̈), then ∂Φ̇/∂q, each by
+        // rows.
         let mut rest = values.as_slice();
         let mut take = |rows: usize, columns: usize| {
             let (matrix, after) = rest.split_at(rows * columns);
@@ -231,13 +239,12 @@ impl ModelDerivatives {
         })
     }
 
-    /// The equations projected on what the constraints leave.
+    /// M, C and K projected onto the tangent space of the constraints, and F of δq̇ = E v + F z.
     fn project(&self, tangent: &Tangent) -> [DMatrix<f64>; 4] {
         let (d, e) = (&tangent.positions, &tangent.velocities);
         let f = tangent.particular(&(&self.velocity_by * d));
-        let second = |by_z: DMatrix<f64>| tangent.particular(&by_z);
         let [gamma_q, gamma_u] = &self.gamma_by;
-        let (g, h) = (second(gamma_u * e), second(gamma_q * d + gamma_u * &f));
+        let (g, h) = (tangent.particular(&(gamma_u * e)), tangent.particular(&(gamma_q * d + gamma_u * &f)));
         let [r_q, r_u] = &self.force_by;
         let mass = e.tr_mul(&(&self.mass * e));
         let damping = e.tr_mul(&(&self.mass * g + r_u * e));
@@ -246,8 +253,12 @@ impl ModelDerivatives {
     }
 }
 
-/// Refuses states at which a choice of the model changes, unless both sides have the same derivatives there,
-/// as drag by |v| v at rest.
+/// Relative difference of derivatives up to which both sides of a branch change count as equal: some thousand
+/// roundings. A larger value would accept corners whose slopes differ by that much.
+const EQUAL_DERIVATIVES: f64 = 1e-12;
+
+/// Refuses states at which a branch of the model changes, unless both sides have the same derivatives there.
+/// For example, drag −|v| v at rest has.
 fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), LinearizeError> {
     let mut kinks = [Kink::NONE; MOST_KINKS];
     model.kinks(state, &mut kinks);
@@ -262,10 +273,12 @@ fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), Line
         return Ok(());
     }
     let (below, above) = (side(true)?, side(false)?);
-    let same = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= 1e-12 * a.amax().max(b.amax());
+    let same =
+        |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= EQUAL_DERIVATIVES * a.amax().max(b.amax());
     let smooth = (0..2).all(|k| same(&below.force_by[k], &above.force_by[k]))
         && same(&below.force_by_inputs, &above.force_by_inputs)
-        && (&below.accelerations - &above.accelerations).amax() <= 1e-12 * below.accelerations.amax();
+        && (&below.accelerations - &above.accelerations).amax()
+            <= EQUAL_DERIVATIVES * below.accelerations.amax();
     if smooth { Ok(()) } else { Err(LinearizeError::Corner) }
 }
 
@@ -285,14 +298,15 @@ pub(crate) fn linearize<M: Constraints>(
     if !preferred.is_empty() {
         return in_coordinates(model, state, &read, [&preferred; 2]);
     }
-    // A steady motion is one in velocities that stay: on a circle those of the place do not, though one of
-    // them may stand still for an instant.
-    let staying = reduce::staying(state, &read.accelerations);
-    let found = in_coordinates(model, state, &read, [&[], &staying])?;
+    // A motion is steady in velocities that are constant. On a circle the velocities of the position are not,
+    // though one of them may have no acceleration for an instant. So without one of the velocities that seem
+    // constant another choice may show that the motion is steady.
+    let constant = reduce::constant_velocities(state, &read.accelerations);
+    let found = in_coordinates(model, state, &read, [&[], &constant])?;
     if found.unsteady.is_some() && found.coordinates.len() > found.velocities.len() {
         for without in &found.velocities {
             let others: Vec<usize> =
-                staying.iter().copied().filter(|i| M::COORDINATES[*i] != *without).collect();
+                constant.iter().copied().filter(|i| M::COORDINATES[*i] != *without).collect();
             let other = in_coordinates(model, state, &read, [&[], &others])?;
             if other.unsteady.is_none() {
                 return Ok(other);
@@ -302,7 +316,7 @@ pub(crate) fn linearize<M: Constraints>(
     Ok(found)
 }
 
-/// The linear equations with these coordinates and velocities independent where they can be.
+/// The linear equations with these coordinates and velocities among the independent ones as far as possible.
 fn in_coordinates<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -315,11 +329,11 @@ fn in_coordinates<M: Constraints>(
     }
     reduce::refuse_singular(model, state, &tangent)?;
     let mut found = assemble::<M>(read, &tangent);
-    found.unsteady = steady::judge(model, state, &found, &tangent);
+    found.unsteady = steady::why_unsteady(model, state, &found, &tangent);
     Ok(found)
 }
 
-/// The linear equations in the coordinates of a tangent space.
+/// The linear equations in the independent coordinates and velocities of a tangent space.
 pub(super) fn assemble<M: Constraints>(read: &ModelDerivatives, tangent: &Tangent) -> Linearization {
     let [mass, damping, stiffness, particular] = read.project(tangent);
     let named = |indices: &[usize]| indices.iter().map(|i| M::COORDINATES[*i]).collect::<Vec<_>>();

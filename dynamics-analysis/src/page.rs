@@ -1,5 +1,6 @@
-//! Sections of text, charts and tables on one HTML page without network access. The content of a section is
-//! written where its study, comparison or branch is.
+//! HTML pages with sections of text, charts and tables. A page is one file and loads nothing from the
+//! network. This file knows the layout only; the modules of studies, comparisons and branches write their
+//! sections.
 
 use alloc::format;
 use alloc::string::String;
@@ -11,10 +12,13 @@ use dynamics_view::file::{self, FileError};
 use dynamics_view::text::xml;
 use dynamics_view::{Chart, Panel};
 
-/// Width of charts in pixels: where there is room, and on telephones, where a wide one would be shrunk with
-/// its letters.
-const WIDE: f64 = 560.0;
-const NARROW: f64 = 350.0;
+/// Width of charts in pixels on wide screens: two beside each other fit the page's 1300 pixels.
+const CHART_WIDTH: f64 = 560.0;
+/// Width of charts in pixels on telephones. A wide chart would be scaled down there, letters included, so
+/// every chart is drawn twice and the style sheet shows one of them.
+const CHART_WIDTH_ON_PHONES: f64 = 350.0;
+/// Height of charts in pixels.
+const CHART_HEIGHT: f64 = 340.0;
 
 /// A page with several studies and comparisons of models. A study has its charts, the costs of its curves for
 /// the same errors, and all runs.
@@ -40,7 +44,7 @@ impl Page {
         self
     }
 
-    /// Adds a section of panels with words to them.
+    /// Adds a section of panels with a title and a sentence that explains them.
     #[must_use]
     pub fn panels(self, title: &str, words: &str, panels: impl IntoIterator<Item = Panel>) -> Self {
         self.section(PageSection::new(title, words, "").charts(panels))
@@ -76,13 +80,13 @@ impl Page {
     }
 }
 
-/// A section of a page: its title and words, then what is added, in this order.
+/// A section of a page: title and heading, then what is added, in this order.
 pub(super) struct PageSection {
     html: String,
 }
 
 impl PageSection {
-    /// A section with its title and how to read it (left out if empty).
+    /// A section with its title, its heading, and a legend in HTML (left out if empty).
     pub(super) fn new(title: &str, heading: &str, legend: &str) -> Self {
         let mut html = String::new();
         let _ = writeln!(html, "<section>\n<h2>{}</h2>\n<p>{}</p>", xml(title), xml(heading));
@@ -110,10 +114,12 @@ impl PageSection {
 
     /// Adds a row of panels, each as a chart of its own.
     pub(super) fn charts(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
-        let chart = |panel, width| Chart::new("").panel_height(340.0).panel(panel).width(width).to_svg();
+        let chart =
+            |panel, width| Chart::new("").panel_height(CHART_HEIGHT).panel(panel).width(width).to_svg();
         self.html.push_str("<div class=\"charts\">\n");
         for panel in panels {
-            let (wide, narrow) = (chart(panel.clone(), WIDE), chart(panel.without_labels(), NARROW));
+            let (wide, narrow) =
+                (chart(panel.clone(), CHART_WIDTH), chart(panel.without_labels(), CHART_WIDTH_ON_PHONES));
             let _ = writeln!(
                 self.html,
                 "<figure><div class=\"wide\">{wide}</div><div class=\"narrow\">{narrow}</div></figure>"
@@ -143,8 +149,8 @@ impl PageSection {
     }
 }
 
-/// A row that ends early says something in words, which does not widen the column where it begins; what goes
-/// beyond the columns stands beside them.
+/// A row of a table with `columns` columns. In a row with fewer cells the last one is a sentence: it spans
+/// the columns that are left and does not widen its own. Cells beyond the last column stand beside the table.
 fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("<tr>");
     for (i, text) in row.iter().enumerate() {
@@ -160,4 +166,15 @@ fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("</tr>\n");
 }
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}h2{margin-top:2rem}p,li{overflow-wrap:anywhere}.narrow{display:none}@media(max-width:560px){td,th{padding:.1rem .35rem}td:first-child{white-space:normal}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";
+/// The style sheet. Below 560 pixels it shows the narrow charts, above the wide ones.
+const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;\
+    color:#1d2530;background:#fff;margin:1.5rem auto;max-width:1300px;padding:0 1rem}\
+    .charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}\
+    figure{margin:0}svg{max-width:100%;height:auto}\
+    table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}\
+    td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}\
+    td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}\
+    td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}\
+    h2{margin-top:2rem}p,li{overflow-wrap:anywhere}.narrow{display:none}@media(max-width:560px){\
+    td,th{padding:.1rem .35rem}td:first-child{white-space:normal}.wide{display:none}.narrow{display:block}\
+    body{margin-top:.5rem}ul{padding-left:1.2rem}}";

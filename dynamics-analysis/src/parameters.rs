@@ -7,20 +7,20 @@
 //! `x_rate[3]`), everywhere alike.
 
 mod equations;
+mod equilibrium_sensitivity;
 mod fit;
 mod gradient;
 mod parallel;
 mod sensitivity;
 mod sensitivity_error;
-mod statics;
 mod sweep;
 mod variable;
 
+pub use equilibrium_sensitivity::{EquilibriumChange, FrequencyChange};
 pub use fit::{Fit, FitError, Fitted, Fitting, Loss, Outlier, Resampled, Residuals};
 pub use gradient::{Gradient, Objective};
 pub use sensitivity::{Sensitivities, Sensitivity};
 pub use sensitivity_error::SensitivityError;
-pub use statics::{EquilibriumChange, FrequencyChange};
 pub use sweep::{RunFailure, Sweep, SweepAxis, SweepError, Sweeping};
 pub use variable::{Variable, VariableError};
 
@@ -29,8 +29,8 @@ use dynamics_runtime::simulate::Simulate;
 
 /// Models whose parameters and starts can be varied: every derived model that is `Clone`.
 pub trait Vary: Simulate + Parameters + Clone {
-    /// Begins a sweep over a grid of parameters and starts. What has no axis is as in this model and this
-    /// start.
+    /// Begins a sweep over a grid of parameters and starts. Quantities without an axis have the values of
+    /// this model and this start.
     fn sweep(&self, start: Self::State) -> Sweeping<'_, Self> {
         Sweeping::new(self, start)
     }
@@ -62,7 +62,7 @@ pub trait Vary: Simulate + Parameters + Clone {
         state: &Self::State,
         parameter: &str,
     ) -> Result<EquilibriumChange, SensitivityError> {
-        statics::equilibrium_by(self, state, parameter)
+        equilibrium_sensitivity::equilibrium_by(self, state, parameter)
     }
 
     /// How the natural frequencies of undamped small motions about an equilibrium change with a parameter.
@@ -75,7 +75,7 @@ pub trait Vary: Simulate + Parameters + Clone {
         state: &Self::State,
         parameter: &str,
     ) -> Result<Vec<FrequencyChange>, SensitivityError> {
-        statics::frequencies_by(self, state, parameter)
+        equilibrium_sensitivity::frequencies_by(self, state, parameter)
     }
 }
 

@@ -2,15 +2,15 @@
 //! Poincaré sections.
 //!
 //! ```text
-//! let judged = model.floquet(&start, period)?;                                   // what a period makes of small disturbances
-//! let orbit = model.periodic(guess, period).run()?;                              // the closed motion nearby, with its multipliers
-//! let exponents = model.lyapunov(start).settle(100.0).during(2000.0).run()?;     // how fast neighbours part
-//! let section = model.poincare(start).every(period).points(2000).run()?;         // the motion, once a period
+//! let judged = model.floquet(&start, period)?;                                // growth of disturbances
+//! let orbit = model.periodic(guess, period).run()?;                           // the closed motion nearby
+//! let exponents = model.lyapunov(start).settle(100.0).during(2000.0).run()?;  // Lyapunov exponents
+//! let section = model.poincare(start).every(period).points(2000).run()?;      // points once a period
 //! ```
 //!
 //! All use exact variational equations (`flow.rs`), under constraints on their tangent space. Inputs are
 //! held. Switched constraints keep the on/off state of the start. Event actions are not executed: a motion
-//! whose velocities jump at events is not the one that is judged here.
+//! whose velocities jump at events is not the one that is analysed here.
 
 mod corners;
 mod error;
@@ -36,10 +36,10 @@ pub use poincare::{Poincare, Return, Section};
 pub use shooting::{PeriodicOrbit, Shooting};
 pub use symmetry::Trivial;
 
-/// Local error per step that is permitted unless one is given: multipliers then have about ten digits.
-const TOLERANCE: f64 = 1e-12;
-/// Steps of one shot: of a motion that takes more something is stiff, or the period is not one.
-const MOST_STEPS: usize = 200_000;
+/// Default permitted local error per step: multipliers then have about ten digits.
+const DEFAULT_TOLERANCE: f64 = 1e-12;
+/// Default limit on the steps of one shot. A motion that takes more is stiff, or the period is far too long.
+const DEFAULT_MAX_STEPS: usize = 200_000;
 
 /// See [`Analyze::floquet`](crate::Analyze::floquet).
 pub(crate) fn floquet_of<M: Simulate>(
@@ -50,9 +50,10 @@ pub(crate) fn floquet_of<M: Simulate>(
     check_period(period)?;
     check(model, start)?;
     let advance = DVector::zeros(2 * M::Vector::LEN);
-    floquet::of_motion(model, &[*start], period, &advance, (TOLERANCE, MOST_STEPS))
+    floquet::of_motion(model, &[*start], period, &advance, (DEFAULT_TOLERANCE, DEFAULT_MAX_STEPS))
 }
 
+/// Checks the parameters, the state, and that the state lies on the constraints.
 fn check<M: Simulate>(model: &M, start: &M::State) -> Result<(), PeriodicError> {
     StateError::check_parameters(model)?;
     StateError::check::<M>(start)?;

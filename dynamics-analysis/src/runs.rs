@@ -1,4 +1,7 @@
-//! Whether a run reached its end, and how long it takes.
+//! Runs of studies and comparisons: whether a run reached its end, and how long it takes.
+//!
+//! A time is the median of repeats. Repeats are made in rounds over all runs, so that a disturbance of the
+//! machine hits a few repeats of many runs, not all repeats of one.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -9,33 +12,39 @@ use std::time::Instant;
 use dynamics_runtime::model::{ModelState, Vector};
 use dynamics_runtime::simulate::{Simulate, Simulation};
 
-/// Rounds over all runs: what disturbs the machine for a while disturbs a part of the repeats of many runs,
-/// not all of one.
-const ROUNDS: u32 = 3;
-/// Most repeats in one round.
-const MOST_REPEATS: u32 = 101;
+/// Number of rounds. With three, a disturbance of one round leaves the median of the other two.
+const TIMING_ROUNDS: u32 = 3;
+/// Most repeats of a run in one round. It bounds the repeats of very short runs; an odd number has a middle.
+const MAX_REPEATS_PER_ROUND: u32 = 101;
+/// Runs that took less than this are repeated as often as runs that took this long, so that a time of zero
+/// gives a finite number of repeats.
+const SHORTEST_RUN: Duration = Duration::from_nanos(100);
 
-/// Longest steps of a run that others are measured against, in parts of the motion.
-const LONGEST: f64 = 2e-3;
+/// Longest step of a reference run, relative to the time of the motion. A force that lasts for a hundredth of
+/// the motion then has five steps. With longer steps all runs might miss such a force and agree.
+const MAX_REFERENCE_STEP: f64 = 2e-3;
+/// The longest step is set only if it is larger than this many roundings of the time. Shorter steps would be
+/// dominated by the rounding of the time.
+const LEAST_STEP_IN_ROUNDINGS: f64 = 1e3;
 
-/// With steps so short that they do not go over what lasts for a hundredth of the motion, where time resolves
-/// them: runs that all missed that would agree.
+/// The simulation with steps of at most [`MAX_REFERENCE_STEP`], if time resolves them.
 pub(super) fn with_short_steps<'m, M: Simulate>(
     simulation: Simulation<'m, M>,
     (start, end): (f64, f64),
 ) -> Simulation<'m, M> {
-    let longest = LONGEST * (end - start).abs();
-    let resolved = longest > 1e3 * f64::EPSILON * end.abs().max(start.abs());
+    let longest = MAX_REFERENCE_STEP * (end - start).abs();
+    let resolved = longest > LEAST_STEP_IN_ROUNDINGS * f64::EPSILON * end.abs().max(start.abs());
     if resolved { simulation.max_step(longest) } else { simulation }
 }
 
-/// What happened and when; the state there, which follows in further lines, has no place in a table.
-pub(super) fn in_a_line(error: &impl ToString) -> String {
+/// The first line of an error: what happened and when. The state follows in further lines, which a table has
+/// no room for.
+pub(super) fn first_line(error: &impl ToString) -> String {
     error.to_string().lines().next().unwrap_or_default().to_string()
 }
 
-/// Whether a run went to the end of the motion; an event may have stopped it.
-pub(super) fn reaches<S: ModelState>(state: &S, end: f64) -> Result<(), String> {
+/// Checks that a run went to the end of the motion (an event may have stopped it) and that its end is finite.
+pub(super) fn check_end<S: ModelState>(state: &S, end: f64) -> Result<(), String> {
     let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
     if state.t() != end {
         return Err(format!("it stopped at t = {}, before the end", state.t()));
@@ -46,44 +55,44 @@ pub(super) fn reaches<S: ModelState>(state: &S, end: f64) -> Result<(), String> 
     Ok(())
 }
 
-/// Time of a run that keeps nothing, and its end; `None` where it failed.
-pub(super) fn once<M: Simulate>(simulation: Simulation<'_, M>) -> Option<(Duration, M::State)> {
+/// Time and last state of a run that records nothing; `None` if it failed.
+pub(super) fn timed_run<M: Simulate>(simulation: Simulation<'_, M>) -> Option<(Duration, M::State)> {
     let begun = Instant::now();
     let ended = simulation.run_with(|_| {});
     let taken = begun.elapsed();
     Some((taken, ended.ok()?))
 }
 
-/// What repeats of a run took.
+/// The time of a run, measured by repeats.
 #[derive(Clone, Copy)]
 pub(super) struct Median {
     pub(super) time: Duration,
     pub(super) repeats: usize,
 }
 
-/// Medians of repeats, in rounds over all runs. `about`: about how long each takes, `None` for those that are
-/// left out; `effort`: time that the repeats of each may take; `once`: runs one of them.
+/// Median times of all runs. `about`: the approximate time of each run, `None` for runs that are left out;
+/// `effort`: the time that all repeats of one run may take; `once`: makes the run of an index.
 pub(super) fn medians(
     about: &[Option<Duration>],
     effort: Duration,
     mut once: impl FnMut(usize) -> Option<Duration>,
 ) -> Vec<Option<Median>> {
     let mut repeats = alloc::vec![Vec::new(); about.len()];
-    for _ in 0..ROUNDS {
+    for _ in 0..TIMING_ROUNDS {
         for (i, (about, repeats)) in about.iter().zip(&mut repeats).enumerate() {
             let Some(about) = about else { continue };
-            let about = (*about).max(Duration::from_nanos(100)).as_secs_f64();
-            let count = effort.as_secs_f64() / f64::from(ROUNDS) / about;
-            // It succeeded before, with the same numbers.
-            repeats.extend((0..(count as u32).clamp(1, MOST_REPEATS)).filter_map(|_| once(i)));
+            let about = (*about).max(SHORTEST_RUN).as_secs_f64();
+            let count = effort.as_secs_f64() / f64::from(TIMING_ROUNDS) / about;
+            // No repeat fails: the run succeeded before, and it is deterministic.
+            repeats.extend((0..(count as u32).clamp(1, MAX_REPEATS_PER_ROUND)).filter_map(|_| once(i)));
         }
     }
     let of = |times: &mut Vec<Duration>| median(times).map(|time| Median { time, repeats: times.len() });
     repeats.iter_mut().map(of).collect()
 }
 
-/// How often runs were repeated, in words.
-pub(super) fn repeated(counts: impl Iterator<Item = usize>) -> String {
+/// A sentence that says how often runs were repeated; a count of 0 is a run that was not repeated.
+pub(super) fn repeats_in_words(counts: impl Iterator<Item = usize>) -> String {
     let (least, most) =
         counts.fold((usize::MAX, 0), |(least, most), count| (least.min(count), most.max(count)));
     match (least, most) {
@@ -93,7 +102,7 @@ pub(super) fn repeated(counts: impl Iterator<Item = usize>) -> String {
     }
 }
 
-/// The middle one, the lower of two.
+/// The median; of an even number of times the lower of the two in the middle.
 pub(super) fn median(times: &mut [Duration]) -> Option<Duration> {
     times.sort_unstable();
     times.get(times.len().saturating_sub(1) / 2).copied()

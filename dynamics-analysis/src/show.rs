@@ -1,5 +1,5 @@
-//! Results of analyses in words, where they have none of their own module: what a program prints while one
-//! works with it. Whole tables have their own functions.
+//! `Display` of results of analyses that have no `show` module of their own. It prints a summary; functions
+//! such as `to_csv` write whole tables.
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -19,13 +19,13 @@ use crate::vibration::{
     FrequencyResponse, LowestModes, LqrDesign, NormalModes, Signal, Spectrum, StateSpace, TimeResponse,
 };
 
-/// Lines of a list that are shown; the others are counted.
-const MOST_LINES: usize = 20;
+/// Most lines of a list that are printed; the number of the others follows. The list then fits a terminal.
+const MAX_LIST_LINES: usize = 20;
 
-/// A table under a heading, cut after [`MOST_LINES`], without the last end of line.
+/// A table under a heading, cut after [`MAX_LIST_LINES`], without the last end of line.
 fn list(f: &mut fmt::Formatter<'_>, heading: Vec<String>, mut rows: Vec<Vec<String>>) -> fmt::Result {
-    let more = rows.len().saturating_sub(MOST_LINES);
-    rows.truncate(MOST_LINES);
+    let more = rows.len().saturating_sub(MAX_LIST_LINES);
+    rows.truncate(MAX_LIST_LINES);
     rows.insert(0, heading);
     f.write_str(columns(&rows).trim_end())?;
     if more > 0 { write!(f, "\n… and {more} more") } else { Ok(()) }
@@ -45,7 +45,7 @@ fn names(quantities: &[Quantity]) -> String {
     all.join(", ")
 }
 
-/// A matrix by rows, under its name.
+/// A matrix by rows, with its name before the first row; nothing for a matrix without rows.
 fn matrix(f: &mut fmt::Formatter<'_>, name: &str, of: &DMatrix<f64>) -> fmt::Result {
     let row = |i: usize| {
         let name = if i == 0 { format!("{name} =") } else { String::new() };
@@ -102,7 +102,7 @@ impl<S: ModelState> fmt::Display for Section<S> {
     }
 }
 
-/// The sizes of the grid, and how many runs failed.
+/// The axes of the grid, the number of runs and of failures, and the first failure.
 impl<const K: usize> fmt::Display for Sweep<K> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let axes: Vec<String> = self
@@ -127,7 +127,7 @@ impl<M: Simulate> fmt::Display for Sensitivities<'_, M> {
     }
 }
 
-/// M, C and K with the names of what they belong to.
+/// M, C and K with the names of their coordinates.
 impl fmt::Display for Linearization {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "small motions in {}", names(&self.coordinates))?;
@@ -208,7 +208,7 @@ impl fmt::Display for NormalModes {
     }
 }
 
-/// The frequencies, and how well they solve the equations.
+/// The frequencies with their residuals.
 impl fmt::Display for LowestModes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "lowest modes: {} counted, {} iterations", self.counted, self.iterations)?;
@@ -230,7 +230,7 @@ impl fmt::Display for LqrDesign<'_> {
     }
 }
 
-/// By how much each coordinate changes for each unit of the parameter.
+/// The change of each coordinate per unit of the parameter.
 impl fmt::Display for EquilibriumChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let row = |(of, by): (&Quantity, &f64)| vec![with_unit(of.name, of.unit), format!("{by:.6e}")];
@@ -239,7 +239,7 @@ impl fmt::Display for EquilibriumChange {
     }
 }
 
-/// ω, and by how much it changes for each unit of the parameter.
+/// ω and its change per unit of the parameter.
 impl fmt::Display for FrequencyChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "ω = {:.9e} rad/s, by the parameter {:.6e}", self.frequency, self.frequency_by)?;

@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 use dynamics_runtime::model::Constraints;
 use nalgebra::Complex;
 
-use crate::linearize::{ModelDerivatives, Tangent, assemble, general};
+use crate::linearize::{ModelDerivatives, Tangent, assemble, matrix_eigenvalues};
 
 /// A pair next to another one may be so far from it, as a part of its frequency.
 const NEXT: f64 = 0.5;
@@ -44,7 +44,7 @@ impl Swings {
     fn near<M: Constraints>(&self, model: &M, state: &M::State) -> Option<Vec<Complex<f64>>> {
         let read = ModelDerivatives::of(model, state).ok()?;
         let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[]; 2]);
-        let all = general(assemble::<M>(&read, &tangent).state_matrix().ok()?).ok()?;
+        let all = matrix_eigenvalues(assemble::<M>(&read, &tangent).state_matrix().ok()?).ok()?;
         let to = Complex::new(0.0, self.frequency);
         let mut swing: Vec<_> =
             all.into_iter().filter(|x| x.im > 0.0 && (x - to).norm() < NEXT * self.frequency).collect();

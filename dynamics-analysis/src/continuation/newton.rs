@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 use super::hopf_test_function::Swings;
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
 use crate::equilibria::EquilibriumError;
-use crate::linearize::general;
+use crate::linearize::matrix_eigenvalues;
 
 /// Most corrections. More than eight mean that the step was too long.
 const MOST_CORRECTIONS: usize = 12;
@@ -55,7 +55,7 @@ impl Singular {
     ) -> Option<Self> {
         let (lower, k) = balance.per_inertia()?;
         let n = k.nrows();
-        let real = general(k.clone()).ok()?.into_iter().filter(|x| x.im == 0.0).map(|x| x.re);
+        let real = matrix_eigenvalues(k.clone()).ok()?.into_iter().filter(|x| x.im == 0.0).map(|x| x.re);
         let wanted = soft.unwrap_or(0.0);
         let mu = real.min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()))?;
         let svd = (k - DMatrix::identity(n, n) * mu).try_svd(true, true, f64::EPSILON, 1000)?;

@@ -16,7 +16,7 @@ use super::branch::{Branch, Special, SpecialKind};
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
 use super::trace::{Sample, Tracer};
 use super::{Continuation, ContinuationError};
-use crate::numbers::Numbers;
+use crate::random_numbers::RandomNumbers;
 
 /// How far from the point, at first and then.
 const ASIDE: [f64; 3] = [2e-2, 5e-3, 1e-3];
@@ -96,7 +96,7 @@ fn around<M: Constraints + Powers>(
         chord.scaled(1.0 / problem.norm(&chord))
     };
     let (mut found, mut ways, mut led): (Vec<Sample<M>>, Vec<Direction>, usize) = (Vec::new(), Vec::new(), 0);
-    let mut numbers = Numbers(0x5eed);
+    let mut numbers = RandomNumbers(0x5eed);
     let mut in_vain = 0;
     for guess in 0..MOST_BRANCH_GUESSES * space.len() {
         if guess >= GUESSES * space.len()

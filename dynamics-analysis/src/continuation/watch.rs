@@ -13,7 +13,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::problem::{Balance, ContinuationProblem, Direction};
 use crate::equilibria::{EquilibriumError, Statics};
-use crate::linearize::{LinearizeError, general};
+use crate::linearize::{LinearizeError, matrix_eigenvalues};
 
 /// Shapes that agree less than this, cos² of their angle, may be others.
 const SAME_SHAPE: f64 = 0.6;
@@ -72,7 +72,7 @@ impl Watch {
             lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?.transpose();
         let n = reduced.nrows();
         if (&reduced - reduced.transpose()).amax() > SYMMETRIC * reduced.amax() {
-            let all = general(reduced)?;
+            let all = matrix_eigenvalues(reduced)?;
             let is_real = |x: &&Complex<f64>| x.im.abs() <= REAL * x.norm();
             let mut squares: Vec<f64> = all.iter().filter(is_real).map(|x| x.re).collect();
             squares.sort_by(f64::total_cmp);

@@ -13,7 +13,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Terms, Vector};
 use super::statics::scales;
 use super::{Equilibrium, EquilibriumError, EquilibriumOptions, find_holding};
 use crate::linearize::indices;
-use crate::numbers::Numbers;
+use crate::random_numbers::RandomNumbers;
 
 /// A search for equilibria with its options, before it runs.
 #[must_use = "a search does nothing until `.run()`"]
@@ -119,7 +119,7 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
         for start in starts {
             found.add(find(&start), &periodic);
         }
-        let (given, mut numbers) = (found.hits.len(), Numbers(self.seed));
+        let (given, mut numbers) = (found.hits.len(), RandomNumbers(self.seed));
         for _ in 0..self.random {
             let mut start = self.around;
             start
@@ -308,7 +308,7 @@ pub(crate) fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool
         let (positions, rates) = (model.residual(state), model.velocity_residual(state));
         [mass, force, jacobian, gamma, positions.as_slice().to_vec(), rates.as_slice().to_vec()]
     };
-    let mut numbers = Numbers(0x5eed);
+    let mut numbers = RandomNumbers(0x5eed);
     for _ in 0..3 {
         let mut state = *around;
         state.q_mut().as_mut_slice().iter_mut().for_each(|q| *q += numbers.within([-1.0, 1.0]));

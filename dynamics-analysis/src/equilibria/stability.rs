@@ -36,7 +36,7 @@ use super::newton::distance;
 use super::rounding::clear_rounding;
 use super::statics::{Statics, scales};
 use super::{EquilibriumError, check_stays};
-use crate::linearize::{Linearization, LinearizeError, eigenvector, general, linearize};
+use crate::linearize::{Linearization, LinearizeError, eigenvector, linearize, matrix_eigenvalues};
 
 /// M v̇ + D v + K z = 0, ż = v, and the names of z.
 struct SecondOrderSystem {
@@ -432,7 +432,7 @@ fn rounding(a: &DMatrix<f64>) -> DMatrix<f64> {
 fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, EquilibriumError> {
     let n = a.nrows();
     let mut found = Vec::with_capacity(n);
-    for (k, value) in general(a.clone())?.into_iter().enumerate() {
+    for (k, value) in matrix_eigenvalues(a.clone())?.into_iter().enumerate() {
         let right = eigenvector(a, value, k)?;
         let left = eigenvector(&a.transpose(), value.conj(), k)?;
         let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);

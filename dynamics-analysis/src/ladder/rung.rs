@@ -10,7 +10,7 @@ use dynamics_runtime::simulate::{Counts, Motion, Simulate, Simulation};
 use dynamics_view::suggest;
 
 use super::error::LadderError;
-use crate::runs::{self, in_a_line, reaches};
+use crate::runs::{self, check_end, first_line};
 
 /// An output by a closure.
 type Output<'m, M> = Box<dyn Fn(&Motion<'m, M>, &<M as dynamics_runtime::model::Model>::State) -> f64 + 'm>;
@@ -152,13 +152,13 @@ impl<M: Simulate> AnyRung for Rung<'_, M> {
     ) -> Result<Box<dyn AnyMotion + '_>, LadderError> {
         let failed = |reason: String| LadderError::Fails { rung: self.name.clone(), tolerance, reason };
         let motion =
-            self.simulation(end, tolerance, short_steps).run().map_err(|error| failed(in_a_line(&error)))?;
-        reaches(&motion.end(), end).map_err(failed)?;
+            self.simulation(end, tolerance, short_steps).run().map_err(|error| failed(first_line(&error)))?;
+        check_end(&motion.end(), end).map_err(failed)?;
         Ok(Box::new(Moved { rung: self, motion }))
     }
 
     fn time(&self, end: f64, tolerance: f64) -> Option<Duration> {
-        runs::once(self.simulation(end, tolerance, false)).map(|(time, _)| time)
+        runs::timed_run(self.simulation(end, tolerance, false)).map(|(time, _)| time)
     }
 }
 

@@ -14,7 +14,7 @@ use super::comparison::{Compared, Comparison, Difference, RungReport};
 use super::error::LadderError;
 use super::verdict::{Verdict, percent};
 use crate::page::{Page, PageSection};
-use crate::runs::repeated;
+use crate::runs::repeats_in_words;
 use crate::table::columns;
 
 /// Accuracies that a page has sentences for.
@@ -114,7 +114,7 @@ impl Comparison {
             self.full().name,
             self.rungs.len(),
             self.times.len(),
-            repeated(self.rungs.iter().map(|rung| rung.repeats))
+            repeats_in_words(self.rungs.iter().map(|rung| rung.repeats))
         )
     }
 

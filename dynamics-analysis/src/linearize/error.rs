@@ -1,4 +1,4 @@
-//! Why there are no linear equations, or no eigenvalues.
+//! The errors of linearisation: why there are no linear equations, or no eigenvalues.
 
 use alloc::string::String;
 use core::fmt;
@@ -57,7 +57,7 @@ pub enum LinearizeError {
     /// A name is not that of a coordinate.
     #[error(fmt = unknown_coordinate)]
     UnknownCoordinate {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
         /// A coordinate of a similar name, if there is one.
         nearest: Option<String>,
@@ -78,10 +78,10 @@ pub enum LinearizeError {
     SingularPosition {
         /// Independent rows here.
         rank: usize,
-        /// Independent rows beside it; `None` where nothing can be assembled there.
-        beside: Option<usize>,
+        /// Independent rows nearby; `None` if nothing can be assembled there.
+        rank_nearby: Option<usize>,
     },
-    /// The mass matrix is not positive definite on what the constraints leave.
+    /// The mass matrix is not positive definite on the tangent space of the constraints.
     #[error(
         "the mass matrix is not positive definite on what the constraints leave; give every coordinate \
          inertia, or constrain it"
@@ -105,7 +105,7 @@ pub enum LinearizeError {
          or use the equations with coefficients that vary"
     )]
     Varies {
-        /// By how much over a short part of it, relative to the largest.
+        /// The change over a hundredth of the motion's time scale, relative to the largest coefficient.
         change: f64,
     },
     /// A little later on this motion there are no linear equations in the same coordinates, so it is unknown
@@ -134,17 +134,17 @@ fn unknown_coordinate(name: &str, nearest: &Option<String>, f: &mut fmt::Formatt
     }
 }
 
-fn singular_position(rank: &usize, beside: &Option<usize>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    match beside {
+fn singular_position(rank: &usize, rank_nearby: &Option<usize>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match rank_nearby {
         None => write!(
             f,
             "the position is singular: {rank} rows of the constraints are independent here, which leaves \
              a direction, in which nothing can be assembled; leave a row out that only repeats others, \
              or change a dimension"
         ),
-        Some(beside) => write!(
+        Some(nearby) => write!(
             f,
-            "the position is singular: {rank} rows of the constraints are independent here, {beside} \
+            "the position is singular: {rank} rows of the constraints are independent here, {nearby} \
              beside it, so that small motions have no tangent space; linearise beside it"
         ),
     }

@@ -1,4 +1,8 @@
-//! Eigenvalues with their mode shapes.
+//! Eigenvalues with their mode shapes: A x = σ x, and yᴴ A = σ yᴴ for the conditioning.
+//!
+//! The modes of undamped conservative systems come from the symmetric problem (`spectrum.rs`). Those of other
+//! systems by inverse iteration beside the eigenvalue (G. H. Golub & C. F. Van Loan, *Matrix Computations*,
+//! §7.6); the eigenvalue is then refined by the generalized Rayleigh quotient yᴴA x/yᴴx.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -45,7 +49,12 @@ impl Mode {
     }
 }
 
-/// One line: eigenvalue, frequency, damping ratio, and the coordinates that move most.
+/// Elements of a mode shape, and phases in rad, below this are not printed; the largest element is 1.
+const LEAST_PRINTED: f64 = 1e-6;
+/// Number of coordinates of a mode that are printed.
+const PRINTED_COORDINATES: usize = 4;
+
+/// One line: eigenvalue, damping ratio, and the coordinates that move most.
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Complex { re, im } = self.eigenvalue;
@@ -56,10 +65,11 @@ impl fmt::Display for Mode {
         }
         let mut order: Vec<usize> = (0..self.shape.len()).collect();
         order.sort_by(|i, j| self.shape[*j].norm().total_cmp(&self.shape[*i].norm()));
-        for (k, i) in order.into_iter().take(4).filter(|i| self.shape[*i].norm() > 1e-6).enumerate() {
+        let moves = |i: &usize| self.shape[*i].norm() > LEAST_PRINTED;
+        for (k, i) in order.into_iter().take(PRINTED_COORDINATES).filter(moves).enumerate() {
             let (size, phase) = self.shape[i].to_polar();
             write!(f, "{} {} {size:.4}", if k == 0 { ":" } else { "," }, self.coordinates[i].name)?;
-            if phase.abs() > 1e-6 {
+            if phase.abs() > LEAST_PRINTED {
                 write!(f, " at {:.1}°", phase.to_degrees())?;
             }
         }
@@ -71,9 +81,9 @@ pub(super) fn modes(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError>
     if let Some(reason) = &linear.unsteady {
         return Err(reason.clone());
     }
-    let mut found = match spectrum::symmetric(linear)? {
-        Some((squares, vectors)) => undamped(linear, &squares, &vectors),
-        None => general(linear)?,
+    let mut found = match spectrum::undamped_modes(linear)? {
+        Some((squares, vectors)) => of_symmetric_problem(linear, &squares, &vectors),
+        None => of_state_matrix(linear)?,
     };
     found.sort_by(|a, b| {
         a.frequency().total_cmp(&b.frequency()).then(a.eigenvalue.re.total_cmp(&b.eigenvalue.re))
@@ -81,10 +91,11 @@ pub(super) fn modes(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError>
     Ok(found)
 }
 
-fn undamped(linear: &Linearization, squares: &DVector<f64>, vectors: &DMatrix<f64>) -> Vec<Mode> {
+/// The modes of an undamped conservative system: one with ω = √square, or two with ±√−square.
+fn of_symmetric_problem(linear: &Linearization, squares: &DVector<f64>, vectors: &DMatrix<f64>) -> Vec<Mode> {
     let mut modes = Vec::new();
     for (square, vector) in squares.iter().zip(vectors.column_iter()) {
-        let shape = scaled(linear, vector.map(|x| Complex::new(x, 0.0)));
+        let shape = normalized_shape(linear, vector.map(|x| Complex::new(x, 0.0)));
         let conditioning = if *square == 0.0 { f64::INFINITY } else { 1.0 };
         let mode =
             |eigenvalue| Mode { eigenvalue, shape: shape.clone(), conditioning, coordinates: linear.all };
@@ -98,15 +109,16 @@ fn undamped(linear: &Linearization, squares: &DVector<f64>, vectors: &DMatrix<f6
     modes
 }
 
-/// All coordinates from the independent ones, the largest 1.
-fn scaled(linear: &Linearization, independent: DVector<Complex<f64>>) -> DVector<Complex<f64>> {
+/// The shape in all coordinates from the independent ones; its largest element is 1.
+fn normalized_shape(linear: &Linearization, independent: DVector<Complex<f64>>) -> DVector<Complex<f64>> {
     let shape = linear.shape.map(|x| Complex::new(x, 0.0)) * independent;
     let largest =
         shape.iter().copied().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { x } else { m });
     if largest.norm() > 0.0 { shape.map(|x| x / largest) } else { shape }
 }
 
-fn general(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError> {
+/// The modes of any other system, from the state matrix.
+fn of_state_matrix(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError> {
     let a = linear.state_matrix()?;
     let eigenvalues = spectrum::eigenvalues(linear)?;
     let c = linear.coordinates.len();
@@ -114,21 +126,26 @@ fn general(linear: &Linearization) -> Result<Vec<Mode>, LinearizeError> {
     for (k, eigenvalue) in eigenvalues.into_iter().enumerate().filter(|(_, x)| x.im >= 0.0) {
         let right = eigenvector(&a, eigenvalue, k)?;
         let left = eigenvector(&a.transpose(), eigenvalue.conj(), k)?;
-        let shape = scaled(linear, right.rows(0, c).into_owned());
+        let shape = normalized_shape(linear, right.rows(0, c).into_owned());
         let sizes = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
         let by_elements = sizes(&left).dot(&(a.abs() * sizes(&right)));
-        let eigenvalue = refined(&a, eigenvalue, (&left, &right), by_elements);
+        let eigenvalue = rayleigh_quotient(&a, eigenvalue, (&left, &right), by_elements);
         let conditioning = by_elements / (left.dotc(&right).norm() * eigenvalue.norm());
         modes.push(Mode { eigenvalue, shape, conditioning, coordinates: linear.all });
     }
     Ok(modes)
 }
 
-/// yᴴA x/yᴴx, whose error is that of the vectors squared, and of its own sums: the QR iteration is off by
-/// rounding of what is largest in the matrix, which beside something stiff is more than a soft mode's
-/// damping. Taken where it lies within what that may have done, and the vectors are not nearly orthogonal to
-/// each other.
-fn refined(
+/// Factor on n ε ‖A‖, the error bound of the QR iteration, within which the Rayleigh quotient is
+/// accepted. A smaller factor leaves soft modes unrefined, a larger one could accept a neighbouring
+/// eigenvalue.
+const QR_ERROR_FACTOR: f64 = 100.0;
+
+/// The eigenvalue by the generalized Rayleigh quotient yᴴA x/yᴴx. Its error is the square of the error of
+/// the vectors, plus rounding of its own sums. The error of the QR iteration is relative to the largest
+/// elements of the matrix; if a part is stiff, that is more than the damping of a soft mode. The quotient is
+/// accepted if it lies within the error of the QR iteration, and if x and y are not nearly orthogonal.
+fn rayleigh_quotient(
     a: &DMatrix<f64>,
     eigenvalue: Complex<f64>,
     (left, right): (&DVector<Complex<f64>>, &DVector<Complex<f64>>),
@@ -141,54 +158,62 @@ fn refined(
     let found = left.dotc(&(a.map(|x| Complex::new(x, 0.0)) * right)) / along;
     let mut balanced = a.clone();
     balance_parlett_reinsch(&mut balanced);
-    let within = 100.0 * a.nrows() as f64 * f64::EPSILON * balanced.norm();
-    // Of its own sums, in parts of the eigenvalue: where they cancel, as of vectors that are nearly
-    // orthogonal, it is no better.
-    let own = f64::EPSILON * by_elements / along.norm();
+    let within = QR_ERROR_FACTOR * a.nrows() as f64 * f64::EPSILON * balanced.norm();
+    // Rounding of its own sums: large if they cancel, as those of nearly orthogonal vectors do.
+    let own_rounding = f64::EPSILON * by_elements / along.norm();
     let is_real = eigenvalue.im == 0.0;
     let found = if is_real { Complex::new(found.re, 0.0) } else { found };
-    // One that swings goes on doing so.
-    let alike = is_real || found.im > 0.0;
-    if alike && (found - eigenvalue).norm() <= within && own <= within { found } else { eigenvalue }
+    // A complex eigenvalue stays complex.
+    let same_kind = is_real || found.im > 0.0;
+    if same_kind && (found - eigenvalue).norm() <= within && own_rounding <= within {
+        found
+    } else {
+        eigenvalue
+    }
 }
 
-/// By inverse iteration from a start of its own for every eigenvalue, so that equal ones find different
-/// vectors where there are.
+/// Shifts of inverse iteration off the eigenvalue, in ε ‖A‖, tried in turn. On the eigenvalue itself the
+/// matrix has no inverse; of a defective matrix the first shift may hit another eigenvalue by chance.
+const INVERSE_ITERATION_SHIFTS: [f64; 3] = [4.0, 13.0, 41.0];
+/// Steps of inverse iteration. One suffices for a simple eigenvalue, since it is known to rounding.
+const INVERSE_ITERATION_STEPS: usize = 3;
+
+/// The eigenvector of length 1 of an eigenvalue. `index` is the index of the eigenvalue: each has another
+/// start vector, so that equal eigenvalues get different vectors if these exist.
 pub(crate) fn eigenvector(
     a: &DMatrix<f64>,
-    at: Complex<f64>,
-    which: usize,
+    eigenvalue: Complex<f64>,
+    index: usize,
 ) -> Result<DVector<Complex<f64>>, LinearizeError> {
-    // Balanced: the shift is measured by the matrix, which beside something stiff is otherwise far larger
-    // than any of its eigenvalues.
+    // Balanced, because the shift is relative to ‖A‖, which may otherwise be far larger than any
+    // eigenvalue.
     let mut balanced = a.clone();
     let scale = balance_parlett_reinsch(&mut balanced);
-    // A little beside the eigenvalue the matrix has an inverse; where it is defective, by chance not there.
-    let beside = [4.0, 13.0, 41.0]
+    let found = INVERSE_ITERATION_SHIFTS
         .into_iter()
-        .find_map(|by| inverse_iteration(&balanced, at, by * f64::EPSILON, which));
-    let found = beside.ok_or(LinearizeError::NoConvergence { size: a.nrows() })?;
+        .find_map(|shift| inverse_iteration(&balanced, eigenvalue, shift * f64::EPSILON, index));
+    let found = found.ok_or(LinearizeError::NoConvergence { size: a.nrows() })?;
     let found = found.zip_map(&scale, |x, scale| x * scale);
     let size = found.norm();
     Ok(found.unscale(size))
 }
 
+/// Inverse iteration with a shift relative to ‖A‖; `None` if the shifted matrix has no inverse.
 fn inverse_iteration(
     a: &DMatrix<f64>,
-    at: Complex<f64>,
-    by: f64,
-    which: usize,
+    eigenvalue: Complex<f64>,
+    relative_shift: f64,
+    index: usize,
 ) -> Option<DVector<Complex<f64>>> {
     let n = a.nrows();
     let mut shifted = a.map(|x| Complex::new(x, 0.0));
-    // Of nothing a little, too, has an inverse.
     let size = if a.norm() > 0.0 { a.norm() } else { 1.0 };
-    let shift = at + Complex::new(1.0, 1.0) * (by * size);
+    let shift = eigenvalue + Complex::new(1.0, 1.0) * (relative_shift * size);
     (0..n).for_each(|i| shifted[(i, i)] -= shift);
     let factors = shifted.lu();
-    let seed = |i: usize| (1.0 + 0.618 * (i * (which + 1)) as f64).sin() + 0.1;
+    let seed = |i: usize| (1.0 + 0.618 * (i * (index + 1)) as f64).sin() + 0.1;
     let mut x = DVector::from_fn(n, |i, _| Complex::new(seed(i), 0.0));
-    for _ in 0..3 {
+    for _ in 0..INVERSE_ITERATION_STEPS {
         let next = factors.solve(&x).filter(|x| x.iter().all(|x| x.re.is_finite() && x.im.is_finite()))?;
         let size = next.norm();
         x = next.unscale(size);

@@ -1,4 +1,10 @@
-//! Reduction by constraints: independent coordinates and velocities, and how the others follow from them.
+//! Reduction by constraints: independent coordinates z and velocities v, and how the others follow from them,
+//! δq = D z and δq̇ = E v + F z.
+//!
+//! Gauss–Jordan elimination with complete pivoting of the rows [Φ_q; A]. The columns without a pivot are
+//! independent; D and E are its null space. Columns are scaled by 1/√M_ii for the choice of pivots, so that
+//! it does not depend on units. Φ_q alone is eliminated first and gives D; elimination of the other rows
+//! goes on from there and gives E.
 
 use alloc::vec::Vec;
 
@@ -23,7 +29,7 @@ pub(crate) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, Line
     let mut found: Vec<usize> = Vec::with_capacity(names.len());
     for name in names {
         let index = index(name)?;
-        // Who says it twice means it once.
+        // Names that occur twice count once.
         if !found.contains(&index) {
             found.push(index);
         }
@@ -31,45 +37,58 @@ pub(crate) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, Line
     Ok(found)
 }
 
+/// Acceleration, relative to the largest velocity (at least 1), up to which a velocity counts as constant:
+/// the accuracy of states that were typed in with nine digits. The choice only sets which velocities are
+/// tried first.
+const CONSTANT_VELOCITY: f64 = 1e-8;
+
 /// The coordinates whose velocities do not change.
-pub(super) fn staying<S: ModelState>(state: &S, accelerations: &nalgebra::DVector<f64>) -> Vec<usize> {
+pub(super) fn constant_velocities<S: ModelState>(
+    state: &S,
+    accelerations: &nalgebra::DVector<f64>,
+) -> Vec<usize> {
     let fastest = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
-    (0..accelerations.len()).filter(|i| accelerations[*i].abs() <= 1e-8 * fastest).collect()
+    (0..accelerations.len()).filter(|i| accelerations[*i].abs() <= CONSTANT_VELOCITY * fastest).collect()
 }
 
-/// What each coordinate is measured by: the largest value of its unit, of an angle at least 1 rad; 1 where
-/// all are 0.
+/// Largest value of a unit below which all its values count as 0. The scale is then 1, instead of a value
+/// that is only rounding.
+const LEAST_SCALE: f64 = 1e-12;
+
+/// The scale of each coordinate: the largest value among the coordinates of its unit; at least 1 rad for
+/// angles; 1 if all are 0.
 pub(crate) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
     let of = |unit: &str| {
         let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
         let most = same.fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
-        if unit == "rad" || most < 1e-12 { most.max(1.0) } else { most }
+        if unit == "rad" || most < LEAST_SCALE { most.max(1.0) } else { most }
     };
     coordinates.iter().map(|coordinate| of(coordinate.unit)).collect()
 }
 
-/// The directions that constraints leave.
+/// The tangent space of the constraints at a position.
 pub(crate) struct Tangent {
-    /// Independent coordinates, ascending but for those that were asked for, which come first.
+    /// Independent coordinates: the requested ones first, then the others in ascending order.
     pub(crate) coordinates: Vec<usize>,
-    /// Those whose velocities are independent.
+    /// The coordinates whose velocities are independent, a part of `coordinates`.
     pub(crate) rates: Vec<usize>,
     /// D, N×C.
     pub(crate) positions: DMatrix<f64>,
     /// E, N×F.
     pub(crate) velocities: DMatrix<f64>,
+    /// Ratio of the largest to the smallest pivot; 1 without rows.
     pub(crate) conditioning: f64,
-    /// Independent rows.
+    /// Number of independent rows.
     pub(crate) rank: usize,
-    /// Rows that hold.
+    /// Number of rows.
     rows: usize,
-    /// (N×R) takes right-hand sides of all rows to the dependent coordinates.
+    /// N×R: the dependent coordinates that solve the rows for given right-hand sides.
     solver: DMatrix<f64>,
 }
 
 impl Tangent {
-    /// Of rows, the first `holonomic` of them conditions on coordinates, too; `preferred` coordinates and
-    /// velocities become independent where they can.
+    /// The tangent space of rows, of which the first `holonomic` also hold for coordinates. The `preferred`
+    /// coordinates and velocities become independent as far as the rows allow.
     pub(crate) fn new(
         rows: &DMatrix<f64>,
         holonomic: usize,
@@ -79,9 +98,9 @@ impl Tangent {
         let n = mass.nrows();
         let mut elimination = Elimination::new(rows, mass);
         elimination.run(0..holonomic, preferred[0]);
-        let (coordinates, positions) = elimination.free(preferred[0]);
+        let (coordinates, positions) = elimination.null_space(preferred[0]);
         elimination.run(0..rows.nrows(), preferred[1]);
-        let (rates, velocities) = elimination.free(&coordinates);
+        let (rates, velocities) = elimination.null_space(&coordinates);
         let mut solver = DMatrix::zeros(n, rows.nrows());
         for (row, column) in &elimination.pivots {
             solver.row_mut(*column).copy_from(&elimination.transform.row(*row));
@@ -99,28 +118,33 @@ impl Tangent {
         }
     }
 
-    /// How many rows hold.
+    /// Number of rows.
     pub(crate) fn row_count(&self) -> usize {
         self.rows
     }
 
-    /// What dependent coordinates do for the rows' right-hand sides −`left`, while the independent ones stand
-    /// still.
-    pub(crate) fn particular(&self, left: &DMatrix<f64>) -> DMatrix<f64> {
-        -(&self.solver * left)
+    /// The changes of dependent coordinates that solve rows · δ = −`residuals` with the independent ones
+    /// held.
+    pub(crate) fn particular(&self, residuals: &DMatrix<f64>) -> DMatrix<f64> {
+        -(&self.solver * residuals)
     }
 }
+
+/// Inertia of a coordinate without any, relative to the largest: it scales the column for the choice of
+/// pivots like the column of a light coordinate. A smaller value would make such coordinates dependent more
+/// often.
+const LEAST_INERTIA: f64 = 1e-6;
 
 /// Gauss–Jordan elimination with complete pivoting, rows and columns scaled: [rows | 1] → [.. 1 ..|
 /// transform].
 struct Elimination {
     rows: DMatrix<f64>,
     transform: DMatrix<f64>,
-    /// Factors that free columns of units, for the choice of pivots alone.
+    /// Column factors 1/√M_ii, used for the choice of pivots only.
     scale: Vec<f64>,
-    /// Rows and columns eliminated.
+    /// Row and column of each pivot so far.
     pivots: Vec<(usize, usize)>,
-    /// Least and greatest pivot.
+    /// Smallest and largest pivot, scaled.
     sizes: [f64; 2],
 }
 
@@ -128,8 +152,7 @@ impl Elimination {
     fn new(rows: &DMatrix<f64>, mass: &DMatrix<f64>) -> Self {
         let (r, n) = rows.shape();
         let largest = (0..n).map(|i| mass[(i, i)]).fold(0.0, f64::max);
-        // A coordinate without inertia counts like one with little.
-        let inertia = |i: usize| mass[(i, i)].max(1e-6 * largest).max(f64::MIN_POSITIVE);
+        let inertia = |i: usize| mass[(i, i)].max(LEAST_INERTIA * largest).max(f64::MIN_POSITIVE);
         let scale: Vec<f64> = (0..n).map(|i| 1.0 / inertia(i).sqrt()).collect();
         let mut transform = DMatrix::identity(r, r);
         let mut scaled = rows.clone();
@@ -143,9 +166,9 @@ impl Elimination {
         Self { rows: scaled, transform, scale, pivots: Vec::new(), sizes: [f64::INFINITY, 0.0] }
     }
 
-    /// Eliminates with these rows, as long as there are pivots.
+    /// Eliminates with pivots in these rows, until none is left.
     fn run(&mut self, among: core::ops::Range<usize>, preferred: &[usize]) {
-        while let Some((i, j, size)) = self.pivot(among.clone(), preferred) {
+        while let Some((i, j, size)) = self.largest_pivot(among.clone(), preferred) {
             self.sizes = [self.sizes[0].min(size), self.sizes[1].max(size)];
             let pivot = self.rows[(i, j)];
             self.rows.row_mut(i).unscale_mut(pivot);
@@ -163,8 +186,13 @@ impl Elimination {
         }
     }
 
-    /// The largest pivot that is left; one of a preferred column only where there is no other.
-    fn pivot(&self, among: core::ops::Range<usize>, preferred: &[usize]) -> Option<(usize, usize, f64)> {
+    /// The largest pivot that is left. Preferred columns are to stay independent, so one of them has a pivot
+    /// only if no other column has.
+    fn largest_pivot(
+        &self,
+        among: core::ops::Range<usize>,
+        preferred: &[usize],
+    ) -> Option<(usize, usize, f64)> {
         let mut best: [Option<(usize, usize, f64)>; 2] = [None; 2];
         for i in among.filter(|i| self.pivots.iter().all(|(row, _)| row != i)) {
             for j in (0..self.rows.ncols()).filter(|j| self.pivots.iter().all(|(_, column)| column != j)) {
@@ -178,12 +206,14 @@ impl Elimination {
         best[0].or(best[1])
     }
 
-    /// Columns that are not eliminated, and what a unit of each does to all.
-    fn free(&self, first: &[usize]) -> (Vec<usize>, DMatrix<f64>) {
+    /// The columns without a pivot, those of `first` first, and for each the solution of the homogeneous rows
+    /// in which it is 1 and the other ones are 0.
+    fn null_space(&self, first: &[usize]) -> (Vec<usize>, DMatrix<f64>) {
         let n = self.rows.ncols();
         let is_free = |j: &usize| self.pivots.iter().all(|(_, column)| column != j);
-        let asked = first.iter().copied().filter(is_free);
-        let free: Vec<usize> = asked.chain((0..n).filter(is_free).filter(|j| !first.contains(j))).collect();
+        let requested = first.iter().copied().filter(is_free);
+        let free: Vec<usize> =
+            requested.chain((0..n).filter(is_free).filter(|j| !first.contains(j))).collect();
         let mut basis = DMatrix::zeros(n, free.len());
         for (k, j) in free.iter().enumerate() {
             basis[(*j, k)] = 1.0;
@@ -195,7 +225,20 @@ impl Elimination {
     }
 }
 
-/// Refuses positions in which rows become dependent that are independent nearby.
+/// Distance of the positions nearby at which the rank is compared, relative to the scales of the coordinates.
+/// A smaller distance leaves pivots there below the rank tolerance; with a larger one the projection may
+/// fail.
+const RANK_COMPARISON_DISTANCE: f64 = 1e-3;
+/// Motion of the other independent coordinates, relative to the first: no symmetry of a model has this ratio.
+const OFF_AXIS_PART: f64 = 0.31;
+/// A position nearby counts if an independent coordinate moved at least this part of the distance. Otherwise
+/// the projection fell back to the singular position.
+const LEAST_MOVED_PART: f64 = 0.1;
+/// Most independent coordinates that are tried, each in both directions. Each costs two projections.
+const MAX_RANK_DIRECTIONS: usize = 4;
+
+/// Refuses positions in which rows become dependent that are independent nearby. Rows that are dependent
+/// nearby, too, only repeat others.
 pub(super) fn refuse_singular<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -206,39 +249,44 @@ pub(super) fn refuse_singular<M: Constraints>(
     }
     let constants = model.constants().map_err(dynamics_runtime::error::SolveError::from)?;
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    let mut any = tangent.coordinates.is_empty();
-    for (way, sign) in (0..tangent.coordinates.len().min(4)).flat_map(|way| [(way, 1.0), (way, -1.0)]) {
-        let mut beside = *state;
-        // A step that no symmetry of the model hides: mostly one independent coordinate, a little of the
-        // others.
-        let size = |k: usize| 1e-3 * scales[tangent.coordinates[k]];
-        let step = |k: usize| sign * size(k) * if k == way { 1.0 } else { 0.31 / (1.0 + k as f64) };
+    let mut any_position = tangent.coordinates.is_empty();
+    let directions = 0..tangent.coordinates.len().min(MAX_RANK_DIRECTIONS);
+    for (main, sign) in directions.flat_map(|main| [(main, 1.0), (main, -1.0)]) {
+        let mut nearby = *state;
+        // Mostly one independent coordinate, and a little of the others, so that no symmetry of the model
+        // hides the difference.
+        let size = |k: usize| RANK_COMPARISON_DISTANCE * scales[tangent.coordinates[k]];
+        let step = |k: usize| sign * size(k) * if k == main { 1.0 } else { OFF_AXIS_PART / (1.0 + k as f64) };
         let weights = nalgebra::DVector::from_fn(tangent.coordinates.len(), |k, _| step(k));
         let change = &tangent.positions * weights;
-        for (q, d) in beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()) {
+        for (q, d) in nearby.q_mut().as_mut_slice().iter_mut().zip(change.iter()) {
             *q += d;
         }
-        // Where there is no position nearby on this side, or none but this one, the other side, or the other
-        // coordinates, tell.
+        // If there is no other position on this side, the other side or the other coordinates decide.
         let found =
-            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
+            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut nearby, memory));
         let moved = |k: usize| {
             let i = tangent.coordinates[k];
-            (beside.q().as_slice()[i] - state.q().as_slice()[i]).abs() / size(k)
+            (nearby.q().as_slice()[i] - state.q().as_slice()[i]).abs() / size(k)
         };
-        if found.is_err() || (0..tangent.coordinates.len()).map(moved).fold(0.0, f64::max) < 0.1 {
+        if found.is_err() || (0..tangent.coordinates.len()).map(moved).fold(0.0, f64::max) < LEAST_MOVED_PART
+        {
             continue;
         }
-        any = true;
-        let found = rank(model, &beside);
+        any_position = true;
+        let found = rank(model, &nearby);
         if found > tangent.rank {
-            return Err(LinearizeError::SingularPosition { rank: tangent.rank, beside: Some(found) });
+            return Err(LinearizeError::SingularPosition { rank: tangent.rank, rank_nearby: Some(found) });
         }
     }
-    if any { Ok(()) } else { Err(LinearizeError::SingularPosition { rank: tangent.rank, beside: None }) }
+    if any_position {
+        Ok(())
+    } else {
+        Err(LinearizeError::SingularPosition { rank: tangent.rank, rank_nearby: None })
+    }
 }
 
-/// Independent rows at a state.
+/// Number of independent active rows at a state.
 fn rank<M: Constraints>(model: &M, state: &M::State) -> usize {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);

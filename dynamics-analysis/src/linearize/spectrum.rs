@@ -14,17 +14,22 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{Linearization, LinearizeError};
 
-/// Most sweeps of an iteration, for each row.
-const SWEEPS: usize = 300;
+/// Most QR iterations per row of a matrix. A row takes two or three as a rule; the limit only ends iterations
+/// that would not end.
+const MAX_QR_ITERATIONS_PER_ROW: usize = 300;
+/// Relative distance, in parts of the largest eigenvalue, up to which real parts count as equal for the order
+/// of the eigenvalues.
+const EQUAL_REAL_PARTS: f64 = 1e-12;
 
+/// The eigenvalues, by growing real part, then imaginary part.
 pub(super) fn eigenvalues(linear: &Linearization) -> Result<Vec<Complex<f64>>, LinearizeError> {
-    let mut found = match symmetric(linear)? {
+    let mut found = match undamped_modes(linear)? {
         Some((squares, _)) => squares.iter().flat_map(|square| pair(*square)).collect(),
-        None => general(linear.state_matrix()?)?,
+        None => matrix_eigenvalues(linear.state_matrix()?)?,
     };
-    // Values that are equal to rounding count as equal, so that conjugates are neighbours.
+    // Real parts that are equal up to rounding count as equal, so that conjugates are neighbours.
     let size = found.iter().map(|x: &Complex<f64>| x.norm()).fold(0.0, f64::max);
-    let key = |x: f64| if size > 0.0 { (x / (1e-12 * size)).round() } else { 0.0 };
+    let key = |x: f64| if size > 0.0 { (x / (EQUAL_REAL_PARTS * size)).round() } else { 0.0 };
     found.sort_by(|a, b| key(a.re).total_cmp(&key(b.re)).then(a.im.total_cmp(&b.im)));
     Ok(found)
 }
@@ -40,8 +45,9 @@ fn pair(square: f64) -> [Complex<f64>; 2] {
 /// ω², ascending, and the vectors of K x = ω² M x, orthonormal in M.
 pub(crate) type Undamped = (DVector<f64>, DMatrix<f64>);
 
-/// The stiffness, where it is that of a potential, symmetric but for rounding, and nothing rolls.
-pub(crate) fn with_potential(linear: &Linearization) -> Option<DMatrix<f64>> {
+/// The stiffness matrix if it is the second derivative of a potential: symmetric up to rounding, and without
+/// nonholonomic rows.
+pub(crate) fn potential_stiffness(linear: &Linearization) -> Option<DMatrix<f64>> {
     let (stiffness, circulatory) = (linear.conservative()?, linear.circulatory()?);
     let n = stiffness.nrows();
     let rounding = n as f64 * 4.0 * f64::EPSILON;
@@ -54,23 +60,25 @@ pub(crate) fn with_potential(linear: &Linearization) -> Option<DMatrix<f64>> {
     (!none).then_some(stiffness)
 }
 
-/// The eigenvalues of what is undamped and conservative; `None` where there is more.
-pub(crate) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, LinearizeError> {
-    let Some(stiffness) = with_potential(linear).filter(|_| linear.damping.iter().all(|x| *x == 0.0)) else {
+/// The squared frequencies and modes of an undamped conservative system; `None` of any other system.
+pub(crate) fn undamped_modes(linear: &Linearization) -> Result<Option<Undamped>, LinearizeError> {
+    let Some(stiffness) = potential_stiffness(linear).filter(|_| linear.damping.iter().all(|x| *x == 0.0))
+    else {
         return Ok(None);
     };
     let n = stiffness.nrows();
     let rounding = n as f64 * 4.0 * f64::EPSILON;
+    // M = L Lᵀ reduces the problem to the symmetric matrix L⁻¹ K L⁻ᵀ.
     let lower = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?.unpack();
     let half = lower.solve_lower_triangular(&stiffness).ok_or(LinearizeError::Inertia)?;
     let reduced = lower.solve_lower_triangular(&half.transpose()).ok_or(LinearizeError::Inertia)?;
     let reduced = 0.5 * (&reduced + reduced.transpose());
     let sizes = reduced.abs();
-    let (values, vectors) = by_blocks(&reduced)?;
+    let (values, vectors) = symmetric_eigen_by_blocks(&reduced)?;
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|i, j| values[*i].total_cmp(&values[*j]));
-    // Rounding of what is free to move is no frequency: that of the terms of vᵀKv, which is not that of what
-    // is stiff beside it.
+    // The square of a rigid-body mode is 0, not rounding. The rounding is that of the terms of vᵀKv, not
+    // that of the stiffest mode.
     let square = |i: usize| {
         let v = vectors.column(i).abs();
         if values[i].abs() <= rounding * v.dot(&(&sizes * &v)) { 0.0 } else { values[i] }
@@ -81,15 +89,15 @@ pub(crate) fn symmetric(linear: &Linearization) -> Result<Option<Undamped>, Line
     Ok(Some((squares, vectors)))
 }
 
-/// Eigenvalues and vectors of a symmetric matrix, its uncoupled parts apart: beside what is 1/ε times as
-/// stiff the QR iteration drops what couples soft ones, and mixes their vectors.
-fn by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
+/// Eigenvalues and vectors of a symmetric matrix, each uncoupled block by itself. In one matrix with a part
+/// that is 1/ε times as stiff, the QR iteration would drop the coupling of soft parts and mix their vectors.
+fn symmetric_eigen_by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
     let n = of.nrows();
     let (mut values, mut vectors) = (DVector::zeros(n), DMatrix::zeros(n, n));
     let mut k = 0;
     for block in blocks(of) {
         let part = of.select_rows(&block).select_columns(&block);
-        let eigen = SymmetricEigen::try_new(part, f64::EPSILON, SWEEPS * block.len());
+        let eigen = SymmetricEigen::try_new(part, f64::EPSILON, MAX_QR_ITERATIONS_PER_ROW * block.len());
         let eigen = eigen.ok_or(LinearizeError::NoConvergence { size: block.len() })?;
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             values[k] = *value;
@@ -100,10 +108,10 @@ fn by_blocks(of: &DMatrix<f64>) -> Result<Undamped, LinearizeError> {
     Ok((values, vectors))
 }
 
-/// The eigenvalues of any matrix. Uncoupled parts are separated first, so that soft parts are not compared
-/// with stiff ones. Balancing uses the whole matrix, because balancing a part that is only rounding would
-/// make it as large as the rest.
-pub(crate) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
+/// The eigenvalues of any matrix, in no particular order. Uncoupled blocks are separated first, so that soft
+/// parts are not compared with stiff ones. Balancing uses the whole matrix, because balancing a block that is
+/// only rounding would make it as large as the rest.
+pub(crate) fn matrix_eigenvalues(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
     if a.is_empty() {
         return Ok(Vec::new());
     }
@@ -111,13 +119,14 @@ pub(crate) fn general(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, Lineariz
     let mut found = Vec::with_capacity(a.nrows());
     for block in blocks(&a) {
         let part = DMatrix::from_fn(block.len(), block.len(), |i, j| a[(block[i], block[j])]);
-        found.extend(coupled(part)?);
+        found.extend(block_eigenvalues(part)?);
     }
     Ok(found)
 }
 
-/// The eigenvalues of a balanced matrix whose rows are coupled, if only by rounding.
-fn coupled(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
+/// The eigenvalues of a block of a balanced matrix. Its rows may be coupled only by rounding, so it is split
+/// again after rounding is dropped.
+fn block_eigenvalues(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
     drop_rounding(&mut a);
     let mut found = Vec::with_capacity(a.nrows());
     for block in blocks(&a) {
@@ -126,20 +135,22 @@ fn coupled(mut a: DMatrix<f64>) -> Result<Vec<Complex<f64>>, LinearizeError> {
             continue;
         }
         let part = DMatrix::from_fn(block.len(), block.len(), |i, j| a[(block[i], block[j])]);
-        let schur = Schur::try_new(part, f64::EPSILON, SWEEPS * block.len());
+        let schur = Schur::try_new(part, f64::EPSILON, MAX_QR_ITERATIONS_PER_ROW * block.len());
         let schur = schur.ok_or(LinearizeError::NoConvergence { size: block.len() })?;
         found.extend(schur.complex_eigenvalues().iter());
     }
     Ok(found)
 }
 
-/// Elements that are rounding beside the others become zero.
+/// Sets elements to zero that are rounding, up to n ε ‖A‖: the QR iteration changes the matrix by as
+/// much.
 pub(crate) fn drop_rounding(a: &mut DMatrix<f64>) {
     let least = a.nrows() as f64 * f64::EPSILON * a.norm();
     a.iter_mut().filter(|x| x.abs() <= least).for_each(|x| *x = 0.0);
 }
 
-/// The strongly connected parts of a matrix: those of its block triangular form.
+/// The strongly connected components of the graph of a matrix (j → i where a_ij ≠ 0): the blocks of its
+/// block triangular form. By Warshall's transitive closure, O(n³) like the eigenvalues themselves.
 pub(super) fn blocks(a: &DMatrix<f64>) -> Vec<Vec<usize>> {
     let n = a.nrows();
     let mut reaches = DMatrix::from_fn(n, n, |i, j| i == j || a[(i, j)] != 0.0);
@@ -171,10 +182,15 @@ mod tests {
         // A Jordan block of four zeros, triangular: exact. A similar one that is full: the fourth root of
         // rounding, and an end.
         let jordan = DMatrix::from_fn(4, 4, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
-        assert!(general(jordan.clone()).expect("blocks of one").iter().all(|x| *x == Complex::new(0.0, 0.0)));
+        assert!(
+            matrix_eigenvalues(jordan.clone())
+                .expect("blocks of one")
+                .iter()
+                .all(|x| *x == Complex::new(0.0, 0.0))
+        );
         let q = DMatrix::from_fn(4, 4, |i, j| 1.0 / (1.0 + i as f64 + j as f64)).qr().q();
         let full = &q * jordan * q.transpose();
-        let found = general(full).expect("it settles");
+        let found = matrix_eigenvalues(full).expect("it settles");
         assert_eq!(found.len(), 4);
         assert!(found.iter().all(|x| x.norm() < 1e-3), "{found:?}");
     }
@@ -185,8 +201,13 @@ mod tests {
         let mut a = DMatrix::zeros(5, 5);
         (a[(0, 1)], a[(1, 0)], a[(2, 3)], a[(3, 2)], a[(3, 0)], a[(4, 2)]) = (1.0, -4.0, 1.0, -9.0, 0.5, 7.0);
         assert_eq!(blocks(&a), [vec![0, 1], vec![2, 3], vec![4]]);
-        let found =
-            sorted(general(a).expect("small blocks").into_iter().map(|x| Complex::new(x.im, x.re)).collect());
+        let found = sorted(
+            matrix_eigenvalues(a)
+                .expect("small blocks")
+                .into_iter()
+                .map(|x| Complex::new(x.im, x.re))
+                .collect(),
+        );
         for (x, wanted) in found.iter().zip([-3.0, -2.0, 0.0, 2.0, 3.0]) {
             assert!((x - Complex::new(wanted, 0.0)).norm() < 1e-14, "{found:?}");
         }

@@ -1,4 +1,9 @@
 //! Whether the linear equations have constant coefficients, as at an equilibrium or on a steady motion.
+//!
+//! Two tests. First, no independent velocity may accelerate. Second, the equations are assembled again at two
+//! later times of the motion (the independent velocities stay, the coordinates go on), and the state matrix
+//! must be the same there. Only states that have an influence on others are compared: the place of a vehicle
+//! on a plane or the angle of a round wheel goes on, but nothing depends on it.
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
@@ -10,37 +15,47 @@ use super::reduce::Tangent;
 use super::spectrum::drop_rounding;
 use super::{Linearization, LinearizeError, ModelDerivatives, assemble};
 
-/// Accelerations below this part of what a displacement or velocity by 1, or by its own size, would cause
-/// count as rest: about the error of an equilibrium that was iterated for, or typed in with nine digits.
-const REST: f64 = 1e-8;
-/// Change of coefficients over a hundredth of the motion's time scale that counts as one.
-const CONSTANT: f64 = 1e-7;
+/// Largest acceleration at rest, relative to the acceleration that a displacement or velocity by its own size
+/// (at least 1) would cause. It is about the error of an equilibrium from an iteration, or typed in with nine
+/// digits.
+const MAX_REST_ACCELERATION: f64 = 1e-8;
+/// Largest acceleration at rest if nothing else gives a scale, in units of the velocity per second: rounding
+/// of numbers near 1.
+const ROUNDING_OF_ACCELERATIONS: f64 = 1e-14;
+/// Largest change of the coefficients of a steady motion between now and the comparison times, relative to
+/// the largest of their row. Coefficients that turn with the motion change by about 1e-2 in that time. A
+/// larger value accepts slower changes, a smaller one refuses states that are steady only to a few digits.
+const MAX_COEFFICIENT_CHANGE: f64 = 1e-7;
+/// Times after which coefficients are compared, relative to the reciprocal of the largest velocity (1 s at
+/// rest): a hundredth, and √7 hundredths. No period divides both, so no periodic coefficient is the same at
+/// both.
+pub(crate) const COMPARISON_TIMES: [f64; 2] = [1e-2, 2.645_751_311_064_590_7e-2];
 
-/// Why eigenvalues would say nothing; `None` in an equilibrium and beside steady motions.
-pub(super) fn judge<M: Constraints>(
+/// Why the state is neither an equilibrium nor on a steady motion, so that eigenvalues have no meaning;
+/// `None` if it is one of them.
+pub(super) fn why_unsteady<M: Constraints>(
     model: &M,
     state: &M::State,
     linear: &Linearization,
     tangent: &Tangent,
 ) -> Option<LinearizeError> {
-    // What has no state matrix has no eigenvalues either.
+    // Without a state matrix there are no eigenvalues, and the error is that of `eigenvalues`.
     let mut a = linear.state_matrix().ok()?;
     drop_rounding(&mut a);
     if let Some(error) = accelerates(state, linear, tangent, &a) {
         return Some(error);
     }
-    // At rest what moves is time, in seconds or whatever the unit is.
     let rate = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
-    let essential = essential(&a);
-    // No period divides both.
-    for part in [1e-2, 2.645_751_311_064_590_7e-2] {
-        let Some((there, read, tangent)) = later(model, state, tangent, part / rate) else {
+    let influential = influential_states(&a);
+    for part in COMPARISON_TIMES {
+        let Some((there, read, tangent)) = state_after(model, state, tangent, part / rate) else {
             return Some(LinearizeError::Ends);
         };
         let then = assemble::<M>(&read, &tangent);
         let Ok(mut b) = then.state_matrix() else { return Some(LinearizeError::Ends) };
         drop_rounding(&mut b);
-        // What only counts what happens may yet be pushed, later on, by what it has turned to.
+        // A state without influence now may have a force later, for example the angle of a wheel that turns
+        // to where a force acts on it.
         let is_moving = state.u().as_slice().iter().any(|u| *u != 0.0);
         if let Some(error) = accelerates(&there, &then, &tangent, &b).filter(|_| is_moving) {
             return Some(error);
@@ -48,20 +63,22 @@ pub(super) fn judge<M: Constraints>(
         if then.coordinates != linear.coordinates || then.velocities != linear.velocities {
             return Some(LinearizeError::Ends);
         }
-        let of = |m: &DMatrix<f64>| m.select_rows(&essential).select_columns(&essential);
+        let of = |m: &DMatrix<f64>| m.select_rows(&influential).select_columns(&influential);
         let (now, then) = (of(&a), of(&b));
-        // Row by row: what is stiff is no measure for the rest; but rounding of it is no change.
-        let least = (a.nrows() as f64 * f64::EPSILON / CONSTANT * a.amax()).max(f64::MIN_POSITIVE);
+        // Row by row, because stiff rows are no scale for soft ones. But the rounding of stiff rows is in
+        // all.
+        let least =
+            (a.nrows() as f64 * f64::EPSILON / MAX_COEFFICIENT_CHANGE * a.amax()).max(f64::MIN_POSITIVE);
         let of_row = |i: usize| (then.row(i) - now.row(i)).amax() / now.row(i).amax().max(least);
         let change = (0..now.nrows()).map(of_row).fold(0.0, f64::max);
-        if change > CONSTANT {
+        if change > MAX_COEFFICIENT_CHANGE {
             return Some(LinearizeError::Varies { change });
         }
     }
     None
 }
 
-/// The velocity that changes most, where some do.
+/// The independent velocity with the largest acceleration relative to its scale, if one accelerates.
 fn accelerates<S: ModelState>(
     state: &S,
     linear: &Linearization,
@@ -83,7 +100,9 @@ fn accelerates<S: ModelState>(
             .map(|(j, q)| a[(c + i, c + j)].abs() * size(state.u().as_slice()[*q]));
         of_z.chain(of_v).fold(0.0, f64::max)
     };
-    let excess = |i: &usize| linear.accelerations[*i].abs() > REST * usual(*i) + 1e-14;
+    let excess = |i: &usize| {
+        linear.accelerations[*i].abs() > MAX_REST_ACCELERATION * usual(*i) + ROUNDING_OF_ACCELERATIONS
+    };
     let worst = (0..tangent.rates.len()).filter(excess).max_by(|i, j| {
         let of = |i: usize| linear.accelerations[i].abs() / usual(i).max(f64::MIN_POSITIVE);
         of(*i).total_cmp(&of(*j))
@@ -94,9 +113,9 @@ fn accelerates<S: ModelState>(
     })
 }
 
-/// The states on which others depend: without those that only count what happens, as the place on a plane or
-/// the angle of a round wheel.
-fn essential(a: &DMatrix<f64>) -> alloc::vec::Vec<usize> {
+/// The states on which others depend, directly or through others. Columns of zeros are removed until none is
+/// left.
+fn influential_states(a: &DMatrix<f64>) -> alloc::vec::Vec<usize> {
     let mut left: alloc::vec::Vec<usize> = (0..a.nrows()).collect();
     while let Some(k) = left.iter().position(|j| left.iter().all(|i| a[(*i, *j)] == 0.0)) {
         left.remove(k);
@@ -104,8 +123,9 @@ fn essential(a: &DMatrix<f64>) -> alloc::vec::Vec<usize> {
     left
 }
 
-/// What is there a little later on a motion whose independent velocities stay.
-pub(crate) fn later<M: Constraints>(
+/// The state after a short time on a motion whose independent velocities are constant, with the derivatives
+/// and the tangent space there in the same coordinates; `None` if the motion or the model ends before.
+pub(crate) fn state_after<M: Constraints>(
     model: &M,
     state: &M::State,
     tangent: &Tangent,
@@ -113,8 +133,9 @@ pub(crate) fn later<M: Constraints>(
 ) -> Option<(M::State, ModelDerivatives, Tangent)> {
     let constants = model.constants().ok()?;
     let solved = solve_once(model, &constants, state).ok()?;
-    // Independent velocities stay: what rounding leaves of their rates, times the square of a time in which
-    // what is stiff swings often, is no motion.
+    // Independent velocities are constant. Their accelerations are rounding, which stiff parts would turn
+    // into a visible displacement within this time. So only the dependent parts of the accelerations are
+    // used.
     let all = DVector::from_column_slice(solved.accelerations.as_slice());
     let dependent = &all - &tangent.velocities * all.select_rows(&tangent.rates);
     let mut later = at_time(state, state.t() + after);
@@ -128,7 +149,7 @@ pub(crate) fn later<M: Constraints>(
         let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, same);
         Some((read, tangent))
     };
-    // Dependent velocities follow from the others, which stay exactly as they are.
+    // The independent velocities stay exactly as they are; the dependent ones follow from the constraints.
     let (_, there) = at(&later)?;
     let missed = model.velocity_residual(&later);
     let held = active_rows::<M>(state.modes(), false).map(|row| missed.as_slice()[row]);

@@ -25,23 +25,28 @@ use nalgebra::{DMatrix, DVector};
 use super::sensitivity_error::SensitivityError;
 use super::variable::moved;
 
-/// Steps of differences, as a part of the parameter: their error, of order 4, and what rounding leaves are
-/// both near 1e-12.
-const STEP: f64 = 1e-3;
-/// Singular values below this part of the largest are those of repeated rows.
-const RANK: f64 = 1e-10;
+/// First step of differences, relative to the parameter. The error of order 4 and rounding are then both near
+/// 1e-12.
+const RELATIVE_STEP: f64 = 1e-3;
+/// Singular values of the scaled system up to this part of the largest count as zero: those of rows that
+/// repeat others. A larger value would drop rows that are nearly dependent, a smaller one would keep
+/// rounding.
+const RANK_TOLERANCE_OF_SYSTEM: f64 = 1e-10;
+/// Largest residual of a row after a correction, relative to its terms. A larger residual means that the row
+/// contradicts others.
+const MAX_ROW_RESIDUAL: f64 = 1e-6;
+/// Inertia of a coordinate without any as a scale, relative to the largest. A smaller value lets such a
+/// coordinate dominate the scaled system.
+const LEAST_INERTIA: f64 = 1e-6;
 
-/// What is left of a row, as a part of what it is made of, where it contradicts others.
-const CONTRADICTS: f64 = 1e-6;
-
-/// What a parameter or a start is measured by: its size; 1 where it is 0 and has none of its own.
+/// The scale of a parameter or a start: its absolute value, or 1 if it is 0.
 pub(super) fn size(value: f64) -> f64 {
     if value == 0.0 { 1.0 } else { value.abs() }
 }
 
 /// The step by which a parameter is first moved for differences.
 pub(super) fn step(value: f64) -> f64 {
-    STEP * size(value)
+    RELATIVE_STEP * size(value)
 }
 
 /// (8 (f₁ − f₋₁) − (f₂ − f₋₂)) / 12 h, of vectors at h, −h, 2 h, −2 h.
@@ -50,37 +55,51 @@ pub(super) fn fourth_order(values: [DVector<f64>; 4], h: f64) -> DVector<f64> {
     ((right - left) * 8.0 - (far_right - far_left)) / (12.0 * h)
 }
 
-/// Changes below this part of what a value is made of are too near to rounding.
-const WEAK: f64 = 1e-6;
-/// Differences of order 2 and 4 that are farther apart than this part know nothing of the derivative.
-const COARSE: f64 = 1e-3;
-/// Those that are nearer than this have 10 digits: what is left of order 4 is as the square of what is left
-/// of order 2.
-const FINE: f64 = 1e-5;
-/// A derivative that is so many times what rounding adds moves values visibly.
-const SEEN: f64 = 1e3;
-/// How much longer the next step is where values hardly moved, and how often it is tried.
-const LONGER: (f64, usize) = (1e3, 6);
-/// How much shorter where they are coarse: rounding grows with it, so that steps are left no shorter than
-/// they have to be.
-const SHORTER: (f64, usize) = (1.0 / 32.0, 6);
+/// Least change of a value over a step, relative to its terms. Smaller changes are too near to rounding, and
+/// longer steps are tried.
+const LEAST_CHANGE: f64 = 1e-6;
+/// Largest relative distance of the differences of order 2 and 4 with which a derivative is believed. With a
+/// larger one a corner within the step would be believed.
+const MAX_ORDER_DISTANCE: f64 = 1e-3;
+/// Distance of the orders at which a derivative has 10 digits, since the error of order 4 is about the square
+/// of that of order 2. At larger distances shorter steps are tried.
+const ACCURATE_ORDER_DISTANCE: f64 = 1e-5;
+/// Derivative, in roundings of the difference, whose change of the value a shorter step would still show. A
+/// smaller value would take rounding for a change.
+const VISIBLE_DERIVATIVE: f64 = 1e3;
+/// Ratio of a longer step to the one before.
+const STEP_GROWTH: f64 = 1e3;
+/// Most longer steps. The last one is 1e15 times the parameter.
+const MAX_LONGER_STEPS: usize = 6;
+/// Ratio of a shorter step to the one before. Rounding grows with it, so steps become no shorter than
+/// necessary.
+const STEP_REDUCTION: f64 = 1.0 / 32.0;
+/// Most shorter steps. The last one is 1e-12 of the parameter; shorter ones would change little but rounding.
+const MAX_SHORTER_STEPS: usize = 6;
+/// A longer step is confirmed by one that is shorter by this factor.
+const CONFIRMATION_RATIO: f64 = 3.0;
 
 /// Differences with one step.
-struct Stage {
+struct Differences {
+    /// The derivatives by order 4.
     found: DVector<f64>,
-    /// How far those of order 2 and 4 are apart, and what rounding may add.
-    off: DVector<f64>,
-    /// Values that hardly moved, and those that did not at all.
+    /// Their error estimate: the distance of order 2 from order 4, plus rounding.
+    errors: DVector<f64>,
+    /// Values that hardly changed.
     weak: Vec<bool>,
+    /// Values that did not change at all.
     unmoved: Vec<bool>,
-    /// What rounding adds.
+    /// Rounding of the derivatives.
     rounding: DVector<f64>,
 }
 
-/// f′(0) by differences of order 4 that begin with the step h. A parameter near zero measures by its own size
-/// steps that change nothing but rounding: where f moves by less than [`WEAK`] of `sizes`, of what its values
-/// are made of, longer ones are tried. One that is zero has no size: where orders do not agree, shorter ones
-/// are. Each value takes those whose orders are nearer to each other.
+/// f′(0) by differences of order 4, beginning with the step `first`. `sizes` are the scales of the values
+/// of f.
+///
+/// The step is relative to a parameter, and may fail in two ways. If the parameter is near zero, the step may
+/// change only rounding: values that change by less than [`LEAST_CHANGE`] of their scale try longer steps. If
+/// it is zero, it has no scale, and the step may be too long: values whose orders do not agree try shorter
+/// steps. Each value takes the derivative with the smallest error estimate.
 pub(super) fn differences(
     first: f64,
     sizes: &DVector<f64>,
@@ -90,44 +109,50 @@ pub(super) fn differences(
         let values = [f(h)?, f(-h)?, f(2.0 * h)?, f(-2.0 * h)?];
         let size = |i: usize| values.iter().map(|v| v[i].abs()).fold(sizes[i], f64::max);
         let [moved, farther] = [&values[0] - &values[1], &values[2] - &values[3]];
-        // Where but the farther ones move there is a corner between, for which shorter steps are.
+        // If only the values at ±2h change, there is a corner in between, and the value needs shorter steps.
         let change = |i: usize| moved[i].abs().max(farther[i].abs());
-        let weak = (0..sizes.len()).map(|i| change(i) <= WEAK * size(i)).collect();
+        let weak = (0..sizes.len()).map(|i| change(i) <= LEAST_CHANGE * size(i)).collect();
         let unmoved = (0..sizes.len()).map(|i| change(i) == 0.0).collect();
         let rounding = DVector::from_fn(sizes.len(), |i, _| f64::EPSILON * size(i) / h);
         let found = fourth_order(values, h);
-        let off = (&found - moved / (2.0 * h)).abs() + &rounding;
-        Ok::<_, SensitivityError>(Stage { found, off, weak, unmoved, rounding })
+        let errors = (&found - moved / (2.0 * h)).abs() + &rounding;
+        Ok::<_, SensitivityError>(Differences { found, errors, weak, unmoved, rounding })
     };
-    let mut best: Stage = stage(first)?;
+    let mut best: Differences = stage(first)?;
     let all = 0..sizes.len();
     let weak: Vec<usize> = all.clone().filter(|i| best.weak[*i]).collect();
-    let is_coarse = |i: usize, stage: &Stage| stage.off[i] > FINE * stage.found[i].abs();
+    let is_coarse = |i: usize, of: &Differences| of.errors[i] > ACCURATE_ORDER_DISTANCE * of.found[i].abs();
     let coarse: Vec<usize> = all.filter(|i| !best.weak[*i] && is_coarse(*i, &best)).collect();
-    let nearer = |factor: f64, i: usize, next: &Stage, best: &Stage| {
-        let part = |stage: &Stage| stage.off[i] / stage.found[i].abs();
-        // What was seen moving would still be seen, and stands still: a corner was between.
-        let is_flat = next.unmoved[i] && best.found[i].abs() > SEEN * next.rounding[i];
-        // Shorter ones are to agree: differences of rounding grow with the derivative.
-        if factor > 1.0 { next.off[i] < best.off[i] } else { part(next) < part(best).min(COARSE) || is_flat }
+    let improves = |factor: f64, i: usize, next: &Differences, best: &Differences| {
+        let part = |of: &Differences| of.errors[i] / of.found[i].abs();
+        // The value changed over the longer step, and does not over the shorter one, though the change would
+        // be visible: a corner was in between, and the derivative is 0.
+        let is_flat = next.unmoved[i] && best.found[i].abs() > VISIBLE_DERIVATIVE * next.rounding[i];
+        // Shorter steps must agree in relative terms, because rounding makes the derivative itself larger.
+        if factor > 1.0 {
+            next.errors[i] < best.errors[i]
+        } else {
+            part(next) < part(best).min(MAX_ORDER_DISTANCE) || is_flat
+        }
     };
-    for (mut open, factor, count) in [(weak, LONGER.0, LONGER.1), (coarse, SHORTER.0, SHORTER.1)] {
+    let searches = [(weak, STEP_GROWTH, MAX_LONGER_STEPS), (coarse, STEP_REDUCTION, MAX_SHORTER_STEPS)];
+    for (mut open, factor, count) in searches {
         let mut h = first;
         for _ in 0..count {
             h *= factor;
-            // So far the model may not go.
+            // The model may not exist at so long a step.
             let Some(next) = Some(h).filter(|_| !open.is_empty()).and_then(|h| stage(h).ok()) else { break };
-            // Both orders agree by chance where a function saturates on both sides: a longer step is believed
-            // if another does.
-            let other = if factor > 1.0 { stage(h / 3.0).ok() } else { None };
-            let agrees = |i: usize, other: &Stage| {
-                (other.found[i] - next.found[i]).abs() <= COARSE * next.found[i].abs()
+            // Both orders agree by chance if a function saturates on both sides. So a second step must
+            // confirm a longer one.
+            let other = if factor > 1.0 { stage(h / CONFIRMATION_RATIO).ok() } else { None };
+            let agrees = |i: usize, other: &Differences| {
+                (other.found[i] - next.found[i]).abs() <= MAX_ORDER_DISTANCE * next.found[i].abs()
             };
             let believed = |i: usize| factor < 1.0 || other.as_ref().is_some_and(|other| agrees(i, other));
             let taken: Vec<usize> =
-                open.iter().copied().filter(|i| nearer(factor, *i, &next, &best) && believed(*i)).collect();
+                open.iter().copied().filter(|i| improves(factor, *i, &next, &best) && believed(*i)).collect();
             for i in &taken {
-                (best.found[*i], best.off[*i]) = (next.found[*i], next.off[*i]);
+                (best.found[*i], best.errors[*i]) = (next.found[*i], next.errors[*i]);
             }
             if factor > 1.0 {
                 open.retain(|i| next.weak[*i]);
@@ -147,9 +172,9 @@ pub(super) fn by_parameter<M: Parameters + Clone>(
     f: impl Fn(&M) -> Result<DVector<f64>, SensitivityError>,
 ) -> Result<DVector<f64>, SensitivityError> {
     let name = M::PARAMETERS[parameter].name;
-    let value = model.parameter(parameter).ok_or(SensitivityError::NotTold { name })?;
+    let value = model.parameter(parameter).ok_or(SensitivityError::NoParameterValue { name })?;
     differences(step(value), sizes, |by| {
-        f(&moved(model, parameter, by).ok_or(SensitivityError::NotTold { name })?)
+        f(&moved(model, parameter, by).ok_or(SensitivityError::NoParameterValue { name })?)
     })
 }
 
@@ -157,14 +182,14 @@ pub(super) fn by_parameter<M: Parameters + Clone>(
 pub(super) struct EquationsAtState {
     n: usize,
     rows: Vec<usize>,
-    /// Pseudo-inverse of the system above; made where it is asked for.
+    /// Pseudo-inverse of the system above.
     inverse: DMatrix<f64>,
     jacobian: DMatrix<f64>,
     mass: DMatrix<f64>,
 }
 
 impl EquationsAtState {
-    /// M, Φ_q and what solves with them.
+    /// M and Φ_q at a state, and the pseudo-inverse.
     pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, SensitivityError> {
         let (mass, jacobian) = terms(model, state)?;
         let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
@@ -174,10 +199,11 @@ impl EquationsAtState {
 
     fn with(mass: DMatrix<f64>, jacobian: DMatrix<f64>, rows: Vec<usize>) -> Option<Self> {
         let (n, r) = (mass.nrows(), rows.len());
-        // Free of the units of the coordinates, and of those of the rows.
+        // Scale coordinates and rows, so that their units have no influence on the rank.
         let largest = mass.diagonal().amax();
-        let scale =
-            DVector::from_fn(n, |i, _| 1.0 / mass[(i, i)].max(1e-6 * largest).max(f64::MIN_POSITIVE).sqrt());
+        let scale = DVector::from_fn(n, |i, _| {
+            1.0 / mass[(i, i)].max(LEAST_INERTIA * largest).max(f64::MIN_POSITIVE).sqrt()
+        });
         let sizes = DVector::from_fn(r, |i, _| {
             let size =
                 jacobian.row(i).iter().zip(scale.iter()).map(|(x, s)| (x * s).abs()).fold(0.0, f64::max);
@@ -190,7 +216,7 @@ impl EquationsAtState {
         system.view_mut((n, 0), (r, n)).copy_from(&jacobian);
         let scaled = DMatrix::from_fn(n + r, n + r, |i, j| all[i] * system[(i, j)] * all[j]);
         let svd = scaled.svd(true, true);
-        let cut = RANK * svd.singular_values.amax();
+        let cut = RANK_TOLERANCE_OF_SYSTEM * svd.singular_values.amax();
         let inverse = svd.pseudo_inverse(cut).ok()?;
         let inverse = DMatrix::from_fn(n + r, n + r, |i, j| all[i] * inverse[(i, j)] * all[j]);
         inverse.iter().all(|x| x.is_finite()).then_some(Self { n, rows, inverse, jacobian, mass })
@@ -201,8 +227,9 @@ impl EquationsAtState {
         (&self.inverse * right).rows(0, self.n).into_owned()
     }
 
-    /// That a correction corrects: rows that repeat others may ask for more than any change gives, where a
-    /// parameter is part of one and not of the other. `sizes`: of what each right-hand side was made of.
+    /// Checks that a correction solves all rows. Rows that repeat each other contradict each other after a
+    /// change of a parameter that is in one and not in the other. `sizes`: the scales of the right-hand
+    /// sides.
     fn check<M: Constraints>(
         &self,
         correction: &DMatrix<f64>,
@@ -211,12 +238,12 @@ impl EquationsAtState {
         parameters: &[Option<usize>],
     ) -> Result<(), SensitivityError> {
         let left = &self.jacobian * correction - right;
-        // A row of which nothing is missed has the rounding of what the others ask for.
-        let rounding = self.jacobian.abs() * correction.abs() * RANK;
+        // A row with a residual of 0 has the rounding of the terms of the others.
+        let rounding = self.jacobian.abs() * correction.abs() * RANK_TOLERANCE_OF_SYSTEM;
         for (i, row) in self.rows.iter().enumerate() {
             for (k, parameter) in parameters.iter().enumerate() {
                 let left = left[(i, k)].abs();
-                if left.is_nan() || left > CONTRADICTS * sizes[(i, k)] + rounding[(i, k)] {
+                if left.is_nan() || left > MAX_ROW_RESIDUAL * sizes[(i, k)] + rounding[(i, k)] {
                     let parameter = parameter.map(|p| M::PARAMETERS[p].name);
                     return Err(SensitivityError::Contradicts { parameter, row: M::ROWS[*row].name });
                 }
@@ -234,6 +261,7 @@ impl EquationsAtState {
     }
 }
 
+/// M and Φ_q of all rows.
 fn terms<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -249,8 +277,8 @@ fn terms<M: Constraints>(
     Ok((DMatrix::from_row_slice(n, n, &mass), DMatrix::from_row_slice(r, n, &jacobian)))
 }
 
-/// r joined by Φ̈ of the given rows, at given q̈ and λ; and the sizes of what each is made of.
-pub(super) fn left_over<M: Constraints>(
+/// The residuals r and Φ̈ of the given rows, at given q̈ and λ, and the sizes of their largest terms.
+fn residuals_with_sizes<M: Constraints>(
     model: &M,
     state: &M::State,
     rows: &[usize],
@@ -306,6 +334,7 @@ pub(super) fn coefficients<M: Constraints + Parameters + Clone>(
     let mut values = alloc::vec![0.0; n * p];
     let exact =
         parameters.is_empty() || (model.acceleration_by_parameters(state, &mut values) && finite(&values));
+    // From the generated solution, as far as there is one.
     let matrix = |values: &[f64]| DMatrix::from_row_slice(n, n, values);
     let mut found = Coefficients {
         by_q: matrix(&by_q),
@@ -316,6 +345,8 @@ pub(super) fn coefficients<M: Constraints + Parameters + Clone>(
     if generated && exact {
         return Ok(found);
     }
+    // The rest from the unsolved equations: by q and q̇ exactly, by parameters from differences of the
+    // residuals.
     let equations = EquationsAtState::of(model, state)?;
     let solved = solve_once(model, constants, state).map_err(|error| not_solved::<M>(state, error))?;
     let accelerations = DVector::from_column_slice(solved.accelerations.as_slice());
@@ -333,7 +364,8 @@ pub(super) fn coefficients<M: Constraints + Parameters + Clone>(
         found.by_u = -equations.accelerations(&of(&values[size..2 * size]));
     }
     if !exact {
-        let left = |model: &M| left_over(model, state, &equations.rows, &accelerations, multipliers);
+        let left =
+            |model: &M| residuals_with_sizes(model, state, &equations.rows, &accelerations, multipliers);
         let (_, sizes) = left(model)?;
         for (k, parameter) in parameters.iter().enumerate() {
             let by = by_parameter(model, *parameter, &sizes, |model| Ok(left(model)?.0))?;
@@ -349,6 +381,7 @@ pub(super) fn coefficients<M: Constraints + Parameters + Clone>(
     }
 }
 
+/// The error of a state at which there are no accelerations.
 pub(super) fn not_solved<M: Constraints>(state: &M::State, error: SolveError) -> SensitivityError {
     SensitivityError::Solve { time: state.t(), error }
 }
@@ -356,7 +389,7 @@ pub(super) fn not_solved<M: Constraints>(state: &M::State, error: SolveError) ->
 /// Puts changes of a state onto the constraints, Φ_q δq + Φ_p δp = 0 and Φ̇_q δq + Φ̇_u δu + Φ̇_p δp = 0, by
 /// the smallest correction measured by M. The columns are those of `parameters`, `None` where the parameters
 /// stay.
-pub(super) fn settle<M: Constraints + Parameters + Clone>(
+pub(super) fn project_changes<M: Constraints + Parameters + Clone>(
     model: &M,
     state: &M::State,
     parameters: &[Option<usize>],
@@ -371,7 +404,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     let holonomic: Vec<usize> = rows.iter().copied().filter(|row| *row < M::Residual::LEN).collect();
     let h = holonomic.len();
     let (positions, velocities) = (changes.rows(0, n).into_owned(), changes.rows(n, n).into_owned());
-    // Rows of velocities alone do not hold positions: Φ_q of the others solves for them.
+    // First the positions, with the holonomic rows only.
     let first = equations.jacobian.rows(0, h).into_owned();
     let places = EquationsAtState::with(equations.mass.clone(), first, holonomic.clone());
     let places = places.ok_or(SensitivityError::NotFinite { time: state.t() })?;
@@ -392,6 +425,7 @@ pub(super) fn settle<M: Constraints + Parameters + Clone>(
     places.check::<M>(&correction, &missed, &sizes, parameters)?;
     let positions = positions - correction;
     changes.rows_mut(0, n).copy_from(&positions);
+    // Then the velocities, with all rows and the corrected positions.
     let by_q = velocity_by_q(model, state, rows)?;
     let mut missed = &equations.jacobian * &velocities + &by_q * &positions;
     let made_of = equations.jacobian.abs() * DVector::from_column_slice(state.u().as_slice()).abs();
@@ -425,7 +459,7 @@ fn velocity_by_q<M: Constraints>(
 ) -> Result<DMatrix<f64>, SensitivityError> {
     let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
     let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
-    // Of q̈ and λ this part does not depend.
+    // This part does not depend on q̈ and λ.
     if !model.variations(state, &M::Vector::zeros(), &M::Rows::zeros(), &mut values) {
         return Err(SensitivityError::NoDerivatives);
     }

@@ -31,7 +31,7 @@ use nalgebra::{DMatrix, DVector};
 
 use data::{Given, Series, named};
 pub use error::FitError;
-use experiment::{Experiment, Told};
+use experiment::{Experiment, ExperimentSetup};
 use levenberg::{Levenberg, Outcome};
 pub use resample::Resampled;
 pub use result::{Fit, Fitted, Outlier, Residuals};
@@ -41,29 +41,33 @@ pub use robust::Loss;
 use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError};
 
-/// Columns of J, free of their sizes, whose pivot is below this part of the largest cannot be told apart: the
-/// error of derivatives lies near 1e-8.
-const RANK: f64 = 1e-6;
-/// Tolerance of motions where none is given: noise is never as small.
-const TOLERANCE: f64 = 1e-9;
-/// Measured motions may be smaller than others by this part for their tolerance to follow.
-const SPAN: f64 = 1e-6;
-/// An unknown has run away where its standard error is more than so many times its value and what it began
-/// with: data that hardly know an unknown leave it some times its value, an outlier that drew it away 1e9
-/// times and more.
-const NOTHING: f64 = 1e3;
-/// Errors of motions, in tolerances: what is gained below the square of them is gained by chance.
-const BLUR: f64 = 10.0;
+/// Least pivot of the normalised columns of J, at which unknowns can be identified. It lies above the error
+/// of the derivatives, near 1e-8.
+const RANK_TOLERANCE_OF_JACOBIAN: f64 = 1e-6;
+/// Default tolerance of motions, far below the noise of measurements.
+const DEFAULT_TOLERANCE: f64 = 1e-9;
+/// Least size of measured coordinates, relative to the largest of the start, as the scale of the absolute
+/// tolerance. Rounding of the larger ones forbids a finer tolerance.
+const LEAST_RELATIVE_SIZE: f64 = 1e-6;
+/// Largest standard error of a found unknown, relative to its value and its first value. Data that hardly
+/// determine an unknown leave an error of some times its value; after an outlier drew it away, the error is
+/// 1e9 times and more.
+const MAX_RELATIVE_STANDARD_ERROR: f64 = 1e3;
+/// Errors of motions, in tolerances. A decrease of χ² below the square of them is only such errors. A
+/// smaller value lets searches end with an error although they converged; a larger one ends them early.
+const MOTION_ERROR_IN_TOLERANCES: f64 = 10.0;
+/// Default limit on iterations.
+const DEFAULT_MAX_ITERATIONS: usize = 200;
 
-/// What is to be found.
+/// An unknown of the fit.
 #[derive(Clone, Debug)]
 pub(super) struct Unknown {
     pub(super) name: String,
     pub(super) variable: Variable,
-    /// The experiment whose start it is of; of a parameter, that in which it was named.
+    /// The index of the experiment to whose start it belongs; for a parameter, the one in which it was named.
     pub(super) experiment: usize,
     pub(super) bounds: [f64; 2],
-    /// Where it begins.
+    /// Its first value.
     pub(super) first: f64,
 }
 
@@ -72,31 +76,32 @@ pub(super) struct Unknown {
 /// ```text
 /// let fit = model
 ///     .fit(start)
-///     .find(["damping", "x"])                              // a parameter, and a coordinate of the start
+///     .find(["damping", "x"])               // a parameter, and a coordinate of the start
 ///     .find_within("stiffness", [1e3, 1e6])
-///     .data("travel", measured)                            // (t, value) of an output, a coordinate or a velocity
-///     .experiment(other_start).find(["x"])                 // another run of the same model, with a start of its own
+///     .data("travel", measured)             // (t, value) of an output, a coordinate or a velocity
+///     .experiment(other_start).find(["x"])  // another run of the same model, with a start of its own
 ///     .data("travel", measured_there)
 ///     .run()?;
-/// println!("{fit}");                                       // values ± standard errors with units, correlations, residuals
+/// println!("{fit}");                        // values ± standard errors with units, correlations, residuals
 /// ```
 #[must_use = "a fit does nothing until `.run()`"]
 pub struct Fitting<'m, M: Simulate> {
     model: &'m M,
-    /// All but the last, which is the one that is being told.
-    before: Vec<Told<'m, M>>,
-    told: Told<'m, M>,
+    /// All experiments but the last.
+    earlier: Vec<ExperimentSetup<'m, M>>,
+    /// The experiment to which data, options and unknowns are added.
+    current: ExperimentSetup<'m, M>,
     tolerance: Option<f64>,
-    most: usize,
+    max_iterations: usize,
     loss: Loss,
 }
 
-/// A fit that was checked.
+/// A fit whose options were checked.
 pub(super) struct FitProblem<'a, M: Simulate> {
     pub(super) experiments: Vec<Experiment<'a, M>>,
     pub(super) unknowns: Vec<Unknown>,
     pub(super) tolerance: f64,
-    pub(super) most: usize,
+    pub(super) max_iterations: usize,
     /// Whether the noise was given.
     pub(super) absolute: bool,
     pub(super) loss: Loss,
@@ -106,10 +111,10 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
         Self {
             model,
-            before: Vec::new(),
-            told: Told::new(start),
+            earlier: Vec::new(),
+            current: ExperimentSetup::new(start),
             tolerance: None,
-            most: 200,
+            max_iterations: DEFAULT_MAX_ITERATIONS,
             loss: Loss::Squares,
         }
     }
@@ -118,13 +123,13 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     /// given model and start.
     pub fn find<S: AsRef<str>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
-        self.told.asked.extend(names.into_iter().map(|name| (name.as_ref().to_owned(), anywhere)));
+        self.current.unknowns.extend(names.into_iter().map(|name| (name.as_ref().to_owned(), anywhere)));
         self
     }
 
     /// An unknown within bounds, both included.
     pub fn find_within(mut self, name: &str, bounds: [f64; 2]) -> Self {
-        self.told.asked.push((name.to_owned(), bounds));
+        self.current.unknowns.push((name.to_owned(), bounds));
         self
     }
 
@@ -134,7 +139,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     /// All data without a σ of their own count as equally noisy, each in its unit: give σ by
     /// [`Fitting::data_with`] where quantities differ.
     pub fn data(mut self, name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.told.data.push(Given {
+        self.current.data.push(Given {
             name: name.to_owned(),
             points: points.into_iter().collect(),
             sigma: None,
@@ -144,7 +149,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
 
     /// As [`Fitting::data`], with the standard deviation of the noise, in the unit of the quantity.
     pub fn data_with(mut self, name: &str, sigma: f64, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        self.told.data.push(Given {
+        self.current.data.push(Given {
             name: name.to_owned(),
             points: points.into_iter().collect(),
             sigma: Some(sigma),
@@ -165,14 +170,14 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     /// it. In the result their names have the suffix `(experiment 2)`. Unknown parameters are common to all
     /// experiments.
     pub fn experiment(mut self, start: M::State) -> Self {
-        self.before.push(core::mem::replace(&mut self.told, Told::new(start)));
+        self.earlier.push(core::mem::replace(&mut self.current, ExperimentSetup::new(start)));
         self
     }
 
     /// A parameter whose known value in this experiment differs from that of the model, such as an added
     /// load. If it is an unknown of other experiments, it is not one here.
     pub fn known(mut self, name: &str, value: f64) -> Self {
-        self.told.known.push((name.to_owned(), value));
+        self.current.known.push((name.to_owned(), value));
         self
     }
 
@@ -181,7 +186,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
         mut self,
         options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
     ) -> Self {
-        self.told.options = Some(Box::new(options));
+        self.current.options = Some(Box::new(options));
         self
     }
 
@@ -196,7 +201,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
 
     /// Most iterations, 200 unless set.
     pub fn iterations(mut self, most: usize) -> Self {
-        self.most = most;
+        self.max_iterations = most;
         self
     }
 
@@ -228,32 +233,40 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
     }
 
     fn problem(&self) -> Result<FitProblem<'_, M>, FitError> {
-        let told: Vec<&Told<'m, M>> = self.before.iter().chain([&self.told]).collect();
-        let unknowns = self.unknowns(&told)?;
+        let setups: Vec<&ExperimentSetup<'m, M>> = self.earlier.iter().chain([&self.current]).collect();
+        let unknowns = self.unknowns(&setups)?;
         let own_tolerance = self.tolerance.is_some();
         let experiments =
-            told.iter().enumerate().map(|(k, told)| Experiment::of(self.model, told, k, own_tolerance));
+            setups.iter().enumerate().map(|(k, setup)| Experiment::of(self.model, setup, k, own_tolerance));
         let experiments = experiments.collect::<Result<Vec<_>, _>>()?;
-        let absolute = data::all_or_none(told.iter().flat_map(|told| &told.data))?;
+        let absolute = data::all_or_none(setups.iter().flat_map(|setup| &setup.data))?;
         let (count, needed) = (experiments.iter().map(Experiment::count).sum::<usize>(), unknowns.len());
-        // Without the noise one more is needed to tell it.
+        // If the noise is not given, it is one unknown more.
         if count < needed + usize::from(!absolute) {
             return Err(FitError::TooFewData { data: count, unknowns: needed, noise: !absolute });
         }
         if let Some(limit) = self.loss.limit().filter(|limit| !(*limit > 0.0 && limit.is_finite())) {
             return Err(FitError::Loss { limit });
         }
-        let tolerance = self.tolerance.unwrap_or(TOLERANCE);
-        Ok(FitProblem { experiments, unknowns, tolerance, most: self.most, absolute, loss: self.loss })
+        let tolerance = self.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+        Ok(FitProblem {
+            experiments,
+            unknowns,
+            tolerance,
+            max_iterations: self.max_iterations,
+            absolute,
+            loss: self.loss,
+        })
     }
 
-    fn unknowns(&self, told: &[&Told<'m, M>]) -> Result<Vec<Unknown>, FitError> {
+    /// The unknowns of all experiments, each once.
+    fn unknowns(&self, setups: &[&ExperimentSetup<'m, M>]) -> Result<Vec<Unknown>, FitError> {
         let mut unknowns: Vec<Unknown> = Vec::new();
-        let asked = told
+        let named_unknowns = setups
             .iter()
             .enumerate()
-            .flat_map(|(k, told)| told.asked.iter().map(move |asked| (k, told, asked)));
-        for (experiment, told, (name, bounds)) in asked {
+            .flat_map(|(k, setup)| setup.unknowns.iter().map(move |unknown| (k, setup, unknown)));
+        for (experiment, setup, (name, bounds)) in named_unknowns {
             let variable = Variable::of::<M>(name)?;
             let shared = matches!(variable, Variable::Parameter(_));
             let same =
@@ -262,13 +275,13 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
                 return Err(VariableError::Twice { name: name.clone() }.into());
             }
             let first = variable
-                .value(self.model, &told.start)
-                .ok_or_else(|| FitError::NotTold { name: name.clone() })?;
+                .value(self.model, &setup.start)
+                .ok_or_else(|| FitError::NoParameterValue { name: name.clone() })?;
             if !first.is_finite() {
                 return Err(VariableError::NotFinite { name: name.clone(), value: first }.into());
             }
-            variable.check(self.model, &told.start, first)?;
-            // Also false where a bound is not a number.
+            variable.check(self.model, &setup.start, first)?;
+            // The condition is also false if a bound is NaN.
             if !(bounds[0] < bounds[1] && bounds[0] <= first && first <= bounds[1]) {
                 return Err(FitError::Bounds { name: name.clone(), bounds: *bounds, first });
             }
@@ -280,7 +293,7 @@ impl<'m, M: Simulate + Parameters + Clone> Fitting<'m, M> {
 }
 
 impl<M: Simulate + Parameters + Clone> FitProblem<'_, M> {
-    /// All that was measured.
+    /// The measured series of all experiments.
     pub(super) fn series(&self) -> impl Iterator<Item = &Series> {
         self.experiments.iter().flat_map(|experiment| &experiment.series)
     }
@@ -306,7 +319,7 @@ impl<M: Simulate + Parameters + Clone> FitProblem<'_, M> {
         Ok((residuals, jacobian.then_some(all)))
     }
 
-    /// Root of the sum of squares of the modelled values, each by its σ.
+    /// The norm of the modelled values, each divided by its σ.
     pub(super) fn modelled(&self, residuals: &DVector<f64>) -> f64 {
         let measured = self.series().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
         residuals.iter().zip(measured).map(|(r, y)| (r + y).powi(2)).sum::<f64>().sqrt()
@@ -322,8 +335,7 @@ impl<M: Simulate + Parameters + Clone> FitProblem<'_, M> {
         self.search_from(first).map_err(|error| self.explained(error, first))
     }
 
-    /// A failure of the search with what it comes from: values at which there is no motion, or a datum that
-    /// stands out.
+    /// Adds the cause to an error of the search: first values at which there is no motion, or an outlier.
     fn explained(&self, error: FitError, first: &DVector<f64>) -> FitError {
         use SensitivityError::{Motion, NotFinite, OutOfRange, Solve, StepTooSmall};
         let outlier = match &error {
@@ -347,13 +359,16 @@ impl<M: Simulate + Parameters + Clone> FitProblem<'_, M> {
         let bounds: Vec<[f64; 2]> = self.unknowns.iter().map(|unknown| unknown.bounds).collect();
         let values = self.series().flat_map(|s| s.points.iter().map(|(_, y)| y / s.sigma));
         let values = DVector::from_iterator(self.series().map(|s| s.points.len()).sum(), values);
-        // Outliers say nothing of the size of what was measured.
+        // The size of the measured values; with a robust loss the median, which outliers do not change.
         let measured = match self.loss {
             Loss::Squares => values.norm_squared(),
             _ => values.len() as f64 * robust::median_size(&values).powi(2),
         };
-        let search =
-            Levenberg { bounds: &bounds, most: self.most, blur: measured * (BLUR * self.tolerance).powi(2) };
+        let search = Levenberg {
+            bounds: &bounds,
+            max_iterations: self.max_iterations,
+            least_gain: measured * (MOTION_ERROR_IN_TOLERANCES * self.tolerance).powi(2),
+        };
         let evaluate = |values: &DVector<f64>, jacobian: bool| self.evaluate(values, jacobian);
         let (outcome, weighed) = match self.loss {
             Loss::Squares => {
@@ -362,8 +377,9 @@ impl<M: Simulate + Parameters + Clone> FitProblem<'_, M> {
                 (outcome, FitWeights::evenly(count))
             }
             loss => {
-                // Residuals that are errors of the motions tell no noise.
-                let least = BLUR * self.tolerance * (measured / values.len() as f64).sqrt();
+                // The noise is at least as large as the errors of the motions.
+                let least =
+                    MOTION_ERROR_IN_TOLERANCES * self.tolerance * (measured / values.len() as f64).sqrt();
                 let scale = self.absolute.then_some(1.0);
                 robust::minimize(&search, (loss, scale, least.max(f64::MIN_POSITIVE)), first, evaluate)?
             }
@@ -376,14 +392,14 @@ impl<M: Simulate + Parameters + Clone> FitProblem<'_, M> {
         self.check_found(fit)
     }
 
-    /// That every unknown was found: not one whose standard error is a multiple of anything that it could be.
+    /// Checks that every unknown is finite and has a certain digit.
     fn check_found(&self, fit: Fit) -> Result<Fit, FitError> {
-        let lost = fit.found.iter().zip(&self.unknowns).find(|(found, unknown)| {
+        let undetermined = fit.found.iter().zip(&self.unknowns).find(|(found, unknown)| {
             let size = found.value.abs().max(super::equations::size(unknown.first));
-            let unknown_to_any_digit = |error: f64| error.is_nan() || error > NOTHING * size;
-            !found.value.is_finite() || found.standard_error.is_some_and(unknown_to_any_digit)
+            let has_no_digit = |error: f64| error.is_nan() || error > MAX_RELATIVE_STANDARD_ERROR * size;
+            !found.value.is_finite() || found.standard_error.is_some_and(has_no_digit)
         });
-        match lost.map(|(found, unknown)| (found.name.clone(), unknown.first)) {
+        match undetermined.map(|(found, unknown)| (found.name.clone(), unknown.first)) {
             Some((name, first)) => Err(FitError::NothingFound { name, first, so_far: Box::new(fit) }),
             None => Ok(fit),
         }

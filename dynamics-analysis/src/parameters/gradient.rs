@@ -11,18 +11,19 @@
 //! 2N, is integrated backward along the motion, once for all variables:
 //!
 //! ```text
-//! λ̇ = −Aᵀλ − ℓ_yᵀ        λ(T) = 0,  λ jumps by ∂gₖ/∂y at tₖ        dJ/dp = λ(0)ᵀ ∂y(0)/∂p + ∫ (λᵀb + ℓ_p) dt + Σ ∂gₖ/∂p
+//! λ̇ = −Aᵀλ − ℓ_yᵀ        λ(T) = 0,  λ jumps by ∂gₖ/∂y at tₖ
+//! dJ/dp = λ(0)ᵀ ∂y(0)/∂p + ∫ (λᵀb + ℓ_p) dt + Σ ∂gₖ/∂p
 //! ```
 //!
 //! (Y. Cao, S. Li, L. Petzold & R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076). The variational equations
 //! have one column for each variable. The adjoint equations have one column in all, and one product for each
 //! parameter at every node. Steps, order and tolerance are those of the variational equations.
 //!
-//! With constraints variations are put back onto the tangent space at the ends of the motion's steps, x → P x
-//! − c, and here λ → Pᵀλ, with λᵀc taken off.
+//! With constraints, variations are projected onto the tangent space at the ends of the motion's steps, x →
+//! P x − c. The adjoint of this is λ → Pᵀλ, and dJ/dp is reduced by λᵀc.
 //!
-//! Where an output that is integrated has a corner, as it saturates, ℓ_y jumps: such places are located, and
-//! steps end there (`corners.rs`).
+//! If an integrated output has a corner, for example because it saturates, ℓ_y jumps. Corners are located,
+//! and steps end there (`corners.rs`).
 //!
 //! If velocities or accelerations jump, λ jumps too, because the instant of the jump moves with the
 //! parameters. Such motions are refused. Integrals of outputs that jump are refused, and also motions that an
@@ -43,7 +44,7 @@ use dynamics_runtime::simulate::{Motion, Simulate, Simulation};
 
 use objective::{ParsedObjective, Term};
 
-use super::sensitivity::{SensitivityRequest, SensitivityRunSetup, TOLERANCE};
+use super::sensitivity::{DEFAULT_TOLERANCE, SensitivityRequest, SensitivityRunSetup};
 use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError};
 
@@ -52,12 +53,12 @@ use super::variable::{Variable, VariableError};
 /// ```text
 /// let found = model
 ///     .objective(start)
-///     .end("x", 1.0)                                // 1 · x(T)
-///     .integral("power", 0.2)                       // + 0.2 ∫ power dt
-///     .squares("theta", 1.0, measured)              // + Σ (theta(t) − value)²
+///     .end("x", 1.0)                    // 1 · x(T)
+///     .integral("power", 0.2)           // + 0.2 ∫ power dt
+///     .squares("theta", 1.0, measured)  // + Σ (theta(t) − value)²
 ///     .until(10.0)
 ///     .run()?;
-/// println!("{found}");                              // its value, and the derivative by every parameter and start
+/// println!("{found}");                  // its value, and the derivative by every parameter and start
 /// ```
 #[must_use = "an objective is not evaluated until `.run()`"]
 pub struct Objective<'m, M: Simulate> {
@@ -73,7 +74,7 @@ pub struct Objective<'m, M: Simulate> {
 impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
         let (terms, names) = (Vec::new(), Vec::new());
-        Self { model, start, terms, names, end: None, tolerance: TOLERANCE, options: None }
+        Self { model, start, terms, names, end: None, tolerance: DEFAULT_TOLERANCE, options: None }
     }
 
     /// Adds `weight` times an output, a coordinate or a velocity at the end.
@@ -121,10 +122,10 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
         self
     }
 
-    /// Permitted local error per step of the motion and of the adjoint equations, of these relative to the
-    /// largest that there was. Default 1e-9. Of the motion it is absolute, too, of one all of which stays
-    /// below 0.1 by its size; where only a part is that small give
-    /// `.with(|s| s.tolerances(absolute, relative))`.
+    /// Permitted local error per step of the motion and of the adjoint equations; for the latter relative to
+    /// the largest value so far. Default 1e-9. For the motion it is absolute and relative. If the whole
+    /// motion stays below 0.1, the absolute one is multiplied by its size. If only a part of it is that
+    /// small, use `.with(|s| s.tolerances(absolute, relative))`.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
@@ -163,7 +164,7 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
         if motion.end_time() != end {
             return Err(SensitivityError::EndsBefore { time: motion.end_time(), end });
         }
-        let found = adjoint::back(&motion, &variables, &plan, self.tolerance)?;
+        let found = adjoint::integrate_backward(&motion, &variables, &plan, self.tolerance)?;
         let (value, derivatives, steps, exact) = (found.value, found.derivatives, found.steps, found.exact);
         Ok(Gradient { motion, value, variables, derivatives, exact, steps })
     }
@@ -204,8 +205,8 @@ pub struct Gradient<'m, M: Simulate> {
 }
 
 impl<M: Simulate + Parameters + Clone> Gradient<'_, M> {
-    /// What it was differentiated by: parameters, then coordinates and velocities of the start, unless they
-    /// were asked for.
+    /// The variables by which it was differentiated: those of [`Objective::by`], or all parameters, then all
+    /// coordinates and velocities of the start.
     #[must_use]
     pub fn variables(&self) -> &[Variable] {
         &self.variables
@@ -217,8 +218,8 @@ impl<M: Simulate + Parameters + Clone> Gradient<'_, M> {
         &self.derivatives
     }
 
-    /// dJ/d`name`. With constraints a start moves along with what has to give way, by the smallest correction
-    /// measured by M.
+    /// dJ/d`name`. With constraints, other coordinates move with an element of the start, by the smallest
+    /// correction measured by M.
     ///
     /// # Errors
     /// Names that are none, or were not asked for.

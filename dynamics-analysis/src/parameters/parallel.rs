@@ -14,7 +14,7 @@ pub(super) fn ordered<T: Send>(
     progress: bool,
     run: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, String> {
-    let bar = Bar::new(count, progress);
+    let bar = ProgressBar::new(count, progress);
     let one = |i: usize| {
         let result = run(i);
         bar.one_more();
@@ -38,19 +38,19 @@ pub(super) fn ordered<T: Send>(
     }
 }
 
-/// How many runs are done, on the error stream, where all take longer than a second; nothing without the
-/// feature `progress`.
-struct Bar {
+/// A progress bar on the error stream. It appears if all runs take longer than a second; without the feature
+/// `progress` it never does.
+struct ProgressBar {
     #[cfg(feature = "progress")]
-    shown: Option<shown::Shown>,
+    shown: Option<shown::ShownBar>,
 }
 
-impl Bar {
+impl ProgressBar {
     fn new(count: usize, progress: bool) -> Self {
         let _ = (count, progress);
         Self {
             #[cfg(feature = "progress")]
-            shown: progress.then(|| shown::Shown::new(count)),
+            shown: progress.then(|| shown::ShownBar::new(count)),
         }
     }
 
@@ -68,16 +68,21 @@ mod shown {
     use std::sync::Mutex;
     use std::time::{Duration, Instant};
 
-    pub(super) struct Shown {
+    /// Time before the bar appears.
+    const DELAY: Duration = Duration::from_secs(1);
+    /// Time between two drawings.
+    const REDRAW_INTERVAL: Duration = Duration::from_millis(100);
+
+    pub(super) struct ShownBar {
         done: AtomicU64,
         count: u64,
         begun: Instant,
-        /// When it was last drawn, and the bar once there is one. Who finds it locked goes on: another core
-        /// draws.
+        /// When the bar was last drawn, and the bar after it has appeared. A thread that finds it locked goes
+        /// on, since another thread is drawing.
         bar: Mutex<(Instant, Option<indicatif::ProgressBar>)>,
     }
 
-    impl Shown {
+    impl ShownBar {
         pub(super) fn new(count: usize) -> Self {
             let now = Instant::now();
             Self { done: AtomicU64::new(0), count: count as u64, begun: now, bar: Mutex::new((now, None)) }
@@ -87,7 +92,7 @@ mod shown {
             let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
             let Ok(mut drawn) = self.bar.try_lock() else { return };
             let now = Instant::now();
-            if now - drawn.0 < Duration::from_millis(100) || now - self.begun < Duration::from_secs(1) {
+            if now - drawn.0 < REDRAW_INTERVAL || now - self.begun < DELAY {
                 return;
             }
             drawn.0 = now;
@@ -103,7 +108,7 @@ mod shown {
         }
     }
 
-    impl Drop for Shown {
+    impl Drop for ShownBar {
         fn drop(&mut self) {
             if let Ok((_, Some(bar))) = self.bar.get_mut().as_deref() {
                 bar.finish_and_clear();

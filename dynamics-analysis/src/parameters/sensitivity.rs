@@ -3,14 +3,15 @@
 //! For S = ∂(q, q̇)/∂(p, start), 2N×K,
 //!
 //! ```text
-//! Ṡ = ⎡   0        1    ⎤ S + ⎡    0    ⎤        S(0) = 0 for parameters, a unit column for each element of the start
+//! Ṡ = ⎡   0        1    ⎤ S + ⎡    0    ⎤
 //!     ⎣ ∂q̈/∂q   ∂q̈/∂q̇ ⎦     ⎣ ∂q̈/∂p ⎦
 //! ```
 //!
-//! are integrated along the motion (E. Hairer, S. P. Nørsett & G. Wanner, *Solving Ordinary Differential
-//! Equations I*, §I.14), on its dense output, between its steps' ends, by Gauss collocation of order 10 with
-//! steps of its own, at the tolerance of the motion. The derivatives are exact, unless
-//! [`Sensitivities::exact`] says that differences were used. The error of the motion enters to first order.
+//! with S(0) = 0 for parameters and a unit column for each element of the start, are integrated along the
+//! motion (E. Hairer, S. P. Nørsett & G. Wanner, *Solving Ordinary Differential Equations I*, §I.14), on
+//! its dense output, between its steps' ends, by Gauss collocation of order 10 with steps of its own, at the
+//! tolerance of the motion. The derivatives are exact, unless [`Sensitivities::exact`] says that differences
+//! were used. The error of the motion enters to first order.
 //!
 //! With constraints S lies in their tangent space, Φ_q δq + Φ_p δp = 0: the start is moved along with a
 //! parameter as simulations put starts onto their constraints, by the smallest correction measured by M, and
@@ -20,10 +21,10 @@
 //! parameters. Such motions are refused: resets, impacts, constraints that engage or release, forces that
 //! jump. Forces with corners (|x|, max) are allowed.
 
-pub(super) mod along;
 pub(super) mod collocation;
-pub(super) mod linear;
-pub(super) mod smooth;
+pub(super) mod forward_pass;
+pub(super) mod jumps;
+pub(super) mod variational_equations;
 
 use alloc::borrow::ToOwned;
 use alloc::boxed::Box;
@@ -41,15 +42,24 @@ use super::sweep::RunFailure;
 use super::variable::{Variable, VariableError};
 use crate::linearize::scales;
 
-/// Options of simulations.
+/// A function that sets options of the simulation.
 pub(super) type SensitivityRunSetup<'m, M> =
     Box<dyn Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm>;
 
-/// Tolerance where none is given, as that of simulations.
-pub(super) const TOLERANCE: f64 = 1e-9;
-/// Motions that stay below this are computed relative to their size, down to the other.
+/// Default tolerance, as that of simulations.
+pub(super) const DEFAULT_TOLERANCE: f64 = 1e-9;
+/// Motions whose coordinates and velocities all stay below this size have an absolute tolerance relative to
+/// their size. With an absolute tolerance for size 1 their sensitivities would lose digits.
 const SMALL_MOTION: f64 = 0.1;
-const SMALLEST: f64 = 1e-6;
+/// Least size of a motion as the scale of this tolerance. A smaller tolerance would be below the rounding of
+/// times and parameters of size 1.
+const LEAST_MOTION_SIZE: f64 = 1e-6;
+/// Step of differences of outputs, relative to the sizes of the coordinates and of the parameter. The error
+/// of order 4 and rounding are then both near 1e-12.
+const OUTPUT_STEP: f64 = 1e-3;
+/// Least size of a coordinate as the scale of this step. Without it a coordinate that is 0 would have no
+/// step.
+const LEAST_COORDINATE_SIZE: f64 = 1e-6;
 
 /// Sensitivities of a motion with their options, before they are computed.
 ///
@@ -70,7 +80,15 @@ pub struct Sensitivity<'m, M: Simulate> {
 
 impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
-        Self { model, start, names: Vec::new(), end: None, tolerance: TOLERANCE, times: None, options: None }
+        Self {
+            model,
+            start,
+            names: Vec::new(),
+            end: None,
+            tolerance: DEFAULT_TOLERANCE,
+            times: None,
+            options: None,
+        }
     }
 
     /// Parameters, coordinates and velocities of the start, by which the motion is differentiated.
@@ -85,9 +103,9 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
         self
     }
 
-    /// Permitted local error per step of the motion and of its sensitivities, of these relative to the
-    /// largest that there was of the column, or to a thousandth of the motion per size of the variable, if
-    /// that is more. Default 1e-9.
+    /// Permitted local error per step of the motion and of its sensitivities. For the latter it is relative
+    /// to the largest value so far of the column, or to a thousandth of the motion divided by the size of the
+    /// variable, if that is more. Default 1e-9.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
@@ -112,7 +130,7 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
     /// Runs the motion, then its variational equations.
     ///
     /// # Errors
-    /// Names that are none; a motion that fails; forces that depend on reactions; jumps; a model without
+    /// Unknown names; a motion that fails; forces that depend on reactions; jumps; a model without
     /// derivatives.
     pub fn run(self) -> Result<Sensitivities<'m, M>, SensitivityError> {
         let mut variables = Vec::new();
@@ -139,12 +157,12 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
     }
 }
 
-/// What is asked for, with names read.
+/// A request for sensitivities, with names resolved.
 pub(super) struct SensitivityRequest<'a> {
     pub(super) variables: &'a [Variable],
     pub(super) end: f64,
     pub(super) tolerance: f64,
-    /// The tolerance of what is near zero, where it is another.
+    /// The absolute tolerance, if it differs from the relative one.
     pub(super) absolute: Option<f64>,
     pub(super) times: Option<&'a [f64]>,
 }
@@ -163,8 +181,8 @@ impl SensitivityRequest<'_> {
                 Some(options) => options(simulation),
                 None => simulation,
             };
-            // Not before the options: beside a fixed step among them tolerances say nothing, and those among
-            // them count.
+            // After the options: a fixed step among them needs no tolerance, and tolerances among them have
+            // priority.
             let simulation = simulation.or_tolerance(self.tolerance, absolute);
             simulation.run().map_err(|error| SensitivityError::Motion(RunFailure::from(error)))
         };
@@ -174,9 +192,9 @@ impl SensitivityRequest<'_> {
             of(state.q()).max(of(state.u()))
         };
         let size = motion.steps().map(elements).fold(0.0, f64::max);
-        // Where all of it is much smaller than its units a tolerance of 1 would be all that counts.
+        // A small motion is run again, with an absolute tolerance by its size.
         if self.absolute.is_none() && size > 0.0 && size < SMALL_MOTION {
-            return run(Some(self.tolerance * size.max(SMALLEST)));
+            return run(Some(self.tolerance * size.max(LEAST_MOTION_SIZE)));
         }
         Ok(motion)
     }
@@ -192,7 +210,7 @@ impl SensitivityRequest<'_> {
         }
         let motion = self.motion(model, start, options)?;
         let times = self.times(&motion)?;
-        let found = along::along(&motion, self.variables, &times, self.tolerance)?;
+        let found = forward_pass::sensitivities(&motion, self.variables, &times, self.tolerance)?;
         let variables = self.variables.to_vec();
         Ok(Sensitivities {
             motion,
@@ -204,7 +222,7 @@ impl SensitivityRequest<'_> {
         })
     }
 
-    /// The times, along the motion.
+    /// The output times, each once, in the direction of the motion.
     fn times<M: Simulate>(&self, motion: &Motion<'_, M>) -> Result<Vec<f64>, SensitivityError> {
         let (start, end) = (motion.start_time(), motion.end_time());
         let mut times = match self.times {
@@ -245,7 +263,7 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
         &self.times
     }
 
-    /// What the motion was differentiated by, a column each.
+    /// The variables by which the motion was differentiated, one for each column.
     #[must_use]
     pub fn variables(&self) -> &[Variable] {
         &self.variables
@@ -263,7 +281,7 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
     /// about 10 digits.
     ///
     /// # Errors
-    /// Names that are none; outputs that do not exist at a state.
+    /// Unknown names; outputs that do not exist at a state.
     pub fn series(&self, quantity: &str, by: &str) -> Result<Vec<(f64, f64)>, SensitivityError> {
         let variable = Variable::of::<M>(by)?;
         let column = self.variables.iter().position(|v| *v == variable);
@@ -301,28 +319,30 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
         let mut found = DMatrix::zeros(M::OUTPUTS.len(), self.variables.len());
         for (k, variable) in self.variables.iter().enumerate() {
             let column = self.changes[index].column(k).into_owned();
-            // No coordinate, nor the parameter, moves by more than a thousandth of its size.
-            let of_state =
-                (0..2 * n).map(|i| column[i].abs() / sizes[i / n][i % n].max(1e-6)).fold(0.0, f64::max);
+            // The step moves no coordinate, nor the parameter, by more than a thousandth of its size.
+            let of_state = (0..2 * n)
+                .map(|i| column[i].abs() / sizes[i / n][i % n].max(LEAST_COORDINATE_SIZE))
+                .fold(0.0, f64::max);
             let of_parameter = match variable {
                 Variable::Parameter(p) => {
                     let value = self.motion.model().parameter(*p);
                     1.0 / equations::size(
-                        value.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[*p].name })?,
+                        value.ok_or(SensitivityError::NoParameterValue { name: M::PARAMETERS[*p].name })?,
                     )
                 }
                 _ => 0.0,
             };
-            let h = 1e-3 / of_state.max(of_parameter).max(f64::MIN_POSITIVE);
-            let h = if h.is_finite() { h } else { 1e-3 };
+            let h = OUTPUT_STEP / of_state.max(of_parameter).max(f64::MIN_POSITIVE);
+            let h = if h.is_finite() { h } else { OUTPUT_STEP };
             let none = DVector::zeros(M::OUTPUTS.len());
-            let by = differences(h, &none, |by| self.outputs_beside(&state, &column, *variable, by))?;
+            let by = differences(h, &none, |by| self.outputs_nearby(&state, &column, *variable, by))?;
             found.set_column(k, &by);
         }
         Ok(found)
     }
 
-    fn outputs_beside(
+    /// The outputs at a state moved along a column by `by`, with the parameter moved, too.
+    fn outputs_nearby(
         &self,
         state: &M::State,
         column: &DVector<f64>,
@@ -339,7 +359,8 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
         let result = match variable {
             Variable::Parameter(p) => {
                 let moved = super::variable::moved(model, p, by);
-                let moved = moved.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[p].name })?;
+                let moved =
+                    moved.ok_or(SensitivityError::NoParameterValue { name: M::PARAMETERS[p].name })?;
                 moved.outputs(&state, &mut values)
             }
             _ => model.outputs(&state, &mut values),
@@ -358,7 +379,7 @@ pub(super) enum MeasuredQuantity {
 }
 
 impl MeasuredQuantity {
-    /// What a name means.
+    /// The quantity of a name.
     pub(super) fn of<M: Simulate>(name: &str) -> Result<Self, SensitivityError> {
         if let Some(i) = M::OUTPUTS.iter().position(|output| output.name == name) {
             return Ok(Self::Output(i));

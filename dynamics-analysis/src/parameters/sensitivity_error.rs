@@ -1,4 +1,4 @@
-//! Why there are no sensitivities.
+//! The errors of sensitivities, gradients, and derivatives of equilibria.
 
 use alloc::string::String;
 use core::fmt;
@@ -16,7 +16,7 @@ pub enum SensitivityError {
     /// A name or a value.
     #[error("{0}")]
     Variable(VariableError),
-    /// Nothing was named to differentiate by.
+    /// No parameter or start was named to differentiate by.
     #[error("nothing to differentiate by; name parameters or starts with `.by(..)`")]
     NoVariables,
     /// No end time was given.
@@ -31,14 +31,14 @@ pub enum SensitivityError {
     /// There is no coordinate, velocity or output of this name.
     #[error(fmt = unknown_quantity)]
     UnknownQuantity {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
-        /// What may have been meant.
+        /// A similar name.
         nearest: Option<String>,
     },
     /// The model, written by hand, does not give the value of a parameter.
     #[error("the model does not tell the value of `{name}`; implement `Dynamics::parameter`")]
-    NotTold {
+    NoParameterValue {
         /// The parameter.
         name: &'static str,
     },

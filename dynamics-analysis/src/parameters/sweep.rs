@@ -19,11 +19,11 @@ use dynamics_runtime::simulate::Simulate;
 use super::parallel::ordered;
 use super::variable::{Variable, VariableError};
 
-/// Most runs: what is kept of more than 2³² of them fits no memory.
-const MOST_RUNS: u64 = 1 << 32;
+/// Most runs of a sweep: the results of more than 2³² runs fit no memory.
+const MAX_RUNS: u64 = 1 << 32;
 
-/// An axis of the grid.
-struct Along {
+/// An axis of the grid, checked.
+struct GridAxis {
     variable: Variable,
     values: Vec<f64>,
 }
@@ -91,16 +91,16 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         let axes = self.check()?;
         let lengths: Vec<usize> = axes.iter().map(|axis| axis.values.len()).collect();
         let count = lengths.iter().try_fold(1_usize, |product, n| product.checked_mul(*n));
-        let count = count.filter(|count| *count as u64 <= MOST_RUNS).ok_or(SweepError::TooMany)?;
+        let count = count.filter(|count| *count as u64 <= MAX_RUNS).ok_or(SweepError::TooMany)?;
         let one = |index: usize| {
             let (mut model, mut start) = (self.model.clone(), self.start);
-            for (axis, i) in axes.iter().zip(place(&lengths, index)) {
+            for (axis, i) in axes.iter().zip(grid_indices(&lengths, index)) {
                 axis.variable.set(&mut model, &mut start, axis.values[i]);
             }
             run(&model, start)
         };
         let results = ordered(count, self.threads, self.progress, one).map_err(SweepError::Threads)?;
-        let named = |axis: &Along| SweepAxis {
+        let named = |axis: &GridAxis| SweepAxis {
             name: axis.variable.name::<M>(),
             unit: axis.variable.unit::<M>(),
             values: axis.values.clone(),
@@ -108,8 +108,9 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         Ok(Sweep { axes: axes.iter().map(named).collect(), names: names.map(str::to_owned), results })
     }
 
-    fn check(&self) -> Result<Vec<Along>, SweepError> {
-        let mut axes: Vec<Along> = Vec::new();
+    /// The axes, with their names resolved and their values checked.
+    fn check(&self) -> Result<Vec<GridAxis>, SweepError> {
+        let mut axes: Vec<GridAxis> = Vec::new();
         for (name, values) in &self.axes {
             let variable = Variable::of::<M>(name)?;
             if axes.iter().any(|axis| axis.variable == variable) {
@@ -120,14 +121,14 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
             }
             let first = values.first().ok_or_else(|| SweepError::Empty { name: name.clone() })?;
             variable.check(self.model, &self.start, *first)?;
-            axes.push(Along { variable, values: values.clone() });
+            axes.push(GridAxis { variable, values: values.clone() });
         }
         if axes.is_empty() { Err(SweepError::NoAxis) } else { Ok(axes) }
     }
 }
 
-/// Where a run stands on each axis, the last running fastest.
-fn place(lengths: &[usize], mut index: usize) -> Vec<usize> {
+/// The index of a run on each axis; the last axis is fastest.
+fn grid_indices(lengths: &[usize], mut index: usize) -> Vec<usize> {
     let mut found = alloc::vec![0; lengths.len()];
     for (at, n) in found.iter_mut().zip(lengths).rev() {
         (*at, index) = (index % n, index / n);
@@ -138,7 +139,7 @@ fn place(lengths: &[usize], mut index: usize) -> Vec<usize> {
 /// An axis of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepAxis {
-    /// What varies along it.
+    /// The parameter or element of the start that varies.
     pub name: String,
     /// Its unit, `""` where it is 1 or not known.
     pub unit: String,
@@ -165,7 +166,7 @@ impl<const K: usize> Sweep<K> {
             return alloc::vec![f64::NAN; self.axes.len()];
         }
         let lengths: Vec<usize> = self.axes.iter().map(|axis| axis.values.len()).collect();
-        place(&lengths, index).into_iter().zip(&self.axes).map(|(i, axis)| axis.values[i]).collect()
+        grid_indices(&lengths, index).into_iter().zip(&self.axes).map(|(i, axis)| axis.values[i]).collect()
     }
 
     /// The runs that failed, with their indices.
@@ -180,7 +181,7 @@ mod tests {
 
     #[test]
     fn the_last_axis_runs_fastest() {
-        let places: Vec<_> = (0..6).map(|i| place(&[2, 3], i)).collect();
+        let places: Vec<_> = (0..6).map(|i| grid_indices(&[2, 3], i)).collect();
         assert_eq!(places, [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2]]);
     }
 }

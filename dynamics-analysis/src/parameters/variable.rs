@@ -1,4 +1,4 @@
-//! What can be varied, by name.
+//! Parameters and elements of the start by name: what analyses can vary.
 
 use alloc::borrow::ToOwned;
 use alloc::format;
@@ -23,12 +23,12 @@ pub enum Variable {
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VariableError {
-    /// There is nothing of this name.
+    /// No parameter, coordinate or velocity has this name.
     #[error(fmt = unknown)]
     Unknown {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
-        /// What may have been meant.
+        /// A similar name.
         nearest: Option<String>,
     },
     /// A parameter and a coordinate have this name.
@@ -81,7 +81,7 @@ fn rate_name(coordinate: &str) -> String {
 }
 
 impl Variable {
-    /// What a name means.
+    /// The variable of a name.
     pub(super) fn of<M: Dynamics>(name: &str) -> Result<Self, VariableError> {
         let at = |list: &[Quantity]| list.iter().position(|q| q.name == name);
         let rate = M::COORDINATES.iter().position(|q| rate_name(q.name) == name).map(Self::Velocity);
@@ -123,7 +123,7 @@ impl Variable {
         }
     }
 
-    /// Its value; `None` for parameters of models that do not tell.
+    /// Its value; `None` if a model written by hand does not give its parameters.
     pub(super) fn value<M: Dynamics>(self, model: &M, start: &M::State) -> Option<f64> {
         match self {
             Self::Parameter(i) => model.parameter(i),
@@ -132,7 +132,7 @@ impl Variable {
         }
     }
 
-    /// That it can be changed: models written by hand need not let all their parameters be.
+    /// Checks that it can be changed. Models written by hand may forbid it for some parameters.
     pub(super) fn check<M: Parameters + Clone>(
         self,
         model: &M,
@@ -143,7 +143,7 @@ impl Variable {
         if changed { Ok(()) } else { Err(VariableError::Fixed { name: self.name::<M>() }) }
     }
 
-    /// Changes it; whether it is there.
+    /// Sets it, and returns whether it can be set.
     pub(super) fn set<M: Parameters>(self, model: &mut M, start: &mut M::State, value: f64) -> bool {
         match self {
             Self::Parameter(i) => return model.set_parameter(i, value),

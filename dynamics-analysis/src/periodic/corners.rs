@@ -18,27 +18,42 @@ use dynamics_runtime::model::{Branches, Constraints, Kink, MOST_KINKS, ModelStat
 
 use super::PeriodicError;
 
-/// The branches that are held.
+/// Step of differences along the motion, in parts of the step of integration. The formula of order 6 then
+/// leaves rounding only, for switching functions that are smooth over a step.
+const SLOPE_STEP: f64 = 1e-3;
+/// Step of differences along a tangent vector, as its largest displacement. A tangent vector is a small
+/// disturbance; this step is small against coordinates of size 1.
+const TANGENT_STEP: f64 = 1e-4;
+/// Least rate of a switching function at a transversal crossing, relative to the terms of the rate, and of
+/// the rate after relative to the rate before. Slower crossings count as touching: their saltation matrix
+/// would be larger than 1e6.
+const LEAST_CROSSING_RATE: f64 = 1e-6;
+
+/// The branches of the model on which a step is held.
 pub(super) struct HeldBranches {
+    /// Number of switching functions of the model.
     count: usize,
     held: Branches,
+    /// Whether each switching function is negative on its branch.
     below: [bool; MOST_KINKS],
+    /// The interval of each piece of a piecewise function.
     smooth: [[f64; 2]; MOST_KINKS],
 }
 
-/// The kink whose branch has ended.
+/// The index of the switching function whose branch has ended.
 #[derive(Clone, Copy)]
 pub(super) struct Crossed(pub(super) usize);
 
-/// g′(0) to order 6.
+/// g′(0) by central differences of order 6.
 pub(super) fn slope(h: f64, mut g: impl FnMut(f64) -> f64) -> f64 {
     let mut pair = |k: f64| g(k * h) - g(-k * h);
     (45.0 * pair(1.0) - 9.0 * pair(2.0) + pair(3.0)) / (60.0 * h)
 }
 
 impl HeldBranches {
+    /// The branches at a state.
     pub(super) fn at<M: Constraints>(model: &M, state: &M::State) -> Self {
-        let kinks = read(model, state);
+        let kinks = kinks_at(model, state);
         let mut held = Branches::FREE;
         let deciding = kinks.iter().enumerate().take(M::KINKS).filter(|(_, kink)| kink.decides);
         deciding.for_each(|(index, kink)| held.hold(index, kink.value < 0.0));
@@ -59,12 +74,12 @@ impl HeldBranches {
         state
     }
 
-    /// A kink whose branch has ended before this state.
+    /// The first switching function whose branch has ended before this state.
     pub(super) fn crossed<M: Constraints>(&self, model: &M, state: &M::State) -> Option<Crossed> {
         if self.count == 0 {
             return None;
         }
-        let kinks = read(model, &self.hold(state));
+        let kinks = kinks_at(model, &self.hold(state));
         let beyond = |(index, kink): (usize, &Kink)| {
             if kink.decides {
                 let other = kink.value != 0.0 && (kink.value < 0.0) != self.below[index];
@@ -87,8 +102,9 @@ impl HeldBranches {
     }
 }
 
-/// Turns the tangent vectors in `y` where the acceleration jumps.
-pub(super) fn turn<M: Constraints>(
+/// Applies the saltation matrix to the tangent vectors in `y` where the acceleration jumps from `old` to
+/// `new`.
+pub(super) fn apply_saltation<M: Constraints>(
     model: &M,
     (at, old, new): (&M::State, &[f64], &[f64]),
     index: usize,
@@ -100,22 +116,25 @@ pub(super) fn turn<M: Constraints>(
         let mut moved = dynamics_runtime::constrain::at_time(at, at.t() + by * dt);
         moved.q_mut().as_mut_slice().iter_mut().zip(dq).for_each(|(q, d)| *q += by * d);
         moved.u_mut().as_mut_slice().iter_mut().zip(du).for_each(|(u, d)| *u += by * d);
-        read(model, &moved)[index].value
+        kinks_at(model, &moved)[index].value
     };
+    // k̇ before and after, and the terms of which it consists.
     let u = at.u().as_slice();
-    let along = |a: &[f64]| slope(1e-3 * step, |by| value(1.0, u, a, by));
+    let along = |a: &[f64]| slope(SLOPE_STEP * step, |by| value(1.0, u, a, by));
     let (before, after) = (along(old), along(new));
     let terms = (0..n).map(|i| {
         let unit = |k: usize, x: f64| if k == i { x } else { 0.0 };
         let of = |x: f64| (0..n).map(|k| unit(k, x)).collect::<Vec<_>>();
         let none = alloc::vec![0.0; n];
-        let by_q = slope(1e-3 * step, |by| value(0.0, &of(u[i]), &none, by));
-        let by_u = slope(1e-3 * step, |by| value(0.0, &none, &of(old[i]), by));
+        let by_q = slope(SLOPE_STEP * step, |by| value(0.0, &of(u[i]), &none, by));
+        let by_u = slope(SLOPE_STEP * step, |by| value(0.0, &none, &of(old[i]), by));
         by_q.abs() + by_u.abs()
     });
-    // Slower than what it is made of by so much, it touches.
     let size = terms.sum::<f64>();
-    if before.abs() <= 1e-6 * size || before == 0.0 || after / before <= 1e-6 || !(after / before).is_finite()
+    if before.abs() <= LEAST_CROSSING_RATE * size
+        || before == 0.0
+        || after / before <= LEAST_CROSSING_RATE
+        || !(after / before).is_finite()
     {
         return Err(PeriodicError::Grazes { time: at.t() });
     }
@@ -127,15 +146,15 @@ pub(super) fn turn<M: Constraints>(
             continue;
         }
         let (dq, du) = (dq.to_vec(), du.to_vec());
-        let gain = slope(1e-4 / largest, |by| value(0.0, &dq, &du, by)) / before;
+        let gain = slope(TANGENT_STEP / largest, |by| value(0.0, &dq, &du, by)) / before;
         (0..n).for_each(|i| y[first + n + i] += jump[i] * gain);
     }
     y[last] += (after / before).ln();
     Ok(())
 }
 
-/// What the branches of a model depend on, at a state.
-pub(super) fn read<M: Constraints>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
+/// The switching functions of a model at a state.
+pub(super) fn kinks_at<M: Constraints>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
     let mut kinks = [Kink::NONE; MOST_KINKS];
     model.kinks(state, &mut kinks);
     kinks

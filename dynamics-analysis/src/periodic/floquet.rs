@@ -28,14 +28,30 @@ use super::frame::{Frame, sizes, stacked};
 use super::symmetry::{Conserved, Trivial, form, is_autonomous, known};
 use spectrum::Scaled;
 
-/// How much looser the tolerance of the comparison is.
-const LOOSER: f64 = 30.0;
-/// Multipliers that move by so many times more than the matrix are two in one.
-const COALESCED: f64 = 1e6;
-/// Multipliers that move by less, in times of the matrix, have directions of their own where they are equal.
-const ILL: f64 = 100.0;
-/// A motion that misses its start by more, in parts of its range, does not close.
-const CLOSED: f64 = 1e-6;
+/// Ratio of the tolerance of the comparison to that of the result. Its error is then clearly larger, and the
+/// difference of both measures it.
+const COMPARISON_TOLERANCE_RATIO: f64 = 30.0;
+/// Largest conditioning of a single multiplier. A larger one is that of two multipliers that have met (a
+/// defective pair).
+const MAX_CONDITIONING_OF_SINGLE: f64 = 1e6;
+/// Largest conditioning at which equal multipliers have mode shapes of their own. Equal ones with a larger
+/// conditioning may have met on the circle and left it.
+const MAX_CONDITIONING_OF_EQUAL: f64 = 100.0;
+/// Largest distance of the end of a closed motion from its start, relative to the range of the motion. Newton
+/// iterations close to 1e-8 and better; a motion that was entered by hand closes to its digits.
+const MAX_CLOSURE_ERROR: f64 = 1e-6;
+/// Roundings per row and element of the monodromy matrix, besides the tolerance of each step. It is a bound,
+/// not an estimate: larger values leave more multipliers undecided.
+const MATRIX_ROUNDINGS: f64 = 16.0;
+/// Factor from the closure error to the error of the monodromy matrix. A larger factor leaves more
+/// multipliers undecided; with a smaller one the closure error may decide.
+const CLOSURE_ERROR_FACTOR: f64 = 10.0;
+/// Factor on the measured error of the divergence within which it counts as 0. A smaller factor may find
+/// damping that is only an error of integration.
+const DIVERGENCE_ERROR_FACTOR: f64 = 10.0;
+/// Divergence that is only rounding. Two equal results of both integrations would otherwise leave no error at
+/// all.
+const DIVERGENCE_ROUNDING: f64 = 1e-14;
 
 /// A Floquet multiplier.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,10 +108,10 @@ pub enum FloquetVerdict {
     },
 }
 
-/// The multipliers of a motion that closes after a period, with what they were computed from.
+/// The multipliers of a motion that closes after a period, with the monodromy matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Floquet {
-    /// What becomes of small disturbances.
+    /// Whether small disturbances grow.
     pub verdict: FloquetVerdict,
     /// All multipliers, as many as independent coordinates and velocities, by falling modulus. Those that are
     /// known to be 1 are last.
@@ -157,14 +173,16 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     advance: &DVector<f64>,
     (tolerance, most_steps): (f64, usize),
 ) -> Result<Floquet, PeriodicError> {
+    // A force that jumps at a node would make the result depend on rounding.
     let mut flow = Flow::new(model, tolerance, most_steps)?;
     for node in nodes {
-        if flow.starts_on_corner(node, CLOSED * period)? {
+        if flow.starts_on_corner(node, MAX_CLOSURE_ERROR * period)? {
             return Err(PeriodicError::StartsOnCorner { time: node.t() });
         }
     }
+    // M twice, with two tolerances; then closure, known multipliers, and the others.
     let fine = monodromy(&mut flow, nodes, period)?;
-    flow.tolerance = tolerance * LOOSER;
+    flow.tolerance = tolerance * COMPARISON_TOLERANCE_RATIO;
     let coarse = monodromy(&mut flow, nodes, period)?;
     flow.tolerance = tolerance;
     let frame = &fine.frame;
@@ -172,9 +190,11 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     let miss = closes::<M>(nodes, &fine.ends, advance, &scales)?;
     let autonomous = is_autonomous(&mut flow, &fine.passed, period, advance)?;
     let conserved = Conserved::along(model, &fine.passed, autonomous);
-    // Two runs may agree by chance: every step may add the tolerance, and M is that of a motion that closes
-    // only so well.
-    let rounding = frame.len() as f64 * 16.0 * f64::EPSILON + fine.steps as f64 * tolerance + 10.0 * miss;
+    // Two runs may agree by chance. So the error of M contains the tolerance of every step, and the closure
+    // error.
+    let rounding = frame.len() as f64 * MATRIX_ROUNDINGS * f64::EPSILON
+        + fine.steps as f64 * tolerance
+        + CLOSURE_ERROR_FACTOR * miss;
     let unsure = (&fine.matrix - &coarse.matrix).abs() + fine.product.map(|x| x * rounding);
     let known =
         known(&mut flow, &nodes[0], frame, (&fine.matrix, &unsure), (autonomous, &conserved), &scales)?;
@@ -183,8 +203,10 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     let w = form(model, &nodes[0], frame, &scales);
     let symplectic_defect = scaled.defect(&w);
     let (mut multipliers, shapes) = scaled.multipliers(&known)?;
-    // Volumes tell of less damping than the form does.
-    let keeps_volumes = fine.divergence.abs() <= 10.0 * (fine.divergence - coarse.divergence).abs() + 1e-14;
+    // The divergence detects weaker damping than the symplectic form.
+    let divergence_error = (fine.divergence - coarse.divergence).abs();
+    let keeps_volumes =
+        fine.divergence.abs() <= DIVERGENCE_ERROR_FACTOR * divergence_error + DIVERGENCE_ROUNDING;
     let symplectic = keeps_volumes && symplectic_defect <= scaled.allowed_defect(&w);
     let verdict = judge(&multipliers, &shapes, symplectic, |k| frame.name::<M>(k));
     let order = |a: &Multiplier, b: &Multiplier| b.value.norm().total_cmp(&a.value.norm());
@@ -206,8 +228,8 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     })
 }
 
-/// By how much a motion misses, in parts of its range: every node by the end of the shot before
-/// it.
+/// The closure error relative to the range of the motion: the largest distance of a node from the end of the
+/// shot before it.
 fn closes<M: Constraints>(
     nodes: &[M::State],
     ends: &[M::State],
@@ -221,16 +243,16 @@ fn closes<M: Constraints>(
     };
     let (miss, at) =
         ends.iter().enumerate().map(miss_of).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
-    match miss <= CLOSED {
+    match miss <= MAX_CLOSURE_ERROR {
         true => Ok(miss),
         false => Err(PeriodicError::NotClosed { coordinate: M::COORDINATES[at % M::Vector::LEN].name, miss }),
     }
 }
 
-/// A monodromy matrix, and what it came from.
+/// A monodromy matrix, with the motion along which it was integrated.
 struct Monodromy<S> {
     matrix: DMatrix<f64>,
-    /// The product of the absolute values of its parts: what rounding is measured by.
+    /// The product of the absolute values of its factors: the scale of its rounding.
     product: DMatrix<f64>,
     frame: Frame,
     ends: Vec<S>,
@@ -239,6 +261,7 @@ struct Monodromy<S> {
     steps: usize,
 }
 
+/// Integrates a period with its variations, node by node.
 fn monodromy<M: Constraints>(
     flow: &mut Flow<'_, M>,
     nodes: &[M::State],
@@ -253,13 +276,13 @@ fn monodromy<M: Constraints>(
     for (k, node) in nodes.iter().enumerate() {
         let until = nodes.get(k + 1).map_or(nodes[0].t() + period, ModelState::t);
         passed.push(*node);
-        let flown = flow.fly(node, &frames[k].basis, until, &mut |state| passed.push(*state))?;
-        let part = frames[(k + 1) % nodes.len()].read(&flown.tangents);
+        let arrived = flow.integrate(node, &frames[k].basis, until, &mut |state| passed.push(*state))?;
+        let part = frames[(k + 1) % nodes.len()].read(&arrived.tangents);
         product = part.abs() * product;
         matrix = part * matrix;
-        divergence += flown.divergence;
-        steps += flown.steps;
-        ends.push(flown.state);
+        divergence += arrived.divergence;
+        steps += arrived.steps;
+        ends.push(arrived.state);
     }
     let frame = frames[0].clone();
     Ok(Monodromy { matrix, product, frame, ends, passed, divergence, steps })
@@ -274,6 +297,8 @@ fn threshold(one: &Multiplier) -> Threshold {
     }
 }
 
+/// The verdict: unstable if a multiplier is certainly outside, then stable if none is on the circle within
+/// its error, or if none of those on it can leave it.
 fn judge(
     multipliers: &[Multiplier],
     shapes: &[DVector<f64>],
@@ -289,20 +314,23 @@ fn judge(
         return FloquetVerdict::Unstable { threshold: threshold(one), growth: one.value.norm(), coordinate };
     }
     let near: Vec<usize> = rest.into_iter().filter(|k| excess(k) >= -multipliers[*k].uncertainty).collect();
-    // What is conserved keeps what a disturbance made of it.
+    // A disturbance of a conserved quantity or a cyclic coordinate lasts.
     let lasts = |one: &Multiplier| !matches!(one.trivial, None | Some(Trivial::Time));
     if near.is_empty() && !multipliers.iter().any(lasts) {
         return FloquetVerdict::AsymptoticallyStable;
     }
-    // Of pairs μ, 1/μ that stand alone on the circle none can leave it.
+    // In symplectic systems multipliers come in pairs μ, 1/μ. A single pair on the circle cannot leave it.
     let may_leave = |k: &usize| {
         let one = &multipliers[*k];
         let meets = |(i, other): (usize, &Multiplier)| {
             i != *k && (one.value - other.value).norm() <= one.uncertainty + other.uncertainty
         };
-        // Two that may have met, and move by more than the matrix, may be a pair that has left.
-        let met = one.conditioning > ILL && multipliers.iter().enumerate().any(meets);
-        !symplectic || one.value.im.abs() <= one.uncertainty || one.conditioning > COALESCED || met
+        // Two ill-conditioned multipliers within their errors may have met and left the circle.
+        let met = one.conditioning > MAX_CONDITIONING_OF_EQUAL && multipliers.iter().enumerate().any(meets);
+        !symplectic
+            || one.value.im.abs() <= one.uncertainty
+            || one.conditioning > MAX_CONDITIONING_OF_SINGLE
+            || met
     };
     match near.into_iter().find(may_leave) {
         Some(k) => FloquetVerdict::Undecided {

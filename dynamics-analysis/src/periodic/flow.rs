@@ -1,7 +1,8 @@
 //! A motion with its variations: state and tangent vectors, integrated together.
 //!
 //! ```text
-//! q̈ = a(q, q̇, t)        δq̈ = a_q δq + a_u δq̇ for every tangent vector        ∫ tr a_u dt, the logarithm of what volumes are multiplied by
+//! q̈ = a(q, q̇, t)        δq̈ = a_q δq + a_u δq̇ for every tangent vector
+//! ∫ tr a_u dt, the logarithm of the change of volumes
 //! ```
 //!
 //! With constraints, a is the constrained acceleration. Tangent vectors start in the tangent space and stay
@@ -28,14 +29,38 @@ use super::corners::HeldBranches;
 use super::variation::derivatives;
 use crate::LinearizeError;
 
-/// As the method itself has them.
-const CONTROL: ControllerSettings = ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 };
-/// Beyond this multiple of where it started, and of 1, a motion counts as run away.
-const RUN_AWAY: f64 = 1e8;
-
-/// Tangent vectors that are shorter have died away: on the way to zero they leave the range of numbers, where
-/// nothing is to be measured by them.
-const GONE: f64 = 1e-200;
+/// Settings of the step size controller: those of the method itself (`integrate/verner9.rs`).
+const CONTROLLER_SETTINGS: ControllerSettings =
+    ControllerSettings { safety: 0.9, beta: 0.0, shrink: 0.333, grow: 6.0 };
+/// Multiple of the first coordinates or velocities (at least 1) at which a motion counts as diverged. A
+/// larger one costs time before the error; a smaller one could end motions that return.
+const DIVERGED: f64 = 1e8;
+/// Reciprocal of the part of the integration time in which a motion may cover the distance of its start:
+/// coordinates divided by this time are allowed as velocities.
+const FAST_PARTS: f64 = 1e3;
+/// Least length of a tangent vector as a scale of its error. Shorter ones have decayed, and would underflow.
+const LEAST_TANGENT_SCALE: f64 = 1e-200;
+/// Part of h q̇ (or of q/h) that is the least scale of errors of displacements (or velocities) of a tangent
+/// vector.
+const LEAST_TANGENT_PART: f64 = 0.01;
+/// First step, relative to the integration time. The controller adapts it within a few steps.
+const FIRST_STEP: f64 = 1e-3;
+/// Step, in roundings of the time, below which the integration stalls. The stages of a shorter step would be
+/// at equal times.
+const LEAST_STEP_ROUNDINGS: f64 = 16.0;
+/// Step, relative to the integration time, down to which a failed step is repeated with a quarter of the
+/// size.
+const LEAST_REPEATED_STEP: f64 = 1e-10;
+/// A step of at least this part of the time that is left ends at its end.
+const LAST_STEP_PART: f64 = 0.9999;
+/// Largest part of the time that is left for any other step. With a little more than a half, the last two
+/// steps are equal, and no tiny step is left.
+const LARGEST_STEP_PART: f64 = 0.5001;
+/// Factor of a step that failed because a stage has no rates.
+const FACTOR_AFTER_FAILURE: f64 = 0.25;
+/// Step, relative to the integration time, below which stages on another branch mean that the motion touches
+/// the corner. A larger value refuses motions that cross the corner twice in a short time.
+const LEAST_STEP_AT_CORNER: f64 = 1e-9;
 
 /// Integrates a model with its variations; modes, and inputs, are those of the start.
 pub(super) struct Flow<'m, M: Constraints> {
@@ -46,12 +71,12 @@ pub(super) struct Flow<'m, M: Constraints> {
     workspace: Vec<f64>,
     by: [Vec<f64>; 2],
     stages: Vec<Vec<f64>>,
-    /// Whether a stage of the last attempt lay where another branch holds.
-    dips: bool,
+    /// Whether a stage of the last attempt lay on another branch.
+    left_branch: bool,
 }
 
-/// What became of a state and its tangent vectors.
-pub(super) struct Flown<S> {
+/// The end of an integration.
+pub(super) struct FlowEnd<S> {
     pub(super) state: S,
     /// 2N×K: δq above δq̇.
     pub(super) tangents: DMatrix<f64>,
@@ -60,17 +85,18 @@ pub(super) struct Flown<S> {
     pub(super) steps: usize,
 }
 
-/// Where a motion is.
-struct Ride<S> {
+/// The state of an integration between two steps.
+struct FlowState<S> {
     state: S,
     /// State, tangent vectors and divergence, one after the other.
     y: Vec<f64>,
+    /// ẏ.
     slope: Vec<f64>,
     corners: HeldBranches,
     control: Controller,
-    /// The next step.
+    /// The size of the next step.
     h: f64,
-    /// Of the whole way.
+    /// The time of the whole integration.
     span: f64,
 }
 
@@ -92,7 +118,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
             workspace: alloc::vec![0.0; workspace],
             by: [alloc::vec![0.0; n * n], alloc::vec![0.0; n * n]],
             stages: alloc::vec![Vec::new(); ROWS.len()],
-            dips: false,
+            left_branch: false,
         })
     }
 
@@ -101,61 +127,60 @@ impl<'m, M: Constraints> Flow<'m, M> {
         Ok(accelerate(self.model, &self.constants, state, &mut self.workspace)?.accelerations)
     }
 
-    /// Puts a state onto the constraints.
-    pub(super) fn place(&mut self, state: &mut M::State) -> Result<(), SolveError> {
+    /// Projects a state onto the constraints.
+    pub(super) fn project(&mut self, state: &mut M::State) -> Result<(), SolveError> {
         project_positions(self.model, &self.constants, state, &mut self.workspace)?;
         project_velocities(self.model, &self.constants, state, &mut self.workspace)?;
         Ok(())
     }
 
-    /// Follows a motion, with tangent vectors if there are any, up to a time; every accepted state is shown,
-    /// the start not.
-    pub(super) fn fly(
+    /// Integrates a motion, with tangent vectors if there are any, up to a time. `visit` is called with every
+    /// accepted state, without the start.
+    pub(super) fn integrate(
         &mut self,
         start: &M::State,
         tangents: &DMatrix<f64>,
         until: f64,
         visit: &mut dyn FnMut(&M::State),
-    ) -> Result<Flown<M::State>, PeriodicError> {
+    ) -> Result<FlowEnd<M::State>, PeriodicError> {
         let (n, k) = (2 * M::Vector::LEN, tangents.ncols());
         let most = |x: &[f64]| x.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
         let reach = most(start.q().as_slice());
-        // What goes so far within a thousandth of the way is fast, but need not be far.
-        let fast = most(start.u().as_slice()).max(1e3 * reach / (until - start.t()));
+        let fast = most(start.u().as_slice()).max(FAST_PARTS * reach / (until - start.t()));
         let half = n / 2;
-        let mut ride = self.depart(start, tangents, until)?;
+        let mut current = self.begin(start, tangents, until)?;
         let (mut steps, mut tried) = (0, 0);
-        while ride.state.t() < until {
+        while current.state.t() < until {
             tried += 1;
             if tried > self.most_steps {
-                return Err(PeriodicError::Steps { time: ride.state.t(), steps });
+                return Err(PeriodicError::Steps { time: current.state.t(), steps });
             }
-            if !self.step(&mut ride, until)? {
+            if !self.step(&mut current, until)? {
                 continue;
             }
             steps += 1;
-            let (of_q, of_u) = (largest(&ride.y[..half]), largest(&ride.y[half..n]));
+            let (of_q, of_u) = (largest(&current.y[..half]), largest(&current.y[half..n]));
             let ((i, worst), far) =
-                if of_q.1 > RUN_AWAY * reach { (of_q, RUN_AWAY * reach) } else { (of_u, RUN_AWAY * fast) };
+                if of_q.1 > DIVERGED * reach { (of_q, DIVERGED * reach) } else { (of_u, DIVERGED * fast) };
             if worst > far {
                 let coordinate = M::COORDINATES[i].name;
-                return Err(PeriodicError::RunsAway { time: ride.state.t(), coordinate, value: worst });
+                return Err(PeriodicError::RunsAway { time: current.state.t(), coordinate, value: worst });
             }
-            let held = ride.corners.hold(&ride.state);
-            ride.slope = self.rate(&held, &ride.y).map_err(|error| ends(held.t(), error))?;
-            visit(&ride.state);
+            let held = current.corners.hold(&current.state);
+            current.slope = self.rate(&held, &current.y).map_err(|error| ends(held.t(), error))?;
+            visit(&current.state);
         }
-        let tangents = DMatrix::from_column_slice(n, k, &ride.y[n..n + n * k]);
-        Ok(Flown { state: ride.state, tangents, divergence: ride.y[n + n * k], steps })
+        let tangents = DMatrix::from_column_slice(n, k, &current.y[n..n + n * k]);
+        Ok(FlowEnd { state: current.state, tangents, divergence: current.y[n + n * k], steps })
     }
 
-    /// Before the first step.
-    fn depart(
+    /// The state before the first step.
+    fn begin(
         &mut self,
         start: &M::State,
         tangents: &DMatrix<f64>,
         until: f64,
-    ) -> Result<Ride<M::State>, PeriodicError> {
+    ) -> Result<FlowState<M::State>, PeriodicError> {
         let y = pack(start, tangents);
         let corners = HeldBranches::at(self.model, start);
         let slope = self.rate(&corners.hold(start), &y)?;
@@ -163,77 +188,87 @@ impl<'m, M: Constraints> Flow<'m, M> {
             return Err(not_finite::<M>(start, &slope));
         }
         let span = until - start.t();
-        Ok(Ride {
+        Ok(FlowState {
             state: *start,
             y,
             slope,
             corners,
-            control: Controller::new(CONTROL, 8),
-            h: 1e-3 * span,
+            control: Controller::new(CONTROLLER_SETTINGS, 8),
+            h: FIRST_STEP * span,
             span,
         })
     }
 
-    /// Tries a step; whether it was made.
-    fn step(&mut self, ride: &mut Ride<M::State>, until: f64) -> Result<bool, PeriodicError> {
-        let time = ride.state.t();
+    /// Tries a step, and returns whether it was accepted.
+    fn step(&mut self, current: &mut FlowState<M::State>, until: f64) -> Result<bool, PeriodicError> {
+        let time = current.state.t();
         let left = until - time;
-        // The last two steps share what is left.
-        let (step, last) =
-            if ride.h >= 0.9999 * left { (left, true) } else { (ride.h.min(0.5001 * left), false) };
-        if step <= 16.0 * f64::EPSILON * time.abs().max(until.abs()) && !last {
+        // The last two steps share the time that is left.
+        let (step, last) = if current.h >= LAST_STEP_PART * left {
+            (left, true)
+        } else {
+            (current.h.min(LARGEST_STEP_PART * left), false)
+        };
+        if step <= LEAST_STEP_ROUNDINGS * f64::EPSILON * time.abs().max(until.abs()) && !last {
             return Err(PeriodicError::Stalls { time });
         }
-        let (end, factor) = match self.attempt(&ride.state, &ride.corners, &ride.y, &ride.slope, step) {
-            Ok((end, error)) if error.is_finite() => match ride.control.judge(error) {
-                (true, factor) => (end, factor),
-                (false, factor) => {
-                    ride.h = step * factor;
+        let (end, factor) =
+            match self.attempt(&current.state, &current.corners, &current.y, &current.slope, step) {
+                Ok((end, error)) if error.is_finite() => match current.control.judge(error) {
+                    (true, factor) => (end, factor),
+                    (false, factor) => {
+                        current.h = step * factor;
+                        return Ok(false);
+                    }
+                },
+                // A stage may lie beyond the end of the model; a shorter step may succeed.
+                Ok(_) | Err(_) if step > LEAST_REPEATED_STEP * current.span => {
+                    current.control.failed();
+                    current.h = FACTOR_AFTER_FAILURE * step;
                     return Ok(false);
                 }
-            },
-            // Beyond the place where the model ends shorter steps may still do.
-            Ok(_) | Err(_) if step > 1e-10 * ride.span => {
-                ride.control.failed();
-                ride.h = 0.25 * step;
-                return Ok(false);
-            }
-            Ok(_) => return Err(not_finite::<M>(&ride.state, &ride.slope)),
-            Err(error) => return Err(ends(time, error)),
-        };
-        let mut there = unpack(&ride.state, if last { until } else { time + step }, &end);
-        match ride.corners.crossed(self.model, &there) {
+                Ok(_) => return Err(not_finite::<M>(&current.state, &current.slope)),
+                Err(error) => return Err(ends(time, error)),
+            };
+        let mut there = unpack(&current.state, if last { until } else { time + step }, &end);
+        match current.corners.crossed(self.model, &there) {
             Some(crossed) => {
-                let passed =
-                    self.pass_corner(&mut ride.corners, &ride.state, (&ride.y, &ride.slope), crossed, step)?;
-                (there, ride.y) = (passed.state, passed.y);
-                ride.control.restart();
-                ride.h = step;
+                let passed = self.pass_corner(
+                    &mut current.corners,
+                    &current.state,
+                    (&current.y, &current.slope),
+                    crossed,
+                    step,
+                )?;
+                (there, current.y) = (passed.state, passed.y);
+                current.control.restart();
+                current.h = step;
             }
-            // In and out again within the step: seen by its stages alone.
-            None if self.dips => {
-                if step < 1e-9 * ride.span {
+            // Only stages are on another branch: the motion leaves the branch and comes back within the step.
+            None if self.left_branch => {
+                if step < LEAST_STEP_AT_CORNER * current.span {
                     return Err(PeriodicError::Grazes { time });
                 }
-                ride.h = 0.5 * step;
+                current.h = 0.5 * step;
                 return Ok(false);
             }
             None => {
-                ride.y = end;
-                ride.h = if last { ride.h } else { step * factor };
+                current.y = end;
+                current.h = if last { current.h } else { step * factor };
             }
         }
+        // Project back onto the constraints.
         if !M::ROWS.is_empty() {
-            self.place(&mut there).map_err(|error| ends(there.t(), error.into()))?;
+            self.project(&mut there).map_err(|error| ends(there.t(), error.into()))?;
             let n = M::Vector::LEN;
-            ride.y[..n].copy_from_slice(there.q().as_slice());
-            ride.y[n..2 * n].copy_from_slice(there.u().as_slice());
+            current.y[..n].copy_from_slice(there.q().as_slice());
+            current.y[n..2 * n].copy_from_slice(there.u().as_slice());
         }
-        ride.state = there;
+        current.state = there;
         Ok(true)
     }
 
-    /// The end of a step, and its error against what is permitted.
+    /// The end of a step, and its error norm; 1 is the permitted error.
     pub(super) fn attempt(
         &mut self,
         from: &M::State,
@@ -243,13 +278,13 @@ impl<'m, M: Constraints> Flow<'m, M> {
         h: f64,
     ) -> Result<(Vec<f64>, f64), PeriodicError> {
         let mut stages = core::mem::take(&mut self.stages);
-        self.dips = false;
+        self.left_branch = false;
         stages[0].clear();
         stages[0].extend_from_slice(slope);
         for s in 1..ROWS.len() {
             let at = advance(y, h, ROWS[s], &stages);
             let state = corners.hold(&unpack(from, from.t() + table::C[s] * h, &at));
-            self.dips |= table::C[s] < 1.0 && corners.crossed(self.model, &state).is_some();
+            self.left_branch |= table::C[s] < 1.0 && corners.crossed(self.model, &state).is_some();
             match self.rate(&state, &at) {
                 Ok(rate) => stages[s] = rate,
                 Err(error) => {
@@ -265,7 +300,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
         Ok((end, norm))
     }
 
-    /// The rates of everything at a state, whose tangent vectors and divergence stand in `y`.
+    /// ẏ at a state, with the tangent vectors and the divergence in `y`.
     pub(super) fn rate(&mut self, state: &M::State, y: &[f64]) -> Result<Vec<f64>, PeriodicError> {
         let n = M::Vector::LEN;
         let k = (y.len() - 1) / (2 * n) - 1;
@@ -294,8 +329,8 @@ impl<'m, M: Constraints> Flow<'m, M> {
         Ok(rate)
     }
 
-    /// The largest of errors over what is permitted, of the state, as root mean square, and of every tangent
-    /// vector.
+    /// The error norm: the larger of the root mean square of the state and the largest element of every
+    /// tangent vector, each relative to the permitted error.
     fn norm(&self, error: &[f64], from: &[f64], to: &[f64], h: f64) -> f64 {
         let n = M::Vector::LEN;
         let of_state = (0..2 * n).map(|i| {
@@ -307,12 +342,16 @@ impl<'m, M: Constraints> Flow<'m, M> {
         for first in (2 * n..from.len() - 1).step_by(2 * n) {
             let blocks = [first..first + n, first + n..first + 2 * n];
             let [q, u] = blocks.clone().map(|block| most(&from[block.clone()]).max(most(&to[block])));
-            // Displacements and velocities are measured by their largest, and by what the other makes of them
-            // within the step.
-            for (block, size) in blocks.into_iter().zip([q.max(0.01 * h * u), u.max(0.01 * q / h)]) {
+            // The scale of displacements, and of velocities, is their largest element, or the change that the
+            // other block causes within the step.
+            let scales = [q.max(LEAST_TANGENT_PART * h * u), u.max(LEAST_TANGENT_PART * q / h)];
+            for (block, size) in blocks.into_iter().zip(scales) {
                 let off = most(&error[block]);
                 if size > 0.0 || off.is_nan() {
-                    worst = dynamics_runtime::math::max(worst, off / (self.tolerance * size.max(GONE)));
+                    worst = dynamics_runtime::math::max(
+                        worst,
+                        off / (self.tolerance * size.max(LEAST_TANGENT_SCALE)),
+                    );
                 }
             }
         }
@@ -320,7 +359,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
     }
 }
 
-/// Index and size of the largest element; NaN where one is.
+/// Index and absolute value of the largest element; NaN if one is NaN.
 fn largest(values: &[f64]) -> (usize, f64) {
     let larger = |most: (usize, f64), (i, x): (usize, &f64)| {
         if x.abs() > most.1 || x.is_nan() { (i, x.abs()) } else { most }
@@ -328,6 +367,7 @@ fn largest(values: &[f64]) -> (usize, f64) {
     values.iter().enumerate().fold((0, 0.0), larger)
 }
 
+/// The error of a motion that ends at a time.
 fn ends(time: f64, error: PeriodicError) -> PeriodicError {
     match error {
         PeriodicError::NotFinite { .. } => error,
@@ -335,6 +375,7 @@ fn ends(time: f64, error: PeriodicError) -> PeriodicError {
     }
 }
 
+/// The error of a state with rates that are not finite: an input without a value, or the acceleration.
 fn not_finite<M: Constraints>(at: &M::State, slope: &[f64]) -> PeriodicError {
     if let Some(unset) = at.inputs().as_slice().iter().position(|input| input.is_nan()) {
         return PeriodicError::Derivatives(LinearizeError::InputNotSet { input: M::INPUTS[unset].name });
@@ -344,12 +385,12 @@ fn not_finite<M: Constraints>(at: &M::State, slope: &[f64]) -> PeriodicError {
     PeriodicError::NotFinite { time: at.t(), coordinate: M::COORDINATES[i].name }
 }
 
-/// q, q̇, the tangent vectors one after the other, and a place for the divergence.
+/// y: q, q̇, the tangent vectors one after the other, and the divergence.
 fn pack<S: ModelState>(state: &S, tangents: &DMatrix<f64>) -> Vec<f64> {
     [state.q().as_slice(), state.u().as_slice(), tangents.as_slice(), &[0.0]].concat()
 }
 
-/// The state in `y`, otherwise as another.
+/// The state in `y` at a time; inputs and modes are those of `like`.
 fn unpack<S: ModelState>(like: &S, t: f64, y: &[f64]) -> S {
     let n = <S::Vector as Vector>::LEN;
     let mut state = dynamics_runtime::constrain::at_time(like, t);

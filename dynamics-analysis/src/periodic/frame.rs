@@ -9,19 +9,26 @@ use super::PeriodicError;
 use super::flow::Flow;
 use crate::linearize::{ModelDerivatives, Tangent, scales};
 
-/// The tangent space of what the constraints leave at a state.
+/// Largest size of a coordinate's motion, over all coordinates, at which a motion counts as at rest. The
+/// usual scales of the coordinates are used then.
+const REST_MOTION: f64 = 1e-9;
+/// Least size of a coordinate's motion, relative to the largest of its unit. A smaller value makes rounding
+/// of such a coordinate look large.
+const LEAST_RELATIVE_MOTION: f64 = 1e-3;
+
+/// Independent coordinates and velocities at a state, with a basis of the tangent space of the constraints.
 #[derive(Clone)]
 pub(super) struct Frame {
     /// Independent coordinates and velocities among all.
     pub(super) coordinates: Vec<usize>,
     pub(super) rates: Vec<usize>,
-    /// 2N×(C + F): what all coordinates, and below all velocities, do where an independent coordinate or
-    /// velocity moves by 1.
+    /// 2N×(C + F): the changes of all coordinates, and below of all velocities, if an independent coordinate
+    /// or velocity changes by 1.
     pub(super) basis: DMatrix<f64>,
 }
 
 impl Frame {
-    /// At a state; in the independent coordinates of another where that is asked for.
+    /// At a state. The independent coordinates are those of `like`, if it is given.
     pub(super) fn at<M: Constraints>(
         model: &M,
         state: &M::State,
@@ -48,17 +55,18 @@ impl Frame {
         Ok(Self { coordinates: tangent.coordinates, rates: tangent.rates, basis })
     }
 
+    /// Number of independent coordinates and velocities.
     pub(super) fn len(&self) -> usize {
         self.coordinates.len() + self.rates.len()
     }
 
-    /// The independent ones among 2N rows: coordinates, then velocities.
+    /// The indices of the independent coordinates and velocities among the 2N rows.
     pub(super) fn rows(&self) -> Vec<usize> {
         let n = self.basis.nrows() / 2;
         self.coordinates.iter().copied().chain(self.rates.iter().map(|i| n + i)).collect()
     }
 
-    /// The independent ones of a vector, or of vectors, of 2N.
+    /// The independent rows of vectors of length 2N.
     pub(super) fn read(&self, vectors: &DMatrix<f64>) -> DMatrix<f64> {
         vectors.select_rows(&self.rows())
     }
@@ -75,7 +83,7 @@ impl Frame {
         M::COORDINATES[i].name
     }
 
-    /// A state moved along independent directions, and put back onto the constraints.
+    /// A state moved along independent directions, then projected onto the constraints.
     pub(super) fn moved<M: Constraints>(
         &self,
         flow: &mut Flow<'_, M>,
@@ -88,7 +96,7 @@ impl Frame {
         moved.q_mut().as_mut_slice().iter_mut().zip(change.rows(0, n).iter()).for_each(|(q, d)| *q += d);
         moved.u_mut().as_mut_slice().iter_mut().zip(change.rows(n, n).iter()).for_each(|(u, d)| *u += d);
         if !M::ROWS.is_empty() {
-            flow.place(&mut moved)?;
+            flow.project(&mut moved)?;
         }
         Ok(moved)
     }
@@ -100,7 +108,7 @@ pub(super) fn stacked<S: ModelState>(state: &S) -> DVector<f64> {
     DVector::from_iterator(2 * n, state.q().as_slice().iter().chain(state.u().as_slice()).copied())
 }
 
-/// q̇ and q̈, one above the other: where the motion goes.
+/// q̇ and q̈, one above the other: the direction of the motion.
 pub(super) fn direction<M: Constraints>(
     flow: &mut Flow<'_, M>,
     state: &M::State,
@@ -110,7 +118,8 @@ pub(super) fn direction<M: Constraints>(
     Ok(DVector::from_iterator(2 * M::Vector::LEN, both))
 }
 
-/// What coordinates and, for a period, velocities are measured by along a motion: 2N of them.
+/// The scales of coordinates and velocities along a motion, 2N. The scale of a coordinate is its reach from
+/// the start, or its speed divided by 2π/period; that of its velocity is 2π/period times as large.
 pub(super) fn sizes<M: Constraints>(passed: &[M::State], period: f64) -> DVector<f64> {
     let n = M::Vector::LEN;
     let mut reach = alloc::vec![0.0; n];
@@ -127,9 +136,10 @@ pub(super) fn sizes<M: Constraints>(passed: &[M::State], period: f64) -> DVector
     let by_speed: Vec<f64> = speed.iter().map(|speed| speed / rate).collect();
     let of_motion: Vec<f64> = reach.iter().zip(&by_speed).map(|(a, b)| a.max(*b)).collect();
     let largest = of_motion.iter().fold(0.0, |most: f64, x| most.max(*x));
-    // What hardly moves is measured as others of its unit, and at rest by what coordinates are measured by
-    // anyway.
+    // A coordinate that hardly moves has a scale from the others of its unit; at rest the usual scales apply.
     let usual = scales(M::COORDINATES, &of_motion);
-    let size = |i: usize| if largest > 1e-9 { of_motion[i].max(1e-3 * usual[i]) } else { usual[i] };
+    let size = |i: usize| {
+        if largest > REST_MOTION { of_motion[i].max(LEAST_RELATIVE_MOTION * usual[i]) } else { usual[i] }
+    };
     DVector::from_fn(2 * n, |k, _| if k < n { size(k) } else { size(k - n) * rate })
 }

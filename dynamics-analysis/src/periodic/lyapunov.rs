@@ -26,18 +26,30 @@ use super::frame::{Frame, direction, sizes};
 use super::symmetry::{Conserved, is_autonomous};
 use super::{PeriodicError, check, positive};
 
-/// Parts of a run of which the means are kept.
+/// Blocks of equal duration into which the run is divided. Their means are kept for the convergence and the
+/// error.
 const BLOCKS: usize = 100;
-/// How many of them make one of the parts that the standard error is of.
-const GROUP: usize = 5;
-/// Vectors whose lengths part further than this between two orthonormalisations are made orthonormal more
-/// often.
-const SPREAD: f64 = 1e4;
-/// Vectors that become longer than this, or shorter than its inverse, have nearly left the range of numbers,
-/// and are brought back more often.
+/// Blocks that form one of the twenty groups of the standard error. Longer groups are less correlated, but
+/// there are fewer of them.
+const BLOCKS_PER_GROUP: usize = 5;
+/// Largest ratio of the lengths of tangent vectors before an orthonormalisation. If it is exceeded, the block
+/// is divided into twice as many parts. A larger ratio costs digits of the shorter vectors; a smaller one
+/// costs time.
+const MAX_LENGTH_RATIO: f64 = 1e4;
+/// Longest tangent vector before an orthonormalisation; its inverse bounds the shortest. Beyond it the
+/// numbers would soon overflow or underflow.
 const LONGEST_TANGENT: f64 = 1e100;
-/// Most orthonormalisations in a block.
-const MOST_PARTS: usize = 4096;
+/// Most parts of a block, each with one orthonormalisation. With a hundred blocks these are 400,000 parts; a
+/// run that needs more is an error, or has vectors with fewer digits.
+const MAX_PARTS_PER_BLOCK: usize = 4096;
+/// Default limit on the steps between two orthonormalisations.
+const DEFAULT_MAX_STEPS: usize = 20_000_000;
+/// Default permitted local error per step. Exponents are means over a finite time, which limits their
+/// accuracy far more.
+const DEFAULT_TOLERANCE: f64 = 1e-9;
+/// Least speed at the end of the run, relative to the scales of the coordinates, of a motion that has not
+/// come to rest. A smaller value counts a motion that only creeps as one with a zero exponent along it.
+const LEAST_SPEED: f64 = 1e-6;
 
 /// A computation of Lyapunov exponents, with its options.
 #[must_use = "nothing is computed until `.run()`"]
@@ -85,7 +97,7 @@ pub struct LyapunovExponents<S: ModelState> {
     pub divergence: f64,
     /// How many there are in all: independent coordinates and velocities.
     pub dimension: usize,
-    /// What all of them were at some times of the run: (time since it began, exponents up to there).
+    /// The convergence: (time since the means began, exponents up to then).
     pub running: Vec<(f64, Vec<f64>)>,
     /// Time over which the means are.
     pub time: f64,
@@ -119,7 +131,7 @@ impl<S: ModelState> LyapunovExponents<S> {
         }
     }
 
-    /// The sum of the exponents less the mean divergence, which it is; `None` where not all exponents were
+    /// The sum of the exponents minus the mean divergence: 0 up to errors. `None` if not all exponents were
     /// computed.
     #[must_use]
     pub fn sum_defect(&self) -> Option<f64> {
@@ -127,7 +139,8 @@ impl<S: ModelState> LyapunovExponents<S> {
         (self.exponents.len() == self.dimension).then_some(sum - self.divergence)
     }
 
-    /// The largest |λᵢ + λₙ₊₁₋ᵢ|: 0 for Hamiltonian systems; `None` where not all exponents were computed.
+    /// The largest |λᵢ + λₙ₊₁₋ᵢ|: 0 for Hamiltonian systems; `None` if not all exponents were
+    /// computed.
     #[must_use]
     pub fn pairing_defect(&self) -> Option<f64> {
         let pairs = self.exponents.iter().zip(self.exponents.iter().rev());
@@ -158,7 +171,15 @@ impl<S: ModelState> LyapunovExponents<S> {
 
 impl<'m, M: Simulate> Lyapunov<'m, M> {
     pub(crate) fn new(model: &'m M, start: M::State) -> Self {
-        Self { model, start, settle: 0.0, during: None, count: None, tolerance: 1e-9, most_steps: 20_000_000 }
+        Self {
+            model,
+            start,
+            settle: 0.0,
+            during: None,
+            count: None,
+            tolerance: DEFAULT_TOLERANCE,
+            most_steps: DEFAULT_MAX_STEPS,
+        }
     }
 
     /// Time that passes before the means begin: for the motion to come near its attractor, and the tangent
@@ -208,7 +229,8 @@ impl<'m, M: Simulate> Lyapunov<'m, M> {
             });
         }
         check(self.model, &self.start)?;
-        let mut carried = Carried::new(&self)?;
+        // Settle in blocks of about the same length as those of the run, then begin the means.
+        let mut carried = TangentFlow::new(&self)?;
         let settling = (BLOCKS as f64 * self.settle / during).ceil() as usize;
         (0..settling).try_for_each(|k| {
             let until = self.start.t() + self.settle * (k + 1) as f64 / settling as f64;
@@ -224,21 +246,24 @@ impl<'m, M: Simulate> Lyapunov<'m, M> {
     }
 }
 
-/// A motion with orthonormal tangent vectors.
-struct Carried<'m, M: Simulate> {
+/// A motion with orthonormal tangent vectors, and what it has accumulated.
+struct TangentFlow<'m, M: Simulate> {
     flow: Flow<'m, M>,
     state: M::State,
     tangents: DMatrix<f64>,
     weights: DVector<f64>,
     dimension: usize,
+    /// Parts into which a block is divided; it only grows.
     parts: usize,
+    /// ∫ tr a_u dt so far.
     divergence: f64,
     steps: usize,
     orthonormalisations: usize,
+    /// The states at the ends of the blocks.
     passed: Vec<M::State>,
 }
 
-impl<'m, M: Simulate> Carried<'m, M> {
+impl<'m, M: Simulate> TangentFlow<'m, M> {
     fn new(asked: &Lyapunov<'m, M>) -> Result<Self, PeriodicError> {
         let flow = Flow::new(asked.model, asked.tolerance, asked.most_steps)?;
         let frame = Frame::at(asked.model, &asked.start, None)?;
@@ -253,7 +278,7 @@ impl<'m, M: Simulate> Carried<'m, M> {
             });
         }
         let weights = sizes::<M>(&[asked.start], core::f64::consts::TAU);
-        // Vectors of no particular direction.
+        // Independent vectors that are not aligned with the coordinates.
         let mix = DMatrix::from_fn(dimension, count, |i, j| {
             f64::from(u8::from(i == j)) + 0.3 * (1.7 + 2.399_963 * (i + dimension * j) as f64).sin()
         });
@@ -274,7 +299,8 @@ impl<'m, M: Simulate> Carried<'m, M> {
         Ok(carried)
     }
 
-    /// Σ ln Rᵢᵢ up to a time.
+    /// Integrates up to a time and returns Σ ln Rᵢᵢ. A part that fails because its vectors became too
+    /// long, or too different, is repeated from its start with half the duration.
     fn block(&mut self, until: f64) -> Result<DVector<f64>, PeriodicError> {
         let mut logs = DVector::zeros(self.tangents.ncols());
         let mut done = 0;
@@ -286,49 +312,50 @@ impl<'m, M: Simulate> Carried<'m, M> {
             } else {
                 begin + (until - begin) * (done + 1) as f64 / self.parts as f64
             };
-            let flown = match self.flow.fly(&self.state, &self.tangents, end, &mut |_| ()) {
-                Ok(flown) => flown,
-                // Vectors may have left the range of numbers.
+            let arrived = match self.flow.integrate(&self.state, &self.tangents, end, &mut |_| ()) {
+                Ok(arrived) => arrived,
+                // The vectors may have overflowed; then the motion alone reaches the end.
                 Err(
                     PeriodicError::NotFinite { .. }
                     | PeriodicError::Derivatives(_)
                     | PeriodicError::Ends { .. },
-                ) if self.parts < MOST_PARTS && self.is_motion_alone(end) => {
+                ) if self.parts < MAX_PARTS_PER_BLOCK && self.reaches_without_tangents(end) => {
                     (self.parts, done) = (2 * self.parts, 2 * done);
                     continue;
                 }
                 Err(error) => return Err(error),
             };
-            (self.state, self.tangents) = (flown.state, flown.tangents);
+            (self.state, self.tangents) = (arrived.state, arrived.tangents);
             let sizes = self.orthonormalise()?;
-            let apart = sizes.max() > SPREAD * sizes.min();
-            let lost = !sizes.iter().all(|size| (1.0 / LONGEST_TANGENT..LONGEST_TANGENT).contains(size));
-            if lost && self.parts >= MOST_PARTS {
+            let too_different = sizes.max() > MAX_LENGTH_RATIO * sizes.min();
+            let out_of_range =
+                !sizes.iter().all(|size| (1.0 / LONGEST_TANGENT..LONGEST_TANGENT).contains(size));
+            if out_of_range && self.parts >= MAX_PARTS_PER_BLOCK {
                 return Err(PeriodicError::TooFast { time: self.state.t(), parts: self.parts });
             }
-            if (apart || lost) && self.parts < MOST_PARTS {
+            if (too_different || out_of_range) && self.parts < MAX_PARTS_PER_BLOCK {
                 (self.state, self.tangents) = here;
                 (self.parts, done) = (2 * self.parts, 2 * done);
                 continue;
             }
             done += 1;
             logs += sizes.map(f64::ln);
-            self.divergence += flown.divergence;
-            self.steps += flown.steps;
+            self.divergence += arrived.divergence;
+            self.steps += arrived.steps;
             self.orthonormalisations += 1;
         }
         self.passed.push(self.state);
         Ok(logs)
     }
 
-    /// Whether the motion comes there without tangent vectors.
-    fn is_motion_alone(&mut self, until: f64) -> bool {
+    /// Whether the motion reaches a time if it is integrated without tangent vectors.
+    fn reaches_without_tangents(&mut self, until: f64) -> bool {
         let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
-        self.flow.fly(&self.state, &none, until, &mut |_| ()).is_ok()
+        self.flow.integrate(&self.state, &none, until, &mut |_| ()).is_ok()
     }
 
-    /// Puts the vectors back on the constraints and makes them orthonormal; the lengths that each adds to
-    /// those before it.
+    /// Projects the vectors onto the tangent space of the constraints and makes them orthonormal in the
+    /// scales of the coordinates. Returns the diagonal of R.
     fn orthonormalise(&mut self) -> Result<DVector<f64>, PeriodicError> {
         if !M::ROWS.is_empty() {
             let frame = Frame::at(self.flow.model, &self.state, None)?;
@@ -344,6 +371,7 @@ impl<'m, M: Simulate> Carried<'m, M> {
         Ok(lengths)
     }
 
+    /// The exponents from the means of the blocks, with uncertainties and signs.
     fn judge(
         mut self,
         blocks: &[DVector<f64>],
@@ -352,14 +380,15 @@ impl<'m, M: Simulate> Carried<'m, M> {
     ) -> Result<LyapunovExponents<M::State>, PeriodicError> {
         let count = self.tangents.ncols();
         let part = during / blocks.len() as f64;
-        let resolution = (self.pace()? * during).ln_1p() / during;
+        let resolution = (self.highest_frequency()? * during).ln_1p() / during;
         let mean = |blocks: &[DVector<f64>], i: usize| {
             blocks.iter().map(|b| b[i]).sum::<f64>() / (part * blocks.len() as f64)
         };
+        // Mean, standard error of the groups, and the difference of the halves.
         let mut exponents: Vec<Exponent> = (0..count)
             .map(|i| {
                 let value = mean(blocks, i);
-                let groups: Vec<f64> = blocks.chunks(GROUP).map(|group| mean(group, i)).collect();
+                let groups: Vec<f64> = blocks.chunks(BLOCKS_PER_GROUP).map(|group| mean(group, i)).collect();
                 let k = groups.len() as f64;
                 let variance = groups.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (k * (k - 1.0));
                 let (first, second) = blocks.split_at(blocks.len() / 2);
@@ -374,13 +403,13 @@ impl<'m, M: Simulate> Carried<'m, M> {
             .collect();
         exponents.sort_by(|a, b| b.value.total_cmp(&a.value));
         let known_zeros = self.known_zeros(part)?;
-        // More that are not 0 than there can be: the run has seen too little of the motion, as of one that
-        // lingers at a saddle, to say anything. Where all were computed the zeros are the undecided ones,
-        // unless there are more of those: then nobody knows which.
-        let told = exponents.iter().filter(|one| one.sign != ExponentSign::Undecided).count();
-        if told + known_zeros > self.dimension {
+        // If more exponents differ from 0 than possible, the run was too short to represent the motion, for
+        // example because it stayed near a saddle; then no sign is certain. If all exponents were computed
+        // and as many are undecided as are known to be 0, these are the zeros.
+        let decided = exponents.iter().filter(|one| one.sign != ExponentSign::Undecided).count();
+        if decided + known_zeros > self.dimension {
             exponents.iter_mut().for_each(|one| one.sign = ExponentSign::Undecided);
-        } else if count == self.dimension && told + known_zeros == count {
+        } else if count == self.dimension && decided + known_zeros == count {
             let open = exponents.iter_mut().filter(|one| one.sign == ExponentSign::Undecided);
             open.for_each(|one| one.sign = ExponentSign::Zero);
         }
@@ -404,23 +433,24 @@ impl<'m, M: Simulate> Carried<'m, M> {
         })
     }
 
-    /// The frequency of what moves fastest, by its speed over its reach, and its acceleration over its speed.
-    fn pace(&mut self) -> Result<f64, PeriodicError> {
+    /// The highest frequency of the coordinates: speed over half the range, or acceleration over speed.
+    fn highest_frequency(&mut self) -> Result<f64, PeriodicError> {
         let n = M::Vector::LEN;
         let mut extent = alloc::vec![[f64::INFINITY, f64::NEG_INFINITY]; n];
-        let (mut speed, mut push) = (alloc::vec![0.0_f64; n], alloc::vec![0.0_f64; n]);
+        let (mut speed, mut acceleration) = (alloc::vec![0.0_f64; n], alloc::vec![0.0_f64; n]);
         for state in &self.passed {
             let along = direction(&mut self.flow, state)?;
             for i in 0..n {
                 let q = state.q().as_slice()[i];
                 extent[i] = [extent[i][0].min(q), extent[i][1].max(q)];
                 speed[i] = speed[i].max(along[i].abs());
-                push[i] = push[i].max(along[n + i].abs());
+                acceleration[i] = acceleration[i].max(along[n + i].abs());
             }
         }
         let ratio = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
-        let of =
-            |i: usize| ratio(speed[i], 0.5 * (extent[i][1] - extent[i][0])).max(ratio(push[i], speed[i]));
+        let of = |i: usize| {
+            ratio(speed[i], 0.5 * (extent[i][1] - extent[i][0])).max(ratio(acceleration[i], speed[i]))
+        };
         Ok((0..n).map(of).fold(0.0, f64::max))
     }
 
@@ -434,9 +464,9 @@ impl<'m, M: Simulate> Carried<'m, M> {
             Err(error) => return Err(error),
         };
         let along = direction(&mut self.flow, &at_time(&self.state, self.state.t()))?;
-        let moves = along.component_div(&self.weights).amax() > 1e-6;
+        let moves = along.component_div(&self.weights).amax() > LEAST_SPEED;
         let conserved = Conserved::along(self.flow.model, &passed, autonomous).quantities;
-        // A momentum is conserved because a coordinate does not matter, which makes two.
+        // A conserved momentum has a cyclic coordinate, so it gives two zeros.
         let momenta = conserved.iter().filter(|of| of.kind == ConservedKind::Momentum).count();
         let others = if moves { conserved.len() - momenta } else { 0 };
         Ok((usize::from(autonomous && moves) + others + 2 * momenta).min(self.dimension).min(n))

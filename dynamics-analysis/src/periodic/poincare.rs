@@ -13,19 +13,30 @@ use dynamics_runtime::simulate::{Direction, Flow, Simulate, Simulation};
 use dynamics_view::{Axis, Panel};
 
 use super::frame::stacked;
-use super::symmetry::{ROUNDING, SAME};
+use super::symmetry::{EQUAL_ACCELERATIONS, LEAST_ACCELERATION_SCALE};
 use super::{PeriodicError, check, index, positive};
 
-/// Where equations are compared, in parts of the period of a coordinate: no fraction of any.
+/// Distance from the section at which the equations are compared for folding, in parts of the fold and of the
+/// mean time between points. It is no simple fraction, so no term of the equations vanishes there by
+/// symmetry.
 const COMPARISON_PHASE: f64 = 0.137_035_9;
 
-/// The name under which a section function is an event.
-const NAME: &str = "section";
+/// The name of the event of a section function.
+const SECTION_EVENT_NAME: &str = "section";
 
-/// Points at equal intervals unless their number is given.
-const EVERY: usize = 1000;
-/// Most of these: their times alone take nearly a gigabyte.
-const MOST_RETURNS: usize = 100_000_000;
+/// Default number of points at equal intervals.
+const DEFAULT_STROBE_POINTS: usize = 1000;
+/// Most points at equal intervals: their times alone take nearly a gigabyte.
+const MAX_STROBE_POINTS: usize = 100_000_000;
+/// Default tolerance of the simulation.
+const DEFAULT_TOLERANCE: f64 = 1e-10;
+/// Points at which the equations are compared for folding. More find rarer differences and take longer.
+const FOLD_COMPARISONS: usize = 12;
+/// Least range of a coordinate or velocity as a scale of returns, relative to its largest value. Below it the
+/// range may be rounding.
+const LEAST_RELATIVE_RANGE: f64 = 1e-6;
+/// Range up to which a coordinate or velocity counts as constant; its scale is then 1.
+const CONSTANT_RANGE: f64 = 1e-12;
 
 /// A function of the state.
 type Function<'m, S> = dyn Fn(&S) -> f64 + 'm;
@@ -34,7 +45,7 @@ type Function<'m, S> = dyn Fn(&S) -> f64 + 'm;
 type SectionRunSetup<'m, M> = dyn for<'s> Fn(Simulation<'s, M>) -> Simulation<'s, M> + 'm;
 
 enum SectionKind<'m, S> {
-    /// Not said yet.
+    /// Not given yet.
     None,
     /// Zeros of a function.
     Function(Box<Function<'m, S>>, Direction),
@@ -50,26 +61,26 @@ pub struct Poincare<'m, M: Simulate> {
     model: &'m M,
     start: M::State,
     kind: SectionKind<'m, M::State>,
-    /// Sections that were given.
+    /// Number of sections that were given; only one is allowed.
     given: usize,
     skip: usize,
     points: Option<usize>,
     until: Option<f64>,
     tolerance: f64,
-    turns: Vec<(String, f64)>,
+    /// Coordinates to fold, and their periods.
+    folds: Vec<(String, f64)>,
     options: Option<Box<SectionRunSetup<'m, M>>>,
 }
 
 /// Points of a motion on a section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section<S: ModelState> {
-    /// The states, in the order of time; coordinates that were folded lie within half of what they are folded
-    /// by on either side of 0.
+    /// The states, in the order of time. Folded coordinates lie within half a period on either side of 0.
     pub points: Vec<S>,
-    /// Coordinates that were folded, by index, and by what.
+    /// Folded coordinates by index, and their periods.
     folded: Vec<(usize, f64)>,
-    /// What was taken from them at each point.
-    taken: Vec<Vec<f64>>,
+    /// The multiple of the period that was subtracted at each point, for each folded coordinate.
+    subtracted: Vec<Vec<f64>>,
     pub(crate) coordinates: &'static [Quantity],
 }
 
@@ -88,7 +99,7 @@ pub struct Return<S> {
 
 impl<'m, M: Simulate> Poincare<'m, M> {
     pub(crate) fn new(model: &'m M, start: M::State) -> Self {
-        let (skip, points, tolerance) = (0, None, 1e-10);
+        let (skip, points, tolerance) = (0, None, DEFAULT_TOLERANCE);
         Self {
             model,
             start,
@@ -98,7 +109,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             points,
             until: None,
             tolerance,
-            turns: Vec::new(),
+            folds: Vec::new(),
             options: None,
         }
     }
@@ -154,7 +165,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     /// Folds a coordinate on which the model depends with this period, such as an angle with 2π, into half a
     /// period on either side of 0. Refused if the equations differ one period further.
     pub fn fold(mut self, coordinate: &str, period: f64) -> Self {
-        self.turns.push((coordinate.into(), period));
+        self.folds.push((coordinate.into(), period));
         self
     }
 
@@ -183,7 +194,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             });
         }
         let mut folded = Vec::new();
-        for (name, period) in &self.turns {
+        for (name, period) in &self.folds {
             positive("what a coordinate is folded by", *period)?;
             folded.push((index::<M>(name)?, *period));
         }
@@ -201,7 +212,9 @@ impl<'m, M: Simulate> Poincare<'m, M> {
                 return Err(PeriodicError::Option { what: "the section", value: f64::NAN, needed });
             }
             SectionKind::Every(period) => self.strobe(*period)?,
-            SectionKind::Function(function, direction) => self.cross(Some(function), NAME, *direction)?,
+            SectionKind::Function(function, direction) => {
+                self.cross(Some(function), SECTION_EVENT_NAME, *direction)?
+            }
             SectionKind::Event(name, direction) => self.cross(None, name, *direction)?,
         };
         for (coordinate, period) in &folded {
@@ -210,24 +223,26 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         Ok(fold(points, folded, M::COORDINATES))
     }
 
-    /// That the equations are the same a period of a coordinate further.
+    /// Checks that the equations are the same one period of the coordinate further.
     fn check_fold(&self, points: &[M::State], coordinate: usize, by: f64) -> Result<(), PeriodicError> {
         let n = M::Vector::LEN;
         let (mut changes, mut largest) = (alloc::vec![0.0; n], alloc::vec![0.0; n]);
         let last = points.last().map_or(self.start.t(), ModelState::t);
         let apart = (last - self.start.t()) / points.len().max(1) as f64;
-        for point in points.iter().step_by(points.len().div_ceil(12).max(1)).chain([&self.start]) {
-            // Beside the section, on which what depends on the coordinate may vanish, also by another that is
-            // zero there, and goes through it; constraints hold it there.
-            let mut beside = *point;
+        for point in
+            points.iter().step_by(points.len().div_ceil(FOLD_COMPARISONS).max(1)).chain([&self.start])
+        {
+            // Compare off the section, because terms with the coordinate, or with another one that is zero on
+            // the section, may vanish on it. With constraints the state cannot be moved freely.
+            let mut nearby = *point;
             if M::ROWS.is_empty() {
                 let moved = point.u().as_slice().iter().map(|u| COMPARISON_PHASE * apart * u);
-                beside.q_mut().as_mut_slice().iter_mut().zip(moved).for_each(|(q, by)| *q += by);
-                beside.q_mut()[coordinate] += COMPARISON_PHASE * by;
+                nearby.q_mut().as_mut_slice().iter_mut().zip(moved).for_each(|(q, by)| *q += by);
+                nearby.q_mut()[coordinate] += COMPARISON_PHASE * by;
             }
-            let mut further = beside;
+            let mut further = nearby;
             further.q_mut()[coordinate] += by;
-            let [Ok(here), Ok(there)] = [&beside, &further].map(|state| self.model.accelerations(state))
+            let [Ok(here), Ok(there)] = [&nearby, &further].map(|state| self.model.accelerations(state))
             else {
                 continue;
             };
@@ -237,10 +252,11 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             }
         }
         let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
-        let part =
-            |i: usize| if changes[i] > 0.0 { changes[i] / largest[i].max(ROUNDING * most) } else { 0.0 };
+        let part = |i: usize| {
+            if changes[i] > 0.0 { changes[i] / largest[i].max(LEAST_ACCELERATION_SCALE * most) } else { 0.0 }
+        };
         match (0..n).max_by(|i, j| part(*i).total_cmp(&part(*j))) {
-            Some(worst) if part(worst) > SAME => Err(PeriodicError::NotAlike {
+            Some(worst) if part(worst) > EQUAL_ACCELERATIONS => Err(PeriodicError::NotAlike {
                 turned: M::COORDINATES[coordinate].name,
                 by,
                 coordinate: M::COORDINATES[worst].name,
@@ -257,10 +273,11 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         run.until(end).tolerance(self.tolerance).max_steps(u64::MAX)
     }
 
+    /// Points at equal intervals of time.
     fn strobe(&self, period: f64) -> Result<Vec<M::State>, PeriodicError> {
         positive("the interval", period)?;
-        let wanted = self.points.unwrap_or(EVERY);
-        let total = self.skip.checked_add(wanted).filter(|total| *total <= MOST_RETURNS);
+        let wanted = self.points.unwrap_or(DEFAULT_STROBE_POINTS);
+        let total = self.skip.checked_add(wanted).filter(|total| *total <= MAX_STROBE_POINTS);
         let Some(total) = total else {
             let (value, needed) = (self.skip as f64 + wanted as f64, "at most a hundred million");
             return Err(PeriodicError::Option {
@@ -294,6 +311,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         }
     }
 
+    /// Points at zeros of a section function, or of the event of this name if there is no function.
     fn cross(
         &self,
         function: Option<&Function<'m, M::State>>,
@@ -305,7 +323,9 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             let what = "the time up to which a section is looked for, `.until(..)`,";
             return Err(PeriodicError::Option { what, value: until, needed: "after the start" });
         }
-        let on_it = function.is_some_and(|function| function(&self.start) == 0.0);
+        // A crossing is an event of the simulation, which records the state. After enough points it ends the
+        // run.
+        let starts_on_section = function.is_some_and(|function| function(&self.start) == 0.0);
         let (mut points, mut seen) = (Vec::<M::State>::new(), 0);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         let mut run = self.simulation(until);
@@ -321,6 +341,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             }
             if points_of_run.len() == wanted { Flow::Stop } else { Flow::Continue }
         });
+        // The range of the function is for the error of a section that is not crossed.
         let result = run.run_with(|state| {
             if let Some(function) = function {
                 let value = function(state);
@@ -328,8 +349,8 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             }
         });
         match result {
-            // Of a crossing at the start nothing says whether it was before or is to come.
-            Err(_) if points.iter().all(|point| point.t() == self.start.t()) && on_it => {
+            // It is unknown whether a crossing at the start is one before or after it.
+            Err(_) if points.iter().all(|point| point.t() == self.start.t()) && starts_on_section => {
                 let (what, needed) =
                     ("the section function at the start", "other than 0; start a little before, or beside");
                 Err(PeriodicError::Option { what, value: 0.0, needed })
@@ -347,7 +368,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
     }
 }
 
-/// Points as errors carry them.
+/// Points as errors contain them: time, coordinates, then velocities of each.
 fn kept<S: ModelState>(points: &[S]) -> Vec<Vec<f64>> {
     points
         .iter()
@@ -355,21 +376,22 @@ fn kept<S: ModelState>(points: &[S]) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// Folds coordinates into half a period on either side of 0.
 fn fold<S: ModelState>(
     mut points: Vec<S>,
     folded: Vec<(usize, f64)>,
     coordinates: &'static [Quantity],
 ) -> Section<S> {
-    let mut taken = Vec::with_capacity(points.len());
+    let mut subtracted = Vec::with_capacity(points.len());
     for point in &mut points {
         let turns = folded.iter().map(|(i, period)| {
             let turns = (point.q()[*i] / period).round() * period;
             point.q_mut()[*i] -= turns;
             turns
         });
-        taken.push(turns.collect());
+        subtracted.push(turns.collect());
     }
-    Section { points, folded, taken, coordinates }
+    Section { points, folded, subtracted, coordinates }
 }
 
 impl<S: ModelState> Section<S> {
@@ -379,14 +401,14 @@ impl<S: ModelState> Section<S> {
     pub fn closest_return(&self, crossings: usize) -> Option<Return<S>> {
         let vectors: Vec<_> = self.points.iter().map(stacked).collect();
         let n = <S::Vector as Vector>::LEN;
-        // By the range of each; of what does not change, 1.
+        // The scale of each coordinate and velocity is its range.
         let size = |i: usize| {
             let range = vectors
                 .iter()
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[i]), high.max(x[i])]);
             let most = range[0].abs().max(range[1].abs());
-            let reach = (range[1] - range[0]).max(1e-6 * most);
-            if reach > 1e-12 { reach } else { 1.0 }
+            let reach = (range[1] - range[0]).max(LEAST_RELATIVE_RANGE * most);
+            if reach > CONSTANT_RANGE { reach } else { 1.0 }
         };
         let sizes: Vec<f64> = (0..2 * n).map(size).collect();
         let miss = |k: usize| {
@@ -400,7 +422,7 @@ impl<S: ModelState> Section<S> {
         let last = self.points.len().checked_sub(crossings).filter(|_| crossings > 0)?;
         let best = (0..last).min_by(|a, b| miss(*a).total_cmp(&miss(*b)))?;
         let turns = self.folded.iter().enumerate().map(|(k, (i, period))| {
-            let whole = self.taken[best + crossings][k] - self.taken[best][k];
+            let whole = self.subtracted[best + crossings][k] - self.subtracted[best][k];
             let off = vectors[best + crossings][*i] - vectors[best][*i];
             (self.coordinates[*i].name, whole + (off / period).round() * period)
         });

@@ -28,13 +28,19 @@ use dynamics_runtime::simulate::Simulate;
 use nalgebra::DVector;
 
 use super::floquet::{self, Floquet};
-use super::{MOST_STEPS, PeriodicError, TOLERANCE, check, check_period, finite, index, positive};
+use super::{
+    DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, PeriodicError, check, check_period, finite, index, positive,
+};
 
-/// What chooses one of a family.
+/// Default limit on Newton iterations.
+const DEFAULT_MAX_ITERATIONS: usize = 60;
+
+/// A condition that chooses one member of a family of closed motions.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Hold {
+    /// The energy function has this value.
     Energy(f64),
-    /// Index and value.
+    /// The coordinate of this index has this value at the start.
     Coordinate(usize, f64),
 }
 
@@ -70,8 +76,8 @@ pub struct PeriodicOrbit<S: ModelState> {
     pub repeats: usize,
     /// Newton iterations made.
     pub iterations: usize,
-    /// The last correction, in parts of the range of each coordinate: how far the start may be off, but
-    /// for the error of integration.
+    /// The last correction, relative to the range of each coordinate: the error of the start, besides that of
+    /// the integration.
     pub correction: f64,
     /// Largest over smallest singular value of the equations: the amplification of residuals in the start.
     pub conditioning: f64,
@@ -113,20 +119,20 @@ impl<'m, M: Simulate> Shooting<'m, M> {
             energy: None,
             coordinate: None,
             turns: Vec::new(),
-            tolerance: TOLERANCE,
-            most_steps: MOST_STEPS,
-            most_iterations: 60,
+            tolerance: DEFAULT_TOLERANCE,
+            most_steps: DEFAULT_MAX_STEPS,
+            most_iterations: DEFAULT_MAX_ITERATIONS,
         }
     }
 
-    /// Cuts the period into so many segments of equal length: for motions that run away within it.
+    /// Divides the period into so many segments of equal length, for motions that diverge within it.
     pub fn segments(mut self, segments: usize) -> Self {
         self.segments = segments;
         self
     }
 
-    /// States near the motion at equal parts of the period, from the start on, each the guess of a segment:
-    /// for motions of which no single shot stays near. Their times are set.
+    /// States near the motion at equal parts of the period, from the start on, one guess for each segment. It
+    /// is for motions of which no single shot stays near. Times are set by this function.
     pub fn through(mut self, states: impl IntoIterator<Item = M::State>) -> Self {
         let time = self.guesses[0].t();
         let states: Vec<M::State> = states.into_iter().collect();
@@ -159,7 +165,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         self
     }
 
-    /// Closes with a coordinate further by this: 2π for an angle that turns once in the period.
+    /// A coordinate advances by this in a period: 2π for an angle that turns once.
     pub fn advance(mut self, coordinate: &str, by: f64) -> Self {
         self.turns.push((coordinate.into(), by));
         self
@@ -183,7 +189,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         self
     }
 
-    /// Searches, and judges what is found.
+    /// Searches the closed motion and computes its multipliers.
     ///
     /// # Errors
     /// If Newton's method does not converge, with the nearest motion; if there is a family of closed motions
@@ -199,6 +205,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
             });
         }
         self.guesses.iter().try_for_each(|guess| check(self.model, guess))?;
+        // The conditions that choose a member of a family, then the search, the multipliers and the repeats.
         let advance = self.advances()?;
         let mut holds = Vec::new();
         if let Some(energy) = self.energy {
@@ -236,9 +243,9 @@ impl<'m, M: Simulate> Shooting<'m, M> {
         })
     }
 
-    /// The multipliers of the motion through the guess as it is, without a search: as
-    /// [`Analyze::floquet`](crate::Analyze::floquet), of a motion that is known and goes on turning, with
-    /// [`Shooting::advance`].
+    /// The multipliers of the motion through the guess as it is, without a search. It is
+    /// [`Analyze::floquet`](crate::Analyze::floquet) with [`Shooting::advance`], for known motions that go on
+    /// turning.
     ///
     /// # Errors
     /// As [`Analyze::floquet`](crate::Analyze::floquet).

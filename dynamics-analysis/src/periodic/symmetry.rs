@@ -21,19 +21,40 @@ use super::corners::slope;
 use super::flow::Flow;
 use super::frame::{Frame, direction};
 
-/// Where accelerations at one time and another are compared: no fractions of any period.
-const LATER: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
+/// Times at which accelerations are compared with those of a state, in periods. They are no simple fractions,
+/// so that equations with a fraction of the period do not look autonomous.
+const COMPARISON_PHASES: [f64; 3] = [0.137_035_9, 0.529_177_2, 0.866_025_4];
+/// States along the motion at which equations are compared. More find rarer differences and take longer.
+const COMPARED_STATES: usize = 12;
+/// Distance from the motion of the states of comparison, relative to 1 plus each coordinate or velocity. It
+/// must be visible beside rounding, and keep the state within the range of the model.
+const OFF_MOTION: f64 = 0.01;
+/// Time before and after a comparison, in periods, at which a difference must exist, too. A jump at the very
+/// time of the comparison, whose side rounding decides, differs at that time only.
+const JUMP_SIDE_DISTANCE: f64 = 1e-6;
+/// Relative difference up to which accelerations are equal, in parts of the largest of their coordinate. Time
+/// is known to rounding only, which limits how equal they can be.
+pub(super) const EQUAL_ACCELERATIONS: f64 = 1e-9;
+/// Least scale of the accelerations of a coordinate, relative to the largest of all, since small ones may be
+/// rounding of large ones. With [`EQUAL_ACCELERATIONS`], differences below 1e-15 of the largest acceleration
+/// do not count.
+pub(super) const LEAST_ACCELERATION_SCALE: f64 = 1e-6;
+/// Least velocity added to a state to see whether forces do work off the motion.
+const LEAST_TRIAL_SPEED: f64 = 1e-3;
+/// Step of differences of conserved quantities and momenta, in parts of the motion, by the formula of order
+/// 6.
+const GRADIENT_STEP: f64 = 0.01;
+/// Relative error with which a known direction may miss M x = x, besides ten times the error of M. It is the
+/// error of directions from differences, with a margin. With a smaller value known multipliers would be
+/// computed, and lose half of their digits.
+const KNOWN_DIRECTION_ERROR: f64 = 1e-7;
+/// Least speed at the start, in parts of the motion, of a motion that is not at rest there. Below it the
+/// direction of the motion is only rounding.
+const LEAST_SPEED: f64 = 1e-9;
 
-/// How far before and after a time it is looked whether what differs there does so beside it, in periods.
-const ASIDE: f64 = 1e-6;
-/// Accelerations that differ by less, in parts of the largest of their coordinate, are the same.
-pub(super) const SAME: f64 = 1e-9;
-/// Accelerations that are smaller, in parts of the largest of all, may be what rounding leaves of these:
-/// below 1e-15 of them nothing is compared.
-pub(super) const ROUNDING: f64 = 1e-6;
-
-/// Whether time leaves the equations alone; otherwise that they repeat after the period. Where coordinates
-/// are further by then, that the equations are the same there: else what closes so does not go on so.
+/// Whether the equations do not depend on time. If they do, it is checked that they repeat after the period.
+/// If coordinates advance in a period, it is checked that the equations are the same there: otherwise the
+/// motion closes once but does not repeat.
 pub(super) fn is_autonomous<M: Constraints>(
     flow: &mut Flow<'_, M>,
     passed: &[M::State],
@@ -41,18 +62,18 @@ pub(super) fn is_autonomous<M: Constraints>(
     advance: &DVector<f64>,
 ) -> Result<bool, PeriodicError> {
     let mut autonomous = true;
-    // Of every equation by itself: a slow coordinate beside a fast one would not be seen in what is large.
+    // Each equation has its own scale. Otherwise a fast coordinate would hide a slow one.
     let (mut changes, mut largest): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    let stride = passed.len().div_ceil(12).max(1);
+    let stride = passed.len().div_ceil(COMPARED_STATES).max(1);
     for state in passed.iter().step_by(stride) {
-        // Beside the motion, so that nothing that vanishes on it hides the time.
+        // Off the motion, because terms with the time may vanish on it.
         let mut beside = *state;
         for (i, u) in beside.u_mut().as_mut_slice().iter_mut().enumerate() {
-            *u += 0.01 * (1.0 + u.abs()) * (1.0 + i as f64).sin();
+            *u += OFF_MOTION * (1.0 + u.abs()) * (1.0 + i as f64).sin();
         }
         if M::ROWS.is_empty() {
             for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
-                *q += 0.01 * (1.0 + q.abs()) * (2.0 + i as f64).cos();
+                *q += OFF_MOTION * (1.0 + q.abs()) * (2.0 + i as f64).cos();
             }
         }
         let at = |flow: &mut Flow<'_, M>, beside: &M::State, t: f64| -> Option<Vec<f64>> {
@@ -63,7 +84,7 @@ pub(super) fn is_autonomous<M: Constraints>(
                 [accelerations.as_slice(), rates.as_slice(), flow.model.residual(&state).as_slice()].concat(),
             )
         };
-        // Where nothing moves beside the motion, on it.
+        // If there are no accelerations off the motion, compare on it.
         let now = match at(flow, &beside, state.t()) {
             Some(now) => now,
             None => {
@@ -72,17 +93,19 @@ pub(super) fn is_autonomous<M: Constraints>(
                 now
             }
         };
-        autonomous &=
-            LATER.iter().all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
+        autonomous &= COMPARISON_PHASES
+            .iter()
+            .all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
+        // One period later, with the advance of the coordinates.
         let mut further = beside;
         further.q_mut().as_mut_slice().iter_mut().zip(advance.iter()).for_each(|(q, by)| *q += by);
         let Some(then) = at(flow, &further, state.t() + period) else { continue };
         let mut differs: Vec<f64> = now.iter().zip(&then).map(|(a, b)| (a - b).abs()).collect();
-        // Where something jumps at this very time rounding decides on which side each of both is: what
-        // differs does so a little before and after, too.
-        for aside in [-ASIDE * period, ASIDE * period] {
+        // If something jumps at this very time, rounding decides the side of each. A real difference exists a
+        // little before and after, too.
+        for shift in [-JUMP_SIDE_DISTANCE * period, JUMP_SIDE_DISTANCE * period] {
             let sides =
-                (at(flow, &beside, state.t() + aside), at(flow, &further, state.t() + period + aside));
+                (at(flow, &beside, state.t() + shift), at(flow, &further, state.t() + period + shift));
             let (Some(a), Some(b)) = sides else { continue };
             differs.iter_mut().zip(a.iter().zip(&b)).for_each(|(by, (a, b))| *by = by.min((a - b).abs()));
         }
@@ -93,14 +116,13 @@ pub(super) fn is_autonomous<M: Constraints>(
             largest[i] = largest[i].max(a.abs()).max(b.abs());
         }
     }
-    // The time itself is known to rounding, and what is small to the rounding of what is large. What
-    // constraints miss has no size of its own.
+    // Scales of the differences. Residuals of constraints have none of their own.
     let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
     let free = M::Vector::LEN;
-    let size = |i: usize| if i < free { largest[i].max(ROUNDING * most) } else { most };
+    let size = |i: usize| if i < free { largest[i].max(LEAST_ACCELERATION_SCALE * most) } else { most };
     let part = |i: usize| if changes[i] > 0.0 { changes[i] / size(i) } else { 0.0 };
     match (0..changes.len()).max_by(|a, b| part(*a).total_cmp(&part(*b))) {
-        Some(worst) if part(worst) > SAME => {
+        Some(worst) if part(worst) > EQUAL_ACCELERATIONS => {
             let coordinate = M::COORDINATES.get(worst).map_or("a constraint", |q| q.name);
             let change = part(worst);
             match M::COORDINATES.iter().zip(advance.iter()).find(|(_, by)| **by != 0.0) {
@@ -149,11 +171,11 @@ impl Conserved {
     pub(super) fn along<M: Powers>(model: &M, passed: &[M::State], autonomous: bool) -> Self {
         let mut quantities = M::CONSERVED.to_vec();
         let listed_energy = quantities.iter().any(|quantity| quantity.kind.is_energy());
-        // Forces that do no work here, and none beside here: with velocities of no particular ratio.
+        // The energy function is conserved if no force does work, also not at velocities off the motion.
         let mut powers = alloc::vec![0.0; M::POWERS.len()];
         let idle = |state: &M::State| {
             let mut beside = *state;
-            let speed = state.u().as_slice().iter().fold(1e-3, |most: f64, u| most.max(u.abs()));
+            let speed = state.u().as_slice().iter().fold(LEAST_TRIAL_SPEED, |most: f64, u| most.max(u.abs()));
             for (i, u) in beside.u_mut().as_mut_slice().iter_mut().enumerate() {
                 *u += speed * (0.7 + 1.3 * i as f64).sin();
             }
@@ -198,10 +220,10 @@ impl Conserved {
 /// A direction, and a step along it over which functions of the model are smooth.
 fn unit_step(along: &DVector<f64>, sizes: &DVector<f64>) -> (DVector<f64>, f64) {
     let largest = along.iter().zip(sizes.iter()).fold(0.0, |most: f64, (x, size)| most.max(x.abs() / size));
-    (along.clone(), 0.01 / largest.max(f64::MIN_POSITIVE))
+    (along.clone(), GRADIENT_STEP / largest.max(f64::MIN_POSITIVE))
 }
 
-/// A state moved along 2N.
+/// A state moved along a direction of q and q̇.
 fn shifted<S: ModelState>(state: &S, along: &DVector<f64>, by: f64) -> S {
     let n = along.len() / 2;
     let mut moved = *state;
@@ -210,7 +232,7 @@ fn shifted<S: ModelState>(state: &S, along: &DVector<f64>, by: f64) -> S {
     moved
 }
 
-/// The directions in which the monodromy matrix has to be 1, and is, to what it is known by.
+/// The directions in which the monodromy matrix has to be 1, and is, within its error.
 pub(super) fn known<M: Constraints + Powers>(
     flow: &mut Flow<'_, M>,
     state: &M::State,
@@ -222,22 +244,23 @@ pub(super) fn known<M: Constraints + Powers>(
     let mut found = Known { right: Vec::new(), left: Vec::new() };
     let n = M::Vector::LEN;
     let scale = |k: usize| sizes[frame.rows()[k]];
-    // Relative to what each is measured by; a motion that closes only so well is no better known.
+    // In the scales of the coordinates. `unsure` contains the error of a motion that does not close exactly.
     let missed = |x: &DVector<f64>, left: bool| {
         let m = if left { monodromy.transpose() } else { monodromy.clone() };
         let off = if left { unsure.transpose() } else { unsure.clone() };
         let weigh = |k: usize| if left { scale(k) } else { 1.0 / scale(k) };
         let miss = &m * x - x;
-        let allowed = 1e-7 * (0..x.len()).map(|k| (x[k] * weigh(k)).abs()).fold(0.0, f64::max);
+        let allowed =
+            KNOWN_DIRECTION_ERROR * (0..x.len()).map(|k| (x[k] * weigh(k)).abs()).fold(0.0, f64::max);
         let by_matrix = &off * x.abs();
         (0..x.len()).all(|k| (miss[k] * weigh(k)).abs() <= allowed + 10.0 * by_matrix[k] * weigh(k))
     };
     let along = direction(flow, state)?;
-    // Here, or a little later where it turns round.
+    // The speed, or at a turning point the acceleration.
     let speed = |k: usize| {
         (along[k] / sizes[n + k]).abs().max((along[n + k] * sizes[k] / sizes[n + k].powi(2)).abs())
     };
-    let moves = (0..n).any(|k| speed(k) > 1e-9);
+    let moves = (0..n).any(|k| speed(k) > LEAST_SPEED);
     if autonomous && moves {
         let along =
             frame.read(&DMatrix::from_column_slice(2 * n, 1, along.as_slice())).column(0).into_owned();
@@ -246,7 +269,7 @@ pub(super) fn known<M: Constraints + Powers>(
         }
     }
     for (k, coordinate) in frame.coordinates.iter().enumerate() {
-        // Exactly: nothing is computed from what nothing depends on.
+        // The comparison is exact: if nothing depends on a coordinate, no rounding enters its column.
         let unit = DVector::from_fn(frame.len(), |i, _| if i == k { 1.0 } else { 0.0 });
         let alone = frame.basis.column(k).iter().filter(|x| **x != 0.0).count() == 1;
         if alone && monodromy.column(k) == unit {
@@ -256,7 +279,7 @@ pub(super) fn known<M: Constraints + Powers>(
     for (gradient, ConservedQuantity { kind, name, .. }) in
         conserved.gradients(flow.model, state, frame, sizes)
     {
-        // At rest energy has no gradient but rounding.
+        // At rest the gradient of the energy is only rounding.
         let is_known = moves || kind == ConservedKind::Momentum;
         if is_known && gradient.amax() > 0.0 && missed(&gradient, true) {
             found.left.push((gradient, Trivial::Conserved { name }));

@@ -55,10 +55,10 @@ impl Banded {
         if row >= self.n || row - column > self.width { 0.0 } else { self.values[self.at(row, column)] }
     }
 
-    /// Adds to element (i, j), and (j, i): what elements of springs and masses are assembled by.
+    /// Adds to element (i, j) and (j, i), as springs and finite elements are assembled.
     ///
     /// # Errors
-    /// A place outside of the band.
+    /// An element outside of the band.
     pub fn add(&mut self, i: usize, j: usize, value: f64) -> Result<(), VibrationError> {
         let (row, column) = (i.max(j), i.min(j));
         if row >= self.n || row - column > self.width {
@@ -69,6 +69,7 @@ impl Banded {
         Ok(())
     }
 
+    /// Index of an element of the lower triangle within `values`.
     fn at(&self, row: usize, column: usize) -> usize {
         row * (self.width + 1) + self.width + column - row
     }
@@ -95,7 +96,7 @@ impl Banded {
         y
     }
 
-    /// A − `shift` B, of the wider band.
+    /// A − `shift` B, with the larger half-bandwidth.
     pub(super) fn minus(&self, shift: f64, b: &Self) -> Self {
         let mut found = Self::zeros(self.n, self.width.max(b.width));
         for i in 0..self.n {
@@ -107,7 +108,7 @@ impl Banded {
         found
     }
 
-    /// L D Lᵀ; `Err` with the row whose pivot is zero or not a number.
+    /// The factors L D Lᵀ, in place; `Err` with the row whose pivot is zero or not finite.
     pub(super) fn factor(mut self) -> Result<BandedLdlt, usize> {
         let w = self.width;
         for i in 0..self.n {
@@ -129,13 +130,13 @@ impl Banded {
     }
 }
 
-/// L D Lᵀ.
+/// The factors L D Lᵀ of a banded matrix: D on the diagonal, L below it.
 pub(super) struct BandedLdlt {
     of: Banded,
 }
 
 impl BandedLdlt {
-    /// How many elements of D are negative: as many eigenvalues are.
+    /// The number of negative elements of D, which is the number of negative eigenvalues.
     pub(super) fn negative(&self) -> usize {
         (0..self.of.n).filter(|i| self.of.get(*i, *i) < 0.0).count()
     }

@@ -14,27 +14,27 @@ use super::lowest::{LowestModes, lowest_modes};
 use super::{Banded, VibrationError};
 use crate::linearize::Linearization;
 
-/// Elements below this part of the root of the product of their diagonal elements are rounding.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Elements a_ij up to this part of √(a_ii a_jj) are rounding of the linearisation and are left out, since
+/// they would widen the band.
+const LEAST_COUPLING: f64 = 4.0 * f64::EPSILON;
 
-/// M and K of many coordinates, in an order of their own.
+/// M and K as banded matrices, with their rows in an order that makes the bands narrow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BandedModel {
     /// M.
     pub mass: Banded,
     /// K.
     pub stiffness: Banded,
-    /// Of each row of the bands, the coordinate that it is: an index in the order in which they were given.
+    /// The coordinate of each row, as an index in the order in which the coordinates were given.
     pub order: Vec<usize>,
 }
 
 impl BandedModel {
-    /// From single elements (i, j, value) of `n` coordinates, each pair of places as [`Banded::add`] takes
-    /// it: once for (i, j) and (j, i) together. Those that come again are added up, as springs and finite
-    /// elements contribute.
+    /// From single elements (i, j, value) of `n` coordinates, given once for (i, j) and (j, i) together.
+    /// Elements with the same indices are added, as springs and finite elements are assembled.
     ///
     /// # Errors
-    /// Places beyond `n`, and values that are not finite.
+    /// Indices beyond `n`, and values that are not finite.
     pub fn from_elements(
         n: usize,
         mass: impl IntoIterator<Item = (usize, usize, f64)>,
@@ -104,7 +104,7 @@ impl Linearization {
         let stiffness = self.stiffness_of_normal_modes()?;
         let n = self.mass.nrows();
         let elements = |of: &nalgebra::DMatrix<f64>| {
-            let least = |i: usize, j: usize| ROUNDING * (of[(i, i)] * of[(j, j)]).abs().sqrt();
+            let least = |i: usize, j: usize| LEAST_COUPLING * (of[(i, i)] * of[(j, j)]).abs().sqrt();
             let below = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j)));
             let kept = below.filter(|(i, j)| i == j || of[(*i, *j)].abs() > least(*i, *j));
             kept.map(|(i, j)| (i, j, of[(i, j)])).collect::<Vec<_>>()
@@ -113,14 +113,14 @@ impl Linearization {
     }
 }
 
-/// The reverse Cuthill–McKee order, or that which is there where its band is no wider.
+/// The reverse Cuthill–McKee order, or the given order if its band is not wider.
 fn order(neighbours: &[Vec<usize>]) -> Vec<usize> {
     let n = neighbours.len();
     let mut taken = alloc::vec![false; n];
     let mut found: Vec<usize> = Vec::with_capacity(n);
     for first in 0..n {
         if !taken[first] {
-            let part = levels(neighbours, rim(neighbours, first)).0;
+            let part = level_structure(neighbours, peripheral_row(neighbours, first)).0;
             part.iter().for_each(|i| taken[*i] = true);
             found.extend(part);
         }
@@ -135,15 +135,16 @@ fn order(neighbours: &[Vec<usize>]) -> Vec<usize> {
     if width(&|i| i) <= width(&|i| row[i]) { (0..n).collect() } else { found }
 }
 
-/// A row at the end of a longest way, nearly: from one end to the other while that is farther.
-fn rim(neighbours: &[Vec<usize>], mut first: usize) -> usize {
-    let (mut all, mut far) = levels(neighbours, first);
+/// A nearly peripheral row: searches go from a row to the last level and from there on, while the number of
+/// levels grows.
+fn peripheral_row(neighbours: &[Vec<usize>], mut first: usize) -> usize {
+    let (mut all, mut far) = level_structure(neighbours, first);
     loop {
         let last = all.len() - far.1;
         let Some(next) = all[last..].iter().copied().min_by_key(|i| neighbours[*i].len()) else {
             return first;
         };
-        let (then, farther) = levels(neighbours, next);
+        let (then, farther) = level_structure(neighbours, next);
         if farther.0 <= far.0 {
             return next;
         }
@@ -151,9 +152,9 @@ fn rim(neighbours: &[Vec<usize>], mut first: usize) -> usize {
     }
 }
 
-/// All that a row leads to, level by level, neighbours with few of their own first; how many levels, and how
-/// many rows the last has.
-fn levels(neighbours: &[Vec<usize>], first: usize) -> (Vec<usize>, (usize, usize)) {
+/// The rows connected with a row, level by level, rows with few neighbours first; then the number of the last
+/// level and its number of rows.
+fn level_structure(neighbours: &[Vec<usize>], first: usize) -> (Vec<usize>, (usize, usize)) {
     let mut level = alloc::vec![usize::MAX; neighbours.len()];
     let mut found = alloc::vec![first];
     level[first] = 0;

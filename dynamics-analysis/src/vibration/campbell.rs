@@ -20,11 +20,29 @@ use nalgebra::Complex;
 use super::VibrationError;
 use crate::linearize::{Linearization, LinearizeError, Mode};
 
-/// Eigenvalues nearer than this to each other, in parts of their size, belong to one plane of motions, whose
-/// whirl is not told apart.
-const EQUAL: f64 = 1e-8;
-/// Speeds nearer than this to each other, in parts of their size, are one.
-const SAME: f64 = 1e-10;
+/// Relative distance up to which eigenvalues count as equal. Equal eigenvalues have a plane of mode shapes,
+/// of which none is distinguished, so their whirl is undetermined.
+const EQUAL_EIGENVALUES: f64 = 1e-8;
+/// Relative distance up to which critical speeds count as one. Rounding splits the crossing of two equal
+/// frequencies by less.
+const EQUAL_SPEEDS: f64 = 1e-10;
+/// A mode belongs to a critical speed if its frequency is this near to the line of the order, relative to it.
+const ON_ORDER_LINE: f64 = 10.0 * EQUAL_SPEEDS;
+/// Largest |whirl| of a mode without direction: motion along a line, up to rounding of the mode shape.
+const NO_WHIRL: f64 = 1e-6;
+/// Relative distance from an onset at which modes are counted on both sides. It must exceed the error of the
+/// bisected onset; modes that change between both sides would confuse the counts.
+const ONSET_SIDE_DISTANCE: f64 = 1e-6;
+/// Distance above an onset at speed 0, in rad/s.
+const LEAST_ONSET_DISTANCE: f64 = 1e-12;
+/// Width of the interval at which bisection ends, in roundings of the speed.
+const BISECTION_ROUNDINGS: f64 = 4.0;
+/// Factor on the first-order bound of an eigenvalue's rounding; as in `control.rs`.
+const EIGENVALUE_ROUNDING_FACTOR: f64 = 64.0;
+/// Conditioning used for modes whose conditioning is infinite: about 1/√ε, as of a defective pair.
+const DEFECTIVE_CONDITIONING: f64 = 1e8;
+/// Least Σ|X|² + |Y|² of a mode that moves in the planes; the largest element of the shape is 1.
+const LEAST_MOTION_IN_PLANES: f64 = 1e-16;
 
 /// A mode at a speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +52,7 @@ pub struct RotorMode {
     /// From −1, a backward circle, to 1, a forward circle. `None` if nothing moves in the planes, or if two
     /// modes with the same eigenvalue leave it undetermined.
     pub whirl: Option<f64>,
-    /// Largest part of the real part that rounding may have caused, in 1/s.
+    /// Bound of the rounding of the real part, in 1/s.
     rounding: f64,
 }
 
@@ -43,8 +61,8 @@ impl RotorMode {
     #[must_use]
     pub fn direction(&self) -> &'static str {
         match self.whirl {
-            Some(whirl) if whirl > 1e-6 => "forward",
-            Some(whirl) if whirl < -1e-6 => "backward",
+            Some(whirl) if whirl > NO_WHIRL => "forward",
+            Some(whirl) if whirl < -NO_WHIRL => "backward",
             _ => "neither way",
         }
     }
@@ -92,17 +110,17 @@ pub struct Campbell {
     pub onsets: Vec<Onset>,
 }
 
-/// What a diagram is made from.
+/// The rotor: its linear equations at a speed, and the planes in which whirl is measured.
 struct CampbellModel<'a, F> {
     planes: &'a [(&'a str, &'a str)],
     at: F,
 }
 
 impl Campbell {
-    /// Over speeds in rad/s (ascending, none negative; they are compared with frequencies, so that
-    /// revolutions per minute have to be turned into them), for orders k (1 is unbalance), from the linear
-    /// equations at each speed; `planes` are pairs of coordinates (x, y) in which whirl is looked at, the
-    /// rotor turning from x to y at positive speeds.
+    /// The diagram over `speeds` in rad/s, ascending and not negative; convert revolutions per minute.
+    /// `orders` are the k of the excitation (1 is unbalance). `planes` are pairs of coordinates (x, y) in
+    /// which whirl is measured; the rotor turns from x to y at positive speeds. `at` returns the linear
+    /// equations at a speed.
     ///
     /// # Errors
     /// Whatever the closure returns; names that are not coordinates; speeds and orders that are not positive
@@ -154,13 +172,13 @@ impl Campbell {
         };
         let mut last = f64::NEG_INFINITY;
         for (speed, modes) in self.changes(study, &above)? {
-            // Modes of one frequency cross together; rounding makes several places of it.
-            if speed - last <= SAME * speed {
+            // Modes of one frequency cross together. Rounding finds several speeds; the first counts.
+            if speed - last <= EQUAL_SPEEDS * speed {
                 continue;
             }
             last = speed;
             let off = |mode: &RotorMode| (mode.eigenvalue.im - order * speed).abs();
-            let there = modes.into_iter().filter(|mode| off(mode) <= 10.0 * SAME * order * speed);
+            let there = modes.into_iter().filter(|mode| off(mode) <= ON_ORDER_LINE * order * speed);
             self.critical.extend(there.map(|mode| CriticalSpeed { speed, order, mode }));
         }
         Ok(())
@@ -172,10 +190,11 @@ impl Campbell {
     {
         let growing = |_: f64, modes: &[RotorMode]| modes.iter().filter(|mode| mode.grows()).count();
         for (speed, modes) in self.changes(study, &growing)? {
-            let next = study.modes(speed * (1.0 + 1e-6) + 1e-12)?;
-            let before = study.modes(speed * (1.0 - 1e-6))?;
+            let next = study.modes(speed * (1.0 + ONSET_SIDE_DISTANCE) + LEAST_ONSET_DISTANCE)?;
+            let before = study.modes(speed * (1.0 - ONSET_SIDE_DISTANCE))?;
             let unstable_above = growing(speed, &next) > growing(speed, &before);
-            // The one that has just begun to grow, not one that only stands on the limit all the time.
+            // The slowest growing mode on the unstable side has just crossed. A mode that stays on the limit
+            // of stability at all speeds does not grow there.
             let side = if unstable_above { &next } else { &before };
             let slowest = side
                 .iter()
@@ -189,7 +208,8 @@ impl Campbell {
         Ok(())
     }
 
-    /// The speeds at which a count changes, with the modes there.
+    /// The speeds at which a count changes, with the modes there, by bisection of all intervals whose ends
+    /// have different counts.
     fn changes<F>(
         &self,
         study: &mut CampbellModel<'_, F>,
@@ -211,7 +231,7 @@ impl Campbell {
             }
             let middle = 0.5 * (low + high);
             let modes = study.modes(middle)?;
-            if middle == low || middle == high || high - low <= 4.0 * f64::EPSILON * high {
+            if middle == low || middle == high || high - low <= BISECTION_ROUNDINGS * f64::EPSILON * high {
                 found.push((middle, modes));
                 continue;
             }
@@ -222,7 +242,8 @@ impl Campbell {
         Ok(found)
     }
 
-    /// Frequencies over speed with the lines of the orders, and below the growth of each mode.
+    /// Two panels over the speed: frequencies with the lines of the orders, and growth rates. The series are
+    /// the directions of whirl.
     #[must_use]
     pub fn chart(&self) -> Chart {
         let of = |direction: &'static str, value: fn(&RotorMode) -> f64| -> Vec<(f64, f64)> {
@@ -272,19 +293,21 @@ impl<F: FnMut(f64) -> Result<Linearization, VibrationError>> CampbellModel<'_, F
         let modes = linear.modes()?;
         let mut found = Vec::new();
         for mode in &modes {
-            let near =
-                |other: &&Mode| (other.eigenvalue - mode.eigenvalue).norm() <= EQUAL * mode.frequency();
+            let near = |other: &&Mode| {
+                (other.eigenvalue - mode.eigenvalue).norm() <= EQUAL_EIGENVALUES * mode.frequency()
+            };
             let alone = modes.iter().filter(near).count() == 1;
             let whirl = whirl(mode, self.planes)?.filter(|_| alone);
-            let conditioning = if mode.conditioning.is_finite() { mode.conditioning } else { 1e8 };
-            let rounding = 64.0 * f64::EPSILON * conditioning * mode.frequency();
+            let conditioning =
+                if mode.conditioning.is_finite() { mode.conditioning } else { DEFECTIVE_CONDITIONING };
+            let rounding = EIGENVALUE_ROUNDING_FACTOR * f64::EPSILON * conditioning * mode.frequency();
             found.push(RotorMode { eigenvalue: mode.eigenvalue, whirl, rounding });
         }
         Ok(found)
     }
 }
 
-/// How a mode turns, all planes together.
+/// Whirl of a mode, summed over all planes: −2 Σ Im(X̄ Y)/Σ(|X|² + |Y|²).
 fn whirl(mode: &Mode, planes: &[(&str, &str)]) -> Result<Option<f64>, VibrationError> {
     let (mut turning, mut size) = (0.0, 0.0);
     let of = |name: &str| {
@@ -298,14 +321,14 @@ fn whirl(mode: &Mode, planes: &[(&str, &str)]) -> Result<Option<f64>, VibrationE
         turning -= 2.0 * (x.conj() * y).im;
         size += x.norm_sqr() + y.norm_sqr();
     }
-    Ok((size > 1e-16 && mode.eigenvalue.im > 0.0).then(|| turning / size))
+    Ok((size > LEAST_MOTION_IN_PLANES && mode.eigenvalue.im > 0.0).then(|| turning / size))
 }
 
 /// A line for each critical speed and each onset.
 impl fmt::Display for Campbell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut lines: Vec<String> = Vec::new();
-        // What grows from the first speed on has no onset among these.
+        // A mode that grows from the first speed on has no onset.
         if let (Some(speed), true) =
             (self.speeds.first(), self.modes.first().is_some_and(|m| m.iter().any(RotorMode::grows)))
         {

@@ -16,10 +16,11 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{StateSpace, VibrationError};
-use crate::linearize::general;
+use crate::linearize::matrix_eigenvalues;
 
-/// Condition number of s − A beyond which its inverse has no three digits left.
-const WORST: f64 = 1e13;
+/// Largest condition number of s − A at which a response is computed: beyond it the inverse has fewer than
+/// three correct digits. Such values are errors, unless modes without a part in the response cause them.
+const MAX_CONDITION_NUMBER: f64 = 1e13;
 
 /// An excitation: an input or a force along a coordinate, by its name (a `&str` converts), or the motion of a
 /// base that enters by several inputs.
@@ -51,10 +52,11 @@ impl From<&str> for Excitation {
     }
 }
 
-/// The states that causes reach and answers see, by the elements of A that are not zero.
-fn between(a: &DMatrix<f64>, b: &[DVector<f64>; 3], c: &DVector<f64>) -> Vec<usize> {
+/// The states that the input influences and that influence the output, by the nonzero elements of A. The
+/// others have no part in the response.
+fn states_between(a: &DMatrix<f64>, b: &[DVector<f64>; 3], c: &DVector<f64>) -> Vec<usize> {
     let n = a.nrows();
-    let spread = |first: &dyn Fn(usize) -> bool, leads: &dyn Fn(usize, usize) -> bool| {
+    let closure = |first: &dyn Fn(usize) -> bool, leads: &dyn Fn(usize, usize) -> bool| {
         let mut found: Vec<bool> = (0..n).map(first).collect();
         let mut open: Vec<usize> = (0..n).filter(|i| found[*i]).collect();
         while let Some(j) = open.pop() {
@@ -67,23 +69,24 @@ fn between(a: &DMatrix<f64>, b: &[DVector<f64>; 3], c: &DVector<f64>) -> Vec<usi
         }
         found
     };
-    let reached = spread(&|i| b.iter().any(|b| b[i] != 0.0), &|j, i| a[(i, j)] != 0.0);
-    let seen = spread(&|i| c[i] != 0.0, &|j, i| a[(j, i)] != 0.0);
-    (0..n).filter(|i| reached[*i] && seen[*i]).collect()
+    let influenced = closure(&|i| b.iter().any(|b| b[i] != 0.0), &|j, i| a[(i, j)] != 0.0);
+    let influencing = closure(&|i| c[i] != 0.0, &|j, i| a[(j, i)] != 0.0);
+    (0..n).filter(|i| influenced[*i] && influencing[*i]).collect()
 }
 
-/// One way from a cause to an answer, balanced: the states that lie between them.
+/// The channel from one input to one output: the states between them, balanced.
 pub(super) struct Channel {
     pub(super) a: DMatrix<f64>,
-    /// By powers of s.
+    /// Coefficients of the polynomial B(s) = b₀ + b₁ s + b₂ s².
     pub(super) b: [DVector<f64>; 3],
     pub(super) c: DVector<f64>,
+    /// Coefficients of D(s).
     pub(super) d: [f64; 3],
-    /// What taking modes out has left of error, in `a`, `b` and `c`.
-    pub(super) off: [f64; 3],
+    /// Bounds of the errors of `a`, `b` and `c` from the removal of modes.
+    pub(super) reduction_errors: [f64; 3],
 }
 
-/// H and what belongs to it at one frequency.
+/// H at one frequency, with its slope and its error bound.
 pub(super) struct TransferValue {
     pub(super) value: Complex<f64>,
     /// dH/dω.
@@ -109,35 +112,35 @@ impl Channel {
             d[k] = space.d[(output, column)];
         }
         let c = space.c.row(output).transpose();
-        let states = between(&space.a, &b, &c);
+        let states = states_between(&space.a, &b, &c);
         let mut a = space.a.select_rows(&states).select_columns(&states);
         let scale = balance_parlett_reinsch(&mut a);
         let b = b.map(|b| b.select_rows(&states).component_div(&scale));
         let c = c.select_rows(&states).component_mul(&scale);
-        Ok(Self { a, b, c, d, off: [0.0; 3] })
+        Ok(Self { a, b, c, d, reduction_errors: [0.0; 3] })
     }
 
-    /// The eigenvalues of what lies between cause and answer, by growing real part.
+    /// The eigenvalues of A of the channel, by growing real part.
     pub(super) fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, VibrationError> {
-        let mut found = general(self.a.clone())?;
+        let mut found = matrix_eigenvalues(self.a.clone())?;
         found.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
         Ok(found)
     }
 
-    /// `None` where iω − A has no inverse with digits; then its condition number.
+    /// H at a frequency. The error is the condition number of iω − A, if its inverse is too inaccurate.
     pub(super) fn at(&self, frequency: f64) -> Result<TransferValue, f64> {
         let n = self.a.nrows();
         let s = Complex::new(0.0, frequency);
         let mut shifted = self.a.map(|x| Complex::new(-x, 0.0));
         (0..n).for_each(|i| shifted[(i, i)] += s);
         let sizes = shifted.map(|x| x.norm());
-        // By elimination: up to four rows `try_inverse` has closed forms, which make a number of what is
-        // singular twice.
+        // By elimination. For up to four rows `try_inverse` of the matrix itself uses closed forms, which
+        // return numbers for a matrix of rank n − 2.
         let inverse = shifted.lu().try_inverse().ok_or(f64::INFINITY)?;
         // ‖ |A⁻¹| |A| ‖ by rows: the sums of the rows of |A| first, so that no matrices are multiplied.
         let row_sums = DVector::from_iterator(n, sizes.row_iter().map(|row| row.sum()));
         let conditioning = (inverse.map(|x| x.norm()) * row_sums).iter().copied().fold(0.0, f64::max);
-        if conditioning.is_nan() || conditioning > WORST {
+        if conditioning.is_nan() || conditioning > MAX_CONDITION_NUMBER {
             return Err(conditioning);
         }
         let polynomial = |of: &dyn Fn(usize) -> Complex<f64>| of(0) + s * (of(1) + s * of(2));
@@ -150,9 +153,9 @@ impl Channel {
         let value = c.dot(&x) + polynomial(&|k| complex(self.d[k]));
         let by_s = left.dot(&b_slope) - left.dot(&x) + derivative(&|k| complex(self.d[k]));
         let rounding = left.map(|x| x.norm()).dot(&(sizes * x.map(|x| x.norm()))) + value.norm();
-        let [of_a, of_b, of_c] = self.off;
-        let taken_out = of_a * left.norm() * x.norm() + of_b * left.norm() + of_c * x.norm();
-        let uncertainty = n.max(1) as f64 * f64::EPSILON * rounding + taken_out;
+        let [of_a, of_b, of_c] = self.reduction_errors;
+        let reduction = of_a * left.norm() * x.norm() + of_b * left.norm() + of_c * x.norm();
+        let uncertainty = n.max(1) as f64 * f64::EPSILON * rounding + reduction;
         Ok(TransferValue { value, slope: Complex::new(0.0, 1.0) * by_s, uncertainty })
     }
 }

@@ -1,8 +1,9 @@
 //! Controllability, observability, and the linear–quadratic regulator.
 //!
-//! A mode with eigenvalue σ is controllable by the inputs if [σ − A, B] has full rank, and observable in the
-//! outputs if [σ − A; C] has (Popov, Belevitch & Hautus). The least singular value is the distance from
-//! losing it. The regulator w = −K x minimises
+//! A mode with eigenvalue σ is controllable by the inputs if [σ − A, B] has full rank, and observable in
+//! the outputs if [σ − A; C] has (the test of Popov, Belevitch & Hautus; T. Kailath, *Linear Systems*,
+//! §6.2). The least singular value is the distance to the nearest matrices without this property. The
+//! regulator w = −K x minimises
 //!
 //! ```text
 //! ∫ (Σ weight·output² + Σ weight·control²) dt        K = R⁻¹BᵀX        AᵀX + X A − X B R⁻¹ Bᵀ X + Q = 0
@@ -20,15 +21,26 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix};
 
 use super::riccati::{Riccati, solve};
-use super::state_space::{Held, Signal, find};
+use super::state_space::{ReferenceValue, Signal, find};
 use super::{StateSpace, VibrationError};
-use crate::linearize::{drop_rounding, eigenvector, general};
+use crate::linearize::{drop_rounding, eigenvector, matrix_eigenvalues};
 
-/// Least singular value, in parts of the largest and after scaling, below which a mode counts as not reached:
-/// what rounding leaves of nothing.
-const NOT_REACHED: f64 = 1e-10;
-/// Residual of the Riccati equation that is accepted.
-const SOLVED: f64 = 1e-9;
+/// Least singular value of the scaled test matrix, relative to the largest, up to which a mode counts as
+/// uncontrollable or unobservable. Rounding leaves less than this of a singular value 0. A larger value would
+/// call modes uncontrollable that are only weakly controllable.
+const RANK_TOLERANCE_OF_PBH_TEST: f64 = 1e-10;
+/// Largest residual of the Riccati equation, relative to its terms, with which a regulator is returned.
+const MAX_RICCATI_RESIDUAL: f64 = 1e-9;
+/// Factor on the first-order bound of an eigenvalue's rounding: the QR iteration rounds several times per
+/// element.
+const EIGENVALUE_ROUNDING_FACTOR: f64 = 64.0;
+/// Largest rounding of an eigenvalue relative to the largest eigenvalue: seven times √ε, for defective
+/// pairs.
+const MAX_EIGENVALUE_ROUNDING: f64 = 1e-7;
+/// Most states that are named for a mode.
+const NAMED_STATES: usize = 3;
+/// Least motion of a named state relative to the state that moves most.
+const LEAST_NAMED_PART: f64 = 0.05;
 
 /// Controllability or observability of a mode.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,10 +56,10 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Whether the distance is more than rounding.
+    /// Whether the mode is controllable, or observable: its distance is more than rounding.
     #[must_use]
     pub fn is_reached(&self) -> bool {
-        self.distance > NOT_REACHED
+        self.distance > RANK_TOLERANCE_OF_PBH_TEST
     }
 }
 
@@ -72,7 +84,7 @@ impl StateSpace {
     /// A name that is not known; an iteration that does not settle.
     pub fn controllability(&self, inputs: &[&str]) -> Result<Vec<Reach>, VibrationError> {
         let columns = inputs.iter().map(|name| self.input(name)).collect::<Result<Vec<_>, _>>()?;
-        reach((&self.a, &self.states), &self.a, &self.b.select_columns(&columns))
+        pbh_test((&self.a, &self.states), &self.a, &self.b.select_columns(&columns))
     }
 
     /// The observability of each mode in these outputs.
@@ -81,25 +93,27 @@ impl StateSpace {
     /// A name that is not known; an iteration that does not settle.
     pub fn observability(&self, outputs: &[&str]) -> Result<Vec<Reach>, VibrationError> {
         let rows = outputs.iter().map(|name| self.output(name)).collect::<Result<Vec<_>, _>>()?;
-        reach((&self.a, &self.states), &self.a.transpose(), &self.c.select_rows(&rows).transpose())
+        pbh_test((&self.a, &self.states), &self.a.transpose(), &self.c.select_rows(&rows).transpose())
     }
 
-    /// Opens the design of a regulator; weights follow, [`LqrDesign::solve`] finds it.
+    /// Begins the design of a regulator. Weights follow; [`LqrDesign::solve`] computes it.
     #[must_use]
     pub fn lqr(&self) -> LqrDesign<'_> {
         LqrDesign { space: self, weights: Vec::new() }
     }
 }
 
-/// Of each mode of A, whether the columns of `b` reach it; `a` is A, or Aᵀ for what sees it.
-fn reach(
+/// The test of Popov, Belevitch and Hautus for each mode: [σ − `a`, `b`] with A and B for controllability,
+/// Aᵀ and Cᵀ for observability. `own` is A itself, whose eigenvectors name the states.
+fn pbh_test(
     (own, states): (&DMatrix<f64>, &[Signal]),
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
 ) -> Result<Vec<Reach>, VibrationError> {
     let mut balanced = a.clone();
     let scale = balance_parlett_reinsch(&mut balanced);
-    // Rows are made of one length later, which would make much of what rounding left of nothing.
+    // Drop rounding first, because rows are scaled to equal lengths later, which would enlarge rows of
+    // rounding.
     drop_rounding(&mut balanced);
     let mut b = b.clone();
     let least = b.nrows() as f64 * f64::EPSILON;
@@ -112,7 +126,8 @@ fn reach(
         }
     }
     let mut found = Vec::new();
-    for (k, eigenvalue) in general(a.clone())?.into_iter().enumerate().filter(|(_, x)| x.im >= 0.0) {
+    for (k, eigenvalue) in matrix_eigenvalues(a.clone())?.into_iter().enumerate().filter(|(_, x)| x.im >= 0.0)
+    {
         let right = eigenvector(own, eigenvalue, k)?;
         let sizes: Vec<f64> = right.iter().map(|x| x.norm()).collect();
         found.push(Reach {
@@ -127,8 +142,8 @@ fn reach(
     Ok(found)
 }
 
-/// The least singular value of [σ − A, B] in parts of the largest, each row as long as every other: what is
-/// stiff hides nothing.
+/// The least singular value of [σ − A, B] relative to the largest. All rows are scaled to length 1, so
+/// that stiff rows do not hide soft ones.
 fn distance(a: &DMatrix<f64>, b: &DMatrix<f64>, eigenvalue: Complex<f64>) -> f64 {
     let n = a.nrows();
     let mut joined = DMatrix::from_fn(n, n + b.ncols(), |i, j| {
@@ -146,12 +161,17 @@ fn distance(a: &DMatrix<f64>, b: &DMatrix<f64>, eigenvalue: Complex<f64>) -> f64
     if values.max() > 0.0 { values.min() / values.max() } else { 0.0 }
 }
 
-/// The names of the states that move most, three at most.
+/// The names of the states that move most.
 fn largest(sizes: &[f64], states: &[Signal]) -> Vec<String> {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by(|i, j| sizes[*j].total_cmp(&sizes[*i]));
     let most = order.first().map_or(0.0, |i| sizes[*i]);
-    order.into_iter().take(3).filter(|i| sizes[*i] > 0.05 * most).map(|i| states[i].name.clone()).collect()
+    order
+        .into_iter()
+        .take(NAMED_STATES)
+        .filter(|i| sizes[*i] > LEAST_NAMED_PART * most)
+        .map(|i| states[i].name.clone())
+        .collect()
 }
 
 /// The design of a regulator: the weights.
@@ -178,33 +198,37 @@ impl LqrDesign<'_> {
     /// stability that have no weight, and a Riccati equation that is not solved to 1e-9.
     pub fn solve(self) -> Result<Lqr, VibrationError> {
         let space = self.space;
-        // Of a model every state must have constant coefficients.
+        // The feedback needs all states of a model, so each must have constant coefficients.
         space
-            .places
+            .reference
             .iter()
             .zip(&space.states)
             .try_for_each(|(_, state)| space.output(&state.name).map(|_| ()))?;
-        let (controls, r, outputs) = self.sorted()?;
+        // R is diagonal, Q = Σ weight · cᵀc of the weighted outputs.
+        let (controls, r, outputs) = self.controls_and_outputs()?;
         let b = space.b.select_columns(&controls);
         let q = outputs.iter().fold(DMatrix::zeros(space.a.nrows(), space.a.nrows()), |q, (row, weight)| {
             let c = space.c.row(*row);
             q + c.transpose() * c * *weight
         });
-        let kept = counting(&space.a, &q);
+        // Leave out states that nothing depends on and that have no weight.
+        let kept = states_in_cost(&space.a, &q);
         let part = |m: &DMatrix<f64>| m.select_rows(&kept).select_columns(&kept);
         let (a, b, q) = (part(&space.a), b.select_rows(&kept), part(&q));
         let of: Vec<Signal> = kept.iter().map(|j| space.states[*j].clone()).collect();
-        check((&a, &of), &b, &q)?;
+        check_solvable((&a, &of), &b, &q)?;
+        // G = B R⁻¹Bᵀ, K = R⁻¹Bᵀ X, then the eigenvalues of A − B K.
         let scaled = DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| b[(i, j)] / r[j]);
         let Riccati { x, residual, refinements } = solve(&a, &(&b * scaled.transpose()), &q)?;
         let gain = scaled.tr_mul(&x);
-        let mut closed_loop = general(&a - &b * &gain)?;
+        let mut closed_loop = matrix_eigenvalues(&a - &b * &gain)?;
         closed_loop.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
         let grows = closed_loop.last().is_none_or(|last| last.re >= 0.0);
-        if grows || residual.is_nan() || residual > SOLVED {
+        if grows || residual.is_nan() || residual > MAX_RICCATI_RESIDUAL {
             let what = "the regulator's Riccati equation";
             return Err(VibrationError::NoConvergence { what, iterations: refinements, residual });
         }
+        // Gain and X in all states, 0 for those that were left out.
         let (n, at) = (space.states.len(), |j: usize| kept.iter().position(|k| *k == j));
         let left_out = (0..n).filter(|j| at(*j).is_none()).map(|j| space.states[j].clone()).collect();
         Ok(Lqr {
@@ -217,17 +241,18 @@ impl LqrDesign<'_> {
             controls: controls.iter().map(|k| space.inputs[*k].clone()).collect(),
             states: space.states.clone(),
             indices: controls,
-            places: space.places.clone(),
+            reference: space.reference.clone(),
             input_values: space.input_values.clone(),
         })
     }
 
-    /// Controls with their weights, and rows of C with theirs.
+    /// Columns of B of the controls with their weights, and rows of C of the weighted outputs with theirs.
     #[allow(clippy::type_complexity)]
-    fn sorted(&self) -> Result<(Vec<usize>, Vec<f64>, Vec<(usize, f64)>), VibrationError> {
+    fn controls_and_outputs(&self) -> Result<(Vec<usize>, Vec<f64>, Vec<(usize, f64)>), VibrationError> {
         let space = self.space;
-        // Of a model its own inputs, which a simulation can have.
-        let own = if space.places.is_empty() { space.inputs.len() } else { space.input_values.len() };
+        // Controls of a model are its own inputs. Generalized forces are not, because a simulation has no
+        // such input.
+        let own = if space.reference.is_empty() { space.inputs.len() } else { space.input_values.len() };
         let (mut controls, mut r, mut outputs) = (Vec::new(), Vec::new(), Vec::new());
         for (name, weight) in &self.weights {
             let value = |must_be| VibrationError::Value { what: "a weight", value: *weight, must_be };
@@ -273,44 +298,48 @@ impl LqrDesign<'_> {
     }
 }
 
-/// The states that count. What no state depends on and nothing weighs, as the angle of a wheel whose speed
-/// alone is held, goes where it goes; a rate that is no longer missed then still counts, or a cart would be
-/// sent off for ever to hold its pole.
-fn counting(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Vec<usize> {
+/// The states with a part in the cost: those with a weight, and those on which a state depends. For example,
+/// the angle of a wheel whose speed is held has none. States are removed only once: if a rate has no part
+/// after the removal of its coordinate, it is kept. Otherwise a cart could move away for ever to hold its
+/// pole.
+fn states_in_cost(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Vec<usize> {
     (0..a.nrows()).filter(|j| a.column(*j).amax() > 0.0 || q.column(*j).amax() > 0.0).collect()
 }
 
-/// Refuses what has no stabilising solution.
-fn check(
+/// Refuses problems without a stabilising solution: a growing mode that is uncontrollable, or a mode on the
+/// imaginary axis without a weight.
+fn check_solvable(
     (a, states): (&DMatrix<f64>, &[Signal]),
     b: &DMatrix<f64>,
     q: &DMatrix<f64>,
 ) -> Result<(), VibrationError> {
-    for Reach { eigenvalue, distance, states } in reach((a, states), a, b)? {
-        if distance <= NOT_REACHED && eigenvalue.re >= -rounding(a, eigenvalue)? {
+    for Reach { eigenvalue, distance, states } in pbh_test((a, states), a, b)? {
+        if distance <= RANK_TOLERANCE_OF_PBH_TEST && eigenvalue.re >= -eigenvalue_rounding(a, eigenvalue)? {
             return Err(VibrationError::Unstabilisable { eigenvalue, states, distance });
         }
     }
-    for Reach { eigenvalue, distance, states } in reach((a, states), &a.transpose(), q)? {
-        if distance <= NOT_REACHED && eigenvalue.re.abs() <= rounding(a, eigenvalue)? {
+    for Reach { eigenvalue, distance, states } in pbh_test((a, states), &a.transpose(), q)? {
+        if distance <= RANK_TOLERANCE_OF_PBH_TEST
+            && eigenvalue.re.abs() <= eigenvalue_rounding(a, eigenvalue)?
+        {
             return Err(VibrationError::Undetectable { eigenvalue, states, distance });
         }
     }
     Ok(())
 }
 
-/// How far rounding may have moved an eigenvalue: ε |y|ᵀ|A||x|/|yᴴx|, x and y its vectors to the right and to
-/// the left, at most the root of ε, as of a defective pair. Its own measure, not that of the stiffest: what
-/// dies away slowly beside it does die away.
-fn rounding(a: &DMatrix<f64>, eigenvalue: Complex<f64>) -> Result<f64, VibrationError> {
+/// Bound of the rounding of an eigenvalue, ε |y|ᵀ|A||x|/|yᴴx| with its right and left vectors x and y,
+/// and at most that of a defective pair. It is not relative to the largest eigenvalue, so that a slowly
+/// decaying mode beside a stiff one counts as decaying.
+fn eigenvalue_rounding(a: &DMatrix<f64>, eigenvalue: Complex<f64>) -> Result<f64, VibrationError> {
     let mut a = a.clone();
     balance_parlett_reinsch(&mut a);
-    let size = general(a.clone())?.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    let size = matrix_eigenvalues(a.clone())?.iter().map(|x| x.norm()).fold(0.0, f64::max);
     let (right, left) = (eigenvector(&a, eigenvalue, 0)?, eigenvector(&a.transpose(), eigenvalue.conj(), 0)?);
     let [of_right, of_left] = [&right, &left].map(|x| x.map(|x| x.norm()));
     let conditioning = of_left.dot(&(a.abs() * of_right)) / left.dotc(&right).norm();
-    // Not a number, or infinite, where the vectors are orthogonal: defective.
-    Ok((64.0 * f64::EPSILON * conditioning).min(1e-7 * size))
+    // NaN or infinite if the vectors are orthogonal (a defective pair); `min` then returns the other bound.
+    Ok((EIGENVALUE_ROUNDING_FACTOR * f64::EPSILON * conditioning).min(MAX_EIGENVALUE_ROUNDING * size))
 }
 
 /// A linear–quadratic regulator: controls = those of the reference − gain · deviations of the states.
@@ -334,7 +363,7 @@ pub struct Lqr {
     /// The states, in the order of its columns.
     pub states: Vec<Signal>,
     indices: Vec<usize>,
-    places: Vec<Held>,
+    reference: Vec<ReferenceValue>,
     input_values: Vec<f64>,
 }
 
@@ -354,13 +383,13 @@ impl Lqr {
     pub fn inputs_at<S: ModelState>(&self, state: &S) -> S::Inputs {
         let mut inputs = S::Inputs::zeros();
         let values = inputs.as_mut_slice();
-        if values.len() != self.input_values.len() || self.places.len() != self.states.len() {
+        if values.len() != self.input_values.len() || self.reference.len() != self.states.len() {
             values.fill(f64::NAN);
             return inputs;
         }
         values.copy_from_slice(&self.input_values);
-        for (column, held) in self.places.iter().enumerate() {
-            let deviation = held.deviation(state);
+        for (column, reference) in self.reference.iter().enumerate() {
+            let deviation = reference.deviation(state);
             for (row, k) in self.indices.iter().enumerate() {
                 values[*k] -= self.gain[(row, column)] * deviation;
             }

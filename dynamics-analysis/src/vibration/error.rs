@@ -1,4 +1,4 @@
-//! Why a question about vibrations has no answer.
+//! The errors of vibration analysis and control.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -8,21 +8,21 @@ use nalgebra::Complex;
 
 use crate::LinearizeError;
 
-/// Why an output has no linear equation.
+/// Why an output or an input has no linear equation with constant coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Withheld {
-    /// It depends on reactions that are not unique, as constraints repeat each other.
+pub enum SignalUnavailable {
+    /// It depends on reactions that are not unique, because constraints repeat each other.
     NotUnique,
-    /// It has a corner at the state of reference: each side has a derivative of its own.
+    /// It has a corner at the reference state, so that its derivatives differ on both sides.
     Corner,
     /// Its derivative is not finite there.
     NotFinite,
-    /// Its coefficients change along the steady reference motion, as for a point on a turning body seen from
-    /// the side.
+    /// Its coefficients change along the steady reference motion. An example is the height of a point on a
+    /// turning body.
     Varies,
 }
 
-/// Why a question about vibrations has no answer.
+/// Why a vibration analysis or a control design has no result.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VibrationError {
@@ -40,11 +40,11 @@ pub enum VibrationError {
     /// A name is not known.
     #[error(fmt = unknown_name)]
     UnknownName {
-        /// What it should be the name of.
+        /// The kind of signal that was sought.
         what: &'static str,
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
-        /// A known one that is similar.
+        /// A similar known name.
         nearest: Option<String>,
     },
     /// An output, or an input, has no linear equation with constant coefficients.
@@ -53,7 +53,7 @@ pub enum VibrationError {
         /// Its name.
         name: String,
         /// Why.
-        why: Withheld,
+        why: SignalUnavailable,
     },
     /// The derivatives of the outputs are too large to be generated, or take fourth derivatives of a curve.
     #[error(
@@ -64,11 +64,11 @@ pub enum VibrationError {
     /// A value is not in its permitted range.
     #[error("{what} is {value:e}; it must be {must_be}")]
     Value {
-        /// What it is.
+        /// The name of the value.
         what: &'static str,
-        /// What was given.
+        /// The value that was given.
         value: f64,
-        /// What it must be.
+        /// The permitted range.
         must_be: &'static str,
     },
     /// The response to a steady sine is infinite within rounding: the frequency is that of an undamped mode
@@ -80,14 +80,14 @@ pub enum VibrationError {
         EigenvalueText(*.eigenvalue)
     )]
     Resonance {
-        /// What was asked for, in rad/s.
+        /// The frequency of the response, in rad/s.
         frequency: f64,
         /// The nearest eigenvalue, in 1/s.
         eigenvalue: Complex<f64>,
         /// The condition number of iω − A there.
         conditioning: f64,
     },
-    /// The response to a constant load is unbounded within rounding: a rigid-body mode is pushed.
+    /// The response to a constant load is infinite within rounding: the load excites a rigid-body mode.
     #[error(
         "at 0 rad/s the response is infinite, or not to be told: something is free to move, or held too \
          weakly (condition number {conditioning:.1e}); ask above 0 rad/s, or hold it"
@@ -96,7 +96,7 @@ pub enum VibrationError {
         /// The condition number of A.
         conditioning: f64,
     },
-    /// A mode does not decay, so that there is no steady response, no norm, and no optimum.
+    /// A mode does not decay, so there is no steady response and no norm.
     #[error(
         "there is no steady response: a mode with the eigenvalue {} does not die away; give it damping, or \
          control it first",
@@ -118,10 +118,10 @@ pub enum VibrationError {
         eigenvalue: Complex<f64>,
         /// The states that move most in it.
         states: Vec<String>,
-        /// The least singular value of [σ − A, B], in parts of the largest.
+        /// The least singular value of the scaled [σ − A, B], relative to the largest.
         distance: f64,
     },
-    /// A mode that does not decay has no weight, so that no optimum brings it to rest.
+    /// A mode on the imaginary axis has no weight, so no optimum brings it to rest.
     #[error(
         "the mode with the eigenvalue {}, which does not die away, has no weight ({}; distance \
          {distance:.1e}); give one to what moves in it",
@@ -133,11 +133,10 @@ pub enum VibrationError {
         eigenvalue: Complex<f64>,
         /// The states that move most in it.
         states: Vec<String>,
-        /// The least singular value of [σ − A; C], in parts of the largest.
+        /// The least singular value of the scaled [σ − A; C], relative to the largest.
         distance: f64,
     },
-    /// An output that is to be weighted, or asked for its response to an impulse, contains the input
-    /// directly.
+    /// The output contains the input directly (D ≠ 0), so it can have no weight and no impulse response.
     #[error(
         "`{output}` contains `{input}` directly, so that a weight would couple both, and an impulse stand in \
          it; choose coordinates or rates"
@@ -148,29 +147,29 @@ pub enum VibrationError {
         /// The input.
         input: String,
     },
-    /// Nothing was given a weight.
+    /// No control, or no state and output, has a weight.
     #[error("no weight was given to any of the {of}; name one by `.weight(name, value)`")]
     NoWeight {
         /// Of which kind: `controls` or `states and outputs`.
         of: &'static str,
     },
-    /// An iteration did not settle.
+    /// An iteration did not converge.
     #[error(
         "{what} did not settle in {iterations} iterations, {residual:.1e} is left; scale the parameters to \
          similar sizes"
     )]
     NoConvergence {
-        /// What was sought.
+        /// The result that was sought.
         what: &'static str,
         /// Iterations made.
         iterations: usize,
-        /// What was left, in parts of the whole.
+        /// The last relative residual or change.
         residual: f64,
     },
     /// Damping, gyroscopic or circulatory terms, or rolling, leave no modes of mass and stiffness alone.
     #[error("there are no normal modes: {why}; `modes()` are those of the whole linear model")]
     NoNormalModes {
-        /// What there is.
+        /// The reason.
         why: &'static str,
     },
     /// A matrix that must be positive definite is not.
@@ -197,12 +196,12 @@ pub enum VibrationError {
          tell it from a lower one; sample more often"
     )]
     BeyondNyquist {
-        /// What was asked for, in rad/s.
+        /// The frequency that was asked for, in rad/s.
         frequency: f64,
         /// Half the sampling rate, in rad/s.
         nyquist: f64,
     },
-    /// A mode without oscillation has no film.
+    /// A mode without oscillation has no period to animate.
     #[error(
         "the mode with the eigenvalue {} does not swing, so that it has no period to be shown; simulate it",
         EigenvalueText(*.eigenvalue)
@@ -220,22 +219,22 @@ fn unknown_name(what: &str, name: &str, nearest: &Option<String>, f: &mut fmt::F
     }
 }
 
-fn no_row(name: &str, why: &Withheld, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+fn no_row(name: &str, why: &SignalUnavailable, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     match why {
-        Withheld::NotUnique => write!(
+        SignalUnavailable::NotUnique => write!(
             f,
             "`{name}` depends on reactions that are not unique, as constraints repeat each other; leave \
              rows out that only repeat others"
         ),
-        Withheld::Corner => write!(
+        SignalUnavailable::Corner => write!(
             f,
             "`{name}` has a corner at this very state, so that each side has a derivative of its own; \
              ask for what it is made of, or move the state to one side"
         ),
-        Withheld::NotFinite => {
+        SignalUnavailable::NotFinite => {
             write!(f, "the derivative of `{name}` is not finite at this state; ask for what it is made of")
         }
-        Withheld::Varies => write!(
+        SignalUnavailable::Varies => write!(
             f,
             "the coefficients of `{name}` change along the steady motion, as of what is seen, or pushed, \
              in a direction that turns, so that it has no constant linear equation; ask for what turns \
@@ -264,7 +263,7 @@ fn too_few(what: &str, count: &usize, needed: &usize, f: &mut fmt::Formatter<'_>
     write!(f, "too few {what}: {count}; at least {needed} {are} needed")
 }
 
-/// An eigenvalue, a pair as one.
+/// An eigenvalue; a conjugate pair as `re ± im i`.
 struct EigenvalueText(Complex<f64>);
 
 impl fmt::Display for EigenvalueText {
@@ -274,7 +273,7 @@ impl fmt::Display for EigenvalueText {
     }
 }
 
-/// Names, one after the other.
+/// Names in backticks, separated by commas.
 struct List<'a>(&'a [String]);
 
 impl fmt::Display for List<'_> {

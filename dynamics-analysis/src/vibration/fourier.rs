@@ -17,7 +17,8 @@ use nalgebra::Complex;
 
 use super::VibrationError;
 
-/// How samples fade in and out, so that frequencies between bins do not leak over all others.
+/// The window, which lets samples fade in and out so that frequencies between bins do not leak into all
+/// others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Window {
     /// Rectangular, no fading: for samples of whole periods.
@@ -39,9 +40,9 @@ impl Window {
         }
     }
 
-    /// Bins from 0 on in which a mean shows: the main lobe. In those beyond it a sum of cosines has none of
-    /// it, exactly.
-    fn lobe(self) -> usize {
+    /// Number of bins from 0 on in which the mean of the samples appears: half of the main lobe. Beyond it a
+    /// sum of cosines is exactly 0.
+    fn main_lobe_bins(self) -> usize {
         self.cosines().len()
     }
 
@@ -107,6 +108,7 @@ impl Spectrum {
                 must_be: "a finite number",
             });
         }
+        // The transform of the windowed samples.
         let weights = window.values(n);
         let sum: f64 = weights.iter().sum();
         let mut values: Vec<Complex<f64>> =
@@ -114,7 +116,7 @@ impl Spectrum {
         transform(&mut values);
         let resolution = TAU / (n as f64 * interval);
         let bins = n / 2 + 1;
-        // What has no twin at the negative frequency counts once.
+        // All bins but the first and the last have a conjugate at the negative frequency.
         let sides = |k: usize| if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
         Ok(Self {
             frequencies: (0..bins).map(|k| k as f64 * resolution).collect(),
@@ -154,7 +156,7 @@ impl Spectrum {
     #[must_use]
     pub fn highest(&self, count: usize) -> Vec<(f64, f64)> {
         let a = &self.amplitudes;
-        let first = self.window.lobe();
+        let first = self.window.main_lobe_bins();
         let before = |k: usize| if k == first { self.without_mean(k - 1) } else { a[k - 1] };
         let is_peak = |k: &usize| a[*k] > before(*k) && (k + 1 == a.len() || a[*k] >= a[k + 1]);
         let mut peaks: Vec<usize> = (first..a.len()).filter(is_peak).collect();
@@ -162,23 +164,24 @@ impl Spectrum {
         peaks.into_iter().take(count).map(|k| (self.frequencies[k], a[k])).collect()
     }
 
-    /// What a bin of the lobe shows without the mean. What is slow has a share in the arithmetic mean unless
-    /// whole periods of it were sampled, and what is within the lobe in the windowed one: the larger of what
-    /// these leave, so that the flank of something slow is not taken for a peak.
+    /// The amplitude of a bin of the main lobe without the mean. Two estimates of the mean are subtracted:
+    /// the arithmetic one, which contains a part of slow components unless whole periods were sampled, and
+    /// the windowed one, which contains components within the lobe. The larger rest counts, so that the flank
+    /// of a slow component is not taken for a peak.
     fn without_mean(&self, bin: usize) -> f64 {
         let cosines = self.window.cosines();
         let sign = if bin.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let share = sign * cosines[bin] / cosines[0];
+        let window_factor = sign * cosines[bin] / cosines[0];
         let of = |k: usize| Complex::from_polar(self.amplitudes[k], self.phases[k]);
-        [self.mean, of(0).re].iter().map(|mean| (of(bin) - share * mean).norm()).fold(0.0, f64::max)
+        [self.mean, of(0).re].iter().map(|mean| (of(bin) - window_factor * mean).norm()).fold(0.0, f64::max)
     }
 
     /// Amplitudes over frequency, both by their logarithms, from the first bin on in which no mean shows (see
-    /// [`Self::highest`]), beside a curve that is known otherwise (an empty one is left out).
+    /// [`Self::highest`]), with a known curve for comparison (left out if it is empty).
     #[must_use]
     pub fn chart(&self, title: &str, known: impl IntoIterator<Item = (f64, f64)>) -> Chart {
         let points = self.frequencies.iter().copied().zip(self.amplitudes.iter().copied());
-        let points = points.skip(self.window.lobe());
+        let points = points.skip(self.window.main_lobe_bins());
         let panel = Panel::new(Axis::log("ω in rad/s"), Axis::log("amplitude"))
             .series(Series::new("samples", points));
         let known: Vec<(f64, f64)> = known.into_iter().collect();
@@ -187,7 +190,7 @@ impl Spectrum {
     }
 }
 
-/// The transform in place, of any length.
+/// The transform in place, of any length: by powers of two, or as a convolution of such.
 fn transform(x: &mut [Complex<f64>]) {
     let n = x.len();
     if n.is_power_of_two() {
@@ -210,7 +213,7 @@ fn transform(x: &mut [Complex<f64>]) {
     }
     by_powers_of_two(&mut a);
     by_powers_of_two(&mut b);
-    // Back by the conjugate of the transform of the conjugate.
+    // The inverse transform is the conjugate of the transform of the conjugate.
     a.iter_mut().zip(&b).for_each(|(x, y)| *x = (*x * y).conj());
     by_powers_of_two(&mut a);
     for (k, x) in x.iter_mut().enumerate() {
@@ -218,6 +221,7 @@ fn transform(x: &mut [Complex<f64>]) {
     }
 }
 
+/// The transform in place of 2^k samples: bit reversal, then butterflies.
 fn by_powers_of_two(x: &mut [Complex<f64>]) {
     let n = x.len();
     let bits = n.trailing_zeros();
@@ -227,7 +231,7 @@ fn by_powers_of_two(x: &mut [Complex<f64>]) {
             x.swap(i, j);
         }
     }
-    // Each factor by its own sine: products of factors would gather errors.
+    // Each factor has its own sine and cosine. Products of factors would accumulate rounding.
     let factors: Vec<Complex<f64>> =
         (0..n / 2).map(|k| Complex::from_polar(1.0, -TAU * k as f64 / n as f64)).collect();
     let mut half = 1;

@@ -1,8 +1,7 @@
-//! The response to a steady sine.
+//! The response to a steady sine, H(iω) = C (iω − A)⁻¹ B + D (`channel.rs`).
 //!
-//! At the frequency of an undamped mode `Channel::at` has no digits. Such modes are removed if they are
-//! uncontrollable or unobservable (`unreached.rs`). If they are both controllable and observable, the result
-//! is an error.
+//! At the frequency of an undamped mode iω − A is singular. The mode is removed if it is uncontrollable or
+//! unobservable (`uncontrollable_modes.rs`). Otherwise the result is an error.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -25,9 +24,9 @@ pub fn frequencies(from: f64, to: f64, count: usize) -> Vec<f64> {
 /// A response over frequencies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrequencyResponse {
-    /// What shakes.
+    /// The excitation.
     pub input: Signal,
-    /// What answers.
+    /// The output.
     pub output: Signal,
     /// ω, in rad/s.
     pub frequencies: Vec<f64>,
@@ -40,26 +39,30 @@ pub struct FrequencyResponse {
     pub peaks: Vec<(f64, Complex<f64>)>,
 }
 
-/// Where a peak is looked at, from the damped frequency of its mode in parts of its half width −Re λ: evenly
-/// by the phase, then away from it.
-const BESIDE_PEAK: [f64; 8] = [0.0, 0.2, 0.42, 0.73, 1.0, 1.4, 2.4, 5.0];
+/// Samples on each side of a peak: distances from the damped frequency of its mode, relative to its half
+/// width −Re σ. About even in the phase up to the half width, then wider.
+const PEAK_SAMPLES: [f64; 8] = [0.0, 0.2, 0.42, 0.73, 1.0, 1.4, 2.4, 5.0];
 
-/// A peak is drawn where fewer than this many frequencies fall into its half width on each side.
-const RESOLVED: f64 = 4.0;
+/// A peak gets samples of its own if fewer than this many requested frequencies fall into its half width.
+const SAMPLES_PER_RESOLVED_HALF_WIDTH: f64 = 4.0;
 
-/// A mode with less damping than this part of its frequency has none that could be told from rounding, and a
-/// peak without a height.
-const UNDAMPED: f64 = 1e-9;
+/// Least damping ratio of a mode with a peak of finite height. Smaller ones may be rounding.
+const LEAST_DAMPING_RATIO: f64 = 1e-9;
 
-/// The flanks of such a peak are drawn up to where this part of the distance between two frequencies is left.
-const FLANKS: f64 = 1.0 / 32.0;
+/// Distance of the nearest samples from an undamped peak, relative to the spacing of the requested
+/// frequencies. It sets the height up to which the flanks are drawn.
+const UNDAMPED_PEAK_GAP: f64 = 1.0 / 32.0;
+/// Distance of the first flank samples of a damped peak, in half widths; the next ones are twice as far each.
+const FIRST_FLANK_SAMPLE: f64 = 10.0;
+/// Flank samples end at this distance, in spacings of the requested frequencies.
+const LAST_FLANK_SAMPLE: f64 = 2.0;
 
 impl FrequencyResponse {
-    /// Values over frequencies, those at the peaks among them.
+    /// All values over frequencies, including those at the peaks.
     pub(super) fn drawn(&self) -> (Vec<f64>, Vec<Complex<f64>>) {
         let asked = self.frequencies.iter().copied().zip(self.values.iter().copied());
-        // The chart goes the way that the frequencies go; where they go to and fro nothing can be put between
-        // them.
+        // The curve follows the order of the frequencies. If they are not ascending, peaks have no place in
+        // it.
         let mut all: Vec<(f64, Complex<f64>)> = asked.collect();
         if self.frequencies.is_sorted() {
             all.extend(self.peaks.iter().copied());
@@ -68,21 +71,21 @@ impl FrequencyResponse {
         all.into_iter().unzip()
     }
 
-    /// |H|: the amplitude of the answer by that of the cause; where both have one unit, the transmissibility.
+    /// |H|, the amplitude of the output divided by that of the input: the transmissibility if both have one unit.
     #[must_use]
     pub fn magnitude(&self) -> Vec<f64> {
         self.values.iter().map(|value| value.norm()).collect()
     }
 
-    /// The phase of the answer in rad, negative where it lags; from frequency to frequency on the shorter
-    /// way, so that it passes −π without a jump.
+    /// The phase of the output in rad, negative if it lags. From frequency to frequency it takes the shorter
+    /// way, so it passes −π without a jump.
     #[must_use]
     pub fn phase(&self) -> Vec<f64> {
         phases(&self.values)
     }
 }
 
-/// The phases of values, each on the shorter way from the one before.
+/// The phases of values, unwrapped: each differs from the one before by at most π.
 pub(super) fn phases(values: &[Complex<f64>]) -> Vec<f64> {
     let mut phases: Vec<f64> = Vec::with_capacity(values.len());
     for value in values {
@@ -117,7 +120,7 @@ impl StateSpace {
             uncertainty.push(found.uncertainty);
         }
         Ok(FrequencyResponse {
-            input: self.cause(&input)?,
+            input: self.excitation_signal(&input)?,
             output: self.outputs[row].clone(),
             frequencies: frequencies.to_vec(),
             values,
@@ -126,17 +129,18 @@ impl StateSpace {
         })
     }
 
-    /// Values at and beside the resonances that these frequencies miss.
+    /// Values at and near the resonances that are narrower than the spacing of these frequencies.
     fn peaks(
         &self,
         channel: &Channel,
         frequencies: &[f64],
     ) -> Result<Vec<(f64, Complex<f64>)>, VibrationError> {
-        // Between fewer there is no curve, and where they go to and fro no place for further ones.
+        // Only an ascending sequence has gaps in which peaks can lie.
         if frequencies.len() < 2 || !frequencies.is_sorted() {
             return Ok(Vec::new());
         }
         let (from, to) = (frequencies[0], frequencies[frequencies.len() - 1]);
+        // Frequencies near each lightly damped mode within the range.
         let mut at: Vec<f64> = Vec::new();
         for pole in channel.eigenvalues()? {
             let (omega, width) = (pole.im, pole.re.abs());
@@ -145,16 +149,16 @@ impl StateSpace {
             }
             let next = frequencies.partition_point(|frequency| *frequency < omega);
             let apart = frequencies[next] - frequencies[next - 1];
-            if apart * RESOLVED < width {
+            if apart * SAMPLES_PER_RESOLVED_HALF_WIDTH < width {
                 continue;
             }
-            let damped = width > UNDAMPED * omega;
+            let damped = width > LEAST_DAMPING_RATIO * omega;
             if damped {
-                at.extend(BESIDE_PEAK.iter().flat_map(|part| [omega - part * width, omega + part * width]));
+                at.extend(PEAK_SAMPLES.iter().flat_map(|part| [omega - part * width, omega + part * width]));
             }
-            // From the flanks of the peak out to the frequencies beside it, each time twice as far.
-            let mut far = if damped { 10.0 * width } else { FLANKS * apart };
-            while far < 2.0 * apart {
+            // From the flanks of the peak out to the requested frequencies, with doubled distances.
+            let mut far = if damped { FIRST_FLANK_SAMPLE * width } else { UNDAMPED_PEAK_GAP * apart };
+            while far < LAST_FLANK_SAMPLE * apart {
                 at.extend([omega - far, omega + far]);
                 far *= 2.0;
             }
@@ -162,19 +166,20 @@ impl StateSpace {
         at.retain(|frequency| (from..=to).contains(frequency));
         at.sort_by(f64::total_cmp);
         at.dedup();
-        // A value without digits is left out of the chart. A request for that frequency returns the error.
+        // The chart leaves out inaccurate values. A request for that frequency returns the error.
         let value =
             |frequency: f64| self.response_at(channel, frequency).ok().map(|found| (frequency, found.value));
         Ok(at.into_iter().filter_map(value).collect())
     }
 
-    /// The signal that an excitation is.
-    pub(super) fn cause(&self, input: &Excitation) -> Result<Signal, VibrationError> {
+    /// The first input of an excitation, which gives it its name and unit.
+    pub(super) fn excitation_signal(&self, input: &Excitation) -> Result<Signal, VibrationError> {
         let name = input.terms.iter().flatten().next().map_or("", String::as_str);
         Ok(self.inputs[self.input(name)?].clone())
     }
 
-    /// The response at one frequency, a failure with the mode that is its cause.
+    /// The response at one frequency, with the modes removed that have no part in it if necessary. The error
+    /// names the mode.
     pub(super) fn response_at(
         &self,
         channel: &Channel,
@@ -189,12 +194,12 @@ impl StateSpace {
         match found.or_else(|worst| channel.without(at).and_then(|rest| rest.at(frequency).ok()).ok_or(worst))
         {
             Ok(found) => Ok(found),
-            // What is free has the eigenvalue 0, or what rounding leaves of it, which is no mode to be named.
+            // At 0 a rigid-body mode is the cause; its eigenvalue is 0 or rounding, and is not named.
             Err(conditioning) if frequency == 0.0 => Err(VibrationError::Free { conditioning }),
             Err(conditioning) => {
-                let beside = |x: &Complex<f64>| (x - at).norm();
+                let distance = |x: &Complex<f64>| (x - at).norm();
                 let found = channel.eigenvalues()?;
-                let nearest = found.into_iter().min_by(|x, y| beside(x).total_cmp(&beside(y)));
+                let nearest = found.into_iter().min_by(|x, y| distance(x).total_cmp(&distance(y)));
                 let eigenvalue = nearest.unwrap_or_default();
                 Err(VibrationError::Resonance { frequency, eigenvalue, conditioning })
             }

@@ -7,8 +7,8 @@
 //! Φ_qᵀ δλ = M δq̈ + r_u δq̇ + r_q δq − Q_w δw        δy = y_q δq + y_u δq̇ + y_a δq̈ + y_λ δλ + y_w δw
 //! ```
 //!
-//! all derivatives from the graph. Where rows repeat each other δλ is not unique; an output is there if it
-//! depends on the unique part alone.
+//! All derivatives are generated from the model's equations. If rows repeat each other, δλ is not unique.
+//! An output then has a linear equation if it depends on the unique part of δλ only.
 
 use alloc::vec::Vec;
 
@@ -16,8 +16,26 @@ use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::model::{Constraints, ModelState, Outputs, Vector};
 use nalgebra::{DMatrix, DVector};
 
-use super::{VibrationError, Withheld};
+use super::{SignalUnavailable, VibrationError};
 use crate::linearize::{Linearization, ModelDerivatives, Tangent, scales};
+
+/// Singular values of Φ_qᵀ, rows scaled to length 1, up to this part of the largest count as zero: those
+/// of rows that repeat others. Larger values would make nearly dependent rows repeat each other.
+const RANK_TOLERANCE_OF_REACTIONS: f64 = 1e-10;
+/// Part of an output's derivative by λ, in the directions in which λ is not unique, up to which the output
+/// counts as unique. It lies above the accuracy of the pseudo-inverse at the rank tolerance.
+const MAX_NONUNIQUE_PART: f64 = 1e-9;
+/// Distance of the two sides at which derivatives of outputs are compared for corners, relative to the scale
+/// of each argument. It is small against the distance of neighbouring corners, and large against rounding.
+const CORNER_DISTANCE: f64 = 1e-9;
+/// The comparison is repeated at this fraction of the distance. The difference over a corner stays, that of
+/// smooth functions shrinks with the distance.
+const CORNER_DISTANCE_REDUCTION: f64 = 16.0;
+/// Least relative difference of derivatives at a corner; smaller differences are rounding. A larger value
+/// would linearise over weak corners.
+const LEAST_CORNER: f64 = 1e-7;
+/// Part of the difference that must be left at the reduced distance: a smooth function leaves a sixteenth.
+const LEAST_REMAINING_PART: f64 = 0.5;
 
 /// ẋ = A x + B w, y = C x + D w at an instant.
 pub(super) struct StateSpaceMatrices {
@@ -27,7 +45,7 @@ pub(super) struct StateSpaceMatrices {
     pub(super) d: DMatrix<f64>,
 }
 
-/// Deviations as linear functions of x and w.
+/// Deviations as linear functions of states and inputs: x δx + w δw.
 struct LinearDeviation {
     x: DMatrix<f64>,
     w: DMatrix<f64>,
@@ -40,7 +58,7 @@ pub(super) fn equations<M: Constraints + Outputs>(
     read: &ModelDerivatives,
     tangent: &Tangent,
     linear: &Linearization,
-) -> Result<(StateSpaceMatrices, Vec<(usize, Withheld)>), VibrationError> {
+) -> Result<(StateSpaceMatrices, Vec<(usize, SignalUnavailable)>), VibrationError> {
     let a = linear.state_matrix()?;
     // Unit generalized forces along coordinates join the inputs.
     let n = M::Vector::LEN;
@@ -48,7 +66,7 @@ pub(super) fn equations<M: Constraints + Outputs>(
     let b = by_forces(linear, tangent, &forces)?;
     let [q, u, accelerations] = motions(read, tangent, linear, &a, &b);
     let reactions = reactions(read, [&q, &u, &accelerations], &forces);
-    let (declared, withheld) = declared(model, state, read, [&q, &u, &accelerations], &reactions)?;
+    let (declared, unavailable) = declared(model, state, read, [&q, &u, &accelerations], &reactions)?;
     let stacked = |of: fn(&LinearDeviation) -> &DMatrix<f64>| {
         let rows = [&declared, &q, &u, &accelerations].map(of);
         DMatrix::from_fn(rows.iter().map(|m| m.nrows()).sum(), rows[1].ncols(), |i, j| {
@@ -61,10 +79,10 @@ pub(super) fn equations<M: Constraints + Outputs>(
         })
     };
     let (c, d) = (stacked(|by| &by.x), stacked(|by| &by.w));
-    Ok((StateSpaceMatrices { a, b, c, d }, withheld))
+    Ok((StateSpaceMatrices { a, b, c, d }, unavailable))
 }
 
-/// B for generalized forces on all coordinates: mass⁻¹Eᵀ of them.
+/// B for generalized forces on all coordinates, a column each: mass⁻¹Eᵀ `forces`.
 fn by_forces(
     linear: &Linearization,
     tangent: &Tangent,
@@ -98,8 +116,8 @@ fn motions(
     ]
 }
 
-/// δλ of the rows that hold, where they are unique; and what λ is measured by, with the part of it that is
-/// not unique.
+/// δλ of the active rows, its unique part; the diagonal matrix of the row scales; and the projector on the
+/// directions in which λ is not unique.
 fn reactions(
     read: &ModelDerivatives,
     [q, u, accelerations]: [&LinearDeviation; 3],
@@ -113,7 +131,7 @@ fn reactions(
             [DMatrix::zeros(0, 0), DMatrix::zeros(0, 0)],
         );
     }
-    // Rows of one length: their units decide nothing about which of them repeat others.
+    // Rows are scaled to length 1, so that their units have no influence on the rank.
     let length = |i: usize| match read.jacobian.row(i).norm() {
         0.0 => 1.0,
         length => 1.0 / length,
@@ -124,14 +142,14 @@ fn reactions(
     let [r_q, r_u] = &read.force_by;
     let x = &units * &inverse * (&read.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
     let w = &units * &inverse * (&read.mass * &accelerations.w - forces);
-    let open = &units * (DMatrix::identity(rows, rows) - inverse * columns);
-    (LinearDeviation { x, w }, [units, open])
+    let nonunique = &units * (DMatrix::identity(rows, rows) - inverse * columns);
+    (LinearDeviation { x, w }, [units, nonunique])
 }
 
-/// By singular values; those below 1e-10 of the largest count as zero.
+/// The pseudo-inverse by singular values.
 fn pseudo_inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
     let svd = m.clone().svd(true, true);
-    let least = 1e-10 * svd.singular_values.amax();
+    let least = RANK_TOLERANCE_OF_REACTIONS * svd.singular_values.amax();
     svd.pseudo_inverse(least).unwrap_or_else(|_| DMatrix::from_element(m.ncols(), m.nrows(), f64::NAN))
 }
 
@@ -140,26 +158,26 @@ pub(super) fn corners<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
     read: &ModelDerivatives,
-) -> Vec<(usize, Withheld)> {
+) -> Vec<(usize, SignalUnavailable)> {
     let corners = Arguments::<M>::of(state, read).corners(model).into_iter().enumerate();
-    corners.filter(|(_, is_corner)| *is_corner).map(|(i, _)| (i, Withheld::Corner)).collect()
+    corners.filter(|(_, is_corner)| *is_corner).map(|(i, _)| (i, SignalUnavailable::Corner)).collect()
 }
 
-/// Rows of the declared outputs, and which of them have none.
+/// Rows of the declared outputs, and those that have none.
 #[allow(clippy::type_complexity)]
 fn declared<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
     read: &ModelDerivatives,
     [q, u, accelerations]: [&LinearDeviation; 3],
-    (lambda, [units, open]): &(LinearDeviation, [DMatrix<f64>; 2]),
-) -> Result<(LinearDeviation, Vec<(usize, Withheld)>), VibrationError> {
+    (lambda, [units, nonunique]): &(LinearDeviation, [DMatrix<f64>; 2]),
+) -> Result<(LinearDeviation, Vec<(usize, SignalUnavailable)>), VibrationError> {
     let (y, n) = (M::OUTPUTS.len(), M::Vector::LEN);
     let at = Arguments::<M>::of(state, read);
     let by = at.derivatives(model).ok_or(VibrationError::NoOutputDerivatives)?;
     let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
     let by_lambda = by[3].select_columns(&active);
-    let (beside, whole) = (&by_lambda * open, &by_lambda * units);
+    let (nonunique, whole) = (&by_lambda * nonunique, &by_lambda * units);
     let direct = join(&by[4], &DMatrix::zeros(y, n));
     let found = LinearDeviation {
         x: &by[0] * &q.x + &by[1] * &u.x + &by[2] * &accelerations.x + &by_lambda * &lambda.x,
@@ -168,15 +186,17 @@ fn declared<M: Constraints + Outputs>(
     let why = |i: usize| {
         let all = found.x.row(i).iter().chain(found.w.row(i).iter()).all(|x| x.is_finite());
         match () {
-            () if beside.row(i).norm() > 1e-9 * whole.row(i).norm() => Some(Withheld::NotUnique),
-            () => (!all).then_some(Withheld::NotFinite),
+            () if nonunique.row(i).norm() > MAX_NONUNIQUE_PART * whole.row(i).norm() => {
+                Some(SignalUnavailable::NotUnique)
+            }
+            () => (!all).then_some(SignalUnavailable::NotFinite),
         }
     };
-    let withheld = (0..y).filter_map(|i| Some((i, why(i)?))).collect();
-    Ok((found, withheld))
+    let unavailable = (0..y).filter_map(|i| Some((i, why(i)?))).collect();
+    Ok((found, unavailable))
 }
 
-/// What outputs are functions of.
+/// The arguments of the output functions.
 struct Arguments<M: Constraints> {
     state: M::State,
     accelerations: M::Vector,
@@ -207,12 +227,12 @@ impl<M: Constraints + Outputs> Arguments<M> {
         }))
     }
 
-    /// Of each output, whether its derivatives jump here: those on both sides differ as much for a step as
-    /// for a sixteenth of it. A step changes everything that an output is a function of, by different parts,
-    /// so that it crosses whatever corner there is.
+    /// Whether the derivatives of each output jump here: then those on both sides differ nearly as much at a
+    /// sixteenth of the distance. A step changes all arguments by different parts, so that it crosses any
+    /// corner.
     fn corners(&self, model: &M) -> Vec<bool> {
         let difference = |step: f64| {
-            let sides = [step, -step].map(|step| self.beside(step).derivatives(model));
+            let sides = [step, -step].map(|step| self.moved(step).derivatives(model));
             let [Some(above), Some(below)] = sides else { return Vec::new() };
             let change =
                 |i: usize| (0..5).map(|k| (above[k].row(i) - below[k].row(i)).abs().sum()).sum::<f64>();
@@ -221,13 +241,16 @@ impl<M: Constraints + Outputs> Arguments<M> {
             };
             (0..M::OUTPUTS.len()).map(|i| (change(i), size(i))).collect::<Vec<_>>()
         };
-        let (far, near) = (difference(1e-9), difference(1e-9 / 16.0));
-        let jumps =
-            |((far, _), (near, size)): (&(f64, f64), &(f64, f64))| *near > 1e-7 * size && *near > 0.5 * far;
+        let (far, near) =
+            (difference(CORNER_DISTANCE), difference(CORNER_DISTANCE / CORNER_DISTANCE_REDUCTION));
+        let jumps = |((far, _), (near, size)): (&(f64, f64), &(f64, f64))| {
+            *near > LEAST_CORNER * size && *near > LEAST_REMAINING_PART * far
+        };
         far.iter().zip(&near).map(jumps).collect()
     }
 
-    fn beside(&self, step: f64) -> Self {
+    /// All arguments moved by about `step` times their scale.
+    fn moved(&self, step: f64) -> Self {
         let mut moved = Self { ..*self };
         let mut k = 0.0;
         let mut shift = |values: &mut [f64], scales: &[f64]| {

@@ -19,12 +19,23 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::VibrationError;
 use super::state_space::{Signal, StateSpace};
-use crate::linearize::{Linearization, undamped, with_potential};
+use crate::linearize::{Linearization, potential_stiffness, undamped_modes};
 
-/// Squares of frequencies nearer than this, in parts of their size, are one.
-const EQUAL: f64 = 1e-10;
-/// Coupling by damping, in parts of the modes' own, below which there is none.
-const UNCOUPLED: f64 = 1e-9;
+/// Relative difference of ω² up to which frequencies count as equal, so that their modes are rotated to
+/// uncouple damping. A larger value rotates modes that are distinct, which leaves Kφ = ω²Mφ with an error
+/// of its size.
+const EQUAL_SQUARED_FREQUENCIES: f64 = 1e-10;
+/// Least ω² as a scale of these differences, relative to the largest ω²: below it rounding of the stiff
+/// modes counts.
+const LEAST_SQUARED_FREQUENCY: f64 = 1e-6;
+/// Largest coupling |c_ij|/√(c_ii c_jj) of modes that have damping ratios of their own; rounding lies far
+/// below.
+const MAX_MODAL_COUPLING: f64 = 1e-9;
+/// Gyroscopic terms up to this part of the damping matrix are rounding. Larger ones would make the modes
+/// complex.
+const MAX_GYROSCOPIC_PART: f64 = 1e-14;
+/// Elements of the modal damping matrix up to this many roundings of its largest element are no coupling.
+const COUPLING_ROUNDINGS: f64 = 16.0;
 
 const WITHOUT_SYMMETRY: &str = "rolling, or forces that have no potential, leave the stiffness without \
     symmetry";
@@ -34,7 +45,7 @@ const WITHOUT_SYMMETRY: &str = "rolling, or forces that have no potential, leave
 pub struct NormalModes {
     /// ω, in rad/s; exactly 0 for rigid-body modes.
     pub frequencies: Vec<f64>,
-    /// Φ: what the independent coordinates do, C×C, a column for each mode, normalised so that ΦᵀM Φ = 1; the
+    /// Φ in the independent coordinates, C×C, a column for each mode, normalised so that ΦᵀM Φ = 1. The
     /// largest element of a column is positive.
     pub shapes: DMatrix<f64>,
     /// The shapes in all coordinates, N×C, dependent ones included.
@@ -50,15 +61,15 @@ pub struct NormalModes {
 }
 
 impl Linearization {
-    /// K, where mass and stiffness have modes by themselves.
+    /// K, if there are normal modes.
     pub(super) fn stiffness_of_normal_modes(&self) -> Result<DMatrix<f64>, VibrationError> {
         if let Some(reason) = &self.unsteady {
             return Err(reason.clone().into());
         }
-        if self.gyroscopic().amax() > 1e-14 * self.damping.amax() {
+        if self.gyroscopic().amax() > MAX_GYROSCOPIC_PART * self.damping.amax() {
             return Err(VibrationError::NoNormalModes { why: "gyroscopic terms couple velocities" });
         }
-        with_potential(self).ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })
+        potential_stiffness(self).ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })
     }
 
     /// The modes of mass and stiffness alone, normalised by mass.
@@ -72,12 +83,12 @@ impl Linearization {
         let mut bare = self.clone();
         bare.damping.fill(0.0);
         let (squares, mut shapes) =
-            undamped(&bare)?.ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })?;
+            undamped_modes(&bare)?.ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })?;
         if squares.iter().any(|square| *square < 0.0) {
             let why = "the position is unstable, and falls along a mode rather than swings";
             return Err(VibrationError::NoNormalModes { why });
         }
-        turn_equal(&squares, &mut shapes, &dissipative);
+        uncouple_equal_modes(&squares, &mut shapes, &dissipative);
         for mut shape in shapes.column_iter_mut() {
             if shape[shape.iamax()] < 0.0 {
                 shape.neg_mut();
@@ -95,7 +106,8 @@ impl Linearization {
     }
 }
 
-/// ΦᵀC Φ; what rounding leaves of nothing is 0, as of dampers between bodies that move together.
+/// ΦᵀC Φ. Elements that are only rounding are 0, for example those of a damper between bodies that move
+/// together.
 fn modal(damping: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
     let sizes = shapes.abs().tr_mul(&(damping.abs() * shapes.abs()));
     let least = 4.0 * shapes.nrows() as f64 * f64::EPSILON;
@@ -104,16 +116,18 @@ fn modal(damping: &DMatrix<f64>, shapes: &DMatrix<f64>) -> DMatrix<f64> {
         .zip_map(&sizes, |x, size| if x.abs() <= least * size { 0.0 } else { x })
 }
 
-/// Turns the vectors of each frequency so that damping does not couple them.
-fn turn_equal(squares: &DVector<f64>, shapes: &mut DMatrix<f64>, damping: &DMatrix<f64>) {
+/// Rotates the modes of each repeated frequency so that damping does not couple them.
+fn uncouple_equal_modes(squares: &DVector<f64>, shapes: &mut DMatrix<f64>, damping: &DMatrix<f64>) {
     let n = squares.len();
     let mut first = 0;
     while first < n {
         let size = squares[n - 1].abs();
-        // What is free has exactly 0, and nothing that swings, however slowly, is like it.
+        // Rigid-body modes have exactly 0. A slow oscillation is never equal to them.
         let same = |k: &usize| match squares[first] {
             0.0 => squares[*k] == 0.0,
-            square => squares[*k] - square <= EQUAL * square.max(1e-6 * size),
+            square => {
+                squares[*k] - square <= EQUAL_SQUARED_FREQUENCIES * square.max(LEAST_SQUARED_FREQUENCY * size)
+            }
         };
         let count = (first..n).take_while(same).count();
         if count > 1 {
@@ -139,32 +153,35 @@ impl NormalModes {
         self.frequencies.iter().filter(|frequency| **frequency == 0.0).count()
     }
 
-    /// The mass of each mode where its largest coordinate moves by 1: 1/φ²; kg, or kg m² where that is an
+    /// The mass of each mode if its largest coordinate moves by 1: 1/φ², in kg, or in kg m² if that is an
     /// angle.
     #[must_use]
     pub fn modal_masses(&self) -> Vec<f64> {
         self.all.column_iter().map(|shape| shape.amax().powi(-2)).collect()
     }
 
-    /// How much damping couples modes: the largest |c_ij| in parts of √(c_ii c_jj); 0 for proportional
-    /// damping.
+    /// The coupling of modes by damping: the largest |c_ij|/√(c_ii c_jj), 0 for proportional damping.
     #[must_use]
     pub fn coupling(&self) -> f64 {
         let (c, n) = (&self.damping, self.frequencies.len());
         let of = |i: usize, j: usize| {
             let size = (c[(i, i)] * c[(j, j)]).abs().sqrt();
             let whole = f64::EPSILON * c.amax();
-            if c[(i, j)].abs() <= 16.0 * whole { 0.0 } else { c[(i, j)].abs() / size.max(whole) }
+            if c[(i, j)].abs() <= COUPLING_ROUNDINGS * whole {
+                0.0
+            } else {
+                c[(i, j)].abs() / size.max(whole)
+            }
         };
         (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| of(i, j)).fold(0.0, f64::max)
     }
 
-    /// ζ of each mode; infinite for damping of what is free to move, 0 without any.
+    /// ζ of each mode; infinite for a damped rigid-body mode, 0 without damping.
     ///
     /// # Errors
     /// Damping that couples the modes, so that no mode has a ratio of its own.
     pub fn damping_ratios(&self) -> Result<Vec<f64>, VibrationError> {
-        if self.coupling() > UNCOUPLED {
+        if self.coupling() > MAX_MODAL_COUPLING {
             return Err(VibrationError::NoNormalModes {
                 why: "damping couples the modes, so that none has a damping ratio of its own",
             });
@@ -176,7 +193,7 @@ impl NormalModes {
         Ok(self.frequencies.iter().enumerate().map(ratio).collect())
     }
 
-    /// r of the independent coordinates.
+    /// r, in the independent coordinates.
     fn direction(&self, direction: &[(&str, f64)]) -> Result<DVector<f64>, VibrationError> {
         let mut r = DVector::zeros(self.coordinates.len());
         for (k, (name, value)) in direction.iter().enumerate() {
@@ -198,9 +215,9 @@ impl NormalModes {
         Ok(r)
     }
 
-    /// Γ: how much each mode takes part where the base accelerates along a direction, given as what the
-    /// independent coordinates do where the whole system moves with its base by 1; those that are not named
-    /// do nothing.
+    /// Γ, the participation of each mode if the base accelerates along a direction r. Give r as the
+    /// displacements of the independent coordinates if the whole system moves with its base by 1; coordinates
+    /// that are not named have 0.
     ///
     /// # Errors
     /// Names that are not independent coordinates, or come twice, and values that are not finite.
@@ -208,8 +225,8 @@ impl NormalModes {
         Ok(self.shapes.tr_mul(&(&self.mass * self.direction(direction)?)).as_slice().to_vec())
     }
 
-    /// Γ²: the mass that each mode moves; their sum is that of the whole system along the direction, so that
-    /// it says how many modes suffice.
+    /// Γ², the effective mass of each mode. Their sum is the mass of the whole system along the direction,
+    /// so partial sums say how many modes suffice.
     ///
     /// # Errors
     /// Names that are not independent coordinates, or come twice, and values that are not finite.

@@ -15,23 +15,36 @@ use nalgebra::{Complex, DMatrix};
 
 use super::VibrationError;
 
-/// Most iterations for the sign of a matrix; it takes about ten.
-const MOST_SIGN_ITERATIONS: usize = 100;
-/// Most Newton steps.
-const REFINEMENTS: usize = 12;
+/// Most iterations for the sign of the Hamiltonian matrix; it takes about ten.
+const MAX_SIGN_ITERATIONS: usize = 100;
+/// Relative change of an iterate above which it is scaled. Scaling speeds the iteration up far from the sign,
+/// and disturbs its quadratic convergence close to it.
+const LEAST_CHANGE_TO_SCALE: f64 = 1e-2;
+/// Relative change at which the sign has converged.
+const CONVERGED_SIGN_CHANGE: f64 = 1e-13;
+/// Relative change from which on an iteration that no longer halves it has reached rounding.
+const STALLED_SIGN_CHANGE: f64 = 1e-6;
+/// Largest last change of a sign that is accepted. Newton's method on the equation removes the rest of the
+/// error; a larger value would give it a start from which it may go to another solution.
+const MAX_SIGN_CHANGE: f64 = 1e-3;
+/// Most Newton steps on the equation. They end by themselves where the residual no longer falls.
+const MAX_NEWTON_STEPS: usize = 12;
+/// Most iterations per row for the Schur form of the Lyapunov equation; only a limit.
+const MAX_QR_ITERATIONS_PER_ROW: usize = 300;
 
-/// A solution.
+/// A solution X.
 #[derive(Clone, Debug)]
 pub(super) struct Riccati {
     pub(super) x: DMatrix<f64>,
-    /// ‖AᵀX + X A − X G X + Q‖ in parts of the sum of its terms.
+    /// ‖AᵀX + X A − X G X + Q‖ relative to the sum of the norms of its terms.
     pub(super) residual: f64,
-    /// Newton steps.
+    /// Number of Newton steps.
     pub(super) refinements: usize,
 }
 
+/// Solves the equation. The callers exclude eigenvalues of H on the imaginary axis.
 pub(super) fn solve(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<Riccati, VibrationError> {
-    // States in units that balance A, X in one that balances G and Q.
+    // Scale the states so that A is balanced, and X so that G and Q have equal norms.
     let mut balanced = a.clone();
     let units = DMatrix::from_diagonal(&balance_parlett_reinsch(&mut balanced));
     let back = units.map(|x| if x == 0.0 { 0.0 } else { 1.0 / x });
@@ -41,7 +54,7 @@ pub(super) fn solve(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Res
     let (g, q) = (g * size, q / size);
     let mut x = by_sign(&balanced, &g, &q)?;
     let mut found = (residual(&balanced, &g, &q, &x), 0);
-    for _ in 0..REFINEMENTS {
+    for _ in 0..MAX_NEWTON_STEPS {
         let closed = &balanced - &g * &x;
         let Some(change) = lyapunov(&closed, &found.0.0) else { break };
         let next = &x + change;
@@ -56,7 +69,7 @@ pub(super) fn solve(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Res
     Ok(Riccati { x: &back * (x * size) * &back, residual: found.0.1, refinements: found.1 })
 }
 
-/// The residual, and its size in parts of the terms.
+/// The residual, and its norm relative to the terms.
 fn residual(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>, x: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     let (linear, square) = (a.tr_mul(x), x * g * x);
     let left = &linear + linear.transpose() - &square + q;
@@ -73,33 +86,34 @@ fn by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatr
         iterations,
         residual,
     };
+    // H, then Newton's iteration for its sign.
     let mut z = DMatrix::zeros(2 * n, 2 * n);
     z.view_mut((0, 0), (n, n)).copy_from(a);
     z.view_mut((0, n), (n, n)).copy_from(&-g);
     z.view_mut((n, 0), (n, n)).copy_from(&-q);
     z.view_mut((n, n), (n, n)).copy_from(&-a.transpose());
     let mut change = f64::INFINITY;
-    for k in 0..MOST_SIGN_ITERATIONS {
+    for k in 0..MAX_SIGN_ITERATIONS {
         let factors = z.clone().lu();
         // |det|^{1/2n} without overflow.
         let logarithm: f64 = (0..2 * n).map(|i| factors.lu_internal()[(i, i)].abs().ln()).sum();
         let inverse = factors.try_inverse().ok_or_else(|| failed(k, change))?;
-        // Scaling helps as long as it is far away, and hinders at the end.
-        let c = if change > 1e-2 { (-logarithm / (2 * n) as f64).exp() } else { 1.0 };
+        let c = if change > LEAST_CHANGE_TO_SCALE { (-logarithm / (2 * n) as f64).exp() } else { 1.0 };
         let next = (&z * c + inverse / c) * 0.5;
         let now = (&next - &z).norm() / next.norm();
         if !now.is_finite() {
             return Err(failed(k, now));
         }
-        let settled = now < 1e-13 || (now < 1e-6 && now >= 0.5 * change);
+        let settled = now < CONVERGED_SIGN_CHANGE || (now < STALLED_SIGN_CHANGE && now >= 0.5 * change);
         (z, change) = (next, now);
         if settled {
             break;
         }
     }
-    if change > 1e-3 {
-        return Err(failed(MOST_SIGN_ITERATIONS, change));
+    if change > MAX_SIGN_CHANGE {
+        return Err(failed(MAX_SIGN_ITERATIONS, change));
     }
+    // (S + 1)[1; X] = 0 by least squares.
     let mut left = DMatrix::zeros(2 * n, n);
     left.rows_mut(0, n).copy_from(&z.view((0, n), (n, n)));
     left.rows_mut(n, n).copy_from(&(z.view((n, n), (n, n)) + DMatrix::identity(n, n)));
@@ -107,7 +121,7 @@ fn by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatr
     right.rows_mut(0, n).copy_from(&-(z.view((0, 0), (n, n)) + DMatrix::identity(n, n)));
     right.rows_mut(n, n).copy_from(&-z.view((n, 0), (n, n)));
     let x =
-        left.svd(true, true).solve(&right, f64::EPSILON).map_err(|_| failed(MOST_SIGN_ITERATIONS, change))?;
+        left.svd(true, true).solve(&right, f64::EPSILON).map_err(|_| failed(MAX_SIGN_ITERATIONS, change))?;
     Ok(0.5 * (&x + x.transpose()))
 }
 
@@ -116,7 +130,7 @@ fn by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatr
 fn lyapunov(a: &DMatrix<f64>, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let complex = |m: &DMatrix<f64>| m.map(|x| Complex::new(x, 0.0));
-    let (u, t) = Schur::try_new(complex(a), f64::EPSILON, 300 * n)?.unpack();
+    let (u, t) = Schur::try_new(complex(a), f64::EPSILON, MAX_QR_ITERATIONS_PER_ROW * n)?.unpack();
     let c = u.adjoint() * complex(&-right) * &u;
     let mut y: DMatrix<Complex<f64>> = DMatrix::zeros(n, n);
     for j in 0..n {

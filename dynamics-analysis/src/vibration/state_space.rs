@@ -1,9 +1,9 @@
 //! The linear model in state space: ẋ = A x + B w, y = C x + D w.
 //!
 //! x are the deviations of independent coordinates z and velocities v, as in a
-//! [`Linearization`](crate::Linearization). w are the model's inputs and, beside them, a generalized force
-//! along every coordinate; y the model's outputs and every coordinate, its rate and its acceleration.
-//! `linear_equations.rs` has the matrices.
+//! [`Linearization`](crate::Linearization). w are the model's inputs and a generalized force along every
+//! coordinate. y are the model's outputs, then all coordinates, their rates and their accelerations.
+//! `linear_equations.rs` computes the matrices.
 
 use alloc::format;
 use alloc::string::String;
@@ -16,16 +16,16 @@ use nalgebra::{Complex, DMatrix};
 
 use super::linear_equations::{corners, equations};
 use super::varying::varying;
-use super::{VibrationError, Withheld};
-use crate::linearize::{LinearizeError, ModelDerivatives, Tangent, general, linearize};
+use super::{SignalUnavailable, VibrationError};
+use crate::linearize::{LinearizeError, ModelDerivatives, Tangent, linearize, matrix_eigenvalues};
 
 /// A named input, state or output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signal {
-    /// As elsewhere: `theta`, `theta_rate`, `theta_acceleration`; a generalized force is called by its
+    /// `theta`, `theta_rate`, `theta_acceleration` as in tables; a generalized force has the name of its
     /// coordinate.
     pub name: String,
-    /// Its unit, empty where it is not known or 1.
+    /// Its unit; empty if it is 1 or not known.
     pub unit: String,
 }
 
@@ -35,27 +35,27 @@ impl Signal {
     }
 }
 
-/// Where the value of a state stands in a model's state.
+/// Which element of a model's state a state x is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StateEntry {
     Coordinate(usize),
     Rate(usize),
 }
 
-/// The value of a state on the motion of reference: value + rate · (t − `since`), as what turns steadily goes
-/// on.
+/// The value of a state x on the reference motion: value + rate · (t − `since`). On a steady motion the
+/// rate of a cyclic coordinate is not 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Held {
-    pub(super) place: StateEntry,
+pub(super) struct ReferenceValue {
+    pub(super) entry: StateEntry,
     value: f64,
     rate: f64,
     since: f64,
 }
 
-impl Held {
-    /// How far a state is from the reference at its time.
+impl ReferenceValue {
+    /// The deviation of a state from the reference motion at its time; NaN for a state of another model.
     pub(super) fn deviation<S: ModelState>(&self, state: &S) -> f64 {
-        let at = match self.place {
+        let at = match self.entry {
             StateEntry::Coordinate(i) => state.q().as_slice().get(i),
             StateEntry::Rate(i) => state.u().as_slice().get(i),
         };
@@ -63,7 +63,7 @@ impl Held {
     }
 }
 
-/// ẋ = A x + B w, y = C x + D w: n states, W inputs, Y outputs, all deviations from the state of reference.
+/// ẋ = A x + B w, y = C x + D w: n states, W inputs, Y outputs, all deviations from the reference state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
     /// A, n×n.
@@ -80,12 +80,13 @@ pub struct StateSpace {
     pub inputs: Vec<Signal>,
     /// The model's outputs, then all coordinates, their rates, and their accelerations.
     pub outputs: Vec<Signal>,
-    /// Outputs that have no row, and why: theirs is not a number.
-    withheld: Vec<(usize, Withheld)>,
-    /// Inputs whose columns change along the motion of reference.
+    /// Outputs without a linear equation, and why; their rows are NaN.
+    unavailable: Vec<(usize, SignalUnavailable)>,
+    /// Inputs whose columns change along the reference motion.
     varying: Vec<usize>,
-    /// The states, and the values of the model's inputs, in the reference; empty for matrices of one's own.
-    pub(super) places: Vec<Held>,
+    /// The states on the reference motion; empty for a state space from matrices.
+    pub(super) reference: Vec<ReferenceValue>,
+    /// The values of the model's inputs in the reference; empty for a state space from matrices.
     pub(super) input_values: Vec<f64>,
 }
 
@@ -116,9 +117,9 @@ impl StateSpace {
             states: named("x", n),
             inputs: named("w", w),
             outputs: named("y", y),
-            withheld: Vec::new(),
+            unavailable: Vec::new(),
             varying: Vec::new(),
-            places: Vec::new(),
+            reference: Vec::new(),
             input_values: Vec::new(),
             a,
             b,
@@ -132,7 +133,7 @@ impl StateSpace {
     /// # Errors
     /// An iteration that does not settle.
     pub fn eigenvalues(&self) -> Result<Vec<Complex<f64>>, VibrationError> {
-        let mut found = general(self.a.clone())?;
+        let mut found = matrix_eigenvalues(self.a.clone())?;
         found.sort_by(|x, y| x.re.total_cmp(&y.re).then(x.im.total_cmp(&y.im)));
         Ok(found)
     }
@@ -141,7 +142,7 @@ impl StateSpace {
     pub(super) fn input(&self, name: &str) -> Result<usize, VibrationError> {
         let index = find(&self.inputs, name, "input or coordinate to push along")?;
         if self.varying.contains(&index) {
-            return Err(VibrationError::NoRow { name: name.into(), why: Withheld::Varies });
+            return Err(VibrationError::NoRow { name: name.into(), why: SignalUnavailable::Varies });
         }
         Ok(index)
     }
@@ -149,7 +150,7 @@ impl StateSpace {
     /// Index of the output of this name.
     pub(super) fn output(&self, name: &str) -> Result<usize, VibrationError> {
         let index = find(&self.outputs, name, "output, coordinate, rate or acceleration")?;
-        match self.withheld.iter().find(|(row, _)| *row == index) {
+        match self.unavailable.iter().find(|(row, _)| *row == index) {
             Some((_, why)) => Err(VibrationError::NoRow { name: name.into(), why: *why }),
             None => Ok(index),
         }
@@ -166,6 +167,7 @@ pub(super) fn find(signals: &[Signal], name: &str, what: &'static str) -> Result
     })
 }
 
+/// The state space of a model at an equilibrium or on a steady motion.
 pub(crate) fn of_model<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
@@ -185,19 +187,20 @@ pub(crate) fn of_model<M: Constraints + Outputs>(
         &read.mass,
         [independent[0].as_slice(), independent[1].as_slice()],
     );
-    let (mut now, mut withheld) = equations(model, state, &read, &tangent, &linear)?;
+    // The matrices, then the signals whose rows or columns are not usable: with a corner, or time-dependent.
+    let (mut now, mut unavailable) = equations(model, state, &read, &tangent, &linear)?;
     for (i, why) in corners(model, state, &read) {
-        if withheld.iter().all(|(row, _)| *row != i) {
-            withheld.push((i, why));
+        if unavailable.iter().all(|(row, _)| *row != i) {
+            unavailable.push((i, why));
         }
     }
     let (varying_outputs, varying) = varying(model, state, &tangent, &now)?;
-    withheld.extend(varying_outputs.into_iter().map(|i| (i, Withheld::Varies)));
-    for (i, _) in &withheld {
+    unavailable.extend(varying_outputs.into_iter().map(|i| (i, SignalUnavailable::Varies)));
+    for (i, _) in &unavailable {
         now.c.row_mut(*i).fill(f64::NAN);
         now.d.row_mut(*i).fill(f64::NAN);
     }
-    let (places, states) = places::<M>(state, &independent);
+    let (reference, states) = reference::<M>(state, &independent);
     let of_coordinates =
         names::coordinates::<M>().chain(names::velocities::<M>()).chain(names::accelerations::<M>());
     Ok(StateSpace {
@@ -208,34 +211,39 @@ pub(crate) fn of_model<M: Constraints + Outputs>(
         states,
         inputs: signals(names::plain(M::INPUTS).chain(names::forces::<M>())),
         outputs: signals(names::plain(M::OUTPUTS).chain(of_coordinates)),
-        withheld,
+        unavailable,
         varying,
-        places,
+        reference,
         input_values: state.inputs().as_slice().to_vec(),
     })
 }
 
-fn places<M: Constraints + Outputs>(
+/// The values of the states on the reference motion, and their names.
+fn reference<M: Constraints + Outputs>(
     state: &M::State,
     independent: &[Vec<usize>; 2],
-) -> (Vec<Held>, Vec<Signal>) {
+) -> (Vec<ReferenceValue>, Vec<Signal>) {
     let (q, u, since) = (state.q().as_slice(), state.u().as_slice(), state.t());
-    let of_q = independent[0].iter().map(|i| Held {
-        place: StateEntry::Coordinate(*i),
+    let of_q = independent[0].iter().map(|i| ReferenceValue {
+        entry: StateEntry::Coordinate(*i),
         value: q[*i],
         rate: u[*i],
         since,
     });
-    let of_u =
-        independent[1].iter().map(|i| Held { place: StateEntry::Rate(*i), value: u[*i], rate: 0.0, since });
-    let places: Vec<_> = of_q.chain(of_u).collect();
+    let of_u = independent[1].iter().map(|i| ReferenceValue {
+        entry: StateEntry::Rate(*i),
+        value: u[*i],
+        rate: 0.0,
+        since,
+    });
+    let reference: Vec<_> = of_q.chain(of_u).collect();
     let named: [Vec<Signal>; 2] = [signals(names::coordinates::<M>()), signals(names::velocities::<M>())];
-    let signal = |held: &Held| match held.place {
+    let signal = |value: &ReferenceValue| match value.entry {
         StateEntry::Coordinate(i) => named[0][i].clone(),
         StateEntry::Rate(i) => named[1][i].clone(),
     };
-    let states = places.iter().map(signal).collect();
-    (places, states)
+    let states = reference.iter().map(signal).collect();
+    (reference, states)
 }
 
 fn signals(columns: impl Iterator<Item = Column>) -> Vec<Signal> {

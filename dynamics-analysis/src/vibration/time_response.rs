@@ -17,14 +17,21 @@ use nalgebra::{DMatrix, DVector};
 use super::state_space::Signal;
 use super::{StateSpace, VibrationError};
 
-/// By how much elements are off, and how many times what that makes is said: elements have rounding from
-/// sums, and other signs may make more of it.
-const OFF: (f64, f64) = (2.0 * f64::EPSILON, 4.0);
-/// Terms of the series of an exponential: ½¹⁸/18! is 6e-22.
-const TERMS: u32 = 18;
-/// Terms of the square of an exponential that are smaller than those of the square of it less 1 by this: of
-/// what goes on swinging both are alike, and it is the slow that is to be kept.
-const LESS: f64 = 0.125;
+/// Relative perturbation of the elements of A and B for the uncertainty: they are rounded results of sums.
+const ELEMENT_PERTURBATION: f64 = 2.0 * f64::EPSILON;
+/// Factor on the effect of that perturbation, because other signs of the perturbations may have a larger
+/// effect.
+const UNCERTAINTY_FACTOR: f64 = 4.0;
+/// Terms of the series of the exponential of a matrix with norm ½: the next one is below
+/// ½¹⁸/18! = 6e-22.
+const EXPONENTIAL_SERIES_TERMS: u32 = 18;
+/// Norm up to which the series is used; larger matrices are halved first.
+const MAX_SERIES_NORM: f64 = 0.5;
+/// An element is taken from E² only if its terms are smaller than those of 2F + F² by this factor. For
+/// oscillations both have equal terms, and 2F + F² keeps the digits of slow components.
+const CLEARLY_SMALLER: f64 = 0.125;
+/// Times that differ by so many roundings have the same exponential.
+const EQUAL_STEP_ROUNDINGS: f64 = 4.0;
 
 /// A load over time: straight between its points, zero before the first and after the last. Two points at one
 /// time are a jump.
@@ -58,7 +65,7 @@ impl Load {
 pub struct TimeResponse {
     /// The times, in s.
     pub times: Vec<f64>,
-    /// What answers.
+    /// The outputs, in the order of the columns.
     pub outputs: Vec<Signal>,
     /// A row for each time, a column for each output; just after where a load jumps.
     pub values: DMatrix<f64>,
@@ -135,6 +142,8 @@ impl StateSpace {
         self.march(loads, &rows, x, times)
     }
 
+    /// The response from a state at time 0 to loads, at the times. It steps from each time, or point of a
+    /// load, to the next by one matrix exponential.
     fn march(
         &self,
         loads: &[Load],
@@ -152,6 +161,7 @@ impl StateSpace {
             load.points.iter().try_for_each(|(_, value)| finite("a load", *value))?;
         }
         ascending(times.iter().copied(), 0.0)?;
+        // Steps end at the requested times and at the points of the loads.
         let mut stops: Vec<f64> =
             loads.iter().flat_map(|load| load.points.iter().map(|point| point.0)).collect();
         let end = times.last().copied().unwrap_or(0.0);
@@ -161,6 +171,7 @@ impl StateSpace {
         stops.dedup();
         let (b, c) = (self.b.select_columns(&columns), self.c.select_rows(rows));
         let d = self.d.select_rows(rows).select_columns(&columns);
+        // The march is made twice: with the matrices, and with perturbed elements for the uncertainty.
         let along = |a: &DMatrix<f64>, b: &DMatrix<f64>| {
             let mut steps = Steps { a, b, last: None };
             let (mut t, mut values, mut next) = (0.0, DMatrix::zeros(times.len(), rows.len()), 0);
@@ -179,7 +190,7 @@ impl StateSpace {
             values
         };
         let values = along(&self.a, &b);
-        let uncertainty = (along(&off(&self.a), &off(&b)) - &values).abs() * OFF.1;
+        let uncertainty = (along(&perturbed(&self.a), &perturbed(&b)) - &values).abs() * UNCERTAINTY_FACTOR;
         if !values.iter().all(|value| value.is_finite()) {
             let must_be = "small enough for the growth to be representable";
             return Err(VibrationError::Value { what: "the last time", value: end, must_be });
@@ -189,7 +200,7 @@ impl StateSpace {
     }
 }
 
-/// Exponentials, the last of which is kept: times at equal distances have one.
+/// Steps by matrix exponentials. The last exponential is kept, since times at equal distances have the same.
 struct Steps<'a> {
     a: &'a DMatrix<f64>,
     b: &'a DMatrix<f64>,
@@ -197,10 +208,10 @@ struct Steps<'a> {
 }
 
 impl Steps<'_> {
+    /// x(t + h) for loads that are straight from t to t + h.
     fn advance(&mut self, x: &DVector<f64>, loads: &[Load], t: f64, h: f64) -> DVector<f64> {
         let (n, w) = (self.a.nrows(), self.b.ncols());
-        // Equal to rounding of the times themselves counts as equal.
-        let same = |last: &f64| (last - h).abs() <= 4.0 * f64::EPSILON * (t + h);
+        let same = |last: &f64| (last - h).abs() <= EQUAL_STEP_ROUNDINGS * f64::EPSILON * (t + h);
         if !self.last.as_ref().is_some_and(|(last, _)| same(last)) {
             let mut joined = DMatrix::zeros(n + 2 * w, n + 2 * w);
             joined.view_mut((0, 0), (n, n)).copy_from(&(self.a * h));
@@ -220,28 +231,35 @@ impl Steps<'_> {
     }
 }
 
-/// The matrix with elements that are off by a little, up and down.
-fn off(m: &DMatrix<f64>) -> DMatrix<f64> {
-    let sign =
-        |i: usize, j: usize| if (2.4 * i as f64 + 1.3 * j as f64).sin() < 0.0 { -OFF.0 } else { OFF.0 };
+/// The matrix with perturbed elements, some up and some down.
+fn perturbed(m: &DMatrix<f64>) -> DMatrix<f64> {
+    let sign = |i: usize, j: usize| {
+        if (2.4 * i as f64 + 1.3 * j as f64).sin() < 0.0 {
+            -ELEMENT_PERTURBATION
+        } else {
+            ELEMENT_PERTURBATION
+        }
+    };
     DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * (1.0 + sign(i, j)))
 }
 
-/// e^m by scaling and squaring (N. J. Higham, *Functions of Matrices*, §10.3), kept as itself, E, and as F =
-/// E − 1. What is slow beside something stiff changes by very little within m/2^s, ‖m‖/2^s ≤ ½, which beside
-/// the 1 of E would lose its digits: 2F + F² keeps them. What dies away has F near −1, which would lose those
-/// of what is left: E² keeps them. Of each element that is taken of which the terms are clearly smaller. The
-/// series ends where terms no longer count.
+/// e^m by scaling and squaring (N. J. Higham, *Functions of Matrices*, §10.3), as E = e^m and as
+/// F = E − 1.
+///
+/// Slow components beside stiff ones change very little within m/2^s, ‖m‖/2^s ≤ ½. In E they would
+/// lose their digits beside the 1; 2F + F² keeps them. Decaying components have F near −1, and in F the
+/// small rest would lose its digits; E² keeps them. Each element is taken from the square whose terms are
+/// smaller, because its rounding is smaller.
 fn exponential(mut m: DMatrix<f64>) -> DMatrix<f64> {
     let n = m.nrows();
-    // By powers of two, which rounds nothing.
+    // Balancing scales by powers of two and does not round.
     let scale = balance_parlett_reinsch(&mut m);
     let size = m.column_iter().map(|column| column.lp_norm(1)).fold(0.0, f64::max);
-    let halvings = if size > 0.5 { (2.0 * size).log2().ceil() } else { 0.0 };
+    let halvings = if size > MAX_SERIES_NORM { (2.0 * size).log2().ceil() } else { 0.0 };
     let m = m * (-halvings).exp2();
     let mut less_one = m.clone();
     let mut term = m.clone();
-    for k in 2..=TERMS {
+    for k in 2..=EXPONENTIAL_SERIES_TERMS {
         term = &term * &m / f64::from(k);
         less_one += &term;
     }
@@ -260,7 +278,7 @@ fn squared(less_one: &DMatrix<f64>, whole: &DMatrix<f64>) -> (DMatrix<f64>, DMat
     for j in 0..f.ncols() {
         for i in 0..f.nrows() {
             let one = if i == j { 1.0 } else { 0.0 };
-            if terms[1][(i, j)] < LESS * terms[0][(i, j)] {
+            if terms[1][(i, j)] < CLEARLY_SMALLER * terms[0][(i, j)] {
                 f[(i, j)] = e[(i, j)] - one;
             } else {
                 e[(i, j)] = f[(i, j)] + one;

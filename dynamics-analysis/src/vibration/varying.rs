@@ -2,9 +2,9 @@
 //!
 //! Eigenvalues do not depend on cyclic coordinates, such as the angle of a steadily turning body. But an
 //! output may contain its sine, and an input may push in a direction that turns with it. y = C x + D w then
-//! has coefficients that change with time, and no frequency response. The equations are assembled anew a
-//! little later on the motion, as for the eigenvalues. An output stays if its row does, and the rows of A of
-//! all states on which it depends.
+//! has coefficients that change with time, and no frequency response. The equations are assembled again at
+//! two later times of the motion, as for the eigenvalues (`linearize/steady.rs`). An output has constant
+//! coefficients if its row is constant, and the rows of A of all states on which it depends.
 
 use alloc::vec::Vec;
 
@@ -13,12 +13,14 @@ use nalgebra::DMatrix;
 
 use super::VibrationError;
 use super::linear_equations::{StateSpaceMatrices, equations};
-use crate::linearize::{LinearizeError, Tangent, assemble, drop_rounding, later};
+use crate::linearize::{COMPARISON_TIMES, LinearizeError, Tangent, assemble, drop_rounding, state_after};
 
-/// Change of a row or column, in parts of it, over a hundredth of the motion's time scale that counts as one.
-const CONSTANT: f64 = 1e-7;
-/// Size of a row in parts of the largest below which it is rounding.
-const ROUNDING: f64 = 1e-6;
+/// Largest change of a constant row or column between now and the comparison times, relative to its largest
+/// element. As that of the state matrix: coefficients that turn with the motion change by about 1e-2.
+const MAX_COEFFICIENT_CHANGE: f64 = 1e-7;
+/// Least scale of a row, relative to the largest element of the matrix. Smaller rows are compared by this
+/// scale, because they may be rounding of the large ones.
+const LEAST_ROW_SCALE: f64 = 1e-6;
 
 /// The outputs and the inputs that change along the motion through a state.
 pub(super) fn varying<M: Constraints + Outputs>(
@@ -29,15 +31,15 @@ pub(super) fn varying<M: Constraints + Outputs>(
 ) -> Result<(Vec<usize>, Vec<usize>), VibrationError> {
     let fastest = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
     let [mut outputs, mut inputs] = [Vec::new(), Vec::new()];
-    // No period divides both.
-    for part in [1e-2, 2.645_751_311_064_590_7e-2] {
+    for part in COMPARISON_TIMES {
         let (state, read, tangent) =
-            later(model, state, tangent, part / fastest).ok_or(LinearizeError::Ends)?;
+            state_after(model, state, tangent, part / fastest).ok_or(LinearizeError::Ends)?;
         let (then, _) = equations(model, &state, &read, &tangent, &assemble::<M>(&read, &tangent))?;
         let [of_a, of_c] = [changed(&now.a, &then.a), changed(&now.c, &then.c)];
         let mut a = now.a.clone();
         drop_rounding(&mut a);
-        let varies = |i: usize| of_c[i] || seen(&a, &now.c, i).into_iter().any(|state| of_a[state]);
+        let varies =
+            |i: usize| of_c[i] || observed_states(&a, &now.c, i).into_iter().any(|state| of_a[state]);
         outputs.extend((0..now.c.nrows()).filter(|i| varies(*i)));
         let kept: Vec<usize> = (0..now.c.nrows()).filter(|i| !outputs.contains(i)).collect();
         let columns = |m: &DMatrix<f64>| m.transpose();
@@ -52,16 +54,16 @@ pub(super) fn varying<M: Constraints + Outputs>(
     Ok((outputs, inputs))
 }
 
-/// Of each row, whether it changed; one that is no number has no say.
+/// Whether each row changed. Elements that are not finite do not count for the scale.
 fn changed(now: &DMatrix<f64>, then: &DMatrix<f64>) -> Vec<bool> {
-    let least =
-        ROUNDING * now.iter().filter(|x| x.is_finite()).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+    let least = LEAST_ROW_SCALE
+        * now.iter().filter(|x| x.is_finite()).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
     let size = |i: usize| now.row(i).amax().max(then.row(i).amax()).max(least);
-    (0..now.nrows()).map(|i| (now.row(i) - then.row(i)).amax() > CONSTANT * size(i)).collect()
+    (0..now.nrows()).map(|i| (now.row(i) - then.row(i)).amax() > MAX_COEFFICIENT_CHANGE * size(i)).collect()
 }
 
 /// The states on which output `i` depends, directly or through others.
-fn seen(a: &DMatrix<f64>, c: &DMatrix<f64>, i: usize) -> Vec<usize> {
+fn observed_states(a: &DMatrix<f64>, c: &DMatrix<f64>, i: usize) -> Vec<usize> {
     let n = a.nrows();
     let mut found: Vec<usize> = (0..n).filter(|j| c[(i, *j)] != 0.0).collect();
     let mut next = 0;

@@ -13,7 +13,7 @@ use super::errors::{End, largest};
 use super::reference::ReferenceSolution;
 use super::study::{Point, RunMeasurement, WorkPrecisionCurve};
 use super::{Candidate, WorkPrecision};
-use crate::runs::{self, in_a_line, reaches};
+use crate::runs::{self, check_end, first_line};
 
 /// All methods at all their tolerances or steps.
 pub(super) fn curves<M: Simulate>(
@@ -64,8 +64,8 @@ fn first_run<'m, M: Simulate>(
     end: f64,
     reference: &ReferenceSolution,
 ) -> Result<RunMeasurement, String> {
-    let motion = simulation(study, candidate, setting, end).run().map_err(|error| in_a_line(&error))?;
-    reaches(&motion.end(), end)?;
+    let motion = simulation(study, candidate, setting, end).run().map_err(|error| first_line(&error))?;
+    check_end(&motion.end(), end)?;
     let reached = End::of(study.model, &motion.end());
     let counts = motion.counts();
     Ok(RunMeasurement {
@@ -108,7 +108,7 @@ fn time<M: Simulate>(
     let mut strayed: Vec<Option<String>> = alloc::vec![None; runs.len()];
     let medians = runs::medians(&about, study.effort, |i| {
         let (candidate, setting) = runs[i];
-        let again = runs::once(simulation(study, candidate, setting, end));
+        let again = runs::timed_run(simulation(study, candidate, setting, end));
         if strayed[i].is_none() {
             let again = again.as_ref().map(|(_, state)| state);
             strayed[i] = first[i].as_ref().and_then(|first| strays(first, again, reference));

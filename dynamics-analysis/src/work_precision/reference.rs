@@ -10,7 +10,7 @@ use dynamics_runtime::simulate::Simulate;
 use super::WorkPrecision;
 use super::error::WorkPrecisionError;
 use super::errors::{End, Errors};
-use crate::runs::{in_a_line, reaches};
+use crate::runs::{check_end, first_line};
 
 /// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so
 /// near that a method rejects its steps for rounding's sake.
@@ -157,8 +157,8 @@ fn by_runs<M: Simulate>(
         };
         let simulation = study.simulation(end, method, Some(most_steps)).tolerance(tolerance);
         let mut steps = 0;
-        let state = simulation.run_with(|_| steps += 1).map_err(|error| failed(in_a_line(&error)))?;
-        reaches(&state, end).map_err(&failed)?;
+        let state = simulation.run_with(|_| steps += 1).map_err(|error| failed(first_line(&error)))?;
+        check_end(&state, end).map_err(&failed)?;
         Ok((End::of(study.model, &state), steps))
     };
     let [first, second] = methods;
@@ -186,7 +186,7 @@ fn known<M: Simulate>(
     state: M::State,
     uncertainty: f64,
 ) -> Result<ReferenceSolution, WorkPrecisionError> {
-    if reaches(&state, end).is_err() {
+    if check_end(&state, end).is_err() {
         return Err(WorkPrecisionError::ReferenceState { time: state.t(), end });
     }
     let known = End::of(study.model, &state);

@@ -14,7 +14,7 @@ use dynamics_view::{Axis, Chart, Color, Mark, Panel, Series};
 use super::errors::ErrorOf;
 use super::study::{Cost, Point, RunMeasurement, Study, WorkPrecisionCurve};
 use crate::page::{Page, PageSection};
-use crate::runs::repeated;
+use crate::runs::repeats_in_words;
 use crate::table::columns;
 
 /// Errors below this part of the uncertainty stand at it: how far below is not known, and rounding would
@@ -240,7 +240,7 @@ impl<M: Simulate> Study<'_, M> {
         let repeats = || {
             self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
         };
-        let _ = write!(text, "; {}", repeated(repeats().filter_map(|run| run.repeats)));
+        let _ = write!(text, "; {}", repeats_in_words(repeats().filter_map(|run| run.repeats)));
         text
     }
 

@@ -1,7 +1,7 @@
 //! Beside steady motions: what turns with them has constant coefficients, what is seen or pushed from the
 //! side has none.
 
-use dynamics::analysis::{VibrationError, Withheld};
+use dynamics::analysis::{SignalUnavailable, VibrationError};
 use dynamics::prelude::*;
 
 /// A body that is pushed along its own axis, with a mark that is seen from the side.
@@ -58,7 +58,7 @@ fn what_changes_along_the_motion_has_no_response() {
     let model = Spinner::new();
     let space = model.state_space(&model.turning(10.0)).unwrap();
     let varies = |input: &str, output: &str, name: &str| {
-        let wanted = VibrationError::NoRow { name: name.into(), why: Withheld::Varies };
+        let wanted = VibrationError::NoRow { name: name.into(), why: SignalUnavailable::Varies };
         assert_eq!(space.frequency_response(input, output, &[3.0]), Err(wanted));
     };
     varies("torque", "mark", "mark");
@@ -72,7 +72,10 @@ fn what_changes_along_the_motion_has_no_response() {
     assert!((value("x", "x").re + 0.1).abs() < 1e-15);
     let lqr =
         space.lqr().weight("x", 1.0).weight("theta", 1.0).weight("thrust", 1.0).weight("torque", 1.0).solve();
-    assert_eq!(lqr.unwrap_err(), VibrationError::NoRow { name: "thrust".into(), why: Withheld::Varies });
+    assert_eq!(
+        lqr.unwrap_err(),
+        VibrationError::NoRow { name: "thrust".into(), why: SignalUnavailable::Varies }
+    );
     // At rest both are what they are, but for what time sweeps.
     let space = model.state_space(&model.turning(0.0)).unwrap();
     let along = space.frequency_response("thrust", "x", &[1.0]).unwrap().values[0];

@@ -231,7 +231,7 @@ fn modes_move_on_the_drawing_and_stay_on_the_constraints() {
     let rest = model.state().bob_y(-0.5).force(0.0).build().unwrap();
     let modes = model.linearize(&rest).unwrap().modes().unwrap();
     let swing = modes.iter().find(|mode| mode.eigenvalue.im > 0.0).unwrap();
-    let film = model.mode_film(&rest, swing, 0.05).unwrap();
+    let film = model.mode_animation(&rest, swing, 0.05).unwrap();
     let [start, end] = film.span();
     assert!((end - start - 2.0 * std::f64::consts::TAU / swing.eigenvalue.im).abs() < 1e-12);
     let times: Vec<f64> = (0..=16).map(|k| end * f64::from(k) / 16.0).collect();
@@ -245,9 +245,9 @@ fn modes_move_on_the_drawing_and_stay_on_the_constraints() {
     assert!((widest - 0.05).abs() < 1e-3, "{widest}");
     let page = Animation::new().add(film, "").to_html().unwrap();
     assert!(page.contains("without its damping"));
-    assert!(matches!(model.mode_film(&rest, swing, f64::NAN), Err(VibrationError::Value { .. })));
+    assert!(matches!(model.mode_animation(&rest, swing, f64::NAN), Err(VibrationError::Value { .. })));
     let still = modes.iter().find(|mode| mode.eigenvalue.im == 0.0).unwrap();
-    assert!(matches!(model.mode_film(&rest, still, 0.2), Err(VibrationError::NoOscillation { .. })));
+    assert!(matches!(model.mode_animation(&rest, still, 0.2), Err(VibrationError::NoOscillation { .. })));
 }
 
 /// What swings slowly beside something stiff is not mixed with what is free, though damping couples both.

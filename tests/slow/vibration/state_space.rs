@@ -1,6 +1,6 @@
 //! A, B, C, D against hand results, and against differences of the nonlinear model's own outputs.
 
-use dynamics::analysis::Withheld;
+use dynamics::analysis::SignalUnavailable;
 use dynamics::prelude::*;
 
 use crate::models::{CartPole, Oscillator, RodCart};
@@ -164,7 +164,7 @@ fn reactions_that_are_not_unique_are_no_outputs_but_what_is_unique_of_them() {
     let found = space.frequency_response("lift", "both", &[1.0]).unwrap().values[0];
     assert!((found.re + 1.0).abs() < 1e-14 && found.im == 0.0, "{found}");
     let refused = space.frequency_response("lift", "one", &[1.0]).unwrap_err();
-    assert_eq!(refused, VibrationError::NoRow { name: "one".into(), why: Withheld::NotUnique });
+    assert_eq!(refused, VibrationError::NoRow { name: "one".into(), why: SignalUnavailable::NotUnique });
     assert!(refused.to_string().contains("not unique"));
 }
 
@@ -297,7 +297,8 @@ fn outputs_with_corners_are_refused_there_and_only_there() {
         (of(9.81, "distance").unwrap() - 1.0 / 6.0).abs() < 1e-15
             && (of(-9.81, "distance").unwrap() + 1.0 / 6.0).abs() < 1e-15
     );
-    let corner = |name: &str| Err(VibrationError::NoRow { name: name.into(), why: Withheld::Corner });
+    let corner =
+        |name: &str| Err(VibrationError::NoRow { name: name.into(), why: SignalUnavailable::Corner });
     assert_eq!(of(0.0, "distance"), corner("distance"));
     assert_eq!(of(9.81, "swiftness"), corner("swiftness"));
     assert_eq!(of(9.81, "jerked"), corner("jerked"));

@@ -13,10 +13,10 @@ use super::super::sensitivity::{MeasuredQuantity, Sensitivities};
 use super::super::sensitivity_error::SensitivityError;
 use super::FitError;
 
-/// Largest value, in σ: the sum of squares of more would be infinite.
-const LARGEST: f64 = 1e150;
+/// Largest measured value, in σ. The sum of squares of larger ones might overflow.
+const MAX_VALUE_IN_SIGMA: f64 = 1e150;
 
-/// The name of what belongs to an experiment, counted from 0: those of the first have none beside them.
+/// A name with the number of its experiment, except for the first one (index 0).
 pub(super) fn named(name: &str, index: usize) -> String {
     if index == 0 { name.to_owned() } else { format!("{name} (experiment {})", index + 1) }
 }
@@ -63,7 +63,8 @@ pub(super) fn read<M: Simulate>(
         if let Some(sigma) = sigma.filter(|sigma| !(*sigma > 0.0 && sigma.is_finite())) {
             return Err(FitError::Noise { name: name.clone(), sigma });
         }
-        let too_large = |(_, (_, value)): &(usize, &(f64, f64))| value.abs() / sigma.unwrap_or(1.0) > LARGEST;
+        let too_large =
+            |(_, (_, value)): &(usize, &(f64, f64))| value.abs() / sigma.unwrap_or(1.0) > MAX_VALUE_IN_SIGMA;
         if let Some((row, (time, value))) = points.iter().enumerate().find(too_large) {
             return Err(FitError::TooLarge { name: name.clone(), row, time: *time, value: *value });
         }
@@ -78,8 +79,8 @@ pub(super) fn read<M: Simulate>(
     if end == start { Err(FitError::OneInstant { time: start }) } else { Ok((found, end)) }
 }
 
-/// Whether σ are given. They are for all or for none: else the weights of some would have units and those of
-/// others none.
+/// Whether σ is given. It must be given for all data or for none; otherwise only some weights would have
+/// units.
 pub(super) fn all_or_none<'a>(data: impl Iterator<Item = &'a Given>) -> Result<bool, FitError> {
     let (given, not): (Vec<_>, Vec<_>) = data.partition(|given| given.sigma.is_some());
     match not.first() {
@@ -88,8 +89,7 @@ pub(super) fn all_or_none<'a>(data: impl Iterator<Item = &'a Given>) -> Result<b
     }
 }
 
-/// The least root mean square of measured coordinates and velocities, as simulations see them; `None` where
-/// outputs alone were measured.
+/// The least root mean square of a measured coordinate or velocity; `None` if only outputs were measured.
 pub(super) fn least_size(series: &[Series]) -> Option<f64> {
     let of_state = series.iter().filter(|s| !matches!(s.quantity, MeasuredQuantity::Output(_)));
     let size = |s: &Series| (s.points.iter().map(|(_, y)| y * y).sum::<f64>() / s.points.len() as f64).sqrt();
@@ -107,7 +107,7 @@ pub(super) fn residuals<M: Simulate>(
         let mut sampler = motion.sampler();
         for (t, value) in points {
             if !(start..=end).contains(t) {
-                // An event has ended it.
+                // An event has ended the motion.
                 return Err(SensitivityError::OutOfRange { time: *t, start, end });
             }
             let state = sampler.at(*t);
@@ -138,7 +138,7 @@ pub(super) fn jacobian<M: Simulate + Parameters + Clone>(
     for (i, s) in series.iter().enumerate() {
         for (t, _) in &s.points {
             let not_there = SensitivityError::NotFinite { time: *t };
-            // They grow along the motion.
+            // Times ascend along the motion.
             let k = found.times().partition_point(|time| time < t);
             let k = Some(k).filter(|k| found.times().get(*k) == Some(t)).ok_or(not_there)?;
             jacobian.set_row(row, &(rows[k].row(i) / s.sigma));

@@ -23,7 +23,7 @@ pub enum FitError {
     NothingToFind,
     /// The model, written by hand, does not give the value of a parameter.
     #[error("the model does not tell the value of `{name}`; implement `Dynamics::parameter`")]
-    NotTold {
+    NoParameterValue {
         /// The parameter.
         name: String,
     },

@@ -12,48 +12,48 @@ use super::super::sensitivity::{SensitivityRequest, SensitivityRunSetup};
 use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::{Variable, VariableError};
 use super::data::{self, Given, Series};
-use super::{FitError, SPAN, TOLERANCE, Unknown};
+use super::{DEFAULT_TOLERANCE, FitError, LEAST_RELATIVE_SIZE, Unknown};
 
 /// An experiment as it was given.
-pub(super) struct Told<'m, M: Simulate> {
+pub(super) struct ExperimentSetup<'m, M: Simulate> {
     pub(super) start: M::State,
-    /// What is to be found of it: parameters and its start, within bounds.
-    pub(super) asked: Vec<(String, [f64; 2])>,
-    /// Parameters that are others than those of the model.
+    /// Its unknowns by name, parameters and elements of its start, with bounds.
+    pub(super) unknowns: Vec<(String, [f64; 2])>,
+    /// Parameters whose known values differ from those of the model.
     pub(super) known: Vec<(String, f64)>,
     pub(super) data: Vec<Given>,
     pub(super) options: Option<SensitivityRunSetup<'m, M>>,
 }
 
-impl<M: Simulate> Told<'_, M> {
+impl<M: Simulate> ExperimentSetup<'_, M> {
     pub(super) fn new(start: M::State) -> Self {
-        Self { start, asked: Vec::new(), known: Vec::new(), data: Vec::new(), options: None }
+        Self { start, unknowns: Vec::new(), known: Vec::new(), data: Vec::new(), options: None }
     }
 }
 
-/// An experiment that was checked.
+/// An experiment whose data and options were checked.
 pub(in super::super) struct Experiment<'a, M: Simulate> {
     index: usize,
-    /// The model with what is known.
+    /// The model with the known parameters.
     model: M,
     start: M::State,
     pub(super) known: Vec<Variable>,
     pub(super) series: Vec<Series>,
     end: f64,
-    /// The tolerance of what is near zero, where it is another.
-    small: Option<f64>,
+    /// The absolute tolerance, if it differs from the relative one.
+    absolute_tolerance: Option<f64>,
     options: Option<&'a SensitivityRunSetup<'a, M>>,
 }
 
 impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
     pub(super) fn of(
         model: &M,
-        told: &'a Told<'_, M>,
+        setup: &'a ExperimentSetup<'_, M>,
         index: usize,
         own_tolerance: bool,
     ) -> Result<Self, FitError> {
         let (mut model, mut known) = (model.clone(), Vec::new());
-        for (name, value) in &told.known {
+        for (name, value) in &setup.known {
             let variable = Variable::of::<M>(name)?;
             if !matches!(variable, Variable::Parameter(_)) {
                 return Err(FitError::NotAParameter { name: name.clone() });
@@ -64,19 +64,23 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
             if !value.is_finite() {
                 return Err(VariableError::NotFinite { name: name.clone(), value: *value }.into());
             }
-            if !variable.set(&mut model, &mut told.start.clone(), *value) {
+            if !variable.set(&mut model, &mut setup.start.clone(), *value) {
                 return Err(VariableError::Fixed { name: name.clone() }.into());
             }
             known.push(variable);
         }
-        let start = told.start;
-        let (series, end) = data::read::<M>(&told.data, start.t(), index)?;
-        // No finer than rounding of what else moves lets it be.
+        let start = setup.start;
+        let (series, end) = data::read::<M>(&setup.data, start.t(), index)?;
+        // Motions smaller than 1 have an absolute tolerance by their size, as fine as rounding of the largest
+        // coordinate permits.
         let largest =
             start.q().as_slice().iter().chain(start.u().as_slice()).fold(0.0, |m: f64, x| m.max(x.abs()));
-        let size = data::least_size(&series).map(|size| size.max(SPAN * largest)).filter(|size| *size < 1.0);
-        let small = if own_tolerance { None } else { size.map(|size| TOLERANCE * size) };
-        Ok(Self { index, model, start, known, series, end, small, options: told.options.as_ref() })
+        let size = data::least_size(&series)
+            .map(|size| size.max(LEAST_RELATIVE_SIZE * largest))
+            .filter(|size| *size < 1.0);
+        let absolute_tolerance = if own_tolerance { None } else { size.map(|size| DEFAULT_TOLERANCE * size) };
+        let options = setup.options.as_ref();
+        Ok(Self { index, model, start, known, series, end, absolute_tolerance, options })
     }
 
     /// The same with other data.
@@ -85,7 +89,7 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
         Self { model, known, series, ..*self }
     }
 
-    /// Whether an unknown is one of it.
+    /// Whether an unknown belongs to this experiment.
     fn has(&self, unknown: &Unknown) -> bool {
         match unknown.variable {
             Variable::Parameter(_) => !self.known.contains(&unknown.variable),
@@ -93,7 +97,7 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
         }
     }
 
-    /// How many values were measured.
+    /// The number of measured values.
     pub(super) fn count(&self) -> usize {
         self.series.iter().map(|s| s.points.len()).sum()
     }
@@ -114,7 +118,7 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
         let mut times: Vec<f64> = self.series.iter().flat_map(|s| &s.points).map(|(t, _)| *t).collect();
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let (end, absolute) = (self.end, self.small);
+        let (end, absolute) = (self.end, self.absolute_tolerance);
         let asked =
             SensitivityRequest { variables: &variables, end, tolerance, absolute, times: Some(&times) };
         let options = self.options.map(|options| options as &dyn Fn(_) -> _);

@@ -16,27 +16,32 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::sensitivity_error::SensitivityError;
 
-/// The search has settled where the foretold decrease is below this part of χ²: the squares of differences
-/// that motions at their tolerance still show.
-const GAIN: f64 = 1e-14;
-/// There the undamped step gains no more than this part: it then ends within a thousandth of the standard
-/// errors or little more (D. M. Bates & D. G. Watts, Technometrics 23 (1981) 179).
-const OFFSET: f64 = 1e-6;
-/// Damping that leaves all but directions without any influence alone, and that which leaves nothing of a
-/// step.
-const UNDAMPED: f64 = 1e-14;
-const MOST_DAMPED: f64 = 1e12;
-/// And where steps are below this part of the unknowns.
-const MOVE: f64 = 1e-11;
-/// Smallest residuals, as a part of the first: data without noise.
-const EXACT: f64 = 1e-20;
+/// Predicted decrease, relative to χ², at which the iteration ends: the square of the differences that
+/// motions at their tolerance still show.
+const MIN_PREDICTED_DECREASE: f64 = 1e-14;
+/// Step, relative to each unknown, at which the iteration ends. Below it unknowns change by rounding only.
+const MIN_RELATIVE_STEP: f64 = 1e-11;
+/// Largest decrease of χ² by the undamped step, relative to χ², at a minimum. The iteration then ended
+/// within about a thousandth of the standard errors (D. M. Bates & D. G. Watts, Technometrics 23 (1981) 179).
+const MAX_UNDAMPED_DECREASE: f64 = 1e-6;
+/// Damping of the undamped step: it only stops directions without any influence.
+const LEAST_DAMPING: f64 = 1e-14;
+/// Damping at which the iteration ends, because nothing is left of a step.
+const MAX_DAMPING: f64 = 1e12;
+/// First damping. A larger one shortens the first steps, a smaller one makes them steps of Gauss and Newton.
+const FIRST_DAMPING: f64 = 1e-3;
+/// χ², relative to the first one, at which the residuals are 0 up to rounding, as of data without noise.
+const EXACT_FIT: f64 = 1e-20;
+/// Least ratio of the decrease to the predicted decrease of an accepted step. It only excludes steps without
+/// a real decrease (J. J. Moré, the same value).
+const LEAST_GAIN_RATIO: f64 = 1e-4;
 
 /// Options of a search.
 pub(super) struct Levenberg<'a> {
     pub(super) bounds: &'a [[f64; 2]],
-    pub(super) most: usize,
-    /// Gains below are those of errors of the motions, whose derivatives are not the Jacobian's.
-    pub(super) blur: f64,
+    pub(super) max_iterations: usize,
+    /// Decreases of χ² below this one are errors of the motions.
+    pub(super) least_gain: f64,
 }
 
 /// Where a search ended.
@@ -52,9 +57,11 @@ pub(super) struct Outcome {
 pub(super) type ResidualEvaluation = Result<(DVector<f64>, Option<DMatrix<f64>>), SensitivityError>;
 
 impl Levenberg<'_> {
+    /// Minimises ‖r‖² from the first values.
+    ///
     /// # Errors
-    /// Where residuals or Jacobian do not exist at the first values, or the Jacobian at some that were
-    /// accepted.
+    /// Residuals or a Jacobian that do not exist at the first values, or a Jacobian that does not exist at
+    /// accepted ones.
     pub(super) fn minimize(
         &self,
         first: &DVector<f64>,
@@ -68,37 +75,39 @@ impl Levenberg<'_> {
         let (mut residuals, mut jacobian) = with_jacobian(&at)?;
         let begun = residuals.norm_squared();
         let mut norms = column_norms(&jacobian);
-        let (mut mu, mut growth) = (1e-3, 2.0);
+        let (mut mu, mut growth) = (FIRST_DAMPING, 2.0);
         let mut settled = false;
         let mut iterations = 0;
-        while iterations < self.most {
+        while iterations < self.max_iterations {
             iterations += 1;
             let free = self.free(&at, &(jacobian.tr_mul(&residuals)));
-            let undamped = damped(&jacobian, &residuals, &norms, UNDAMPED, &free);
+            let undamped = damped(&jacobian, &residuals, &norms, LEAST_DAMPING, &free);
             let solve = |free: &[usize], held: &_| {
                 damped(&jacobian, &(&residuals + &jacobian * held), &norms, mu, free)
             };
             let (step, cut) = self.within(&at, free, solve);
-            let foretold = residuals.norm_squared() - (&residuals + &jacobian * &step).norm_squared();
+            let predicted = residuals.norm_squared() - (&residuals + &jacobian * &step).norm_squared();
             let sum = residuals.norm_squared();
-            // A step that was cut at a bound says nothing of how far the least is.
-            let stands = !cut && (foretold <= GAIN * sum || small(&step, &at));
-            if stands || sum <= EXACT * begun || mu > MOST_DAMPED {
-                // Short steps may be those of much damping, where motions beside do not exist: the least is
-                // where the undamped one gains nothing.
+            // The end: a step that was not shortened at a bound would gain nothing, or the fit is exact, or
+            // damping stopped the iteration.
+            let stands = !cut && (predicted <= MIN_PREDICTED_DECREASE * sum || small(&step, &at));
+            if stands || sum <= EXACT_FIT * begun || mu > MAX_DAMPING {
+                // Steps may be short because of damping, where motions nearby do not exist. It is a minimum
+                // if the undamped step gains nothing, either.
                 let gain = sum - (&residuals + &jacobian * &undamped).norm_squared();
-                settled = sum <= EXACT * begun || gain <= self.blur.max(OFFSET * sum);
+                settled =
+                    sum <= EXACT_FIT * begun || gain <= self.least_gain.max(MAX_UNDAMPED_DECREASE * sum);
                 break;
             }
             let next = DVector::from_fn(at.len(), |i, _| {
                 (at[i] + step[i]).clamp(self.bounds[i][0], self.bounds[i][1])
             });
-            // Where there is no motion the step was too long.
+            // If there is no motion at the new values, the step was too long.
             let gain = match evaluate(&next, false) {
-                Ok((there, _)) if foretold > 0.0 => (sum - there.norm_squared()) / foretold,
+                Ok((there, _)) if predicted > 0.0 => (sum - there.norm_squared()) / predicted,
                 _ => -1.0,
             };
-            if gain > 1e-4 {
+            if gain > LEAST_GAIN_RATIO {
                 at = next;
                 (residuals, jacobian) = with_jacobian(&at)?;
                 norms = norms.zip_map(&column_norms(&jacobian), f64::max);
@@ -151,11 +160,12 @@ fn column_norms(jacobian: &DMatrix<f64>) -> DVector<f64> {
     DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|column| column.norm()))
 }
 
+/// Whether a step hardly changes any unknown.
 fn small(step: &DVector<f64>, at: &DVector<f64>) -> bool {
-    step.iter().zip(at.iter()).all(|(d, x)| d.abs() <= MOVE * x.abs())
+    step.iter().zip(at.iter()).all(|(d, x)| d.abs() <= MIN_RELATIVE_STEP * x.abs())
 }
 
-/// The damped step of the free unknowns, 0 of the others.
+/// The damped step of the free unknowns, 0 for the others, by QR of [J D⁻¹; √μ].
 fn damped(
     jacobian: &DMatrix<f64>,
     residuals: &DVector<f64>,
@@ -199,7 +209,7 @@ mod tests {
             let (r, j) = f(at[0], at[1]);
             Ok((DVector::from_row_slice(&r), Some(DMatrix::from_row_slice(2, 2, &j))))
         };
-        Levenberg { bounds: &bounds, most: 500, blur: 0.0 }
+        Levenberg { bounds: &bounds, max_iterations: 500, least_gain: 0.0 }
             .minimize(&DVector::from_row_slice(&first), evaluate)
             .unwrap()
     }
@@ -221,7 +231,7 @@ mod tests {
         );
     }
 
-    /// Where nothing exists beyond a place on the way, the search stops there, and has not settled.
+    /// If there are no residuals beyond a point on the way, the search stops there and has not settled.
     #[test]
     fn a_search_that_cannot_go_on_has_not_settled() {
         let evaluate = |at: &DVector<f64>, _| {
@@ -231,7 +241,7 @@ mod tests {
             let (r, j) = valley(at[0], at[1]);
             Ok((DVector::from_row_slice(&r), Some(DMatrix::from_row_slice(2, 2, &j))))
         };
-        let search = Levenberg { bounds: &ANYWHERE, most: 500, blur: 0.0 };
+        let search = Levenberg { bounds: &ANYWHERE, max_iterations: 500, least_gain: 0.0 };
         let found = search.minimize(&DVector::from_row_slice(&[-1.2, 1.0]), evaluate).unwrap();
         assert!(!found.settled && found.at[0] <= -1.0, "{}", found.at);
     }

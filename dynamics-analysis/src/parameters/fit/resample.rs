@@ -9,14 +9,14 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::parallel::ordered;
 use super::{Fit, FitError, FitProblem};
-use crate::numbers::Numbers;
+use crate::random_numbers::RandomNumbers;
 
 /// Fits of data with resampled residuals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled {
     /// The unknowns.
     pub names: Vec<String>,
-    /// What each fit found, or why it found nothing; in the order of their seeds.
+    /// The values of each fit, or the reason of its failure, in the order of their seeds.
     pub samples: Vec<Result<Vec<f64>, String>>,
 }
 
@@ -69,6 +69,8 @@ impl Resampled {
     }
 }
 
+/// Fits `count` data sets with resampled residuals. Each has its own random numbers, so the result does not
+/// depend on the number of threads.
 pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
     problem: &FitProblem<'_, M>,
     fit: &Fit,
@@ -76,13 +78,14 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
     seed: u64,
 ) -> Result<Resampled, FitError> {
     let at = DVector::from_iterator(fit.found.len(), fit.found.iter().map(|fitted| fitted.value));
-    // Residuals of a fit are smaller than the noise by what the unknowns took, and have no mean of their own.
-    let larger = {
+    // Residuals of a fit are smaller than the noise, by √(degrees of freedom/data). They are scaled and
+    // centred.
+    let noise_factor = {
         let total: usize = fit.residuals.iter().map(|r| r.points.len()).sum();
         (total as f64 / fit.freedom.max(1) as f64).sqrt()
     };
     let one = |index: usize| {
-        let mut numbers = Numbers(seed ^ (index as u64).wrapping_mul(Numbers::STEP));
+        let mut numbers = RandomNumbers(seed ^ (index as u64).wrapping_mul(RandomNumbers::STATE_INCREMENT));
         let mut residuals = fit.residuals.iter();
         let drawn = problem.experiments.iter().map(|experiment| {
             let mut series = experiment.series.clone();
@@ -90,7 +93,7 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
                 let mean = left.points.iter().map(|(_, r)| r).sum::<f64>() / left.points.len() as f64;
                 for (point, (_, residual)) in series.points.iter_mut().zip(&left.points) {
                     let drawn = left.points[numbers.below(left.points.len())].1;
-                    point.1 += residual - larger * (drawn - mean);
+                    point.1 += residual - noise_factor * (drawn - mean);
                 }
             }
             experiment.with(series)
@@ -99,7 +102,7 @@ pub(super) fn resample<M: Simulate + Parameters + Clone + Sync>(
             experiments: drawn.collect(),
             unknowns: problem.unknowns.clone(),
             tolerance: problem.tolerance,
-            most: problem.most,
+            max_iterations: problem.max_iterations,
             absolute: problem.absolute,
             loss: problem.loss,
         };

@@ -1,4 +1,4 @@
-//! What a fit found.
+//! Results of fits.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -61,8 +61,15 @@ pub struct Outlier {
     pub part: f64,
 }
 
+/// Fewest data of a quantity that can have an outlier. With fewer, one residual may be half of the sum of
+/// squares by chance.
+const MIN_DATA_FOR_OUTLIERS: usize = 10;
+/// Least part of the sum of squares that an outlier makes. The datum then counts for more than all others
+/// together.
+const LEAST_OUTLIER_PART: f64 = 0.5;
+
 impl Outlier {
-    /// The first one, and of which quantity.
+    /// The first outlier, and the index of its quantity.
     pub(super) fn among(residuals: &[Residuals]) -> Option<(usize, Self)> {
         residuals.iter().enumerate().find_map(|(index, left)| {
             let mut others: Vec<f64> = left.points.iter().map(|(_, r)| r.abs()).collect();
@@ -71,7 +78,7 @@ impl Outlier {
             let largest = others.swap_remove(row);
             let times = largest / robust::median(&mut others);
             let (quantity, unit, (time, residual)) = (left.name.clone(), left.unit.clone(), left.points[row]);
-            (left.points.len() >= 10 && part > 0.5)
+            (left.points.len() >= MIN_DATA_FOR_OUTLIERS && part > LEAST_OUTLIER_PART)
                 .then_some((index, Self { quantity, unit, row, time, residual, times, part }))
         })
     }
@@ -89,7 +96,7 @@ pub struct Fit {
     pub correlation: DMatrix<f64>,
     /// Σ w (residual/σ)², σ = 1 where none was given, and the weights w all 1 in least squares.
     pub chi_squared: f64,
-    /// What residuals counted for.
+    /// The loss function.
     pub loss: Loss,
     /// The scale of the noise that the loss used, in σ: 1 in least squares and where σ was given, else from
     /// the median of the residuals.
@@ -103,7 +110,7 @@ pub struct Fit {
     /// The smallest pivot of the normalised columns of the Jacobian: 1 if the unknowns are independent, 1e-6
     /// if they can no longer be distinguished.
     pub independence: f64,
-    /// What is left, by quantity.
+    /// The residuals, by quantity.
     pub residuals: Vec<Residuals>,
     /// Iterations made.
     pub iterations: usize,

@@ -16,7 +16,8 @@ use nalgebra::{DMatrix, DVector};
 use super::super::sensitivity_error::SensitivityError;
 use super::levenberg::{Levenberg, Outcome, ResidualEvaluation};
 
-/// Limit of Huber's loss at which normal noise costs 5 % of the information (Holland & Welsch, table 1).
+/// Limit of Huber's loss, in scales, at which normal noise costs 5 % of the information (Holland & Welsch,
+/// table 1).
 const HUBER_LIMIT: f64 = 1.345;
 
 /// How residuals are weighted in a fit.
@@ -38,7 +39,7 @@ impl Loss {
     /// the noise is normal.
     pub const HUBER: Self = Self::Huber(HUBER_LIMIT);
     /// Cauchy's, with 2.385 times the scale: likewise.
-    pub const CAUCHY: Self = Self::Cauchy(2.385);
+    pub const CAUCHY: Self = Self::Cauchy(CAUCHY_LIMIT);
 
     /// The limit of the loss; `None` of least squares.
     #[must_use]
@@ -83,18 +84,22 @@ impl Loss {
     }
 }
 
-/// Standard deviation of normal noise in medians of its size.
-const NORMAL: f64 = 1.4826;
-/// Most rounds of the loss; each takes a third of the error or more. Before it Huber's, which only has to
-/// come near.
-const MOST_ROUNDS: usize = 100;
-const MOST_ROUNDS_BEFORE: usize = 20;
-/// Rounds after which one that does not settle by itself ends the search: the first ones begin far away.
-const UNSETTLED_ROUNDS: usize = 4;
-/// The rounds have settled where scale and weighted residuals change by less than this part.
-const SETTLED: f64 = 1e-6;
+/// Limit of Cauchy's loss, in scales, with the same efficiency (Holland & Welsch, table 1).
+const CAUCHY_LIMIT: f64 = 2.385;
 
-/// How a fit weighed its data.
+/// Standard deviation of normal noise divided by the median of its absolute value.
+const SIGMA_PER_MEDIAN: f64 = 1.4826;
+/// Most rounds of reweighting. Each removes a third of the error or more.
+const MAX_ROUNDS: usize = 100;
+/// Most rounds of Huber's loss before them, which only have to come near.
+const MAX_HUBER_ROUNDS: usize = 20;
+/// Rounds after which a search within a round that does not converge ends the fit. The first ones begin far
+/// away.
+const ROUNDS_THAT_MAY_FAIL: usize = 4;
+/// Relative change of the scale and of the weighted residuals at which the rounds have converged.
+const CONVERGED_ROUND_CHANGE: f64 = 1e-6;
+
+/// The weights of the data in a fit.
 #[derive(Clone, Debug)]
 pub(super) struct FitWeights {
     pub(super) loss: Loss,
@@ -113,8 +118,7 @@ impl FitWeights {
         Self { loss, scale, weights: residuals.iter().map(|r| loss.weight(r / scale)).collect() }
     }
 
-    /// What (JᵀJ)⁻¹ is multiplied by, of p unknowns; `None` where the data say nothing, as most of them lie
-    /// beyond the limit.
+    /// The factor of (JᵀJ)⁻¹ in the covariance of p unknowns; `None` if most data lie beyond the limit.
     pub(super) fn variance(&self, residuals: &DVector<f64>, unknowns: usize) -> Option<f64> {
         let (n, p) = (residuals.len() as f64, unknowns as f64);
         let slopes: Vec<f64> = residuals.iter().map(|r| self.loss.slope(r / self.scale)).collect();
@@ -127,8 +131,8 @@ impl FitWeights {
     }
 }
 
-/// Makes the sum of losses smallest. The scale is found along the way where it is not given, and is no less
-/// than `least`.
+/// Minimises the sum of losses by iteratively reweighted least squares: rounds of Huber's loss, then of the
+/// loss itself. A scale that is not given is updated in each round, and is at least `least`.
 pub(super) fn minimize(
     search: &Levenberg<'_>,
     (loss, scale, least): (Loss, Option<f64>, f64),
@@ -141,7 +145,8 @@ pub(super) fn minimize(
     let mut iterations = 0;
     let mut last = None;
     let nearer = Loss::Huber(loss.limit().map_or(HUBER_LIMIT, |limit| limit.min(HUBER_LIMIT)));
-    for (stage, most) in [(nearer, MOST_ROUNDS_BEFORE), (loss, MOST_ROUNDS)] {
+    // Each round minimises with the weights of the residuals before it.
+    for (stage, most) in [(nearer, MAX_HUBER_ROUNDS), (loss, MAX_ROUNDS)] {
         for round in 1..=most {
             let weighed = FitWeights::of(stage, scale_of(&residuals), &residuals);
             let roots = DVector::from_iterator(residuals.len(), weighed.weights.iter().map(|w| w.sqrt()));
@@ -154,12 +159,12 @@ pub(super) fn minimize(
             at = found.at;
             residuals = evaluate(&at, false)?.0;
             let again = FitWeights::of(stage, scale_of(&residuals), &residuals);
-            // What the weights admit no longer moves.
+            // Converged if neither the weighted residuals nor the scale change.
             let moved = (&residuals - &before).component_mul(&roots).norm();
-            let settles = moved <= SETTLED * residuals.component_mul(&roots).norm().max(least)
-                && (again.scale - weighed.scale).abs() <= SETTLED * weighed.scale;
+            let settles = moved <= CONVERGED_ROUND_CHANGE * residuals.component_mul(&roots).norm().max(least)
+                && (again.scale - weighed.scale).abs() <= CONVERGED_ROUND_CHANGE * weighed.scale;
             last = Some((again, found.settled && settles));
-            if settles || (!found.settled && round > UNSETTLED_ROUNDS) {
+            if settles || (!found.settled && round > ROUNDS_THAT_MAY_FAIL) {
                 break;
             }
         }
@@ -170,6 +175,7 @@ pub(super) fn minimize(
     Ok((Outcome { at, residuals, jacobian, iterations, settled }, weighed))
 }
 
+/// The matrix with its rows multiplied by factors.
 fn by_rows(mut matrix: DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
     matrix.row_iter_mut().zip(factors.iter()).for_each(|(mut row, factor)| row *= *factor);
     matrix
@@ -177,10 +183,10 @@ fn by_rows(mut matrix: DMatrix<f64>, factors: &DVector<f64>) -> DMatrix<f64> {
 
 /// 1.4826 times the median of |r|.
 pub(super) fn median_size(residuals: &DVector<f64>) -> f64 {
-    NORMAL * median(&mut residuals.iter().map(|r| r.abs()).collect::<Vec<_>>())
+    SIGMA_PER_MEDIAN * median(&mut residuals.iter().map(|r| r.abs()).collect::<Vec<_>>())
 }
 
-/// 0 of nothing.
+/// The median; 0 if there are no values.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
@@ -206,7 +212,7 @@ mod tests {
                 assert!(loss.weight(x) <= loss.weight(0.9 * x));
             }
         }
-        assert_eq!(median_size(&DVector::from_row_slice(&[1.0, -2.0, 900.0])), 2.0 * NORMAL);
-        assert_eq!(median_size(&DVector::from_row_slice(&[1.0, -2.0, 4.0, 900.0])), 3.0 * NORMAL);
+        assert_eq!(median_size(&DVector::from_row_slice(&[1.0, -2.0, 900.0])), 2.0 * SIGMA_PER_MEDIAN);
+        assert_eq!(median_size(&DVector::from_row_slice(&[1.0, -2.0, 4.0, 900.0])), 3.0 * SIGMA_PER_MEDIAN);
     }
 }

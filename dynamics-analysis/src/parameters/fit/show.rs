@@ -6,6 +6,14 @@ use dynamics_runtime::wording::{Readable, Times};
 
 use super::{Fit, Loss, Outlier};
 
+/// Correlations beyond this one are printed. Below it, each unknown is known nearly as well as if the other
+/// were given.
+const STRONG_CORRELATION: f64 = 0.9;
+/// Data with a smaller weight than this one are counted as outliers.
+const LIGHT_WEIGHT: f64 = 0.5;
+/// Correlation of neighbouring residuals, in 1/√data, above which it is significant (95 %).
+const SIGNIFICANT_NEIGHBOURS: f64 = 2.0;
+
 /// One line for each unknown, then correlations that matter, then one line for each quantity.
 impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -18,8 +26,7 @@ impl fmt::Display for Fit {
         for i in 0..self.found.len() {
             for j in 0..i {
                 let correlation = self.correlation[(i, j)];
-                // Below, each is known nearly as well as if the other were given.
-                if correlation.abs() > 0.9 {
+                if correlation.abs() > STRONG_CORRELATION {
                     let (one, other) = (&self.found[j].name, &self.found[i].name);
                     writeln!(f, "`{one}` and `{other}` go together: correlation {correlation:.4}")?;
                 }
@@ -31,21 +38,21 @@ impl fmt::Display for Fit {
             if left.explained.is_finite() {
                 write!(f, ", {:.4} % of their scatter explained", 100.0 * left.explained)?;
             }
-            // Of data without noise the errors of motions are left, which are alike, too: below 1e-8 of the
-            // data.
-            if left.neighbours > 2.0 / (count as f64).sqrt() && left.explained != 1.0 {
+            // Residuals of data without noise are errors of the motions, below 1e-8 of the data, which are
+            // correlated, too.
+            if left.neighbours > SIGNIFICANT_NEIGHBOURS / (count as f64).sqrt() && left.explained != 1.0 {
                 write!(f, "; neighbours are alike ({:.2}), as the model lacks something", left.neighbours)?;
             }
             writeln!(f)?;
         }
-        // Of data without noise the errors of motions are left.
+        // Residuals of data without noise are errors of the motions.
         let exact = self.residuals.iter().all(|left| left.explained == 1.0);
         if let Some(outlier) = self.outlier().filter(|_| !exact) {
             writeln!(f, "{outlier}: an outlier?")?;
         }
         if self.loss != Loss::Squares {
             let all = self.residuals.iter().flat_map(|left| &left.weights);
-            let light = all.filter(|weight| **weight < 0.5).count();
+            let light = all.filter(|weight| **weight < LIGHT_WEIGHT).count();
             writeln!(f, "{:?}, scale {:.3e}: {light} data count for less than half", self.loss, self.scale)?;
         }
         let noise = if self.absolute { "noise given" } else { "noise from the residuals" };

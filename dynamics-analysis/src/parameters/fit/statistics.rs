@@ -9,13 +9,18 @@ use nalgebra::{DMatrix, DVector};
 use super::super::equations::size;
 use super::result::{Fit, Fitted, Outlier, Residuals};
 use super::robust::{FitWeights, Loss};
-use super::{FitError, FitProblem, RANK};
+use super::{FitError, FitProblem, RANK_TOLERANCE_OF_JACOBIAN};
 
-/// What all of an unknown changes of the modelled values, as a part of them, by which it has an influence:
-/// the error of derivatives lies below.
-const INFLUENCE: f64 = 1e-9;
+/// Least change of the modelled values by an unknown (column of J times its size), relative to them. The
+/// influence of unknowns below it is only the error of the derivatives, and counts as 0.
+const LEAST_INFLUENCE: f64 = 1e-9;
+/// Least coefficient with which a dependent column contains another one, for both to be named in one group.
+/// Smaller coefficients are errors of the derivatives, divided by the pivots.
+const LEAST_DEPENDENCE: f64 = 1e-3;
 
 impl Fit {
+    /// The fit at the end of a search: covariance and correlations of the unknowns that lie on no bound, and
+    /// residuals.
     pub(super) fn of<M: Simulate + Parameters + Clone>(
         problem: &FitProblem<'_, M>,
         at: &DVector<f64>,
@@ -31,12 +36,13 @@ impl Fit {
         let mut of_free = jacobian.select_columns(&free);
         let modelled = problem.modelled(&residuals);
         for (k, i) in free.iter().enumerate() {
-            // What ends near zero is measured by where it began.
+            // The size of an unknown that ends near zero is its first value.
             let size = at[*i].abs().max(size(problem.unknowns[*i].first));
-            if of_free.column(k).norm() * size < INFLUENCE * modelled {
+            if of_free.column(k).norm() * size < LEAST_INFLUENCE * modelled {
                 of_free.column_mut(k).fill(0.0);
             }
         }
+        // χ², then (JᵀJ)⁻¹, or the groups of unknowns that cannot be identified.
         let chi_squared: f64 = residuals.iter().zip(&weighed.weights).map(|(r, w)| w * r * r).sum();
         let freedom = residuals.len() - free.len();
         let factored = match factor(&of_free) {
@@ -48,6 +54,7 @@ impl Fit {
                 return Err(FitError::Indistinguishable { groups, values, chi_squared });
             }
         };
+        // Covariance, standard errors and correlations.
         let variance = match weighed.loss {
             Loss::Squares if problem.absolute => 1.0,
             Loss::Squares => chi_squared / freedom as f64,
@@ -93,8 +100,7 @@ impl Fit {
     }
 }
 
-/// The datum that stands out at some values of the unknowns by what was measured, and not by what the model
-/// makes.
+/// The outlier at some values of the unknowns, if its measured value is larger than its modelled one.
 pub(super) fn outlier_at<M: Simulate + Parameters + Clone>(
     problem: &FitProblem<'_, M>,
     at: &DVector<f64>,
@@ -107,6 +113,7 @@ pub(super) fn outlier_at<M: Simulate + Parameters + Clone>(
     (modelled.abs() < measured.abs()).then_some(outlier)
 }
 
+/// The residuals of each measured series, with their statistics.
 fn by_quantity<M: Simulate + Parameters + Clone>(
     problem: &FitProblem<'_, M>,
     residuals: &DVector<f64>,
@@ -126,7 +133,7 @@ fn by_quantity<M: Simulate + Parameters + Clone>(
         let scatter: f64 = series.points.iter().map(|(_, y)| (y - mean).powi(2)).sum();
         let mut ordered = points.clone();
         ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let beside: f64 = ordered.windows(2).map(|pair| pair[0].1 * pair[1].1).sum();
+        let neighbour_products: f64 = ordered.windows(2).map(|pair| pair[0].1 * pair[1].1).sum();
         Residuals {
             name: series.name.clone(),
             unit: series.unit.clone(),
@@ -134,20 +141,21 @@ fn by_quantity<M: Simulate + Parameters + Clone>(
             weights: weights.to_vec(),
             rms: (squares / count).sqrt(),
             explained: if scatter > 0.0 { 1.0 - squares / scatter } else { f64::NAN },
-            neighbours: if squares > 0.0 { beside / squares } else { 0.0 },
+            neighbours: if squares > 0.0 { neighbour_products / squares } else { 0.0 },
         }
     };
     problem.series().map(of_series).collect()
 }
 
+/// J, factored.
 struct Factored {
     /// (JᵀJ)⁻¹.
     inverse: DMatrix<f64>,
+    /// The smallest pivot.
     least: f64,
 }
 
-/// (JᵀJ)⁻¹ by QR with column pivoting of J, its columns free of their sizes; or the groups of columns that
-/// depend on each other.
+/// (JᵀJ)⁻¹ by QR with column pivoting of J with normalised columns, or the groups of dependent columns.
 fn factor(jacobian: &DMatrix<f64>) -> Result<Factored, Vec<Vec<usize>>> {
     let count = jacobian.ncols();
     let norms: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
@@ -157,15 +165,15 @@ fn factor(jacobian: &DMatrix<f64>) -> Result<Factored, Vec<Vec<usize>>> {
     let mut r = DMatrix::zeros(count, count);
     let mut rank = count;
     for k in 0..count {
-        // The longest of what is left, made orthogonal to all before twice over, as once does not suffice for
-        // columns that are nearly equal.
+        // The longest remaining column. Columns are made orthogonal twice, since once is not accurate enough
+        // if they are nearly equal.
         let longest =
             (k..count).max_by(|a, b| rest.column(*a).norm().total_cmp(&rest.column(*b).norm())).unwrap_or(k);
         rest.swap_columns(k, longest);
         r.swap_columns(k, longest);
         order.swap(k, longest);
         let norm = rest.column(k).norm();
-        if norm.is_nan() || norm <= RANK {
+        if norm.is_nan() || norm <= RANK_TOLERANCE_OF_JACOBIAN {
             rank = k;
             break;
         }
@@ -185,7 +193,7 @@ fn factor(jacobian: &DMatrix<f64>) -> Result<Factored, Vec<Vec<usize>>> {
         let dependent = r.view((0, rank), (rank, count - rank)).into_owned();
         let by = independent.solve_upper_triangular(&dependent).unwrap_or(dependent);
         let group = |j: usize| {
-            let with = (0..rank).filter(|i| by[(*i, j)].abs() > 1e-3).map(|i| order[i]);
+            let with = (0..rank).filter(|i| by[(*i, j)].abs() > LEAST_DEPENDENCE).map(|i| order[i]);
             let mut group: Vec<usize> = with.chain([order[rank + j]]).collect();
             group.sort_unstable();
             group

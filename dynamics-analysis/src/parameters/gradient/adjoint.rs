@@ -1,4 +1,8 @@
-//! The adjoint equations, integrated back along a motion.
+//! The adjoint equations, integrated backward along a motion (`gradient.rs`).
+//!
+//! Steps by Gauss collocation with five nodes; the difference from four nodes is the error. The quadratures
+//! of J and its derivatives use the same nodes and are under error control, too. Steps end at the ends of the
+//! motion's steps, at the instants of the objective, and at corners of the integrand.
 
 use alloc::vec::Vec;
 
@@ -7,33 +11,41 @@ use dynamics_runtime::model::{ModelState, Parameters, Vector};
 use dynamics_runtime::simulate::{Motion, Simulate};
 use nalgebra::{DMatrix, DVector};
 
-use super::super::equations::{settle, size};
-use super::super::sensitivity::along::MOST_STEPS;
-use super::super::sensitivity::collocation::Gauss;
-use super::super::sensitivity::linear::VariationalEquations;
-use super::super::sensitivity::smooth::refuse_jumps;
+use super::super::equations::{project_changes, size};
+use super::super::sensitivity::collocation::{
+    FACTOR_WITHOUT_SOLUTION, Gauss, MAX_FACTOR_AFTER_REJECTION, step_factor,
+};
+use super::super::sensitivity::forward_pass::{LAST_STEP_STRETCH, MAX_STEPS, RESOLVED_PART};
+use super::super::sensitivity::jumps::refuse_jumps;
+use super::super::sensitivity::variational_equations::VariationalEquations;
 use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::Variable;
 use super::corners::IntegrandCorners;
-use super::objective::{Blend, Instant, ParsedObjective};
+use super::objective::{Instant, ParsedObjective, WeightedSum};
 
-/// Derivatives are measured by no less than this part of what moving the whole motion does, for each size of
-/// their variable: what has no influence is made of rounding alone.
+/// Least scale of the error of a derivative, relative to the influence of the whole motion on J divided by
+/// the size of the variable. A derivative without influence is only rounding.
 const LEAST_INFLUENCE: f64 = 1e-3;
-/// Derivatives below this part of that are followed again, by their own size; in at most so many times the
-/// steps, and so many more.
-const OWN: f64 = 1e-2;
-const AGAIN: (usize, usize) = (4, 100);
-/// What the change of an integrand may differ from the integral of its rate, in parts of it, or in tolerances
-/// of them: more is a jump.
-const JUMP: (f64, f64) = (1e-6, 100.0);
-/// How often such a step is halved, and what has to be left for it to be a jump: a corner leaves a
-/// thousandth.
-const HALVED: (usize, f64) = (10, 0.3);
-/// Steps of differences by time, in parts of a step.
-const LATER: f64 = 1e-4;
+/// Derivatives below this part of their least scale are integrated a second time with their own scale.
+const REPEATED_DERIVATIVE_SIZE: f64 = 1e-2;
+/// The second integration may take this many times the steps of the first one, plus [`MORE_REPEATED_STEPS`].
+const REPEATED_STEPS_FACTOR: usize = 4;
+/// Steps that the second integration may take in addition. If the derivative was only rounding, the first
+/// result counts.
+const MORE_REPEATED_STEPS: usize = 100;
+/// Largest difference between the change of an integrand over a step and the integral of its rate, relative
+/// to the integrand. A larger difference is examined for a jump.
+const EXAMINED_DIFFERENCE: f64 = 1e-6;
+/// The same in tolerances, if that is larger.
+const EXAMINED_DIFFERENCE_IN_TOLERANCES: f64 = 100.0;
+/// Halvings of a step with such a difference.
+const MAX_HALVINGS: usize = 10;
+/// Part of the difference that a jump leaves after all halvings; a corner leaves 2⁻¹⁰, a thousandth.
+const PERSISTENT_PART: f64 = 0.3;
+/// Step of differences of the integrand by time, in parts of a step of integration.
+const TIME_DIFFERENCE_STEP: f64 = 1e-4;
 
-/// What was found.
+/// J and its derivatives.
 pub(super) struct AdjointGradient {
     pub(super) value: f64,
     pub(super) derivatives: Vec<f64>,
@@ -41,8 +53,9 @@ pub(super) struct AdjointGradient {
     pub(super) exact: bool,
 }
 
-/// J and its derivatives.
-pub(super) fn back<M: Simulate + Parameters + Clone>(
+/// Integrates the adjoint equations backward. Derivatives far below their least scale are integrated a second
+/// time with their own scale, since the variable may only have a small size.
+pub(super) fn integrate_backward<M: Simulate + Parameters + Clone>(
     motion: &Motion<'_, M>,
     variables: &[Variable],
     plan: &ParsedObjective,
@@ -57,25 +70,25 @@ pub(super) fn back<M: Simulate + Parameters + Clone>(
     refuse_jumps(motion, &knots)?;
     let values = variables.iter().map(|variable| variable.value(motion.model(), &motion.start()));
     let mut least: Vec<f64> = values.map(|value| LEAST_INFLUENCE / value.map_or(1.0, size)).collect();
-    let (found, way) =
-        AdjointPass::follow(motion, &knots, variables, plan, (tolerance, MOST_STEPS), &least, None)?;
+    let (found, pass) =
+        AdjointPass::run(motion, &knots, variables, plan, (tolerance, MAX_STEPS), &least, None)?;
     let mut again = false;
     for (k, least) in least.iter_mut().enumerate() {
-        if way.gathered[k] > 0.0 && way.gathered[k] < OWN * *least * way.moved {
+        if pass.gathered[k] > 0.0 && pass.gathered[k] < REPEATED_DERIVATIVE_SIZE * *least * pass.moved {
             *least = 0.0;
             again = true;
         }
     }
-    let most = AGAIN.0 * found.steps + AGAIN.1;
+    let most = REPEATED_STEPS_FACTOR * found.steps + MORE_REPEATED_STEPS;
     match again.then(|| {
-        AdjointPass::follow(motion, &knots, variables, plan, (tolerance, most), &least, Some(way.corners))
+        AdjointPass::run(motion, &knots, variables, plan, (tolerance, most), &least, Some(pass.corners))
     }) {
         Some(Ok((finer, _))) => Ok(finer),
         _ => Ok(found),
     }
 }
 
-/// λ, what it has gathered, and what errors are measured by.
+/// The integration: λ, the accumulated value and derivatives, and the scales of errors.
 struct AdjointPass<'a, 'm, M: Simulate> {
     linear: VariationalEquations<'a, 'm, M>,
     plan: &'a ParsedObjective,
@@ -85,8 +98,9 @@ struct AdjointPass<'a, 'm, M: Simulate> {
     most_steps: usize,
     /// The largest positions and velocities of the motion.
     sizes: [f64; 2],
-    /// Those of the variables.
-    of_variables: Vec<f64>,
+    /// The sizes of the variables.
+    variable_sizes: Vec<f64>,
+    /// The least scales of the derivatives, relative to `moved`.
     least: Vec<f64>,
     lambda: DMatrix<f64>,
     derivatives: DVector<f64>,
@@ -95,20 +109,23 @@ struct AdjointPass<'a, 'm, M: Simulate> {
     gathered: DVector<f64>,
     /// ∫ |ℓ| dt so far.
     gathered_value: f64,
-    /// What J is measured by at least.
+    /// The least scale of errors of J.
     least_value: f64,
-    /// The largest elements of λ so far, and the most that they make of the whole motion.
+    /// The largest absolute values of the elements of λ so far.
     largest: DVector<f64>,
+    /// The largest of these times the size of its coordinate or velocity: the influence of the whole motion
+    /// on J.
     moved: f64,
     /// The largest integrand so far.
     integrand: f64,
-    /// Where derivatives of the integrand jump: the times on both sides.
+    /// Corners of the integrand: the times on both sides of each.
     corners: Vec<[f64; 2]>,
+    /// The next step.
     h: f64,
     steps: usize,
 }
 
-/// What a step adds.
+/// The result of a step: λ at its end, and the increments of value and derivatives.
 struct AdjointStep {
     lambda: DMatrix<f64>,
     derivatives: DVector<f64>,
@@ -121,7 +138,8 @@ struct AdjointStep {
 }
 
 impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
-    fn follow(
+    /// Runs the integration. `corners` are those of the first one, if there was one.
+    fn run(
         motion: &'a Motion<'m, M>,
         knots: &[M::State],
         variables: &[Variable],
@@ -138,7 +156,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         let most = |of: fn(&M::State) -> &M::Vector| {
             knots.iter().flat_map(|state| of(state).as_slice()).fold(0.0, |most: f64, x| most.max(x.abs()))
         };
-        let mut way = Self {
+        let mut pass = Self {
             linear: VariationalEquations::new(motion, parameters.collect()),
             plan,
             fine: Gauss::new(5),
@@ -146,7 +164,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
             tolerance,
             most_steps,
             sizes: [most(M::State::q), most(M::State::u)],
-            of_variables: variables
+            variable_sizes: variables
                 .iter()
                 .map(|v| v.value(motion.model(), &motion.start()).map_or(1.0, size))
                 .collect(),
@@ -164,29 +182,30 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
             h: knots.windows(2).last().map_or(0.0, |pair| pair[0].t() - pair[1].t()),
             steps: 0,
         };
-        way.look(knots)?;
-        way.corners = match corners {
+        // The size of the integrand, its corners, then from the end to the start.
+        pass.measure_integrand(knots)?;
+        pass.corners = match corners {
             Some(corners) => corners,
-            None => way.find_corners(knots)?,
+            None => pass.find_corners(knots)?,
         };
-        way.along(knots)?;
-        way.at_start(&knots[0], variables)?;
+        pass.along(knots)?;
+        pass.at_start(&knots[0], variables)?;
         let found = AdjointGradient {
-            value: way.value,
-            derivatives: way.derivatives.as_slice().to_vec(),
-            steps: way.steps,
-            exact: way.linear.exact,
+            value: pass.value,
+            derivatives: pass.derivatives.as_slice().to_vec(),
+            steps: pass.steps,
+            exact: pass.linear.exact,
         };
         let all = found.derivatives.iter().chain([&found.value]);
         if all.copied().all(f64::is_finite) {
-            Ok((found, way))
+            Ok((found, pass))
         } else {
             Err(SensitivityError::NotFinite { time: motion.start_time() })
         }
     }
 
-    /// How large the integrand is: beside that its errors count.
-    fn look(&mut self, knots: &[M::State]) -> Result<(), SensitivityError> {
+    /// The largest integrand at the ends of the motion's steps, for the scale of its errors.
+    fn measure_integrand(&mut self, knots: &[M::State]) -> Result<(), SensitivityError> {
         let Some(integrand) = &self.plan.integrand else { return Ok(()) };
         for state in knots {
             self.integrand = self.integrand.max(integrand.value(&self.linear, state)?.abs());
@@ -196,7 +215,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         Ok(())
     }
 
-    /// Where derivatives of the integrand jump. Where it does itself there is no gradient.
+    /// The corners of the integrand, at which its derivatives jump. If it jumps itself, there is no gradient.
     fn find_corners(&mut self, knots: &[M::State]) -> Result<Vec<[f64; 2]>, SensitivityError> {
         let plan = self.plan;
         let Some(integrand) = plan.integrand.as_ref().filter(|integrand| integrand.has_outputs()) else {
@@ -204,34 +223,37 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         };
         let sizes = self.sizes.map(|size| if size > 0.0 { size } else { 1.0 });
         let asks = self.linear.parameters.iter().any(Option::is_some);
-        let of_parameters = if asks { self.of_variables.clone() } else { Vec::new() };
+        let parameter_sizes = if asks { self.variable_sizes.clone() } else { Vec::new() };
         let (linear, with_parameters) = (&mut self.linear, false);
         let mut corners = IntegrandCorners {
             linear,
             integrand,
             sizes,
-            of_parameters,
+            parameter_sizes,
             with_parameters,
-            largest: 0.0,
-            highest: 0.0,
-            looks: 0,
+            largest_derivative: 0.0,
+            largest_value: 0.0,
+            samples: 0,
         };
         let found = corners.along(knots)?;
         for [time, after] in found.iter().copied() {
             let [before, after] = [self.integrand_at(integrand, time)?, self.integrand_at(integrand, after)?];
-            if (after - before).abs() > self.jump() * self.integrand.max(before.abs()).max(after.abs()) {
+            if (after - before).abs()
+                > self.examined_difference() * self.integrand.max(before.abs()).max(after.abs())
+            {
                 return Err(SensitivityError::Jump { time, what: "an output that is integrated".into() });
             }
         }
         Ok(found)
     }
 
-    /// What the change of an integrand may differ from what is foretold, in parts of it.
-    fn jump(&self) -> f64 {
-        JUMP.0.max(JUMP.1 * self.tolerance)
+    /// Relative difference between the change of an integrand and the integral of its rate above which it is
+    /// examined.
+    fn examined_difference(&self) -> f64 {
+        EXAMINED_DIFFERENCE.max(EXAMINED_DIFFERENCE_IN_TOLERANCES * self.tolerance)
     }
 
-    /// From the end to the start, instants on the way.
+    /// Integrates from the end to the start, and adds the terms of the objective at their instants.
     fn along(&mut self, knots: &[M::State]) -> Result<(), SensitivityError> {
         let plan = self.plan;
         let forward = knots.last().is_some_and(|end| end.t() > knots[0].t());
@@ -243,7 +265,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         for pair in knots.windows(2).rev() {
             let (from, to) = (pair[0].t(), pair[1].t());
             if !last {
-                self.settle(&pair[1])?;
+                self.project(&pair[1])?;
             }
             last = false;
             let mut t = to;
@@ -251,42 +273,42 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
                 |instant: &&&Instant| if forward { instant.time > from } else { instant.time < from };
             while let Some(instant) = instants.last().filter(inside) {
                 if instant.time != t {
-                    self.go(t, instant.time)?;
+                    self.integrate_to(t, instant.time)?;
                     t = instant.time;
                 }
-                self.take(instant)?;
+                self.add_instant(instant)?;
                 instants.pop();
             }
-            self.go(t, from)?;
+            self.integrate_to(t, from)?;
         }
-        instants.iter().rev().try_for_each(|instant| self.take(instant))
+        instants.iter().rev().try_for_each(|instant| self.add_instant(instant))
     }
 
-    /// Adds what is taken at an instant.
-    fn take(&mut self, instant: &Instant) -> Result<(), SensitivityError> {
+    /// Adds a term at an instant to the value, λ and the derivatives.
+    fn add_instant(&mut self, instant: &Instant) -> Result<(), SensitivityError> {
         let state = self.linear.sampler.at(instant.time);
         let (a, _) = self.linear.of(&state)?;
-        let (value, blend) = instant.read(&self.linear, &state)?;
-        let by = blend.derivatives(&self.linear, &state, &a)?;
+        let (value, sum) = instant.read(&self.linear, &state)?;
+        let by = sum.derivatives(&self.linear, &state, &a)?;
         self.linear.exact &= by.exact;
         self.value += value;
         self.lambda += &by.state;
         self.gathered += by.parameters.abs();
         self.derivatives += by.parameters;
-        self.measure();
+        self.update_sizes();
         Ok(())
     }
 
-    /// Remembers the sizes of λ.
-    fn measure(&mut self) {
+    /// Updates the largest elements of λ.
+    fn update_sizes(&mut self) {
         let n = M::Vector::LEN;
         self.largest.zip_apply(&self.lambda.column(0), |most, x| *most = most.max(x.abs()));
         let moved = |i: usize| self.largest[i] * self.sizes[i / n];
         self.moved = (0..2 * n).map(moved).fold(self.moved, f64::max);
     }
 
-    /// λ → Pᵀλ for x → P x − c, by which variations are put onto the constraints.
-    fn settle(&mut self, state: &M::State) -> Result<(), SensitivityError> {
+    /// λ → Pᵀλ for the projection x → P x − c of variations onto the constraints.
+    fn project(&mut self, state: &M::State) -> Result<(), SensitivityError> {
         if M::Rows::LEN == 0 {
             return Ok(());
         }
@@ -295,13 +317,14 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         changes.columns_mut(0, 2 * n).fill_with_identity();
         let mut parameters = alloc::vec![None; 2 * n];
         parameters.extend_from_slice(&self.linear.parameters);
-        settle(self.linear.motion.model(), state, &parameters, &mut changes)?;
+        project_changes(self.linear.motion.model(), state, &parameters, &mut changes)?;
         self.derivatives += changes.columns(2 * n, count).tr_mul(&self.lambda.column(0));
         self.lambda = changes.columns(0, 2 * n).tr_mul(&self.lambda);
         Ok(())
     }
 
-    /// What the start does, and moves of itself with the parameters.
+    /// Adds λ(0)ᵀ ∂y(0)/∂p: of elements of the start, and of parameters with which the projected start
+    /// moves.
     fn at_start(&mut self, state: &M::State, variables: &[Variable]) -> Result<(), SensitivityError> {
         let n = M::Vector::LEN;
         let mut changes = DMatrix::zeros(2 * n, variables.len());
@@ -312,13 +335,13 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
                 Variable::Velocity(i) => changes[(n + i, k)] = 1.0,
             }
         }
-        settle(self.linear.motion.model(), state, &self.linear.parameters, &mut changes)?;
+        project_changes(self.linear.motion.model(), state, &self.linear.parameters, &mut changes)?;
         self.derivatives += changes.tr_mul(&self.lambda.column(0));
         Ok(())
     }
 
-    /// From one time to another, against the motion, over corners of the integrand.
-    fn go(&mut self, from: f64, to: f64) -> Result<(), SensitivityError> {
+    /// Integrates from one time to another, against the motion, over corners of the integrand.
+    fn integrate_to(&mut self, from: f64, to: f64) -> Result<(), SensitivityError> {
         let (low, high) = (from.min(to), from.max(to));
         let lies = |[before, after]: &&[f64; 2]| *before > low && *after < high;
         let mut inside: Vec<[f64; 2]> = self.corners.iter().filter(lies).copied().collect();
@@ -328,45 +351,45 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         }
         let mut t = from;
         for [near, far] in inside {
-            self.smooth(t, near)?;
+            self.integrate_smooth(t, near)?;
             t = far;
         }
-        self.smooth(t, to)
+        self.integrate_smooth(t, to)
     }
 
-    /// From one time to another, between which motion and integrand are smooth.
-    fn smooth(&mut self, from: f64, to: f64) -> Result<(), SensitivityError> {
+    /// Integrates from one time to another, between which motion and integrand are smooth.
+    fn integrate_smooth(&mut self, from: f64, to: f64) -> Result<(), SensitivityError> {
         let sign = (to - from).signum();
         let mut t = from;
         while sign * (to - t) > 0.0 {
             self.h = sign * self.h.abs();
-            // The last step is not left with a splinter.
-            let last = (to - t).abs() <= self.h.abs() * 1.01;
+            let last = (to - t).abs() <= self.h.abs() * LAST_STEP_STRETCH;
             let h = if last { to - t } else { self.h };
-            if t + 0.01 * h == t && !last || self.steps >= self.most_steps {
+            if t + RESOLVED_PART * h == t && !last || self.steps >= self.most_steps {
                 return Err(SensitivityError::StepTooSmall { time: t });
             }
             let (Some(fine), Some(coarse)) = (self.step(t, h, true)?, self.step(t, h, false)?) else {
-                self.h = 0.2 * h;
+                self.h = FACTOR_WITHOUT_SOLUTION * h;
                 continue;
             };
             let error = self.error(&fine, &coarse);
-            let factor = if error > 0.0 { (0.9 * error.powf(-1.0 / 9.0)).clamp(0.2, 4.0) } else { 4.0 };
+            let factor = step_factor(error);
             self.steps += 1;
             if error <= 1.0 {
                 let next = if last { to } else { t + h };
                 self.refuse_jump(t, next, &fine)?;
                 t = next;
                 self.accept(fine);
-                // A step that was cut short says little of the next.
+                // A step shortened at its end says little about the next one.
                 self.h = if last { self.h.abs().max(factor * h.abs()) } else { factor * h };
             } else {
-                self.h = factor.min(0.9) * h;
+                self.h = factor.min(MAX_FACTOR_AFTER_REJECTION) * h;
             }
         }
         Ok(())
     }
 
+    /// Takes over an accepted step.
     fn accept(&mut self, step: AdjointStep) {
         self.lambda = step.lambda;
         self.derivatives += step.derivatives;
@@ -374,10 +397,10 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         self.value += step.value;
         self.gathered_value += step.gathered_value;
         self.integrand = self.integrand.max(step.integrand);
-        self.measure();
+        self.update_sizes();
     }
 
-    /// Tries a step; `None` where it has no solution.
+    /// A step with five or four nodes; `None` if the equations of the stages have no solution.
     fn step(&mut self, t: f64, h: f64, fine: bool) -> Result<Option<AdjointStep>, SensitivityError> {
         let (n, count) = (M::Vector::LEN, self.linear.parameters.len());
         let nodes = if fine { self.fine.nodes.clone() } else { self.coarse.nodes.clone() };
@@ -391,6 +414,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
             rise: 0.0,
             integrand: 0.0,
         };
+        // The equations at the nodes, and the quadrature of the integrand.
         for (c, weight) in nodes.iter().zip(self.gauss(fine).weights.clone().iter()) {
             let state = self.linear.sampler.at(t + c * h);
             let (a, b) = self.linear.of(&state)?;
@@ -404,7 +428,8 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
                 step.gathered_value += (h * weight * value).abs();
                 step.integrand = step.integrand.max(value.abs());
                 if fine && integrand.has_outputs() {
-                    step.rise += h * weight * self.rate(integrand, &state, &by.state, LATER * h)?;
+                    step.rise +=
+                        h * weight * self.rate(integrand, &state, &by.state, TIME_DIFFERENCE_STEP * h)?;
                 }
                 source.set_column(0, &-by.state);
                 direct = by.parameters;
@@ -412,6 +437,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
             equations.push((-a.transpose(), source));
             of_parameters.push((b, direct));
         }
+        // λ at the end and at the nodes, then the quadrature of the derivatives.
         let gauss = self.gauss(fine);
         let Some((end, stages)) = gauss.with_stages(&self.lambda, h, &equations) else { return Ok(None) };
         step.lambda = end;
@@ -423,6 +449,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         Ok(Some(step))
     }
 
+    /// The formula with five or with four nodes.
     fn gauss(&self, fine: bool) -> &Gauss {
         if fine { &self.fine } else { &self.coarse }
     }
@@ -430,7 +457,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
     /// dℓ/dt along the motion.
     fn rate(
         &self,
-        integrand: &Blend,
+        integrand: &WeightedSum,
         state: &M::State,
         by: &DVector<f64>,
         h: f64,
@@ -447,7 +474,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         Ok(of_state + (later(h)? - later(-h)?) / (2.0 * h))
     }
 
-    /// By how many tolerances the lower order differs.
+    /// The difference of both orders in tolerances.
     fn error(&self, fine: &AdjointStep, coarse: &AdjointStep) -> f64 {
         let n = M::Vector::LEN;
         let mut most = 0.0_f64;
@@ -472,8 +499,8 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         if most.is_nan() { f64::INFINITY } else { most }
     }
 
-    /// That an integrand rose by as much as its rate says. What a corner leaves shrinks with the step, what a
-    /// jump leaves does not.
+    /// Checks that an integrand changed over a step by the integral of its rate. The difference at a corner
+    /// shrinks with the interval, that at a jump does not.
     fn refuse_jump(&mut self, from: f64, to: f64, step: &AdjointStep) -> Result<(), SensitivityError> {
         let plan = self.plan;
         let Some(integrand) = plan.integrand.as_ref().filter(|integrand| integrand.has_outputs()) else {
@@ -483,19 +510,19 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         let largest =
             [ends[0].1, ends[1].1, step.integrand].iter().fold(self.integrand, |most, x| most.max(x.abs()));
         let first = (ends[1].1 - ends[0].1 - step.rise).abs();
-        if first <= self.jump() * largest {
+        if first <= self.examined_difference() * largest {
             return Ok(());
         }
         let mut left = first;
-        for _ in 0..HALVED.0 {
+        for _ in 0..MAX_HALVINGS {
             let half = 0.5 * (ends[0].0 + ends[1].0);
             let half = (half, self.integrand_at(integrand, half)?);
             let sides = [[ends[0], half], [half, ends[1]]];
             let [one, other] =
-                [self.unexplained(integrand, sides[0])?, self.unexplained(integrand, sides[1])?];
+                [self.rate_mismatch(integrand, sides[0])?, self.rate_mismatch(integrand, sides[1])?];
             (ends, left) = if one >= other { (sides[0], one) } else { (sides[1], other) };
         }
-        if left > HALVED.1 * first {
+        if left > PERSISTENT_PART * first {
             return Err(SensitivityError::Jump {
                 time: ends[0].0,
                 what: "an output that is integrated".into(),
@@ -504,20 +531,24 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         Ok(())
     }
 
-    fn integrand_at(&mut self, integrand: &Blend, t: f64) -> Result<f64, SensitivityError> {
+    fn integrand_at(&mut self, integrand: &WeightedSum, t: f64) -> Result<f64, SensitivityError> {
         let state = self.linear.sampler.at(t);
         integrand.value(&self.linear, &state)
     }
 
-    /// By how much an integrand rises that its rate does not say.
-    fn unexplained(&mut self, integrand: &Blend, ends: [(f64, f64); 2]) -> Result<f64, SensitivityError> {
+    /// The difference between the change of an integrand over an interval and the integral of its rate.
+    fn rate_mismatch(
+        &mut self,
+        integrand: &WeightedSum,
+        ends: [(f64, f64); 2],
+    ) -> Result<f64, SensitivityError> {
         let h = ends[1].0 - ends[0].0;
         let mut left = ends[1].1 - ends[0].1;
         for (c, weight) in self.fine.nodes.clone().iter().zip(self.fine.weights.clone().iter()) {
             let state = self.linear.sampler.at(ends[0].0 + c * h);
             let (a, _) = self.linear.of(&state)?;
             let by = integrand.derivatives(&self.linear, &state, &a)?;
-            left -= h * weight * self.rate(integrand, &state, &by.state, LATER * h)?;
+            left -= h * weight * self.rate(integrand, &state, &by.state, TIME_DIFFERENCE_STEP * h)?;
         }
         Ok(left.abs())
     }

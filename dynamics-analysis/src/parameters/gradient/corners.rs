@@ -12,44 +12,51 @@ use dynamics_runtime::model::{ModelState, Parameters, Vector};
 use dynamics_runtime::simulate::Simulate;
 use nalgebra::DVector;
 
-use super::super::sensitivity::linear::VariationalEquations;
+use super::super::sensitivity::variational_equations::VariationalEquations;
 use super::super::sensitivity_error::SensitivityError;
-use super::objective::Blend;
+use super::objective::WeightedSum;
 
 /// Coefficients of the eighth difference.
-const EIGHTH: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
-/// Eighth difference, in parts of the largest derivative, that is none: what a jump of that part does to a
-/// gradient is as little.
-const SMOOTH: f64 = 1e-8;
-/// By how much jumps of derivatives by parameters count less: these are differences.
-const COARSER: f64 = 1e-2;
-/// Width, in roundings of the time, within which a jump is located.
-const NEIGHBOURS: f64 = 4.0;
-/// A jump is apart from the slope beside it where it is so many times as large, and goes on being one where
-/// halves keep this part of it.
-const APART: f64 = 4.0;
-const PERSISTS: f64 = 0.7;
-/// Most looks between two knots: what is rough everywhere is left to the steps.
-const MOST_LOOKS: usize = 4000;
+const EIGHTH_DIFFERENCE: [f64; 9] = [1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0];
+/// Largest eighth difference of a smooth integrand, relative to the largest derivative. A jump of a
+/// derivative of this part changes a gradient by as little.
+const MAX_SMOOTH_DIFFERENCE: f64 = 1e-8;
+/// Weight of derivatives by parameters, which are differences and less accurate. With 1 their errors would
+/// look like jumps.
+const PARAMETER_WEIGHT: f64 = 1e-2;
+/// Width, in roundings of the time, within which a jump is located. Nearer times differ by rounding only.
+const JUMP_WIDTH_IN_ROUNDINGS: f64 = 4.0;
+/// Width, in widths of a jump, up to which an interval is too narrow to be sampled.
+const NARROW_WIDTH: f64 = 8.0;
+/// Ratio of the largest change between two samples to the other changes with which it may be a jump. A
+/// smaller value starts searches at slopes, which end without a jump; a larger one halves intervals in vain.
+const LEAST_JUMP_RATIO: f64 = 4.0;
+/// Part of a jump that one of both halves keeps; a slope leaves a half in each.
+const PERSISTENT_PART: f64 = 0.7;
+/// Most samples between two knots. Beyond them the step size control handles an integrand that is rough
+/// everywhere.
+const MAX_SAMPLES: usize = 4000;
 
-/// Looks at an integrand.
+/// The search of corners of an integrand.
 pub(super) struct IntegrandCorners<'w, 'a, 'm, M: Simulate> {
     pub(super) linear: &'w mut VariationalEquations<'a, 'm, M>,
-    pub(super) integrand: &'w Blend,
-    /// By what derivatives by positions and by velocities are multiplied: the sizes of these.
+    pub(super) integrand: &'w WeightedSum,
+    /// The sizes of positions and velocities, by which derivatives are multiplied.
     pub(super) sizes: [f64; 2],
-    /// Likewise those by parameters, which are differences.
-    pub(super) of_parameters: Vec<f64>,
+    /// The sizes of the parameters.
+    pub(super) parameter_sizes: Vec<f64>,
+    /// Whether derivatives by parameters are sampled, too.
     pub(super) with_parameters: bool,
     /// The largest derivative.
-    pub(super) largest: f64,
+    pub(super) largest_derivative: f64,
     /// The largest value.
-    pub(super) highest: f64,
-    pub(super) looks: usize,
+    pub(super) largest_value: f64,
+    /// Samples between the present two knots.
+    pub(super) samples: usize,
 }
 
-/// A place, the derivatives there, and the value.
-type Look = (f64, DVector<f64>, f64);
+/// A time, the derivatives of the integrand, and its value.
+type Sample = (f64, DVector<f64>, f64);
 
 impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
     /// The times, by growing time, between which derivatives jump.
@@ -57,8 +64,8 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
         let mut times: Vec<f64> = knots.iter().map(|state| state.t()).collect();
         times.sort_by(f64::total_cmp);
         let mut found = self.pass(times.windows(2).map(|pair| [pair[0], pair[1]]).collect())?;
-        if !self.of_parameters.is_empty() {
-            // Those by parameters take longer, and most of their corners are found by now.
+        if !self.parameter_sizes.is_empty() {
+            // Derivatives by parameters are expensive, and most of their corners are known by now.
             self.with_parameters = true;
             times.extend(found.iter().flatten());
             times.sort_by(f64::total_cmp);
@@ -74,20 +81,22 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
         Ok(found)
     }
 
+    /// The corners within some intervals.
     fn pass(&mut self, parts: Vec<[f64; 2]>) -> Result<Vec<[f64; 2]>, SensitivityError> {
         for [from, _] in &parts {
-            self.look(*from)?;
+            self.sample(*from)?;
         }
         let mut found = Vec::new();
-        // Those between the sides of a corner are none.
+        // Intervals between both sides of a corner are left out.
         for [from, to] in parts.into_iter().filter(|part| !is_narrow(*part)) {
-            self.looks = 0;
-            self.between(from, to, &mut found)?;
+            self.samples = 0;
+            self.search(from, to, &mut found)?;
         }
         Ok(found)
     }
 
-    fn look(&mut self, t: f64) -> Result<Look, SensitivityError> {
+    /// The integrand and its scaled derivatives at a time.
+    fn sample(&mut self, t: f64) -> Result<Sample, SensitivityError> {
         let n = M::Vector::LEN;
         let state = self.linear.sampler.at(t);
         let (a, _) = self.linear.of(&state)?;
@@ -98,41 +107,48 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
             (self.integrand.by_state(self.linear, &state, &a)?, DVector::zeros(0))
         };
         let of_state = of_state.iter().enumerate().map(|(i, by)| by * self.sizes[i / n]);
-        let of_parameters = parameters.iter().zip(&self.of_parameters).map(|(by, size)| COARSER * by * size);
+        let of_parameters =
+            parameters.iter().zip(&self.parameter_sizes).map(|(by, size)| PARAMETER_WEIGHT * by * size);
         let by = DVector::from_vec(of_state.chain(of_parameters).collect());
         let value = self.integrand.value(self.linear, &state)?;
-        self.looks += 1;
-        self.largest = self.largest.max(by.amax());
-        self.highest = self.highest.max(value.abs());
+        self.samples += 1;
+        self.largest_derivative = self.largest_derivative.max(by.amax());
+        self.largest_value = self.largest_value.max(value.abs());
         Ok((t, by, value))
     }
 
-    /// Looks at nine places, and more closely at what is not smooth between them.
-    fn between(&mut self, from: f64, to: f64, found: &mut Vec<[f64; 2]>) -> Result<(), SensitivityError> {
+    /// Samples an interval at nine times. If it is not smooth, a jump in it is located, or it is halved.
+    fn search(&mut self, from: f64, to: f64, found: &mut Vec<[f64; 2]>) -> Result<(), SensitivityError> {
         let mut open = alloc::vec![(from, to)];
         while let Some((a, b)) = open.pop() {
-            if self.looks > MOST_LOOKS || b <= a {
+            if self.samples > MAX_SAMPLES || b <= a {
                 continue;
             }
             let at = |k: usize| if k == 8 { b } else { a + (b - a) * k as f64 / 8.0 };
-            let looks = (0..9).map(|k| self.look(at(k))).collect::<Result<Vec<Look>, _>>()?;
-            let mut rough = DVector::zeros(looks[0].1.len());
-            looks.iter().zip(EIGHTH).for_each(|((_, by, _), factor)| rough.axpy(factor, by, 1.0));
-            // What passes between two places may leave the derivatives at both alike, and not the values.
-            let of_values: f64 = looks.iter().zip(EIGHTH).map(|((.., value), factor)| value * factor).sum();
-            if rough.amax() <= SMOOTH * self.largest && of_values.abs() <= SMOOTH * self.highest {
+            let samples = (0..9).map(|k| self.sample(at(k))).collect::<Result<Vec<Sample>, _>>()?;
+            let mut rough = DVector::zeros(samples[0].1.len());
+            samples
+                .iter()
+                .zip(EIGHTH_DIFFERENCE)
+                .for_each(|((_, by, _), factor)| rough.axpy(factor, by, 1.0));
+            // A short pulse between two samples may leave the derivatives at both equal, but not the values.
+            let of_values: f64 =
+                samples.iter().zip(EIGHTH_DIFFERENCE).map(|((.., value), factor)| value * factor).sum();
+            if rough.amax() <= MAX_SMOOTH_DIFFERENCE * self.largest_derivative
+                && of_values.abs() <= MAX_SMOOTH_DIFFERENCE * self.largest_value
+            {
                 continue;
             }
-            // A value that jumps, where no derivative does.
+            // The value jumps, but no derivative.
             if is_narrow([a, b]) {
                 found.push([a, b]);
                 continue;
             }
-            let changes: Vec<f64> = looks.windows(2).map(|pair| (&pair[1].1 - &pair[0].1).amax()).collect();
+            let changes: Vec<f64> = samples.windows(2).map(|pair| (&pair[1].1 - &pair[0].1).amax()).collect();
             let k = (0..8).max_by(|i, j| changes[*i].total_cmp(&changes[*j])).unwrap_or(0);
             let others = changes.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, change)| *change);
-            let stands_out = changes[k] > APART * others.fold(0.0, f64::max);
-            match stands_out.then(|| self.narrow(&looks[k], &looks[k + 1])).transpose()?.flatten() {
+            let stands_out = changes[k] > LEAST_JUMP_RATIO * others.fold(0.0, f64::max);
+            match stands_out.then(|| self.locate(&samples[k], &samples[k + 1])).transpose()?.flatten() {
                 Some(corner) => {
                     found.push(corner);
                     open.extend([(a, corner[0]), (corner[1], b)]);
@@ -143,20 +159,20 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
         Ok(())
     }
 
-    /// The places on both sides of a jump; `None` where there is but a steep slope.
-    fn narrow(&mut self, left: &Look, right: &Look) -> Result<Option<[f64; 2]>, SensitivityError> {
+    /// The times on both sides of a jump, by bisection; `None` if there is only a steep slope.
+    fn locate(&mut self, left: &Sample, right: &Sample) -> Result<Option<[f64; 2]>, SensitivityError> {
         let (mut left, mut right) = (left.clone(), right.clone());
-        let size = |a: &Look, b: &Look| (&b.1 - &a.1).amax();
+        let size = |a: &Sample, b: &Sample| (&b.1 - &a.1).amax();
         let mut jump = size(&left, &right);
         loop {
-            let width = NEIGHBOURS * f64::EPSILON * left.0.abs().max(right.0.abs());
+            let width = JUMP_WIDTH_IN_ROUNDINGS * f64::EPSILON * left.0.abs().max(right.0.abs());
             let middle = 0.5 * (left.0 + right.0);
             if right.0 - left.0 <= width || middle <= left.0 || middle >= right.0 {
                 return Ok(Some([left.0, right.0]));
             }
-            let middle = self.look(middle)?;
+            let middle = self.sample(middle)?;
             let [before, after] = [size(&left, &middle), size(&middle, &right)];
-            if before.max(after) < PERSISTS * jump {
+            if before.max(after) < PERSISTENT_PART * jump {
                 return Ok(None);
             }
             jump = before.max(after);
@@ -165,7 +181,7 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
     }
 }
 
-/// Whether next to no numbers lie between.
+/// Whether hardly any numbers lie between two times.
 fn is_narrow([a, b]: [f64; 2]) -> bool {
-    b - a <= 8.0 * NEIGHBOURS * f64::EPSILON * a.abs().max(b.abs())
+    b - a <= NARROW_WIDTH * JUMP_WIDTH_IN_ROUNDINGS * f64::EPSILON * a.abs().max(b.abs())
 }

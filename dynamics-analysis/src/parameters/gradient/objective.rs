@@ -10,15 +10,15 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{by_parameter, differences, not_solved};
 use super::super::sensitivity::MeasuredQuantity;
-use super::super::sensitivity::linear::VariationalEquations;
+use super::super::sensitivity::variational_equations::VariationalEquations;
 use super::super::sensitivity_error::SensitivityError;
 use crate::linearize::scales;
 
-/// Steps of differences of outputs, in parts of the size of a coordinate: their error, of order 4, and what
-/// rounding leaves are both near 1e-12.
-const STEP: f64 = 1e-3;
+/// First step of differences of outputs, relative to the size of a coordinate. The error of order 4 and
+/// rounding are then both near 1e-12.
+const OUTPUT_STEP: f64 = 1e-3;
 
-/// A part of an objective, as it was given.
+/// A term of an objective, as it was given.
 pub(super) enum Term {
     End { quantity: String, weight: f64 },
     At { quantity: String, weight: f64, time: f64 },
@@ -26,31 +26,33 @@ pub(super) enum Term {
     Squares { quantity: String, weight: f64, points: Vec<(f64, f64)> },
 }
 
-/// Quantities added up with weights.
+/// A weighted sum of coordinates, velocities and outputs.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Blend {
-    /// Of q and q̇.
+pub(super) struct WeightedSum {
+    /// Weights of q and q̇.
     state: DVector<f64>,
+    /// Weights of the outputs.
     outputs: DVector<f64>,
 }
 
-/// What is taken at an instant.
+/// A term at an instant.
 pub(super) struct Instant {
     pub(super) time: f64,
     quantity: MeasuredQuantity,
     weight: f64,
-    /// The value from which differences are squared.
+    /// The measured value of a squared difference; `None` for a linear term.
     from: Option<f64>,
 }
 
-/// An objective, read.
+/// An objective with names resolved.
 pub(super) struct ParsedObjective {
     /// By growing time.
     pub(super) instants: Vec<Instant>,
-    pub(super) integrand: Option<Blend>,
+    pub(super) integrand: Option<WeightedSum>,
 }
 
 impl ParsedObjective {
+    /// Resolves names and checks weights and points.
     pub(super) fn of<M: Simulate>(terms: &[Term], end: f64) -> Result<Self, SensitivityError> {
         let mut plan = Self { instants: Vec::new(), integrand: None };
         let weighed = |name: &str, weight: f64| {
@@ -60,6 +62,7 @@ impl ParsedObjective {
             }
             Ok(quantity)
         };
+        // Terms at instants become a list by time; integrals become one weighted sum.
         for term in terms {
             match term {
                 Term::End { quantity: name, weight } => {
@@ -72,7 +75,7 @@ impl ParsedObjective {
                 }
                 Term::Integral { quantity: name, weight } => {
                     let quantity = weighed(name, *weight)?;
-                    plan.integrand.get_or_insert_with(Blend::none::<M>).add::<M>(quantity, *weight);
+                    plan.integrand.get_or_insert_with(WeightedSum::none::<M>).add::<M>(quantity, *weight);
                 }
                 Term::Squares { quantity: name, weight, points } => {
                     let (quantity, weight) = (weighed(name, *weight)?, *weight);
@@ -98,13 +101,13 @@ impl ParsedObjective {
 }
 
 impl Instant {
-    /// Its part of the value, and what it asks the derivatives of.
+    /// The value of the term, and the weighted sum that has its derivative.
     pub(super) fn read<M: Simulate + Parameters + Clone>(
         &self,
         along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
-    ) -> Result<(f64, Blend), SensitivityError> {
-        let mut one = Blend::none::<M>();
+    ) -> Result<(f64, WeightedSum), SensitivityError> {
+        let mut one = WeightedSum::none::<M>();
         one.add::<M>(self.quantity, 1.0);
         let value = one.value(along, state)?;
         let (part, slope) = match self.from {
@@ -117,17 +120,17 @@ impl Instant {
     }
 }
 
-/// Derivatives of a blend at a state.
-pub(super) struct BlendDerivatives {
+/// Derivatives of a weighted sum at a state.
+pub(super) struct SumDerivatives {
     /// By q and q̇, 2N.
     pub(super) state: DVector<f64>,
-    /// By each column's parameter.
+    /// By the parameter of each column; 0 for elements of the start.
     pub(super) parameters: DVector<f64>,
-    /// Whether differences entered.
+    /// Whether no differences entered.
     pub(super) exact: bool,
 }
 
-impl Blend {
+impl WeightedSum {
     fn none<M: Simulate>() -> Self {
         Self { state: DVector::zeros(2 * M::Vector::LEN), outputs: DVector::zeros(M::OUTPUTS.len()) }
     }
@@ -140,7 +143,7 @@ impl Blend {
         }
     }
 
-    /// Whether outputs are in it, which may jump.
+    /// Whether it contains outputs, which may have corners and jumps.
     pub(super) fn has_outputs(&self) -> bool {
         self.outputs.iter().any(|weight| *weight != 0.0)
     }
@@ -150,14 +153,14 @@ impl Blend {
         all.zip(self.state.iter()).map(|(x, weight)| x * weight).sum()
     }
 
-    /// What the outputs give, with another model than that of the motion, perhaps.
+    /// The part of the outputs, with the model of the motion or a changed one.
     fn of_outputs<M: Simulate>(&self, model: &M, state: &M::State) -> Result<f64, SensitivityError> {
         if !self.has_outputs() {
             return Ok(0.0);
         }
         let mut values = alloc::vec![0.0; M::OUTPUTS.len()];
         model.outputs(state, &mut values).map_err(|error| not_solved::<M>(state, error))?;
-        // Others need not exist.
+        // Outputs without a weight need not be finite.
         let asked = values.iter().zip(self.outputs.iter()).filter(|(_, weight)| **weight != 0.0);
         let value: f64 = asked.map(|(x, weight)| x * weight).sum();
         if value.is_finite() { Ok(value) } else { Err(SensitivityError::NotFinite { time: state.t() }) }
@@ -177,9 +180,9 @@ impl Blend {
         along: &VariationalEquations<'_, '_, M>,
         state: &M::State,
         a: &DMatrix<f64>,
-    ) -> Result<BlendDerivatives, SensitivityError> {
+    ) -> Result<SumDerivatives, SensitivityError> {
         let parameters = DVector::zeros(along.parameters.len());
-        let mut found = BlendDerivatives { state: self.state.clone(), parameters, exact: true };
+        let mut found = SumDerivatives { state: self.state.clone(), parameters, exact: true };
         if !self.has_outputs() {
             return Ok(found);
         }
@@ -206,7 +209,7 @@ impl Blend {
         Ok(&self.state + self.of_outputs_by_state(along, state, a)?.0)
     }
 
-    /// Of the outputs by q and q̇, and whether exactly.
+    /// The derivatives of the outputs by q and q̇, and whether they are exact.
     fn of_outputs_by_state<M: Simulate + Parameters + Clone>(
         &self,
         along: &VariationalEquations<'_, '_, M>,
@@ -219,8 +222,8 @@ impl Blend {
         }
     }
 
-    /// Of the outputs by q and q̇, from generated code; `None` where there is none, or where reactions or
-    /// laws enter.
+    /// The derivatives of the outputs by q and q̇ from generated code; `None` if there is none, or if the
+    /// outputs depend on reactions or on a law of inputs.
     fn generated<M: Simulate + Parameters + Clone>(
         &self,
         along: &VariationalEquations<'_, '_, M>,
@@ -254,7 +257,7 @@ impl Blend {
         found.iter().all(|x| x.is_finite()).then_some(found)
     }
 
-    /// Likewise by differences.
+    /// The derivatives of the outputs by q and q̇ by differences.
     fn by_differences<M: Simulate + Parameters + Clone>(
         &self,
         along: &VariationalEquations<'_, '_, M>,
@@ -272,7 +275,7 @@ impl Blend {
                 let moved = if along.motion.has_law() { along.motion.complete(moved) } else { moved };
                 Ok(DVector::from_element(1, self.of_outputs(along.motion.model(), &moved)?))
             };
-            found[j] = differences(STEP * sizes[j / n][j % n], &none, value)?[0];
+            found[j] = differences(OUTPUT_STEP * sizes[j / n][j % n], &none, value)?[0];
         }
         Ok(found)
     }

@@ -1,14 +1,29 @@
 //! Gauss collocation for linear equations ẋ = A(t) x + b(t).
 //!
-//! With s nodes the roots cᵢ of the Legendre polynomial P_s on [0, 1], order 2s, A-stable (Hairer, Nørsett &
-//! Wanner, *Solving Ordinary Differential Equations I*, §II.7; Hairer & Wanner, II, §IV.5). The stages solve
-//! kᵢ = A(tᵢ) (x + h Σ aᵢⱼ kⱼ) + b(tᵢ), linear equations, without iterations. No node lies at an end of the
-//! step, where another branch of the model may begin. Steps are taken with five nodes; four, of order 8, say
-//! how far they may be off.
+//! With s nodes the roots cᵢ of the Legendre polynomial P_s on [0, 1], order 2s, A-stable (Hairer, Nørsett
+//! & Wanner, *Solving Ordinary Differential Equations I*, §II.7; Hairer & Wanner, II, §IV.5). The stages
+//! solve kᵢ = A(tᵢ) (x + h Σ aᵢⱼ kⱼ) + b(tᵢ), linear equations, without iterations. No node lies
+//! at an end of the step, where another branch of the model may begin. Steps are taken with five nodes; the
+//! difference from four nodes, of order 8, estimates their error.
 
 use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
+
+/// Safety factor of the step size control.
+const SAFETY: f64 = 0.9;
+/// Smallest and largest factor from one step to the next.
+const STEP_FACTORS: [f64; 2] = [0.2, 4.0];
+/// Factor of a step after one without a solution of the stages.
+pub(in super::super) const FACTOR_WITHOUT_SOLUTION: f64 = 0.2;
+/// Largest factor after a step that was not accepted.
+pub(in super::super) const MAX_FACTOR_AFTER_REJECTION: f64 = 0.9;
+
+/// The factor of the next step, for an error in tolerances. The difference of both formulas is of order h⁹.
+pub(in super::super) fn step_factor(error: f64) -> f64 {
+    let [smallest, largest] = STEP_FACTORS;
+    if error > 0.0 { (SAFETY * error.powf(-1.0 / 9.0)).clamp(smallest, largest) } else { largest }
+}
 
 /// A and b at a node.
 pub(in super::super) type AtNode = (DMatrix<f64>, DMatrix<f64>);
@@ -67,7 +82,7 @@ impl Gauss {
         self.with_stages(x, h, at).map(|(end, _)| end)
     }
 
-    /// Likewise, and x at the nodes.
+    /// As [`Gauss::step`], with x at the nodes.
     pub(in super::super) fn with_stages(
         &self,
         x: &DMatrix<f64>,

@@ -1,8 +1,8 @@
 //! Sweeps as comma-separated values.
 //!
-//! A row for each run: the values on the axes, the results, and what went wrong, which is empty where nothing
-//! did. A run that failed has no results: its fields are empty. Numbers are the shortest that read back as
-//! the same value; fields are quoted after RFC 4180.
+//! A row for each run: the values on the axes, the results, and the error. Of a run that failed the fields of
+//! the results are empty, of any other run that of the error. Numbers are the shortest that read back as the
+//! same value; fields are quoted after RFC 4180.
 
 use alloc::format;
 use alloc::string::String;
@@ -36,7 +36,7 @@ impl<const K: usize> Sweep<K> {
                 }),
                 Err(failure) => {
                     self.names.iter().for_each(|_| out.push(','));
-                    // The state there, which follows in further lines, has no place in a table.
+                    // The first line only; the state follows in further lines.
                     out.push_str(&quoted(failure.message.lines().next().unwrap_or_default().into()));
                 }
             }

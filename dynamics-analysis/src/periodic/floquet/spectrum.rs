@@ -5,16 +5,25 @@ use alloc::vec::Vec;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::Multiplier;
-use crate::linearize::{eigenvector, general};
+use crate::linearize::{eigenvector, matrix_eigenvalues};
 use crate::periodic::PeriodicError;
 use crate::periodic::symmetry::{Known, Trivial};
 
-/// Elements with every coordinate measured by its size.
+/// Vectors whose part off the span of others is at most this count as dependent on them. Directions are known
+/// to about 1e-7 (`symmetry.rs`).
+const DEPENDENT_DIRECTION: f64 = 1e-6;
+/// Relative error of the form W, which is made of differences of the momenta. Formulas of order 6 leave less.
+const FORM_ERROR: f64 = 1e-10;
+/// Factor on the error of M within which the symplectic defect is allowed. A smaller factor may take an error
+/// of integration for damping.
+const DEFECT_ERROR_FACTOR: f64 = 10.0;
+
+/// The matrix in the scales of the coordinates, w_i⁻¹ m_ij w_j.
 fn scale(m: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * weights[j] / weights[i])
 }
 
-/// A monodromy matrix, and how far it may be off, with every coordinate measured by its size.
+/// A monodromy matrix and the error bounds of its elements, in the scales of the coordinates.
 pub(super) struct Scaled {
     m: DMatrix<f64>,
     unsure: DMatrix<f64>,
@@ -26,6 +35,7 @@ impl Scaled {
         Self { m: scale(m, &weights), unsure: scale(unsure, &weights), weights }
     }
 
+    /// A bilinear form in the scales of the coordinates.
     fn weigh(&self, w: &DMatrix<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(w.nrows(), w.ncols(), |i, j| w[(i, j)] * self.weights[i] * self.weights[j])
     }
@@ -36,16 +46,17 @@ impl Scaled {
         (self.m.tr_mul(&(&w * &self.m)) - &w).amax() / w.amax().max(f64::MIN_POSITIVE)
     }
 
-    /// What that may be for the error of M, and of W.
+    /// The largest defect that the errors of M and W can cause.
     pub(super) fn allowed_defect(&self, w: &DMatrix<f64>) -> f64 {
         let w = self.weigh(w).abs();
         let (m, off) = (self.m.abs(), &self.unsure);
         let of_m = m.tr_mul(&(&w * off)) + off.tr_mul(&(&w * &m));
-        let of_w = m.tr_mul(&(&w * &m)) * 1e-10;
-        (10.0 * of_m + of_w).amax() / w.amax().max(f64::MIN_POSITIVE)
+        let of_w = m.tr_mul(&(&w * &m)) * FORM_ERROR;
+        (DEFECT_ERROR_FACTOR * of_m + of_w).amax() / w.amax().max(f64::MIN_POSITIVE)
     }
 
-    /// All multipliers, and what moves in those that are not 1 for a reason.
+    /// All multipliers with their shapes. Those known to be 1 are removed first, the others computed on the
+    /// complement.
     pub(super) fn multipliers(
         &self,
         known: &Known,
@@ -60,8 +71,8 @@ impl Scaled {
         let rights = taken.len();
         for (x, why) in &known.left {
             let x = unit(x.component_mul(&self.weights));
-            // One that is its own partner is counted once.
-            if taken[..rights].iter().all(|(right, _)| right.dot(&x).abs() < 1e-6) {
+            // A left direction that is not orthogonal to the right ones belongs to the same multiplier.
+            if taken[..rights].iter().all(|(right, _)| right.dot(&x).abs() < DEPENDENT_DIRECTION) {
                 taken.push((x, *why));
             }
         }
@@ -87,7 +98,8 @@ impl Scaled {
     }
 }
 
-/// An orthonormal basis of what is orthogonal to some vectors, and which of these were independent.
+/// An orthonormal basis of the orthogonal complement of some vectors, and the reasons of those that were
+/// independent. By Gram–Schmidt, twice for each vector.
 fn complement(n: usize, taken: &[(DVector<f64>, Trivial)]) -> (DMatrix<f64>, Vec<Trivial>) {
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let rest = |x: &DVector<f64>, basis: &[DVector<f64>]| {
@@ -100,7 +112,7 @@ fn complement(n: usize, taken: &[(DVector<f64>, Trivial)]) -> (DMatrix<f64>, Vec
     let mut used = Vec::new();
     for (x, why) in taken {
         let left = rest(x, &basis);
-        if left.norm() > 1e-6 {
+        if left.norm() > DEPENDENT_DIRECTION {
             basis.push(left.normalize());
             used.push(*why);
         }
@@ -119,11 +131,14 @@ fn complement(n: usize, taken: &[(DVector<f64>, Trivial)]) -> (DMatrix<f64>, Vec
 /// A multiplier, and its eigenvector.
 type WithShape = (Multiplier, DVector<Complex<f64>>);
 
-/// Eigenvalues of a matrix whose elements may be `off`, with vectors.
+/// Eigenvalues with vectors, and their error bounds if the elements may be wrong by `off`: the first-order
+/// bound, and at most Elsner's bound.
 fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<WithShape>, PeriodicError> {
     let n = a.nrows();
     let mut found = Vec::with_capacity(n);
-    for (k, value) in general(a.clone()).map_err(PeriodicError::Eigenvalues)?.into_iter().enumerate() {
+    for (k, value) in
+        matrix_eigenvalues(a.clone()).map_err(PeriodicError::Eigenvalues)?.into_iter().enumerate()
+    {
         let right = eigenvector(a, value, k).map_err(PeriodicError::Eigenvalues)?;
         let left = eigenvector(&a.transpose(), value.conj(), k).map_err(PeriodicError::Eigenvalues)?;
         let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());

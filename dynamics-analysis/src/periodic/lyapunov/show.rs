@@ -18,7 +18,7 @@ impl fmt::Display for Exponent {
     }
 }
 
-/// One line for each exponent, then what they are means of.
+/// One line for each exponent, then the divergence, the time and the steps of the run.
 impl<S: ModelState> fmt::Display for LyapunovExponents<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.exponents.iter().try_for_each(|one| writeln!(f, "{one}"))?;

@@ -1,4 +1,9 @@
-//! Newton's method on the gaps between segments.
+//! Newton's method for the closure conditions of shooting.
+//!
+//! The equations have two kinds. The gaps g(x) between the end of each segment and the start of the next are
+//! minimised in the least-squares sense. The phase condition and the held values c(x) = 0 are fulfilled
+//! exactly, so that a step keeps what is held: step = p + N y with C p = −c, N the null space of C, and y
+//! from ‖g + J (p + N y)‖ = min by singular values. All unknowns are in the scales of the coordinates.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -16,12 +21,41 @@ use crate::periodic::flow::Flow;
 use crate::periodic::frame::{Frame, direction, sizes, stacked};
 use crate::periodic::symmetry::{Conserved, is_autonomous};
 
-/// Misses that are small enough, in parts of the ranges of coordinates, where no step makes them smaller.
-const SMALL_MISS: f64 = 1e-8;
-/// Most that one step changes the period by, in parts of it.
-const MOST_CHANGE: f64 = 0.3;
-/// Halvings of a step before it is given up.
-const HALVINGS: usize = 10;
+/// Largest gap or miss of a held value, relative to the ranges of the coordinates, with which a motion counts
+/// as closed after steps no longer reduce it.
+const MAX_CLOSURE_ERROR: f64 = 1e-8;
+/// Largest relative change of the period by one step. Longer steps may lead to a multiple of the period.
+const MAX_PERIOD_CHANGE: f64 = 0.3;
+/// Most halvings of a step. If none reduces the residuals enough, the search ends.
+const MAX_STEP_HALVINGS: usize = 10;
+/// Part of the linear decrease that an accepted step must reach (Armijo's condition).
+const LEAST_DECREASE: f64 = 0.1;
+/// Size of a step, relative to the ranges, at which the search has converged. Further steps are rounding of
+/// the integration.
+const CONVERGED_STEP: f64 = 1e-10;
+/// Size of a step from which on an iteration that no longer reduces it has reached the error of integration.
+const STALLED_STEP: f64 = 1e-7;
+/// Ratio of two steps above which they no longer decrease.
+const STALLED_STEP_RATIO: f64 = 0.3;
+/// Reach of the motion, relative to that of the guess, at which the search has ended at rest. A larger value
+/// refuses small closed motions, a smaller one accepts the rest as one.
+const REST_REACH: f64 = 1e-4;
+/// Singular values of the held conditions up to this part of the largest count as zero. It lies above the
+/// errors of the differences of the energy.
+const RANK_TOLERANCE_OF_CONDITIONS: f64 = 1e-9;
+/// Singular values of the gaps up to this many tolerances of the integration, relative to the largest, count
+/// as zero. The derivatives of the shots are known to about this error. A smaller value would call members of
+/// a family isolated.
+const RANK_TOLERANCE_IN_TOLERANCES: f64 = 100.0;
+/// Least rank tolerance of the gaps. It is the rounding of the derivatives at the finest tolerances.
+const LEAST_RANK_TOLERANCE: f64 = 1e-10;
+/// Step of differences of the energy function, in the scales of the coordinates, by the formula of order 6.
+const ENERGY_STEP: f64 = 0.01;
+/// Largest number of repeats within the period that is detected. Each costs a part of a shot.
+const MAX_REPEATS: usize = 6;
+/// Closure error after a part of the period, relative to the ranges, at which the motion repeats. As the
+/// closure error of a motion (`floquet.rs`).
+const REPEAT_CLOSURE_ERROR: f64 = 1e-6;
 
 pub(super) struct ShootingOptions<'a> {
     pub(super) segments: usize,
@@ -42,14 +76,16 @@ pub(super) struct ShootingSolution<S> {
     sizes: DVector<f64>,
 }
 
-/// A set of shots: where they start, what they miss, and how that depends on the unknowns.
+/// The shots of all segments, with their gaps and the derivatives by the unknowns.
 struct Shots<S> {
     nodes: Vec<S>,
     frames: Vec<Frame>,
     period: f64,
+    /// The gaps between segments, scaled.
     misses: DVector<f64>,
+    /// Derivatives of the gaps by the unknowns.
     jacobian: DMatrix<f64>,
-    /// The phase condition, and what is held: by how much it is missed, and derivatives.
+    /// The phase condition and the held values: residuals, and derivatives by the unknowns.
     conditions: (DVector<f64>, DMatrix<f64>),
     passed: Vec<S>,
 }
@@ -57,16 +93,18 @@ struct Shots<S> {
 /// A step, and the singular values that it was computed with.
 struct Solved {
     step: DVector<f64>,
+    /// Largest and smallest singular value.
     most: f64,
     least: f64,
+    /// Singular values up to this one count as zero: the motion is then not isolated.
     floor: f64,
-    /// The direction in which closed motions lie side by side, where they do.
+    /// The right singular vector of the smallest singular value: the direction of a family of closed motions,
+    /// if there is one.
     along: DVector<f64>,
 }
 
 impl<S> Shots<S> {
-    /// The step that fulfils the conditions, and under them misses least: conditions are met exactly, so that
-    /// what is held is held, and a start at rest stays one.
+    /// The step that fulfils the conditions exactly and minimises the gaps under them.
     fn solve(&self, tolerance: f64) -> Option<Solved> {
         let (off, rows) = &self.conditions;
         let n = self.jacobian.ncols();
@@ -75,21 +113,25 @@ impl<S> Shots<S> {
         } else {
             let svd = rows.clone().svd(true, true);
             let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
-            let particular = svd.solve(&-off, 1e-9 * most).ok()?;
+            let particular = svd.solve(&-off, RANK_TOLERANCE_OF_CONDITIONS * most).ok()?;
             let v = svd.v_t?;
             let projector = DMatrix::identity(n, n) - v.tr_mul(&v);
             let eigen = projector.symmetric_eigen();
             let kept: Vec<usize> = (0..n).filter(|k| eigen.eigenvalues[*k] > 0.5).collect();
-            (particular, eigen.eigenvectors.select_columns(&kept), least > 1e-9 * most)
+            (
+                particular,
+                eigen.eigenvectors.select_columns(&kept),
+                least > RANK_TOLERANCE_OF_CONDITIONS * most,
+            )
         };
         if free.ncols() == 0 {
-            // More is held than there is.
+            // The conditions determine all unknowns.
             let along = DVector::zeros(n);
             return Some(Solved { step: particular, most: 1.0, least: 1.0, floor: 0.0, along });
         }
         let svd = (&self.jacobian * &free).svd(true, true);
         let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
-        let floor = (100.0 * tolerance).max(1e-10) * most;
+        let floor = (RANK_TOLERANCE_IN_TOLERANCES * tolerance).max(LEAST_RANK_TOLERANCE) * most;
         let left = -(&self.misses + &self.jacobian * &particular);
         let step = particular + &free * svd.solve(&left, floor).ok()?;
         let v = svd.v_t?;
@@ -97,11 +139,12 @@ impl<S> Shots<S> {
         Some(Solved { step, most, least: if independent { least } else { 0.0 }, floor, along })
     }
 
-    /// How far off all is.
+    /// The sum of squares of all residuals.
     fn merit(&self) -> f64 {
         self.misses.norm_squared() + self.conditions.0.norm_squared()
     }
 
+    /// The largest residual.
     fn worst(&self) -> f64 {
         self.misses.amax().max(if self.conditions.0.is_empty() { 0.0 } else { self.conditions.0.amax() })
     }
@@ -115,16 +158,17 @@ struct ShootingProblem<'a, 'm, M: Simulate> {
     autonomous: bool,
     /// Whether the period is an unknown.
     free: bool,
-    /// What is conserved along the motion through the guess.
+    /// Names of the quantities that are conserved along the motion through the guess.
     conserved: Vec<&'static str>,
-    /// Whether nothing was asked for that chooses one of a family.
+    /// Whether the motion may belong to a family of which no member was chosen. Then its energy is held.
     is_family: bool,
-    /// How far the motion through the guess goes.
+    /// The reach of the motion through the guess, scaled.
     reach: f64,
-    /// Whether steps may go along the motion, as what is held says where on it it starts.
-    slides: bool,
+    /// Whether there is no phase condition, because a held coordinate selects the starting point.
+    no_phase_condition: bool,
 }
 
+/// Searches a closed motion near the guesses.
 pub(super) fn search<M: Simulate>(
     model: &M,
     guesses: &[M::State],
@@ -133,19 +177,19 @@ pub(super) fn search<M: Simulate>(
 ) -> Result<ShootingSolution<M::State>, PeriodicError> {
     let (mut problem, nodes) = ShootingProblem::new(model, guesses, period, asked)?;
     let of_coordinate = problem.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
-    let lone = problem.autonomous && problem.conserved.is_empty() && of_coordinate;
+    let may_be_isolated = problem.autonomous && problem.conserved.is_empty() && of_coordinate;
     match problem.search(nodes.clone(), period) {
-        // Of a family one was chosen, or of a motion that stands alone its start: which it is shows in what
-        // can be fulfilled.
-        Err(error) if lone => {
-            problem.slides = true;
+        // A held coordinate selects a member of a family, or the starting point on an isolated motion. First
+        // try the former, then the latter.
+        Err(error) if may_be_isolated => {
+            problem.no_phase_condition = true;
             problem.search(nodes, period).map_err(|_| error)
         }
         found => found,
     }
 }
 
-/// How far a motion goes from its start, in parts of what coordinates are measured by.
+/// The largest distance of a motion from its start, scaled.
 fn reach<S: ModelState>(passed: &[S], sizes: &DVector<f64>) -> f64 {
     let Some(first) = passed.first().map(stacked) else { return 0.0 };
     passed.iter().map(|state| (stacked(state) - &first).component_div(sizes).amax()).fold(0.0, f64::max)
@@ -162,23 +206,23 @@ fn nodes<M: Simulate>(
     if guesses.len() == segments {
         let mut nodes: Vec<M::State> =
             guesses.iter().enumerate().map(|(k, guess)| at_time(guess, time(k))).collect();
-        // Where constraints move, a state belongs to its time.
+        // Constraints that move hold at the time of each node.
         for node in nodes.iter_mut().filter(|_| !M::ROWS.is_empty()) {
-            flow.place(node)?;
+            flow.project(node)?;
         }
         return Ok(nodes);
     }
     let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
     let mut nodes = alloc::vec![guesses[0]];
     for k in 1..segments {
-        let next = flow.fly(&nodes[k - 1], &none, time(k), &mut |_| ())?.state;
+        let next = flow.integrate(&nodes[k - 1], &none, time(k), &mut |_| ())?.state;
         nodes.push(next);
     }
     Ok(nodes)
 }
 
 impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
-    /// With where segments start.
+    /// The problem, and the states at which the segments start.
     fn new(
         model: &'m M,
         guesses: &[M::State],
@@ -191,23 +235,35 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
         for node in &nodes {
             passed.push(*node);
-            flow.fly(node, &none, node.t() + period / asked.segments as f64, &mut |state| {
+            flow.integrate(node, &none, node.t() + period / asked.segments as f64, &mut |state| {
                 passed.push(*state)
             })?;
         }
         let sizes = sizes::<M>(&passed, period);
         let autonomous = is_autonomous(&mut flow, &passed, period, asked.advance)?;
         let free = autonomous && !asked.hold_period;
-        // Of a family one is found, so that there is something to choose by; then it is said that there are
-        // others.
+        // If no member of a family was chosen, one is found with the energy of the guess. The error then
+        // shows it.
         let conserved = Conserved::along(model, &passed, autonomous).quantities;
         let conserved: Vec<_> = conserved.iter().map(|of| of.name).collect();
         let is_family = free && asked.holds.is_empty() && !conserved.is_empty();
         let mut holds = asked.holds.to_vec();
         holds.extend(is_family.then(|| Hold::Energy(model.energy_function(&nodes[0]))));
         let reach = reach(&passed, &sizes);
-        let slides = false;
-        Ok((Self { flow, asked, holds, sizes, autonomous, free, conserved, is_family, reach, slides }, nodes))
+        let no_phase_condition = false;
+        let problem = Self {
+            flow,
+            asked,
+            holds,
+            sizes,
+            autonomous,
+            free,
+            conserved,
+            is_family,
+            reach,
+            no_phase_condition,
+        };
+        Ok((problem, nodes))
     }
 
     /// Newton's method from these nodes.
@@ -225,8 +281,10 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
                 return Err(self.not_found(&shots, iteration, because));
             };
             let (size, worst) = (solved.step.amax(), shots.worst());
-            let settled = size <= 1e-10 || correction <= 1e-7 && size >= 0.3 * correction;
-            let next = if settled && worst <= SMALL_MISS || iteration == self.asked.most_iterations {
+            // Converged: the step is small, or it no longer decreases near the error of integration.
+            let settled = size <= CONVERGED_STEP
+                || correction <= STALLED_STEP && size >= STALLED_STEP_RATIO * correction;
+            let next = if settled && worst <= MAX_CLOSURE_ERROR || iteration == self.asked.most_iterations {
                 None
             } else {
                 self.descend(&shots, &solved.step, &mut because)
@@ -236,13 +294,13 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
                 iteration += 1;
                 continue;
             }
-            if worst > SMALL_MISS {
+            if worst > MAX_CLOSURE_ERROR {
                 return Err(self.not_found(&shots, iteration, because));
             }
-            if self.autonomous && reach(&shots.passed, &self.sizes) <= 1e-4 * self.reach {
+            if self.autonomous && reach(&shots.passed, &self.sizes) <= REST_REACH * self.reach {
                 return Err(PeriodicError::Rests { at: stacked(&shots.nodes[0]).as_slice().into() });
             }
-            let solved = self.alone(&mut shots, solved)?;
+            let solved = self.check_isolated(&mut shots, solved)?;
             return Ok(ShootingSolution {
                 iterations: iteration,
                 correction: size,
@@ -254,8 +312,12 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         }
     }
 
-    /// Checks that no other closed motion is next to the one that was found.
-    fn alone(&self, shots: &mut Shots<M::State>, mut solved: Solved) -> Result<Solved, PeriodicError> {
+    /// Checks that the closed motion is isolated, without the energy that was held for a family.
+    fn check_isolated(
+        &self,
+        shots: &mut Shots<M::State>,
+        mut solved: Solved,
+    ) -> Result<Solved, PeriodicError> {
         if self.is_family {
             let (misses, rows) = &shots.conditions;
             let given = rows.nrows() - 1;
@@ -280,14 +342,14 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
     /// Conditions that could choose one of a family of closed motions and are not set yet.
     fn remedies(&self, coordinate: &str) -> Vec<String> {
         let holds_energy = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Energy(_)));
-        let holds_place = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
+        let holds_coordinate = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
         let energy = (!holds_energy && !self.conserved.is_empty()).then(|| String::from(".hold_energy(..)"));
-        let place = (!holds_place).then(|| alloc::format!(".hold(\"{coordinate}\", ..)"));
+        let coordinate = (!holds_coordinate).then(|| alloc::format!(".hold(\"{coordinate}\", ..)"));
         let period = (!self.asked.hold_period && self.autonomous).then(|| String::from(".hold_period()"));
-        energy.into_iter().chain(place).chain(period).collect()
+        energy.into_iter().chain(coordinate).chain(period).collect()
     }
 
-    /// Shoots from all nodes.
+    /// Integrates all segments with their variations and assembles gaps and derivatives.
     fn shoot(&mut self, nodes: Vec<M::State>, period: f64) -> Result<Shots<M::State>, PeriodicError> {
         let count = nodes.len();
         let frames: Vec<Frame> = nodes
@@ -302,14 +364,14 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
             let next = (k + 1) % count;
             let until = nodes[0].t() + period * (k + 1) as f64 / count as f64;
             passed.push(nodes[k]);
-            let flown =
-                self.flow.fly(&nodes[k], &frames[k].basis, until, &mut |state| passed.push(*state))?;
+            let arrived =
+                self.flow.integrate(&nodes[k], &frames[k].basis, until, &mut |state| passed.push(*state))?;
             let wanted = stacked(&nodes[next])
                 + if next == 0 { self.asked.advance.clone() } else { self.asked.advance * 0.0 };
             let (here, there) = (frames[k].rows(), frames[next].rows());
-            let off = stacked(&flown.state) - wanted;
-            let part = frames[next].read(&flown.tangents);
-            let along = direction(&mut self.flow, &flown.state)?;
+            let off = stacked(&arrived.state) - wanted;
+            let part = frames[next].read(&arrived.tangents);
+            let along = direction(&mut self.flow, &arrived.state)?;
             for (i, row) in there.iter().enumerate() {
                 let size = self.sizes[*row];
                 misses[k * m + i] = off[*row] / size;
@@ -326,7 +388,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         Ok(Shots { nodes, frames, period, misses, jacobian, conditions, passed })
     }
 
-    /// Steps do not go along the motion, and what is held becomes what it is to be.
+    /// The phase condition (steps are orthogonal to the motion) and the held values, with derivatives.
     fn conditions(
         &mut self,
         start: &M::State,
@@ -334,7 +396,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         columns: usize,
     ) -> Result<(DVector<f64>, DMatrix<f64>), PeriodicError> {
         let m = frame.len();
-        let phase = self.autonomous && !self.slides;
+        let phase = self.autonomous && !self.no_phase_condition;
         let count = usize::from(phase) + self.holds.len();
         let (mut misses, mut rows) = (DVector::zeros(count), DMatrix::zeros(count, columns));
         let mut row = 0;
@@ -355,7 +417,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         Ok((misses, rows))
     }
 
-    /// What is held, and its derivatives, scaled.
+    /// The residual of a held value and its derivatives, both divided by the largest derivative.
     fn held(&self, hold: &Hold, state: &M::State, frame: &Frame) -> (f64, DVector<f64>) {
         let n = M::Vector::LEN;
         let rows = frame.rows();
@@ -365,7 +427,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
             }
             Hold::Energy(_) => DVector::from_fn(frame.len(), |k, _| {
                 let along = frame.basis.column(k) * self.sizes[rows[k]];
-                slope(0.01, |by| {
+                slope(ENERGY_STEP, |by| {
                     let mut moved = *state;
                     (0..n).for_each(|i| moved.q_mut()[i] += by * along[i]);
                     (0..n).for_each(|i| moved.u_mut()[i] += by * along[n + i]);
@@ -381,7 +443,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         (miss / size, gradient / size)
     }
 
-    /// The next shots, nearer than these; none where no part of the step leads nearer.
+    /// The shots after a step, halved until the residuals decrease; `None` if they do not.
     fn descend(
         &mut self,
         shots: &Shots<M::State>,
@@ -390,11 +452,13 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
     ) -> Option<Shots<M::State>> {
         let m = shots.frames[0].len();
         let of_period = if self.free { step[step.len() - 1] } else { 0.0 };
-        let mut part = (MOST_CHANGE / of_period.abs().max(f64::MIN_POSITIVE)).min(1.0);
-        for _ in 0..HALVINGS {
+        let mut part = (MAX_PERIOD_CHANGE / of_period.abs().max(f64::MIN_POSITIVE)).min(1.0);
+        for _ in 0..MAX_STEP_HALVINGS {
             let period = shots.period * (1.0 + part * of_period);
             match self.moved(shots, &(step.rows(0, m * shots.nodes.len()) * part), period) {
-                Ok(next) if next.merit() <= (1.0 - 0.1 * part) * shots.merit() => return Some(next),
+                Ok(next) if next.merit() <= (1.0 - LEAST_DECREASE * part) * shots.merit() => {
+                    return Some(next);
+                }
                 Ok(_) => {}
                 Err(error) => *because = Some(Box::new(error)),
             }
@@ -403,6 +467,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         None
     }
 
+    /// The shots from nodes moved by a step.
     fn moved(
         &mut self,
         shots: &Shots<M::State>,
@@ -420,6 +485,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         self.shoot(nodes, period)
     }
 
+    /// The error of a search that did not converge.
     fn not_found(
         &self,
         shots: &Shots<M::State>,
@@ -440,7 +506,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
     }
 }
 
-/// How often a closed motion repeats within its period.
+/// How often a closed motion repeats within its period, up to [`MAX_REPEATS`].
 pub(super) fn repeats<M: Simulate>(
     model: &M,
     found: &ShootingSolution<M::State>,
@@ -450,12 +516,12 @@ pub(super) fn repeats<M: Simulate>(
     let mut flow = Flow::new(model, tolerance, most_steps)?;
     let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
     let start = &found.nodes[0];
-    for parts in (2..=6).rev() {
+    for parts in (2..=MAX_REPEATS).rev() {
         let until = start.t() + found.period / parts as f64;
-        // What no single shot reaches is not found to repeat.
-        let Ok(flown) = flow.fly(start, &none, until, &mut |_| ()) else { continue };
-        let off = stacked(&flown.state) - stacked(start) - advance / parts as f64;
-        if off.component_div(&found.sizes).amax() <= 1e-6 {
+        // If no single shot reaches the part of the period, repeats are not detected.
+        let Ok(arrived) = flow.integrate(start, &none, until, &mut |_| ()) else { continue };
+        let off = stacked(&arrived.state) - stacked(start) - advance / parts as f64;
+        if off.component_div(&found.sizes).amax() <= REPEAT_CLOSURE_ERROR {
             return Ok(parts);
         }
     }

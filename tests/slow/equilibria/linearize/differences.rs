@@ -138,7 +138,7 @@ fn what_is_refused() {
     // Circles that touch leave a direction, in which there is no position.
     let pin = TwoBars { mass: 1.0, r: 1.0, base: 2.0, g: 0.0 };
     let error = pin.linearize(&pin.state().x(1.0).build().unwrap()).unwrap_err();
-    assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, beside: None }), "{error}");
+    assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, rank_nearby: None }), "{error}");
     assert!(error.to_string().contains("in which nothing can be assembled"), "{error}");
     let model = Parallelogram { inertia: 1.0, l: 1.0, wide: 2.0, k: 0.0, rest: 0.0 };
     let error = model.linearize(&model.state().build().unwrap()).unwrap_err();

@@ -122,7 +122,7 @@ impl Certified {
             Ok((DVector::from_iterator(self.x.len(), residuals), Some(jacobian)))
         };
         let bounds = alloc::vec![[f64::NEG_INFINITY, f64::INFINITY]; start.len()];
-        let search = Levenberg { bounds: &bounds, most: 1000, blur: 0.0 };
+        let search = Levenberg { bounds: &bounds, max_iterations: 1000, least_gain: 0.0 };
         search.minimize(&DVector::from_row_slice(start), evaluate).unwrap()
     }
 }

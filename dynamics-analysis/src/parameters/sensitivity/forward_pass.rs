@@ -1,4 +1,8 @@
-//! The variational equations, integrated along a motion.
+//! The variational equations, integrated along a motion (`sensitivity.rs`).
+//!
+//! Steps by Gauss collocation with five nodes; the difference from four nodes is the error. Errors are
+//! relative to the largest element so far of the positions, or velocities, of each column. At the ends of the
+//! motion's steps S is projected onto the tangent space of the constraints.
 
 use alloc::vec::Vec;
 
@@ -6,63 +10,70 @@ use dynamics_runtime::model::{ModelState, Parameters, Vector};
 use dynamics_runtime::simulate::{Motion, Simulate};
 use nalgebra::DMatrix;
 
-use super::super::equations::{settle, size};
+use super::super::equations::{project_changes, size};
 use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::Variable;
-use super::collocation::Gauss;
-use super::linear::VariationalEquations;
-use super::smooth::refuse_jumps;
+use super::collocation::{FACTOR_WITHOUT_SOLUTION, Gauss, MAX_FACTOR_AFTER_REJECTION, step_factor};
+use super::jumps::refuse_jumps;
+use super::variational_equations::VariationalEquations;
 
-/// Columns below this part of the motion per unit of the variable are scaled by the motion instead, because a
-/// column without influence is only rounding.
+/// Least scale of the errors of a column, relative to the size of the motion divided by the size of the
+/// variable. A column without influence is only rounding, and would need infinitely short steps with its own
+/// scale.
 const LEAST_COLUMN_SCALE: f64 = 1e-3;
-/// Columns below this part of that are followed again, by their own size; in at most so many times the steps,
-/// and so many more.
-const OWN: f64 = 1e-2;
-const AGAIN: (usize, usize) = (4, 100);
+/// Columns below this part of their least scale are integrated a second time with their own scale.
+const REPEATED_COLUMN_SIZE: f64 = 1e-2;
+/// The second integration may take this many times the steps of the first one, plus [`MORE_REPEATED_STEPS`].
+const REPEATED_STEPS_FACTOR: usize = 4;
+/// Steps that the second integration may take in addition. If the column was only rounding, no steps are
+/// short enough, and the first result counts.
+const MORE_REPEATED_STEPS: usize = 100;
 /// Most steps.
-pub(in super::super) const MOST_STEPS: usize = 1_000_000;
+pub(in super::super) const MAX_STEPS: usize = 1_000_000;
+/// A last step may be longer than the step size by this factor, so that no tiny step is left.
+pub(in super::super) const LAST_STEP_STRETCH: f64 = 1.01;
+/// Part of a step below which time does not resolve it: the nodes must be different times.
+pub(in super::super) const RESOLVED_PART: f64 = 0.01;
 
-/// What was found at the times, and how.
+/// The sensitivities at the requested times.
 pub(super) struct SensitivitySolution {
     pub(super) changes: Vec<DMatrix<f64>>,
     pub(super) exact: bool,
     pub(super) steps: usize,
 }
 
-/// S at the given times, which stand along the motion.
+/// S at the given times, in the direction of the motion.
 ///
-/// A parameter near zero has a small size, by which a column that matters may look like rounding: columns far
-/// below what they were measured by are followed once more by their own size alone.
-pub(super) fn along<M: Simulate + Parameters + Clone>(
+/// A parameter near zero has a small size, so its column may be far below the least scale and yet have an
+/// influence. Such columns are integrated a second time with their own scale.
+pub(super) fn sensitivities<M: Simulate + Parameters + Clone>(
     motion: &Motion<'_, M>,
     variables: &[Variable],
     times: &[f64],
     tolerance: f64,
 ) -> Result<SensitivitySolution, SensitivityError> {
     let n = M::Vector::LEN;
-    let mut least = least(motion, variables);
-    let (found, largest) = follow(motion, variables, times, tolerance, &least, MOST_STEPS)?;
+    let mut least = least_scales(motion, variables);
+    let (found, largest) = integrate(motion, variables, times, tolerance, &least, MAX_STEPS)?;
     let mut again = false;
     for (half, rows) in [largest.rows(0, n), largest.rows(n, n)].iter().enumerate() {
         for column in 0..variables.len() {
             let most = rows.column(column).amax();
-            if most > 0.0 && most < OWN * least[(half, column)] {
+            if most > 0.0 && most < REPEATED_COLUMN_SIZE * least[(half, column)] {
                 least[(half, column)] = 0.0;
                 again = true;
             }
         }
     }
-    // Where it was rounding after all, no steps are short enough.
-    let most = AGAIN.0 * found.steps + AGAIN.1;
-    match again.then(|| follow(motion, variables, times, tolerance, &least, most)) {
+    let most = REPEATED_STEPS_FACTOR * found.steps + MORE_REPEATED_STEPS;
+    match again.then(|| integrate(motion, variables, times, tolerance, &least, most)) {
         Some(Ok((finer, _))) => Ok(finer),
         _ => Ok(found),
     }
 }
 
-/// S, its errors measured at least by `least`, in so many steps; and its largest elements.
-fn follow<M: Simulate + Parameters + Clone>(
+/// S with errors relative to at least `least`, in at most `most_steps` steps; and its largest elements.
+fn integrate<M: Simulate + Parameters + Clone>(
     motion: &Motion<'_, M>,
     variables: &[Variable],
     times: &[f64],
@@ -77,6 +88,7 @@ fn follow<M: Simulate + Parameters + Clone>(
         _ => None,
     });
     let parameters: Vec<Option<usize>> = parameters.collect();
+    // The start: unit columns for its elements, projected onto the constraints.
     let n = M::Vector::LEN;
     let mut x = DMatrix::zeros(2 * n, variables.len());
     for (k, variable) in variables.iter().enumerate() {
@@ -86,9 +98,9 @@ fn follow<M: Simulate + Parameters + Clone>(
             Variable::Velocity(i) => x[(n + i, k)] = 1.0,
         }
     }
-    settle(motion.model(), &motion.start(), &parameters, &mut x)?;
+    project_changes(motion.model(), &motion.start(), &parameters, &mut x)?;
     let first = knots.get(1).map_or(0.0, |next| next.t() - knots[0].t());
-    let mut way = ForwardPass {
+    let mut pass = ForwardPass {
         linear: VariationalEquations::new(motion, parameters),
         fine: Gauss::new(5),
         coarse: Gauss::new(4),
@@ -102,29 +114,30 @@ fn follow<M: Simulate + Parameters + Clone>(
     let mut times = times.iter().copied().peekable();
     let sign = first.signum();
     while times.next_if(|t| *t == knots[0].t()).is_some() {
-        way.found.changes.push(x.clone());
+        pass.found.changes.push(x.clone());
     }
+    // From step to step of the motion, with the requested times in between.
     for pair in knots.windows(2) {
         let (from, to) = (pair[0].t(), pair[1].t());
         let mut t = from;
         while let Some(at) = times.next_if(|at| sign * (to - at) >= 0.0) {
-            x = way.go(x, t, at)?;
+            x = pass.integrate_to(x, t, at)?;
             t = at;
-            way.found.changes.push(x.clone());
+            pass.found.changes.push(x.clone());
         }
         if t != to {
-            x = way.go(x, t, to)?;
+            x = pass.integrate_to(x, t, to)?;
         }
-        // Errors of steps drift off the constraints; what is kept at times between is off by one step's at
+        // Remove the drift off the constraints. Sensitivities at times in between have that of one step at
         // most.
-        settle(motion.model(), &pair[1], &way.linear.parameters, &mut x)?;
+        project_changes(motion.model(), &pair[1], &pass.linear.parameters, &mut x)?;
     }
-    way.found.exact = way.linear.exact;
-    Ok((way.found, way.largest))
+    pass.found.exact = pass.linear.exact;
+    Ok((pass.found, pass.largest))
 }
 
-/// What columns are measured by at least.
-fn least<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix<f64> {
+/// The least scales of the positions and velocities of each column, 2×K.
+fn least_scales<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix<f64> {
     let start = motion.start();
     let largest = |of: fn(&M::State) -> &M::Vector| {
         let all = motion
@@ -137,31 +150,37 @@ fn least<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> DMatrix
     DMatrix::from_fn(2, variables.len(), |half, k| LEAST_COLUMN_SCALE * of_motion[half] / of(k))
 }
 
+/// The integration of S.
 struct ForwardPass<'a, 'm, M: Simulate> {
     linear: VariationalEquations<'a, 'm, M>,
     fine: Gauss,
     coarse: Gauss,
     tolerance: f64,
-    /// What the positions and the velocities of each column are measured by at least, 2×K.
+    /// The least scales of the positions and velocities of each column, 2×K.
     least: DMatrix<f64>,
     most_steps: usize,
-    /// The largest of each element so far: what errors are measured by.
+    /// The largest absolute value of each element so far.
     largest: DMatrix<f64>,
+    /// The next step.
     h: f64,
     found: SensitivitySolution,
 }
 
 impl<M: Simulate + Parameters + Clone> ForwardPass<'_, '_, M> {
     /// From one time to another, between which the motion is smooth.
-    fn go(&mut self, mut x: DMatrix<f64>, from: f64, to: f64) -> Result<DMatrix<f64>, SensitivityError> {
+    fn integrate_to(
+        &mut self,
+        mut x: DMatrix<f64>,
+        from: f64,
+        to: f64,
+    ) -> Result<DMatrix<f64>, SensitivityError> {
         let sign = (to - from).signum();
         let mut t = from;
         while sign * (to - t) > 0.0 {
             self.h = sign * self.h.abs();
-            // The last step is not left with a splinter.
-            let last = (to - t).abs() <= self.h.abs() * 1.01;
+            let last = (to - t).abs() <= self.h.abs() * LAST_STEP_STRETCH;
             let h = if last { to - t } else { self.h };
-            if t + 0.01 * h == t && !last || self.found.steps >= self.most_steps {
+            if t + RESOLVED_PART * h == t && !last || self.found.steps >= self.most_steps {
                 return Err(SensitivityError::StepTooSmall { time: t });
             }
             let mut at_nodes = |nodes: &[f64]| {
@@ -170,26 +189,26 @@ impl<M: Simulate + Parameters + Clone> ForwardPass<'_, '_, M> {
             let (fine, coarse) = (at_nodes(&self.fine.nodes)?, at_nodes(&self.coarse.nodes)?);
             let ends = (self.fine.step(&x, h, &fine), self.coarse.step(&x, h, &coarse));
             let (Some(end), Some(lower)) = ends else {
-                self.h = 0.2 * h;
+                self.h = FACTOR_WITHOUT_SOLUTION * h;
                 continue;
             };
             let error = self.error(&end, &lower);
-            let factor = if error > 0.0 { (0.9 * error.powf(-1.0 / 9.0)).clamp(0.2, 4.0) } else { 4.0 };
+            let factor = step_factor(error);
             self.found.steps += 1;
             if error <= 1.0 {
                 (x, t) = (end, if last { to } else { t + h });
                 self.largest.zip_apply(&x, |most, x| *most = most.max(x.abs()));
-                // A step that was cut short says little of the next.
+                // A step shortened at its end says little about the next one.
                 self.h = if last { self.h.abs().max(factor * h.abs()) } else { factor * h };
             } else {
-                self.h = factor.min(0.9) * h;
+                self.h = factor.min(MAX_FACTOR_AFTER_REJECTION) * h;
             }
         }
         Ok(x)
     }
 
-    /// By how many tolerances the lower order differs, positions and velocities of each column measured by
-    /// their own largest.
+    /// The difference of both orders in tolerances, relative to the largest position, or velocity, of each
+    /// column.
     fn error(&self, end: &DMatrix<f64>, lower: &DMatrix<f64>) -> f64 {
         let n = M::Vector::LEN;
         let mut most = 0.0_f64;

@@ -1,4 +1,4 @@
-//! A mode on the model's own drawing.
+//! A mode shape, animated on the model's own drawing: q + Re(amplitude · shape e^{iωt}).
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -14,19 +14,20 @@ use nalgebra::{Complex, DVector};
 use super::VibrationError;
 use crate::linearize::Mode;
 
-/// A mode as a film: two periods of q + Re(amplitude · shape e^{iωt}), without its damping, so that it can be
-/// seen. Positions are projected onto the constraints, which small motions violate to second order.
+/// An animation of a mode: two periods of q + Re(amplitude · shape e^{iωt}), without its damping. Positions
+/// are projected onto the constraints, which small motions violate to second order.
 #[derive(Debug)]
-pub struct ModeFilm<'m, M: Constraints> {
+pub struct ModeAnimation<'m, M: Constraints> {
     model: &'m M,
     rest: M::State,
     shape: DVector<Complex<f64>>,
     frequency: f64,
     amplitude: f64,
-    account: String,
+    /// The mode in words, for the page of the animation.
+    description: String,
 }
 
-impl<'m, M: Constraints + Outputs + Draw> ModeFilm<'m, M> {
+impl<'m, M: Constraints + Outputs + Draw> ModeAnimation<'m, M> {
     pub(crate) fn new(
         model: &'m M,
         rest: M::State,
@@ -48,28 +49,34 @@ impl<'m, M: Constraints + Outputs + Draw> ModeFilm<'m, M> {
             let shapes = [(mode.shape.len(), 1), (M::Vector::LEN, 1)].into();
             return Err(VibrationError::Shapes { shapes });
         }
-        Ok(Self { model, rest, shape: mode.shape.clone(), frequency, amplitude, account: mode.to_string() })
+        Ok(Self {
+            model,
+            rest,
+            shape: mode.shape.clone(),
+            frequency,
+            amplitude,
+            description: mode.to_string(),
+        })
     }
 
-    /// The deviation at a time.
+    /// The state at a time; if its position cannot be projected, that of the linear motion.
     fn state(&self, t: f64) -> M::State {
         let mut state = self.rest;
-        let turn = Complex::from_polar(self.amplitude, self.frequency * t);
+        let phasor = Complex::from_polar(self.amplitude, self.frequency * t);
         for (i, shape) in self.shape.iter().enumerate() {
-            state.q_mut().as_mut_slice()[i] += (shape * turn).re;
-            state.u_mut().as_mut_slice()[i] += (shape * turn * Complex::new(0.0, self.frequency)).re;
+            state.q_mut().as_mut_slice()[i] += (shape * phasor).re;
+            state.u_mut().as_mut_slice()[i] += (shape * phasor * Complex::new(0.0, self.frequency)).re;
         }
-        let mut held = state;
-        // What cannot be put back is shown as the linear motion that it is.
+        let mut projected = state;
         let constants = self.model.constants().ok();
-        let back = constants.map(|constants| {
-            with_workspace::<M, _>(|memory| project_positions(self.model, &constants, &mut held, memory))
+        let result = constants.map(|constants| {
+            with_workspace::<M, _>(|memory| project_positions(self.model, &constants, &mut projected, memory))
         });
-        if back.is_some_and(|back| back.is_ok()) { held } else { state }
+        if result.is_some_and(|result| result.is_ok()) { projected } else { state }
     }
 }
 
-impl<M: Constraints + Outputs + Draw> Film for ModeFilm<'_, M> {
+impl<M: Constraints + Outputs + Draw> Film for ModeAnimation<'_, M> {
     fn title(&self) -> String {
         M::NAME.to_string()
     }
@@ -79,7 +86,7 @@ impl<M: Constraints + Outputs + Draw> Film for ModeFilm<'_, M> {
     }
 
     fn summary(&self) -> String {
-        format!("{}\nshown with amplitude {} and without its damping", self.account, self.amplitude)
+        format!("{}\nshown with amplitude {} and without its damping", self.description, self.amplitude)
     }
 
     fn span(&self) -> [f64; 2] {

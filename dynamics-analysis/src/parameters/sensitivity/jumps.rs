@@ -14,16 +14,26 @@ use dynamics_runtime::simulate::{Motion, Simulate};
 use super::super::sensitivity_error::SensitivityError;
 use crate::LinearizeError;
 
-/// A difference of inputs, in parts of the largest of its input on both sides, that is looked at more
-/// closely.
-const STEEP: f64 = 1e-3;
-/// How often a distance is halved, and what has to be left of a difference for it to be a jump: a slope
-/// leaves 1e-9.
-const HALVED: (usize, f64) = (30, 0.3);
-/// How often a step of a fixed size is looked at.
-const LOOKS: usize = 8;
+/// Difference of an input over half a step, relative to its values, above which it is examined for a jump. A
+/// smaller value costs time, a larger one misses small jumps.
+const EXAMINED_DIFFERENCE: f64 = 1e-3;
+/// Halvings of an interval with a difference.
+const MAX_HALVINGS: usize = 30;
+/// Part of the difference that a jump leaves after all halvings; a slope leaves 2⁻³⁰ = 1e-9 of it.
+const PERSISTENT_PART: f64 = 0.3;
+/// Parts of a fixed step at whose ends branches are compared. A branch that begins and ends within a part is
+/// missed.
+const PARTS_OF_FIXED_STEP: usize = 8;
+/// Distances from a branch change, in parts of the step, at which accelerations are compared: a far one and a
+/// near one.
+const FAR_DISTANCE: f64 = 1e-4;
+/// The near distance.
+const NEAR_DISTANCE: f64 = 1e-6;
+/// Relative difference of accelerations up to which it is rounding. Smaller jumps change sensitivities by as
+/// little.
+const ROUNDING_OF_ACCELERATIONS: f64 = 1e-9;
 
-/// That a motion has nothing of it.
+/// Returns an error if velocities, accelerations or inputs jump along a motion.
 pub(in super::super) fn refuse_jumps<M: Simulate>(
     motion: &Motion<'_, M>,
     knots: &[M::State],
@@ -50,7 +60,7 @@ pub(in super::super) fn refuse_jumps<M: Simulate>(
     Ok(())
 }
 
-/// A motion with resets has velocities that jump, or inputs.
+/// Refuses motions with resets or impacts, at which velocities or inputs jump.
 fn refuse_resets<M: Simulate>(motion: &Motion<'_, M>) -> Result<(), SensitivityError> {
     let jumps = |event: &&dynamics_runtime::simulate::EventRecord<M::State>| {
         event.before != event.after || !event.impacts.is_empty()
@@ -61,8 +71,8 @@ fn refuse_resets<M: Simulate>(motion: &Motion<'_, M>) -> Result<(), SensitivityE
     }
 }
 
-/// Whether accelerations jump where a branch changes: what lies between both sides then does not shrink with
-/// their distance.
+/// Refuses a branch change at which accelerations jump: their difference over it does not shrink with the
+/// distance.
 fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<(), SensitivityError> {
     let across = |distance: f64| {
         let [before, after] = [t - distance, t + distance].map(|t| motion.accelerations_at(t));
@@ -70,14 +80,15 @@ fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<()
         let between = before.as_slice().iter().zip(after.as_slice()).map(|(a, b)| (a - b).abs());
         (between.fold(0.0, f64::max), size(&before).max(size(&after)))
     };
-    let ((far, size), (near, _)) = (across(1e-4 * h), across(1e-6 * h));
-    if near > 1e-9 * size && near > 0.3 * far {
+    let ((far, size), (near, _)) = (across(FAR_DISTANCE * h), across(NEAR_DISTANCE * h));
+    if near > ROUNDING_OF_ACCELERATIONS * size && near > PERSISTENT_PART * far {
         return Err(SensitivityError::Jump { time: t, what: "an acceleration".into() });
     }
     Ok(())
 }
 
-/// Whether accelerations jump within a step, where any branch changes between two looks at it.
+/// Refuses jumps of accelerations within a step of fixed size. Branch changes between its parts are located
+/// by bisection.
 fn refuse_within<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Result<(), SensitivityError> {
     let mut sampler = motion.sampler();
     let mut kinks = |t: f64| {
@@ -85,13 +96,15 @@ fn refuse_within<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Res
         motion.model().kinks(&sampler.at(t), &mut kinks);
         kinks
     };
-    let at = |k: usize| if k == LOOKS { to } else { from + (to - from) * k as f64 / LOOKS as f64 };
+    let at = |k: usize| {
+        if k == PARTS_OF_FIXED_STEP { to } else { from + (to - from) * k as f64 / PARTS_OF_FIXED_STEP as f64 }
+    };
     let mut before = kinks(from);
-    for look in 0..LOOKS {
-        let after = kinks(at(look + 1));
+    for part in 0..PARTS_OF_FIXED_STEP {
+        let after = kinks(at(part + 1));
         for i in (0..M::KINKS).filter(|i| changes(&before[*i], &after[*i])) {
-            let (mut ends, mut first) = ([at(look), at(look + 1)], before[i]);
-            for _ in 0..HALVED.0 {
+            let (mut ends, mut first) = ([at(part), at(part + 1)], before[i]);
+            for _ in 0..MAX_HALVINGS {
                 let half = 0.5 * (ends[0] + ends[1]);
                 let kink = kinks(half)[i];
                 if changes(&first, &kink) {
@@ -107,12 +120,12 @@ fn refuse_within<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Res
     Ok(())
 }
 
-/// Whether it is another branch, or piece. A value on the very edge belongs to one of them.
+/// Whether two values of a switching function belong to different branches or pieces.
 fn changes(before: &Kink, after: &Kink) -> bool {
     before.smooth != after.smooth
 }
 
-/// Whether a law of inputs jumps with the state between two times.
+/// Refuses laws of inputs that jump with the state between two times.
 fn refuse_law<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Result<(), SensitivityError> {
     let mut sampler = motion.sampler();
     let at_time = 0.5 * (from + to);
@@ -128,16 +141,16 @@ fn refuse_law<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Result
         };
         for i in 0..M::Inputs::LEN {
             let (first, size) = differ(&ends, i);
-            if first <= STEEP * size {
+            if first <= EXAMINED_DIFFERENCE * size {
                 continue;
             }
-            for _ in 0..HALVED.0 {
+            for _ in 0..MAX_HALVINGS {
                 let half = 0.5 * (ends[0].0 + ends[1].0);
                 let half = (half, inputs(half));
                 let sides = [[ends[0], half], [half, ends[1]]];
                 ends = if differ(&sides[0], i).0 >= differ(&sides[1], i).0 { sides[0] } else { sides[1] };
             }
-            if differ(&ends, i).0 > HALVED.1 * first {
+            if differ(&ends, i).0 > PERSISTENT_PART * first {
                 return Err(SensitivityError::Jump { time: ends[0].0, what: M::INPUTS[i].name.to_string() });
             }
         }

@@ -1,11 +1,12 @@
 //! How equilibria and natural frequencies change with a parameter.
 //!
-//! *Equilibria*, by the implicit function theorem: the balance Eᵀ(Q + Φ_qᵀλ) = 0 on the constraints Φ = 0
-//! goes on to hold, so that with δq = D δz + δq_Φ, where δq_Φ are the dependent coordinates that keep Φ = 0
-//! while z stands still,
+//! *Equilibria*, by the implicit function theorem: the balance Eᵀ(Q + Φ_qᵀλ) = 0 on the constraints
+//! Φ = 0 stays fulfilled, so that with δq = D δz + δq_Φ, where δq_Φ are the dependent coordinates that
+//! keep Φ = 0 while z stands still,
 //!
 //! ```text
-//! K δz = −(Eᵀ r_p + Eᵀ r_q δq_Φ) δp        K = Eᵀ r_q D at the λ that leaves nothing on dependent coordinates
+//! K δz = −(Eᵀ r_p + Eᵀ r_q δq_Φ) δp
+//! K = Eᵀ r_q D at the λ that leaves nothing on dependent coordinates
 //! ```
 //!
 //! *Frequencies*: K φ = ω² M φ with φᵀM φ = 1 gives δ(ω²) = φᵀ(δK − ω² δM) φ (R. L. Fox & M. P. Kapoor, AIAA
@@ -27,17 +28,28 @@ use super::variable::{Variable, VariableError, moved};
 use crate::equilibria::{EquilibriumOptions, find};
 use crate::linearize::{Linearization, linearize};
 
-/// Singular values of the stiffness, free of units, below this part of the largest: half the digits are lost
-/// there.
-const FOLD: f64 = 1e-8;
-/// Parts by which parameters are moved to see what the stiffness is made of.
-const PARAMETER_MOVES: f64 = 1e-6;
-/// Terms below this part of the largest of their kind are what rounding leaves.
-const ROUNDING: f64 = 1e-13;
-/// Terms beside mass and stiffness up to this part count as none.
-const CONSERVATIVE: f64 = 1e-10;
-/// Frequencies count as equal where ω² differs by less than this part of the largest near them.
-const EQUAL: f64 = 1e-8;
+/// Least singular value of the scaled stiffness, relative to the largest, at which an equilibrium has a
+/// derivative. Below it, as in a fold, half of the digits are lost.
+const RANK_TOLERANCE_OF_STIFFNESS: f64 = 1e-8;
+/// Relative change of the parameters that shows the sizes of the terms of the stiffness. A smaller change
+/// loses digits in the differences; a larger one may leave the valid range of a parameter.
+const PARAMETER_PERTURBATION: f64 = 1e-6;
+/// Elements of damping and circulatory matrices up to this part of the largest are rounding. A larger value
+/// would ignore weak damping.
+const ROUNDING_OF_ELEMENTS: f64 = 1e-13;
+/// Largest damping, gyroscopic or circulatory terms, relative to stiffness (and mass), of a conservative
+/// system. Larger terms would change frequencies by more than about this part.
+const MAX_NONCONSERVATIVE_PART: f64 = 1e-10;
+/// Relative difference of ω² up to which frequencies count as equal. Equal frequencies have no single
+/// derivatives; those of nearly equal ones lose digits in proportion to 1/difference.
+const EQUAL_SQUARED_FREQUENCIES: f64 = 1e-8;
+/// Least ω² as a scale of these differences, relative to the largest.
+const LEAST_SQUARED_FREQUENCY: f64 = 1e-6;
+/// Rounds of scaling rows and columns; each brings the largest elements nearer to 1 by a square root. After
+/// eight rounds their logarithm is 2⁻⁸ of the first one.
+const SCALING_ROUNDS: usize = 8;
+/// Rounds of projection with the independent coordinates held; each is a Newton step.
+const PROJECTION_ROUNDS: usize = 8;
 
 /// How an equilibrium moves with a parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,13 +72,14 @@ pub struct FrequencyChange {
     pub square: f64,
     /// ∂ω²/∂parameter.
     pub square_by: f64,
-    /// ∂ω/∂parameter; NaN where ω is 0 or none.
+    /// ∂ω/∂parameter; NaN if ω is 0 or NaN.
     pub frequency_by: f64,
-    /// How many frequencies are equal to this, itself included: above 1 this is one of the ways in which they
-    /// part.
+    /// How many frequencies are equal to this one, itself included. Above 1 this is one of the derivatives
+    /// with which they split.
     pub multiplicity: usize,
 }
 
+/// The index of a parameter by its name.
 fn parameter_of<M: Parameters>(name: &str) -> Result<usize, SensitivityError> {
     match Variable::of::<M>(name)? {
         Variable::Parameter(i) => Ok(i),
@@ -74,7 +87,7 @@ fn parameter_of<M: Parameters>(name: &str) -> Result<usize, SensitivityError> {
     }
 }
 
-/// δq̇ and δλ have no part in it: the state is at rest.
+/// See [`Vary::equilibrium_by`](crate::Vary::equilibrium_by).
 pub(super) fn equilibrium_by<M: Simulate + Parameters + Clone>(
     model: &M,
     state: &M::State,
@@ -86,19 +99,19 @@ pub(super) fn equilibrium_by<M: Simulate + Parameters + Clone>(
         return Err(reason.into());
     }
     if linear.coordinates.len() != linear.velocities.len() {
-        // Nonholonomic constraints leave whole families of equilibria.
+        // With nonholonomic constraints equilibria form families.
         return Err(SensitivityError::Fold { coordinate: linear.coordinates[0].name, ratio: 0.0 });
     }
     let change = change_of(model, state, parameter, &linear)?;
     if M::EXPLICIT_TIME {
-        check_times(model, state, parameter, &change)?;
+        check_time_dependence(model, state, parameter, &change)?;
     }
     Ok(change)
 }
 
-/// That forces do not change with time, with this value of the parameter and with values beside it: there may
-/// be an equilibrium at this one alone.
-fn check_times<M: Simulate + Parameters + Clone>(
+/// Checks that forces do not change with time, at this value of the parameter and at neighbouring ones. There
+/// may be an equilibrium at this value only, for example if a drive has the amplitude 0.
+fn check_time_dependence<M: Simulate + Parameters + Clone>(
     model: &M,
     state: &M::State,
     parameter: usize,
@@ -106,12 +119,12 @@ fn check_times<M: Simulate + Parameters + Clone>(
 ) -> Result<(), SensitivityError> {
     let moving = state.u().as_slice().iter().any(|u| *u != 0.0);
     let value = model.parameter(parameter);
-    let h = step(value.ok_or(SensitivityError::NotTold { name: M::PARAMETERS[parameter].name })?);
+    let h = step(value.ok_or(SensitivityError::NoParameterValue { name: M::PARAMETERS[parameter].name })?);
     for by in [0.0, h, -h] {
         let Some(beside) = moved(model, parameter, by) else { continue };
         let mut start = *state;
         start.q_mut().as_mut_slice().iter_mut().zip(change.by.iter()).for_each(|(q, d)| *q += by * d);
-        // What else ends a search beside it, as a value that is none, does not touch the derivative.
+        // Other errors of the search, for example of an invalid value, have no effect on the derivative.
         match find(&beside, &start, EquilibriumOptions { moving, ..EquilibriumOptions::REST }) {
             Err(error) if error.is_of_time() => return Err(error.into()),
             _ => {}
@@ -142,12 +155,11 @@ fn change_of<M: Simulate + Parameters + Clone>(
         Ok(DVector::from_column_slice(found.as_slice()))
     };
     let rates: Vec<usize> = linear.velocities.iter().filter_map(|v| index::<M>(v.name)).collect();
-    // EᵀM E v̇ = −EᵀM… is what is out of balance once the parameter has moved: v̇ of the independent
-    // velocities.
-    let made_of = accelerations_made_of::<M>(state, linear, &rates);
-    let by = by_parameter(model, parameter, &made_of, accelerations)?;
+    // The unbalanced force after a change of the parameter is EᵀM E v̇.
+    let sizes = acceleration_sizes::<M>(state, linear, &rates);
+    let by = by_parameter(model, parameter, &sizes, accelerations)?;
     let force = &linear.mass * by.select_rows(&rates);
-    let (of_independent, conditioning) = resisted(model, state, linear, &force)?;
+    let (of_independent, conditioning) = solve_stiffness(model, state, linear, &force)?;
     let places = DVector::from_column_slice(state.q().as_slice()).abs();
     let following = by_parameter(model, parameter, &places, |model| {
         let at = on_constraints(model, state, &held, linear)?;
@@ -157,8 +169,8 @@ fn change_of<M: Simulate + Parameters + Clone>(
     Ok(EquilibriumChange { by, coordinates: M::COORDINATES, conditioning })
 }
 
-/// Of what accelerations in balance are made: what the stiffness makes of the coordinates.
-fn accelerations_made_of<M: Simulate>(
+/// The scales of the accelerations at an equilibrium, where they are 0: the terms K z divided by the mass.
+fn acceleration_sizes<M: Simulate>(
     state: &M::State,
     linear: &Linearization,
     rates: &[usize],
@@ -172,9 +184,9 @@ fn accelerations_made_of<M: Simulate>(
     found
 }
 
-/// What the elements of K are made of: themselves, or what is left of them where all parameters are a little
-/// different, each in its own way. Terms that cancel each other here do not there.
-fn made_of<M: Simulate + Parameters + Clone>(
+/// The scales of the elements of K: their values, or their relative changes after different changes of all
+/// parameters, if these are larger. Terms that cancel each other in K do not cancel after such a change.
+fn stiffness_sizes<M: Simulate + Parameters + Clone>(
     model: &M,
     state: &M::State,
     linear: &Linearization,
@@ -183,7 +195,7 @@ fn made_of<M: Simulate + Parameters + Clone>(
     let beside = |by: f64| {
         let mut other = model.clone();
         for i in 0..M::PARAMETERS.len() {
-            // Multiples of the golden section are far from each other.
+            // Fractions of multiples of the golden section are well distributed.
             let part = 0.5 + (0.618_033_988_749_895 * (i + 1) as f64).fract();
             other.set_parameter(i, model.parameter(i)? * (1.0 + by * part));
         }
@@ -191,9 +203,9 @@ fn made_of<M: Simulate + Parameters + Clone>(
         with_workspace::<M, _>(|memory| project_positions(&other, &constants, &mut state, memory)).ok()?;
         Some((linearize(&other, &state, &names).ok()?.stiffness - &linear.stiffness) / by)
     };
-    // Where the others are no models, K stands for itself.
+    // If the changed models are invalid, |K| remains.
     let n = linear.stiffness.nrows();
-    [PARAMETER_MOVES, -PARAMETER_MOVES].into_iter().filter_map(beside).fold(
+    [PARAMETER_PERTURBATION, -PARAMETER_PERTURBATION].into_iter().filter_map(beside).fold(
         linear.stiffness.abs(),
         |most, change| {
             DMatrix::from_fn(n, n, |i, j| {
@@ -203,26 +215,26 @@ fn made_of<M: Simulate + Parameters + Clone>(
     )
 }
 
-/// K⁻¹ `force`, and the conditioning of K; its rows and columns free of units by what they are made of (D.
-/// Ruiz, Report RAL-TR-2001-034).
-fn resisted<M: Simulate + Parameters + Clone>(
+/// K⁻¹ `force`, and the conditioning of K, with rows and columns scaled by the sizes of the terms
+/// (D. Ruiz, Report RAL-TR-2001-034).
+fn solve_stiffness<M: Simulate + Parameters + Clone>(
     model: &M,
     state: &M::State,
     linear: &Linearization,
     force: &DVector<f64>,
 ) -> Result<(DVector<f64>, f64), SensitivityError> {
-    let (n, sizes) = (linear.stiffness.nrows(), made_of(model, state, linear));
+    let (n, sizes) = (linear.stiffness.nrows(), stiffness_sizes(model, state, linear));
     let (mut rows, mut columns) = (DVector::repeat(n, 1.0), DVector::repeat(n, 1.0));
     let part = |x: f64| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 };
-    for _ in 0..8 {
+    for _ in 0..SCALING_ROUNDS {
         let now = DMatrix::from_fn(n, n, |i, j| rows[i] * sizes[(i, j)] * columns[j]);
         rows = DVector::from_fn(n, |i, _| rows[i] * part(now.row(i).amax()));
         columns = DVector::from_fn(n, |j, _| columns[j] * part(now.column(j).amax()));
     }
     let svd = DMatrix::from_fn(n, n, |i, j| rows[i] * linear.stiffness[(i, j)] * columns[j]).svd(true, true);
-    // What all rows are made of is now 1.
+    // The scale of all elements is now 1.
     let (least, most) = (svd.singular_values.min(), svd.singular_values.max());
-    if least.is_nan() || least <= FOLD * most.max(1.0) {
+    if least.is_nan() || least <= RANK_TOLERANCE_OF_STIFFNESS * most.max(1.0) {
         let along = svd.v_t.as_ref().map_or(0, |v| v.row(v.nrows() - 1).transpose().iamax());
         return Err(SensitivityError::Fold {
             coordinate: linear.coordinates[along].name,
@@ -238,7 +250,8 @@ fn index<M: Simulate>(name: &str) -> Option<usize> {
     M::COORDINATES.iter().position(|q| q.name == name)
 }
 
-/// The state moved onto the constraints of a model with another parameter, its independent coordinates held.
+/// The state projected onto the constraints of a model with another parameter, with its independent
+/// coordinates held.
 fn on_constraints<M: Simulate>(
     model: &M,
     state: &M::State,
@@ -248,9 +261,8 @@ fn on_constraints<M: Simulate>(
     let failed = |error| SensitivityError::Solve { time: state.t(), error };
     let constants = model.constants().map_err(SolveError::from).map_err(failed)?;
     let mut moved = *state;
-    // Projections move all coordinates; what they did to the independent ones is taken back along the
-    // constraints.
-    for _ in 0..8 {
+    // A projection moves all coordinates. The change of the independent ones is undone along the constraints.
+    for _ in 0..PROJECTION_ROUNDS {
         with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory))
             .map_err(failed)?;
         let mut off = DVector::zeros(linear.coordinates.len());
@@ -269,6 +281,7 @@ fn on_constraints<M: Simulate>(
     Ok(moved)
 }
 
+/// See [`Vary::frequencies_by`](crate::Vary::frequencies_by).
 pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
     model: &M,
     state: &M::State,
@@ -276,23 +289,24 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
 ) -> Result<Vec<FrequencyChange>, SensitivityError> {
     let index = parameter_of::<M>(parameter)?;
     let linear = linearize(model, state, &[])?;
-    conservative(&linear)?;
+    check_conservative(&linear)?;
     let change = equilibrium_by(model, state, parameter)?;
     let names: Vec<&str> = linear.coordinates.iter().map(|q| q.name).collect();
-    let value =
-        model.parameter(index).ok_or(SensitivityError::NotTold { name: M::PARAMETERS[index].name })?;
+    let value = model
+        .parameter(index)
+        .ok_or(SensitivityError::NoParameterValue { name: M::PARAMETERS[index].name })?;
     let h = step(value);
     let (rows, failed) = (linear.mass.nrows(), |error| SensitivityError::Solve { time: state.t(), error });
     let at = |by: f64| {
-        let moved =
-            moved(model, index, by).ok_or(SensitivityError::NotTold { name: M::PARAMETERS[index].name })?;
+        let moved = moved(model, index, by)
+            .ok_or(SensitivityError::NoParameterValue { name: M::PARAMETERS[index].name })?;
         let constants = moved.constants().map_err(SolveError::from).map_err(failed)?;
         let mut state = *state;
         let shift = change.by.iter().map(|x| x * by);
         state.q_mut().as_mut_slice().iter_mut().zip(shift).for_each(|(q, d)| *q += d);
         with_workspace::<M, _>(|memory| project_positions(&moved, &constants, &mut state, memory))
             .map_err(failed)?;
-        // In balance to the second order of the step: to all of it by the model's own search.
+        // The linear change is in balance to first order of the step only. The search removes the rest.
         let state = crate::equilibria::equilibrium(&moved, &state)?.state;
         let beside = linearize(&moved, &state, &names)?;
         let both = beside.mass.iter().chain(beside.stiffness.iter()).copied();
@@ -305,13 +319,14 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
     changes(&linear, &matrix(0), &matrix(rows * rows))
 }
 
-/// That mass and stiffness are all there is.
-fn conservative(linear: &Linearization) -> Result<(), SensitivityError> {
+/// Checks that there are only mass and stiffness: no damping, gyroscopic or circulatory terms.
+fn check_conservative(linear: &Linearization) -> Result<(), SensitivityError> {
     if let Some(reason) = &linear.unsteady {
         return Err(reason.clone().into());
     }
     let n = linear.mass.nrows();
-    // By the masses, so that each is measured by what it stands beside, whatever the units: ω² and 2 ζ ω.
+    // Divided by the masses, elements are ω² and 2 ζ ω, and each is compared with those of its row and
+    // column.
     let scaled = |matrix: &DMatrix<f64>| {
         let size = |i: usize| linear.mass[(i, i)].max(f64::MIN_POSITIVE).sqrt();
         DMatrix::from_fn(n, n, |i, j| (matrix[(i, j)] / (size(i) * size(j))).abs())
@@ -325,14 +340,15 @@ fn conservative(linear: &Linearization) -> Result<(), SensitivityError> {
         };
         (0..n * n).map(|k| part(k / n, k % n)).fold(0.0, f64::max)
     };
-    let circulatory = linear
-        .circulatory()
-        .map_or(f64::INFINITY, |turning| part_of(&scaled(&turning), ROUNDING * stiffness.amax(), 1.0));
+    let circulatory = linear.circulatory().map_or(f64::INFINITY, |turning| {
+        part_of(&scaled(&turning), ROUNDING_OF_ELEMENTS * stiffness.amax(), 1.0)
+    });
     let damping = scaled(&linear.damping);
-    let part = circulatory.max(part_of(&damping, ROUNDING * damping.amax(), 0.5));
-    if part <= CONSERVATIVE { Ok(()) } else { Err(SensitivityError::NotConservative { part }) }
+    let part = circulatory.max(part_of(&damping, ROUNDING_OF_ELEMENTS * damping.amax(), 0.5));
+    if part <= MAX_NONCONSERVATIVE_PART { Ok(()) } else { Err(SensitivityError::NotConservative { part }) }
 }
 
+/// The changes of all frequencies from those of mass and stiffness.
 fn changes(
     linear: &Linearization,
     mass_by: &DMatrix<f64>,
@@ -343,6 +359,7 @@ fn changes(
     let lower = factors.l();
     let stiffness = 0.5 * (&linear.stiffness + linear.stiffness.transpose());
     let not_finite = || SensitivityError::NotFinite { time: 0.0 };
+    // M = L Lᵀ reduces Kφ = ω²Mφ to a symmetric problem.
     let half = lower.solve_lower_triangular(&stiffness).ok_or_else(not_finite)?;
     let whole = lower.solve_lower_triangular(&half.transpose()).ok_or_else(not_finite)?;
     let eigen = SymmetricEigen::new(0.5 * (&whole + whole.transpose()));
@@ -350,23 +367,26 @@ fn changes(
     let mut order: Vec<usize> = (0..modes.ncols()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let largest = eigen.eigenvalues.amax();
+    // Group by group of equal frequencies.
     let mut found = Vec::new();
     let mut rest = order.as_slice();
     while let Some(first) = rest.first() {
         let square = eigen.eigenvalues[*first];
         let near = |i: &&usize| {
             let other = eigen.eigenvalues[**i];
-            (other - square).abs() <= EQUAL * other.abs().max(square.abs()).max(1e-6 * largest)
+            (other - square).abs()
+                <= EQUAL_SQUARED_FREQUENCIES
+                    * other.abs().max(square.abs()).max(LEAST_SQUARED_FREQUENCY * largest)
         };
         let count = rest.iter().take_while(near).count();
         let (group, after) = rest.split_at(count);
         rest = after;
         let modes = modes.select_columns(group);
         let by = modes.tr_mul(&((stiffness_by - mass_by * square) * &modes));
-        let mut ways: Vec<f64> =
+        let mut squares_by: Vec<f64> =
             SymmetricEigen::new(0.5 * (&by + by.transpose())).eigenvalues.iter().copied().collect();
-        ways.sort_by(f64::total_cmp);
-        for (i, square_by) in group.iter().zip(ways) {
+        squares_by.sort_by(f64::total_cmp);
+        for (i, square_by) in group.iter().zip(squares_by) {
             let square = eigen.eigenvalues[*i];
             let frequency = square.sqrt();
             let frequency_by = if frequency > 0.0 { square_by / (2.0 * frequency) } else { f64::NAN };

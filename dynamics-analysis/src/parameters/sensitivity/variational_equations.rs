@@ -1,4 +1,6 @@
-//! The linear equations along a motion, ẋ = A(t) x + b(t): A by the state, a column of b for each variable.
+//! The variational equations along a motion, ẋ = A(t) x + b(t): A = ∂(q̇, q̈)/∂(q, q̇), and a column
+//! of b for each variable, ∂(q̇, q̈)/∂p or 0 for elements of the start. `equations.rs` computes the
+//! derivatives.
 
 use alloc::vec::Vec;
 
@@ -10,17 +12,17 @@ use super::super::equations::{coefficients, differences, not_solved};
 use super::super::sensitivity_error::SensitivityError;
 use super::collocation::AtNode;
 
-/// First steps of differences of a law of inputs, relative: what rounding leaves is near 1e-12, and laws may
-/// bend within a hundredth.
+/// First step of differences of a law of inputs, relative to a coordinate or velocity (at least 1). Rounding
+/// is then near 1e-12, and laws may have curvature within a hundredth.
 const LAW_STEP: f64 = 1e-4;
 
 /// A and b along a motion.
 pub(in super::super) struct VariationalEquations<'a, 'm, M: Simulate> {
     pub(in super::super) motion: &'a Motion<'m, M>,
-    /// The parameter of each column of b; `None` where the parameters stay.
+    /// The parameter of each column of b; `None` for elements of the start.
     pub(in super::super) parameters: Vec<Option<usize>>,
     pub(in super::super) sampler: Sampler<'a, 'm, M>,
-    /// Whether no differences entered so far.
+    /// Whether all derivatives so far were exact, none differences.
     pub(in super::super) exact: bool,
 }
 
@@ -56,7 +58,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> VariationalEquations<'a, 'm, M> {
         Ok((a, b))
     }
 
-    /// What inputs that follow the state add.
+    /// Adds the derivatives of a law of inputs, by differences of order 4.
     fn add_law(
         &mut self,
         state: &M::State,
