@@ -1,6 +1,6 @@
 //! A, B, C, D against hand results, and against differences of the nonlinear model's own outputs.
 
-use dynamics::analysis::Withheld;
+use dynamics::analysis::{LinearizeError, VibrationError, Withheld};
 use dynamics::prelude::*;
 
 use crate::models::{CartPole, Oscillator, RodCart};
