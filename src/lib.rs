@@ -62,23 +62,32 @@ pub use dynamics_analysis as analysis;
 pub use dynamics_macros::{Dynamics, dynamics};
 #[cfg(feature = "alloc")]
 pub use dynamics_runtime::{
-    CubicSpline, MeshError, SplineError, adapters, kinematics, mechanism, methods, output, simulate, spline,
+    CubicSpline, MeshError, SplineError, adapters, kinematics, mechanism, methods, output, simulate,
 };
 pub use dynamics_runtime::{
     Cylindrical, EulerAngles, EulerParameters, EulerSequence, Expr, Force, Frame, Inertia, Joint,
     MassProperties, Mat3, NotARotation, PlanarBody, PlanarFrame, PlanarJoint, Polar, PrincipalAxes,
-    RigidBody, SmoothFunction, Spherical, TimeDerivative, UnphysicalInertia, Vec2, Vec3, attitude, bodies,
-    constrain, derivative, error, expr, force, integrate, lanes, mass_properties, math, matrix, model,
-    reaction, rotation, scalar, series, sin_cos, smooth, unconstrained, vec2, vec3, vector,
+    RigidBody, SmoothFunction, Spherical, TimeDerivative, UnphysicalInertia, Vec2, Vec3, constrain, error,
+    integrate, model, unconstrained, vec2, vec3,
 };
+// Users find these words in the root. Hidden, so that the documentation gives every name one path.
+#[cfg(feature = "alloc")]
+#[doc(hidden)]
+pub use dynamics_runtime::spline;
+#[doc(hidden)]
+pub use dynamics_runtime::{
+    attitude, bodies, derivative, expr, force, mass_properties, matrix, rotation, smooth, vector,
+};
+// Needed by generated code and by tests: what jets, series and numbers are made of.
+#[doc(hidden)]
+pub use dynamics_runtime::{lanes, math, reaction, scalar, series, sin_cos};
 
 /// What a model and a run need: `use dynamics::prelude::*;`.
 ///
 /// Traits stand here `as _` if only their methods are called. Everything else is reached by module: charts and
-/// animations in [`output`](crate::output), errors of states in [`error`](crate::error), results and errors of
-/// runs in [`simulate`](crate::simulate), traits for generic code in [`model`](crate::model), mechanisms that
-/// inputs drive in [`kinematics`](crate::kinematics), equilibria, vibration, parameters and studies in
-/// [`analysis`](crate::analysis), the other words of models in [the crate's root](crate).
+/// animations in [`output`], errors of states in [`error`], results and errors of runs in [`simulate`], traits
+/// for generic code in [`model`], mechanisms that inputs drive in [`kinematics`], equilibria, vibration,
+/// parameters and studies in [`analysis`], further words of models in [the root](crate).
 pub mod prelude {
     // Macros, and the attributes of a model's functions: here their documentation is found by editors.
     pub use dynamics_macros::{

@@ -48,6 +48,8 @@ use crate::error::SolveError;
 use crate::linalg::{WorkMemory, max_abs};
 use crate::model::{Constraints, Known, ModelState, Route, Solved, Terms, Vector, Workspace};
 
+// Public for dynamics-analysis alone. What users call is exported below.
+#[doc(hidden)]
 pub mod assemble;
 #[cfg(feature = "alloc")]
 pub(crate) mod weakness;

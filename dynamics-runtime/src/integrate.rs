@@ -29,7 +29,9 @@ mod root;
 #[macro_use]
 mod dense;
 
+// Users name these types as those of `methods`.
 #[cfg(feature = "alloc")]
+#[doc(hidden)]
 pub mod choice;
 mod compensated_summation;
 mod composition;
@@ -65,6 +67,8 @@ mod taylor;
 pub(crate) mod trees;
 mod tsit5;
 mod verner9;
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 pub mod verner9_table;
 
 pub use composition::{Composition, Composition4, Composition6, Composition8};

@@ -54,6 +54,8 @@ const ASSEMBLED: f64 = 1e-10;
 ///
 /// # Errors
 /// With the row that is violated most, its residual and the distance from fulfilling it.
+// Users call `build` and `assemble` of a start, which call this.
+#[doc(hidden)]
 pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
     check_held(model, state, Against::ItsSize)?;
     StateError::check_bodies(model, state)?;
@@ -100,6 +102,8 @@ fn slipping<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usize, usize)
 /// those whose bit is set in `given`. What is at rest goes to the side to which it is pushed where it does
 /// not rub: against its reaction if it held. What is not pushed, or not known to be (an input that has no
 /// value yet, a reaction that is not unique), and what has more than one row stays as it is.
+// Users call `build` and `assemble` of a start, which call this.
+#[doc(hidden)]
 pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
     let modes = state.modes();
     if modes.all_hold() {
@@ -142,6 +146,8 @@ fn set_sides_at_rest<M: Constraints>(model: &M, state: &mut M::State, held: &M::
 ///
 /// # Errors
 /// [`StateError::WrongSide`]
+// Users call `build` and `assemble` of a start, which call this.
+#[doc(hidden)]
 pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
     let modes = state.modes();
     if modes.all_hold() {

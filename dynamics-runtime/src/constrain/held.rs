@@ -14,6 +14,8 @@ pub(crate) fn active<M: Constraints>(modes: Modes, holonomic: bool) -> Active {
 }
 
 /// The rows of the constraints that hold; those of the holonomic ones alone where `holonomic`.
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 pub fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveRows {
     ActiveRows { constraints: active::<M>(modes, holonomic), rows: 0..0 }
 }
@@ -51,6 +53,8 @@ impl Active {
 }
 
 /// See [`active_rows`].
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 #[derive(Clone)]
 pub struct ActiveRows {
     constraints: Active,

@@ -31,6 +31,8 @@ use crate::model::Quantity;
 ///
 /// Between what redundancy looks like on a drifting motion (1e-9 of drift leaves 1e-9 of distance) and the
 /// nearness at which a mechanism passes a singular position: 1e-8 rad are crossed within one evaluation.
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 pub const RANK_TOLERANCE: f64 = 1e-8;
 
 /// Share of a row's length by which a coordinate with little inertia may outweigh the others in it.
