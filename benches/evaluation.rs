@@ -26,7 +26,7 @@ use std::hint::black_box;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use dynamics::model::Vector;
+use dynamics::model::{ModelState, Vector};
 use dynamics::prelude::*;
 use long::{Chain5Accurate, Chain10Accurate, Chain20, Chain50, DoublePendulumAccurate};
 use models::{Chain5, Chain10, DoublePendulum};

@@ -9,6 +9,7 @@
 //! the forces in the pin; they reach hundreds of newtons.
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

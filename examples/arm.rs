@@ -11,6 +11,7 @@
 mod arm7;
 mod common;
 use arm7::{Arm, arm};
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 const DURATION: f64 = 3.0;

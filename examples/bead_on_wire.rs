@@ -9,7 +9,10 @@
 //! slope is less than μ.
 
 mod common;
+use dynamics::error::StateError;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
+use dynamics::simulate::Flow;
 
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]

@@ -11,6 +11,8 @@ mod bicycle;
 mod common;
 
 use bicycle::{Bicycle, model};
+use dynamics::analysis::LinearizeError;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 /// The eigenvalues of lean and steer, by growing real part.

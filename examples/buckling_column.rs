@@ -10,8 +10,9 @@
 //! strength, by the two-thirds law of W. T. Koiter (1945).
 
 mod common;
-use dynamics::analysis::Page;
 use dynamics::analysis::SpecialKind;
+use dynamics::analysis::{Page, continuation, fold_curve};
+use dynamics::output::{Animation, Axis, Panel, Series};
 use dynamics::prelude::*;
 use dynamics::simulate::Direction;
 

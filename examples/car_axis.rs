@@ -9,6 +9,7 @@
 //! positions and 3 of the multipliers at a tolerance of 1e-8.
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

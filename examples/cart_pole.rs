@@ -8,6 +8,7 @@
 //! Ackermann's formula.
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 use nalgebra::{Matrix4, RowVector4, Vector4};
 

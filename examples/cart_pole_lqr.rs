@@ -8,6 +8,7 @@
 //! tilts and rates. The starts from which it recovers are the basin of attraction.
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -8,6 +8,7 @@
 //! Mechanics and Control, 2015, 1.7).
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -7,6 +7,7 @@
 //! right angles to both, with E × B / B².
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

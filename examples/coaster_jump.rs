@@ -9,6 +9,8 @@
 //! the velocity across the track.
 
 mod common;
+use dynamics::SplineError;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

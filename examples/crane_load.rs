@@ -14,6 +14,7 @@
 mod common;
 use std::f64::consts::TAU;
 
+use dynamics::SmoothFunction;
 use dynamics::analysis::{Rung, compare};
 use dynamics::prelude::*;
 

@@ -6,6 +6,7 @@
 //! turn 10⁻⁹ into 1.
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 /// Two bobs on massless rods, swinging in a vertical plane.

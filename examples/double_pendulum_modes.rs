@@ -14,6 +14,7 @@ mod common;
 
 use bobs::DoublePendulum;
 use dynamics::analysis::{BackboneCurve, Page};
+use dynamics::output::{Axis, Panel};
 use dynamics::prelude::*;
 
 type Curve = BackboneCurve<State<DoublePendulum>>;

@@ -7,6 +7,7 @@
 //! knows nothing of this. It asks for all equilibria at each speed, and for the stability of each.
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -9,6 +9,7 @@
 //! 100 fits of resampled data agree with these.
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel, Series};
 use dynamics::prelude::*;
 use dynamics::simulate::MotionError;
 

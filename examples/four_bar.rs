@@ -10,6 +10,7 @@ mod common;
 use std::f64::consts::{PI, TAU};
 
 use dynamics::kinematics::KinematicsErrorKind;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -11,6 +11,7 @@
 //! of the wheel and p_ψ of the whole are conserved.
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

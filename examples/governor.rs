@@ -9,6 +9,7 @@
 //! little damping it hunts, as Vyshnegradsky found (1877).
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -7,6 +7,7 @@
 //! angles are singular only where the axis is upright, which it never is.
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

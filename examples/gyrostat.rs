@@ -10,6 +10,7 @@
 //! (P. C. Hughes, Spacecraft Attitude Dynamics, Wiley 1986, chapter 6).
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

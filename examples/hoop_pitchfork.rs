@@ -10,8 +10,10 @@
 //! H. Strogatz, *Nonlinear Dynamics and Chaos*, §3.5 and §3.6).
 
 mod common;
-use dynamics::analysis::Page;
 use dynamics::analysis::SpecialKind;
+use dynamics::analysis::{Page, continuation, fold_curve};
+use dynamics::model::Model;
+use dynamics::output::{Animation, Axis, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

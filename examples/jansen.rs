@@ -12,8 +12,10 @@
 mod common;
 use std::f64::consts::TAU;
 
+use dynamics::error::StateError;
 use dynamics::integrate::root;
-use dynamics::output::Film;
+use dynamics::kinematics::KinematicMotion;
+use dynamics::output::{Animation, Axis, Chart, Film, Panel};
 use dynamics::prelude::*;
 
 macro_rules! linkage {

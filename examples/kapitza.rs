@@ -7,6 +7,7 @@
 //! (Kapitza 1951). There it swings slowly at √(a² Ω² / 2 l² − g / l). Below the threshold it falls.
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -10,7 +10,8 @@
 //! (2001) 755.
 
 mod common;
-use dynamics::analysis::{FloquetVerdict, Threshold};
+use dynamics::analysis::{FloquetVerdict, PeriodicError, Threshold};
+use dynamics::output::{Animation, Axis, Chart, Mark, Panel, Series};
 use dynamics::prelude::*;
 use dynamics::simulate::Direction;
 use std::f64::consts::TAU;

@@ -10,6 +10,7 @@
 
 mod common;
 
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 /// Two bodies that attract each other: the motion of one about the other.

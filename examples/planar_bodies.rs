@@ -9,6 +9,7 @@
 //! the slider x = a cos φ + √(b² − a² sin²φ). The energy is conserved.
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

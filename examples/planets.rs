@@ -6,6 +6,7 @@
 //! others. On average the periods still follow Kepler's third law T² = a³ / (1 + m).
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 const NAMES: [&str; 5] = ["Sun", "Venus", "Earth", "Mars", "Jupiter"];

@@ -6,6 +6,7 @@
 //! area. G. L. Baker & J. P. Gollub, *Chaotic Dynamics*, chapters 3 to 5.
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 use std::f64::consts::TAU;
 

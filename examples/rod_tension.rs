@@ -7,6 +7,7 @@
 //! a start at rest. Index reduction alone lets the length drift. Projection after each step does not.
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

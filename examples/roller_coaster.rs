@@ -6,6 +6,7 @@
 //! rail pushes with N = m n·(r̈ + g e_y). As long as N > 0 all the way around the loop, no belt is needed.
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -7,6 +7,7 @@
 //! β), ρ = r/R (C. Le Saux, R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27).
 
 mod common;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

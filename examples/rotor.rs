@@ -11,6 +11,7 @@
 
 mod common;
 use dynamics::analysis::Campbell;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

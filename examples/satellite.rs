@@ -8,6 +8,8 @@
 //! Euler parameters of the error. Four Euler parameters have no singular attitude.
 
 mod common;
+use dynamics::error::SolveError;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -9,7 +9,8 @@
 //! has one: the arch snaps through to the equilibrium on the other side.
 
 mod common;
-use dynamics::analysis::{Diagram, Page};
+use dynamics::analysis::{ContinuationError, Diagram, Page, continuation};
+use dynamics::output::{Axis, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -7,6 +7,7 @@
 //! 1933). Otherwise it goes on bouncing.
 
 mod common;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -8,7 +8,9 @@
 mod common;
 use std::time::Instant;
 
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
+use dynamics::simulate::Flow;
 
 /// Two bobs on massless rods, swinging in a vertical plane.
 #[derive(Clone, Debug, Dynamics)]

@@ -7,6 +7,8 @@
 //! have no singular attitude.
 
 mod common;
+use dynamics::error::SolveError;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

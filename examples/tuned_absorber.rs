@@ -9,6 +9,8 @@
 
 mod common;
 use dynamics::analysis::{Load, Spectrum, Window, frequencies};
+use dynamics::error::StateError;
+use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 const STOREYS: usize = 5;

@@ -9,7 +9,8 @@
 //! the angles are large.
 
 mod common;
-use dynamics::analysis::{Page, SpecialKind};
+use dynamics::analysis::{LinearizeError, Page, SpecialKind, continuation, hopf_curve};
+use dynamics::output::{Axis, Panel};
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

@@ -62,60 +62,66 @@ pub use dynamics_analysis as analysis;
 pub use dynamics_macros::{Dynamics, dynamics};
 #[cfg(feature = "alloc")]
 pub use dynamics_runtime::{
-    CubicSpline, MeshError, SplineError, adapters, kinematics, mechanism, methods, output, simulate, spline,
+    CubicSpline, MeshError, SplineError, adapters, kinematics, mechanism, methods, output, simulate,
 };
 pub use dynamics_runtime::{
     Cylindrical, EulerAngles, EulerParameters, EulerSequence, Expr, Force, Frame, Inertia, Joint,
     MassProperties, Mat3, NotARotation, PlanarBody, PlanarFrame, PlanarJoint, Polar, PrincipalAxes,
-    RigidBody, SmoothFunction, Spherical, TimeDerivative, UnphysicalInertia, Vec2, Vec3, attitude, bodies,
-    constrain, derivative, error, expr, force, integrate, lanes, mass_properties, math, matrix, model,
-    reaction, rotation, scalar, series, sin_cos, smooth, unconstrained, vec2, vec3, vector,
+    RigidBody, SmoothFunction, Spherical, TimeDerivative, UnphysicalInertia, Vec2, Vec3, constrain, error,
+    integrate, model, unconstrained, vec2, vec3,
 };
+// Users find these words in the root. Hidden, so that the documentation gives every name one path.
+#[cfg(feature = "alloc")]
+#[doc(hidden)]
+pub use dynamics_runtime::spline;
+#[doc(hidden)]
+pub use dynamics_runtime::{
+    attitude, bodies, derivative, expr, force, mass_properties, matrix, rotation, smooth, vector,
+};
+// Needed by generated code and by tests: what jets, series and numbers are made of.
+#[doc(hidden)]
+pub use dynamics_runtime::{lanes, math, reaction, scalar, series, sin_cos};
 
-/// Everything that a model and its use need: `use dynamics::prelude::*;`.
+/// What a model and a run need: `use dynamics::prelude::*;`.
+///
+/// Traits stand here `as _` if only their methods are called. Everything else is reached by module: charts and
+/// animations in [`output`], errors of states in [`error`], results and errors of runs in [`simulate`], traits
+/// for generic code in [`model`], mechanisms that inputs drive in [`kinematics`], equilibria, vibration,
+/// parameters and studies in [`analysis`], further words of models in [the root](crate).
 pub mod prelude {
-    #[cfg(feature = "analysis")]
-    pub use dynamics_analysis::{
-        Analyze as _, BackboneError, ContinuationError, Equilibrium, EquilibriumError, FitError,
-        Linearization, LinearizeError, Loss, PeriodicError, SensitivityError, Stability, StabilityVerdict,
-        StateSpace, Undecided, Vary as _, VibrationError, continuation, fold_curve, hopf_curve,
-    };
-    pub use dynamics_macros::{Dynamics, dynamics};
+    // Macros, and the attributes of a model's functions: here their documentation is found by editors.
     pub use dynamics_macros::{
-        dissipation, drawing, event, force, holonomic, kinematic, kinetic, lagrangian, nonholonomic, output,
-        potential, redundant,
+        Dynamics, dissipation, drawing, dynamics, event, force, holonomic, kinematic, kinetic, lagrangian,
+        nonholonomic, output, potential, redundant,
     };
-    pub use dynamics_runtime::TimeDerivative as _;
-    pub use dynamics_runtime::error::{SingularMassMatrix, SolveError, StateError};
+    // Words of models.
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::kinematics::{KinematicMotion, KinematicsError};
-    pub use dynamics_runtime::math::F64Ext as _;
+    pub use dynamics_runtime::CubicSpline;
+    pub use dynamics_runtime::model::{Coordinates, State};
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::mechanism::Mechanism;
+    pub use dynamics_runtime::output::{Color, Drawing};
+    pub use dynamics_runtime::{
+        EulerParameters, EulerSequence, Expr, Force, Frame, Inertia, Joint, Mat3, PlanarBody, PlanarFrame,
+        PlanarJoint, RigidBody, Vec2, Vec3, vec2, vec3,
+    };
+    // Words of runs.
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::methods;
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::model::Draw;
+    pub use dynamics_runtime::simulate::{Contact, Direction, Formulation, Method, Motion, Simulate};
+    // Methods of models, states, jets and numbers.
+    #[cfg(feature = "analysis")]
+    pub use dynamics_analysis::{Analyze as _, Vary as _};
+    pub use dynamics_runtime::math::F64Ext as _;
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::mechanism::Mechanism as _;
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::model::Draw as _;
     pub use dynamics_runtime::model::{
-        ConstraintKind, Constraints, Coordinates, Dynamics, Energies, Events, Linearize, Model, ModelState,
-        Modes, Outputs, Parameters, Powers, Quantity, State, StateJacobian,
+        Constraints as _, Dynamics, Energies as _, Events as _, Linearize as _, Model as _, ModelState as _,
+        Outputs as _, Parameters as _, Powers as _,
     };
-    #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::output::{Animation, Axis, Chart, Color, Drawing, Mark, Panel, Series};
-    #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::simulate::{
-        ChartSwitching, Contact, Direction, Flow, Formulation, Method, Motion, Simulate, SimulationError,
-    };
-    #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::{CubicSpline, SplineError};
-    pub use dynamics_runtime::{
-        Cylindrical, EulerParameters, Frame, Inertia, Joint, PlanarBody, PlanarFrame, PlanarJoint, Polar,
-        RigidBody, Spherical,
-    };
-    pub use dynamics_runtime::{
-        EulerAngles, EulerSequence, Expr, Force, MassProperties, Mat3, NotARotation, SmoothFunction, Vec2,
-        Vec3, vec2, vec3,
-    };
+    pub use dynamics_runtime::{SmoothFunction as _, TimeDerivative as _};
 }
 
 /// What generated code refers to. Not for use by hand: it changes without notice.

@@ -1,6 +1,6 @@
 //! The states at which accelerations are timed and counted.
 
-use dynamics::prelude::*;
+use dynamics::model::ModelState;
 
 /// States per pass, so that no branch predictor learns them.
 pub(crate) const STATES: usize = 64;

@@ -51,6 +51,8 @@ use crate::error::SolveError;
 use crate::linalg::{WorkMemory, max_abs};
 use crate::model::{Constraints, Known, ModelState, Route, Solved, Terms, Vector, Workspace};
 
+// Public for dynamics-analysis alone. What users call is exported below.
+#[doc(hidden)]
 pub mod assemble;
 #[cfg(feature = "alloc")]
 pub(crate) mod rank_margin;

@@ -51,7 +51,9 @@
 #[macro_use]
 mod dense;
 
+// Users name these types as those of `methods`.
 #[cfg(feature = "alloc")]
+#[doc(hidden)]
 pub mod choice;
 mod compensated_summation;
 mod controller;

@@ -27,15 +27,21 @@ pub mod methods;
 pub mod model;
 #[cfg(feature = "alloc")]
 pub mod output;
+// Public for dynamics-analysis alone.
 #[cfg(feature = "alloc")]
+#[doc(hidden)]
 pub mod progress;
 pub mod reaction;
 pub mod series;
 #[cfg(feature = "alloc")]
 pub mod simulate;
+// Public for dynamics-analysis alone.
 #[cfg(feature = "std")]
+#[doc(hidden)]
 pub mod slow_build;
+// Public for dynamics-analysis alone.
 #[cfg(feature = "alloc")]
+#[doc(hidden)]
 pub mod wording;
 
 #[doc(hidden)]

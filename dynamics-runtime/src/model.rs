@@ -8,7 +8,9 @@ mod constraints;
 mod kinks;
 mod known;
 mod modes;
+// Public for dynamics-analysis alone.
 #[cfg(feature = "alloc")]
+#[doc(hidden)]
 pub mod names;
 mod vector;
 

@@ -1,7 +1,6 @@
 //! Ranks of constraints by singular values, as nothing of the library computes them.
 
-use dynamics::model::{Terms, Vector};
-use dynamics::prelude::*;
+use dynamics::model::{Constraints, Terms, Vector};
 use nalgebra::DMatrix;
 
 /// Φ_q at a state, its rows scaled to length one.

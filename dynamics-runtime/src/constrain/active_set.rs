@@ -18,6 +18,8 @@ pub(crate) fn active<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveCon
 }
 
 /// The rows of the active constraints; only those of the holonomic ones where `holonomic` is set.
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 pub fn active_rows<M: Constraints>(modes: Modes, holonomic: bool) -> ActiveRows {
     ActiveRows { constraints: active::<M>(modes, holonomic), rows: 0..0 }
 }
@@ -55,6 +57,8 @@ impl ActiveConstraints {
 }
 
 /// Iterator of [`active_rows`].
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 #[derive(Clone)]
 pub struct ActiveRows {
     constraints: ActiveConstraints,

@@ -49,6 +49,8 @@ const ASSEMBLY_TOLERANCE: f64 = 1e-10;
 ///
 /// # Errors
 /// They name the row with the largest violation, its residual and its distance.
+// Users call `build` and `assemble` of a start, which call this.
+#[doc(hidden)]
 pub fn check_start<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
     check_active_constraints(model, state, ViolationScale::RowSize)?;
     StateError::check_bodies(model, state)?;
@@ -96,6 +98,8 @@ fn released_slip_rows<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usi
 /// reaction that it would have if it held. The side stays as it is where nothing pushes, where the reaction
 /// is unknown (an input without value, a reaction that is not unique), and where the constraint has more than
 /// one row.
+// Users call `build` and `assemble` of a start, which call this.
+#[doc(hidden)]
 pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
     let modes = state.modes();
     if modes.all_hold() {
@@ -139,6 +143,8 @@ fn set_sides_at_rest<M: Constraints>(model: &M, state: &mut M::State, held: &M::
 ///
 /// # Errors
 /// [`StateError::WrongSide`]
+// Users call `build` and `assemble` of a start, which call this.
+#[doc(hidden)]
 pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
     let modes = state.modes();
     if modes.all_hold() {

@@ -18,6 +18,8 @@ pub(crate) fn nearby_state<M: Constraints>(state: &M::State) -> M::State {
 }
 
 /// The state at another time.
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 #[must_use]
 pub fn at_time<S: ModelState>(state: &S, t: f64) -> S {
     let mut out = S::new(t, *state.q(), *state.u(), *state.inputs());

@@ -30,6 +30,8 @@ use crate::model::Quantity;
 /// The value lies between two sizes. On a drifting motion redundant rows differ by the drift: 10⁻⁹ of
 /// drift leaves a distance of 10⁻⁹. And a mechanism moves across 10⁻⁸ rad around a singular position
 /// within one evaluation.
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 pub const RANK_TOLERANCE: f64 = 1e-8;
 
 /// A coordinate with little inertia may outweigh the other coordinates of its rows by this factor at most.

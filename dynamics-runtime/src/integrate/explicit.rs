@@ -9,6 +9,8 @@ pub(crate) mod tableau;
 pub(crate) mod trees;
 mod tsit5;
 mod verner9;
+// Public for dynamics-analysis alone.
+#[doc(hidden)]
 pub mod verner9_table;
 
 pub use dop853::Dop853;

@@ -36,6 +36,8 @@ impl StateError {
     ///
     /// # Errors
     /// [`StateError::NotFinite`] with the first that is not, [`StateError::Unphysical`].
+    // Public for dynamics-analysis alone.
+    #[doc(hidden)]
     pub fn check_parameters<M: Dynamics>(model: &M) -> Result<(), Self> {
         if let Some((name, value)) = parameter_not_finite(model) {
             return Err(Self::NotFinite { what: "parameter", name, value });

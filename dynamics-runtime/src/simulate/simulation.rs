@@ -123,6 +123,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
 
     /// This tolerance, of what is near zero another, unless tolerances or a fixed step were asked for. Both
     /// cases report tolerances that are not positive.
+    // Public for dynamics-analysis alone.
+    #[doc(hidden)]
     pub fn or_tolerance(mut self, tolerance: f64, absolute: Option<f64>) -> Self {
         let known = self.tolerances.is_some() || self.fixed.is_some();
         match absolute {

@@ -5,13 +5,16 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+use dynamics::SmoothFunction;
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
+use dynamics::error::{SingularMassMatrix, SolveError};
 use dynamics::integrate::{
     Accelerations, Canonical, Composition4, Composition6, Composition8, Dop853, DormandPrince5,
     EnergyMidpoint, Esdirk4, Expandable, Gauss4, Gauss6, GeneralizedAlpha, GraggBulirschStoer, Phase,
     ProjectedEnd, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler, Stabilized, StepOptions, Stepper,
     StormerVerlet, Switching, Taylor, Tolerances, Tsit5, Verner9,
 };
+use dynamics::model::Model;
 use dynamics::prelude::*;
 
 /// A stop that the author knows in closed form: its energy s(θ) = 1 − cos θ, in J.

@@ -1,6 +1,6 @@
 //! Curves of Hopf points over two parameters, against Hurwitz determinants.
 
-use dynamics::analysis::{BranchEnd, Special, SpecialKind};
+use dynamics::analysis::{BranchEnd, ContinuationError, Special, SpecialKind, continuation, hopf_curve};
 use dynamics::prelude::*;
 
 use crate::ziegler::Ziegler;

@@ -1,6 +1,7 @@
 //! What is steady now, and is not later: a push that is yet to come, and what turns until a weight takes
 //! hold. And what is only stiff, and stays.
 
+use dynamics::analysis::EquilibriumError;
 use dynamics::prelude::*;
 
 /// A sleigh on one skate below its mass, on a plane that falls along −y; pushed along the skate at a time.

@@ -1,6 +1,7 @@
 //! Small motions of parts that are not coupled: no part is judged by the size of another, and what has no one
 //! linear model is refused.
 
+use dynamics::analysis::LinearizeError;
 use dynamics::prelude::*;
 
 /// Two masses on springs that are not coupled, with a stop that begins at `edge`, and a spring that is

@@ -1,6 +1,6 @@
 //! Rotors: Jeffcott's with internal damping, and a gyroscopic disk, against closed forms.
 
-use dynamics::analysis::Campbell;
+use dynamics::analysis::{Campbell, Linearization, LinearizeError, VibrationError};
 use dynamics::prelude::*;
 use nalgebra::Complex;
 

@@ -10,6 +10,7 @@
 //! E. J. Routh, *Stability of a Given State of Motion* (1877); H. Goldstein, *Classical Mechanics*, §5.7 and
 //! §8.3.
 
+use dynamics::analysis::StabilityVerdict;
 use dynamics::prelude::*;
 
 #[derive(Clone, Debug, Dynamics)]

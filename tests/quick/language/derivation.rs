@@ -3,7 +3,7 @@
 
 use crate::double_pendulum as two_bobs;
 
-use dynamics::model::Vector;
+use dynamics::model::{Linearize, Model, ModelState, Powers, Vector};
 use dynamics::prelude::*;
 use nalgebra::{DMatrix, DVector};
 use two_bobs::DoublePendulum;

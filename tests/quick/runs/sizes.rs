@@ -1,8 +1,9 @@
 //! Mechanisms of micrometres and of kilometres: what decides at starts, contacts and slips knows their size,
 //! and all of them behave alike.
 
+use dynamics::error::StateError;
 use dynamics::prelude::*;
-use dynamics::simulate::{EventActionError, SimulationErrorKind as Kind};
+use dynamics::simulate::{EventActionError, Flow, SimulationErrorKind as Kind};
 
 /// Two masses at the ends of a rod that fall onto a rough floor, which falls away from a place on.
 #[derive(Clone, Debug, Dynamics)]

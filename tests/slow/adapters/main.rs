@@ -3,6 +3,7 @@
 #![allow(clippy::float_cmp, reason = "the very same numbers are expected")]
 
 use dynamics::adapters::{AdapterError, FirstOrder};
+use dynamics::error::SolveError;
 use dynamics::model::Vector;
 use dynamics::prelude::*;
 

@@ -3,6 +3,7 @@
 #![allow(missing_docs, unreachable_pub, reason = "models as users write them")]
 
 use dynamics::prelude::*;
+use dynamics::{Cylindrical, Polar, Spherical};
 use proptest::prelude::*;
 
 /// One body that moves freely, described by whatever the library offers.

@@ -4,6 +4,7 @@
 //! rounded to `f64` here.
 
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationError;
 
 use crate::parametrised;
 use crate::rolling_disk as disk;

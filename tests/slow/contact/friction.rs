@@ -2,7 +2,7 @@
 //! never drives.
 
 use dynamics::prelude::*;
-use dynamics::simulate::SimulationErrorKind as Kind;
+use dynamics::simulate::{Flow, SimulationErrorKind as Kind};
 
 mod laws;
 use crate::parcel;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use dynamics::analysis::BackboneError;
 use dynamics::prelude::*;
 
 use super::double_pendulum::DoublePendulum;

@@ -4,7 +4,7 @@
 //! Displacements are made of w″ = Σ aₖ Pₖ(2x − 1), Legendre's polynomials integrated twice from the clamped
 //! end: with ten of them the beam is there to twelve digits.
 
-use dynamics::analysis::SpecialKind;
+use dynamics::analysis::{SpecialKind, continuation};
 use dynamics::prelude::*;
 
 /// How many shapes.

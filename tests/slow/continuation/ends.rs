@@ -1,6 +1,6 @@
 //! Where a branch ends, and what is said there.
 
-use dynamics::analysis::SpecialKind;
+use dynamics::analysis::{EquilibriumError, LinearizeError, SpecialKind};
 
 use super::*;
 

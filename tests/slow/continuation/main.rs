@@ -24,7 +24,8 @@ mod turned_hoop;
 #[path = "../../models/ziegler.rs"]
 mod ziegler;
 
-use dynamics::analysis::{BranchEnd, Stays};
+use dynamics::analysis::{BranchEnd, ContinuationError, Stays, continuation, fold_curve};
+use dynamics::output::Chart;
 use dynamics::prelude::*;
 use models::*;
 use turned_hoop::TurnedHoop;

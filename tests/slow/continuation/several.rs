@@ -1,6 +1,6 @@
 //! Branches that meet where several stiffnesses vanish at once: a bar that may lean over two axes.
 
-use dynamics::analysis::SpecialKind;
+use dynamics::analysis::{ContinuationError, SpecialKind, continuation};
 use dynamics::prelude::*;
 
 /// An upright bar on two hinges one over the other, with springs, under a dead load.

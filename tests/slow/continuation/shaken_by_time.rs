@@ -1,6 +1,7 @@
 //! Forces that change with time, by a factor that is 0 at the start: there are no equilibria but that one.
 
-use dynamics::analysis::{Branch, SpecialKind};
+use dynamics::analysis::{Branch, EquilibriumError, SpecialKind, hopf_curve};
+use dynamics::model::ModelState;
 
 use super::shaken::{STILL, Shaken};
 use super::*;

@@ -1,5 +1,6 @@
 //! Verdicts where dampers reach not every mode, and where a constraint turns the axes.
 
+use dynamics::analysis::{StabilityVerdict, Undecided};
 use dynamics::prelude::*;
 use nalgebra::Complex;
 

@@ -1,5 +1,7 @@
 //! Equilibria where constraints or inertia are singular, switched, or leave more coordinates than velocities.
 
+use dynamics::analysis::{EquilibriumError, LinearizeError, StabilityVerdict, Undecided};
+use dynamics::error::SolveError;
 use dynamics::prelude::*;
 
 use super::parallelogram::Parallelogram;
@@ -237,7 +239,6 @@ mod apart {
 /// What is soft is judged by itself, not by what is stiff beside it, nor by a metre.
 #[test]
 fn stiff_springs_hide_nothing() {
-    use dynamics::analysis::EquilibriumError;
     for stiff in [1.0, 1e10, 1e12] {
         let model = apart::Apart { k: [stiff, 4.0], shaken: 3.0, ..apart::STILL };
         let error = model.equilibrium(&model.state().build().unwrap()).unwrap_err();
@@ -258,7 +259,6 @@ fn stiff_springs_hide_nothing() {
 /// the frequency it drives what it finds out of rest.
 #[test]
 fn forces_that_beat_conserve_no_energy() {
-    use dynamics::analysis::StabilityVerdict;
     let model = apart::Apart { k: [1.0, 1.0], parametric: 4.0, ..apart::STILL };
     let rest = model.state().build().unwrap();
     let verdict = model.stability(&rest).unwrap().verdict;
@@ -270,7 +270,6 @@ fn forces_that_beat_conserve_no_energy() {
 /// A pin on two bars cannot move: its reactions are all there is to find.
 #[test]
 fn what_cannot_move_rests() {
-    use dynamics::analysis::StabilityVerdict;
     let frame = TwoBars { mass: 2.0, r: 5.0f64.sqrt(), base: 2.0, g: 10.0 };
     let start = frame.state().x_guess(0.8).y_guess(1.9).assemble().unwrap();
     let found = frame.equilibrium(&start).unwrap();
@@ -312,7 +311,6 @@ mod polar {
 
 #[test]
 fn poles_of_coordinates_are_no_equilibria() {
-    use dynamics::analysis::EquilibriumError;
     let model = polar::Polar { m: 1.0, k: 1.0, load: 0.3 };
     let (mut poles, mut right) = (0, 0);
     for (r, phi) in [(0.5, 0.3), (0.2, 1.0), (0.1, 3.0), (0.3, -1.2), (1.0, -1.5), (0.4, 2.0)] {

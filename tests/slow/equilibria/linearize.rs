@@ -8,7 +8,7 @@ use crate::turned_hoop;
 use crate::two_bars;
 use crate::ziegler;
 
-use dynamics::analysis::Mode;
+use dynamics::analysis::{LinearizeError, Mode};
 use dynamics::prelude::*;
 use nalgebra::{Complex, DMatrix, DVector};
 use parallelogram::Parallelogram;

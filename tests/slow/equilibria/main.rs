@@ -29,6 +29,7 @@ mod ziegler;
 
 use std::f64::consts::PI;
 
+use dynamics::analysis::EquilibriumError;
 use dynamics::prelude::*;
 use free_hoop::FreeHoop;
 use turned_hoop::TurnedHoop;

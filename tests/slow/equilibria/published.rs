@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use dynamics::analysis::{Banded, SpecialKind, lowest_modes};
+use dynamics::analysis::{Banded, SpecialKind, StabilityVerdict, continuation, lowest_modes};
 use dynamics::prelude::*;
 
 use super::stability::moon::Moon;

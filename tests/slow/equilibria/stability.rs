@@ -3,6 +3,8 @@
 
 use std::f64::consts::PI;
 
+use dynamics::analysis::{Equilibrium, EquilibriumError, LinearizeError, StabilityVerdict, Undecided};
+use dynamics::error::SolveError;
 use dynamics::prelude::*;
 
 use super::free_hoop::FreeHoop;

@@ -1,6 +1,7 @@
 //! Rests where next to nothing holds: critical loads, forces that fade away, corners, coordinates in which a
 //! force says nothing, and rolling.
 
+use dynamics::analysis::{EquilibriumError, StabilityVerdict};
 use dynamics::prelude::*;
 
 use super::hencky::Hencky;

@@ -2,7 +2,7 @@
 
 use dynamics::constrain::solve_once;
 use dynamics::prelude::*;
-use dynamics::simulate::{Contact, JumpingQuantity, SimulationErrorKind};
+use dynamics::simulate::{Contact, Flow, JumpingQuantity, SimulationError, SimulationErrorKind};
 
 /// A slider-crank whose crank may lack a flywheel. With the platform's sines: with others a run of equal bars
 /// comes so near to its dead point that a constraint is not finite there, and that is what it names.

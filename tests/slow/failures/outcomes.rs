@@ -5,6 +5,7 @@
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use dynamics::constrain::solve_once;
+use dynamics::error::{SolveError, StateError};
 use dynamics::kinematics::KinematicsErrorKind;
 use dynamics::prelude::*;
 use dynamics::simulate::{OptionError, SimulationErrorKind};

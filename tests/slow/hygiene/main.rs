@@ -191,7 +191,8 @@ mod constants {
 /// Words of the library by several ways to their names.
 mod words {
     use dynamics as library;
-    use dynamics::prelude::{Coordinates, Dynamics, Energies as _, Expr, dynamics};
+    use dynamics::model::Energies as _;
+    use dynamics::prelude::{Coordinates, Dynamics, Expr, dynamics};
 
     type Vec2 = library::Vec2<f64>;
 

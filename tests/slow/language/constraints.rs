@@ -3,7 +3,8 @@
 #![allow(missing_docs, unreachable_pub, reason = "models as users write them")]
 
 use dynamics::constrain::{solve_general, solve_once, with_workspace};
-use dynamics::model::{Terms, Vector};
+use dynamics::error::SolveError;
+use dynamics::model::{ConstraintKind, Constraints, Terms, Vector};
 use dynamics::prelude::*;
 use proptest::prelude::*;
 

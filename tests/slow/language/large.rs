@@ -3,7 +3,7 @@
 //! its message.
 
 use dynamics::constrain::solve_once;
-use dynamics::model::Terms;
+use dynamics::model::{Model, Terms};
 use dynamics::prelude::*;
 
 /// What the tests need of every chain below.

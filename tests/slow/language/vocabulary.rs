@@ -3,6 +3,8 @@
 //! time derivative.
 #![allow(missing_docs, unreachable_pub, reason = "models as users write them")]
 
+use dynamics::SmoothFunction;
+use dynamics::model::ModelState;
 use dynamics::prelude::*;
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;

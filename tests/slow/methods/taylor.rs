@@ -6,7 +6,7 @@ use crate::kepler;
 
 use double::Double;
 use double_pendulum::DoublePendulum;
-use dynamics::model::Vector;
+use dynamics::model::{Model, ModelState, Vector};
 use dynamics::prelude::*;
 use kepler::Kepler;
 

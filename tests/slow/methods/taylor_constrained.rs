@@ -1,7 +1,7 @@
 //! Taylor series of derived models with constraints: against motions in minimal coordinates, closed solutions
 //! and other methods; what they cannot do is refused.
 
-use dynamics::model::Vector;
+use dynamics::model::{Constraints, ModelState, Vector};
 use dynamics::prelude::*;
 
 const TAYLOR: methods::Taylor = methods::Taylor { order: None };

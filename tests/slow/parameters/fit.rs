@@ -1,6 +1,7 @@
 //! Fits: what made the data is found, as well as the covariance says.
 
-use dynamics::analysis::Fit;
+use dynamics::analysis::{Fit, Loss};
+use dynamics::model::Model;
 use dynamics::prelude::*;
 
 use super::models::Oscillator;

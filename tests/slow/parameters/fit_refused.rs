@@ -1,6 +1,7 @@
 //! Fits that cannot be: an error with what is wrong, and no numbers that look like a result.
 
-use dynamics::analysis::{SensitivityError, VariableError};
+use dynamics::analysis::{FitError, Loss, SensitivityError, VariableError};
+use dynamics::model::Model;
 use dynamics::prelude::*;
 
 use super::models::{Angle, Oscillator};

@@ -2,6 +2,7 @@
 //! whole motions.
 
 use dynamics::analysis::{Gradient, Objective, Sensitivities};
+use dynamics::model::{Model, Parameters};
 use dynamics::prelude::*;
 
 use super::difference;

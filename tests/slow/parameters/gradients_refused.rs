@@ -1,6 +1,7 @@
 //! Objectives that have no gradient, or one that jumps: errors that say so.
 
-use dynamics::analysis::SensitivityError;
+use dynamics::analysis::{LinearizeError, PeriodicError, SensitivityError};
+use dynamics::model::Model;
 use dynamics::prelude::*;
 
 use super::difference;

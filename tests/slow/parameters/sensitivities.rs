@@ -4,6 +4,7 @@
 use dynamics::analysis::Sensitivities;
 use dynamics::constrain::{project_velocities, with_workspace};
 use dynamics::model::Vector as _;
+use dynamics::model::{Model, Parameters};
 use dynamics::prelude::*;
 
 use super::difference;

@@ -1,6 +1,6 @@
 //! Equilibria and natural frequencies by parameters, against closed forms; folds and equal frequencies.
 
-use dynamics::analysis::{EquilibriumError, FrequencyChange, SensitivityError};
+use dynamics::analysis::{EquilibriumError, FrequencyChange, LinearizeError, SensitivityError};
 use dynamics::prelude::*;
 
 use super::models::{Angle, Oscillator, once, twice};

@@ -1,6 +1,7 @@
 //! Sweeps: every run in its place, whoever made it; failures beside the others.
 
 use dynamics::analysis::{SweepError, VariableError};
+use dynamics::model::Model;
 use dynamics::prelude::*;
 
 use super::models::Oscillator;

@@ -1,6 +1,6 @@
 //! Lyapunov exponents.
 
-use dynamics::analysis::ExponentSign;
+use dynamics::analysis::{ExponentSign, PeriodicError};
 use dynamics::prelude::*;
 
 use crate::double_pendulum::DoublePendulum;

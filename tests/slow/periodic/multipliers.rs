@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dynamics::analysis::{Floquet, FloquetVerdict, Threshold};
+use dynamics::analysis::{Floquet, FloquetVerdict, PeriodicError, Threshold};
 use dynamics::prelude::*;
 use nalgebra::{DMatrix, Matrix2};
 

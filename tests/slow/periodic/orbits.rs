@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dynamics::analysis::{FloquetVerdict, Threshold, Trivial};
+use dynamics::analysis::{FloquetVerdict, PeriodicError, Threshold, Trivial};
 use dynamics::prelude::*;
 
 use crate::double_pendulum::DoublePendulum;

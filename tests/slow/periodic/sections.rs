@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use dynamics::analysis::PeriodicError;
+use dynamics::output::Chart;
 use dynamics::prelude::*;
 use dynamics::simulate::Direction;
 

@@ -4,7 +4,7 @@
 use crate::parametrised;
 
 use dynamics::prelude::*;
-use dynamics::simulate::{ChartError, ChartSwitchingErrorKind, Compared};
+use dynamics::simulate::{ChartError, ChartSwitching, ChartSwitchingErrorKind, Compared};
 use parametrised::Parametrised;
 
 /// A heavy body that turns about a fixed point, in angles with a reference.

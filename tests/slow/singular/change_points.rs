@@ -1,6 +1,7 @@
 //! Change points: positions where branches of a mechanism cross. Whatever the formulation, the method, the
 //! tolerance and the direction in time, a run stays on its branch or says that it cannot tell.
 
+use dynamics::model::Model;
 use dynamics::prelude::*;
 use dynamics::simulate::SimulationErrorKind as Kind;
 

@@ -2,6 +2,7 @@
 //! the end of its step along the branch, by up to percents of the velocity, and the motion ended up to 0.35
 //! rad off as a success.
 
+use dynamics::model::Model;
 use dynamics::prelude::*;
 use dynamics::simulate::Motion;
 

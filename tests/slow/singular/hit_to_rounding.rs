@@ -3,6 +3,8 @@
 
 use core::f64::consts::PI;
 
+use dynamics::error::{SolveError, StateError};
+
 use super::*;
 
 const TURNS: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];

@@ -1,5 +1,7 @@
 //! Motions that pass change points.
 
+use dynamics::error::{SolveError, StateError};
+
 use super::change_points::EqualSliderCrank;
 use super::three_cranks::ThreeCranks;
 use super::*;

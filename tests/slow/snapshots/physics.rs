@@ -1,7 +1,6 @@
 //! What every model has to obey, whatever its listing says.
 
-use dynamics::model::Vector;
-use dynamics::prelude::*;
+use dynamics::model::{Constraints, ModelState, Powers, Vector};
 
 /// |a − b| ≤ 10⁻¹²·(1 + scale).
 #[track_caller]

@@ -5,6 +5,7 @@
 use crate::bicycle_model as bicycle;
 
 use bicycle::model;
+use dynamics::analysis::{Equilibrium, EquilibriumError, Linearization, LinearizeError};
 use dynamics::constrain::{solve_general, with_workspace};
 use dynamics::prelude::*;
 use nalgebra::{Complex, Matrix2};

@@ -1,5 +1,6 @@
 //! What controls reach, and regulators, against closed forms and other routes.
 
+use dynamics::analysis::{StateSpace, VibrationError};
 use dynamics::prelude::*;
 use nalgebra::{Complex, DMatrix, DVector};
 

@@ -1,6 +1,6 @@
 //! Steady sines: one degree of freedom in full, and where there is no steady response.
 
-use dynamics::analysis::{Excitation, frequencies};
+use dynamics::analysis::{Excitation, VibrationError, frequencies};
 use dynamics::prelude::*;
 use nalgebra::Complex;
 

@@ -1,7 +1,7 @@
 //! The lowest modes of banded matrices: chains, bars and beams against closed and published values; what is
 //! free, repeated or not definite.
 
-use dynamics::analysis::{Banded, BandedModel, LinearizeError, VibrationError, lowest_modes};
+use dynamics::analysis::{Banded, BandedModel, LinearizeError, StateSpace, VibrationError, lowest_modes};
 use dynamics::prelude::*;
 use nalgebra::DMatrix;
 use std::f64::consts::PI;

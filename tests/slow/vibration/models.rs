@@ -1,5 +1,6 @@
 //! Models that several files ask.
 
+use dynamics::analysis::StateSpace;
 use dynamics::prelude::*;
 
 /// A mass on a spring and a damper, pushed, on a base that moves; outputs of all kinds.

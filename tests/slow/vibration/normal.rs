@@ -1,8 +1,8 @@
 //! Normal modes of derived models: chains, what is free, what is repeated, damping of both kinds; modes on
 //! the drawing.
 
-use dynamics::analysis::Mode;
-use dynamics::output::Film;
+use dynamics::analysis::{Linearization, Mode, VibrationError};
+use dynamics::output::{Animation, Film};
 use dynamics::prelude::*;
 use std::f64::consts::PI;
 

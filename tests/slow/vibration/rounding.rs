@@ -1,7 +1,7 @@
 //! What rounding leaves, and the units of a model, decide about nothing: what is reached, free, damped,
 //! unique, or whirls.
 
-use dynamics::analysis::{Banded, Campbell, StateSpace, VibrationError, lowest_modes};
+use dynamics::analysis::{Banded, Campbell, LinearizeError, StateSpace, VibrationError, lowest_modes};
 use dynamics::prelude::*;
 use nalgebra::DMatrix;
 

@@ -1,6 +1,6 @@
 //! A, B, C, D against hand results, and against differences of the nonlinear model's own outputs.
 
-use dynamics::analysis::SignalUnavailable;
+use dynamics::analysis::{LinearizeError, SignalUnavailable, VibrationError};
 use dynamics::prelude::*;
 
 use crate::models::{CartPole, Oscillator, RodCart};

@@ -1,6 +1,6 @@
 //! Impulses, steps, arbitrary loads, superposition of modes, and spectra of simulated motions.
 
-use dynamics::analysis::{Load, Spectrum, Window};
+use dynamics::analysis::{Load, Spectrum, StateSpace, VibrationError, Window};
 use dynamics::prelude::*;
 use std::f64::consts::{PI, TAU};
 

@@ -1,6 +1,7 @@
 //! Modes that a cause does not reach, or an answer does not see: on their frequency the response is finite,
 //! whatever their coordinates; what is reached by ever so little is refused.
 
+use dynamics::analysis::{StateSpace, VibrationError};
 use dynamics::prelude::*;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::PI;

@@ -35,6 +35,8 @@ const SUSPECT_LENGTH_RATIO: f64 = 1e-3;
 ///
 /// # Errors
 /// [`SolveError::VanishingGradient`].
+// Users call `build` and `assemble` of a start, which call this.
+#[doc(hidden)]
 pub fn check_gradients<M: Constraints>(
     model: &M,
     state: &M::State,

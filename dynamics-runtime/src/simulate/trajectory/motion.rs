@@ -275,6 +275,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     }
 
     /// Adds the inputs of the law.
+    // Public for dynamics-analysis alone.
+    #[doc(hidden)]
     #[must_use]
     pub fn complete(&self, mut state: M::State) -> M::State {
         if self.trajectory.has_law && self.law.is_none() {
@@ -284,18 +286,24 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     }
 
     /// Whether inputs come from a law.
+    // Public for dynamics-analysis alone.
+    #[doc(hidden)]
     #[must_use]
     pub fn has_law(&self) -> bool {
         self.trajectory.has_law
     }
 
     /// Whether its steps were of a fixed size, so that none of them ends where the model changes its branch.
+    // Public for dynamics-analysis alone.
+    #[doc(hidden)]
     #[must_use]
     pub fn is_fixed(&self) -> bool {
         self.trajectory.fixed
     }
 
     /// What depends on parameters alone.
+    // Public for dynamics-analysis alone.
+    #[doc(hidden)]
     #[must_use]
     pub fn constants(&self) -> &M::Constants {
         &self.constants

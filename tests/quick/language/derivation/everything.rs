@@ -1,5 +1,7 @@
 //! A model with everything, and choices.
 
+use dynamics::error::StateError;
+
 use super::*;
 
 mod whole_language {

@@ -1,5 +1,8 @@
 //! Masses, inertia and rotations that are none.
 
+use dynamics::NotARotation;
+use dynamics::error::StateError;
+
 use super::*;
 
 /// Parameters without nominal values are guessed where the equations are looked at. A matrix that was guessed

@@ -1,5 +1,8 @@
 //! Matrices against differences of the constrained motion, and what is refused.
 
+use dynamics::analysis::Linearization;
+use dynamics::model::Constraints;
+
 use super::*;
 
 /// ∂ẋ/∂x for x = (z, v) by central differences of the constrained motion, projected back after each

@@ -1,5 +1,7 @@
 //! Strings, shelves, trusses, presses and hoists: what holds, repeats others, or gives way.
 
+use dynamics::error::StateError;
+
 use super::*;
 
 /// A ball on a string, which pulls and does not push.

@@ -1,6 +1,8 @@
 //! Equilibria, their branches and their modes.
 
-use dynamics::analysis::SpecialKind;
+use dynamics::analysis::{
+    ContinuationError, EquilibriumError, SpecialKind, StabilityVerdict, Undecided, continuation,
+};
 use dynamics::prelude::*;
 
 use super::models::hencky::Hencky;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dynamics::prelude::*;
+use dynamics::output::Chart;
 
 /// What machines may differ by in their last digits moves no curve by more than this many pixels.
 const PIXELS: f64 = 2.0;

@@ -1,6 +1,7 @@
 //! What should stay, and does not.
 
 use dynamics::methods;
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 use dynamics::simulate::SimulationErrorKind;
 

@@ -1,6 +1,7 @@
 //! Errors that the motion lets grow.
 
 use dynamics::methods::{self, Any};
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 use super::charts;

@@ -1,6 +1,7 @@
 //! Forces that act much faster than the motion.
 
 use dynamics::methods::{self, Any};
+use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 use super::charts;

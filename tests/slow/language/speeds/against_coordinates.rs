@@ -1,7 +1,7 @@
 //! Accelerations and multipliers by the speeds against the equations in coordinates, M q̈ − Φ_qᵀλ = Q and Φ_q
 //! q̈ = γ, solved as they stand; starts against the speeds.
 
-use dynamics::model::Vector as _;
+use dynamics::model::{Constraints, Vector as _};
 use dynamics::prelude::*;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;

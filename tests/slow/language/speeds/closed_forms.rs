@@ -1,5 +1,6 @@
 //! Equations in speeds as the books have them: the rates of the speeds at solved accelerations.
 
+use dynamics::model::Constraints;
 use dynamics::prelude::*;
 
 use super::models::*;

@@ -1,7 +1,7 @@
 //! Motions of models with speeds: by every kind of method the same, with what is conserved; norms of Euler
 //! parameters and of rotation matrices.
 
-use dynamics::model::Vector as _;
+use dynamics::model::{Constraints, Vector as _};
 use dynamics::prelude::*;
 
 use super::models::*;

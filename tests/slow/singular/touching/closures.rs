@@ -1,7 +1,7 @@
 //! Closures of several rows whose branches touch: no row vanishes, a combination of them does.
 
 use dynamics::methods::Any;
-use dynamics::model::Vector;
+use dynamics::model::{Constraints, Model, Vector};
 use dynamics::prelude::*;
 use dynamics::simulate::SimulationErrorKind as Kind;
 

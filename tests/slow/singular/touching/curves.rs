@@ -2,6 +2,7 @@
 //! alone. Curves are turned and moved, so that a singular point lies nowhere in particular: rounding of
 //! coordinates is rounding of Φ.
 
+use dynamics::model::{Constraints, Model};
 use dynamics::prelude::*;
 
 /// Where a curve lies, and what the bead weighs along both axes.
