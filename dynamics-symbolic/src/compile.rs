@@ -7,6 +7,7 @@ use crate::check::constraints::Sample;
 use crate::check::hazards::{Branch, Hazards, Kink};
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
+pub use crate::mechanics::MOST_OPERATIONS;
 use crate::mechanics::{
     ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld,
     derive_on, momentum_rates, output_variations, residual, variations,
@@ -157,12 +158,9 @@ pub struct Excess {
     pub operations: usize,
 }
 
-/// Most operations of the derivatives that small motions are made of, beyond which every build would pay too
-/// much for what few programs ask for.
-const MOST_VARIATIONS: usize = 15_000;
-
-/// Most operations of one function: beyond, rustc takes minutes.
-pub const LIMIT: usize = 20_000;
+/// Most operations of the derivatives for small motions. Few programs ask for them, and every build would pay
+/// for more.
+const MOST_VARIATION_OPERATIONS: usize = 15_000;
 
 /// A model with everything that was derived from it.
 #[derive(Clone, Debug)]
@@ -386,7 +384,7 @@ fn fitting(g: &Graph, name: &str, all: &[NodeId]) -> Option<Program> {
     if fourth_derivatives(g, all).next().is_some() {
         return None;
     }
-    let fits = |program: &Program| program.cost.total() <= MOST_VARIATIONS;
+    let fits = |program: &Program| program.cost.total() <= MOST_VARIATION_OPERATIONS;
     Some(schedule(g, name, all, Staging::Inline)).filter(fits)
 }
 
@@ -473,12 +471,12 @@ fn jacobians(state: Program, inputs: Program, parameters: Program) -> Result<Jac
 
 fn excess(program: &Program) -> Option<Excess> {
     let operations = program.hoisted_cost.total().max(program.cost.total());
-    (operations > LIMIT).then(|| Excess { function: program.name.clone(), operations })
+    (operations > MOST_OPERATIONS).then(|| Excess { function: program.name.clone(), operations })
 }
 
 impl Excess {
     fn into_finding(self) -> Finding {
-        Finding::TooLarge { function: self.function, operations: self.operations, limit: LIMIT }
+        Finding::TooLarge { function: self.function, operations: self.operations, limit: MOST_OPERATIONS }
     }
 }
 

@@ -47,4 +47,4 @@ pub use model::{
     AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,
     ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Premise, Speed,
 };
-pub use solution::Manifold;
+pub use solution::{MOST_OPERATIONS, Manifold};

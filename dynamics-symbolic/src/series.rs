@@ -81,8 +81,9 @@ pub enum Unexpandable {
     TooLarge(usize),
 }
 
-/// Most operations of [`Series::start`] and of what gives one order, which are one function.
-pub const LIMIT: usize = 3_000;
+/// Most operations of [`Series::start`], and of the function that computes the coefficients of one order. A
+/// larger bound expands larger models, whose functions rustc takes longer to compile.
+pub const MOST_OPERATIONS: usize = 3_000;
 
 /// The series of a model's motions.
 ///
@@ -92,7 +93,7 @@ pub fn expand(graph: &mut Graph, equations: &Equations) -> Result<Series, Unexpa
     // What takes so many by itself takes more order by order: large models are not expanded in vain.
     let terms = [&equations.mass_matrix.concat()[..], &equations.generalized_force].concat();
     let operations = graph.operations(&terms);
-    if operations > LIMIT {
+    if operations > MOST_OPERATIONS {
         return Err(Unexpandable::TooLarge(operations));
     }
     match &equations.constraints {
@@ -143,14 +144,14 @@ pub fn expand_free(
     let (plain, turned) = (plain?, turned?);
     // Fewer lanes are less work where they are a block less; else products are, as nothing of them waits: a
     // double pendulum takes 5 % less.
-    let blocks = |series: &Series| series.lanes.div_ceil(BLOCK);
+    let blocks = |series: &Series| series.lanes.div_ceil(LANES_OF_BLOCK);
     let series = if blocks(&turned) < blocks(&plain) { turned } else { plain };
     let operations = series.operations().max(series.start.cost.total());
-    if operations > LIMIT { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
+    if operations > MOST_OPERATIONS { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
 }
 
-/// Lanes that are summed together at run time.
-const BLOCK: usize = 4;
+/// Lanes that are summed together at run time, as `dynamics_vocabulary::lanes::COUNT`.
+const LANES_OF_BLOCK: usize = 4;
 
 /// [`expand_free`] by one way to write sums of products of sines and cosines.
 fn expand_with(

@@ -13,15 +13,13 @@ use super::block::BlockFactors;
 use super::ldl::Factors;
 use super::sparse::{SparseMatrix, Values};
 use super::structure::{Block, blocks};
-use super::unrolled::{Guard, Guarded};
+use super::unrolled::{Guard, Guarded, LEAST_INERTIA_RATIO};
 
-/// Below this share of the diagonal a pivot of the reduced inertia is rounding.
-const INERTIA: f64 = 1e-13;
-
-/// As [`DEPENDENT`](super::block::DEPENDENT), of a block that follows two independent coordinates or more:
-/// its pivot p makes an inertia of 1/p² in common to them, which the elimination takes away again, with the
-/// digits of what they have of their own, and what follows them has 1/p of that: ε/p³ is lost.
-const COUPLED: f64 = 1e-2;
+/// As [`LEAST_DETERMINANT_RATIO`](super::block::LEAST_DETERMINANT_RATIO), of a block that follows two
+/// independent coordinates or more. Its pivot p adds an inertia of 1/p² that they have in common. The
+/// elimination takes it away again, with the digits of their own inertia, and what follows them is off by 1/p
+/// of that: ε/p³ is lost, or 2e-10 at this bound.
+const LEAST_COUPLED_RATIO: f64 = 1e-2;
 
 /// A choice of independent coordinates with the blocks that determine the others, in order.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -123,7 +121,7 @@ impl NullSpace {
         for ((_, columns), block) in partition.blocks.iter().zip(&blocks) {
             let follows = |motion: &&Values| columns.iter().any(|c| !g.is_zero(motion.get(g, *c)));
             let coupled = motions.iter().filter(follows).count() > 1;
-            let least = if coupled { COUPLED * COUPLED } else { 0.0 };
+            let least = if coupled { LEAST_COUPLED_RATIO * LEAST_COUPLED_RATIO } else { 0.0 };
             guards.extend(block.guards.iter().map(|guard| {
                 let of = match guard.of {
                     // Speeds are told by what they move.
@@ -139,7 +137,7 @@ impl NullSpace {
             of: Guarded::Coordinate(leaders[i]),
             pivot,
             scale: matrix[i][i],
-            tolerance: INERTIA,
+            tolerance: LEAST_INERTIA_RATIO,
         }));
         let (mass, jacobian) = (mass.clone(), jacobian.clone());
         Some(Self { partition, speeds, mass, jacobian, blocks, motions, momenta, reduced, guards })

@@ -176,25 +176,30 @@ impl Solver {
     }
 }
 
-/// Partitions that are tried on the graph; the structurally cheapest.
-const TRIED: usize = 12;
-/// Nodes of a graph above which fewer are tried, as every try is on a copy.
-const LARGE: usize = 20_000;
-/// A partition may cost this much more than the cheapest where it is better conditioned.
-const NEARLY: f64 = 1.25;
-/// What applies at likely states may take this many times as many operations as what does not: a bicycle took
-/// as long by the general solver as by five times its own.
-const WORTH: f64 = 3.0;
-/// Likewise where motions only pass: those are few evaluations.
-const PASSED: f64 = 1.1;
-/// A determinant that is this small beside the norms of its columns has vanished, and is rounding.
-const VANISHED: f64 = 1e-7;
-/// Partitions that come nearer to a dead point than this at one of the given states are not taken while there
-/// is another way.
-const POOR: f64 = 1e-3;
-/// Smallest share of its constant that a diagonal element of M may have where it is not written as a sum of
-/// squares: below, the general solver takes over, which has it as it was declared.
-const CANCELLED: f64 = 1e-4;
+/// Most partitions that are tried on the graph, the structurally cheapest first. Every trial is on a copy of
+/// the graph; a larger bound takes time and may find a cheaper solution.
+const MOST_TRIALS: usize = 12;
+/// Nodes of a graph above which only two partitions are tried, as every trial is on a copy.
+const NODES_OF_LARGE_GRAPH: usize = 20_000;
+/// How many times the cost of the cheapest partition a better conditioned one may have.
+const COST_OF_CONDITIONING: f64 = 1.25;
+/// How many times the operations of the cheapest solution one may take that applies at more of the likely
+/// states. A bicycle took as long by the general solver as by five times its own operations.
+const COST_OF_LIKELY_STATES: f64 = 3.0;
+/// The same for states that motions only pass. They are few evaluations, so a tenth more operations is the
+/// most that pays.
+const COST_OF_PASSED_STATES: f64 = 1.1;
+/// Ratio of a determinant to the norms of its columns and rows below which it counts as vanished: what is
+/// left is rounding. The bound decides which partitions are preferred, and calls no general solver.
+const VANISHED_DETERMINANT: f64 = 1e-7;
+/// Ratio of a determinant to the norms of its columns, at the worst of the given states, below which a
+/// partition is taken only if there is no other. Its guard would hand that state to the general solver, as
+/// the bound of guards is the same, [`LEAST_DETERMINANT_RATIO`](super::block::LEAST_DETERMINANT_RATIO).
+const POOR_CONDITIONING: f64 = 1e-3;
+/// Smallest ratio of a diagonal element of M to the constant that it is written with, where it is not written
+/// as a sum of squares. Below, four digits have cancelled, and the general solver takes over, which uses M as
+/// it was declared.
+const LEAST_SHARE_OF_CONSTANT: f64 = 1e-4;
 
 /// Solves the equations with at most `limit` operations, in the order that `states` decide; without them the
 /// coordinates declared first are independent.
@@ -337,14 +342,14 @@ impl Short {
             let guards = self.guards(&mut trial, &solver);
             let vanishing: Vec<Guard> = guards
                 .iter()
-                .map(|guard| Guard { tolerance: guard.tolerance.min(VANISHED.powi(2)), ..*guard })
+                .map(|guard| Guard { tolerance: guard.tolerance.min(VANISHED_DETERMINANT.powi(2)), ..*guard })
                 .collect();
             let applies =
                 [applies(&trial, &guards, states.likely), applies(&trial, &vanishing, states.passed)];
             let conditioning = choice.map_or(1.0, |p| anywhere.conditioning(&jacobian, p));
             Some(PricedSolution { choice, cost, applies, conditioning })
         };
-        let tried = if g.len() > LARGE { 2 } else { TRIED };
+        let tried = if g.len() > NODES_OF_LARGE_GRAPH { 2 } else { MOST_TRIALS };
         let worth = worth_trying(&candidates, &jacobian, (&at, states.likely.len()), tried);
         let found: Vec<PricedSolution> =
             worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
@@ -366,7 +371,12 @@ impl Short {
         let diagonal = self.mass.iter().enumerate().map(|(i, row)| (i, row[i]));
         let written = diagonal.filter(|(_, element)| !g.is_constant(*element)).filter_map(|(i, element)| {
             let (_, constant) = self.squares.iter().find(|(square, _)| *square == element)?;
-            Some(Guard { of: Guarded::Coordinate(i), pivot: element, scale: *constant, tolerance: CANCELLED })
+            Some(Guard {
+                of: Guarded::Coordinate(i),
+                pivot: element,
+                scale: *constant,
+                tolerance: LEAST_SHARE_OF_CONSTANT,
+            })
         });
         written.collect()
     }
@@ -392,8 +402,10 @@ fn worth_trying<'a>(
     (at, likely): (&Slopes, usize),
     tried: usize,
 ) -> Vec<&'a Partition> {
-    let mut all: Vec<(Vec<bool>, &Partition)> =
-        candidates.iter().map(|partition| (at.regular(jacobian, partition, VANISHED), partition)).collect();
+    let mut all: Vec<(Vec<bool>, &Partition)> = candidates
+        .iter()
+        .map(|partition| (at.regular(jacobian, partition, VANISHED_DETERMINANT), partition))
+        .collect();
     let cheapest = all.first().map(|(_, partition)| *partition);
     // By what holds where motions begin, and by all; stable, so that the cheapest stay first among equals.
     all.sort_by(|(a, _), (b, _)| b[..likely].cmp(&a[..likely]));
@@ -429,16 +441,17 @@ fn applying(all: Vec<PricedSolution<'_>>, which: usize, times: f64) -> Vec<Price
 /// The partition to be taken, or q̈ and λ together (`Some(None)`) where that is cheaper; `None` where there
 /// is no way at all.
 fn prefer(found: Vec<PricedSolution<'_>>) -> Option<Option<&Partition>> {
-    let is_good = |way: &PricedSolution| way.conditioning > POOR;
+    let is_good = |way: &PricedSolution| way.conditioning > POOR_CONDITIONING;
     let (good, poor): (Vec<PricedSolution>, Vec<PricedSolution>) = found.into_iter().partition(is_good);
     let all = if good.is_empty() { poor } else { good };
-    let applying =
-        [(0, WORTH), (1, PASSED)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
+    let applying = [(0, COST_OF_LIKELY_STATES), (1, COST_OF_PASSED_STATES)]
+        .into_iter()
+        .fold(all, |all, (which, times)| applying(all, which, times));
     let cost = |way: &&PricedSolution| way.cost;
     let together = applying.iter().find(|way| way.choice.is_none()).map(|way| way.cost);
     let blocks = || applying.iter().filter(|way| way.choice.is_some());
     let cheapest = blocks().min_by_key(cost).map_or(usize::MAX, |way| way.cost);
-    let near = blocks().filter(|way| way.cost as f64 <= NEARLY * cheapest as f64);
+    let near = blocks().filter(|way| way.cost as f64 <= COST_OF_CONDITIONING * cheapest as f64);
     let taken = near.min_by(|a, b| b.conditioning.total_cmp(&a.conditioning).then(a.cost.cmp(&b.cost)));
     match (taken, together) {
         (Some(way), together) if together.is_none_or(|cost| way.cost <= cost) => Some(way.choice),

@@ -11,14 +11,14 @@ use crate::graph::{Dependence, Graph, Node, NodeId, Unary};
 
 use super::substitute::rebuild;
 
-/// Most terms of a polynomial: more are no short form.
-const TERMS: usize = 96;
-/// Factors of a term, each of which is written down: a square of a square, and so on, has twice as many every
+/// Most terms of a polynomial that is expanded. A longer one is rarely a short form, and expanding takes
 /// time.
-const FACTORS: usize = 64;
-/// Most operations of the results together, and most results that are looked at one by one: beyond, trying
-/// takes too long.
-const MOST: (usize, usize) = (2500, 160);
+const MOST_TERMS: usize = 96;
+/// Most factors of one term. Each is written down, and repeated squaring doubles their number every time.
+const MOST_FACTORS: usize = 64;
+/// Most operations of the results together, and most results, up to which shorter forms are tried one by one.
+/// Beyond, trying takes too long.
+const LARGEST_COLLECTED: (usize, usize) = (2500, 160);
 
 /// Factors in ascending order, repeated for powers; by them the coefficient, which depends on parameters
 /// alone.
@@ -44,7 +44,7 @@ pub fn collect(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected
     distinct.dedup();
     distinct.retain(|r| !g.is_constant(*r));
     let unchanged = Collected { nodes: roots.to_vec(), squares: Vec::new() };
-    if g.operations(&distinct) > MOST.0 || distinct.len() > MOST.1 {
+    if g.operations(&distinct) > LARGEST_COLLECTED.0 || distinct.len() > LARGEST_COLLECTED.1 {
         return unchanged;
     }
     let mut forms: Vec<Vec<NodePolynomial>> = distinct.iter().map(|r| polynomials(g, *r)).collect();
@@ -338,7 +338,7 @@ fn expand(
         }
         _ => Some(atom),
     };
-    let found = found.filter(|p| p.len() <= TERMS);
+    let found = found.filter(|p| p.len() <= MOST_TERMS);
     memo.insert(id, found.clone());
     found
 }
@@ -364,11 +364,11 @@ fn plus(g: &mut Graph, mut a: NodePolynomial, b: NodePolynomial, subtract: bool)
 }
 
 fn times(g: &mut Graph, a: &NodePolynomial, b: &NodePolynomial) -> Option<NodePolynomial> {
-    if a.len() * b.len() > 4 * TERMS {
+    if a.len() * b.len() > 4 * MOST_TERMS {
         return None;
     }
     let degree = |p: &NodePolynomial| p.keys().map(Vec::len).max().unwrap_or(0);
-    if degree(a) + degree(b) > FACTORS {
+    if degree(a) + degree(b) > MOST_FACTORS {
         return None;
     }
     let mut product = NodePolynomial::new();

@@ -10,14 +10,14 @@ use crate::graph::{Graph, Node, NodeId, Unary};
 
 use super::substitute::rebuild;
 
-/// Most operations that are looked at: the search takes time with the square of their number.
-const MOST: usize = 6000;
+/// Most operations in which shared parts are searched. The search takes time with the square of their number.
+const MOST_OPERATIONS: usize = 6000;
 
 /// `roots` with the same values to rounding, in fewer operations where that is possible. What depends on
 /// parameters alone stays as it is.
 #[must_use]
 pub fn share(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
-    if g.operations(roots) > MOST {
+    if g.operations(roots) > MOST_OPERATIONS {
         return roots.to_vec();
     }
     let before = g.weight(roots);

@@ -8,7 +8,8 @@ use crate::mechanics::{EnergyRole, Equations, Model};
 use super::Finding;
 use super::unused::Reads;
 
-/// Number of random states.
+/// Random states at which M is evaluated. With guessed parameters only an element that is negative in all of
+/// them is reported, so that more states make false reports rarer.
 const STATES: u64 = 8;
 
 /// Coordinates whose inertia is negative.

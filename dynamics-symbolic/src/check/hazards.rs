@@ -27,7 +27,7 @@ pub struct Kink {
 /// What is known only when the equations are solved.
 const SOLUTION: Dependence = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
 
-/// Most kinks that are followed: as many as `dynamics_runtime::model::MOST_KINKS`.
+/// Most kinks that a run follows. It equals `dynamics_runtime::model::MOST_KINKS`.
 pub const MOST_KINKS: usize = 64;
 
 /// What M, Q, and the constraints contain.
@@ -66,11 +66,11 @@ impl Hazards {
         for id in g.ids().filter(|id| needed[id.index()]) {
             found.look(g, g.node(id));
         }
-        let positive = |id: NodeId| least(g, id, DEPTH) == Some(Sign::Positive);
+        let positive = |id: NodeId| least(g, id, SIGN_DEPTH) == Some(Sign::Positive);
         found.switches.retain(|s| s.right.is_some() || !positive(s.left));
-        found.cuts.retain(|(_, x)| least(g, *x, DEPTH).is_none());
+        found.cuts.retain(|(_, x)| least(g, *x, SIGN_DEPTH).is_none());
         found.denominators.retain(|d| !positive(*d));
-        found.domains.retain(|d| least(g, *d, DEPTH).is_none());
+        found.domains.retain(|d| least(g, *d, SIGN_DEPTH).is_none());
         found
     }
 
@@ -207,8 +207,9 @@ impl Branch {
     }
 }
 
-/// How deep signs are looked for.
-const DEPTH: usize = 12;
+/// Levels of nodes through which the sign of a denominator is followed. The search branches at every level; a
+/// larger value recognises longer denominators as positive, and takes up to twice the time for each level.
+const SIGN_DEPTH: usize = 12;
 
 /// What a value is at least, whatever the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -12,18 +12,21 @@ use crate::mechanics::{EnergyRole, Model};
 
 use super::Finding;
 
-/// Number of random lines.
+/// Random lines on which a jump is searched. One that crosses the choice and shows the jump is enough.
 const LINES: u64 = 6;
-/// How far a line goes to both sides, in sizes of random coordinates, and in how many parts.
+/// Length of a line to both sides, in sizes of random coordinates. A choice farther away is not found.
 const REACH: f64 = 8.0;
-const PARTS: u32 = 128;
-/// Distance of both sides from where the choice changes.
-const BESIDE: f64 = 1e-11;
-/// What changes by less than this part across it does so by its slope.
-const JUMP: f64 = 1e-4;
-/// A step is as high from a hundred times as far, to this part of it; a logarithm, the slowest of what grows
-/// without bounds, differs by more than that.
-const STEP: f64 = 0.1;
+/// Parts of a line in each of which one change of the choice is found.
+const PARTS_OF_LINE: u32 = 128;
+/// Distance of both sides from where the choice changes, relative to 1 + |s|. Bisection finds that place to
+/// rounding, 1e-16.
+const BESIDE_CHOICE: f64 = 1e-11;
+/// Smallest difference across the choice, relative to the size of the energies, that may be a jump. A slope
+/// changes them by about [`BESIDE_CHOICE`], or a hundred times that.
+const LEAST_JUMP: f64 = 1e-4;
+/// Relative difference between the jumps seen from one and from a hundred distances, up to which they are a
+/// step. A logarithm, the slowest function that grows without bounds, differs by ln 100 of ln 10⁹, or 0.22.
+const STEP_TOLERANCE: f64 = 0.1;
 
 /// Energies that jump. No force is the slope of a step: what passes it would gain or lose its height, or
 /// climb it with no effort.
@@ -87,12 +90,12 @@ struct Across<'a> {
 impl Across<'_> {
     fn jumps_on(&self, line: u64) -> bool {
         let Some(s) = self.crossing(line) else { return false };
-        let beside = BESIDE * (1.0 + s.abs());
+        let beside = BESIDE_CHOICE * (1.0 + s.abs());
         let [near, far] = [1.0, 100.0].map(|times| self.difference(line, s, times * beside));
         // A step is as high from farther away. What begins at zero there, as a spring that is met, differs by
         // less the nearer it is looked at; what is infinite there by more, as 1/|x|, of which both sides are
         // looked at from slightly different distances.
-        near.zip(far).is_some_and(|(near, far)| (near - far).abs() <= STEP * far)
+        near.zip(far).is_some_and(|(near, far)| (near - far).abs() <= STEP_TOLERANCE * far)
     }
 
     /// By how much the energies on both sides of s differ, if it is more than a small part of them.
@@ -113,7 +116,7 @@ impl Across<'_> {
             (true, false) => (forward - rest).abs().max((back - rest).abs()),
         };
         // Not where anything is infinite or not a number.
-        (size.is_finite() && jump.abs() > JUMP * size).then_some(jump.abs())
+        (size.is_finite() && jump.abs() > LEAST_JUMP * size).then_some(jump.abs())
     }
 
     /// Where on a line the choice changes.
@@ -122,9 +125,9 @@ impl Across<'_> {
             let right = self.right.map_or(0.0, |right| self.value(right, line, s, 0.0));
             self.value(self.left, line, s, 0.0) - right
         };
-        let at = |k: u32| REACH * (2.0 * f64::from(k) / f64::from(PARTS) - 1.0);
+        let at = |k: u32| REACH * (2.0 * f64::from(k) / f64::from(PARTS_OF_LINE) - 1.0);
         let changes = |a: f64, b: f64| a < 0.0 && b >= 0.0 || a >= 0.0 && b < 0.0;
-        let part = (0..PARTS).find(|k| changes(decider(at(*k)), decider(at(k + 1))))?;
+        let part = (0..PARTS_OF_LINE).find(|k| changes(decider(at(*k)), decider(at(k + 1))))?;
         let (mut low, mut high) = (at(part), at(part + 1));
         let first = decider(low);
         for _ in 0..64 {

@@ -10,8 +10,9 @@ use crate::mechanics::{Claim, Model};
 use super::constraints::{Analysis, Sample};
 use super::finding::Finding;
 
-/// Largest element of RᵀR − 1 that states which fulfil constraints to some digits may have.
-const CLEARLY: f64 = 1e-3;
+/// Largest element of RᵀR − 1 up to which a matrix may be a rotation. States satisfy constraints to 1e-6
+/// or better, so that a rotation stays far below it.
+const CLEARLY_NO_ROTATION: f64 = 1e-3;
 
 /// Matrices that turn frames and are no rotation in any state that is known.
 pub(super) fn rotations(model: &Model, analysis: &Analysis, found: &mut Vec<Finding>) {
@@ -22,7 +23,7 @@ pub(super) fn rotations(model: &Model, analysis: &Analysis, found: &mut Vec<Find
         let of_state = premise.nodes.iter().all(|node| model.graph.dependence(*node).within(moving));
         if of_state
             && !samples.is_empty()
-            && samples.iter().all(|state| defect(model, &premise.nodes, state) > CLEARLY)
+            && samples.iter().all(|state| defect(model, &premise.nodes, state) > CLEARLY_NO_ROTATION)
         {
             let (name, of, origin) = (premise.within.clone(), premise.of.clone(), premise.origin);
             found.push(Finding::NotKeptARotation { name, of, origin });

@@ -45,9 +45,10 @@ fn divide(n: i128, d: i128) -> f64 {
     if n < 0 { -value } else { value }
 }
 
-/// Bound of numerator and denominator: products of two fit into `i128`, and two integers below it differ by
-/// less than the fingerprints' modulus 2⁶¹ − 31, or two of them could be taken for one.
-const LIMIT: i128 = 1 << 60;
+/// Bound of numerator and denominator. Products of two numbers below it fit into `i128`, and two integers
+/// below it differ by less than the modulus of fingerprints, 2⁶¹ − 31: otherwise two of them could have
+/// the same fingerprint.
+const NUMBER_BOUND: i128 = 1 << 60;
 
 impl Number {
     /// Zero.
@@ -68,7 +69,11 @@ impl Number {
         let g = gcd(n.unsigned_abs(), d.unsigned_abs()).max(1) as i128;
         let sign = if d < 0 { -1 } else { 1 };
         let (n, d) = (sign * (n / g), sign * (d / g));
-        if n.abs() < LIMIT && d < LIMIT { Self::Rational(n, d) } else { Self::Float(divide(n, d)) }
+        if n.abs() < NUMBER_BOUND && d < NUMBER_BOUND {
+            Self::Rational(n, d)
+        } else {
+            Self::Float(divide(n, d))
+        }
     }
 
     /// Parses a decimal literal as Rust writes it, without suffix: `1`, `0.25`, `6.674e-11`, underscores

@@ -9,6 +9,7 @@ use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Jacobians, Variations};
 use super::model::symbols;
+use super::solution::MOST_OPERATIONS;
 
 /// r = M q̈ − Q with symbols for q̈, from the entries of M and Q.
 pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> Vec<NodeId> {
@@ -28,9 +29,9 @@ pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[
 /// A way to write r.
 pub(super) type Residual<'a> = &'a dyn Fn(&mut Graph) -> Vec<NodeId>;
 
-/// Most coordinates for which all ways to derive Jacobians are tried; above, copies of the graph would take
-/// longer than the rest.
-const SMALL: usize = 4;
+/// Most coordinates for which all ways to derive Jacobians are tried and the cheapest is taken. With more,
+/// copying the graph takes longer than everything else.
+const MOST_COORDINATES_COMPARED: usize = 4;
 
 /// Equations that were solved: their solution, and the way to solve them for other right-hand sides.
 pub(super) struct SolvedFor<'a> {
@@ -53,7 +54,7 @@ pub(super) fn jacobians(
 ) -> Result<Jacobians, Failure> {
     let n = solved.accelerations.len();
     let mut best = (usize::MAX, ways[0], sweep);
-    if n <= SMALL {
+    if n <= MOST_COORDINATES_COMPARED {
         for (way, sweep) in
             ways.iter().flat_map(|way| [(way, SweepDirection::Forward), (way, SweepDirection::Reverse)])
         {
@@ -100,7 +101,7 @@ impl From<ZeroDenominator> for Failure {
 
 /// Nodes after which deriving Jacobians is given up: three for each operation that can be emitted. The
 /// largest model that fits takes half.
-pub(super) const MOST_NODES: usize = 60_000;
+pub(super) const MOST_NODES: usize = 3 * MOST_OPERATIONS;
 
 /// What all derivatives of q̈ need.
 struct Implicit<'a> {

@@ -24,16 +24,17 @@ pub struct Manifold<'a> {
     pub redundant: bool,
 }
 
-/// Operations of an unrolled solution above which the general solver, which works on arrays, takes over: what
-/// can be emitted.
-pub(super) const LIMIT: usize = 20_000;
+/// Most operations of one emitted function. Beyond, rustc takes minutes, and the general solver, which works
+/// on arrays, takes over.
+pub const MOST_OPERATIONS: usize = 20_000;
 
-/// Through levers one joint waits for the next, whereas the columns of M are independent of each other: that
-/// often cheaper they have to be. A cart with ten links took 1.2 times as long through levers, with half of
-/// the operations.
-const LEVERS: f64 = 2.0;
-/// Likewise through rods. They divide by every mass; that is not worth an operation or two.
-const RODS: f64 = 1.5;
+/// How many times cheaper than LDLᵀ of M articulated-body elimination has to be. One joint waits for the
+/// next there, whereas the columns of M are independent of each other: a cart with ten links took 1.2 times
+/// as long, with half of the operations.
+const ARTICULATED_GAIN: f64 = 2.0;
+/// The same for rod-force elimination, which divides by every mass. A gain of one or two operations does not
+/// pay for that.
+const ROD_FORCE_GAIN: f64 = 1.5;
 
 /// The solved equations.
 pub(super) enum Solved {
@@ -82,9 +83,9 @@ impl Solved {
         let shorter = |weight: Option<usize>, serial: f64| {
             weight.is_some_and(|weight| mass.is_none_or(|mass| serial * (weight as f64) < mass as f64))
         };
-        let solved = if shorter(weight(&through_rods), RODS) {
+        let solved = if shorter(weight(&through_rods), ROD_FORCE_GAIN) {
             through_rods(g)
-        } else if shorter(weight(&through_levers), LEVERS) {
+        } else if shorter(weight(&through_levers), ARTICULATED_GAIN) {
             through_levers(g)
         } else {
             None
@@ -115,7 +116,7 @@ impl Solved {
             gamma: &rows.gamma,
             numbers: &numbers,
         };
-        match unroll(g, &system, &manifold.states, LIMIT) {
+        match unroll(g, &system, &manifold.states, MOST_OPERATIONS) {
             Ok((unrolled, solver)) => Self::Unrolled(Box::new(unrolled), Box::new(solver)),
             Err(Stuck::Redundant) => Self::General(General::Redundant),
             Err(Stuck::NoPivots) => Self::General(General::NoPivots),

@@ -27,11 +27,11 @@ use super::equations::{Aside, SpeedEquations};
 use super::lagrange::Inertia;
 use super::model::Model;
 use super::model::symbols;
-use super::solution::{LIMIT, Solved};
+use super::solution::{MOST_OPERATIONS, Solved};
 use super::velocity_form::transport;
 
-/// Most coordinates for which the form of Boltzmann and Hamel is tried: its terms grow with the cube.
-const SMALL: usize = 12;
+/// Most coordinates for which the form of Boltzmann and Hamel is tried. Its terms grow with the cube.
+const MOST_COORDINATES: usize = 12;
 
 /// The speeds' own equations; N coordinates, S speeds.
 pub(super) struct Speeds {
@@ -152,8 +152,9 @@ impl Speeds {
                 gamma: &rows.gamma,
                 numbers: &numbers,
             };
-            let (unrolled, solver) = unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT)
-                .map_err(|_| Aside::Longer)?;
+            let (unrolled, solver) =
+                unroll_by_speeds(g, &system, (&kinematics, speeds), drift, MOST_OPERATIONS)
+                    .map_err(|_| Aside::Longer)?;
             return Ok(Solved::Unrolled(Box::new(unrolled), Box::new(solver)));
         }
         let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds).ok_or(Aside::Unsafe)?;
@@ -179,7 +180,7 @@ impl Speeds {
     /// first degree in the speeds.
     fn hamel(&self, g: &mut Graph, beside: &Beside, kinematics: &[Vec<NodeId>]) -> Option<()> {
         let (given, inertia, n) = (beside.given?, beside.inertia, kinematics.len());
-        if n > SMALL {
+        if n > MOST_COORDINATES {
             return None;
         }
         let (_, columns) = Solver::by_speeds(g, &inertia.mass, kinematics, self.values.len())?.led(g);

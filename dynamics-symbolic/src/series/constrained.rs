@@ -24,7 +24,9 @@ use crate::mechanics::{ConstraintEquations, reaction};
 use crate::schedule::{Program, Staging, schedule};
 
 use super::recurrence::{Early, Expansion};
-use super::{Compact, LIMIT, Series, Unexpandable, complete, forget, renamed, right_side, short, symbols};
+use super::{
+    Compact, MOST_OPERATIONS, Series, Unexpandable, complete, forget, renamed, right_side, short, symbols,
+};
 
 /// Programs for N coordinates under R rows of constraints, the first H of them holonomic.
 ///
@@ -131,7 +133,7 @@ pub(super) fn expand(
     let constrained = Some(constrained);
     let series = Series { start, begin: None, graph: order, next, lanes, chooses, constrained };
     let operations = series.operations().max(series.start.cost.total());
-    if operations > LIMIT { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
+    if operations > MOST_OPERATIONS { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
 }
 
 impl Series {

@@ -13,9 +13,10 @@ use super::plain::Plain;
 
 mod constraints;
 
-/// Width of a line, and of the column of headings.
+/// Columns of a line.
 const WIDTH: usize = 96;
-const HEADING: usize = 20;
+/// Columns of the headings at the left.
+const HEADING_WIDTH: usize = 20;
 
 /// The report on a model. `withheld` is the Jacobian that there is not, with the reason.
 #[must_use]
@@ -52,13 +53,13 @@ pub fn report(
 
 /// A heading with its text, wrapped under itself.
 pub(super) fn entry(out: &mut String, heading: &str, text: &str) {
-    let mut line = format!("{heading:HEADING$}");
+    let mut line = format!("{heading:HEADING_WIDTH$}");
     let mut empty = true;
     for word in text.split(' ') {
         if !empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
             out.push_str(line.trim_end());
             out.push('\n');
-            line = " ".repeat(HEADING);
+            line = " ".repeat(HEADING_WIDTH);
             empty = true;
         }
         if !empty {
@@ -354,7 +355,7 @@ fn rounded(x: f64) -> String {
 /// One line per function.
 fn cost(out: &mut String, programs: &[&Program]) {
     out.push('\n');
-    let width = programs.iter().map(|p| p.name.len()).max().unwrap_or(0).max(HEADING);
+    let width = programs.iter().map(|p| p.name.len()).max().unwrap_or(0).max(HEADING_WIDTH);
     out.push_str(&format!(
         "{:width$}{:>10}{:>10}{:>16}\n",
         "operations", "per call", "sin/cos", "once per model"

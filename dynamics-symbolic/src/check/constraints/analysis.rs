@@ -16,11 +16,13 @@ use super::rows::ConstraintRows;
 use super::sample::Sample;
 use crate::check::finding::{Combination, ConstraintFinding};
 
-/// A set that no start satisfies is called contradictory, and rows that touch others in all states that were
-/// found tangent, up to this many rows; with more, Newton's method may well have missed the way.
-const CERTAIN: usize = 24;
-/// Switched constraints whose manifolds are looked at one by one.
-const SWITCHED: usize = 8;
+/// Most rows up to which a failed search counts as evidence: a set that no start satisfies is called
+/// contradictory, and rows that touch others in all states found are called tangent. With more rows, Newton's
+/// method may well have missed a branch; then only the report mentions it.
+const MOST_CERTAIN_ROWS: usize = 24;
+/// Most switched constraints for each of which states on the manifold are searched. Every one of them takes a
+/// search of its own; the others are examined in general only.
+const MOST_SWITCHED_SEARCHED: usize = 8;
 
 /// What is known about the constraints of a model.
 #[derive(Clone, Debug, Default)]
@@ -120,7 +122,7 @@ pub fn analyse(model: &Model) -> Analysis {
         Known { redundant: base.redundant(), guides: base.guides(), tangent: base.tangent().to_vec() };
     for (i, switched) in order.switched.iter().enumerate() {
         let together: Vec<usize> = order.always.iter().chain(switched).copied().collect();
-        let look = all.examine(&together, switched, i < SWITCHED);
+        let look = all.examine(&together, switched, i < MOST_SWITCHED_SEARCHED);
         known.redundant |= look.redundant();
         known.tangent.extend(look.tangent());
     }
@@ -256,7 +258,7 @@ impl Set<'_> {
         // What is declared to repeat others may do so for some values of the parameters alone: the nominal
         // ones decide.
         let meant = general.iter().all(|d| !contradicts(d) || self.redundant(d.row));
-        let possible = project && meant && order.len() <= manifold::LIMIT;
+        let possible = project && meant && order.len() <= manifold::MOST_PROJECTED_ROWS;
         let manifold = possible.then(|| SampledManifold::of(self.model, self.rows, order));
         let manifold = manifold.filter(|m| !contradictory || (m.nominal && !m.samples.is_empty()));
         if manifold.is_some() {
@@ -326,7 +328,7 @@ impl Set<'_> {
             self.faults.push(ConstraintFinding::GradientVanishes { name, origin });
         }
         // A stop that is out of reach may be meant; what always holds has to be able to.
-        let always = own.len() == look.order.len() && look.order.len() <= CERTAIN;
+        let always = own.len() == look.order.len() && look.order.len() <= MOST_CERTAIN_ROWS;
         if let Some(rows) = manifold.nowhere.as_ref().filter(|_| always)
             && let Some((last, _)) = rows.last()
         {
@@ -351,7 +353,7 @@ impl Set<'_> {
                     // A branch on which no row is tangent may have been missed: of many rows the report tells
                     // alone.
                     let (name, origin) = self.named(d.row);
-                    let certain = look.order.len() <= CERTAIN;
+                    let certain = look.order.len() <= MOST_CERTAIN_ROWS;
                     certain.then_some(ConstraintFinding::Tangent { name, to: of, origin })
                 } else {
                     Some(self.repeats(d.row, of, true))
@@ -437,7 +439,7 @@ fn summarise(rows: &ConstraintRows, look: Look) -> Analysis {
         _ if look.touching => LookedAt::Touching,
         // Of those that are always on it is a finding.
         _ if look.general.iter().any(|d| d.verdict == Verdict::Contradicts) => LookedAt::Excluding,
-        None if look.order.len() > manifold::LIMIT => LookedAt::TooMany,
+        None if look.order.len() > manifold::MOST_PROJECTED_ROWS => LookedAt::TooMany,
         Some(m) if m.samples.is_empty() && m.nominal => LookedAt::Nowhere,
         _ => LookedAt::General,
     };

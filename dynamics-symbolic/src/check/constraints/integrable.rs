@@ -21,9 +21,11 @@ use super::orthogonal::Basis;
 use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
-/// Most rows that are eliminated, and most nodes that brackets may take.
-const ROWS: usize = 16;
-const NODES: usize = 60_000;
+/// Most rows of a group that are eliminated on the graph. More take too long; then nothing is said of
+/// integrability.
+const MOST_ROWS: usize = 16;
+/// Most nodes that Lie brackets may add to the graph. Beyond, nothing is said of integrability.
+const MOST_NODES: usize = 60_000;
 
 /// What can be integrated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -161,7 +163,7 @@ enum Products {
 
 impl<'g> Distribution<'g> {
     fn of(g: &'g mut Graph, rows: &ConstraintRows, group: &[usize]) -> Option<Self> {
-        if group.len() > ROWS {
+        if group.len() > MOST_ROWS {
             return None;
         }
         let mut columns: Vec<usize> = group.iter().flat_map(|r| coordinates(rows, *r)).collect();
@@ -185,7 +187,7 @@ impl<'g> Distribution<'g> {
         let mut read = g.cone(&nodes).into_iter().map(|id| g.node(id));
         let timed = read.any(|n| matches!(n, Node::Symbol(Symbol::Time)))
             || group.iter().any(|r| !g.is_zero(rows.offset[*r]));
-        let limit = g.len() + NODES;
+        let limit = g.len() + MOST_NODES;
         let (pivots, solved) = eliminate(g, matrix.clone())?;
         let free =
             (0..symbols.len()).filter(|j| !pivots.contains(j) && (timed || symbols[*j] != Symbol::Time));

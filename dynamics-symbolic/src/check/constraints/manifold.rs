@@ -14,35 +14,39 @@ use super::orthogonal::{Basis, fraction, norm};
 use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
-/// Random starts, and states on the manifold that are enough.
+/// Random starts of Newton's method.
 const STARTS: u64 = 16;
-const ENOUGH: usize = 5;
+/// States on the manifold after which no further start is made. What holds in all of them is taken to hold on
+/// the branch; more states take time and make coincidences rarer.
+const ENOUGH_STATES: usize = 5;
 /// Further starts where rows are tangent in states that were found, and in none all are independent: such
 /// states attract Newton's method. A row of N windows has 3ᴺ branches, and random starts with N = 7 all end
-/// on ones with flat windows. So rows are fulfilled one after another there, each on a branch without tangent
+/// on ones with flat windows. So these starts satisfy one row after another, each on a branch without tangent
 /// rows.
-const ROW_BY_ROW: u64 = 4;
-/// Farther from the manifold than this, relative to the size of the parameters, Newton's method is not just
-/// slow.
-const APART: f64 = 1e-3;
-/// Rows that are missed by less than this part of what the worst is missed by are fulfilled: descents end
-/// there.
-const MISSED: f64 = 1e-2;
-/// Beyond this many times what a row was missed by at the slopes that its last descent began with, it is flat
-/// where it comes closest: value over slope is no distance there.
-const FLAT: f64 = 1e2;
-/// Most rows that are projected: a step takes R³ operations.
-pub(super) const LIMIT: usize = 60;
-/// A gradient is gone where it is this much shorter than one step of this size away, relative to the
-/// coordinates' own: that of Φ² is of the size of Φ, 1e-6 at a state that Newton's method found.
-const VANISHED: f64 = 1e-2;
+const STARTS_ROW_BY_ROW: u64 = 4;
+/// Distance from the manifold, relative to the size of the parameters, beyond which Newton's method has not
+/// just converged slowly: no state satisfies the rows.
+const LEAST_GAP: f64 = 1e-3;
+/// Residual of a row, relative to the largest residual, up to which the row counts as satisfied where a
+/// descent ended. Rows above it are named as excluding each other.
+const MISSED_ROWS: f64 = 1e-2;
+/// Ratio of the distance |Φ|/‖Φ_q‖ at the closest approach to the residual by the slopes that the last
+/// descent began with, beyond which the row is flat there. Value over slope is then no distance: random
+/// models reported 2.4e5. The residual is reported instead.
+const LARGEST_DISTANCE_RATIO: f64 = 1e2;
+/// Most rows that are projected onto the manifold. A step takes R³ operations.
+pub(super) const MOST_PROJECTED_ROWS: usize = 60;
+/// Ratio of a gradient to the largest one nearby, at distances up to [`AWAY`], below which it counts as
+/// vanished. Where Newton's method found Φ² = 0, Φ is 1e-6, and the gradient of Φ² is as small.
+const VANISHED_GRADIENT: f64 = 1e-2;
+/// Largest step to the places where gradients are compared, as a part of the coordinates' sizes.
 const AWAY: f64 = 0.03;
-/// How far to both sides of a state, likewise, gradients are compared: where they are opposite the row has a
-/// kink there.
-const BESIDE: f64 = 1e-3;
-/// A row that is constant where others hold is zero there up to this part of what its terms change it by:
-/// those are found to 1e-12.
-const CONSTANT: f64 = 1e-8;
+/// Step to both sides of a state, as a part of the coordinates' sizes, between which gradients are compared.
+/// Where they are opposite, the row has a kink in between.
+const BESIDE_KINK: f64 = 1e-3;
+/// Value of a row, relative to what its terms change it by, up to which it is zero where the others hold.
+/// States are on the manifold to 1e-12.
+const LARGEST_CONSTANT: f64 = 1e-8;
 
 /// The manifold of some rows.
 #[derive(Clone, Debug, Default)]
@@ -73,14 +77,14 @@ fn largest(residual: &[f64]) -> f64 {
 fn missed(stuck: Vec<(Projection, Sample, Vec<f64>)>, size: f64) -> Vec<(usize, f64)> {
     let approaches = stuck.into_iter().map(|(projection, state, residual)| {
         let before: Vec<f64> = residual.iter().map(|x| x.abs() * size).collect();
-        let is_distance = |x: &f64| x.is_finite() && *x <= FLAT * largest(&before);
+        let is_distance = |x: &f64| x.is_finite() && *x <= LARGEST_DISTANCE_RATIO * largest(&before);
         let closest = projection.closest(state).filter(|distances| distances.iter().all(is_distance));
         let closest = closest.unwrap_or(before);
         (projection.chosen, closest)
     });
     let closest = approaches.min_by(|(_, a), (_, b)| largest(a).total_cmp(&largest(b)));
     let Some((rows, residual)) = closest else { return Vec::new() };
-    let missed = MISSED * largest(&residual);
+    let missed = MISSED_ROWS * largest(&residual);
     let far = rows.into_iter().zip(residual).filter(|(_, x)| *x > missed);
     far.collect()
 }
@@ -124,8 +128,8 @@ impl SampledManifold {
         // Who says that rows repeat others means a branch on which they do, and may have to wait for it.
         let mut sought = model.constraints.iter().any(|c| c.redundant);
         let mut independent = false;
-        for start in 0..STARTS + ROW_BY_ROW {
-            let enough = found.samples.len() >= ENOUGH && !sought;
+        for start in 0..STARTS + STARTS_ROW_BY_ROW {
+            let enough = found.samples.len() >= ENOUGH_STATES && !sought;
             if start < STARTS && enough {
                 continue;
             }
@@ -162,7 +166,7 @@ impl SampledManifold {
         }
         // What comes close may only come slowly, as near a singular state.
         if found.samples.is_empty() && nominal && evidence >= STARTS / 2 {
-            let apart = closest.is_some_and(|distance| distance > APART * size);
+            let apart = closest.is_some_and(|distance| distance > LEAST_GAP * size);
             found.nowhere = apart.then(|| missed(stuck, size));
         }
         let scale = coordinate_scales(model, size);
@@ -288,7 +292,7 @@ fn vanishes(rows: &ConstraintRows, sample: &Sample, scale: &[f64], r: usize) -> 
         let mut there = sample.clone();
         let length = norm(&slope);
         for ((q, s), d) in there.q.iter_mut().zip(scale).zip(&slope) {
-            *q += side * BESIDE * s * d / length;
+            *q += side * BESIDE_KINK * s * d / length;
         }
         slopes(rows, &there, &[r]).swap_remove(0)
     };
@@ -305,7 +309,7 @@ fn vanishes(rows: &ConstraintRows, sample: &Sample, scale: &[f64], r: usize) -> 
         }
         norm(&slopes(rows, &away, &[r])[0])
     });
-    here < VANISHED * around.fold(0.0, f64::max)
+    here < VANISHED_GRADIENT * around.fold(0.0, f64::max)
 }
 
 /// Whether a row that depends on others in every state, so that it is constant where these hold, is zero
@@ -320,7 +324,7 @@ pub(super) fn misses(model: &Model, rows: &ConstraintRows, others: &[usize], row
         let (value, slope) =
             (evaluate(&rows.graph, sample, &[rows.values[row]])[0], &slopes(rows, sample, &[row])[0]);
         let size = slope.iter().zip(&sample.q).map(|(d, q)| (d * q).abs()).fold(0.0, f64::max);
-        value.abs() > CONSTANT * size
+        value.abs() > LARGEST_CONSTANT * size
     };
     !found.is_empty() && found.iter().all(off)
 }

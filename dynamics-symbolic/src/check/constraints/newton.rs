@@ -13,14 +13,16 @@ use super::orthogonal::norm;
 use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
-/// Iterations of one descent.
-const ITERATIONS: usize = 60;
-/// Descents from one start.
-const THROWS: u64 = 6;
-/// Descents to a closest approach, each with the weights of where the one before had ended.
-const REFINED: usize = 8;
-/// |WΦ| of a state on the manifold. Φ² = 0 is approached at half the distance each time, so that Φ is 1e-6
-/// there.
+/// Most iterations of one descent. Convergence is quadratic on regular manifolds and takes one bit an
+/// iteration where Φ² = 0: Φ² is 1e-12 after 20 of them.
+const MOST_ITERATIONS: usize = 60;
+/// Most descents from one start; before each but the first the coordinates of unsatisfied rows are drawn
+/// anew. More of them find rarer branches and take time.
+const MOST_DESCENTS: u64 = 6;
+/// Descents to a closest approach, each with the weights of where the one before ended.
+const REFINEMENTS: usize = 8;
+/// Largest |WΦ| of a state on the manifold. Newton's method halves the distance from Φ² = 0 each time, so
+/// that Φ itself is 1e-6 there.
 pub(super) const ON_MANIFOLD: f64 = 1e-12;
 
 /// How a projection ended.
@@ -116,7 +118,7 @@ impl<'r> Projection<'r> {
             return End::There(state);
         }
         let mut last = None;
-        for throw in 0..THROWS {
+        for throw in 0..MOST_DESCENTS {
             let Some(residual) = self.descend(&mut state, &mut buffer) else { return End::Stuck(None) };
             let worst = residual.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             if worst <= ON_MANIFOLD {
@@ -141,7 +143,7 @@ impl<'r> Projection<'r> {
     /// satisfied there exclude each other, as their gradients depend on each other.
     pub(super) fn closest(&self, mut state: Sample) -> Option<Vec<f64>> {
         let mut buffer = Vec::new();
-        for _ in 0..REFINED {
+        for _ in 0..REFINEMENTS {
             self.descend(&mut state, &mut buffer)?;
         }
         let Local { values, jacobian } = self.local(&state, &mut buffer);
@@ -157,7 +159,7 @@ impl<'r> Projection<'r> {
         let mut residual = local.weighted(&weight);
         // As small as the residual, unless such a step failed.
         let (mut damping, mut failed) = (1e-2, false);
-        for _ in 0..ITERATIONS {
+        for _ in 0..MOST_ITERATIONS {
             let size = norm(&residual);
             if !size.is_finite() {
                 return None;

@@ -4,8 +4,10 @@
 //! or of the error of the projection onto the manifold, 1e-12; of an independent row at a random state it is
 //! rarely below 1e-4. The gap is looked for at 1e-7.
 
-/// What is left of a dependent row, at most.
-pub(super) const GAP: f64 = 1e-7;
+/// Largest remainder, of a row of length one, with which the row depends on those before it. It lies between
+/// the errors of rounding and projection, 1e-12, and the remainders of independent rows, which are rarely
+/// below 1e-4.
+pub(super) const DEPENDENT_REST: f64 = 1e-7;
 
 /// Rows in orthonormal form, with what they are made of.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +34,7 @@ impl Basis {
         }
         let (rest, mut made) = self.rest(row);
         let left = norm(&rest);
-        if left > GAP {
+        if left > DEPENDENT_REST {
             made.push(1.0 / length);
             self.vectors.push(rest.iter().map(|x| x / left).collect());
             self.made.push(made.into_iter().map(|c| c / left).collect());

@@ -12,26 +12,32 @@ use super::newton::{ON_MANIFOLD, Plane, Projection, solve};
 use super::orthogonal::{Basis, norm};
 use super::sample::{Sample, random};
 
-/// What is left of a row that may be tangent to others where Φ is 1e-12. Less than that of a row that repeats
-/// others, whose distance is that of Φ.
-const SUSPECT: f64 = 1e-4;
-const EXACT: f64 = 1e-10;
-/// Farther than this, relative to the coordinates' sizes, a root is another one.
-const NEAR: f64 = 1e-2;
-/// Steps towards the root, and of central differences.
-const ITERATIONS: usize = 40;
+/// Largest remainder of a row that may be tangent to others, where Φ is up to 1e-12. The remainder is about
+/// the distance to the place of tangency, which may be 1e-6 where Φ² is 1e-12.
+const SUSPECT_REST: f64 = 1e-4;
+/// Largest remainder of a row that repeats others. It is about the distance to the manifold, 1e-12.
+const REPEATED_REST: f64 = 1e-10;
+/// Distance, relative to the coordinates' sizes, beyond which a root is not the one that the state
+/// approached.
+const FARTHEST_ROOT: f64 = 1e-2;
+/// Most steps of the Gauss–Newton method towards the root.
+const MOST_ITERATIONS: usize = 40;
+/// Step of central differences, relative to the coordinates' sizes. Their error is about its square, 1e-10.
 const DIFFERENCE: f64 = 1e-5;
-/// What is left at the root. Differences have an error of 1e-10; what is not clearly above holds nothing.
-const LEFT: f64 = 1e-9;
-const HOLDS: f64 = 1e-4;
-/// How far, relative to the coordinates' sizes, a state is looked for on which no row is tangent, and in how
-/// many directions.
+/// Largest remainder of tangent rows at the root. Central differences have an error of 1e-10.
+const LARGEST_REST_AT_ROOT: f64 = 1e-9;
+/// Smallest slope, relative to the largest, that holds a direction at the root. What is not clearly above the
+/// error of differences holds nothing.
+const LEAST_HOLDING_SLOPE: f64 = 1e-4;
+/// Distance from a place of tangency, relative to the coordinates' sizes, at which a regular state is
+/// searched.
 const ASIDE: f64 = 0.1;
+/// Random directions in which it is searched. One that leads to a regular state is enough.
 const DIRECTIONS: u64 = 12;
 
-/// Throws of a row's coordinates until it is fulfilled, not tangent and independent. Of nine windows one
-/// throw in 25 is, for each of the rows that close one.
-const THROWS: u64 = 128;
+/// Most times that the coordinates of a row are drawn until it holds, is not tangent and is independent. With
+/// nine windows one draw in 25 succeeds, for each of the rows that close a window.
+const MOST_DRAWS: u64 = 128;
 
 /// A place where rows are tangent.
 pub(super) struct Tangent {
@@ -56,7 +62,7 @@ impl Projection<'_> {
             let mut thrown = |throw: u64| {
                 let mut next = state.clone();
                 let random = |kind: u64, j: usize| {
-                    random((0xb00 + start) * THROWS + throw, (3 * row as u64 + kind) << 32 | j as u64)
+                    random((0xb00 + start) * MOST_DRAWS + throw, (3 * row as u64 + kind) << 32 | j as u64)
                 };
                 let chosen = coordinates.iter().map(|(j, _)| *j).filter(|j| throw > 0 && random(0, *j) < 0.5);
                 chosen.for_each(|j| next.q[j] = self.scale[j] * (2.0 * random(1, j) - 1.0));
@@ -65,7 +71,7 @@ impl Projection<'_> {
                 (there && part.is_regular(&next)).then_some(next)
             };
             let mut found = None;
-            for next in (0..THROWS).filter_map(&mut thrown) {
+            for next in (0..MOST_DRAWS).filter_map(&mut thrown) {
                 let own = manifold::rank(self.rows, &next, &part.chosen);
                 if found.as_ref().is_none_or(|(most, _)| own > *most) {
                     found = Some((own, next));
@@ -89,7 +95,7 @@ impl Projection<'_> {
         let mut search = Search::beside(self, state)?;
         let mut place = state.clone();
         let mut values = search.values(&place);
-        for _ in 0..ITERATIONS {
+        for _ in 0..MOST_ITERATIONS {
             if norm(&values) <= 1e-15 {
                 break;
             }
@@ -105,10 +111,14 @@ impl Projection<'_> {
                 break;
             }
         }
-        let moved =
-            place.q.iter().zip(&state.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= NEAR * d);
+        let moved = place
+            .q
+            .iter()
+            .zip(&state.q)
+            .zip(&self.scale)
+            .all(|((a, b), d)| (a - b).abs() <= FARTHEST_ROOT * d);
         let (own, left) = values.split_at(self.chosen.len());
-        if !moved || norm(own) > ON_MANIFOLD || norm(left) > LEFT {
+        if !moved || norm(own) > ON_MANIFOLD || norm(left) > LARGEST_REST_AT_ROOT {
             return None;
         }
         let held = rank(&search.slopes(&place));
@@ -166,10 +176,10 @@ impl<'p, 'r> Search<'p, 'r> {
         let mut basis = Basis::default();
         for (i, row) in local.jacobian.iter().enumerate() {
             let left = norm(&basis.rest(row).0);
-            if left > SUSPECT {
+            if left > SUSPECT_REST {
                 basis.add(i, row);
                 search.independent.push(i);
-            } else if left > EXACT {
+            } else if left > REPEATED_REST {
                 search.tangent.push(i);
             }
         }
@@ -215,8 +225,8 @@ fn least(slopes: &[Vec<f64>], f: &[f64]) -> Option<Vec<f64>> {
 fn rank(columns: &[Vec<f64>]) -> usize {
     let largest = columns.iter().map(|c| norm(c)).fold(0.0, f64::max);
     let mut basis = Basis::default();
-    for column in columns.iter().filter(|c| norm(c) > HOLDS * largest) {
-        if norm(&basis.rest(column).0) > HOLDS {
+    for column in columns.iter().filter(|c| norm(c) > LEAST_HOLDING_SLOPE * largest) {
+        if norm(&basis.rest(column).0) > LEAST_HOLDING_SLOPE {
             basis.add(0, column);
         }
     }

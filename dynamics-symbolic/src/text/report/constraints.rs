@@ -9,8 +9,8 @@ use crate::mechanics::{
 
 use super::{counted, entry};
 
-/// Most constraints, loops or rows that are listed by name.
-const LISTED: usize = 12;
+/// Most constraints, loops or rows that the report lists by name. Of more it says how many.
+const MOST_LISTED: usize = 12;
 
 /// The lines on constraints; none without any.
 pub(super) fn constraints(out: &mut String, model: &Model, equations: &Equations, analysis: &Analysis) {
@@ -40,8 +40,8 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
             + &some(tangent, c.components.len(), "tangent to others")
             + &some(if excludes { repeats } else { 0 }, c.components.len(), "excludes others");
         match i {
-            LISTED => entry(out, "", &format!("and {} more", model.constraints.len() - i)),
-            i if i < LISTED => entry(out, if i == 0 { "constraints" } else { "" }, &text),
+            MOST_LISTED => entry(out, "", &format!("and {} more", model.constraints.len() - i)),
+            i if i < MOST_LISTED => entry(out, if i == 0 { "constraints" } else { "" }, &text),
             _ => {}
         }
     }
@@ -246,9 +246,12 @@ fn determined(model: &Model, found: &[Loop]) -> String {
         shortened(&all)
     };
     let one = |l: &Loop| format!("{} for {}", rows_text(model, &l.rows), names(&l.coordinates));
-    let texts: Vec<String> = found.iter().take(LISTED).map(one).collect();
-    let more =
-        if found.len() > LISTED { format!("; and {} more", found.len() - LISTED) } else { String::new() };
+    let texts: Vec<String> = found.iter().take(MOST_LISTED).map(one).collect();
+    let more = if found.len() > MOST_LISTED {
+        format!("; and {} more", found.len() - MOST_LISTED)
+    } else {
+        String::new()
+    };
     format!("{}{more}", texts.join("; "))
 }
 
@@ -325,7 +328,7 @@ fn rows_text(model: &Model, rows: &[usize]) -> String {
 
 fn shortened(names: &[&str]) -> String {
     match names.len() {
-        n if n <= LISTED => names.join(", "),
+        n if n <= MOST_LISTED => names.join(", "),
         n => format!("{} ... {} ({n})", names[..3].join(", "), names[n - 1]),
     }
 }
