@@ -150,7 +150,7 @@ pub fn expand_free(
     if operations > MOST_OPERATIONS { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
 }
 
-/// Lanes that are summed together at run time, as `dynamics_vocabulary::lanes::COUNT`.
+/// Lanes that are summed together at run time, as `dynamics_runtime::series::WIDTH`.
 const LANES_OF_BLOCK: usize = 4;
 
 /// [`expand_free`] by one way to write sums of products of sines and cosines.

@@ -15,11 +15,13 @@ use super::values::{Condition, Integer, Value};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 
-/// Expressions within expressions, over all calls. Deeper is a mistake or an attack on the stack.
+/// Most expressions within expressions, over all calls. Deeper nesting is a mistake, or would exhaust the
+/// stack.
 const MAX_DEPTH: usize = 100;
-/// Expressions evaluated in all: a model far above this is beyond the limit on operations anyway.
+/// Most expressions that are evaluated in all. A model far above this exceeds the limit on operations anyway.
 const MAX_STEPS: usize = 1_000_000;
-/// Nodes of the graph that a model may reach before it is derived.
+/// Most nodes of the graph before the equations are derived. Ten times the operations that one emitted
+/// function may have.
 const MAX_NODES: usize = 200_000;
 
 impl<'a> Elaborator<'a> {

@@ -45,7 +45,7 @@ const MATHEMATICS: &[(&str, f64)] = {
 /// Types of the library that the macro knows by their names, beside those of `crate::library`.
 const OF_LIBRARY: &[&str] = &["Expr", "Vec2", "Vec3", "Mat3", "Force", "EulerSequence"];
 
-/// Elements of an array of constants that are compared with what rustc has.
+/// Most elements of an array of constants for which an assertion is emitted that rustc has the same values.
 const MOST_ELEMENTS: usize = 64;
 
 fn is_mathematical(name: &Ident) -> bool {

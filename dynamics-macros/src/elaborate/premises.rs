@@ -35,12 +35,18 @@ pub(super) struct Premises {
     solids: BTreeSet<Vec<NodeId>>,
 }
 
-/// Relative to the largest element: what rounding may be off. As the runtime has it.
-const TOLERANCE: f64 = 1e-9;
-/// Where a principal moment exceeds the sum of the others: data of thin plates, with six digits. As the
-/// runtime has it.
-const PLATES: f64 = 1e-5;
-/// States and parameters at which is looked whether a matrix is orthonormal everywhere.
+/// Errors of rounding, relative to the largest element, up to which an inertia matrix is symmetric and a
+/// rotation orthonormal. It equals `ROUNDING` of `dynamics_vocabulary::mass_properties`.
+const ROUNDING: f64 = 1e-9;
+/// Largest excess of a principal moment over the sum of the others, relative to the largest element. Thin
+/// plates have none, and data of six digits miss that by their last. As in
+/// `dynamics_vocabulary::mass_properties`.
+const THIN_PLATE_EXCESS: f64 = 1e-5;
+/// Largest element of RᵀR − 1 with which a matrix is orthonormal at one of the [`TRIALS`]: rounding of a
+/// product of some rotations.
+const ORTHONORMAL: f64 = 1e-12;
+/// Random states and parameters at which a matrix has to be orthonormal to count as orthonormal everywhere.
+/// No other matrix is so by chance.
 const TRIALS: u64 = 4;
 
 impl Elaborator<'_> {
@@ -221,7 +227,7 @@ impl Elaborator<'_> {
 
     /// Whether RᵀR = 1 at random values, which it is not by chance.
     fn is_orthonormal_everywhere(&self, rotation: &[NodeId]) -> bool {
-        (0..TRIALS).all(|trial| defect(&self.values(rotation, &random(trial))) < 1e-12)
+        (0..TRIALS).all(|trial| defect(&self.values(rotation, &random(trial))) < ORTHONORMAL)
     }
 }
 
@@ -266,14 +272,14 @@ fn refuted(claim: Claim, values: &[f64], within: &str) -> Option<Message> {
         Claim::Inertia => unphysical(values).map(|why| messages::unphysical_inertia(within, why)),
         Claim::Axis => {
             let off = (values.iter().map(|x| x * x).sum::<f64>() - 1.0).abs();
-            (off > TOLERANCE || off.is_nan()).then(|| messages::not_an_axis(within))
+            (off > ROUNDING || off.is_nan()).then(|| messages::not_an_axis(within))
         }
         // Which attitude is meant the start says.
         Claim::Weld => None,
         Claim::Rotation => {
             let by = defect(values);
             // Not a number is no small one.
-            (by > TOLERANCE || by.is_nan()).then(|| messages::not_a_rotation(within, format!("{by:.1e}")))
+            (by > ROUNDING || by.is_nan()).then(|| messages::not_a_rotation(within, format!("{by:.1e}")))
         }
     }
 }
@@ -284,7 +290,7 @@ fn unphysical(m: &[f64]) -> Option<String> {
     let at = |i: usize, j: usize| m[3 * i + j];
     let scale = m.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-        if (at(i, j) - at(j, i)).abs() > TOLERANCE * scale {
+        if (at(i, j) - at(j, i)).abs() > ROUNDING * scale {
             return Some(format!(
                 "is not symmetric, its elements ({i}, {j}) and ({j}, {i}) are {} and {}",
                 messages::number(at(i, j)),
@@ -294,13 +300,13 @@ fn unphysical(m: &[f64]) -> Option<String> {
     }
     let half = 0.5 * (at(0, 0) + at(1, 1) + at(2, 2));
     let second = |i: usize, j: usize| {
-        if i == j { half + 0.5 * PLATES * scale - at(i, j) } else { -0.5 * (at(i, j) + at(j, i)) }
+        if i == j { half + 0.5 * THIN_PLATE_EXCESS * scale - at(i, j) } else { -0.5 * (at(i, j) + at(j, i)) }
     };
     let minor = |i: usize, j: usize| second(i, i) * second(j, j) - second(i, j) * second(i, j);
     let cofactor = |a: usize, b: usize| second(1, a) * second(2, b) - second(1, b) * second(2, a);
     let determinant =
         second(0, 0) * cofactor(1, 2) - second(0, 1) * cofactor(0, 2) + second(0, 2) * cofactor(0, 1);
-    let negative = |x: f64, degree: i32| x < -TOLERANCE * scale.powi(degree);
+    let negative = |x: f64, degree: i32| x < -ROUNDING * scale.powi(degree);
     let bad = (0..3).any(|i| negative(second(i, i), 1))
         || [(0, 1), (0, 2), (1, 2)].into_iter().any(|(i, j)| negative(minor(i, j), 2))
         || negative(determinant, 3);

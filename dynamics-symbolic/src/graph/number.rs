@@ -50,6 +50,9 @@ fn divide(n: i128, d: i128) -> f64 {
 /// the same fingerprint.
 const NUMBER_BOUND: i128 = 1 << 60;
 
+/// Integers below it are exact as floats: just under 2⁵³.
+const LARGEST_EXACT_INTEGER: f64 = 9e15;
+
 impl Number {
     /// Zero.
     pub const ZERO: Self = Self::Rational(0, 1);
@@ -171,7 +174,7 @@ impl Number {
     /// A float as a number, an integer where it is one; `None` where it is not finite.
     #[must_use]
     pub fn finite(x: f64) -> Option<Self> {
-        if x.fract() == 0.0 && x.abs() < 9e15 {
+        if x.fract() == 0.0 && x.abs() < LARGEST_EXACT_INTEGER {
             Some(Self::integer(x as i64))
         } else {
             x.is_finite().then_some(Self::Float(x))

@@ -7,7 +7,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::local;
-use super::super::program::{Access, Body, Printed, WIDTH};
+use super::super::program::{Access, Body, LANES_OF_BLOCK, Printed};
 use super::Emission;
 use super::solves::{Solved, Staged};
 
@@ -39,7 +39,7 @@ impl Emission<'_> {
         let next = self.coefficients(&access, &series.next);
         let (coefficients, factors) = next.results.split_at(n);
         let (left, right) = factors.split_at(lanes);
-        let blocks = lanes.div_ceil(WIDTH);
+        let blocks = lanes.div_ceil(LANES_OF_BLOCK);
         let [left, right] = [left, right].map(|factors| in_blocks(factors, &quote!(0.0)));
         let (t, q, u, w, z, k, state) =
             (local("t"), local("q"), local("u"), local("w"), local("z"), local("k"), local("state"));
@@ -71,7 +71,7 @@ impl Emission<'_> {
     fn beginning(&self, series: &Series, staged: &Staged) -> TokenStream {
         let Some(begin) = &series.begin else { return TokenStream::new() };
         let (kept, private) = (begin.results.len() - series.start.results.len(), &self.private);
-        let (count, blocks) = (series.start.results.len(), series.lanes.div_ceil(WIDTH));
+        let (count, blocks) = (series.start.results.len(), series.lanes.div_ceil(LANES_OF_BLOCK));
         let Solved { functions, statements, check, vector, more } =
             self.solved(staged, begin, &begin.results[kept..]);
         let (k, state, memory, prologue) = (local("k"), local("state"), local("memory"), self.prologue());
@@ -140,7 +140,7 @@ impl Emission<'_> {
         let given = local("accelerations");
         let (coefficients, memory, f64, all) = (local("rows"), local("memory"), self.float(), n + rows);
         let (blocks, ahead_blocks, shared) =
-            (lanes.div_ceil(WIDTH), constrained.lanes.div_ceil(WIDTH), constrained.shared);
+            (lanes.div_ceil(LANES_OF_BLOCK), constrained.lanes.div_ceil(LANES_OF_BLOCK), constrained.shared);
         let (some, none, recurrences) = (self.some(), self.none(), local("recurrences"));
         let released = (self.switched() > 0).then(|| quote!(|| !#state.modes.all_hold()));
         let applies_not = match (&constrained.solve, unguarded) {
@@ -209,7 +209,7 @@ impl Closures<'_> {
 
     fn blocks(&self) -> TokenStream {
         let f64 = self.emission.float();
-        quote!(&[[#f64; #WIDTH]; _])
+        quote!(&[[#f64; #LANES_OF_BLOCK]; _])
     }
 
     fn residue(&self, printed: &Printed) -> TokenStream {
@@ -265,10 +265,10 @@ impl Closures<'_> {
     }
 }
 
-/// An array of arrays of [`WIDTH`], the last one filled up.
+/// An array of arrays of [`LANES_OF_BLOCK`], the last one filled up.
 fn in_blocks(values: &[TokenStream], filler: &TokenStream) -> TokenStream {
-    let blocks = values.chunks(WIDTH).map(|block| {
-        let values = block.iter().chain(core::iter::repeat_n(filler, WIDTH - block.len()));
+    let blocks = values.chunks(LANES_OF_BLOCK).map(|block| {
+        let values = block.iter().chain(core::iter::repeat_n(filler, LANES_OF_BLOCK - block.len()));
         quote!([#(#values),*])
     });
     quote!([#(#blocks),*])

@@ -12,8 +12,8 @@ use super::super::{function, local};
 use super::Emission;
 use super::constraints::Method;
 
-/// Most steps of programs of which a second copy is emitted.
-pub(super) const SHORT: usize = 1000;
+/// Most steps of a program of which a second copy is emitted, for another result or for vectors of lanes.
+pub(super) const MOST_STEPS_TWICE: usize = 1000;
 
 /// A solution on the graph.
 struct Path<'a> {
@@ -72,7 +72,7 @@ impl Emission<'_> {
 
     /// Whether there are solutions on the graph, short enough to be emitted twice.
     fn is_short(&self, equations: &ConstraintEquations) -> bool {
-        !self.solutions(equations).is_empty() && self.steps(equations) <= SHORT
+        !self.solutions(equations).is_empty() && self.steps(equations) <= MOST_STEPS_TWICE
     }
 
     /// `fn correct_unrolled`.

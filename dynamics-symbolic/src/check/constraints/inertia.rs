@@ -101,6 +101,9 @@ fn rank(rows: impl Iterator<Item = SparseVector>) -> usize {
     echelon.rank()
 }
 
+/// Component of a direction, relative to its largest, up to which a coordinate counts as at rest.
+const AT_REST: f64 = 1e-6;
+
 /// The same in numbers, at states in which the constraints hold: there Φ_q may have a lower rank than in
 /// general. And no free direction has negative inertia.
 fn where_they_hold(
@@ -120,7 +123,7 @@ fn where_they_hold(
     };
     let names = |direction: &[f64]| -> Vec<bool> {
         let largest = direction.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        direction.iter().map(|x| x.abs() > 1e-6 * largest).collect()
+        direction.iter().map(|x| x.abs() > AT_REST * largest).collect()
     };
     let moves: Vec<bool> =
         all.iter().map(|(_, d)| names(d)).fold(vec![false; model.coordinates.len()], |sum, d| {

@@ -27,6 +27,11 @@ const MOST_ROWS: usize = 16;
 /// Most nodes that Lie brackets may add to the graph. Beyond, nothing is said of integrability.
 const MOST_NODES: usize = 60_000;
 
+/// Largest element of a bracket that cancels: rounding errors of sums whose terms are about 1.
+const CANCELLED: f64 = 1e-9;
+/// Component of a unit vector up to which a row takes no part in a combination.
+const NO_PART: f64 = 1e-6;
+
 /// What can be integrated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Integrability {
@@ -339,7 +344,7 @@ impl Rank {
                     return None;
                 }
                 // A bracket that cancels leaves rounding errors.
-                let vanishes = row.iter().all(|x| x.abs() < 1e-9);
+                let vanishes = row.iter().all(|x| x.abs() < CANCELLED);
                 Some(!vanishes && basis.add(basis.rank(), &row).is_none())
             }
         }
@@ -378,11 +383,11 @@ impl Closure {
                 let mut basis = Basis::default();
                 for v in fields {
                     let row: Vec<f64> = chosen.iter().map(|r| v[*r]).collect();
-                    if row.iter().any(|x| x.abs() > 1e-9) {
+                    if row.iter().any(|x| x.abs() > CANCELLED) {
                         basis.add(basis.rank(), &row);
                     }
                 }
-                basis.complement(n).iter().map(|v| v.iter().map(|x| x.abs() > 1e-6).collect()).collect()
+                basis.complement(n).iter().map(|v| v.iter().map(|x| x.abs() > NO_PART).collect()).collect()
             }
         };
         let support = (0..n).filter(|i| vectors.iter().any(|v| v[*i])).collect();

@@ -48,6 +48,11 @@ const BESIDE_KINK: f64 = 1e-3;
 /// States are on the manifold to 1e-12.
 const LARGEST_CONSTANT: f64 = 1e-8;
 
+/// Size of a term, relative to the row or sum that it belongs to, up to which it is rounding or the error of a
+/// state that satisfies Φ² = 0 to 1e-12: coefficients below it take no part in a relation, and offsets that
+/// differ by less agree.
+const NEGLIGIBLE: f64 = 1e-6;
+
 /// The manifold of some rows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampledManifold {
@@ -250,13 +255,13 @@ impl At {
                 .into_iter()
                 .filter(|(s, c)| {
                     let other = order.iter().position(|o| o == s).map_or(0.0, |at| norm(&dense[at]));
-                    c.abs() * other > 1e-6 * size
+                    c.abs() * other > NEGLIGIBLE * size
                 })
                 .collect();
             let terms = coefficients.iter().map(|(s, c)| c * offset(*s));
             let (sum, largest) =
                 terms.fold((0.0, offset(*r).abs()), |(sum, large), x| (sum + x, f64::max(large, x.abs())));
-            let consistent = (offset(*r) - sum).abs() <= 1e-6 * (largest + size);
+            let consistent = (offset(*r) - sum).abs() <= NEGLIGIBLE * (largest + size);
             dependent.push(Relation { row: *r, coefficients, consistent });
         }
         Self { rank: basis.rank(), dependent }
@@ -277,7 +282,7 @@ fn join(row: usize, all: &[At]) -> RowDependence {
     let constant = others.iter().map(|s| {
         let mut values = own().map(|d| at(&d.coefficients, *s));
         let first = values.next()?;
-        let same = own().count() > 1 && values.all(|x| (x - first).abs() < 1e-6 * (1.0 + first.abs()));
+        let same = own().count() > 1 && values.all(|x| (x - first).abs() < NEGLIGIBLE * (1.0 + first.abs()));
         fraction(first).filter(|_| same).map(|f| (*s, f))
     });
     let constant = constant.collect();

@@ -16,6 +16,17 @@ use super::sample::{Sample, random};
 /// Most iterations of one descent. Convergence is quadratic on regular manifolds and takes one bit an
 /// iteration where Φ² = 0: Φ² is 1e-12 after 20 of them.
 const MOST_ITERATIONS: usize = 60;
+/// Damping μ of the first step, relative to the weighted rows. It is reduced to |WΦ| where that is smaller.
+const FIRST_DAMPING: f64 = 1e-2;
+/// Damping after a step that failed, at least. It is 45 ε, above the rounding of J D²Jᵀ.
+const LEAST_DAMPING: f64 = 1e-14;
+/// Damping above which a descent ends: steps are then too short to change the state.
+const LARGEST_DAMPING: f64 = 1e8;
+/// Least damping of a step relative to the largest element of J D²Jᵀ: about 5 ε, so that Cholesky's method
+/// does not fail where rows are redundant.
+const REGULARIZATION: f64 = 1e-15;
+/// Residual of a row, relative to the largest, above which its coordinates are drawn anew.
+const UNSATISFIED: f64 = 1e-3;
 /// Most descents from one start; before each but the first the coordinates of unsatisfied rows are drawn
 /// anew. More of them find rarer branches and take time.
 const MOST_DESCENTS: u64 = 6;
@@ -126,7 +137,7 @@ impl<'r> Projection<'r> {
             }
             let stuck = state.clone();
             for (r, own) in self.chosen.iter().zip(&residual) {
-                if own.abs() > 1e-3 * worst {
+                if own.abs() > UNSATISFIED * worst {
                     for (j, _) in &self.rows.jacobian[*r] {
                         let x = random(0x900 + 16 * start + throw, *j as u64);
                         state.q[*j] = self.scale[*j] * (2.0 * x - 1.0);
@@ -158,13 +169,13 @@ impl<'r> Projection<'r> {
         let weight = local.weights();
         let mut residual = local.weighted(&weight);
         // As small as the residual, unless such a step failed.
-        let (mut damping, mut failed) = (1e-2, false);
+        let (mut damping, mut failed) = (FIRST_DAMPING, false);
         for _ in 0..MOST_ITERATIONS {
             let size = norm(&residual);
             if !size.is_finite() {
                 return None;
             }
-            if size <= 0.1 * ON_MANIFOLD || damping > 1e8 {
+            if size <= 0.1 * ON_MANIFOLD || damping > LARGEST_DAMPING {
                 break;
             }
             let used = if failed { damping } else { f64::min(damping, size) };
@@ -175,7 +186,7 @@ impl<'r> Projection<'r> {
             let new = there.weighted(&weight);
             failed = norm(&new).partial_cmp(&size) != Some(Ordering::Less);
             if failed {
-                damping = f64::max(10.0 * used, 1e-14);
+                damping = f64::max(10.0 * used, LEAST_DAMPING);
             } else {
                 (*state, local, residual) = (next, there, new);
                 damping = 0.2 * used;
@@ -192,7 +203,7 @@ impl<'r> Projection<'r> {
         let mut normal: Vec<Vec<f64>> =
             (0..rows.len()).map(|i| (0..=i).map(|j| dot(&rows[i], &rows[j])).collect()).collect();
         let largest = (0..rows.len()).fold(0.0f64, |m, i| m.max(normal[i][i]));
-        (0..rows.len()).for_each(|i| normal[i][i] += f64::max(damping, 1e-15 * largest));
+        (0..rows.len()).for_each(|i| normal[i][i] += f64::max(damping, REGULARIZATION * largest));
         let multipliers = solve(normal, residual)?;
         let mut step = vec![0.0; self.scale.len()];
         for (row, y) in rows.iter().zip(multipliers) {

@@ -85,11 +85,21 @@ pub(super) fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// n/d with d ≤ 12 for a number within 1e-6 of it.
+/// Largest denominator of a fraction that is recognised.
+const LARGEST_DENOMINATOR: i64 = 12;
+/// Largest numerator of a fraction that is recognised.
+const LARGEST_NUMERATOR: f64 = 1e3;
+/// Distance from a fraction, in parts of 1/d, below which a number is read as one. Coefficients of dependent
+/// rows are known to about 1e-7, see [`DEPENDENT_REST`].
+const FRACTION_TOLERANCE: f64 = 1e-6;
+
+/// The fraction n/d that a number is within [`FRACTION_TOLERANCE`] of.
 pub(super) fn fraction(x: f64) -> Option<(i64, i64)> {
-    let close =
-        |d: &i64| (x * *d as f64 - (x * *d as f64).round()).abs() < 1e-6 && (x * *d as f64).abs() < 1e3;
-    (1..=12).find(close).map(|d| ((x * d as f64).round() as i64, d))
+    let close = |d: &i64| {
+        let n = x * *d as f64;
+        (n - n.round()).abs() < FRACTION_TOLERANCE && n.abs() < LARGEST_NUMERATOR
+    };
+    (1..=LARGEST_DENOMINATOR).find(close).map(|d| ((x * d as f64).round() as i64, d))
 }
 
 #[cfg(test)]

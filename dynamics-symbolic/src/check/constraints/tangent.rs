@@ -22,6 +22,11 @@ const REPEATED_REST: f64 = 1e-10;
 const FARTHEST_ROOT: f64 = 1e-2;
 /// Most steps of the Gauss–Newton method towards the root.
 const MOST_ITERATIONS: usize = 40;
+/// |f| at which the root is found to rounding, about 5 ε.
+const AT_ROOT: f64 = 1e-15;
+/// Regularisation of SᵀS relative to its largest element. It keeps directions that S does not contain at rest,
+/// and is below the squares of slopes that count, 1e-8.
+const REGULARIZATION: f64 = 1e-12;
 /// Step of central differences, relative to the coordinates' sizes. Their error is about its square, 1e-10.
 const DIFFERENCE: f64 = 1e-5;
 /// Largest remainder of tangent rows at the root. Central differences have an error of 1e-10.
@@ -96,7 +101,7 @@ impl Projection<'_> {
         let mut place = state.clone();
         let mut values = search.values(&place);
         for _ in 0..MOST_ITERATIONS {
-            if norm(&values) <= 1e-15 {
+            if norm(&values) <= AT_ROOT {
                 break;
             }
             let slopes = search.slopes(&place);
@@ -216,7 +221,7 @@ fn least(slopes: &[Vec<f64>], f: &[f64]) -> Option<Vec<f64>> {
     let mut normal: Vec<Vec<f64>> =
         (0..slopes.len()).map(|i| (0..=i).map(|j| dot(&slopes[i], &slopes[j])).collect()).collect();
     let largest = (0..slopes.len()).fold(0.0f64, |m, i| m.max(normal[i][i]));
-    (0..slopes.len()).for_each(|i| normal[i][i] += 1e-12 * largest);
+    (0..slopes.len()).for_each(|i| normal[i][i] += REGULARIZATION * largest);
     let right: Vec<f64> = slopes.iter().map(|s| -dot(s, f)).collect();
     solve(normal, &right)
 }
