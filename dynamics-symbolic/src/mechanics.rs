@@ -19,6 +19,7 @@
 //! with the reason. With constraints, outputs, events and powers keep the symbols q̈ and λ, so that one
 //! solution per state serves them all.
 
+mod articulated_bodies;
 mod bodies;
 mod constraints;
 mod derive;
@@ -26,7 +27,6 @@ mod equations;
 mod forces;
 mod inverse;
 mod lagrange;
-mod levers;
 mod model;
 mod released;
 mod solution;

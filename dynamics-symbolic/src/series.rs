@@ -29,7 +29,7 @@ mod recurrence;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::Factors;
-use crate::calculus::{collect, rebuild, substitute};
+use crate::calculus::{collect_terms, rebuild, substitute};
 use crate::graph::{FunctionId, Graph, Node, NodeId, Symbol};
 use crate::mechanics::{Equations, General, Solution};
 use crate::schedule::{Program, Staging, schedule};
@@ -306,7 +306,7 @@ fn complete(e: &mut Expansion<'_>) -> Result<(), Unexpandable> {
 fn short(graph: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> (Vec<Vec<NodeId>>, Vec<NodeId>) {
     let n = mass.len();
     let diagonal: Vec<NodeId> = (0..n).map(|i| mass[i][i]).collect();
-    let mut collected = collect(graph, &[&mass.concat(), force].concat(), &diagonal).nodes;
+    let mut collected = collect_terms(graph, &[&mass.concat(), force].concat(), &diagonal).nodes;
     let force = collected.split_off(n * n);
     (collected.chunks(n.max(1)).map(<[NodeId]>::to_vec).collect(), force)
 }

@@ -6,7 +6,7 @@
 //! block by block: a loop of a mechanism after the other. λ follows from the transposed blocks in the
 //! opposite order.
 
-use crate::calculus::placeless;
+use crate::calculus::remove_coordinates;
 use crate::graph::{Graph, NodeId};
 
 use super::block::BlockFactors;
@@ -114,7 +114,7 @@ impl NullSpace {
             let row: Vec<NodeId> =
                 momenta[..=i].iter().map(|momentum| product(g, motion, momentum)).collect();
             // In a body's own axes its inertia is constant.
-            matrix.push(if speeds > 0 { placeless(g, &row) } else { row });
+            matrix.push(if speeds > 0 { remove_coordinates(g, &row) } else { row });
         }
         let reduced = Factors::new(g, &matrix).ok()?;
         let mut guards = Vec::new();
@@ -219,7 +219,7 @@ impl NullSpace {
     pub(super) fn inertia(&self, g: &mut Graph) -> Vec<Vec<NodeId>> {
         let row = |g: &mut Graph, motion: &Values| {
             let row: Vec<NodeId> = self.momenta.iter().map(|momentum| product(g, motion, momentum)).collect();
-            placeless(g, &row)
+            remove_coordinates(g, &row)
         };
         self.motions.iter().map(|motion| row(g, motion)).collect()
     }

@@ -1,7 +1,7 @@
 //! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph by the cheaper of two ways: q̈ and λ together in
 //! minimum-degree order, or independent coordinates first, with loops eliminated block by block.
 
-use crate::calculus::{collect, share};
+use crate::calculus::{collect_terms, share_parts};
 use crate::graph::{Bindings, Graph, NodeId, Symbol};
 
 use super::lengths;
@@ -264,7 +264,7 @@ impl Short {
         let (n, r) = (accelerations.len(), multipliers.len());
         let guards = self.guards(g, solver);
         let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
-        let shared = share(g, &[&accelerations[..], &multipliers, &checked].concat());
+        let shared = share_parts(g, &[&accelerations[..], &multipliers, &checked].concat());
         let operations = g.operations(&shared);
         if operations > limit {
             return Err(Stuck::TooLarge(operations));
@@ -273,7 +273,7 @@ impl Short {
             numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
         let delta = solver.correct(g, &given);
         // A program of its own: what it shares with the other is no gain to it.
-        let corrected = share(g, &[&delta[..], &checked].concat());
+        let corrected = share_parts(g, &[&delta[..], &checked].concat());
         Ok(Unrolled {
             elimination: solver.elimination(),
             accelerations: shared[..n].to_vec(),
@@ -310,7 +310,7 @@ impl Short {
         let terms =
             [&system.mass.concat()[..], &system.jacobian.concat(), system.force, system.gamma].concat();
         let diagonal: Vec<NodeId> = (0..n).map(|i| system.mass[i][i]).collect();
-        let short = collect(g, &terms, &diagonal);
+        let short = collect_terms(g, &terms, &diagonal);
         let (rows, vectors) = short.nodes.split_at((n + r) * n);
         let mut mass: Vec<Vec<NodeId>> = rows.chunks(n.max(1)).map(<[NodeId]>::to_vec).collect();
         let jacobian = mass.split_off(n);

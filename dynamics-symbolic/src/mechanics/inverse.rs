@@ -4,7 +4,7 @@
 //! With constraints r is joined by Φ_q q̈ − γ = Φ̈, Φ_qᵀλ enters its first part, and the derivatives of q̈
 //! and λ together solve the same system as q̈ and λ themselves.
 
-use crate::calculus::{ZeroDenominator, directional, gradient, substitute, timeless};
+use crate::calculus::{ZeroDenominator, directional, gradient, remove_time, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Jacobians, Variations};
@@ -236,7 +236,7 @@ fn derivatives(g: &mut Graph, roots: &[NodeId], by: &[Symbol], sweep: SweepDirec
             rows
         }
     };
-    rows.iter().map(|row| timeless(g, row)).collect()
+    rows.iter().map(|row| remove_time(g, row)).collect()
 }
 
 /// Replaces the symbols q̈ and λ by their values.

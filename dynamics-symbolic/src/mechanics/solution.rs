@@ -2,7 +2,8 @@
 //! q̈ = γ by whatever order of elimination is cheapest, on the graph or, where that fails, at run time.
 
 use crate::algebra::{
-    ConstrainedEquations, Factors, Levers, Solver, States, Stationary, Stuck, Unrolled, applies, unroll,
+    ArticulatedForm, ConstrainedEquations, Factors, Solver, States, Stationary, Stuck, Unrolled, applies,
+    unroll,
 };
 use crate::calculus::directional;
 use crate::graph::{Dependence, Graph, NodeId};
@@ -55,14 +56,14 @@ pub(super) enum Solved {
 pub(super) type Swept<'a> = (Residual<'a>, SweepDirection);
 
 impl Solved {
-    /// Solves equations without constraints, through `levers` where that is shorter than through M.
+    /// Solves equations without constraints, through the articulated form where that is shorter than through M.
     ///
     /// # Errors
     /// A mass matrix that is singular in every state.
     pub(super) fn free(
         g: &mut Graph,
         inertia: &Inertia,
-        levers: &dyn Fn(&mut Graph) -> Option<Levers>,
+        articulated_form: &dyn Fn(&mut Graph) -> Option<ArticulatedForm>,
     ) -> Result<Self, Underivable> {
         let through_mass = |g: &mut Graph| {
             let factors = Factors::new(g, &inertia.mass)?;
@@ -70,8 +71,8 @@ impl Solved {
             let pivots = factors.pivots().map(|(i, pivot)| (i, pivot, inertia.mass[i][i])).collect();
             Ok(Stationary { unknowns, pivots })
         };
-        let through_levers = |g: &mut Graph| levers(g).and_then(|levers| levers.solve(g).ok());
-        let through_rods = |g: &mut Graph| levers(g).and_then(|levers| levers.solve_for_tensions(g));
+        let through_bodies = |g: &mut Graph| articulated_form(g).and_then(|form| form.solve(g).ok());
+        let through_rods = |g: &mut Graph| articulated_form(g).and_then(|form| form.solve_for_rod_forces(g));
         // All on copies, so that what is not taken leaves no trace.
         let weight = |solve: &dyn Fn(&mut Graph) -> Option<Stationary>| {
             let mut trial = g.clone();
@@ -85,8 +86,8 @@ impl Solved {
         };
         let solved = if shorter(weight(&through_rods), ROD_FORCE_GAIN) {
             through_rods(g)
-        } else if shorter(weight(&through_levers), ARTICULATED_GAIN) {
-            through_levers(g)
+        } else if shorter(weight(&through_bodies), ARTICULATED_GAIN) {
+            through_bodies(g)
         } else {
             None
         };

@@ -19,7 +19,7 @@
 //! Levinson, *Dynamics: Theory and Applications*, McGraw-Hill 1985, chapters 2 and 6.
 
 use crate::algebra::{ConstrainedEquations, Guard, Guarded, Solver, States, unroll_by_speeds};
-use crate::calculus::{directional, gradient, placeless, timeless};
+use crate::calculus::{directional, gradient, remove_coordinates, remove_time};
 use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol, Unary};
 
 use super::constraints::{ConstraintTerms, jacobian, offsets};
@@ -81,10 +81,10 @@ impl Speeds {
         let drift: Vec<NodeId> = rates.into_iter().map(|rate| g.neg(rate)).collect();
         let (offset, jacobian) = (offsets(g, &[], &values), jacobian(g, &[], &values, n));
         Some(Self {
-            values: timeless(g, &values),
-            jacobian: jacobian.iter().map(|row| timeless(g, row)).collect(),
-            offset: timeless(g, &offset),
-            drift: timeless(g, &drift),
+            values: remove_time(g, &values),
+            jacobian: jacobian.iter().map(|row| remove_time(g, row)).collect(),
+            offset: remove_time(g, &offset),
+            drift: remove_time(g, &drift),
         })
     }
 
@@ -191,7 +191,7 @@ impl Speeds {
         let whole: Vec<Vec<NodeId>> = (0..n)
             .map(|i| (0..n).map(|k| dot(g, &columns[i.max(k)], &carried[i.min(k)])).collect())
             .collect();
-        let whole: Vec<Vec<NodeId>> = whole.iter().map(|row| placeless(g, row)).collect();
+        let whole: Vec<Vec<NodeId>> = whole.iter().map(|row| remove_coordinates(g, row)).collect();
         let mut motions = self.values.clone();
         motions.extend(beside.rows.iter().flat_map(|rows| &rows.velocity_residual));
         let momenta: Vec<NodeId> = whole.iter().map(|row| dot(g, row, &motions)).collect();

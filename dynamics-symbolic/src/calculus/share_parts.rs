@@ -16,7 +16,7 @@ const MOST_OPERATIONS: usize = 6000;
 /// `roots` with the same values to rounding, in fewer operations where that is possible. What depends on
 /// parameters alone stays as it is.
 #[must_use]
-pub fn share(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
+pub fn share_parts(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
     if g.operations(roots) > MOST_OPERATIONS {
         return roots.to_vec();
     }

@@ -38,7 +38,7 @@ pub struct Collected {
 /// `roots`, rewritten where that makes them cheaper together. Operations that stay are built anew as well, so
 /// that all share their parts. `squares` are those of them that cannot be negative.
 #[must_use]
-pub fn collect(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected {
+pub fn collect_terms(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected {
     let mut distinct = roots.to_vec();
     distinct.sort_unstable();
     distinct.dedup();

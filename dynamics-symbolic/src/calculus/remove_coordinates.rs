@@ -10,7 +10,7 @@ use crate::graph::{Dependence, Graph, NodeId, Number, Sampler, Symbol};
 /// and is, when all is multiplied out, a sum of products of parameters that nobody built. Where coordinates
 /// are 0, or one of them is 1, it folds to that. What has no value in any of these places stays as it is.
 #[must_use]
-pub fn placeless(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
+pub fn remove_coordinates(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
     let [here, there] = {
         let sampler = Sampler::new(g, roots);
         let moved = |s| matches!(s, Symbol::Coordinate(_));
@@ -70,7 +70,7 @@ mod tests {
         }
         let moving = g.mul(a, sin);
         assert!(!g.is_constant(sum));
-        let found = placeless(&mut g, &[sum, moving]);
+        let found = remove_coordinates(&mut g, &[sum, moving]);
         assert!(g.is_constant(found[0]) && g.cone(&found[..1]).len() == 3, "a + b");
         assert_eq!(found[1], moving);
     }
