@@ -30,5 +30,5 @@ pub(crate) use ldl::Elsewhere;
 pub use ldl::Factors;
 pub(crate) use minimum_degree::MinimumDegree;
 pub(crate) use solver::applies;
-pub use solver::{ConstrainedEquations, Solver, States, Stuck, unroll, unroll_by_speeds};
+pub use solver::{ConstrainedEquations, NotUnrolled, Solver, States, unroll, unroll_by_speeds};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

@@ -9,7 +9,7 @@ use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
 pub use crate::mechanics::MOST_OPERATIONS;
 use crate::mechanics::{
-    ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld,
+    ConstraintEquations, Equations, General, Manifold, Model, Named, NoDerivatives, Solution, Underivable,
     derive_on, momentum_rates, output_variations, residual, variations,
 };
 use crate::schedule::{Program, Staging, schedule};
@@ -224,8 +224,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     let driven = |p: &&Program| !model.inputs.is_empty() || p.name != "input_jacobian";
     let printed: Vec<&Program> = programs.all().filter(driven).collect();
     let withheld = programs.jacobians.as_ref().err().map(|reason| match reason {
-        NoJacobians::TooLarge(e) => (e.function.as_str(), Withheld::TooLarge(e.operations)),
-        NoJacobians::General => ("state_jacobian", Withheld::General),
+        NoJacobians::TooLarge(e) => (e.function.as_str(), NoDerivatives::TooLarge(e.operations)),
+        NoJacobians::General => ("state_jacobian", NoDerivatives::General),
     });
     let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
     let mut listing = text::listing(&model, &equations, &printed);
@@ -298,7 +298,7 @@ fn fitting_programs(model: &Model, e: &mut Equations) -> Programs {
     let Some((c, excess)) = e.constraints.as_mut().zip(excess(&all.accelerations)) else { return all };
     c.solution = Solution::General(General::TooLarge(excess.operations));
     c.released.clear();
-    e.jacobians = Err(Withheld::General);
+    e.jacobians = Err(NoDerivatives::General);
     programs(model, e)
 }
 
@@ -331,8 +331,8 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         conserved: inline("conserved", &e.conserved.iter().map(|c| c.quantity.node).collect::<Vec<_>>()),
         powers: inline("powers", &nodes(&e.powers)),
         jacobians: match &e.jacobians {
-            Err(Withheld::General) => Err(NoJacobians::General),
-            Err(Withheld::TooLarge(nodes)) => {
+            Err(NoDerivatives::General) => Err(NoJacobians::General),
+            Err(NoDerivatives::TooLarge(nodes)) => {
                 Err(NoJacobians::TooLarge(Excess { function: "state_jacobian".into(), operations: *nodes }))
             }
             Ok(j) => jacobians(

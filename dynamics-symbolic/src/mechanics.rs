@@ -39,9 +39,9 @@ pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
 pub use derive::{derive, derive_on, momentum_rates, output_variations, residual, variations};
 pub use equations::{
-    Aside, ConservedKind, ConservedQuantity, ConstraintDerivatives, ConstraintEquations, Derivation,
-    Equations, General, Jacobians, Named, Pivot, Released, Solution, SpeedEquations, Underivable, Variations,
-    Withheld,
+    ConservedKind, ConservedQuantity, ConstraintDerivatives, ConstraintEquations, Derivation, Equations,
+    General, Jacobians, Named, NoDerivatives, NoSpeedForm, Pivot, Released, Solution, SpeedEquations,
+    Underivable, Variations,
 };
 pub use model::{
     AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,

@@ -22,7 +22,7 @@ use crate::syntax::Role;
 
 /// A premise before it is known what constraints there are.
 #[derive(Clone, Debug)]
-pub(super) struct Noted {
+pub(super) struct NotedPremise {
     premise: Premise,
     /// Euler parameters by whose norm it holds.
     by_norm: Option<[Scalar; 4]>,
@@ -31,7 +31,7 @@ pub(super) struct Noted {
 /// What is so of bodies and frames, and which inertia is that of solids.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Premises {
-    noted: Vec<Noted>,
+    noted: Vec<NotedPremise>,
     solids: BTreeSet<Vec<NodeId>>,
 }
 
@@ -162,7 +162,7 @@ impl Elaborator<'_> {
         let constant = depends.within(Dependence::PARAMETERS);
         let origin = self.origins.add(self.diagnostics.shown_at(place));
         let premise = Premise { claim, of: self.made_of(&nodes), nodes, within, constant, origin };
-        self.premises.noted.push(Noted { premise, by_norm: None });
+        self.premises.noted.push(NotedPremise { premise, by_norm: None });
     }
 
     /// Declared names that nodes are made of, each once.
@@ -187,7 +187,7 @@ impl Elaborator<'_> {
 
     /// Reports what numbers alone refute, and hands the model what the run has to show.
     pub(super) fn place_premises(&mut self) {
-        for Noted { premise, by_norm } in core::mem::take(&mut self.premises).noted {
+        for NotedPremise { premise, by_norm } in core::mem::take(&mut self.premises).noted {
             let values = self.at_nominal_values(&premise.nodes);
             let graph = &self.model.graph;
             let decided = premise.nodes.iter().all(|node| graph.dependence(*node).within(Dependence::NONE));

@@ -74,7 +74,7 @@ pub(crate) struct ConstraintOptions {
 }
 
 /// What the attributes of a function say.
-pub(super) struct Taken {
+pub(super) struct FunctionAttributes {
     pub(super) role: Role,
     pub(super) place: Place,
     pub(super) options: ConstraintOptions,
@@ -88,7 +88,7 @@ const OPTIONS: &[(&str, &[Role])] =
     &[("switched", &[Role::Holonomic, Role::Nonholonomic]), ("integrable", &[Role::Nonholonomic])];
 
 /// Takes the role's attributes off a function.
-pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> Taken {
+pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> FunctionAttributes {
     let mut found: Option<(Role, Place)> = None;
     let mut options = ConstraintOptions::default();
     for attribute in mem::take(&mut function.attrs) {
@@ -127,7 +127,7 @@ pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> Taken {
     {
         d.error(at, &messages::redundant_without_constraint(&function.sig.ident));
     }
-    Taken { role, place, options }
+    FunctionAttributes { role, place, options }
 }
 
 /// Roles other than constraints have nothing to be said about them.

@@ -79,7 +79,7 @@ impl ArticulatedForm {
     }
 
     fn eliminate(&self, g: &mut Graph) -> Result<Stationary, usize> {
-        let mut left = Left::new(g, self);
+        let mut left = RemainingForm::new(g, self);
         let mut factors = Factors::empty(g, self.unknowns + self.definitions.len());
         let (mut order, mut pivots) =
             (Vec::with_capacity(left.uses.len()), Vec::with_capacity(self.unknowns));
@@ -122,7 +122,7 @@ impl Definition {
 }
 
 /// The remaining form.
-struct Left {
+struct RemainingForm {
     rest: Rest,
     /// The same while every unknown taken out is held: its diagonal is that of M.
     held: Rest,
@@ -131,7 +131,7 @@ struct Left {
     uses: Vec<usize>,
 }
 
-impl Left {
+impl RemainingForm {
     fn new(g: &mut Graph, form: &ArticulatedForm) -> Self {
         let size = form.unknowns + form.definitions.len();
         let mut left = Self {

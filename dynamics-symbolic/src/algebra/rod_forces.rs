@@ -30,7 +30,7 @@ impl ArticulatedForm {
     /// Solves for the forces in the rods; `None` where inertia is not diagonal and constant in these terms,
     /// or a pivot is identically zero.
     pub(super) fn rod_forces(&self, g: &mut Graph) -> Option<Stationary> {
-        let mut turned = Turned::new(g, self)?;
+        let mut turned = TurnedForm::new(g, self)?;
         let (inverse, force) = turned.diagonal(g, self)?;
         let rows = &turned.rows;
         // H⁻¹ times each row.
@@ -93,7 +93,7 @@ struct Row {
 
 /// The form in terms of w and η. Quantities are numbered as before, w by its unknown and η by the first of its
 /// pair.
-struct Turned {
+struct TurnedForm {
     rows: Vec<Row>,
     /// What intermediate quantities are in these terms.
     forms: BTreeMap<usize, AffineForm>,
@@ -104,7 +104,7 @@ struct Turned {
     size: usize,
 }
 
-impl Turned {
+impl TurnedForm {
     fn new(g: &mut Graph, form: &ArticulatedForm) -> Option<Self> {
         let n = form.unknowns;
         let size = n + form.definitions.len();
@@ -259,7 +259,7 @@ impl Turned {
     }
 }
 
-fn form_of(turned: &Turned, i: usize, one: NodeId) -> AffineForm {
+fn form_of(turned: &TurnedForm, i: usize, one: NodeId) -> AffineForm {
     turned.forms.get(&i).cloned().unwrap_or_else(|| AffineForm::from([(Some(i), one)]))
 }
 

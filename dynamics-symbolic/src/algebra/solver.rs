@@ -51,7 +51,7 @@ impl States<'_> {
 
 /// Why equations with constraints are not solved on the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stuck {
+pub enum NotUnrolled {
     /// Rows are redundant in every state.
     Redundant,
     /// Every way meets a pivot that is zero in every state.
@@ -62,10 +62,10 @@ pub enum Stuck {
 
 /// The factored equations, for any right-hand side.
 #[derive(Clone, Debug)]
-pub struct Solver(Way);
+pub struct Solver(SolverKind);
 
 #[derive(Clone, Debug)]
-enum Way {
+enum SolverKind {
     MinimumDegree(MinimumDegree),
     Blocks(Box<NullSpace>),
 }
@@ -75,7 +75,7 @@ impl Solver {
     /// state.
     #[must_use]
     pub fn together(g: &mut Graph, mass: &[Vec<NodeId>], jacobian: &[Vec<NodeId>]) -> Option<Self> {
-        MinimumDegree::new(g, mass, jacobian).map(|factors| Self(Way::MinimumDegree(factors)))
+        MinimumDegree::new(g, mass, jacobian).map(|factors| Self(SolverKind::MinimumDegree(factors)))
     }
 
     /// Block by block, the given coordinates independent; `None` where a block or the reduced inertia is
@@ -92,7 +92,8 @@ impl Solver {
         let dependent: Vec<usize> = (0..mass.rows.len()).filter(|c| !independent.contains(c)).collect();
         let blocks = blocks(&jacobian.pattern(), &dependent)?;
         let partition = Partition { independent: independent.to_vec(), blocks };
-        NullSpace::new(g, &mass, &jacobian, &partition).map(|reduced| Self(Way::Blocks(Box::new(reduced))))
+        NullSpace::new(g, &mass, &jacobian, &partition)
+            .map(|reduced| Self(SolverKind::Blocks(Box::new(reduced))))
     }
 
     /// Led by the first `speeds` rows of `kinematics`: the gradients of speeds by the velocities, then Φ_q, N
@@ -108,7 +109,7 @@ impl Solver {
         let (mass, kinematics) =
             (SparseMatrix::new(g, mass, mass.len()), SparseMatrix::new(g, kinematics, mass.len()));
         NullSpace::by_speeds(g, &mass, &kinematics, speeds)
-            .map(|reduced| Self(Way::Blocks(Box::new(reduced))))
+            .map(|reduced| Self(SolverKind::Blocks(Box::new(reduced))))
     }
 
     /// The inertia of what leads, and the columns of the inverse of `kinematics`: what moves where one row is
@@ -116,7 +117,7 @@ impl Solver {
     #[must_use]
     pub fn led(&self, g: &mut Graph) -> (Vec<Vec<NodeId>>, Vec<Vec<NodeId>>) {
         match &self.0 {
-            Way::Blocks(reduced) if reduced.speeds() > 0 => {
+            SolverKind::Blocks(reduced) if reduced.speeds() > 0 => {
                 let inertia = reduced.inertia(g);
                 (inertia, (0..reduced.coordinates()).map(|row| reduced.moved_by(g, row)).collect())
             }
@@ -129,8 +130,8 @@ impl Solver {
     #[must_use]
     pub fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
         match &self.0 {
-            Way::MinimumDegree(factors) => factors.solve(g, force, gamma),
-            Way::Blocks(reduced) => reduced.solve(g, force, gamma),
+            SolverKind::MinimumDegree(factors) => factors.solve(g, force, gamma),
+            SolverKind::Blocks(reduced) => reduced.solve(g, force, gamma),
         }
     }
 
@@ -138,8 +139,8 @@ impl Solver {
     #[must_use]
     pub fn correct(&self, g: &mut Graph, right: &[NodeId]) -> Vec<NodeId> {
         match &self.0 {
-            Way::MinimumDegree(factors) => factors.correct(g, right),
-            Way::Blocks(reduced) => reduced.correct(g, right),
+            SolverKind::MinimumDegree(factors) => factors.correct(g, right),
+            SolverKind::Blocks(reduced) => reduced.correct(g, right),
         }
     }
 
@@ -147,15 +148,15 @@ impl Solver {
     #[must_use]
     pub fn elimination(&self) -> Elimination {
         match &self.0 {
-            Way::MinimumDegree(_) => Elimination::MinimumDegree,
-            Way::Blocks(reduced) if reduced.speeds() > 0 => Elimination::Speeds,
-            Way::Blocks(reduced) => Elimination::Blocks(reduced.blocks().to_vec()),
+            SolverKind::MinimumDegree(_) => Elimination::MinimumDegree,
+            SolverKind::Blocks(reduced) if reduced.speeds() > 0 => Elimination::Speeds,
+            SolverKind::Blocks(reduced) => Elimination::Blocks(reduced.blocks().to_vec()),
         }
     }
 
     /// Whether what a row's pivots are compared with stays where the row vanishes: a constant.
     fn sees_length(&self, g: &Graph, row: usize) -> bool {
-        let Way::Blocks(reduced) = &self.0 else { return false };
+        let SolverKind::Blocks(reduced) = &self.0 else { return false };
         if reduced.speeds() > 0 {
             return false;
         }
@@ -170,8 +171,8 @@ impl Solver {
     #[must_use]
     pub fn guards(&self) -> &[Guard] {
         match &self.0 {
-            Way::MinimumDegree(factors) => &factors.guards,
-            Way::Blocks(reduced) => &reduced.guards,
+            SolverKind::MinimumDegree(factors) => &factors.guards,
+            SolverKind::Blocks(reduced) => &reduced.guards,
         }
     }
 }
@@ -211,8 +212,8 @@ pub fn unroll(
     system: &ConstrainedEquations,
     states: &States,
     limit: usize,
-) -> Result<(Unrolled, Solver), Stuck> {
-    let short = Short::new(g, system);
+) -> Result<(Unrolled, Solver), NotUnrolled> {
+    let short = CollectedEquations::new(g, system);
     let by = |g: &mut Graph, states: &States| {
         let solver = short.solver(g, states)?;
         let solution = solver.solve(g, &short.force, &short.gamma);
@@ -222,7 +223,7 @@ pub fn unroll(
     let mut trial = g.clone();
     match by(&mut trial, states) {
         // What applies at fewer states is better than what applies at none.
-        Err(Stuck::TooLarge(_)) if states.steer() => {
+        Err(NotUnrolled::TooLarge(_)) if states.steer() => {
             by(g, &States { anywhere: states.anywhere, ..States::default() })
         }
         found => {
@@ -243,15 +244,15 @@ pub fn unroll_by_speeds(
     (kinematics, speeds): (&[Vec<NodeId>], usize),
     drift: &[NodeId],
     limit: usize,
-) -> Result<(Unrolled, Solver), Stuck> {
-    let short = Short::new(g, system);
-    let solver = Solver::by_speeds(g, system.mass, kinematics, speeds).ok_or(Stuck::NoPivots)?;
+) -> Result<(Unrolled, Solver), NotUnrolled> {
+    let short = CollectedEquations::new(g, system);
+    let solver = Solver::by_speeds(g, system.mass, kinematics, speeds).ok_or(NotUnrolled::NoPivots)?;
     let solution = solver.solve(g, system.force, &[drift, system.gamma].concat());
     let unrolled = short.finished(g, &solver, solution, system.numbers, limit)?;
     Ok((unrolled, solver))
 }
 
-impl Short {
+impl CollectedEquations {
     /// The solution with its guards, in shared forms.
     fn finished(
         &self,
@@ -260,14 +261,14 @@ impl Short {
         (accelerations, multipliers): (Vec<NodeId>, Vec<NodeId>),
         numbers: &[usize],
         limit: usize,
-    ) -> Result<Unrolled, Stuck> {
+    ) -> Result<Unrolled, NotUnrolled> {
         let (n, r) = (accelerations.len(), multipliers.len());
         let guards = self.guards(g, solver);
         let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
         let shared = share_parts(g, &[&accelerations[..], &multipliers, &checked].concat());
         let operations = g.operations(&shared);
         if operations > limit {
-            return Err(Stuck::TooLarge(operations));
+            return Err(NotUnrolled::TooLarge(operations));
         }
         let given: Vec<NodeId> =
             numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
@@ -295,7 +296,7 @@ fn renewed(guards: &[Guard], nodes: &[NodeId]) -> Vec<Guard> {
 }
 
 /// The equations in short forms.
-struct Short {
+struct CollectedEquations {
     mass: Vec<Vec<NodeId>>,
     force: Vec<NodeId>,
     jacobian: Vec<Vec<NodeId>>,
@@ -304,7 +305,7 @@ struct Short {
     squares: Vec<(NodeId, NodeId)>,
 }
 
-impl Short {
+impl CollectedEquations {
     fn new(g: &mut Graph, system: &ConstrainedEquations) -> Self {
         let (n, r) = (system.mass.len(), system.jacobian.len());
         let terms =
@@ -319,15 +320,15 @@ impl Short {
     }
 
     /// The better of all ways.
-    fn solver(&self, g: &mut Graph, states: &States) -> Result<Solver, Stuck> {
+    fn solver(&self, g: &mut Graph, states: &States) -> Result<Solver, NotUnrolled> {
         let n = self.mass.len();
         let (mass, jacobian) = (SparseMatrix::new(g, &self.mass, n), SparseMatrix::new(g, &self.jacobian, n));
         let PartitionChoice::Partitions(candidates) = partitions(g, &jacobian, n) else {
-            return Err(Stuck::Redundant);
+            return Err(NotUnrolled::Redundant);
         };
         let way = |g: &mut Graph, choice: Option<&Partition>| match choice {
             Some(partition) => NullSpace::new(g, &mass, &jacobian, partition)
-                .map(|reduced| Solver(Way::Blocks(Box::new(reduced)))),
+                .map(|reduced| Solver(SolverKind::Blocks(Box::new(reduced)))),
             None => Solver::together(g, &self.mass, &self.jacobian),
         };
         let anywhere = Slopes::at(g, &jacobian, states.anywhere);
@@ -353,8 +354,8 @@ impl Short {
         let worth = worth_trying(&candidates, &jacobian, (&at, states.likely.len()), tried);
         let found: Vec<PricedSolution> =
             worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
-        let choice = prefer(found).ok_or(Stuck::NoPivots)?;
-        way(g, choice).ok_or(Stuck::NoPivots)
+        let choice = prefer(found).ok_or(NotUnrolled::NoPivots)?;
+        way(g, choice).ok_or(NotUnrolled::NoPivots)
     }
 
     /// All that stands between the solution and states at which it does not apply.

@@ -26,7 +26,7 @@ use crate::mechanics::{Equations, Model};
 
 use super::finding::Finding;
 
-pub use analysis::{Analysis, LookedAt, Ranks, analyse};
+pub use analysis::{Analysis, RankScope, Ranks, analyse};
 pub use loops::{Loop, loops};
 pub use sample::Sample;
 

@@ -66,7 +66,7 @@ fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
         // A choice by velocities is none of place.
         let placed = on(Dependence::COORDINATES) || on(Dependence::TIME);
         let by_time = !on(Dependence::COORDINATES);
-        let across = Across { model, energy, left, right, by_time, moving };
+        let across = ChoiceCrossing { model, energy, left, right, by_time, moving };
         // A potential that jumps at some time strikes nothing: it is work from outside.
         placed
             && (moving || !by_time)
@@ -76,7 +76,7 @@ fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
 }
 
 /// A choice, and an energy in which it is made.
-struct Across<'a> {
+struct ChoiceCrossing<'a> {
     model: &'a Model,
     energy: NodeId,
     left: NodeId,
@@ -87,7 +87,7 @@ struct Across<'a> {
     moving: bool,
 }
 
-impl Across<'_> {
+impl ChoiceCrossing<'_> {
     fn jumps_on(&self, line: u64) -> bool {
         let Some(s) = self.crossing(line) else { return false };
         let beside = BESIDE_CHOICE * (1.0 + s.abs());

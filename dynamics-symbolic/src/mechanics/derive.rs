@@ -8,14 +8,15 @@ use super::articulated_bodies::articulated_form;
 use super::bodies::Tree;
 use super::constraints::{self, ConstraintTerms};
 use super::equations::{
-    Aside, ConstraintEquations, Derivation, Equations, Named, Released, Solution, Underivable, Variations,
+    ConstraintEquations, Derivation, Equations, Named, NoSpeedForm, Released, Solution, Underivable,
+    Variations,
 };
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, SweepDirection, residual_by_entries};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
 use super::model::{Energy, EnergyRole, Force, Model, Output};
 use super::solution::{Manifold, Solved, with_constraints};
-use super::speeds::{Beside, Speeds};
+use super::speeds::{CoordinateEquations, Speeds};
 use super::velocity_form::VelocityForm;
 
 /// Derives the equations of motion. The conserved quantities are left empty: finding them is a check.
@@ -63,7 +64,7 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         (Some(speeds), Some(unsolved)) if !model.constraints.iter().any(|c| c.switched || c.redundant) => {
             let mut before = unsolved;
             let given = energies.given(&mut before, &applied, n);
-            let beside = Beside {
+            let beside = CoordinateEquations {
                 inertia: &inertia,
                 rows: rows.as_ref(),
                 given: given.as_deref(),
@@ -71,7 +72,7 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
             };
             speeds.lead(g, solved, &before, &beside)
         }
-        _ => (solved, Some(Aside::Constraints)),
+        _ => (solved, Some(NoSpeedForm::Constraints)),
     };
     let speeds = speeds.map(|speeds| speeds.into_equations(g, &solved, aside));
     let energy_function = energy_function(g, &inertia.momenta, energies.lagrangian);

@@ -61,7 +61,7 @@ pub(super) fn jacobians(
             // On a copy, so that what is not taken leaves no trace.
             let mut trial = g.clone();
             let residual = way(&mut trial);
-            let implicit = Implicit { residual: &residual, solved };
+            let implicit = ImplicitDerivatives { residual: &residual, solved };
             let moving = [symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate)].concat();
             let roots = implicit.jacobian(&mut trial, &moving, sweep)?.concat();
             let operations = trial.operations(&[&roots, solved.accelerations].concat());
@@ -72,7 +72,7 @@ pub(super) fn jacobians(
     }
     let (_, way, sweep) = best;
     let residual = way(g);
-    Implicit { residual: &residual, solved }.jacobians(g, sweep, inputs, parameters)
+    ImplicitDerivatives { residual: &residual, solved }.jacobians(g, sweep, inputs, parameters)
 }
 
 /// How ∂r/∂x is swept.
@@ -104,13 +104,13 @@ impl From<ZeroDenominator> for Failure {
 pub(super) const MOST_NODES: usize = 3 * MOST_OPERATIONS;
 
 /// What all derivatives of q̈ need.
-struct Implicit<'a> {
+struct ImplicitDerivatives<'a> {
     /// r with symbols for q̈ and λ.
     residual: &'a [NodeId],
     solved: &'a SolvedFor<'a>,
 }
 
-impl Implicit<'_> {
+impl ImplicitDerivatives<'_> {
     /// All derivatives of a model with so many inputs and parameters.
     fn jacobians(
         &self,

@@ -2,14 +2,14 @@
 //! q̈ = γ by whatever order of elimination is cheapest, on the graph or, where that fails, at run time.
 
 use crate::algebra::{
-    ArticulatedForm, ConstrainedEquations, Factors, Solver, States, Stationary, Stuck, Unrolled, applies,
-    unroll,
+    ArticulatedForm, ConstrainedEquations, Factors, NotUnrolled, Solver, States, Stationary, Unrolled,
+    applies, unroll,
 };
 use crate::calculus::directional;
 use crate::graph::{Dependence, Graph, NodeId};
 
 use super::constraints::{ConstraintTerms, reaction};
-use super::equations::{General, Jacobians, Pivot, Released, Solution, Underivable, Withheld};
+use super::equations::{General, Jacobians, NoDerivatives, Pivot, Released, Solution, Underivable};
 use super::inverse::{Failure, Residual, SolvedFor, SweepDirection, jacobians, residual_by_entries};
 use super::lagrange::Inertia;
 use super::model::Constraint;
@@ -119,9 +119,9 @@ impl Solved {
         };
         match unroll(g, &system, &manifold.states, MOST_OPERATIONS) {
             Ok((unrolled, solver)) => Self::Unrolled(Box::new(unrolled), Box::new(solver)),
-            Err(Stuck::Redundant) => Self::General(General::Redundant),
-            Err(Stuck::NoPivots) => Self::General(General::NoPivots),
-            Err(Stuck::TooLarge(operations)) => Self::General(General::TooLarge(operations)),
+            Err(NotUnrolled::Redundant) => Self::General(General::Redundant),
+            Err(NotUnrolled::NoPivots) => Self::General(General::NoPivots),
+            Err(NotUnrolled::TooLarge(operations)) => Self::General(General::TooLarge(operations)),
         }
     }
 
@@ -226,7 +226,7 @@ impl Solved {
         rows: Option<&ConstraintTerms>,
         (swept, sweep): Swept,
         size: (usize, usize),
-    ) -> Result<Result<Jacobians, Withheld>, Underivable> {
+    ) -> Result<Result<Jacobians, NoDerivatives>, Underivable> {
         match (self, rows) {
             (Self::Free { accelerations, solver: Some(solver), .. }, _) => {
                 let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &inertia.force);
@@ -258,7 +258,7 @@ impl Solved {
                 let solved = SolvedFor { accelerations, multipliers, solve: &solve };
                 withheld(jacobians(g, &[swept, entered], sweep, &solved, size))
             }
-            _ => Ok(Err(Withheld::General)),
+            _ => Ok(Err(NoDerivatives::General)),
         }
     }
 }
@@ -272,10 +272,10 @@ pub(super) fn with_constraints(g: &mut Graph, motion: Vec<NodeId>, rows: &Constr
 }
 
 /// Jacobians may be missing, denominators may not be zero.
-fn withheld(jacobians: Result<Jacobians, Failure>) -> Result<Result<Jacobians, Withheld>, Underivable> {
+fn withheld(jacobians: Result<Jacobians, Failure>) -> Result<Result<Jacobians, NoDerivatives>, Underivable> {
     match jacobians {
         Ok(jacobians) => Ok(Ok(jacobians)),
-        Err(Failure::TooLarge(nodes)) => Ok(Err(Withheld::TooLarge(nodes))),
+        Err(Failure::TooLarge(nodes)) => Ok(Err(NoDerivatives::TooLarge(nodes))),
         Err(Failure::ZeroDenominator) => Err(Underivable::ZeroDenominator),
     }
 }

@@ -23,7 +23,7 @@ use crate::calculus::{directional, gradient, remove_coordinates, remove_time};
 use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol, Unary};
 
 use super::constraints::{ConstraintTerms, jacobian, offsets};
-use super::equations::{Aside, SpeedEquations};
+use super::equations::{NoSpeedForm, SpeedEquations};
 use super::lagrange::Inertia;
 use super::model::Model;
 use super::model::symbols;
@@ -46,7 +46,7 @@ pub(super) struct Speeds {
 }
 
 /// What the solution is led by, beside the speeds.
-pub(super) struct Beside<'a> {
+pub(super) struct CoordinateEquations<'a> {
     /// The equations in coordinates.
     pub(super) inertia: &'a Inertia,
     /// The constraints' rows, if there are some; none of them switched.
@@ -95,10 +95,10 @@ impl Speeds {
         g: &mut Graph,
         solved: Solved,
         unsolved: &Graph,
-        beside: &Beside,
-    ) -> (Solved, Option<Aside>) {
-        let Some(results) = solved.results() else { return (solved, Some(Aside::General)) };
-        let (mut best, mut aside) = ((g.weight(&results), None), Aside::Longer);
+        beside: &CoordinateEquations,
+    ) -> (Solved, Option<NoSpeedForm>) {
+        let Some(results) = solved.results() else { return (solved, Some(NoSpeedForm::General)) };
+        let (mut best, mut aside) = ((g.weight(&results), None), NoSpeedForm::Longer);
         let needed = solved.applies(g, &beside.states);
         for form in [SpeedForm::Projected, SpeedForm::Drifting, SpeedForm::Hamel] {
             // On a copy from before the solution in coordinates, whose forms would win where values are
@@ -113,7 +113,7 @@ impl Speeds {
             };
             let weight = found.results().map_or(usize::MAX, |results| trial.weight(&results));
             if found.applies(&trial, &beside.states) < needed {
-                aside = if form == SpeedForm::Projected { Aside::Unsafe } else { aside };
+                aside = if form == SpeedForm::Projected { NoSpeedForm::Unsafe } else { aside };
             } else if weight < best.0 && same(g, &solved, &trial, &found) {
                 best = (weight, Some((found, trial)));
             }
@@ -133,14 +133,19 @@ impl Speeds {
         self.jacobian.iter().chain(of_rows).cloned().collect()
     }
 
-    fn solve(&self, g: &mut Graph, beside: &Beside, form: SpeedForm) -> Result<Solved, Aside> {
+    fn solve(
+        &self,
+        g: &mut Graph,
+        beside: &CoordinateEquations,
+        form: SpeedForm,
+    ) -> Result<Solved, NoSpeedForm> {
         let (inertia, kinematics) = (beside.inertia, self.kinematics(beside.rows));
         let (n, speeds) = (inertia.force.len(), self.values.len());
         if kinematics.len() != n {
-            return Err(Aside::Constraints);
+            return Err(NoSpeedForm::Constraints);
         }
         if form == SpeedForm::Hamel {
-            self.hamel(g, beside, &kinematics).ok_or(Aside::Longer)?;
+            self.hamel(g, beside, &kinematics).ok_or(NoSpeedForm::Longer)?;
         }
         let drift: &[NodeId] = if form == SpeedForm::Projected { &[] } else { &self.drift };
         if let Some(rows) = beside.rows {
@@ -154,17 +159,17 @@ impl Speeds {
             };
             let (unrolled, solver) =
                 unroll_by_speeds(g, &system, (&kinematics, speeds), drift, MOST_OPERATIONS)
-                    .map_err(|_| Aside::Longer)?;
+                    .map_err(|_| NoSpeedForm::Longer)?;
             return Ok(Solved::Unrolled(Box::new(unrolled), Box::new(solver)));
         }
-        let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds).ok_or(Aside::Unsafe)?;
+        let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds).ok_or(NoSpeedForm::Unsafe)?;
         let (led, _) = solver.led(g);
         // No general solver stands behind: it must not fail where M has an inverse. det M = (det K)² det M̄,
         // so that where M̄ and K are finite everywhere K is singular only where M is. That holds for
         // parameters as well: a speed may be counted in one that is 0.
         let entries: Vec<NodeId> = led.iter().chain(&kinematics).flatten().copied().collect();
         if !is_finite(g, &entries, &inertia.mass.concat()) {
-            return Err(Aside::Unsafe);
+            return Err(NoSpeedForm::Unsafe);
         }
         let (accelerations, _) = solver.solve(g, &inertia.force, drift);
         let coordinate = |of| match of {
@@ -178,7 +183,7 @@ impl Speeds {
 
     /// Builds the right-hand side of Boltzmann and Hamel; `None` where there is none, as where T has terms of
     /// first degree in the speeds.
-    fn hamel(&self, g: &mut Graph, beside: &Beside, kinematics: &[Vec<NodeId>]) -> Option<()> {
+    fn hamel(&self, g: &mut Graph, beside: &CoordinateEquations, kinematics: &[Vec<NodeId>]) -> Option<()> {
         let (given, inertia, n) = (beside.given?, beside.inertia, kinematics.len());
         if n > MOST_COORDINATES {
             return None;
@@ -232,10 +237,10 @@ impl Speeds {
         self,
         g: &mut Graph,
         solved: &Solved,
-        aside: Option<Aside>,
+        aside: Option<NoSpeedForm>,
     ) -> SpeedEquations {
         let Self { values, jacobian, offset, .. } = self;
-        let inertia = aside.map_or_else(|| solved.led(g).ok_or(Aside::General), Err);
+        let inertia = aside.map_or_else(|| solved.led(g).ok_or(NoSpeedForm::General), Err);
         SpeedEquations { values, jacobian, offset, inertia }
     }
 }

@@ -23,7 +23,7 @@ use crate::graph::{Graph, NodeId, Symbol};
 use crate::mechanics::{ConstraintEquations, reaction};
 use crate::schedule::{Program, Staging, schedule};
 
-use super::recurrence::{Early, Expansion};
+use super::recurrence::{DetachedExpansion, Expansion};
 use super::{
     Compact, MOST_OPERATIONS, Series, Unexpandable, complete, forget, renamed, right_side, short, symbols,
 };
@@ -73,7 +73,7 @@ pub(super) fn expand(
     let (n, r) = (mass.len(), c.rows.len());
     let (mass, force) = short(graph, mass, force);
     let (mass, force) = (&mass, &force);
-    let ahead = Ahead::new(graph, &c.residual)?;
+    let ahead = TwoOrdersAhead::new(graph, &c.residual)?;
     let reaction = reaction(graph, &c.rows, c.holonomic, n);
     let solver = MinimumDegree::new(graph, mass, &c.jacobian);
     let mut e = Expansion::after(graph, &ahead.early);
@@ -161,12 +161,12 @@ fn shared_of(symbol: Symbol) -> Option<u32> {
 }
 
 /// What is expanded two orders ahead.
-struct Ahead {
-    early: Early,
+struct TwoOrdersAhead {
+    early: DetachedExpansion,
     residue: Vec<NodeId>,
 }
 
-impl Ahead {
+impl TwoOrdersAhead {
     fn new(graph: &mut Graph, residual: &[NodeId]) -> Result<Self, Unexpandable> {
         let mut e = Expansion::new(graph);
         let mut residue = Vec::with_capacity(residual.len());

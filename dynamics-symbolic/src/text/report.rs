@@ -5,7 +5,7 @@ use crate::check::Analysis;
 use crate::check::hazards::Hazards;
 use crate::check::structure::{Linearity, Pattern, Structure};
 use crate::graph::{Dependence, Graph, Node, NodeId};
-use crate::mechanics::{Aside, Derivation, Equations, Model, Named, SpeedEquations, Withheld};
+use crate::mechanics::{Derivation, Equations, Model, Named, NoDerivatives, NoSpeedForm, SpeedEquations};
 use crate::schedule::Program;
 
 use super::formula::Formulas;
@@ -25,7 +25,7 @@ pub fn report(
     equations: &Equations,
     analysis: &Analysis,
     programs: &[&Program],
-    withheld: Option<(&str, Withheld)>,
+    withheld: Option<(&str, NoDerivatives)>,
 ) -> String {
     let structure = Structure::of(model, equations);
     let mut out = format!("{}\n\n", model.name);
@@ -38,11 +38,11 @@ pub fn report(
     cost(&mut out, programs);
     if let Some((function, why)) = withheld {
         let text = match why {
-            Withheld::TooLarge(operations) => format!(
+            NoDerivatives::TooLarge(operations) => format!(
                 "none: {function} would take some {operations} operations; write velocities in body frames, \
                  or fewer parameters, to make it smaller"
             ),
-            Withheld::General => {
+            NoDerivatives::General => {
                 "none: accelerations are found by the general solver, at run time".to_owned()
             }
         };
@@ -211,12 +211,12 @@ fn solved_in(model: &Model, speeds: &SpeedEquations) -> String {
 }
 
 /// Why speeds do not lead.
-fn why(aside: Aside) -> &'static str {
+fn why(aside: NoSpeedForm) -> &'static str {
     match aside {
-        Aside::Constraints => "as constraints are switched or redundant",
-        Aside::General => "by the general solver",
-        Aside::Unsafe => "as the speeds could be singular where the mass matrix is not",
-        Aside::Longer => "which takes no more work than the speeds",
+        NoSpeedForm::Constraints => "as constraints are switched or redundant",
+        NoSpeedForm::General => "by the general solver",
+        NoSpeedForm::Unsafe => "as the speeds could be singular where the mass matrix is not",
+        NoSpeedForm::Longer => "which takes no more work than the speeds",
     }
 }
 

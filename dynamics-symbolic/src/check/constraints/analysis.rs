@@ -9,7 +9,7 @@ use crate::check::Finding;
 use crate::mechanics::Model;
 
 use super::generic::{Dependent, Samples, Verdict, entangled};
-use super::integrable::{self, Integrability, Unsaid};
+use super::integrable::{self, Integrability, Undeclared};
 use super::likely;
 use super::manifold::{self, RowDependence, SampledManifold};
 use super::rows::ConstraintRows;
@@ -73,7 +73,7 @@ pub struct Analysis {
     /// then the multipliers are not unique and no order of elimination goes through.
     pub redundant: bool,
     /// What was looked at.
-    pub looked_at: LookedAt,
+    pub rank_scope: RankScope,
     /// Nonholonomic rows that can be integrated; `None` where there are too many rows to settle that.
     pub integrable: Option<usize>,
 }
@@ -89,7 +89,7 @@ pub struct Ranks {
 
 /// Where the rank was determined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LookedAt {
+pub enum RankScope {
     /// In general only: there is no holonomic constraint, or random values of the parameters led nowhere.
     #[default]
     General,
@@ -118,8 +118,11 @@ pub fn analyse(model: &Model) -> Analysis {
     let order = RowOrder::of(model, &rows);
     let mut all = Set { model, rows: &rows, samples: &samples, faults: Vec::new(), entangled: Vec::new() };
     let base = all.examine(&order.always, &order.always, true);
-    let mut known =
-        Known { redundant: base.redundant(), guides: base.guides(), tangent: base.tangent().to_vec() };
+    let mut known = SeparateFindings {
+        redundant: base.redundant(),
+        guides: base.guides(),
+        tangent: base.tangent().to_vec(),
+    };
     for (i, switched) in order.switched.iter().enumerate() {
         let together: Vec<usize> = order.always.iter().chain(switched).copied().collect();
         let look = all.examine(&together, switched, i < MOST_SWITCHED_SEARCHED);
@@ -160,7 +163,7 @@ pub fn analyse(model: &Model) -> Analysis {
         analysis.integrable = known.map(|k| k.dimension);
     }
     if all.faults.is_empty() {
-        all.redundant_in_vain(analysis.looked_at == LookedAt::Nominal);
+        all.redundant_in_vain(analysis.rank_scope == RankScope::Nominal);
     }
     analysis.findings = all.faults.into_iter().map(Finding::Constraint).collect();
     analysis
@@ -194,7 +197,7 @@ impl RowOrder {
 }
 
 /// What was found out about some rows.
-struct Look {
+struct RowFindings {
     order: Vec<usize>,
     rank: usize,
     general: Vec<Dependent>,
@@ -204,7 +207,7 @@ struct Look {
     touching: bool,
 }
 
-impl Look {
+impl RowFindings {
     /// Whether rows depend on others in every state, or in all that were found.
     fn redundant(&self) -> bool {
         self.rank < self.order.len()
@@ -235,7 +238,7 @@ impl Look {
 }
 
 /// What is known before all constraints at once are looked at.
-struct Known {
+struct SeparateFindings {
     redundant: bool,
     guides: Vec<Sample>,
     tangent: Vec<usize>,
@@ -251,7 +254,7 @@ struct Set<'a> {
 }
 
 impl Set<'_> {
-    fn look(&self, order: &[usize], project: bool) -> Look {
+    fn look(&self, order: &[usize], project: bool) -> RowFindings {
         let (rank, mut general) = self.samples.dependents(self.rows, order);
         let contradicts = |d: &Dependent| d.verdict == Verdict::Contradicts;
         let contradictory = general.iter().any(contradicts);
@@ -265,12 +268,12 @@ impl Set<'_> {
             general.iter_mut().filter(|d| contradicts(d)).for_each(|d| d.verdict = Verdict::Open);
         }
         let ranks = manifold.as_ref().and_then(|m| m.ranks(self.rows, order));
-        Look { order: order.to_vec(), rank, general, manifold, ranks, touching: false }
+        RowFindings { order: order.to_vec(), rank, general, manifold, ranks, touching: false }
     }
 
     /// Constraints whose generalized force is unique though their multipliers are not: their rows span
     /// nothing that the others span.
-    fn joint(&self, look: &Look) -> Vec<usize> {
+    fn joint(&self, look: &RowFindings) -> Vec<usize> {
         let lost: Vec<usize> = match &look.ranks {
             Some(ranks) => ranks.entangled.clone(),
             None => entangled(&look.general),
@@ -292,7 +295,7 @@ impl Set<'_> {
     }
 
     /// Looks at rows and reports the faults of those in `own`.
-    fn examine(&mut self, order: &[usize], own: &[usize], project: bool) -> Look {
+    fn examine(&mut self, order: &[usize], own: &[usize], project: bool) -> RowFindings {
         let look = self.look(order, project);
         self.entangled.extend(entangled(&look.general));
         if let Some(ranks) = &look.ranks {
@@ -321,7 +324,7 @@ impl Set<'_> {
         look
     }
 
-    fn on_manifold(&mut self, look: &Look, own: &[usize]) {
+    fn on_manifold(&mut self, look: &RowFindings, own: &[usize]) {
         let Some(manifold) = &look.manifold else { return };
         for r in manifold.vanishing.iter().filter(|r| own.contains(r)) {
             let (name, origin) = self.named(*r);
@@ -382,7 +385,7 @@ impl Set<'_> {
     }
 
     /// A row that repeats others or contradicts them, which no state was found to tell.
-    fn open(&self, look: &Look, d: &Dependent) -> ConstraintFinding {
+    fn open(&self, look: &RowFindings, d: &Dependent) -> ConstraintFinding {
         let (coordinates, rows) =
             (self.rows.coordinates, look.order.iter().filter(|r| !self.redundant(**r)).count());
         if look.rank < coordinates {
@@ -430,21 +433,21 @@ impl Set<'_> {
     }
 }
 
-fn summarise(rows: &ConstraintRows, look: Look) -> Analysis {
+fn summarise(rows: &ConstraintRows, look: RowFindings) -> Analysis {
     let holonomic = |r: &usize| *r < rows.holonomic;
     let mut superfluous: Vec<usize> = look.general.iter().map(|d| d.row).collect();
     let mut not_unique = entangled(&look.general);
     let mut rank = look.rank;
-    let mut looked_at = match &look.manifold {
-        _ if look.touching => LookedAt::Touching,
+    let mut rank_scope = match &look.manifold {
+        _ if look.touching => RankScope::Touching,
         // Of those that are always on it is a finding.
-        _ if look.general.iter().any(|d| d.verdict == Verdict::Contradicts) => LookedAt::Excluding,
-        None if look.order.len() > manifold::MOST_PROJECTED_ROWS => LookedAt::TooMany,
-        Some(m) if m.samples.is_empty() && m.nominal => LookedAt::Nowhere,
-        _ => LookedAt::General,
+        _ if look.general.iter().any(|d| d.verdict == Verdict::Contradicts) => RankScope::Excluding,
+        None if look.order.len() > manifold::MOST_PROJECTED_ROWS => RankScope::TooMany,
+        Some(m) if m.samples.is_empty() && m.nominal => RankScope::Nowhere,
+        _ => RankScope::General,
     };
     if let (Some(ranks), Some(manifold)) = (&look.ranks, &look.manifold) {
-        looked_at = if manifold.nominal { LookedAt::Nominal } else { LookedAt::Random };
+        rank_scope = if manifold.nominal { RankScope::Nominal } else { RankScope::Random };
         rank = ranks.rank.1.min(rank);
         superfluous.extend(ranks.dependent.iter().map(|d| d.row));
         // A relation that holds in every state may leave out some of its rows where they hold.
@@ -490,7 +493,7 @@ fn summarise(rows: &ConstraintRows, look: Look) -> Analysis {
         likely: None,
         passed: Vec::new(),
         redundant: false,
-        looked_at,
+        rank_scope,
         integrable: None,
     }
 }
@@ -502,10 +505,10 @@ fn judge_integrability(
     faults: &mut Vec<ConstraintFinding>,
 ) {
     let Some(known) = known else { return };
-    for group in &known.unsaid {
+    for group in &known.undeclared {
         let first = &model.constraints[rows.constraint[group.rows[0]]];
         let names = rows.named(0, group.rows.iter().copied());
-        let Unsaid { integrable, of, determined, .. } = *group;
+        let Undeclared { integrable, of, determined, .. } = *group;
         faults.push(ConstraintFinding::Integrable {
             integrable,
             of,

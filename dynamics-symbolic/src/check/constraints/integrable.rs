@@ -40,12 +40,12 @@ pub(super) struct Integrability {
     /// Rows that take part in them.
     pub(super) rows: Vec<usize>,
     /// Those of which nobody says so, by groups of rows that share coordinates.
-    pub(super) unsaid: Vec<Unsaid>,
+    pub(super) undeclared: Vec<Undeclared>,
 }
 
 /// Combinations that can be integrated and are not declared so.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Unsaid {
+pub(super) struct Undeclared {
     pub(super) integrable: usize,
     /// The number of nonholonomic rows that share coordinates with them.
     pub(super) of: usize,
@@ -90,7 +90,12 @@ pub(super) fn integrability(
             moved.sort_unstable();
             moved.dedup();
             let determined = group.len() >= moved.len();
-            all.unsaid.push(Unsaid { integrable, of: nonholonomic.len(), rows: involved, determined });
+            all.undeclared.push(Undeclared {
+                integrable,
+                of: nonholonomic.len(),
+                rows: involved,
+                determined,
+            });
         }
     }
     Some(all)

@@ -9,7 +9,7 @@ use crate::check::unused::Reads;
 use crate::graph::{Graph, NodeId, Symbol, Tape};
 use crate::mechanics::Model;
 
-use super::newton::{End, Projection};
+use super::newton::{Projection, ProjectionEnd};
 use super::orthogonal::{Basis, fraction, norm};
 use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
@@ -58,9 +58,9 @@ const NEGLIGIBLE: f64 = 1e-6;
 pub(super) struct SampledManifold {
     /// States on it.
     pub(super) samples: Vec<Sample>,
-    /// At each of them, the number of coordinates less the dimension of the manifold.
+    /// RowsAtSample each of them, the number of coordinates less the dimension of the manifold.
     pub(super) held: Vec<usize>,
-    /// At each of them, whether rows are tangent.
+    /// RowsAtSample each of them, whether rows are tangent.
     places: Vec<bool>,
     /// Rows that at some of them have no direction of their own, though they hold positions that the others
     /// leave free.
@@ -146,11 +146,13 @@ impl SampledManifold {
             let projection = Projection::new(rows, chosen, scale);
             let end = match start < STARTS {
                 true => projection.from(state, start),
-                false => projection.row_by_row(state, start).map_or(End::Stuck(None), End::There),
+                false => projection
+                    .row_by_row(state, start)
+                    .map_or(ProjectionEnd::Stuck(None), ProjectionEnd::OnManifold),
             };
             match end {
                 // Where a slope is not finite nothing can be said.
-                End::There(sample)
+                ProjectionEnd::OnManifold(sample)
                     if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) =>
                 {
                     let sample = found.settled(&projection, rows, sample);
@@ -159,14 +161,14 @@ impl SampledManifold {
                     independent |= rank == chosen.len();
                     found.samples.push(sample);
                 }
-                End::There(_) => {}
-                End::Stuck(Some((residual, state))) => {
+                ProjectionEnd::OnManifold(_) => {}
+                ProjectionEnd::Stuck(Some((residual, state))) => {
                     evidence += 1;
                     let worst = largest(&residual) * size;
                     closest = Some(closest.map_or(worst, |least| least.min(worst)));
                     stuck.push((projection, state, residual));
                 }
-                End::Stuck(None) => {}
+                ProjectionEnd::Stuck(None) => {}
             }
         }
         // What comes close may only come slowly, as near a singular state.
@@ -214,13 +216,13 @@ impl SampledManifold {
     /// Looks at rows in the given order at every sample; rows without a gradient are left out.
     pub(super) fn ranks(&self, rows: &ConstraintRows, order: &[usize]) -> Option<SampledRanks> {
         let order: Vec<usize> = order.iter().copied().filter(|r| !self.vanishing.contains(r)).collect();
-        let all: Vec<At> = self.samples.iter().map(|s| At::of(rows, s, &order)).collect();
+        let all: Vec<RowsAtSample> = self.samples.iter().map(|s| RowsAtSample::of(rows, s, &order)).collect();
         let first = all.first()?;
         let rank = all.iter().fold((usize::MAX, 0), |(low, high), at| (low.min(at.rank), high.max(at.rank)));
         let everywhere = |r: &usize| all.iter().all(|at| at.dependent.iter().any(|d| d.row == *r));
         let rows_found: Vec<usize> = first.dependent.iter().map(|d| d.row).filter(everywhere).collect();
         let dependent = rows_found.into_iter().map(|r| join(r, &all)).collect();
-        let mut entangled: Vec<usize> = all.iter().flat_map(At::entangled).collect();
+        let mut entangled: Vec<usize> = all.iter().flat_map(RowsAtSample::entangled).collect();
         entangled.sort_unstable();
         entangled.dedup();
         Some(SampledRanks { rank, dependent, entangled })
@@ -228,7 +230,7 @@ impl SampledManifold {
 }
 
 /// The rows at one sample.
-struct At {
+struct RowsAtSample {
     rank: usize,
     dependent: Vec<Relation>,
 }
@@ -241,7 +243,7 @@ struct Relation {
     consistent: bool,
 }
 
-impl At {
+impl RowsAtSample {
     fn of(rows: &ConstraintRows, sample: &Sample, order: &[usize]) -> Self {
         let dense = slopes(rows, sample, order);
         let offsets = offsets(rows, sample, order);
@@ -273,7 +275,7 @@ impl At {
 }
 
 /// What is known about a row from all samples.
-fn join(row: usize, all: &[At]) -> RowDependence {
+fn join(row: usize, all: &[RowsAtSample]) -> RowDependence {
     let own = || all.iter().filter_map(|at| at.dependent.iter().find(|d| d.row == row));
     let mut others: Vec<usize> = own().flat_map(|d| d.coefficients.iter().map(|(s, _)| *s)).collect();
     others.sort_unstable();
@@ -336,7 +338,7 @@ pub(super) fn misses(model: &Model, rows: &ConstraintRows, others: &[usize], row
 
 /// Rank of some rows at a state.
 pub(super) fn rank(rows: &ConstraintRows, sample: &Sample, chosen: &[usize]) -> usize {
-    At::of(rows, sample, chosen).rank
+    RowsAtSample::of(rows, sample, chosen).rank
 }
 
 /// Rows of Φ_q and A at a state.

@@ -37,9 +37,9 @@ const REFINEMENTS: usize = 8;
 pub(super) const ON_MANIFOLD: f64 = 1e-12;
 
 /// How a projection ended.
-pub(super) enum End {
+pub(super) enum ProjectionEnd {
     /// On the manifold.
-    There(Sample),
+    OnManifold(Sample),
     /// Away from it: |WΦ| of every row, and where. Not evidence of anything where a value was not finite on
     /// the way.
     Stuck(Option<(Vec<f64>, Sample)>),
@@ -123,17 +123,19 @@ impl<'r> Projection<'r> {
     }
 
     /// From a random state onto the manifold.
-    pub(super) fn from(&self, mut state: Sample, start: u64) -> End {
+    pub(super) fn from(&self, mut state: Sample, start: u64) -> ProjectionEnd {
         let mut buffer = Vec::new();
         if self.chosen.is_empty() {
-            return End::There(state);
+            return ProjectionEnd::OnManifold(state);
         }
         let mut last = None;
         for throw in 0..MOST_DESCENTS {
-            let Some(residual) = self.descend(&mut state, &mut buffer) else { return End::Stuck(None) };
+            let Some(residual) = self.descend(&mut state, &mut buffer) else {
+                return ProjectionEnd::Stuck(None);
+            };
             let worst = residual.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             if worst <= ON_MANIFOLD {
-                return End::There(state);
+                return ProjectionEnd::OnManifold(state);
             }
             let stuck = state.clone();
             for (r, own) in self.chosen.iter().zip(&residual) {
@@ -146,7 +148,7 @@ impl<'r> Projection<'r> {
             }
             last = Some((residual, stuck));
         }
-        End::Stuck(last)
+        ProjectionEnd::Stuck(last)
     }
 
     /// From where a projection was stuck to where rows are least far away as distances go, |Φ|/‖Φ_q‖ by their

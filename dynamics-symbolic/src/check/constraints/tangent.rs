@@ -92,12 +92,12 @@ impl Projection<'_> {
 
     /// Whether at a state on the manifold no row is near to being tangent.
     pub(super) fn is_regular(&self, state: &Sample) -> bool {
-        Search::beside(self, state).is_none()
+        TangencySystem::beside(self, state).is_none()
     }
 
     /// The place where rows are tangent that a state on the manifold is beside; `None` where there is none.
     pub(super) fn tangent(&self, state: &Sample) -> Option<Tangent> {
-        let mut search = Search::beside(self, state)?;
+        let mut search = TangencySystem::beside(self, state)?;
         let mut place = state.clone();
         let mut values = search.values(&place);
         for _ in 0..MOST_ITERATIONS {
@@ -163,7 +163,7 @@ impl Projection<'_> {
 }
 
 /// Φ and what is left of the rows that may be tangent.
-struct Search<'p, 'r> {
+struct TangencySystem<'p, 'r> {
     projection: &'p Projection<'r>,
     weight: Vec<f64>,
     /// The rows that are independent of those before them by far, by their place among the chosen.
@@ -172,7 +172,7 @@ struct Search<'p, 'r> {
     buffer: Vec<f64>,
 }
 
-impl<'p, 'r> Search<'p, 'r> {
+impl<'p, 'r> TangencySystem<'p, 'r> {
     fn beside(projection: &'p Projection<'r>, state: &Sample) -> Option<Self> {
         let mut buffer = Vec::new();
         let local = projection.local(state, &mut buffer);

@@ -2,7 +2,7 @@
 //! reactions, and how it is all solved.
 
 use crate::check::Analysis;
-use crate::check::constraints::{LookedAt, Loop, Ranks, loops};
+use crate::check::constraints::{Loop, RankScope, Ranks, loops};
 use crate::mechanics::{
     Constraint, ConstraintEquations, ConstraintKind, Elimination, Equations, General, Model, Solution,
 };
@@ -35,7 +35,7 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
             own.clone().filter(|r| analysis.superfluous.contains(r) && !analysis.tangent.contains(r)).count();
         let branch =
             analysis.branch_meant && c.redundant && own.clone().any(|r| analysis.not_unique.contains(&r));
-        let excludes = c.switched && analysis.looked_at == LookedAt::Excluding;
+        let excludes = c.switched && analysis.rank_scope == RankScope::Excluding;
         let text = class(c, moving, if excludes { 0 } else { repeats }, branch && tangent == 0)
             + &some(tangent, c.components.len(), "tangent to others")
             + &some(if excludes { repeats } else { 0 }, c.components.len(), "excludes others");
@@ -194,20 +194,20 @@ fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> St
 
 /// Where the rank of the constraints was determined.
 fn seen(derived: &ConstraintEquations, analysis: &Analysis) -> &'static str {
-    match analysis.looked_at {
+    match analysis.rank_scope {
         _ if derived.holonomic == 0 => " in every state",
-        LookedAt::Nominal => ", where they hold, at the nominal values",
-        LookedAt::Random => ", where they hold, with parameters at random; give yours as `#[nominal(..)]`",
-        LookedAt::General => {
+        RankScope::Nominal => ", where they hold, at the nominal values",
+        RankScope::Random => ", where they hold, with parameters at random; give yours as `#[nominal(..)]`",
+        RankScope::General => {
             " in general; no state was found in which they hold, values as `#[nominal(..)]` would help to \
              find one"
         }
-        LookedAt::TooMany => {
+        RankScope::TooMany => {
             " in general; too many rows to find states in which they hold, where fewer may be independent"
         }
-        LookedAt::Nowhere => " in general; no state was found in which they hold",
-        LookedAt::Excluding => " in general; switched ones exclude each other",
-        LookedAt::Touching => {
+        RankScope::Nowhere => " in general; no state was found in which they hold",
+        RankScope::Excluding => " in general; switched ones exclude each other",
+        RankScope::Touching => {
             " in general; where all hold at once switched ones touch each other, and only there"
         }
     }
@@ -288,7 +288,7 @@ fn structural(model: &Model, derived: &ConstraintEquations, analysis: &Analysis)
 /// rest (Wojtyra 2009).
 fn reactions(out: &mut String, model: &Model, analysis: &Analysis) {
     if analysis.not_unique.is_empty() {
-        let touching = analysis.looked_at == LookedAt::Touching;
+        let touching = analysis.rank_scope == RankScope::Touching;
         let but = if touching { ", but where all constraints hold at once" } else { "" };
         return entry(out, "reactions", &format!("all unique{but}"));
     }
