@@ -2,14 +2,15 @@
 //!
 //! M q̈ = Q is solved by LDLᵀ, unrolled, zeros skipped, the unknown with the fewest neighbours first.
 //! Where velocities are sums of other velocities (long chains and trees), `articulated_bodies.rs` eliminates
-//! without M, in operations proportional to the number of joints, and `rod_forces.rs` solves for the forces in
-//! rods. With constraints `solver.rs` takes the cheaper of two orders: dependent coordinates loop by loop, or
-//! q̈ and λ together.
+//! without M, in operations proportional to the number of joints, and `rod_forces.rs` solves for the forces
+//! in rods. With constraints `solver.rs` takes the cheaper of two orders: dependent coordinates loop by loop,
+//! or q̈ and λ together.
 //!
 //! Every pivot that can vanish has a guard, behind which the general solver of the runtime stands. Solutions
 //! that a guard accepts are accurate (`tests/elimination.rs`). Orders of elimination are compared at states
-//! that the checks of the constraints find. An order has to apply where motions are likely to begin, and should
-//! apply across headings and on every branch. Of orders that are nearly as short, the best conditioned is taken.
+//! that the checks of the constraints find. An order has to apply where motions are likely to begin, and
+//! should apply across headings and on every branch. Of orders that are nearly as short, the best conditioned
+//! is taken.
 
 mod articulated_bodies;
 mod block;

@@ -38,7 +38,10 @@ impl Elaborator<'_> {
             .chain(declaration.fields.iter().filter_map(|f| f.unit.as_ref()))
             .chain(declaration.output_units.iter().map(|(_, unit)| unit))
             .collect();
-        let dimensional = |unit: &&UnitText| matches!(Unit::parse_tokens(&unit.tokens()), Ok(Some(unit)) if !unit.dimension.is_one());
+        let dimensional = |unit: &&UnitText| {
+            let parsed = Unit::parse_tokens(&unit.tokens());
+            matches!(parsed, Ok(Some(unit)) if !unit.dimension.is_one())
+        };
         self.dimensions.active = units.iter().any(dimensional);
 
         for quantity in &declaration.coordinates {

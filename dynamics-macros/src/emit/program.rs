@@ -1,10 +1,10 @@
 //! Straight-line programs as Rust.
 //!
 //! One step is one `let` on `f64`. A block of some thousands of `let`s crashes rustc when debug info is on
-//! (rust-lang/rust#122357), so steps stand in nested blocks of at most [`STEPS_OF_BLOCK`] that return what later
-//! blocks read; above [`MOST_UNSPLIT`] operations a program is cut into functions of about [`OPERATIONS_OF_PART`] operations,
-//! which halves the compile time of large models for some run time, or, where runs do not ask for it at every
-//! step, made a table (`program/table.rs`).
+//! (rust-lang/rust#122357), so steps stand in nested blocks of at most [`STEPS_OF_BLOCK`] that return what
+//! later blocks read; above [`MOST_UNSPLIT`] operations a program is cut into functions of about
+//! [`OPERATIONS_OF_PART`] operations, which halves the compile time of large models for some run time, or,
+//! where runs do not ask for it at every step, made a table (`program/table.rs`).
 
 mod operand;
 mod parts;

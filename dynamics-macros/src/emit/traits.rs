@@ -116,7 +116,8 @@ impl Emission<'_> {
         });
         quote! {
             let #model = self;
-            let (#t, #q, #u, #w) = (#state.t, &#state.q.data.0[0], &#state.u.data.0[0], &#state.inputs.data.0[0]);
+            let (#t, #q, #u, #w) =
+                (#state.t, &#state.q.data.0[0], &#state.u.data.0[0], &#state.inputs.data.0[0]);
             #branches #unsolved
         }
     }
@@ -181,7 +182,11 @@ impl Emission<'_> {
         quote! {
             let #at = [#(#values),*];
             if #private::singular::<#positive, _>(&#at) {
-                return #private::Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES).into());
+                return #private::Err(
+                    #private::name_singular::<#positive>(
+                        &#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES
+                    ).into()
+                );
             }
         }
     }

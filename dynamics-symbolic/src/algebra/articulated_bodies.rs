@@ -1,10 +1,10 @@
 //! Articulated-body elimination: inertia that is carried by velocities which are sums of other velocities.
-//! ½ zᵀHz − fᵀz is stationary, where z are unknowns and intermediate quantities y = Σ c z + β, each defined by
-//! earlier ones.
+//! ½ zᵀHz − fᵀz is stationary, where z are unknowns and intermediate quantities y = Σ c z + β, each defined
+//! by earlier ones.
 //!
-//! In a chain, y are the accelerations of its bodies, each that of the body before plus the contribution of its
-//! own joint. Instead of M, which couples all joints, the form above is kept, in which every body is coupled
-//! to its neighbours only. Two steps are taken as they become possible:
+//! In a chain, y are the accelerations of its bodies, each that of the body before plus the contribution of
+//! its own joint. Instead of M, which couples all joints, the form above is kept, in which every body is
+//! coupled to its neighbours only. Two steps are taken as they become possible:
 //!
 //! * an intermediate quantity that no remaining definition contains is replaced by its definition, H ← CᵀHC,
 //! * an unknown that no remaining definition contains is eliminated, as in LDLᵀ.

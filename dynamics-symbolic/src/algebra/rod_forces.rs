@@ -1,4 +1,5 @@
-//! Rod-force elimination: equations of bodies that rods hold at a distance, solved for the forces in the rods.
+//! Rod-force elimination: equations of bodies that rods hold at a distance, solved for the forces in the
+//! rods.
 //!
 //! Where an unknown u moves a point by y₁ = p₁ + b₁u + β₁, y₂ = p₂ + b₂u + β₂ with b₁² + b₂² = D constant, as
 //! an angle does with the end of its rod, the components of y along the lever b and across it take the place
@@ -7,8 +8,9 @@
 //!   y₁ = b₁ w + b₂ η/D    w = u + (b₁(p₁ + β₁) + b₂(p₂ + β₂))/D
 //!   y₂ = b₂ w − b₁ η/D    η = b₂(p₁ + β₁) − b₁(p₂ + β₂)
 //!
-//! w is as free as u was; only η, along the rod, depends on earlier quantities. With all pairs turned that way
-//! and a diagonal, constant inertia, ½ zᵀHz − fᵀz under the rows η − Σ c z = κ is stationary where
+//! w is as free as u was; only η, along the rod, depends on earlier quantities. With all pairs turned that
+//! way and a diagonal, constant inertia, ½ zᵀHz − fᵀz under the rows η − Σ c z = κ is stationary
+//! where
 //!
 //!   z = H⁻¹(f + Φᵀτ)    (Φ H⁻¹ Φᵀ) τ = κ − Φ H⁻¹ f
 //!
@@ -91,8 +93,8 @@ struct Row {
     known: NodeId,
 }
 
-/// The form in terms of w and η. Quantities are numbered as before, w by its unknown and η by the first of its
-/// pair.
+/// The form in terms of w and η. Quantities are numbered as before, w by its unknown and η by the first of
+/// its pair.
 struct TurnedForm {
     rows: Vec<Row>,
     /// What intermediate quantities are in these terms.

@@ -1,5 +1,5 @@
-//! The velocities of a velocity form as sums of other velocities, for articulated-body elimination, which never
-//! forms M.
+//! The velocities of a velocity form as sums of other velocities, for articulated-body elimination, which
+//! never forms M.
 //!
 //! Gauss's principle: q̈ makes Σ w ẋ ẏ − δW stationary, where ẋ, ẏ are derivatives of true velocities and δW
 //! is the power of the forces along q̈. Velocities are linear in q̇; how they are written says how they share
@@ -16,9 +16,9 @@ use crate::graph::{Dependence, Graph, Node, NodeId, Symbol};
 
 use super::velocity_form::{VelocityForm, transport};
 
-/// The articulated form of T = `form`, with the forces of the Lagrangian's rest `general`, free of velocities, and
-/// `applied` by coordinate; `None` where time enters or velocities are not made of one another by sums and
-/// factors.
+/// The articulated form of T = `form`, with the forces of the Lagrangian's rest `general`, free of
+/// velocities, and `applied` by coordinate; `None` where time enters or velocities are not made of one
+/// another by sums and factors.
 pub(super) fn articulated_form(
     g: &mut Graph,
     form: &VelocityForm,

@@ -56,7 +56,8 @@ pub(super) enum Solved {
 pub(super) type Swept<'a> = (Residual<'a>, SweepDirection);
 
 impl Solved {
-    /// Solves equations without constraints, through the articulated form where that is shorter than through M.
+    /// Solves equations without constraints, through the articulated form where that is shorter than through
+    /// M.
     ///
     /// # Errors
     /// A mass matrix that is singular in every state.

@@ -5,7 +5,9 @@
 //!
 //! ```text
 //! ⎡ M₀   −Φ_q₀ᵀ ⎤ ⎡ q̈ₖ ⎤   ⎡ what M q̈ − Q − Φ_qᵀλ is at order k with q̈ₖ = λₖ = 0, negative ⎤
-//! ⎣ Φ_q₀    0   ⎦ ⎣ λₖ ⎦ = ⎣ what Φ is at order K with q_K = 0, negative, over τ²/(K(K−1))  ⎦     q_K = τ²/(K(K−1)) q̈ₖ
+//! ⎣ Φ_q₀    0   ⎦ ⎣ λₖ ⎦ = ⎣ what Φ is at order K with q_K = 0, negative, over τ²/(K(K−1))  ⎦
+//!
+//! q_K = τ²/(K(K−1)) q̈ₖ
 //! ```
 //!
 //! so that Φ = 0 holds in every coefficient, and neither γ nor a product Φ_q q̈ is ever formed. What Φ is

@@ -160,7 +160,8 @@ impl Body<'_> {
         let branches = self.access.chooses().then(|| quote!(#branches: #private::Branches,));
         quote! {
             (
-                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #branches #solved #k: &[#f64; #constants],
+                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m],
+                #branches #solved #k: &[#f64; #constants],
                 #x: &mut [#f64; #live],
             )
         }

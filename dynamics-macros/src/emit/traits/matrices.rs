@@ -1,7 +1,7 @@
 //! Results as vectors, matrices and slices.
 //!
-//! A large matrix is mostly zeros: of one with more than [`MOST_WRITTEN_DENSE`] elements only the others are written, and
-//! of a symmetric one half of them.
+//! A large matrix is mostly zeros: of one with more than [`MOST_WRITTEN_DENSE`] elements only the others are
+//! written, and of a symmetric one half of them.
 
 use proc_macro2::{Literal, TokenStream, TokenTree};
 use quote::quote;

@@ -52,16 +52,23 @@ impl Emission<'_> {
             #begin
             #head {
                 #functions
-                if !#private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begins_at(#memory, #state) && #private::Dynamics::begin_series(self, #k, #state, #memory).is_err() {
+                if !#private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begins_at(
+                    #memory, #state
+                ) && #private::Dynamics::begin_series(self, #k, #state, #memory).is_err()
+                {
                     return false;
                 }
-                let (#z, #memory) = #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::parts(#memory);
+                let (#z, #memory) =
+                    #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::parts(#memory);
                 // A copy stays in registers: nothing that is written can change it.
                 let #z = *#z;
-                #private::expand::<#n, #blocks>(&#given.data.0[0], #scale, #rows, #memory, |#t, #q, #u, #w, #lambda| {
-                    #statements
-                    ([#(#coefficients),*], #left, #right)
-                });
+                #private::expand::<#n, #blocks>(
+                    &#given.data.0[0], #scale, #rows, #memory,
+                    |#t, #q, #u, #w, #lambda| {
+                        #statements
+                        ([#(#coefficients),*], #left, #right)
+                    }
+                );
                 true
             }
         }
@@ -86,7 +93,9 @@ impl Emission<'_> {
             ) -> #private::Result<<Self as #private::Model>::Vector, #private::SolveError> {
                 #functions #prologue #statements #check
                 // By path: where the impl stands twice, methods of the type would be errors of their own.
-                #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begin(#memory, *#state, [#(#more),*]);
+                #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begin(
+                    #memory, *#state, [#(#more),*]
+                );
                 #private::Ok(#vector)
             }
         }

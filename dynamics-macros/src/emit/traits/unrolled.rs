@@ -119,7 +119,10 @@ impl Emission<'_> {
     /// `fn name(&self, k: &Self::Constants, state: &Self::State, ..) -> Option<..>`.
     fn head(&self, name: &str, more: &TokenStream, result: &TokenStream) -> TokenStream {
         let (private, name, k, state) = (&self.private, function(name), local("k"), local("state"));
-        quote!(fn #name(&self, #k: &Self::Constants, #state: &<Self as #private::Model>::State #more) -> #private::Option<#result>)
+        quote!(
+            fn #name(&self, #k: &Self::Constants, #state: &<Self as #private::Model>::State #more)
+                -> #private::Option<#result>
+        )
     }
 
     /// A method of these paths, each of which returns; `None` where none applies.
@@ -193,10 +196,16 @@ impl Emission<'_> {
                 Guarded::Coordinate(i) => (true, i, &pair[0]),
                 Guarded::Row(i) => (false, i, &pair[0]),
             };
-            Some(quote!(if #unguarded { return #private::Err(#private::no_derivatives::<Self>(#coordinate, #index, #pivot)); }))
+            Some(quote!(if #unguarded {
+                return #private::Err(#private::no_derivatives::<Self>(#coordinate, #index, #pivot));
+            }))
         });
         let released = (self.switched() > 0).then(|| {
-            quote!(if let #private::Option::Some(#error) = #private::released::<Self>(#state.modes) { return #private::Err(#error); })
+            quote!(
+                if let #private::Option::Some(#error) = #private::released::<Self>(#state.modes) {
+                    return #private::Err(#error);
+                }
+            )
         });
         (count, quote!(#released #(#checks)*))
     }

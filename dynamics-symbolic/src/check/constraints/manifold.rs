@@ -48,9 +48,9 @@ const BESIDE_KINK: f64 = 1e-3;
 /// States are on the manifold to 1e-12.
 const LARGEST_CONSTANT: f64 = 1e-8;
 
-/// Size of a term, relative to the row or sum that it belongs to, up to which it is rounding or the error of a
-/// state that satisfies Φ² = 0 to 1e-12: coefficients below it take no part in a relation, and offsets that
-/// differ by less agree.
+/// Size of a term, relative to the row or sum that it belongs to, up to which it is rounding or the error of
+/// a state that satisfies Φ² = 0 to 1e-12: coefficients below it take no part in a relation, and offsets
+/// that differ by less agree.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// The manifold of some rows.

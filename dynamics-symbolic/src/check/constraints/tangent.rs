@@ -24,8 +24,8 @@ const FARTHEST_ROOT: f64 = 1e-2;
 const MOST_ITERATIONS: usize = 40;
 /// |f| at which the root is found to rounding, about 5 ε.
 const AT_ROOT: f64 = 1e-15;
-/// Regularisation of SᵀS relative to its largest element. It keeps directions that S does not contain at rest,
-/// and is below the squares of slopes that count, 1e-8.
+/// Regularisation of SᵀS relative to its largest element. It keeps directions that S does not contain at
+/// rest, and is below the squares of slopes that count, 1e-8.
 const REGULARIZATION: f64 = 1e-12;
 /// Step of central differences, relative to the coordinates' sizes. Their error is about its square, 1e-10.
 const DIFFERENCE: f64 = 1e-5;
