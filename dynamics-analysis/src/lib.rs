@@ -7,7 +7,8 @@
 //! `dynamics::analysis`.
 //!
 //! ```text
-//! let study = model.work_precision(start).until(10.0).methods([methods::Dop853.into(), methods::DormandPrince5.into()]).run()?;
+//! let methods = [methods::Dop853.into(), methods::DormandPrince5.into()];
+//! let study = model.work_precision(start).until(10.0).methods(methods).run()?;
 //! println!("{study}");
 //! study.write_html("work_precision.html")?;
 //! ```

@@ -4,12 +4,14 @@
 //! deviations δq, δλ fulfil, to first order,
 //!
 //! ```text
-//! M δq̈ + r_u δq̇ + r_q δq − Φ_qᵀ δλ = Q_w δw        r = M q̈ − Q − Φ_qᵀλ, differentiated at the q̈ and λ of the motion
-//! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)        Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
+//! M δq̈ + r_u δq̇ + r_q δq − Φ_qᵀ δλ = Q_w δw
+//! Φ_q δq = 0        Φ_q δq̇ + Φ̇_q δq = 0        (A δq̇ + (A q̇ + b)_q δq = 0 likewise)
+//! Φ_q δq̈ − γ_u δq̇ + (Φ_q q̈ − γ)_q δq = 0
 //! ```
 //!
-//! all derived symbolically, none by differences. The holonomic rows leave independent coordinates z. All
-//! rows leave independent velocities v, a subset of the rates of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G
+//! with r = M q̈ − Q − Φ_qᵀλ, differentiated at the q̈ and λ of the motion. All are derived
+//! symbolically, none by differences. The holonomic rows leave independent coordinates z. All rows leave
+//! independent velocities v, a subset of the rates of z: δq = D z, δq̇ = E v + F z, δq̈ = E v̇ + G
 //! v + H z. The projection on Eᵀ contains no δλ:
 //!
 //! ```text

@@ -160,4 +160,15 @@ fn table_row(html: &mut String, row: &[String], cell: &str, columns: usize) {
     html.push_str("</tr>\n");
 }
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;margin:1.5rem auto;max-width:1300px;padding:0 1rem}.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}figure{margin:0}svg{max-width:100%;height:auto}table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}h2{margin-top:2rem}p,li{overflow-wrap:anywhere}.narrow{display:none}@media(max-width:560px){td,th{padding:.1rem .35rem}td:first-child{white-space:normal}.wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";
+const STYLE: &str = "\
+    body{font:15px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;color:#1d2530;background:#fff;\
+    margin:1.5rem auto;max-width:1300px;padding:0 1rem}\
+    .charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(440px,100%),1fr));gap:.5rem}\
+    figure{margin:0}svg{max-width:100%;height:auto}\
+    table{display:block;font-size:13px;overflow-x:auto;border-collapse:collapse}\
+    td,th{padding:.1rem .7rem;text-align:right;border-bottom:1px solid #dde2e7}\
+    td:first-child,th:first-child{text-align:left;position:sticky;left:0;background:#fff}\
+    td,th{white-space:nowrap}td.words{text-align:left;white-space:normal}td.beside{text-align:left}\
+    h2{margin-top:2rem}p,li{overflow-wrap:anywhere}.narrow{display:none}\
+    @media(max-width:560px){td,th{padding:.1rem .35rem}td:first-child{white-space:normal}\
+    .wide{display:none}.narrow{display:block}body{margin-top:.5rem}ul{padding-left:1.2rem}}";

@@ -2,10 +2,14 @@
 //! Poincaré sections.
 //!
 //! ```text
-//! let judged = model.floquet(&start, period)?;                                   // what a period makes of small disturbances
-//! let orbit = model.periodic(guess, period).run()?;                              // the closed motion nearby, with its multipliers
-//! let exponents = model.lyapunov(start).settle(100.0).during(2000.0).run()?;     // how fast neighbours part
-//! let section = model.poincare(start).every(period).points(2000).run()?;         // the motion, once a period
+//! // The growth of small disturbances over a period.
+//! let judged = model.floquet(&start, period)?;
+//! // The closed motion nearby, with its multipliers.
+//! let orbit = model.periodic(guess, period).run()?;
+//! // The rates at which neighbouring motions separate.
+//! let exponents = model.lyapunov(start).settle(100.0).during(2000.0).run()?;
+//! // The motion, once a period.
+//! let section = model.poincare(start).every(period).points(2000).run()?;
 //! ```
 //!
 //! All use exact variational equations (`flow.rs`), under constraints on their tangent space. Inputs are

@@ -1,7 +1,7 @@
 //! Linear vibration and control about an equilibrium or a steady motion.
 //!
 //! ```text
-//! let space = model.state_space(&rest)?;                                        // A, B, C, D by name, all from the graph
+//! let space = model.state_space(&rest)?;     // A, B, C, D by name, all from the graph
 //! let response = space.frequency_response("force", "x", &frequencies(1.0, 100.0, 400))?;
 //! response.bode().write_svg("bode.svg")?;
 //! let control = space.lqr().weight("theta", 10.0).weight("force", 0.1).solve()?;

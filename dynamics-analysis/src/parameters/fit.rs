@@ -72,13 +72,13 @@ pub(super) struct Unknown {
 /// ```text
 /// let fit = model
 ///     .fit(start)
-///     .find(["damping", "x"])                              // a parameter, and a coordinate of the start
+///     .find(["damping", "x"])              // a parameter, and a coordinate of the start
 ///     .find_within("stiffness", [1e3, 1e6])
-///     .data("travel", measured)                            // (t, value) of an output, a coordinate or a velocity
-///     .experiment(other_start).find(["x"])                 // another run of the same model, with a start of its own
+///     .data("travel", measured)            // (t, value) of an output, a coordinate or a velocity
+///     .experiment(other_start).find(["x"]) // another run of the same model, with a start of its own
 ///     .data("travel", measured_there)
 ///     .run()?;
-/// println!("{fit}");                                       // values ± standard errors with units, correlations, residuals
+/// println!("{fit}");                       // values ± standard errors with units, correlations, residuals
 /// ```
 #[must_use = "a fit does nothing until `.run()`"]
 pub struct Fitting<'m, M: Simulate> {

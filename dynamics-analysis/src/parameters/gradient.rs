@@ -11,7 +11,8 @@
 //! 2N, is integrated backward along the motion, once for all variables:
 //!
 //! ```text
-//! λ̇ = −Aᵀλ − ℓ_yᵀ        λ(T) = 0,  λ jumps by ∂gₖ/∂y at tₖ        dJ/dp = λ(0)ᵀ ∂y(0)/∂p + ∫ (λᵀb + ℓ_p) dt + Σ ∂gₖ/∂p
+//! λ̇ = −Aᵀλ − ℓ_yᵀ        λ(T) = 0,  λ jumps by ∂gₖ/∂y at tₖ
+//! dJ/dp = λ(0)ᵀ ∂y(0)/∂p + ∫ (λᵀb + ℓ_p) dt + Σ ∂gₖ/∂p
 //! ```
 //!
 //! (Y. Cao, S. Li, L. Petzold & R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076). The variational equations
@@ -52,12 +53,12 @@ use super::variable::{Variable, VariableError};
 /// ```text
 /// let found = model
 ///     .objective(start)
-///     .end("x", 1.0)                                // 1 · x(T)
-///     .integral("power", 0.2)                       // + 0.2 ∫ power dt
-///     .squares("theta", 1.0, measured)              // + Σ (theta(t) − value)²
+///     .end("x", 1.0)                      // 1 · x(T)
+///     .integral("power", 0.2)             // + 0.2 ∫ power dt
+///     .squares("theta", 1.0, measured)    // + Σ (theta(t) − value)²
 ///     .until(10.0)
 ///     .run()?;
-/// println!("{found}");                              // its value, and the derivative by every parameter and start
+/// println!("{found}");                    // its value, and the derivative by every parameter and start
 /// ```
 #[must_use = "an objective is not evaluated until `.run()`"]
 pub struct Objective<'m, M: Simulate> {

@@ -3,11 +3,12 @@
 //! For S = ∂(q, q̇)/∂(p, start), 2N×K,
 //!
 //! ```text
-//! Ṡ = ⎡   0        1    ⎤ S + ⎡    0    ⎤        S(0) = 0 for parameters, a unit column for each element of the start
+//! Ṡ = ⎡   0        1    ⎤ S + ⎡    0    ⎤
 //!     ⎣ ∂q̈/∂q   ∂q̈/∂q̇ ⎦     ⎣ ∂q̈/∂p ⎦
 //! ```
 //!
-//! are integrated along the motion (E. Hairer, S. P. Nørsett & G. Wanner, *Solving Ordinary Differential
+//! with S(0) = 0 for parameters and a unit column for each element of the start are integrated along the
+//! motion (E. Hairer, S. P. Nørsett & G. Wanner, *Solving Ordinary Differential
 //! Equations I*, §I.14), on its dense output, between its steps' ends, by Gauss collocation of order 10 with
 //! steps of its own, at the tolerance of the motion. The derivatives are exact, unless
 //! [`Sensitivities::exact`] says that differences were used. The error of the motion enters to first order.

@@ -5,7 +5,8 @@
 //! while z stands still,
 //!
 //! ```text
-//! K δz = −(Eᵀ r_p + Eᵀ r_q δq_Φ) δp        K = Eᵀ r_q D at the λ that leaves nothing on dependent coordinates
+//! K δz = −(Eᵀ r_p + Eᵀ r_q δq_Φ) δp
+//! K = Eᵀ r_q D at the λ that leaves nothing on dependent coordinates
 //! ```
 //!
 //! *Frequencies*: K φ = ω² M φ with φᵀM φ = 1 gives δ(ω²) = φᵀ(δK − ω² δM) φ (R. L. Fox & M. P. Kapoor, AIAA

@@ -1,7 +1,8 @@
 //! A motion with its variations: state and tangent vectors, integrated together.
 //!
 //! ```text
-//! q̈ = a(q, q̇, t)        δq̈ = a_q δq + a_u δq̇ for every tangent vector        ∫ tr a_u dt, the logarithm of what volumes are multiplied by
+//! q̈ = a(q, q̇, t)        δq̈ = a_q δq + a_u δq̇ for every tangent vector
+//! ∫ tr a_u dt, the logarithm of the factor of volumes
 //! ```
 //!
 //! With constraints, a is the constrained acceleration. Tangent vectors start in the tangent space and stay

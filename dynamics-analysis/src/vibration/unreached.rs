@@ -7,7 +7,8 @@
 //! orthogonal to W₁, Y₂ to X₁, the response falls into two,
 //!
 //! ```text
-//! H = C₁ (s − A₁)⁻¹ B₁ + C₂ (s − A₂)⁻¹ B₂ + D        A₁ = (W₁ᵀX₁)⁻¹ W₁ᵀA X₁,  B₁ = (W₁ᵀX₁)⁻¹ W₁ᵀB,  C₁ = C X₁,  likewise A₂, B₂, C₂
+//! H = C₁ (s − A₁)⁻¹ B₁ + C₂ (s − A₂)⁻¹ B₂ + D
+//! A₁ = (W₁ᵀX₁)⁻¹ W₁ᵀA X₁,  B₁ = (W₁ᵀX₁)⁻¹ W₁ᵀB,  C₁ = C X₁,  likewise A₂, B₂, C₂
 //! ```
 //!
 //! and the first is zero at all frequencies if C₁ A₁ʲ B₁ is for every j below the size of A₁ (T. Kailath,

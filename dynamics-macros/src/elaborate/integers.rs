@@ -250,7 +250,9 @@ impl Elaborator<'_> {
                 // A field, a function or a method may have this name.
                 let after_dot =
                     k > 0 && matches!(&trees[k - 1], TokenTree::Punct(dot) if dot.as_char() == '.');
-                let called = matches!(trees.get(k + 1), Some(TokenTree::Group(g)) if g.delimiter() == Delimiter::Parenthesis);
+                let next = trees.get(k + 1);
+                let called =
+                    matches!(next, Some(TokenTree::Group(g)) if g.delimiter() == Delimiter::Parenthesis);
                 let single = match tree {
                     TokenTree::Ident(word) => word == "f32" && !after_dot && !called,
                     TokenTree::Literal(literal) => {

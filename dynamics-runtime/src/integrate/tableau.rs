@@ -60,7 +60,10 @@ pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V
 /// Gives where the last of them stands. The compiler writes the loop out, row by row without the zeros, which
 /// [`stages`] does not, to the same bits.
 macro_rules! unrolled_stages {
-    ($system:ident, ($t:expr, $y:expr, $h:expr), $nodes:ident, $k:ident, [$($stage:literal: $row:ident),+]) => {{
+    (
+        $system:ident, ($t:expr, $y:expr, $h:expr), $nodes:ident, $k:ident,
+        [$($stage:literal: $row:ident),+]
+    ) => {{
         $(
             let at = $crate::integrate::tableau::advance($y, $h, &$row, $k);
             $k[$stage] = $system.derivative($t + $nodes[$stage] * $h, &at)?;

@@ -59,7 +59,9 @@ impl Emission<'_> {
                     return false;
                 }
                 let (#z, #memory) =
-                    #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::parts(#memory);
+                    #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::parts(
+                        #memory
+                    );
                 // A copy stays in registers: nothing that is written can change it.
                 let #z = *#z;
                 #private::expand::<#n, #blocks>(

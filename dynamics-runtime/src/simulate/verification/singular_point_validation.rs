@@ -74,7 +74,8 @@ fn jacobian(near: &dyn Near, z: &DVector<f64>) -> DMatrix<f64> {
     DMatrix::from_row_slice(near.rows(), z.len(), &near.jacobian(z.as_slice()))
 }
 
-/// |β| at the critical point beside a position of this size, at a time of this size: see [`missed_by`]. `whole` has all rows, `beside` those that do not repeat others.
+/// |β| at the critical point beside a position of this size, at a time of this size: see [`missed_by`].
+/// `whole` has all rows, `beside` those that do not repeat others.
 fn critical(
     beside: &dyn Near,
     whole: &dyn Near,
