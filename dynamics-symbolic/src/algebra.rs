@@ -1,4 +1,4 @@
-//! Linear algebra on the graph. Nothing here knows mechanics.
+//! Linear algebra on the graph, without mechanics.
 //!
 //! M q̈ = Q is solved by LDLᵀ, unrolled, zeros skipped, the unknown with the fewest neighbours first.
 //! Where velocities are sums of other velocities (long chains and trees), `articulated_bodies.rs` eliminates

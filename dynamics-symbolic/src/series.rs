@@ -90,7 +90,7 @@ pub const MOST_OPERATIONS: usize = 3_000;
 /// # Errors
 /// Why they cannot be expanded.
 pub fn expand(graph: &mut Graph, equations: &Equations) -> Result<Series, Unexpandable> {
-    // What takes so many by itself takes more order by order: large models are not expanded in vain.
+    // An expansion takes at least as many operations for each order: large models are not tried.
     let terms = [&equations.mass_matrix.concat()[..], &equations.generalized_force].concat();
     let operations = graph.operations(&terms);
     if operations > MOST_OPERATIONS {

@@ -93,13 +93,13 @@ impl NullSpace {
             substitute(g, kinematics, &partition.blocks, &factors, &mut motion, Some(&unit));
             motions.push(motion);
         }
-        // What an inertia that vanishes is told by: the first coordinate that the speed is made of.
+        // The coordinate by which a vanishing inertia is reported: the first one that the speed contains.
         let leader = |r: usize| kinematics.rows[r].keys().next().copied().unwrap_or(0);
         let leaders: Vec<usize> = (0..speeds).map(leader).collect();
         Self::led_by(g, mass, kinematics, (partition, factors), motions, (speeds, &leaders))
     }
 
-    /// Reduces M by the columns `motions` of R, each told by a coordinate of `leaders`.
+    /// Reduces M by the columns `motions` of R. A coordinate of `leaders` names each in reports.
     fn led_by(
         g: &mut Graph,
         mass: &SparseMatrix,
@@ -124,7 +124,7 @@ impl NullSpace {
             let least = if coupled { LEAST_COUPLED_RATIO * LEAST_COUPLED_RATIO } else { 0.0 };
             guards.extend(block.guards.iter().map(|guard| {
                 let of = match guard.of {
-                    // Speeds are told by what they move.
+                    // Speeds are reported by the coordinates that they move.
                     Guarded::Row(row) if row < speeds => Guarded::Coordinate(columns[0]),
                     Guarded::Row(row) => Guarded::Row(row - speeds),
                     of => of,

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use super::substitute::{replace, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Sampler, Symbol};
 
-/// `roots`, with every part that contains time but does not depend on it as it is at t = 0.
+/// `roots`, where every part that contains time but does not depend on it is replaced by its form at t = 0.
 ///
-/// A bead in a turning tube is written as r (cos Ωt, sin Ωt); its centrifugal force m Ω² r (cos² + sin²) has
-/// the value of m Ω² r, which nobody built. At t = 0 it folds to that. Parts that have no value at t = 0 stay
-/// as they are.
+/// A bead in a turning tube is written as r (cos Ωt, sin Ωt). Its centrifugal force
+/// m Ω² r (cos² + sin²) has the value of m Ω² r, but no node of that form exists. At t = 0 it folds to
+/// that. Parts that have no value at t = 0 stay as they are.
 #[must_use]
 pub fn remove_time(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
     let mut timed = g.cone(roots);

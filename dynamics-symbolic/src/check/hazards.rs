@@ -1,5 +1,5 @@
-//! Where a model is not smooth, and where it may be undefined: not mistakes, but what a user should know
-//! before a run meets it.
+//! Where a model is not smooth, and where it may be undefined. These are not mistakes, but a user should read
+//! of them before a run meets them.
 
 use crate::graph::{Binary, Comparison, Dependence, FunctionId, Graph, Node, NodeId, Unary};
 use crate::mechanics::{Equations, Model};
@@ -113,7 +113,7 @@ impl Hazards {
         kinks
     }
 
-    /// Whether [`Hazards::kinks`] and [`Hazards::reaction_kinks`] know every change of branch.
+    /// Whether [`Hazards::kinks`] and [`Hazards::reaction_kinks`] contain every change of branch.
     #[must_use]
     pub fn are_followed(&self, g: &Graph) -> bool {
         let on_solution = |id: NodeId| g.dependence(id).on(Dependence::ACCELERATIONS);

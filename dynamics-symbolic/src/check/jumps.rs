@@ -1,9 +1,9 @@
-//! Energies do not jump where a choice (`if`, `abs`, `signum`) changes: the velocity of a position with a
-//! corner does, and so do masses that are chosen, and steps of a potential.
+//! Energies do not jump where a choice (`if`, `abs`, `signum`) changes. They do with the velocity of a
+//! position that has a corner, with masses that are chosen, and with steps of a potential.
 //!
-//! Lagrange's equations know of no jump. What is struck there keeps its velocities q̇, and not its momentum
-//! or energy. That is looked for in numbers, on a few random lines across the place where the choice changes;
-//! an energy that comes out the same on both sides, as that of x|x|, has none.
+//! Lagrange's equations contain no jump: a body keeps its velocities q̇ there, and not its momentum or
+//! energy. The check evaluates energies on both sides of the choice, on a few random lines across it. An
+//! energy that is the same on both sides, such as one of x|x|, does not jump.
 
 use crate::graph::{
     Bindings, Dependence, Fingerprint, FunctionId, Node, NodeId, Sampler, Symbol, Tape, Unary,
@@ -63,7 +63,7 @@ fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
     chosen.into_iter().any(|(left, right)| {
         let on =
             |what| g.dependence(left).on(what) || right.is_some_and(|right| g.dependence(right).on(what));
-        // A choice by velocities is none of place.
+        // Choices by velocity are not choices by place.
         let placed = on(Dependence::COORDINATES) || on(Dependence::TIME);
         let by_time = !on(Dependence::COORDINATES);
         let across = ChoiceCrossing { model, energy, left, right, by_time, moving };

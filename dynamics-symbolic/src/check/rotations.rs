@@ -1,8 +1,8 @@
-//! What turns frames is a rotation in the states that the constraints leave: Euler parameters have their norm
-//! constraint, nine elements their six.
+//! Matrices that turn frames are rotations in the states that satisfy the constraints: Euler parameters have
+//! their norm constraint, nine elements their six.
 //!
-//! It is looked at in the states that are known to fulfil the constraints, at a random one where there are
-//! none. Matrices that parameters have a part in are left to the run, which knows their values.
+//! The check evaluates them in states that satisfy the constraints, or in a random state without constraints.
+//! Matrices that contain parameters are checked by the run, where the parameters have values.
 
 use crate::graph::{Bindings, Dependence, NodeId};
 use crate::mechanics::{Claim, Model};

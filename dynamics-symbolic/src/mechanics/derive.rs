@@ -249,8 +249,8 @@ impl Energies {
         Self { kinetic, potential, direct, lagrangian: g.add(natural, direct) }
     }
 
-    /// Forces that are no inertia: −∂V/∂q and what is applied; `None` where L is given directly, which tells
-    /// no V.
+    /// Forces without those of inertia: −∂V/∂q and applied forces. `None` where L is given directly, as
+    /// V is then not known.
     fn given(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> Option<Vec<NodeId>> {
         if !g.is_zero(self.direct) {
             return None;
@@ -332,7 +332,7 @@ impl Parts {
         same(&by_entries, &expected) && same(&by_recursion, &expected)
     }
 
-    /// T as the recursion has it, where that is shorter than it was said.
+    /// Replaces T by its form from the recursion, where that is shorter than the declared one.
     fn rewrite(&self, g: &mut Graph, energies: &mut Energies) {
         let Some(tree) = &self.bodies else { return };
         let energy = tree.afresh(g, |g| tree.energy(g));

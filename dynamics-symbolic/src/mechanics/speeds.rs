@@ -1,22 +1,22 @@
 //! Generalized speeds that need not be derivatives of coordinates, w = Y(q,t) q̇ + y(q,t): components of an
 //! angular velocity in the body, the speed of a skate.
 //!
-//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities: K q̇ + k = (w; 0).
-//! The columns of K⁻¹ are what the velocities are made of, B those of the speeds (Kane's partial velocities),
-//! and since Φ_q B = 0 the reactions drop out of
+//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities:
+//! K q̇ + k = (w; 0). Velocities are combinations of the columns of K⁻¹. Those of the speeds are B
+//! (Kane's partial velocities), and since Φ_q B = 0 the reactions drop out of
 //!
 //!   (BᵀM B) ẇ = Bᵀ(Q − M s),    K s = (−Ẏq̇ − ẏ; γ),    K q̈ = (ẇ; 0) + (−Ẏq̇ − ẏ; γ).
 //!
-//! The same right-hand side as Boltzmann and Hamel have it, π = (w; 0) for short, f = M̄π with M̄ = K⁻ᵀM K⁻¹
-//! and Q_V what is not of inertia:
+//! The same right-hand side in the form of Boltzmann and Hamel, with π = (w; 0), f = M̄π,
+//! M̄ = K⁻ᵀM K⁻¹ and Q_V the forces without those of inertia:
 //!
 //!   BᵀQ_V − (H B)ᵀf − (Ṁ̄ π)_B + ½ Bᵀ∂(πᵀM̄π)/∂q,    H = K̇ − ∂(K q̇ + k)/∂q at fixed q̇.
 //!
-//! For a body's own components of its angular velocity M̄ is its inertia, H B = ω×, and these are Euler's
-//! equations. Both are built, the second first: where they are equal, by fingerprints, they are one node, in
-//! the form that was built first. What is taken is what is shortest, the solution in coordinates among it.
-//! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972; T. R. Kane, D. A.
-//! Levinson, *Dynamics: Theory and Applications*, McGraw-Hill 1985, chapters 2 and 6.
+//! For the components of an angular velocity in the body, M̄ is its inertia, H B = ω×, and these are
+//! Euler's equations. Both forms are built, the second first: where they are equal, by fingerprints, they are
+//! one node, in the form that was built first. The shortest solution is taken; the one in coordinates is
+//! among them. Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972;
+//! T. R. Kane, D. A. Levinson, *Dynamics: Theory and Applications*, McGraw-Hill 1985, chapters 2 and 6.
 
 use crate::algebra::{ConstrainedEquations, Guard, Guarded, Solver, States, unroll_by_speeds};
 use crate::calculus::{directional, gradient, remove_coordinates, remove_time};
@@ -45,13 +45,13 @@ pub(super) struct Speeds {
     drift: Vec<NodeId>,
 }
 
-/// What the solution is led by, beside the speeds.
+/// The equations in coordinates, and what the speeds need of them.
 pub(super) struct CoordinateEquations<'a> {
     /// The equations in coordinates.
     pub(super) inertia: &'a Inertia,
     /// The constraints' rows, if there are some; none of them switched.
     pub(super) rows: Option<&'a ConstraintTerms>,
-    /// What of Q is no inertia; `None` where that cannot be told.
+    /// Q without the forces of inertia; `None` where it cannot be separated.
     pub(super) given: Option<&'a [NodeId]>,
     /// Where the solution is to apply.
     pub(super) states: States<'a>,
@@ -181,8 +181,8 @@ impl Speeds {
         Ok(Solved::Free { accelerations, pivots, solver: Some(Box::new(solver)) })
     }
 
-    /// Builds the right-hand side of Boltzmann and Hamel; `None` where there is none, as where T has terms of
-    /// first degree in the speeds.
+    /// Builds the right-hand side of Boltzmann and Hamel; `None` where it does not exist, for example where T
+    /// has terms of first degree in the speeds.
     fn hamel(&self, g: &mut Graph, beside: &CoordinateEquations, kinematics: &[Vec<NodeId>]) -> Option<()> {
         let (given, inertia, n) = (beside.given?, beside.inertia, kinematics.len());
         if n > MOST_COORDINATES {
@@ -232,7 +232,7 @@ impl Speeds {
         Some(())
     }
 
-    /// What is emitted and told; `aside`: why the equations are not solved by the speeds, where they are not.
+    /// The equations of the speeds. `aside` is the reason why they are not solved, where they are not.
     pub(super) fn into_equations(
         self,
         g: &mut Graph,

@@ -1,9 +1,9 @@
 //! The rows together: which repeat or contradict others, in every state and where the constraints hold.
 //!
-//! Constraints that are always on have to be in order among themselves; every switched one together with
-//! them. Switched ones among each other may exclude each other, or touch where one takes over from another:
-//! which of them are ever on together nobody has said. What all of them at once leave free is told, as a
-//! model starts with all of them on, but no solver is chosen by it.
+//! Constraints that are always on have to be consistent among themselves, and every switched one together
+//! with them. Switched ones may exclude each other, or touch where one takes over from another: models do not
+//! declare which of them are on together. The freedom with all of them on is reported, as a model starts with
+//! all of them on, but it does not decide the solver.
 
 use crate::check::Finding;
 use crate::mechanics::Model;
@@ -24,7 +24,7 @@ const MOST_CERTAIN_ROWS: usize = 24;
 /// search of its own; the others are examined in general only.
 const MOST_SWITCHED_SEARCHED: usize = 8;
 
-/// What is known about the constraints of a model.
+/// The results of the checks of a model's constraints.
 #[derive(Clone, Debug, Default)]
 pub struct Analysis {
     /// Mistakes.
@@ -67,12 +67,13 @@ pub struct Analysis {
     /// Where the holonomic constraints hold and motions are likely to begin, if that is known: a solution is
     /// to apply there.
     pub likely: Option<Sample>,
-    /// Others at which it had better apply: turned, at the origin's other sides, and without guides anywhere.
+    /// Further states at which it should apply: turned, at the origin's other sides, and without guides
+    /// anywhere.
     pub passed: Vec<Sample>,
     /// Whether rows depend on others that are always on together with them, on the branches that are meant:
     /// then the multipliers are not unique and no order of elimination goes through.
     pub redundant: bool,
-    /// What was looked at.
+    /// Where the rank was determined.
     pub rank_scope: RankScope,
     /// Nonholonomic rows that can be integrated; `None` where there are too many rows to settle that.
     pub integrable: Option<usize>,
@@ -196,7 +197,7 @@ impl RowOrder {
     }
 }
 
-/// What was found out about some rows.
+/// The findings about some rows.
 struct RowFindings {
     order: Vec<usize>,
     rank: usize,
@@ -225,8 +226,8 @@ impl RowFindings {
         self.manifold.as_ref().map_or(&[], |m| &m.tangent)
     }
 
-    /// Leaves out the states in which rows touch others that do so only while everything is on, as a slot
-    /// takes over from a lock: motions hand over there, and none stays.
+    /// Leaves out the states in which rows are tangent only while everything is on, as where a slot takes
+    /// over from a lock: motions pass such states and do not stay there.
     fn leave_out_where_others_touch(&mut self, rows: &ConstraintRows, known: &[usize]) {
         let Some(manifold) = &mut self.manifold else { return };
         if manifold.tangent.iter().any(|r| !known.contains(r)) {
@@ -237,7 +238,7 @@ impl RowFindings {
     }
 }
 
-/// What is known before all constraints at once are looked at.
+/// The findings before all constraints are examined together.
 struct SeparateFindings {
     redundant: bool,
     guides: Vec<Sample>,
@@ -313,7 +314,7 @@ impl Set<'_> {
             }
         }
         if self.faults.len() == before && look.ranks.is_none() {
-            // No state tells, and nobody says that the repetition is meant.
+            // No state decides, and the repetition is not declared.
             let open = own_relations().find(|d| d.verdict == Verdict::Open && !self.redundant(d.row));
             let fault = open.map(|d| self.open(&look, d));
             self.faults.extend(fault);
@@ -330,7 +331,8 @@ impl Set<'_> {
             let (name, origin) = self.named(*r);
             self.faults.push(ConstraintFinding::GradientVanishes { name, origin });
         }
-        // A stop that is out of reach may be meant; what always holds has to be able to.
+        // A stop that cannot be reached may be intended. Constraints that are always on have to be
+        // satisfiable.
         let always = own.len() == look.order.len() && look.order.len() <= MOST_CERTAIN_ROWS;
         if let Some(rows) = manifold.nowhere.as_ref().filter(|_| always)
             && let Some((last, _)) = rows.last()
@@ -353,8 +355,8 @@ impl Set<'_> {
                 self.faults.push(fault);
             } else if !self.redundant(d.row) {
                 let fault = if manifold.tangent.contains(&d.row) {
-                    // A branch on which no row is tangent may have been missed: of many rows the report tells
-                    // alone.
+                    // A branch on which no row is tangent may have been missed: with many rows only the
+                    // report mentions it.
                     let (name, origin) = self.named(d.row);
                     let certain = look.order.len() <= MOST_CERTAIN_ROWS;
                     certain.then_some(ConstraintFinding::Tangent { name, to: of, origin })

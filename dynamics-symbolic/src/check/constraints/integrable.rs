@@ -21,10 +21,10 @@ use super::orthogonal::Basis;
 use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
-/// Most rows of a group that are eliminated on the graph. More take too long; then nothing is said of
-/// integrability.
+/// Most rows of a group that are eliminated on the graph. With more, which would take too long, integrability
+/// is not determined.
 const MOST_ROWS: usize = 16;
-/// Most nodes that Lie brackets may add to the graph. Beyond, nothing is said of integrability.
+/// Most nodes that Lie brackets may add to the graph. Beyond, integrability is not determined.
 const MOST_NODES: usize = 60_000;
 
 /// Largest element of a bracket that cancels: rounding errors of sums whose terms are about 1.
@@ -39,7 +39,7 @@ pub(super) struct Integrability {
     pub(super) dimension: usize,
     /// Rows that take part in them.
     pub(super) rows: Vec<usize>,
-    /// Those of which nobody says so, by groups of rows that share coordinates.
+    /// Those that are not declared so, by groups of rows that share coordinates.
     pub(super) undeclared: Vec<Undeclared>,
 }
 
@@ -273,7 +273,7 @@ fn dot(g: &mut Graph, a: &[NodeId], b: &[NodeId]) -> NodeId {
     })
 }
 
-/// Functions that the fingerprints know nothing about.
+/// Functions whose relations fingerprints do not contain.
 fn opaque(node: Node) -> bool {
     match node {
         Node::Unary(f, _) => !matches!(f, Unary::Sin | Unary::Cos | Unary::Tan),

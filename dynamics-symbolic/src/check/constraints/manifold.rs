@@ -151,7 +151,7 @@ impl SampledManifold {
                     .map_or(ProjectionEnd::Stuck(None), ProjectionEnd::OnManifold),
             };
             match end {
-                // Where a slope is not finite nothing can be said.
+                // A state with a slope that is not finite decides nothing.
                 ProjectionEnd::OnManifold(sample)
                     if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) =>
                 {

@@ -1,11 +1,10 @@
 //! Samples beside a place where rows become tangent to each other.
 //!
 //! Three rods between three beads on one line hold the middle one in its place, but to second order only: Φ
-//! has a double root there. Newton's method comes half as near with every step, and Φ, the square of what is
-//! left, is zero to rounding while rows that depend on each other still look independent. What remains of
-//! such a row without its part along the others, (1 − P)Φ_q, is zero at the root as well, and of first order:
-//! together with Φ it has a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao
-//! 2006).
+//! has a double root there. Newton's method halves the distance with every step. Φ is its square, and is
+//! zero to rounding while dependent rows still look independent. The remainder of such a row without its part
+//! along the others, (1 − P)Φ_q, is zero at the root as well, and of first order. Together with Φ it has
+//! a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao 2006).
 
 use super::manifold;
 use super::newton::{ON_MANIFOLD, Plane, Projection, solve};
@@ -95,7 +94,7 @@ impl Projection<'_> {
         TangencySystem::beside(self, state).is_none()
     }
 
-    /// The place where rows are tangent that a state on the manifold is beside; `None` where there is none.
+    /// The place near a state on the manifold where rows are tangent; `None` without such a place.
     pub(super) fn tangent(&self, state: &Sample) -> Option<Tangent> {
         let mut search = TangencySystem::beside(self, state)?;
         let mut place = state.clone();
