@@ -148,7 +148,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Reads a declared unit; unknown where there is none or it cannot be read.
+    /// Reads a declared unit; unknown where none is declared or it cannot be read.
     fn declared(&mut self, unit: Option<&UnitText>) -> DeclaredUnit {
         let unknown = DeclaredUnit { unit: None, text: String::new() };
         let Some(text) = unit else { return unknown };

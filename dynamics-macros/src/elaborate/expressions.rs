@@ -243,7 +243,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Comparisons, `&&`, `||`, and what looks like arithmetic and is none.
+    /// Comparisons, `&&`, `||`, and operators that only look like arithmetic.
     fn logic(&mut self, e: &'a syn::ExprBinary) -> Value {
         use BinOp::{And, BitXor, Eq, Ge, Gt, Le, Lt, Ne, Or};
         if let Some(op) = compound(&e.op) {
@@ -293,7 +293,7 @@ impl<'a> Elaborator<'a> {
             (Value::Integer(i), "f64", _) => self.real(i),
             (Value::Integer(i), _, Some(ty)) => self.integer_cast(i, ty, e.as_token.span),
             (value @ Value::Scalar(_), "f64", _) => value,
-            // Single precision is told wherever it is written.
+            // Single precision is reported where it is written.
             (_, "f32", _) => Value::Poison,
             (value, ..) => {
                 let to = e.ty.to_token_stream();
@@ -427,7 +427,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// A value as a vector of its scalars; poison where a part is none.
+    /// A value as a vector of its scalars; poison where a part is not a scalar.
     pub(super) fn vector_of(&mut self, parts: Vec<(Value, Place)>) -> Value {
         let mut scalars = Vec::new();
         let mut poisoned = false;

@@ -193,8 +193,8 @@ impl Elaborator<'_> {
                 other => return self.fail(*place, &messages::expected_shape("an integer", other.shape())),
             }
         }
-        // A type that is still unknown saturates where `i32` does; that it is none that does so elsewhere is
-        // looked at below.
+        // A type that is still unknown saturates where `i32` does. The check below ensures that it is not a
+        // type that saturates elsewhere.
         let ty = match self.inference.resolved(i.ty) {
             TypeOf::Known(known) => known,
             TypeOf::Inferred(_) => I32,
@@ -230,7 +230,7 @@ impl Elaborator<'_> {
             }
             _ => return self.unknown_method(&Value::Integer(i), name, INTEGER_METHODS),
         };
-        // What saturates knows its type, or every value differs with it.
+        // Saturation depends on the type, which therefore has to be known.
         let decided = matches!(self.inference.resolved(i.ty), TypeOf::Known(_));
         if text.starts_with("saturating") && !decided {
             return self.fail(name.span(), &messages::integer_of_unknown_type(name));

@@ -1,9 +1,9 @@
-//! What the equations take for granted of bodies and frames: masses that are not negative, inertia that some
-//! body has, matrices that turn or mirror.
+//! Premises of the equations about bodies and frames: masses that are not negative, inertia that a body can
+//! have, matrices that rotate or mirror.
 //!
-//! What numbers alone decide is checked here, at nominal values too. What is so whatever the values are
-//! (turns by angles, Euler parameters whose norm a constraint holds, inertia of solids) is not asked again;
-//! the rest goes to the runtime, which asks it at starts, by the names that it is made of.
+//! Premises about numbers are checked here, at nominal values too. Those that hold for all values (rotations
+//! by angles, Euler parameters with a norm constraint, inertia of solids) are not checked again. The rest is
+//! emitted for the runtime, which checks them at starts and names the values that they contain.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -20,7 +20,7 @@ use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 use crate::syntax::Role;
 
-/// A premise before it is known what constraints there are.
+/// A premise before all constraints are read.
 #[derive(Clone, Debug)]
 pub(super) struct NotedPremise {
     premise: Premise,
@@ -28,7 +28,7 @@ pub(super) struct NotedPremise {
     by_norm: Option<[Scalar; 4]>,
 }
 
-/// What is so of bodies and frames, and which inertia is that of solids.
+/// Premises of bodies and frames, and the inertias of solids.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Premises {
     noted: Vec<NotedPremise>,

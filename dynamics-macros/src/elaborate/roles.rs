@@ -144,8 +144,7 @@ impl<'a> Elaborator<'a> {
             }
             _ => &["Expr"],
         };
-        // A type that is none of the vocabulary's may be the user's alias; arrays have no path. Their value
-        // decides.
+        // A type outside the vocabulary may be the user's alias; arrays have no path. Their value decides.
         const VOCABULARY: &[&str] =
             &["Expr", "Vec2", "Vec3", "Mat3", "Force", "f64", "bool", "usize", "i32", "f32"];
         let fitting = match function.returns() {

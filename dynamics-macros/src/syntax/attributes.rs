@@ -30,7 +30,7 @@ pub(super) struct Attributes {
 /// Our attributes, for did-you-mean.
 pub(crate) const ATTRIBUTES: &[&str] = &["coordinates", "speeds", "inputs", "units", "nominal", "model"];
 
-/// Reads all attributes of the struct, leaving other people's alone.
+/// Reads all attributes of the struct that belong to this library.
 pub(super) fn read(attributes: &[Attribute], d: &mut Diagnostics) -> Attributes {
     let mut all = Attributes::default();
     let mut seen: Vec<String> = Vec::new();

@@ -25,7 +25,7 @@ pub(crate) struct Function {
     pub(crate) role: Role,
     /// The role's attribute.
     pub(crate) role_place: Place,
-    /// What is said of a constraint beside its role.
+    /// Options of a constraint, beside its role.
     pub(crate) options: ConstraintOptions,
     /// The function with the role's attribute taken off.
     pub(crate) item: ImplItemFn,

@@ -5,7 +5,7 @@ use proc_macro2::{TokenStream, TokenTree};
 use crate::diagnostics::Diagnostics;
 use crate::messages;
 
-/// Deepest nesting of delimiters. rustc stops at 128 levels of macro recursion, and people write about ten.
+/// Deepest nesting of delimiters. rustc stops at 128 levels of macro recursion; models use about ten.
 const MOST_NESTED_DELIMITERS: usize = 64;
 /// Most tokens between two separators (`;` or `,`) of one level. They bound the depth of a chain of
 /// operators.

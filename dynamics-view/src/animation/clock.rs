@@ -27,7 +27,7 @@ pub(super) struct Clock {
     pub(super) frames: usize,
     /// Seconds of the motion per second of playing.
     pub(super) speed: f64,
-    /// What the viewer should know about them.
+    /// Notes about them for the viewer.
     pub(super) notes: Vec<String>,
 }
 
@@ -39,7 +39,7 @@ impl Clock {
         let duration = (end - start).abs();
         let speed = animation.speed.unwrap_or_else(|| usual_speed(duration));
         let most = animation.most_frames.unwrap_or(MOST_FRAMES);
-        // Long motions get all the instants there may be: the viewer will want to slow them down.
+        // Long motions get as many instants as allowed, so that a viewer can slow them down.
         let wanted = if duration > SPED_UP_ABOVE {
             most as f64
         } else {

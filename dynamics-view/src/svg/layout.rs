@@ -50,7 +50,7 @@ pub(super) struct StyledSeries<'a> {
     pub(super) look: Look,
 }
 
-/// What tells one series from the next: colour, dashes and sign.
+/// What distinguishes one series from the next: colour, dashes and sign.
 #[derive(Clone, Copy)]
 pub(super) struct Look {
     pub(super) color: Color,
@@ -333,7 +333,7 @@ fn legend(panel: &Panel, curves: &[StyledSeries<'_>], width: f64) -> Vec<Vec<Ent
     let mut rows: Vec<Vec<Entry>> = Vec::new();
     let mut x = f64::INFINITY;
     for (name, sample) in of_curves.chain(of_instants).filter(|(name, _)| !name.is_empty()) {
-        // What a name ends with tells it from others: it goes on in the next row.
+        // The end of a name distinguishes it from others: it continues in the next row.
         for (line, name) in
             measure::wrapped(name, FONT_SIZE, width - SAMPLE_LENGTH - 8.0).into_iter().enumerate()
         {
@@ -351,7 +351,7 @@ fn legend(panel: &Panel, curves: &[StyledSeries<'_>], width: f64) -> Vec<Vec<Ent
     rows
 }
 
-/// What the picture cannot show, said in words.
+/// What the picture cannot show, in words.
 fn notes(panel: &Panel, x: &Side, y: &Side) -> Vec<String> {
     let points = || panel.series.iter().flat_map(|series| &series.points);
     let finite = |point: &&[f64; 2]| point[0].is_finite() && point[1].is_finite();

@@ -101,7 +101,7 @@ fn upright(kind: usize) -> String {
     format!(" stroke=\"#8a94a0\" stroke-width=\"1.2\" stroke-dasharray=\"{dashes}\"")
 }
 
-/// The upright lines of one kind, those that can be told apart.
+/// The upright lines of one kind, as far as they can be distinguished.
 fn instants(svg: &mut String, plot: &Plot<'_>, kind: usize, at: &[f64]) {
     let mut places: Vec<f64> = Vec::new();
     for at in at {
@@ -278,7 +278,7 @@ fn line(svg: &mut String, curve: &StyledSeries<'_>, points: &[[f64; 2]]) {
             let (pairs, stroke) = (pairs(points), stroke(look));
             let _ = match curve.series.labels.as_slice() {
                 [] => writeln!(svg, "<polyline points=\"{pairs}\"{stroke}/>"),
-                // Pointed at, it says its name: beside others of its colour that is what tells it.
+                // A tooltip shows its name, which distinguishes it from others of the same colour.
                 _ => writeln!(
                     svg,
                     "<polyline points=\"{pairs}\"{stroke}><title>{}</title></polyline>",
