@@ -64,8 +64,8 @@ pub struct Programs {
     pub series: Result<Series, Unexpandable>,
     /// Where the accelerations are not smooth.
     pub kinks: Kinks,
-    /// ṗ (N), where Q contains velocities and there are no constraints: elsewhere p says no more than q̇. Not
-    /// listed.
+    /// ṗ (N), where Q contains velocities and there are no constraints. Elsewhere p contains no more than
+    /// q̇. Not listed.
     pub momentum_rates: Option<Program>,
 }
 
@@ -154,7 +154,7 @@ pub struct JacobianPrograms {
 pub struct Excess {
     /// The function.
     pub function: String,
-    /// Its operations; where deriving it was given up, the nodes that it had taken by then.
+    /// Its operations; where deriving it was given up, the number of nodes by then.
     pub operations: usize,
 }
 

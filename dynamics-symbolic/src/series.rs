@@ -205,7 +205,7 @@ fn finish(mut e: Expansion<'_>, accelerations: &[NodeId]) -> Result<Series, Unex
 
 /// What is needed of an expansion: recurrences that were set up may have become superfluous.
 struct Compact {
-    /// What was asked for, with lanes numbered anew.
+    /// The requested values, with lanes numbered anew.
     roots: Vec<Vec<NodeId>>,
     /// Coefficients of the left factors of all lanes, then those of the right ones.
     factors: Vec<NodeId>,

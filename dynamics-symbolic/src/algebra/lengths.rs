@@ -1,5 +1,5 @@
-//! Guards against gradients that vanish: at a change point a row of Φ_q may be nothing but rounding, and
-//! pivots that are compared with what else stands in that row see nothing of it.
+//! Guards against gradients that vanish: at a change point a row of Φ_q may be rounding alone, and a pivot
+//! that is compared with the other elements of that row does not show it.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Which coordinates are independent: candidates whose dependent columns are regular at a random point, the
+//! Which coordinates are independent: candidates whose dependent columns are regular at a random point,
 //! structurally cheap ones first.
 
 use std::collections::BTreeSet;

@@ -35,15 +35,15 @@ pub struct States<'a> {
     /// one is taken that is best conditioned at the worst of them.
     pub anywhere: &'a [&'a dyn Bindings],
     /// Where motions are likely to begin, the likeliest first: an order that does not apply there is not
-    /// taken while there is another that is not much longer.
+    /// taken while there is another that is at most three times as long.
     pub likely: &'a [&'a dyn Bindings],
-    /// Where some come by: one whose pivots vanish altogether there is not taken while there is another that
-    /// is hardly longer.
+    /// States that motions pass: an order whose pivots vanish altogether there is not taken while there is
+    /// another that is hardly longer.
     pub passed: &'a [&'a dyn Bindings],
 }
 
 impl States<'_> {
-    /// Whether they ask for more than what is short.
+    /// Whether they affect the choice beyond its length.
     fn steer(&self) -> bool {
         !(self.likely.is_empty() && self.passed.is_empty())
     }
@@ -273,7 +273,7 @@ impl CollectedEquations {
         let given: Vec<NodeId> =
             numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
         let delta = solver.correct(g, &given);
-        // A program of its own: what it shares with the other is no gain to it.
+        // A program of its own: parts that it shares with the other save nothing.
         let corrected = share_parts(g, &[&delta[..], &checked].concat());
         Ok(Unrolled {
             elimination: solver.elimination(),
@@ -358,7 +358,7 @@ impl CollectedEquations {
         way(g, choice).ok_or(NotUnrolled::NoPivots)
     }
 
-    /// All that stands between the solution and states at which it does not apply.
+    /// The guards outside of which the solution does not apply.
     fn guards(&self, g: &mut Graph, solver: &Solver) -> Vec<Guard> {
         let mut guards = solver.guards().to_vec();
         guards.extend(self.cancelled(g));

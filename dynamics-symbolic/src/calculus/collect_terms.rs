@@ -1,9 +1,9 @@
-//! Shorter forms of a set of results. Inertia that is put together from velocities, m a²cos²φ + m a²sin²φ +
-//! …, does not show that it is a constant or one cosine of a difference: like terms stand apart. Here each
-//! result is written as a polynomial in what is not a sum or product (symbols, sines and cosines, roots),
-//! like terms and squares of sines and cosines are put together, and common factors are taken out. Of every
-//! result the form is kept that makes all of them together the cheapest; chains of links, where sharing is
-//! worth more, stay as they are.
+//! Shorter forms of a set of results. Inertia that is the sum of squares of velocities,
+//! m a²cos²φ + m a²sin²φ + …, does not show that it is a constant or one cosine of a difference, as
+//! like terms are apart. Here each result is written as a polynomial in symbols, sines, cosines and roots.
+//! Like terms and squares of sines and cosines are added up, and common factors are taken out. Of every
+//! result the form is taken that makes all of them together the cheapest. Chains of links, where sharing
+//! saves more, stay as they are.
 
 use std::collections::BTreeMap;
 

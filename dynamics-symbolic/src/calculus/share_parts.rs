@@ -1,8 +1,8 @@
-//! Products and sums put together anew so that they share their parts: p·(c·u²) beside (p·c) costs one
-//! product less as (p·c)·u². Chains of products, and of sums, whose links nothing else reads are taken apart;
-//! the pair that most chains contain becomes a node of its own, as long as there is one that two of them
-//! contain (as in Hosangadi, Fallah & Kastner 2006, for two terms); what is left of a chain is combined in
-//! the order in which its parts are ready, so that long chains do not wait for one another.
+//! Products and sums are rebuilt so that they share parts: p·(c·u²) beside (p·c) costs one product less
+//! as (p·c)·u². Chains of products, and of sums, whose links nothing else reads are taken apart. The pair
+//! that most chains contain becomes a node, as long as two chains contain it (as in Hosangadi, Fallah &
+//! Kastner 2006, for two terms). The rest of a chain is combined in the order in which its parts are ready,
+//! so that long chains do not wait for one another.
 
 use std::collections::BTreeMap;
 

@@ -83,7 +83,7 @@ struct ChoiceCrossing<'a> {
     right: Option<NodeId>,
     /// Whether time alone decides.
     by_time: bool,
-    /// Whether it is looked at what velocities add.
+    /// Whether the part of the energy that velocities add is examined.
     moving: bool,
 }
 
@@ -92,18 +92,18 @@ impl ChoiceCrossing<'_> {
         let Some(s) = self.crossing(line) else { return false };
         let beside = BESIDE_CHOICE * (1.0 + s.abs());
         let [near, far] = [1.0, 100.0].map(|times| self.difference(line, s, times * beside));
-        // A step is as high from farther away. What begins at zero there, as a spring that is met, differs by
-        // less the nearer it is looked at; what is infinite there by more, as 1/|x|, of which both sides are
-        // looked at from slightly different distances.
+        // A step is as high from farther away. A function that begins at zero there, as a spring that is met,
+        // differs by less the nearer it is evaluated. An infinite one, as 1/|x|, differs by more, as both
+        // sides are evaluated at slightly different distances.
         near.zip(far).is_some_and(|(near, far)| (near - far).abs() <= STEP_TOLERANCE * far)
     }
 
-    /// By how much the energies on both sides of s differ, if it is more than a small part of them.
+    /// The difference of the energies on both sides of s, if it is more than a small part of them.
     fn difference(&self, line: u64, s: f64, beside: f64) -> Option<f64> {
         let sides = [s - beside, s + beside]
             .map(|s| [1.0, 0.0, -1.0].map(|rates| self.value(self.energy, line, s, rates)));
         let [forward, rest, back] = [0, 1, 2].map(|k| sides[1][k] - sides[0][k]);
-        // A spring that begins here is next to nothing on both sides: what it is further away is its size.
+        // A spring that begins here is nearly zero on both sides: its size is that farther away.
         let away = [s - 1.0, s + 1.0]
             .map(|s| self.value(self.energy, line, s, 1.0))
             .into_iter()

@@ -129,7 +129,7 @@ impl Variations {
 /// Why there are no derivatives of q̈.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoDerivatives {
-    /// So many nodes had been taken when deriving them was given up.
+    /// The number of nodes when deriving them was given up.
     TooLarge(usize),
     /// q̈ is found by the general solver, at run time.
     General,

@@ -43,7 +43,7 @@ pub(super) fn released(
     found
 }
 
-/// The sets of modes that are looked at, the largest first.
+/// The sets of modes that are solved, the largest first.
 fn sets(switched: usize) -> Vec<Vec<usize>> {
     let all: Vec<usize> = (0..switched).collect();
     if switched > MOST_SWITCHED {

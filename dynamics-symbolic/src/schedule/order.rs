@@ -148,7 +148,7 @@ impl StepOrder<'_> {
         levels
     }
 
-    /// What is not done of what `results` need, arguments first.
+    /// The nodes that `results` need and that are not scheduled yet, arguments first.
     fn needed(&self, results: &[NodeId]) -> Vec<NodeId> {
         let mut seen = vec![false; self.g.len()];
         let mut stack = results.to_vec();

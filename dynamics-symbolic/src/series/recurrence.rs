@@ -65,7 +65,7 @@ pub(super) struct DetachedExpansion {
 }
 
 impl DetachedExpansion {
-    /// The expansion again, which has to have computed all that it will be asked for.
+    /// The expansion again. All coefficients that are read from it have to be computed already.
     pub(super) fn resume(self, base: &mut Graph) -> Expansion<'_> {
         let Self { order, kept, kept_as, coefficients, lanes, lanes_as, chooses } = self;
         Expansion { order, kept, kept_as, coefficients, lanes, lanes_as, chooses, ..Expansion::new(base) }

@@ -57,15 +57,15 @@ pub struct Analysis {
     /// Rows that depend on others where they hold, and nevertheless hold positions that those leave free: to
     /// second order, so that no reaction holds the velocities.
     pub tangent: Vec<usize>,
-    /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty where none
-    /// was found or looked for.
+    /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty if none
+    /// was found or searched.
     pub samples: Vec<Sample>,
     /// States at nominal values by which a solution may be chosen: the same, or where all constraints at once
     /// are not independent because of switched ones, those in which the others hold. Empty where random
     /// parameters say nothing of where this mechanism moves.
     pub guides: Vec<Sample>,
-    /// Where the holonomic constraints hold and motions are likely to begin, if that is known: a solution is
-    /// to apply there.
+    /// Where the holonomic constraints hold and motions are likely to begin, if known: a solution has to
+    /// apply there.
     pub likely: Option<Sample>,
     /// Further states at which it should apply: turned, at the origin's other sides, and without guides
     /// anywhere.
@@ -170,7 +170,7 @@ pub fn analyse(model: &Model) -> Analysis {
     analysis
 }
 
-/// In which order rows are looked at: those marked as redundant last.
+/// The order in which rows are examined: those marked as redundant last.
 struct RowOrder {
     always: Vec<usize>,
     switched: Vec<Vec<usize>>,

@@ -1,9 +1,9 @@
-//! What holds only where the constraints hold: Φ = 0 is approached from random starts, and the rows of Φ_q
-//! and A are looked at there.
+//! What holds only where the constraints hold: states with Φ = 0 are approached from random starts, and the
+//! rows of Φ_q and A are examined there.
 //!
 //! With nominal values of all parameters that the constraints read, a set that no start satisfies is
-//! contradictory. Without them random values are tried; what holds in all the states found then holds for the
-//! model, and nothing follows where none was found.
+//! contradictory. Without them random values are tried. What holds in all states found then holds for the
+//! model, and nothing follows if none is found.
 
 use crate::check::unused::Reads;
 use crate::graph::{Graph, NodeId, Symbol, Tape};
@@ -130,7 +130,7 @@ impl SampledManifold {
         let mut closest: Option<f64> = None;
         let mut stuck = Vec::new();
         let mut evidence = 0;
-        // Who says that rows repeat others means a branch on which they do, and may have to wait for it.
+        // A declared repetition means a branch on which it holds, which may take more starts to find.
         let mut sought = model.constraints.iter().any(|c| c.redundant);
         let mut independent = false;
         for start in 0..STARTS + STARTS_ROW_BY_ROW {
@@ -171,7 +171,7 @@ impl SampledManifold {
                 ProjectionEnd::Stuck(None) => {}
             }
         }
-        // What comes close may only come slowly, as near a singular state.
+        // A small distance may mean slow convergence, as near a singular state.
         if found.samples.is_empty() && nominal && evidence >= STARTS / 2 {
             let apart = closest.is_some_and(|distance| distance > LEAST_GAP * size);
             found.nowhere = apart.then(|| missed(stuck, size));

@@ -56,7 +56,7 @@ pub(super) struct Projection<'r> {
     plane: Option<Plane>,
 }
 
-/// What is so far from a place in a direction, both by the coordinates' sizes.
+/// The plane at a distance from a place, in a direction; both relative to the coordinates' sizes.
 #[derive(Clone)]
 pub(super) struct Plane {
     pub(super) from: Vec<f64>,

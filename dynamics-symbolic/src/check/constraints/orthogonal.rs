@@ -1,8 +1,8 @@
 //! Numeric rank of rows in a given order, by Gram–Schmidt with reorthogonalisation.
 //!
-//! Rows are scaled to length one first. What is left of a dependent row is of the size of the rounding errors
-//! or of the error of the projection onto the manifold, 1e-12; of an independent row at a random state it is
-//! rarely below 1e-4. The gap is looked for at 1e-7.
+//! Rows are scaled to length one first. The remainder of a dependent row is of the size of the rounding
+//! errors, or of the error of the projection onto the manifold, 1e-12. That of an independent row at a random
+//! state is rarely below 1e-4. [`DEPENDENT_REST`] lies between them.
 
 /// Largest remainder, of a row of length one, with which the row depends on those before it. It lies between
 /// the errors of rounding and projection, 1e-12, and the remainders of independent rows, which are rarely

@@ -1,4 +1,4 @@
-//! Samples beside a place where rows become tangent to each other.
+//! Samples near a place where rows become tangent to each other.
 //!
 //! Three rods between three beads on one line hold the middle one in its place, but to second order only: Φ
 //! has a double root there. Newton's method halves the distance with every step. Φ is its square, and is
