@@ -62,6 +62,31 @@ fn turns(bicycle: &Bicycle, capsize: f64) -> Result<Vec<Turn>, Box<dyn std::erro
     Ok(found)
 }
 
+/// Draws the eigenvalues of lean and steer over the speed.
+fn draw_eigenvalues(bicycle: &Bicycle, critical: [f64; 2], files: &mut common::Files) -> common::Outcome {
+    let speeds: Vec<f64> = (0..=200).map(|k| 0.05 * f64::from(k)).collect();
+    let (mut growth, mut swing) = (Vec::new(), Vec::new());
+    for speed in speeds {
+        for (re, im) in eigenvalues(bicycle, speed)? {
+            growth.push((speed, re));
+            if im > 0.0 {
+                swing.push((speed, im));
+            }
+        }
+    }
+    growth.retain(|(_, re)| *re > -11.0);
+    Chart::new("A bicycle without hands: eigenvalues beside straight running")
+        .panel(
+            Panel::new(Axis::new("speed in m/s"), Axis::new("in 1/s"))
+                .points("growth", growth)
+                .points("frequency", swing)
+                .instants("weave and capsize speed", critical),
+        )
+        .panel_height(420.0)
+        .write_svg(files.path("eigenvalues.svg"))?;
+    Ok(())
+}
+
 fn main() -> common::Outcome {
     let bicycle = model();
     let (weave, capsize) = (critical(&bicycle, true, [2.0, 5.0])?, critical(&bicycle, false, [5.5, 7.0])?);
@@ -121,26 +146,7 @@ fn main() -> common::Outcome {
                 .instants("capsize speed", [capsize]),
         )
         .write_svg(files.path("turns.svg"))?;
-    let speeds: Vec<f64> = (0..=200).map(|k| 0.05 * f64::from(k)).collect();
-    let (mut growth, mut swing) = (Vec::new(), Vec::new());
-    for speed in speeds {
-        for (re, im) in eigenvalues(&bicycle, speed)? {
-            growth.push((speed, re));
-            if im > 0.0 {
-                swing.push((speed, im));
-            }
-        }
-    }
-    growth.retain(|(_, re)| *re > -11.0);
-    Chart::new("A bicycle without hands: eigenvalues beside straight running")
-        .panel(
-            Panel::new(Axis::new("speed in m/s"), Axis::new("in 1/s"))
-                .points("growth", growth)
-                .points("frequency", swing)
-                .instants("weave and capsize speed", [weave, capsize]),
-        )
-        .panel_height(420.0)
-        .write_svg(files.path("eigenvalues.svg"))?;
+    draw_eigenvalues(&bicycle, [weave, capsize], &mut files)?;
     let of = |motion: &Motion<Bicycle>, until: f64, value: fn(&State<Bicycle>) -> f64| {
         motion.sample(common::times(until, 600)).map(|s| (s.t, value(&s).to_degrees())).collect::<Vec<_>>()
     };

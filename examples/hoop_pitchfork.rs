@@ -58,6 +58,27 @@ impl Hoop {
     }
 }
 
+/// Lets beads go 0.05 rad beside the bottom, on a hoop that turns slower than the pitchfork and on a faster one.
+fn let_go<'m>(slow: &'m Hoop, fast: &'m Hoop) -> Result<[Motion<'m, Hoop>; 2], Box<dyn std::error::Error>> {
+    let swing = |hoop: &Hoop| hoop.state().theta(0.05).build();
+    let (stays, leaves) =
+        (slow.simulate(swing(slow)?).until(6.0).run()?, fast.simulate(swing(fast)?).until(6.0).run()?);
+    let highest = |motion: &Motion<'_, Hoop>| {
+        motion.sample(common::times(6.0, 3000)).map(|s| s.theta()).fold(0.0, f64::max)
+    };
+    // By the energy in axes that turn, which is kept: cos θ = 2 g/(R ω²) − cos 0.05 where it turns back.
+    let farthest = (2.0 * fast.g / (fast.radius * fast.speed.powi(2)) - 0.05f64.cos()).acos();
+    println!(
+        "at {:.3} rad/s it stays within {:.3} rad, at {:.3} rad/s it swings up to {:.6} rad",
+        slow.speed,
+        highest(&stays),
+        fast.speed,
+        highest(&leaves)
+    );
+    assert!(highest(&stays) < 0.051 && (highest(&leaves) - farthest).abs() < 1e-4);
+    Ok([stays, leaves])
+}
+
 fn main() -> common::Outcome {
     let (radius, g) = (0.5_f64, 9.81);
     let hoop = |speed: f64, offset: f64| Hoop { mass: 0.1, radius, offset, speed, g };
@@ -113,22 +134,7 @@ fn main() -> common::Outcome {
     // Let go a little beside the bottom: slower than the pitchfork it stays there, faster it leaves, and
     // swings about the position aside.
     let [slow, fast] = [0.8, 1.4].map(|part| hoop(part * critical, 0.0));
-    let swing = |hoop: &Hoop| hoop.state().theta(0.05).build();
-    let (stays, leaves) =
-        (slow.simulate(swing(&slow)?).until(6.0).run()?, fast.simulate(swing(&fast)?).until(6.0).run()?);
-    let highest = |motion: &Motion<'_, Hoop>| {
-        motion.sample(common::times(6.0, 3000)).map(|s| s.theta()).fold(0.0, f64::max)
-    };
-    // By the energy in axes that turn, which is kept: cos θ = 2 g/(R ω²) − cos 0.05 where it turns back.
-    let farthest = (2.0 * g / (radius * fast.speed.powi(2)) - 0.05f64.cos()).acos();
-    println!(
-        "at {:.3} rad/s it stays within {:.3} rad, at {:.3} rad/s it swings up to {:.6} rad",
-        slow.speed,
-        highest(&stays),
-        fast.speed,
-        highest(&leaves)
-    );
-    assert!(highest(&stays) < 0.051 && (highest(&leaves) - farthest).abs() < 1e-4);
+    let [stays, leaves] = let_go(&slow, &fast)?;
 
     let mut files = common::Files::of("hoop_pitchfork");
     let born = Panel::new(Axis::new("speed in rad/s"), Axis::new("offset in m"));

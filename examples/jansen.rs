@@ -67,7 +67,8 @@ macro_rules! linkage {
             }
             /// The outer corner of the upper triangle, whose sides are b, d and e.
             fn shoulder(&self, q: &Coordinates<Self>, n: usize) -> Vec2 {
-                let corner = ((self.b.powi(2) + self.d.powi(2) - self.e.powi(2)) / (2.0 * self.b * self.d)).acos();
+                let cosine = (self.b.powi(2) + self.d.powi(2) - self.e.powi(2)) / (2.0 * self.b * self.d);
+                let corner = cosine.acos();
                 self.hip(n) + self.reach(n, self.d, q.triangle[n] - corner)
             }
             fn heel(&self, q: &Coordinates<Self>, n: usize) -> Vec2 {
@@ -78,7 +79,8 @@ macro_rules! linkage {
             }
             /// The lowest corner of the lower triangle, whose sides are g, h and i.
             fn foot(&self, q: &Coordinates<Self>, n: usize) -> Vec2 {
-                let corner = ((self.g.powi(2) + self.i.powi(2) - self.h.powi(2)) / (2.0 * self.g * self.i)).acos();
+                let cosine = (self.g.powi(2) + self.i.powi(2) - self.h.powi(2)) / (2.0 * self.g * self.i);
+                let corner = cosine.acos();
                 self.heel(q, n) + self.reach(n, self.i, q.shin[n] - corner)
             }
             #[kinetic]

@@ -79,8 +79,8 @@ fn characteristic(q: f64, even: bool) -> f64 {
     low
 }
 
-fn main() -> common::Outcome {
-    let (length, g) = (0.3, 9.81_f64);
+/// Amplitudes and frequencies at which the pendulum stands, falls over, and swings out.
+fn regions(length: f64, g: f64) -> Result<[Vec<(f64, f64)>; 3], Box<dyn std::error::Error>> {
     let natural = (g / length).sqrt();
     let mut regions: [Vec<(f64, f64)>; 3] = Default::default();
     let mut undecided = 0;
@@ -105,7 +105,7 @@ fn main() -> common::Outcome {
             regions[region].push((part, speed));
         }
     }
-    let [stands, falls, swings] = regions;
+    let [stands, falls, swings] = &regions;
     println!(
         "{} points stand, {} fall over, {} swing out, {undecided} on a border",
         stands.len(),
@@ -113,8 +113,12 @@ fn main() -> common::Outcome {
         swings.len()
     );
     assert!(stands.len() > 500 && falls.len() > 300 && swings.len() > 100);
+    Ok(regions)
+}
 
-    // The border at one amplitude, to ten digits.
+/// The border at one amplitude, to ten digits.
+fn border(length: f64, g: f64) -> common::Outcome {
+    let natural = (g / length).sqrt();
     let model = |frequency: f64| Shaken { mass: 0.1, length, amplitude: 0.2 * length, frequency, g };
     let excess = |frequency: f64| -> Result<f64, PeriodicError> {
         let model = model(frequency);
@@ -132,6 +136,44 @@ fn main() -> common::Outcome {
         (2.0 * g * length).sqrt() / (0.2 * length)
     );
     assert!((low / theory - 1.0).abs() < 1e-9);
+    Ok(())
+}
+
+/// Draws the regions with their borders.
+fn draw_map([stands, falls, swings]: [Vec<(f64, f64)>; 3], files: &mut common::Files) -> common::Outcome {
+    let curve = |even: bool| {
+        let at = move |k: i32| 0.7 * f64::from(k) / 400.0;
+        let speed = move |part: f64| 2.0 / (-characteristic(2.0 * part, even)).sqrt();
+        (1..=400).map(move |k| (at(k), speed(at(k)))).filter(|(_, speed)| *speed < 16.5).collect::<Vec<_>>()
+    };
+    let averaged = (1..=400)
+        .map(|k| 0.7 * f64::from(k) / 400.0)
+        .map(|part| (part, 2f64.sqrt() / part))
+        .filter(|(_, speed)| *speed < 16.5);
+    let panel = Panel::new(
+        Axis::new("amplitude / length").range(0.0, 0.71),
+        Axis::new("frequency / frequency of the hanging pendulum").range(0.0, 16.3),
+    );
+    let series = |name: &str, points: Vec<(f64, f64)>| Series::new(name, points).mark(Mark::Points);
+    let panel = panel
+        .series(series("stands", stands).sign(0))
+        .series(series("falls over", falls).sign(2))
+        .series(series("swings out", swings).sign(1))
+        .series(Series::new("Mathieu a₀(q)", curve(true)).solid().color(Color::Ink))
+        .series(Series::new("Mathieu b₁(q)", curve(false)).solid().color(Color::Purple))
+        .series(Series::new("averaged: A²Ω² = 2gl", averaged).dashed().color(Color::Amber));
+    Chart::new("Where a pendulum stands on a shaken pivot")
+        .panel(panel)
+        .panel_height(460.0)
+        .write_svg(files.path("map.svg"))?;
+    Ok(())
+}
+
+fn main() -> common::Outcome {
+    let (length, g) = (0.3, 9.81_f64);
+    let natural = (g / length).sqrt();
+    let regions = regions(length, g)?;
+    border(length, g)?;
 
     // One motion of each region, let go 0.02 rad beside the upright, until it is level.
     let of = |part: f64, speed: f64| Shaken {
@@ -155,32 +197,8 @@ fn main() -> common::Outcome {
     println!("let go at 0.02 rad they reach {near:.3}, {over:.3} and {out:.3} rad");
     assert!(near < 0.05 && over > 1.5 && out > 1.5);
 
-    let curve = |even: bool| {
-        let at = move |k: i32| 0.7 * f64::from(k) / 400.0;
-        let speed = move |part: f64| 2.0 / (-characteristic(2.0 * part, even)).sqrt();
-        (1..=400).map(move |k| (at(k), speed(at(k)))).filter(|(_, speed)| *speed < 16.5).collect::<Vec<_>>()
-    };
-    let averaged = (1..=400)
-        .map(|k| 0.7 * f64::from(k) / 400.0)
-        .map(|part| (part, 2f64.sqrt() / part))
-        .filter(|(_, speed)| *speed < 16.5);
     let mut files = common::Files::of("kapitza_map");
-    let panel = Panel::new(
-        Axis::new("amplitude / length").range(0.0, 0.71),
-        Axis::new("frequency / frequency of the hanging pendulum").range(0.0, 16.3),
-    );
-    let series = |name: &str, points: Vec<(f64, f64)>| Series::new(name, points).mark(Mark::Points);
-    let panel = panel
-        .series(series("stands", stands).sign(0))
-        .series(series("falls over", falls).sign(2))
-        .series(series("swings out", swings).sign(1))
-        .series(Series::new("Mathieu a₀(q)", curve(true)).solid().color(Color::Ink))
-        .series(Series::new("Mathieu b₁(q)", curve(false)).solid().color(Color::Purple))
-        .series(Series::new("averaged: A²Ω² = 2gl", averaged).dashed().color(Color::Amber));
-    Chart::new("Where a pendulum stands on a shaken pivot")
-        .panel(panel)
-        .panel_height(460.0)
-        .write_svg(files.path("map.svg"))?;
+    draw_map(regions, &mut files)?;
     let film = Animation::new()
         .add(&motions.0, "stands")
         .add(&motions.1, "falls over")

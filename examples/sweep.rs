@@ -158,6 +158,17 @@ fn page(times: &[f64], across: u32) -> String {
     format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
          content=\"width=device-width\"><title>First flips of a double \
-         pendulum</title><style>body{{font:16px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;max-width:720px;margin:1em auto;padding:0 1em;color:#222;background:#fff}}svg{{width:100%;border:1px solid #999}}i{{display:inline-block;width:1em;height:1em;margin:0 .3em 0 0;vertical-align:-.15em}}span{{white-space:nowrap;margin-right:1em}}p.axis{{text-align:center;margin:.3em}}</style><h1>First flips of a double pendulum</h1><p>Let go at rest: θ₁ to the right, θ₂ upwards, both from −π to π. White: no flip within {LONGEST} s.</p><svg viewBox=\"0 0 {across} {across}\" shape-rendering=\"crispEdges\" role=\"img\" aria-label=\"time to the first flip\">{cells}</svg><p class=\"axis\">θ₁ from −π to π</p><p>{legend}</p></html>\n"
+         pendulum</title><style>\
+         body{{font:16px/1.5 system-ui,'Segoe UI','DejaVu Sans',Arial,sans-serif;max-width:720px;\
+         margin:1em auto;padding:0 1em;color:#222;background:#fff}}\
+         svg{{width:100%;border:1px solid #999}}\
+         i{{display:inline-block;width:1em;height:1em;margin:0 .3em 0 0;vertical-align:-.15em}}\
+         span{{white-space:nowrap;margin-right:1em}}p.axis{{text-align:center;margin:.3em}}</style>\
+         <h1>First flips of a double pendulum</h1>\
+         <p>Let go at rest: θ₁ to the right, θ₂ upwards, both from −π to π. \
+         White: no flip within {LONGEST} s.</p>\
+         <svg viewBox=\"0 0 {across} {across}\" shape-rendering=\"crispEdges\" role=\"img\" \
+         aria-label=\"time to the first flip\">{cells}</svg>\
+         <p class=\"axis\">θ₁ from −π to π</p><p>{legend}</p></html>\n"
     )
 }

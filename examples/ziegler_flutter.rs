@@ -64,6 +64,24 @@ impl Column {
     }
 }
 
+/// The eigenvalues of the upright column over the load: frequencies, and growth.
+fn eigenvalues(with: &dyn Fn(f64) -> Column, upright: &State<Column>) -> Result<[Panel; 2], LinearizeError> {
+    let of_loads = |part: fn(&nalgebra::Complex<f64>) -> f64| -> Result<Vec<(f64, f64)>, LinearizeError> {
+        let mut all = Vec::new();
+        for k in 0..=300 {
+            let load = 0.01 * f64::from(k);
+            let found = with(load).linearize(upright)?.eigenvalues()?;
+            all.extend(found.iter().filter(|x| x.im >= 0.0).map(|x| (load, part(x))));
+        }
+        Ok(all)
+    };
+    let panel = |what: &str| Panel::new(Axis::new("load in N"), Axis::new(what));
+    Ok([
+        panel("frequency in rad/s").points("Im σ", of_loads(|x| x.im)?),
+        panel("growth in 1/s").points("Re σ", of_loads(|x| x.re)?),
+    ])
+}
+
 fn main() -> common::Outcome {
     let column = Column { mass: 1.0, length: 1.0, spring: 1.0, damper: 0.0, load: 0.0 };
     let with = |load: f64, damper: f64| Column { load, damper, ..column.clone() };
@@ -122,24 +140,7 @@ fn main() -> common::Outcome {
     let region = Panel::new(Axis::new("damper in N m s"), Axis::new("load in N"))
         .line("flutter begins", border)
         .points("without damping", [(0.0, undamped.parameter)]);
-    // Eigenvalues over the load.
-    let of_loads =
-        |damper: f64, part: fn(&nalgebra::Complex<f64>) -> f64| -> Result<Vec<(f64, f64)>, LinearizeError> {
-            let mut all = Vec::new();
-            for k in 0..=300 {
-                let load = 0.01 * f64::from(k);
-                let found = with(load, damper).linearize(&upright)?.eigenvalues()?;
-                all.extend(found.iter().filter(|x| x.im >= 0.0).map(|x| (load, part(x))));
-            }
-            Ok(all)
-        };
-    let parts = |damper: f64| -> Result<[Panel; 2], LinearizeError> {
-        let panel = |what: &str| Panel::new(Axis::new("load in N"), Axis::new(what));
-        Ok([
-            panel("frequency in rad/s").points("Im σ", of_loads(damper, |x| x.im)?),
-            panel("growth in 1/s").points("Re σ", of_loads(damper, |x| x.re)?),
-        ])
-    };
+    let parts = |damper: f64| eigenvalues(&|load| with(load, damper), &upright);
     let times = common::times(160.0, 1600);
     let motion = Panel::new(Axis::new("time in s"), Axis::new("angle in rad"))
         .line("upper link", times.clone().map(|t| (t, swinging.at(t).upper())))

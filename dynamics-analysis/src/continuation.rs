@@ -4,7 +4,7 @@
 //! ```text
 //! let arch = continuation(|load| Truss { load, ..truss.clone() }).from(&start, 0.0).until(0.0..=50.0);
 //! let branch = arch.run()?;                          // through every limit point
-//! let diagram = arch.branches(10)?;                  // and on all branches that cross it, and those that cross them
+//! let diagram = arch.branches(10)?;                  // and on all branches that are connected to it
 //! arch.load_controlled().run()?;                     // the error says where the load can no more be carried
 //! ```
 //!

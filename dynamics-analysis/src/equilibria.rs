@@ -1,9 +1,12 @@
 //! Where a system rests, and whether it stays there.
 //!
 //! ```text
-//! let hanging = model.equilibrium(&start)?;                                              // the one that Newton's method finds from a start
-//! let all = model.equilibria(start).random(200).within("x", [-1.0, 1.0]).run()?;         // from many starts, each once
-//! let turns = model.steady_motions(riding).random(50).within("lean", [-1.0, 1.0]).run()?;  // motions that stay as they are
+//! // The one that Newton's method finds from a start.
+//! let hanging = model.equilibrium(&start)?;
+//! // From many starts, each once.
+//! let all = model.equilibria(start).random(200).within("x", [-1.0, 1.0]).run()?;
+//! // Motions that stay as they are.
+//! let turns = model.steady_motions(riding).random(50).within("lean", [-1.0, 1.0]).run()?;
 //! println!("{}", model.stability(&hanging.state)?);
 //! ```
 //!

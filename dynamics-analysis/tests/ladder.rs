@@ -167,9 +167,11 @@ fn what_cannot_be_trusted_is_refused() {
 
     let stopped =
         oscillators().rung(oscillator("x", &FULL).with(|s| s.stop_at("centre", Direction::Falling)));
-    assert!(
-        matches!(&refused(stopped), LadderError::Fails { rung, reason, .. } if rung == "x" && reason.contains("before the end"))
-    );
+    assert!(matches!(
+        &refused(stopped),
+        LadderError::Fails { rung, reason, .. }
+        if rung == "x" && reason.contains("before the end")
+    ));
     let fixed = oscillators().rung(oscillator("x", &FULL).with(|s| s.method(Rk4).fixed_step(0.1)));
     assert!(matches!(refused(fixed), LadderError::Fails { .. }));
     let nowhere =

@@ -211,7 +211,8 @@ fn what_cannot_be_trusted_is_refused() {
     // A known end of another motion: the methods agree, and not with it.
     let wrong = refused(loose(exact(2.0 + 1e-7), 1e-15).tolerances([1e-6, 1e-13]));
     assert!(
-        matches!(&wrong, Contradicted { what: "positions", distance, apart, .. } if *distance > 1e-7 && *apart < 1e-12),
+        matches!(&wrong,
+            Contradicted { what: "positions", distance, apart, .. } if *distance > 1e-7 && *apart < 1e-12),
         "{wrong}"
     );
     // Coarse runs, of several methods or of one, err by less than such an end does: runs near rounding tell.
@@ -405,7 +406,8 @@ fn sentences_name_the_cheapest_and_what_is_alike() {
         ran(study(&model).methods([Dop853.into(), DormandPrince5.into()]).tolerances([1e-4, 1e-7]));
     let line = |solver: &str, time: f64, evaluations: u32| {
         format!(
-            "{{\"problem\":\"Oscillator\",\"solver\":\"{solver}\",\"tolerance\":1e-3,\"time_us\":{time},\"positions\":1e-4,\"evaluations\":{evaluations}}}\n"
+            "{{\"problem\":\"Oscillator\",\"solver\":\"{solver}\",\"tolerance\":1e-3,\"time_us\":{time},\
+             \"positions\":1e-4,\"evaluations\":{evaluations}}}\n"
         )
     };
     let lines = [line("a", 1.0, 9), line("b", 1.05, 8), line("c", 1.2, 70)].concat();

@@ -1,4 +1,4 @@
-//! What elaboration believed of paths and constants that it cannot see, for emission to have rustc assert it.
+//! What elaboration assumed of paths and constants that it cannot see. Emission makes rustc assert it.
 
 use proc_macro2::{Ident, TokenStream};
 
@@ -48,7 +48,7 @@ pub(crate) struct FollowedConstant {
     pub(crate) parts: Vec<(TokenStream, Followed)>,
 }
 
-/// The number that a constant is, as the equations have it.
+/// The value of a constant in the equations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Followed {
     Integer(i128),

@@ -88,8 +88,8 @@ fn names_own(tokens: TokenStream, name: &str) -> bool {
     false
 }
 
-/// Refuses a struct called like a type that its own functions name: they would find the struct, and the macro
-/// would not know. What has a path before it is found where the path leads.
+/// Refuses a struct with the name of a type that its own functions use: they would find the struct, and the
+/// macro could not notice. A name with a path before it is found where the path leads.
 fn check_name(declaration: &Declaration, implementation: &Implementation, diagnostics: &mut Diagnostics) {
     let name = declaration.name.to_string();
     let named = |stream: TokenStream| match SOMETIMES_NAMED.contains(&name.as_str()) {

@@ -93,8 +93,7 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream, place: [usize
     };
     match bridge {
         Ok(mut path) => {
-            // Which of a generic struct's types is meant rustc would have to be told; that it is generic is
-            // an error already.
+            // A generic struct would need its types here. That it is generic is an error already.
             let marked = path.segments.iter().all(|segment| segment.arguments.is_none());
             path.segments.iter_mut().for_each(|segment| segment.arguments = syn::PathArguments::None);
             let once = emit::once(&path, &item, marked, place);
@@ -107,8 +106,8 @@ pub(crate) fn attribute(arguments: TokenStream, item: TokenStream, place: [usize
     }
 }
 
-/// `#[kinetic]` and the like, where no `#[dynamics]` has taken them off: on a method the missing attribute is
-/// the derive's to tell; anywhere else they do nothing.
+/// `#[kinetic]` and the like, where no `#[dynamics]` has removed them: on a method the derive reports the
+/// missing attribute; anywhere else they do nothing.
 pub(crate) fn role(name: &str, item: TokenStream) -> TokenStream {
     let is_method = |f: syn::ImplItemFn| f.sig.receiver().is_some();
     if !is_shallow(&item) || syn::parse2(item.clone()).is_ok_and(is_method) {
@@ -301,8 +300,7 @@ fn kept_in_stub(attribute: &syn::Attribute) -> bool {
     ["doc", "cfg", "must_use", "deprecated"].iter().any(|name| attribute.path().is_ident(name))
 }
 
-/// What emission has to know of the declarations.
-/// `vectors` are helpers that return no places.
+/// The parts of the declarations that emission needs.
 fn surface(declaration: &Declaration, implementation: Option<&Implementation>, vectors: &[Ident]) -> Surface {
     let slot = |quantity: &Quantity| Slot {
         name: quantity.name.clone(),

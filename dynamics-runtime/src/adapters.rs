@@ -39,7 +39,12 @@ use crate::simulate::{InputLaw, with_inputs};
 /// # use dynamics_runtime as dynamics;
 /// # use dynamics::adapters::{AdapterError, FirstOrder};
 /// # use dynamics::simulate::Simulate;
-/// fn euler<M: Simulate>(model: &M, start: M::State, steps: usize, h: f64) -> Result<M::State, AdapterError> {
+/// fn euler<M: Simulate>(
+///     model: &M,
+///     start: M::State,
+///     steps: usize,
+///     h: f64,
+/// ) -> Result<M::State, AdapterError> {
 ///     let system = FirstOrder::new(model, start)?;
 ///     let (mut y, mut rate) = (system.initial(), system.initial());
 ///     let mut t = system.start_time();

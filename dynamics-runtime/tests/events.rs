@@ -401,16 +401,19 @@ proptest! {
             Ok(motion) => motion,
             Err(error) => return Err(TestCaseError::fail(error.to_string())),
         };
-        let found: Vec<f64> = motion.events().iter().filter(|e| e.name == "floor").map(|e| e.time()).collect();
+        let found: Vec<f64> =
+            motion.events().iter().filter(|e| e.name == "floor").map(|e| e.time()).collect();
         prop_assert_eq!(found.len(), expected.len());
         // Rounding of the floor's height moves the impacts.
-        let resolution = 1e-11 * fall + 1e-13 * (floor.abs() + height) / (G * fall * restitution.powi(count as i32));
+        let resolution = 1e-11 * fall
+            + 1e-13 * (floor.abs() + height) / (G * fall * restitution.powi(count as i32));
         for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
             prop_assert!((found - expected).abs() < 100.0 * resolution, "impact {k} at {found} for \
                 {expected}");
         }
         let span = end - offset;
-        let lowest = motion.sample((0..=500).map(|k| offset + span * f64::from(k) / 500.0)).map(|s| s.q[0] - floor);
+        let lowest =
+            motion.sample((0..=500).map(|k| offset + span * f64::from(k) / 500.0)).map(|s| s.q[0] - floor);
         prop_assert!(lowest.fold(f64::MAX, f64::min) > -1e-12 * (floor.abs() + height));
         prop_assert!(motion.verify().energy_drift < 1e-12);
     }
@@ -418,7 +421,11 @@ proptest! {
     /// Crossings of an oscillator with drifting thresholds: as many as there are, each on the threshold, in
     /// both directions of time.
     #[test]
-    fn any_threshold(threshold in -0.95..0.95f64, omega in 0.5..50.0f64, end in prop_oneof![-20.0..-1.0f64, 1.0..20.0f64]) {
+    fn any_threshold(
+        threshold in -0.95..0.95f64,
+        omega in 0.5..50.0f64,
+        end in prop_oneof![-20.0..-1.0f64, 1.0..20.0f64]
+    ) {
         let oscillator = Oscillator { omega };
         let motion = oscillator
             .simulate(at_rest_or_not([1.0], [0.0]))
@@ -434,7 +441,8 @@ proptest! {
             .take_while(|t| *t < end.abs())
             .collect();
         expected.sort_by(f64::total_cmp);
-        let found: Vec<f64> = motion.events().iter().filter(|e| e.name == "threshold").map(|e| e.time().abs()).collect();
+        let found: Vec<f64> =
+            motion.events().iter().filter(|e| e.name == "threshold").map(|e| e.time().abs()).collect();
         prop_assert_eq!(found.len(), expected.len());
         for (found, expected) in found.iter().zip(&expected) {
             prop_assert!((found - expected).abs() < 1e-6 / omega, "{found} for {expected}");
@@ -463,7 +471,10 @@ proptest! {
         let start = PlainState { t: 0.0, ..at_rest_or_not([0.0], [speed]) };
         let run = ball.simulate(start).until(flight).tolerance(1e-6).first_step(flight);
         let run = if high_order { run.method(methods::Dop853) } else { run.method(methods::DormandPrince5) };
-        let motion = run.event("summit", move |s| s.q[0] - summit * (1.0 - signed)).event("dip", move |s| dip(s.t())).run().unwrap();
+        let motion = run
+            .event("summit", move |s| s.q[0] - summit * (1.0 - signed))
+            .event("dip", move |s| dip(s.t()))
+            .run().unwrap();
         let count = |name: &str| motion.events().iter().filter(|e| e.name == name).count();
         prop_assert_eq!(count("summit"), if passes { 2 } else { 0 });
         // Its zeros, by bisection from its vertex to the ends, the two turning points known.
@@ -473,7 +484,8 @@ proptest! {
             edges.push(turn);
         }
         edges.sort_by(f64::total_cmp);
-        let signs = edges.windows(2).filter(|pair| dip(pair[0] * flight) * dip(pair[1] * flight) < 0.0).count();
+        let signs =
+            edges.windows(2).filter(|pair| dip(pair[0] * flight) * dip(pair[1] * flight) < 0.0).count();
         prop_assert_eq!(count("dip"), signs);
     }
 }

@@ -16,10 +16,16 @@ fn parallelogram(theta: f64, rate: f64) -> common::PlainState<3, 0> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { rng_seed: proptest::test_runner::RngSeed::Fixed(3), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        rng_seed: proptest::test_runner::RngSeed::Fixed(3),
+        ..ProptestConfig::default()
+    })]
 
     #[test]
-    fn formulations_agree_at_random_states(q in proptest::array::uniform3(-3.0..3.0_f64), u in proptest::array::uniform3(-5.0..5.0_f64)) {
+    fn formulations_agree_at_random_states(
+        q in proptest::array::uniform3(-3.0..3.0_f64),
+        u in proptest::array::uniform3(-5.0..5.0_f64)
+    ) {
         // Off the manifold, too: the equations at acceleration level do not ask.
         let bar = FourBar { m: [1.0, 0.5, 2.0], l: [1.0, 2.5, -2.0], d: 2.0, g: 9.81 };
         let state = at_rest_or_not(q, u);

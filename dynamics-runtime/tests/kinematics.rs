@@ -498,7 +498,9 @@ proptest! {
         start.q[1] = (rocker_end[1] - crank * t0.sin()).atan2(rocker_end[0] - crank * t0.cos());
         start.t = t0;
         // The first limit after t0, in 0..2π: at ±acos.
-        let limits = [limit(near), limit(far)].into_iter().flatten().flat_map(|a| [a, TAU - a, TAU + a, 2.0 * TAU - a]);
+        let limits =
+            [limit(near), limit(far)].into_iter().flatten()
+            .flat_map(|a| [a, TAU - a, TAU + a, 2.0 * TAU - a]);
         let first = limits.filter(|a| *a > t0).fold(f64::INFINITY, f64::min);
         let model = Jets(bar);
         match model.kinematics(start).until(t0 + TAU).run() {

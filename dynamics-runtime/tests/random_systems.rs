@@ -128,13 +128,25 @@ proptest! {
         let plain = Six::with_solution(mass, jacobian, a, lambda);
         let outcome = solve_once(&plain, &(), &still()).unwrap();
         prop_assert!(outcome.unique());
-        prop_assert!((outcome.accelerations - a).amax() < 1e-11 && (outcome.multipliers - lambda).amax() < 1e-11);
+        prop_assert!(
+            (outcome.accelerations - a).amax() < 1e-11
+            && (outcome.multipliers - lambda).amax() < 1e-11
+        );
         // Other units: q = S q', Φ' = W Φ; then a' = S⁻¹ a, λ' = W⁻¹ λ.
         let (s, w) = (SMatrix::from_diagonal(&coordinates), SMatrix::from_diagonal(&rows));
-        let other = Six { mass: s * mass * s, force: s * plain.force, jacobian: w * jacobian * s, gamma: w * plain.gamma };
+        let other = Six {
+            mass: s * mass * s,
+            force: s * plain.force,
+            jacobian: w * jacobian * s,
+            gamma: w * plain.gamma
+        };
         let there = solve_once(&other, &(), &still()).unwrap();
         prop_assert!(there.unique());
-        prop_assert!((s * there.accelerations - a).amax() < 1e-11, "{}", (s * there.accelerations - a).amax());
+        prop_assert!(
+            (s * there.accelerations - a).amax() < 1e-11,
+            "{}",
+            (s * there.accelerations - a).amax()
+        );
         prop_assert!((w * there.multipliers - lambda).amax() < 1e-11);
     }
 
@@ -156,16 +168,21 @@ proptest! {
         prop_assert!(apart.amax() < 1e-10 * size, "{apart}");
         // Least norm in accelerations: no combination that does nothing would make it less.
         let scale = SVector::<f64, 6>::from_fn(|i, _| 1.0 / mass[(i, i)].sqrt());
-        let weights = SVector::<f64, 4>::from_fn(|i, _| jacobian.row(i).transpose().component_mul(&scale).norm_squared());
+        let weights =
+            SVector::<f64, 4>::from_fn(
+                |i, _|
+                jacobian.row(i).transpose().component_mul(&scale).norm_squared());
         let free = lambda - outcome.multipliers;
         let along: f64 = (0..4).map(|i| weights[i] * outcome.multipliers[i] * free[i]).sum();
-        let sizes: f64 = (0..4).map(|i| weights[i] * (outcome.multipliers[i].powi(2) + free[i].powi(2))).sum();
+        let sizes: f64 =
+            (0..4).map(|i| weights[i] * (outcome.multipliers[i].powi(2) + free[i].powi(2))).sum();
         prop_assert!(along.abs() < 1e-9 * sizes, "{along} of {sizes}");
     }
 
     #[test]
     fn contradictions_are_named(
-        mass in mass(), base in matrix::<3, 6>(), mixing in matrix::<1, 3>(), a in matrix::<6, 1>(), by in 1e-3..1.0_f64,
+        mass in mass(), base in matrix::<3, 6>(), mixing in matrix::<1, 3>(), a in matrix::<6, 1>(),
+            by in 1e-3..1.0_f64,
     ) {
         prop_assume!(regularity(&base) > 0.1 && mixing.norm() > 0.3);
         let mut jacobian = SMatrix::<f64, 4, 6>::zeros();
@@ -189,12 +206,17 @@ proptest! {
 
     #[test]
     fn coordinates_without_inertia_are_carried(
-        mass in mass(), jacobian in matrix::<4, 6>(), a in matrix::<6, 1>(), lambda in matrix::<4, 1>(), light in 0..3_i32,
+        mass in mass(), jacobian in matrix::<4, 6>(), a in matrix::<6, 1>(),
+            lambda in matrix::<4, 1>(), light in 0..3_i32,
     ) {
-        prop_assume!(regularity(&jacobian) > 0.05 && regularity(&jacobian.fixed_columns::<2>(0).transpose()) > 0.2);
+        prop_assume!(
+            regularity(&jacobian) > 0.05
+            && regularity(&jacobian.fixed_columns::<2>(0).transpose()) > 0.2
+        );
         // Two coordinates with none, with next to none, or with a hundred-millionth.
         let share = [0.0, 1e-14, 1e-8][light as usize];
-        let s = SMatrix::from_diagonal(&SVector::<f64, 6>::from_fn(|i, _| if i < 2 { f64::sqrt(share) } else { 1.0 }));
+        let s = SMatrix::from_diagonal(
+            &SVector::<f64, 6>::from_fn(|i, _| if i < 2 { f64::sqrt(share) } else { 1.0 }));
         let system = Six::with_solution(s * mass * s, jacobian, a, lambda);
         let outcome = solve_once(&system, &(), &still()).unwrap();
         let (da, dl) = ((outcome.accelerations - a).amax(), (outcome.multipliers - lambda).amax());
@@ -468,7 +490,8 @@ proptest! {
         prop_assume!(regularity(&jacobian) > 0.1);
         // λ = λ₀ + S B |λ| contracts where ‖S B‖ < 1: then there is one solution, whatever the signs.
         let inverse = mass.try_inverse().unwrap();
-        let influence = (jacobian * inverse * jacobian.transpose()).try_inverse().unwrap() * jacobian * inverse * by;
+        let influence = (jacobian * inverse * jacobian.transpose()).try_inverse().unwrap()
+            * jacobian * inverse * by;
         let by = by * (0.7 / influence.norm());
         let rough = Rough { smooth: Six::with_solution(mass, jacobian, a, lambda), by };
         let mut state = still();

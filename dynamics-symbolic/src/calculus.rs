@@ -8,22 +8,22 @@
 //! Shorter forms (like terms, sin² + cos², common factors, shared parts of products and sums) are looked
 //! for in the terms of constrained systems. Each is kept only if all results together become cheaper.
 
-mod collect;
+mod collect_terms;
 mod forward;
 mod local;
-mod placeless;
+mod remove_coordinates;
+mod remove_time;
 mod reverse;
-mod share;
+mod share_parts;
 mod substitute;
-mod timeless;
 mod total;
 
-pub use collect::{Collected, collect};
+pub use collect_terms::{Collected, collect_terms};
 pub use forward::directional;
-pub use placeless::placeless;
+pub use remove_coordinates::remove_coordinates;
+pub use remove_time::remove_time;
 pub use reverse::gradient;
-pub use share::share;
+pub use share_parts::share_parts;
 pub(crate) use substitute::rebuild;
 pub use substitute::{ZeroDenominator, substitute};
-pub use timeless::timeless;
 pub use total::{NotDifferentiable, total_derivative};

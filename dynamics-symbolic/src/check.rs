@@ -8,8 +8,8 @@
 //! and at what they leave free (Lie brackets, inertia).
 //!
 //! Invariant: no mistake is reported that only failed to be disproved. A set of constraints is called
-//! contradictory only if its parameters are known and it is small enough for the search to be trusted. Nobody
-//! says which switched rows are on together, so each is judged beside those that always hold.
+//! contradictory only if its parameters are known and it is small enough for a search to be reliable. Models
+//! do not declare which switched rows are on together, so each is checked beside those that always hold.
 
 mod choices;
 pub mod constraints;

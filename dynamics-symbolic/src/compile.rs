@@ -7,8 +7,9 @@ use crate::check::constraints::Sample;
 use crate::check::hazards::{Branch, Hazards, Kink};
 use crate::check::{self, Finding};
 use crate::graph::{Bindings, FunctionId, Graph, Node, NodeId};
+pub use crate::mechanics::MOST_OPERATIONS;
 use crate::mechanics::{
-    ConstraintEquations, Equations, General, Manifold, Model, Named, Solution, Underivable, Withheld,
+    ConstraintEquations, Equations, General, Manifold, Model, Named, NoDerivatives, Solution, Underivable,
     derive_on, momentum_rates, output_variations, residual, variations,
 };
 use crate::schedule::{Program, Staging, schedule};
@@ -63,8 +64,8 @@ pub struct Programs {
     pub series: Result<Series, Unexpandable>,
     /// Where the accelerations are not smooth.
     pub kinks: Kinks,
-    /// ṗ (N), where Q contains velocities and there are no constraints: elsewhere p says no more than q̇. Not
-    /// listed.
+    /// ṗ (N), where Q contains velocities and there are no constraints. Elsewhere p contains no more than
+    /// q̇. Not listed.
     pub momentum_rates: Option<Program>,
 }
 
@@ -153,16 +154,13 @@ pub struct JacobianPrograms {
 pub struct Excess {
     /// The function.
     pub function: String,
-    /// Its operations; where deriving it was given up, the nodes that it had taken by then.
+    /// Its operations; where deriving it was given up, the number of nodes by then.
     pub operations: usize,
 }
 
-/// Most operations of the derivatives that small motions are made of, beyond which every build would pay too
-/// much for what few programs ask for.
-const MOST_VARIATIONS: usize = 15_000;
-
-/// Most operations of one function: beyond, rustc takes minutes.
-pub const LIMIT: usize = 20_000;
+/// Most operations of the derivatives for small motions. Few programs ask for them, and every build would pay
+/// for more.
+const MOST_VARIATION_OPERATIONS: usize = 15_000;
 
 /// A model with everything that was derived from it.
 #[derive(Clone, Debug)]
@@ -226,8 +224,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     let driven = |p: &&Program| !model.inputs.is_empty() || p.name != "input_jacobian";
     let printed: Vec<&Program> = programs.all().filter(driven).collect();
     let withheld = programs.jacobians.as_ref().err().map(|reason| match reason {
-        NoJacobians::TooLarge(e) => (e.function.as_str(), Withheld::TooLarge(e.operations)),
-        NoJacobians::General => ("state_jacobian", Withheld::General),
+        NoJacobians::TooLarge(e) => (e.function.as_str(), NoDerivatives::TooLarge(e.operations)),
+        NoJacobians::General => ("state_jacobian", NoDerivatives::General),
     });
     let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
     let mut listing = text::listing(&model, &equations, &printed);
@@ -300,7 +298,7 @@ fn fitting_programs(model: &Model, e: &mut Equations) -> Programs {
     let Some((c, excess)) = e.constraints.as_mut().zip(excess(&all.accelerations)) else { return all };
     c.solution = Solution::General(General::TooLarge(excess.operations));
     c.released.clear();
-    e.jacobians = Err(Withheld::General);
+    e.jacobians = Err(NoDerivatives::General);
     programs(model, e)
 }
 
@@ -333,8 +331,8 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         conserved: inline("conserved", &e.conserved.iter().map(|c| c.quantity.node).collect::<Vec<_>>()),
         powers: inline("powers", &nodes(&e.powers)),
         jacobians: match &e.jacobians {
-            Err(Withheld::General) => Err(NoJacobians::General),
-            Err(Withheld::TooLarge(nodes)) => {
+            Err(NoDerivatives::General) => Err(NoJacobians::General),
+            Err(NoDerivatives::TooLarge(nodes)) => {
                 Err(NoJacobians::TooLarge(Excess { function: "state_jacobian".into(), operations: *nodes }))
             }
             Ok(j) => jacobians(
@@ -386,7 +384,7 @@ fn fitting(g: &Graph, name: &str, all: &[NodeId]) -> Option<Program> {
     if fourth_derivatives(g, all).next().is_some() {
         return None;
     }
-    let fits = |program: &Program| program.cost.total() <= MOST_VARIATIONS;
+    let fits = |program: &Program| program.cost.total() <= MOST_VARIATION_OPERATIONS;
     Some(schedule(g, name, all, Staging::Inline)).filter(fits)
 }
 
@@ -473,12 +471,12 @@ fn jacobians(state: Program, inputs: Program, parameters: Program) -> Result<Jac
 
 fn excess(program: &Program) -> Option<Excess> {
     let operations = program.hoisted_cost.total().max(program.cost.total());
-    (operations > LIMIT).then(|| Excess { function: program.name.clone(), operations })
+    (operations > MOST_OPERATIONS).then(|| Excess { function: program.name.clone(), operations })
 }
 
 impl Excess {
     fn into_finding(self) -> Finding {
-        Finding::TooLarge { function: self.function, operations: self.operations, limit: LIMIT }
+        Finding::TooLarge { function: self.function, operations: self.operations, limit: MOST_OPERATIONS }
     }
 }
 

@@ -1,8 +1,8 @@
 //! The engine of `dynamics`: from energies and forces, as an expression graph, to the programs that a solver
 //! runs.
 //!
-//! The engine knows no tokens and no spans: whoever builds a model tags what it declares with opaque
-//! [`Origin`](graph::Origin)s and gets them back in every finding. It can be used from a procedural macro, a
+//! The engine contains no tokens and no spans. Whoever builds a model tags its declarations with opaque
+//! [`Origin`](graph::Origin)s, and every finding returns them. It can be used from a procedural macro, a
 //! build script or at run time alike.
 //!
 //! Flow: [`graph`] ← [`calculus`] ← [`mechanics`] ← [`check`]; [`graph`] ← [`algebra`], [`schedule`];

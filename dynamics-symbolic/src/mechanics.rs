@@ -19,6 +19,7 @@
 //! with the reason. With constraints, outputs, events and powers keep the symbols q̈ and λ, so that one
 //! solution per state serves them all.
 
+mod articulated_bodies;
 mod bodies;
 mod constraints;
 mod derive;
@@ -26,7 +27,6 @@ mod equations;
 mod forces;
 mod inverse;
 mod lagrange;
-mod levers;
 mod model;
 mod released;
 mod solution;
@@ -39,12 +39,12 @@ pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
 pub use derive::{derive, derive_on, momentum_rates, output_variations, residual, variations};
 pub use equations::{
-    Aside, ConservedKind, ConservedQuantity, ConstraintDerivatives, ConstraintEquations, Derivation,
-    Equations, General, Jacobians, Named, Pivot, Released, Solution, SpeedEquations, Underivable, Variations,
-    Withheld,
+    ConservedKind, ConservedQuantity, ConstraintDerivatives, ConstraintEquations, Derivation, Equations,
+    General, Jacobians, Named, NoDerivatives, NoSpeedForm, Pivot, Released, Solution, SpeedEquations,
+    Underivable, Variations,
 };
 pub use model::{
     AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,
     ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Premise, Speed,
 };
-pub use solution::Manifold;
+pub use solution::{MOST_OPERATIONS, Manifold};

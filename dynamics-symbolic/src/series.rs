@@ -29,7 +29,7 @@ mod recurrence;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::Factors;
-use crate::calculus::{collect, rebuild, substitute};
+use crate::calculus::{collect_terms, rebuild, substitute};
 use crate::graph::{FunctionId, Graph, Node, NodeId, Symbol};
 use crate::mechanics::{Equations, General, Solution};
 use crate::schedule::{Program, Staging, schedule};
@@ -81,18 +81,19 @@ pub enum Unexpandable {
     TooLarge(usize),
 }
 
-/// Most operations of [`Series::start`] and of what gives one order, which are one function.
-pub const LIMIT: usize = 3_000;
+/// Most operations of [`Series::start`], and of the function that computes the coefficients of one order. A
+/// larger bound expands larger models, whose functions rustc takes longer to compile.
+pub const MOST_OPERATIONS: usize = 3_000;
 
 /// The series of a model's motions.
 ///
 /// # Errors
 /// Why they cannot be expanded.
 pub fn expand(graph: &mut Graph, equations: &Equations) -> Result<Series, Unexpandable> {
-    // What takes so many by itself takes more order by order: large models are not expanded in vain.
+    // An expansion takes at least as many operations for each order: large models are not tried.
     let terms = [&equations.mass_matrix.concat()[..], &equations.generalized_force].concat();
     let operations = graph.operations(&terms);
-    if operations > LIMIT {
+    if operations > MOST_OPERATIONS {
         return Err(Unexpandable::TooLarge(operations));
     }
     match &equations.constraints {
@@ -143,14 +144,14 @@ pub fn expand_free(
     let (plain, turned) = (plain?, turned?);
     // Fewer lanes are less work where they are a block less; else products are, as nothing of them waits: a
     // double pendulum takes 5 % less.
-    let blocks = |series: &Series| series.lanes.div_ceil(BLOCK);
+    let blocks = |series: &Series| series.lanes.div_ceil(LANES_OF_BLOCK);
     let series = if blocks(&turned) < blocks(&plain) { turned } else { plain };
     let operations = series.operations().max(series.start.cost.total());
-    if operations > LIMIT { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
+    if operations > MOST_OPERATIONS { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
 }
 
-/// Lanes that are summed together at run time.
-const BLOCK: usize = 4;
+/// Lanes that are summed together at run time, as `dynamics_runtime::series::WIDTH`.
+const LANES_OF_BLOCK: usize = 4;
 
 /// [`expand_free`] by one way to write sums of products of sines and cosines.
 fn expand_with(
@@ -204,7 +205,7 @@ fn finish(mut e: Expansion<'_>, accelerations: &[NodeId]) -> Result<Series, Unex
 
 /// What is needed of an expansion: recurrences that were set up may have become superfluous.
 struct Compact {
-    /// What was asked for, with lanes numbered anew.
+    /// The requested values, with lanes numbered anew.
     roots: Vec<Vec<NodeId>>,
     /// Coefficients of the left factors of all lanes, then those of the right ones.
     factors: Vec<NodeId>,
@@ -305,7 +306,7 @@ fn complete(e: &mut Expansion<'_>) -> Result<(), Unexpandable> {
 fn short(graph: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> (Vec<Vec<NodeId>>, Vec<NodeId>) {
     let n = mass.len();
     let diagonal: Vec<NodeId> = (0..n).map(|i| mass[i][i]).collect();
-    let mut collected = collect(graph, &[&mass.concat(), force].concat(), &diagonal).nodes;
+    let mut collected = collect_terms(graph, &[&mass.concat(), force].concat(), &diagonal).nodes;
     let force = collected.split_off(n * n);
     (collected.chunks(n.max(1)).map(<[NodeId]>::to_vec).collect(), force)
 }

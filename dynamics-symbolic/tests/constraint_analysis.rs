@@ -7,7 +7,7 @@ use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::check::constraints::{
-    Analysis, Combination, ConstraintFinding as Fault, LookedAt, analyse,
+    Analysis, Combination, ConstraintFinding as Fault, RankScope, analyse,
 };
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{NodeId, Origin, Symbol, Unary};
@@ -54,7 +54,7 @@ fn a_pendulum_is_sound_and_its_samples_are_on_the_circle() {
     for nominal in [false, true] {
         let analysis = sound(&b.model);
         assert_eq!((analysis.rows, analysis.rank, analysis.redundant), (1, 1, false));
-        assert_eq!(analysis.looked_at, if nominal { LookedAt::Nominal } else { LookedAt::Random });
+        assert_eq!(analysis.rank_scope, if nominal { RankScope::Nominal } else { RankScope::Random });
         assert!(!analysis.samples.is_empty() && analysis.not_unique.is_empty());
         for s in &analysis.samples {
             let (x, y, l) = (s.q[0], s.q[1], s.parameters[0]);
@@ -174,7 +174,7 @@ fn what_no_state_satisfies_is_contradictory_at_nominal_values() {
     constrain(&mut b, "rod", HOLONOMIC, &[rod]);
     constrain(&mut b, "wall", HOLONOMIC, &[wall]);
     b.nominal(0, 1.0);
-    assert_ne!(analyse(&b.model).looked_at, LookedAt::Nowhere, "d is not known");
+    assert_ne!(analyse(&b.model).rank_scope, RankScope::Nowhere, "d is not known");
     b.nominal(1, 3.0);
     let found = faults(&b.model);
     let [Fault::Unsatisfiable { missed, .. }] = &found[..] else { panic!("{found:?}") };
@@ -185,7 +185,7 @@ fn what_no_state_satisfies_is_contradictory_at_nominal_values() {
     let x = 1.0 + (4.0f64 / 3.0).sqrt();
     assert!((of_wall - (3.0 - x)).abs() < 1e-3 && (of_rod - of_wall).abs() < 1e-3, "{of_rod} {of_wall}");
     b.model.nominal[1].1 = 0.5;
-    assert_eq!(sound(&b.model).looked_at, LookedAt::Nominal);
+    assert_eq!(sound(&b.model).rank_scope, RankScope::Nominal);
 }
 
 /// The end of a crank cannot be as high: its height is flat where it comes closest.
@@ -297,7 +297,7 @@ fn switched_constraints_may_exclude_each_other_but_not_what_always_holds() {
     constrain(&mut b, "floor", HOLONOMIC, &[low]).switched = true;
     constrain(&mut b, "ceiling", HOLONOMIC, &[high]).switched = true;
     let analysis = sound(&b.model);
-    assert_eq!((analysis.rank, analysis.redundant, analysis.looked_at), (1, false, LookedAt::Excluding));
+    assert_eq!((analysis.rank, analysis.redundant, analysis.rank_scope), (1, false, RankScope::Excluding));
     b.model.constraints[0].switched = false;
     let with = constant("floor");
     assert_eq!(faults(&b.model), [Fault::Contradicts { name: "ceiling".into(), with, origin: Origin(1001) }]);
@@ -464,10 +464,10 @@ fn branches_on_which_rows_repeat_others_are_reported_and_may_be_marked() {
     }
     constrain(&mut b, "closure", HOLONOMIC, &rows);
     let general = sound(&b.model);
-    assert_eq!((general.rank, general.looked_at == LookedAt::Nominal), (4, false));
+    assert_eq!((general.rank, general.rank_scope == RankScope::Nominal), (4, false));
     (0..3).for_each(|i| b.nominal(i, 0.7));
     let analysis = analyse(&b.model);
-    assert_eq!((analysis.least.all, analysis.looked_at), (3, LookedAt::Nominal));
+    assert_eq!((analysis.least.all, analysis.rank_scope), (3, RankScope::Nominal));
     b.model.constraints[0].redundant = true;
     let marked = sound(&b.model);
     assert_eq!((marked.least.all, marked.rank, marked.branch_meant, marked.redundant), (3, 4, true, true));

@@ -174,7 +174,10 @@ proptest! {
     /// Whatever is declared, the checks end with findings or without, and never by a panic.
     #[test]
     fn nothing_panics(
-        programs in prop::collection::vec((prop::collection::vec((any::<u8>(), any::<u8>()), 1..12), 0..6u8), 1..5),
+        programs in prop::collection::vec(
+            (prop::collection::vec((any::<u8>(), any::<u8>()), 1..12), 0..6u8),
+            1..5,
+        ),
         nominal in any::<bool>(),
     ) {
         let (mut b, q) = particles(&["x", "y", "z"]);

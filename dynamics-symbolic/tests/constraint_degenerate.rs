@@ -5,7 +5,7 @@ use crate::common;
 use common::Builder;
 use common::constrained::{HOLONOMIC, constrain, particles};
 use dynamics_symbolic::check::Finding;
-use dynamics_symbolic::check::constraints::{Combination, ConstraintFinding as Fault, LookedAt, analyse};
+use dynamics_symbolic::check::constraints::{Combination, ConstraintFinding as Fault, RankScope, analyse};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{NodeId, Origin};
 use dynamics_symbolic::mechanics::Solution;
@@ -220,7 +220,7 @@ fn switched_rows_that_take_over_from_each_other_are_no_finding() {
         (&analysis.findings[..], &analysis.tangent[..], analysis.redundant),
         (&[][..], &[][..], false)
     );
-    assert_eq!((analysis.rank, analysis.least.all, analysis.looked_at), (2, 2, LookedAt::Touching));
+    assert_eq!((analysis.rank, analysis.least.all, analysis.rank_scope), (2, 2, RankScope::Touching));
     let compiled = compile(cam_and_stop().model).unwrap_or_else(|found| panic!("{found:?}"));
     let derived = compiled.equations.constraints.expect("constraints");
     assert!(matches!(derived.solution, Solution::Unrolled(_)), "{:?}", derived.solution);

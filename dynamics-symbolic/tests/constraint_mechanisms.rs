@@ -6,7 +6,7 @@ use crate::common;
 use common::Builder;
 use common::constrained::{HOLONOMIC, NONHOLONOMIC, constrain, particles};
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, n_four_bar, slider_crank};
-use dynamics_symbolic::check::constraints::{Analysis, LookedAt, analyse};
+use dynamics_symbolic::check::constraints::{Analysis, RankScope, analyse};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{NodeId, Symbol};
 use dynamics_symbolic::mechanics::{ConstraintKind, EnergyRole, Model};
@@ -45,10 +45,10 @@ fn mechanisms_are_sound_and_their_samples_satisfy_them() {
             let analysis = sound(&model);
             assert_eq!((analysis.rank, analysis.redundant), (analysis.rows, false), "{}", model.name);
             assert!(
-                !nominal || analysis.looked_at == LookedAt::Nominal,
+                !nominal || analysis.rank_scope == RankScope::Nominal,
                 "{} {:?}",
                 model.name,
-                analysis.looked_at
+                analysis.rank_scope
             );
             let nodes: Vec<_> = model.constraints[0].components.iter().map(|(_, node)| *node).collect();
             for sample in &analysis.samples {
@@ -63,7 +63,7 @@ fn mechanisms_are_sound_and_their_samples_satisfy_them() {
 #[test]
 fn large_models_are_looked_at_in_general_only() {
     let analysis = sound(&model(n_four_bar(40), true));
-    assert_eq!((analysis.rows, analysis.rank, analysis.looked_at), (242, 242, LookedAt::TooMany));
+    assert_eq!((analysis.rows, analysis.rank, analysis.rank_scope), (242, 242, RankScope::TooMany));
 }
 
 #[test]

@@ -49,7 +49,11 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn linear_rows(rows in independent(), mut coefficients in prop::collection::vec(-3..=3i64, 4), shift in -1..=1i64) {
+    fn linear_rows(
+        rows in independent(),
+        mut coefficients in prop::collection::vec(-3..=3i64, 4),
+        shift in -1..=1i64
+    ) {
         coefficients.truncate(rows.len());
         let (mut b, q) = particles(&["a", "b", "c", "d", "e", "f"]);
         for (i, row) in rows.iter().enumerate() {
@@ -197,7 +201,10 @@ proptest! {
 
     /// What can be assembled is not called contradictory, with up to 16 rows and whatever lengths.
     #[test]
-    fn linkages_that_can_be_assembled(numbers in prop::collection::vec(0.0..1.0f64, 40), loops in 1..=8usize) {
+    fn linkages_that_can_be_assembled(
+        numbers in prop::collection::vec(0.0..1.0f64, 40),
+        loops in 1..=8usize
+    ) {
         let analysis = analyse(&linkage(&numbers, loops).model);
         prop_assert_eq!(&analysis.findings, &[]);
         prop_assert_eq!((analysis.rank, analysis.rows), (2 * loops, 2 * loops));
@@ -242,7 +249,11 @@ proptest! {
 
     /// The same of rods between points, in the plane and in space.
     #[test]
-    fn frameworks_that_can_be_assembled(numbers in prop::collection::vec(0.0..1.0f64, 36), points in 1..=8usize, d in 2..=3usize) {
+    fn frameworks_that_can_be_assembled(
+        numbers in prop::collection::vec(0.0..1.0f64, 36),
+        points in 1..=8usize,
+        d in 2..=3usize
+    ) {
         let analysis = analyse(&rods(&numbers, points, d).model);
         prop_assert_eq!(&analysis.findings, &[]);
         prop_assert_eq!((analysis.rank, analysis.rows), (d * points - 1, d * points - 1));

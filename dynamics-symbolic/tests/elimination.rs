@@ -6,7 +6,7 @@ use crate::common;
 use common::mechanisms::{Mechanism, andrews, cartesian_chain, folded, four_bar, n_four_bar, slider_crank};
 use common::{Builder, Values};
 use dynamics_symbolic::algebra::{
-    ConstrainedEquations, Elimination, Guard, Solver, States, Stuck, Unrolled, unroll,
+    ConstrainedEquations, Elimination, Guard, NotUnrolled, Solver, States, Unrolled, unroll,
 };
 use dynamics_symbolic::calculus::{directional, gradient};
 use dynamics_symbolic::graph::{Bindings, Graph, NodeId, Symbol};
@@ -175,7 +175,7 @@ fn all_solvers(system: &mut System, independent: &[Vec<usize>]) -> Vec<Solver> {
     solvers
 }
 
-fn unrolled(system: &mut System) -> Result<Unrolled, Stuck> {
+fn unrolled(system: &mut System) -> Result<Unrolled, NotUnrolled> {
     let mut graph = std::mem::take(&mut system.graph);
     let found = unroll(&mut graph, &system.constrained(), &States::default(), 20_000);
     system.graph = graph;
@@ -257,7 +257,12 @@ fn check(system: &System, found: &Unrolled) -> Option<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, rng_seed: proptest::test_runner::RngSeed::Fixed(7), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 40,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(7),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn the_chosen_solution_holds_at_random_states(numbers in prop::collection::vec(-3.0..3.0f64, 12)) {
@@ -315,7 +320,12 @@ fn random_system(n: usize, r: usize, pattern: &[u8], numbers: &[f64]) -> System 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, rng_seed: proptest::test_runner::RngSeed::Fixed(11), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 60,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(11),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn random_sparse_systems_are_solved(
@@ -349,7 +359,7 @@ fn repeated_rows_are_left_to_the_general_solver() {
     system.jacobian.push(system.jacobian[0].clone());
     system.gamma.push(system.gamma[0]);
     system.numbers.push(system.numbers.len());
-    assert_eq!(unrolled(&mut system).err(), Some(Stuck::Redundant));
+    assert_eq!(unrolled(&mut system).err(), Some(NotUnrolled::Redundant));
 }
 
 #[test]
@@ -526,8 +536,8 @@ fn what_applies_where_motions_begin_has_to_be_affordable() {
     let (shortest, applying) =
         (taken(&[], 20_000).expect("regular"), taken(&[&across], 20_000).expect("regular"));
     assert_ne!(shortest, applying);
-    let Err(Stuck::TooLarge(least)) = taken(&[], 0) else { panic!("nothing has no operations") };
-    assert_eq!(taken(&[&across], least - 1), Err(Stuck::TooLarge(least)));
+    let Err(NotUnrolled::TooLarge(least)) = taken(&[], 0) else { panic!("nothing has no operations") };
+    assert_eq!(taken(&[&across], least - 1), Err(NotUnrolled::TooLarge(least)));
     assert_eq!(taken(&[&across], least), Ok(shortest));
     assert_eq!(taken(&[&across], 2 * least), Ok(applying));
 }

@@ -239,15 +239,26 @@ fn close(x: f64, y: f64, bound: f64) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 1000,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     #[test]
-    fn values_and_derivatives_are_those_of_plain_arithmetic(ops in operations(), (values, direction) in point()) {
+    fn values_and_derivatives_are_those_of_plain_arithmetic(
+        ops in operations(),
+        (values, direction) in point()
+    ) {
         let mut g = Graph::new();
         let (nodes, duals) = build(&mut g, &ops, &values, &direction);
         let found = g.evaluate(&nodes, &values);
         for (node, dual) in nodes.iter().zip(&duals) {
-            prop_assert!(close(found[node.index()], dual.v, dual.ev), "value {} {dual:?}", found[node.index()]);
+            prop_assert!(
+                close(found[node.index()], dual.v, dual.ev),
+                "value {} {dual:?}",
+                found[node.index()]
+            );
         }
         let moving = [Symbol::Coordinate(0), Symbol::Coordinate(1), Symbol::Rate(0), Symbol::Time];
         let forward = directional(&mut g, &nodes, &mut |g, s| {
@@ -270,7 +281,10 @@ proptest! {
     }
 
     #[test]
-    fn substituting_symbols_by_expressions_is_composition(ops in operations(), (values, direction) in point()) {
+    fn substituting_symbols_by_expressions_is_composition(
+        ops in operations(),
+        (values, direction) in point()
+    ) {
         let mut g = Graph::new();
         let (nodes, _) = build(&mut g, &ops, &values, &direction);
         // q₀ → sin q₁ + 2.
@@ -280,9 +294,11 @@ proptest! {
             g.add(s, two)
         };
         let last = *nodes.last().expect("leaves");
-        if let Ok(new) = substitute(&mut g, &[last], &mut |_, s| (s == Symbol::Coordinate(0)).then_some(replacement)) {
+        let replaced = |s| (s == Symbol::Coordinate(0)).then_some(replacement);
+        if let Ok(new) = substitute(&mut g, &[last], &mut |_, s| replaced(s)) {
             let moved = Values { q: vec![values.q[1].sin() + 2.0, values.q[1]], ..values.clone() };
-            let (x, y) = (g.evaluate(&[last], &moved)[last.index()], g.evaluate(&new, &values)[new[0].index()]);
+            let (x, y) =
+                (g.evaluate(&[last], &moved)[last.index()], g.evaluate(&new, &values)[new[0].index()]);
             let comparable = x.is_finite() && x.abs() < 1e6;
             let mut fresh = Graph::new();
             let (_, duals) = build(&mut fresh, &ops, &moved, &direction);

@@ -5,7 +5,7 @@ use crate::common;
 
 use common::mechanisms::{andrews, four_bar, slider_crank};
 use common::{Values, double_pendulum, relative_chain};
-use dynamics_symbolic::calculus::{collect, share};
+use dynamics_symbolic::calculus::{collect_terms, share_parts};
 use dynamics_symbolic::graph::{Graph, NodeId, Number, Symbol, Unary};
 use dynamics_symbolic::mechanics::{Model, derive};
 use proptest::prelude::*;
@@ -48,10 +48,10 @@ fn inertia_and_forces_of_mechanisms_become_shorter() {
         };
         let roots = [equations.mass_matrix.concat(), equations.generalized_force].concat();
         let before = g.weight(&roots);
-        let collected = collect(g, &roots, &[]).nodes;
+        let collected = collect_terms(g, &roots, &[]).nodes;
         same(g, &roots, &collected, &values);
         let between = g.weight(&collected);
-        let shared = share(g, &collected);
+        let shared = share_parts(g, &collected);
         same(g, &roots, &shared, &values);
         let after = g.weight(&shared);
         assert!(between <= before && after <= between, "{name}: {before} {between} {after}");
@@ -71,12 +71,17 @@ fn what_is_constant_is_seen_to_be() {
     let sum = g.add(m, first);
     let sum = g.add(sum, second);
     assert!(!g.is_constant(sum));
-    let collected = collect(&mut g, &[sum], &[sum]);
+    let collected = collect_terms(&mut g, &[sum], &[sum]);
     assert!(g.is_constant(collected.nodes[0]));
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, rng_seed: proptest::test_runner::RngSeed::Fixed(3), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 60,
+        rng_seed: proptest::test_runner::RngSeed::Fixed(3),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     /// Random expressions, operation by operation: whatever is done to them, their values stay.
     #[test]
@@ -107,8 +112,8 @@ proptest! {
         // What grows without bound is no model's.
         prop_assume!(numbers(&g, &roots, &values).iter().all(|x| x.abs() < 1e3));
         let before = g.weight(&roots);
-        let collected = collect(&mut g, &roots, &[]).nodes;
-        let shared = share(&mut g, &collected);
+        let collected = collect_terms(&mut g, &roots, &[]).nodes;
+        let shared = share_parts(&mut g, &collected);
         prop_assert!(g.weight(&shared) <= before);
         same(&g, &roots, &shared, &values);
     }

@@ -5,7 +5,7 @@ use crate::common;
 use common::mechanisms::n_four_bar;
 use common::{Builder, chain};
 use dynamics_symbolic::check::Finding;
-use dynamics_symbolic::compile::{LIMIT, NoJacobians, compile};
+use dynamics_symbolic::compile::{MOST_OPERATIONS, NoJacobians, compile};
 use dynamics_symbolic::graph::{FunctionId, Number, Origin, Symbol};
 use dynamics_symbolic::mechanics::{EnergyRole, Function, General, Solution};
 
@@ -20,8 +20,8 @@ fn accelerations_beyond_the_limit_are_refused() {
         _ => None,
     });
     let (function, operations, limit) = found.expect("the size is what is wrong");
-    assert_eq!((function, limit), ("accelerations", LIMIT));
-    assert!(operations > LIMIT);
+    assert_eq!((function, limit), ("accelerations", MOST_OPERATIONS));
+    assert!(operations > MOST_OPERATIONS);
 }
 
 /// The same chain with its cart held: what is left to the general solver at run time is small enough.
@@ -35,11 +35,11 @@ fn solutions_beyond_the_limit_are_left_to_the_general_solver() {
     let Solution::General(General::TooLarge(operations)) = derived.solution else {
         panic!("{:?}", derived.solution)
     };
-    assert!(operations > LIMIT);
+    assert!(operations > MOST_OPERATIONS);
     assert!(matches!(c.programs.jacobians, Err(NoJacobians::General)));
     assert!(c.report.contains(&operations.to_string()), "{}", c.report);
     let programs = c.programs.constraints.as_ref().expect("there is one");
-    assert!(programs.terms.cost.total() < LIMIT / 2 && programs.correction.is_none());
+    assert!(programs.terms.cost.total() < MOST_OPERATIONS / 2 && programs.correction.is_none());
 }
 
 /// A sparse mechanism in absolute coordinates costs in proportion to its size, and so do its equations before
@@ -59,9 +59,9 @@ fn rows_of_four_bars_grow_linearly() {
 #[test]
 fn jacobians_beyond_the_limit_are_withheld_and_the_rest_is_served() {
     let c = compile(chain(20)).expect("the accelerations are small enough");
-    assert!(c.programs.accelerations.cost.total() < LIMIT);
+    assert!(c.programs.accelerations.cost.total() < MOST_OPERATIONS);
     let Err(NoJacobians::TooLarge(excess)) = c.programs.jacobians else { panic!("the Jacobians are not") };
-    assert!(excess.operations > LIMIT);
+    assert!(excess.operations > MOST_OPERATIONS);
     assert!(c.report.contains(&excess.function), "{}", c.report);
 }
 

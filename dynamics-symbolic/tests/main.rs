@@ -1,5 +1,6 @@
 //! The engine: graph, derivatives, equations, checks, programs and texts.
 
+mod articulated_bodies;
 mod checks;
 mod common;
 mod constraint_analysis;
@@ -13,7 +14,6 @@ mod derivation;
 mod elimination;
 mod expressions;
 mod forms;
-mod levers;
 mod limits;
 mod models;
 mod operations;

@@ -226,7 +226,7 @@ proptest! {
         let v = values(recipe.n, &x);
         let all = |c: &Compiled| {
             let e = &c.equations;
-            [flat(&e.mass_matrix), e.generalized_force.clone(), e.accelerations.clone(), e.momenta.clone()].concat()
+            [&flat(&e.mass_matrix)[..], &e.generalized_force, &e.accelerations, &e.momenta].concat()
         };
         let (a, b) = (at(&form, &all(&form), &v), at(&general, &all(&general), &v));
         prop_assert!(near(&a, &b, 1e-10), "{a:?} {b:?}");
@@ -254,7 +254,10 @@ proptest! {
         if recipe.family != Family::Driven {
             let (t, _) = c.equations.energies.expect("T and V");
             let t = at(&c, &[t], &v)[0];
-            let quadratic: f64 = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| 0.5 * v.u[i] * m[i * n + j] * v.u[j]).sum();
+            let quadratic: f64 =
+                (0..n).flat_map(|i| (0..n).map(move |j| (i, j)))
+                    .map(|(i, j)| 0.5 * v.u[i] * m[i * n + j] * v.u[j])
+                    .sum();
             prop_assert!(near(&[t], &[quadratic], 1e-12), "{t} {quadratic}");
         }
     }
@@ -273,20 +276,31 @@ proptest! {
         let powers: Vec<NodeId> = c.equations.powers.iter().map(|p| p.node).collect();
         let (rate, powers) = (at(&c, &rate, &v)[0], at(&c, &powers, &v));
         let size = powers.iter().fold(1.0f64, |s, p| s.max(p.abs()));
-        prop_assert!((rate - powers.iter().sum::<f64>()).abs() <= 1e-9 * size.max(rate.abs()).max(10.0), "{rate} {powers:?}");
+        prop_assert!(
+            (rate - powers.iter().sum::<f64>()).abs() <= 1e-9 * size.max(rate.abs()).max(10.0),
+            "{rate} {powers:?}"
+        );
     }
 
     #[test]
-    fn a_linear_change_of_coordinates_is_the_same_motion(recipe in recipes(), x in state(), tilt in prop::collection::vec(-0.3..0.3f64, 9)) {
+    fn a_linear_change_of_coordinates_is_the_same_motion(
+        recipe in recipes(),
+        x in state(),
+        tilt in prop::collection::vec(-0.3..0.3f64, 9)
+    ) {
         let n = recipe.n;
         let map: Vec<Vec<f64>> =
             (0..n).map(|i| (0..n).map(|j| tilt[3 * i + j] + f64::from(u8::from(i == j))).collect()).collect();
-        let (plain, mapped) = (compile(model(&recipe, None, false)), compile(model(&recipe, Some(&map), false)));
+        let (plain, mapped) =
+            (compile(model(&recipe, None, false)), compile(model(&recipe, Some(&map), false)));
         let (plain, mapped) = (plain.expect("a good model"), mapped.expect("a good model"));
-        let times = |x: &[f64]| -> Vec<f64> { map.iter().map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum()).collect() };
+        let times = |x: &[f64]| -> Vec<f64> {
+            map.iter().map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
+        };
         let s = values(n, &x);
         let q = Values { q: times(&s.q), u: times(&s.u), ..s.clone() };
-        let (a, b) = (at(&plain, &plain.equations.accelerations, &q), times(&at(&mapped, &mapped.equations.accelerations, &s)));
+        let a = at(&plain, &plain.equations.accelerations, &q);
+        let b = times(&at(&mapped, &mapped.equations.accelerations, &s));
         prop_assert!(near(&a, &b, 1e-9), "{a:?} {b:?}");
     }
 
@@ -323,7 +337,10 @@ proptest! {
             // second term.
             let moved = shifted(&along, &|v| at(&c, &[c.equations.momenta[i]], v)[0]);
             let slope = shifted(&|v, h| v.q[i] += h, &lagrangian);
-            prop_assert!((moved - slope).abs() <= 1e-6 * (1.0 + moved.abs().max(slope.abs()) * 10.0), "{moved} {slope}");
+            prop_assert!(
+                (moved - slope).abs() <= 1e-6 * (1.0 + moved.abs().max(slope.abs()) * 10.0),
+                "{moved} {slope}"
+            );
         }
     }
 
@@ -332,7 +349,9 @@ proptest! {
         let c = compile(model(&recipe, None, false)).expect("a good model");
         let (v, n, h) = (values(recipe.n, &x), recipe.n, 1e-5);
         let accelerations = |v: &Values| at(&c, &c.equations.accelerations, v);
-        let column = |m: &[Vec<NodeId>], j: usize| at(&c, &m.iter().map(|row| row[j]).collect::<Vec<_>>(), &v);
+        let column = |m: &[Vec<NodeId>], j: usize| {
+            at(&c, &m.iter().map(|row| row[j]).collect::<Vec<_>>(), &v)
+        };
         let check = |m: &[Vec<NodeId>], j: usize, shift: &dyn Fn(&mut Values, f64)| {
             let [mut a, mut b] = [v.clone(), v.clone()];
             shift(&mut a, h);

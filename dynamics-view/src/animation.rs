@@ -125,7 +125,7 @@ impl<'a> Animation<'a> {
         Self::default()
     }
 
-    /// Adds a motion; the label tells it from others on the page and may be empty.
+    /// Adds a motion. The label distinguishes it from others on the page and may be empty.
     #[must_use]
     pub fn add(mut self, film: impl Film + 'a, label: impl Into<String>) -> Self {
         self.films.push((Box::new(film), label.into()));
@@ -217,7 +217,8 @@ struct Chosen {
 }
 
 impl Strip {
-    /// Those of a film's quantities that are to be plotted, `most` at most where nobody chose.
+    /// The quantities of a film that are plotted: the chosen ones, or at most the first `most` that share a
+    /// unit.
     fn choose(&self, quantities: &[(String, String)], most: usize) -> Result<Vec<Chosen>, OutputError> {
         let chosen = |index: usize| {
             let (name, unit) = quantities[index].clone();

@@ -6,9 +6,9 @@ use alloc::vec::Vec;
 use crate::color::Color;
 use crate::point::{Number, Placement, Point};
 
-/// The automatic picture has a trace for each point up to this many; of more, lines over lines, only for the
-/// last of every helper.
-const TRACED: usize = 6;
+/// Most points that each have a trace in the automatic picture. Of more, lines over lines, only the last of
+/// every helper has one.
+const MOST_TRACED: usize = 6;
 
 /// What is drawn. Lengths are the model's unless a pixel size is named.
 #[derive(Clone, Debug, PartialEq)]
@@ -219,7 +219,7 @@ impl Drawing {
             Point::Spatial(_) => Point::Spatial([0.0; 3]),
             Point::Planar(_) => Point::Planar([0.0; 2]),
         };
-        let all = points().count() <= TRACED;
+        let all = points().count() <= MOST_TRACED;
         let mut drawing = Self::new();
         for (name, points) in helpers {
             for (k, &point) in points.iter().enumerate().filter(|(k, _)| all || k + 1 == points.len()) {

@@ -1,4 +1,4 @@
-//! The pictures of `dynamics`: figures in, files out. This crate knows no mechanics.
+//! The pictures of `dynamics`: figures in, files out. This crate contains no mechanics.
 //!
 //! Drawings, charts and animations become text with an allocator alone, and files with the feature `std`.
 //! The pictures are built with `libm` alone, so that the same data give the same bytes on every machine.

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
-/// Pixels for each unit of the SVG: letters stay sharp on screens with small pixels and in print.
+/// Pixels for each unit of the SVG. Two keep letters sharp on screens with small pixels and in print.
 const SCALE: f32 = 2.0;
 
 /// Fonts whose letters are as wide as the layout takes them to be, the best first.

@@ -60,7 +60,7 @@ impl Number for f64 {
     }
 }
 
-/// Where a solid stands: the axes of a body, in which its places are told.
+/// The placement of a solid: the axes of a body, in which its places are given.
 pub trait Placement: Copy {
     /// A place, by its coordinates along the body's axes.
     type Place: Copy;

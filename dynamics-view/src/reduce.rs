@@ -2,14 +2,16 @@
 
 use alloc::vec::Vec;
 
-/// Below this distance in pixels two points of a curve are one.
-const NEAR: f64 = 0.35;
+/// Distance in pixels up to which two points of a curve are one.
+const SAME_POINT: f64 = 0.35;
 
-/// A point this near in pixels to the line between its neighbours is not seen.
-const FLAT: f64 = 0.12;
+/// Distance in pixels below which a point counts as on the line between its neighbours: less than the eye
+/// sees.
+const STRAIGHT: f64 = 0.12;
 
-/// The most points that one straight piece replaces: bounds the work per point.
-const LONGEST: usize = 48;
+/// Most points that one straight piece replaces. Each of them is compared with the piece, so this bounds the
+/// work for a point.
+const MOST_REPLACED: usize = 48;
 
 /// The points, in pixels and all finite, that draw the same picture as `points` do.
 ///
@@ -35,8 +37,8 @@ fn corners(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     for end in 2..points.len() {
         let between = &points[anchor + 1..end];
         let straight =
-            between.iter().all(|point| distance_to_segment(*point, points[anchor], points[end]) < FLAT);
-        if !straight || between.len() >= LONGEST {
+            between.iter().all(|point| distance_to_segment(*point, points[anchor], points[end]) < STRAIGHT);
+        if !straight || between.len() >= MOST_REPLACED {
             anchor = end - 1;
             kept.push(points[anchor]);
         }
@@ -89,7 +91,8 @@ fn extremes(points: &[[f64; 2]], kept: &mut Vec<[f64; 2]>) {
 fn distances(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::new();
     for (k, point) in points.iter().enumerate() {
-        let far = kept.last().is_none_or(|last| libm::hypot(point[0] - last[0], point[1] - last[1]) > NEAR);
+        let far =
+            kept.last().is_none_or(|last| libm::hypot(point[0] - last[0], point[1] - last[1]) > SAME_POINT);
         if far || k + 1 == points.len() {
             kept.push(*point);
         }

@@ -1,4 +1,4 @@
-//! Text for XML, JSON, tables and people: escaping and number formats.
+//! Text for XML, JSON, tables and readers: escaping and number formats.
 
 use alloc::format;
 use alloc::string::String;

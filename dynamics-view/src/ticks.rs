@@ -16,10 +16,10 @@ pub(crate) struct Range {
     pub(crate) hi: f64,
 }
 
-/// Beyond this a linear axis cannot be padded without overflow.
-const LARGEST: f64 = 1e307;
-/// Below this spread a linear axis has no normal tick step.
-const SMALLEST: f64 = 1e-290;
+/// Largest bound of a linear axis. A larger one could not be padded without overflow.
+const LARGEST_BOUND: f64 = 1e307;
+/// Smallest spread of a linear axis. The step of its ticks would no longer be a normal number.
+const SMALLEST_SPREAD: f64 = 1e-290;
 
 impl Range {
     /// The range that holds `values` with a little air; a single value or none gets a range about it. Values
@@ -31,10 +31,10 @@ impl Range {
         if lo > hi {
             return if log { Self { lo: 0.0, hi: 1.0 } } else { Self { lo: -1.0, hi: 1.0 } };
         }
-        let (lo, hi) = (lo.clamp(-LARGEST, LARGEST), hi.clamp(-LARGEST, LARGEST));
+        let (lo, hi) = (lo.clamp(-LARGEST_BOUND, LARGEST_BOUND), hi.clamp(-LARGEST_BOUND, LARGEST_BOUND));
         let middle = 0.5 * lo + 0.5 * hi;
         // Neither rounding noise of a constant nor a constant alone is spread over the whole panel.
-        let least = if log { 0.5 } else { (middle.abs() * 1e-12).max(SMALLEST) };
+        let least = if log { 0.5 } else { (middle.abs() * 1e-12).max(SMALLEST_SPREAD) };
         let half = 0.5 * hi - 0.5 * lo;
         let half = if half > least {
             1.08 * half
@@ -249,7 +249,7 @@ fn within_a_decade(range: Range, count: usize) -> Ticks {
         return Ticks { major: tens, minor, factor: String::new() };
     }
     let (lo, hi) = (power(range.lo), power(range.hi));
-    if (2..=count.max(2)).contains(&round.len()) || lo < SMALLEST || hi > LARGEST {
+    if (2..=count.max(2)).contains(&round.len()) || lo < SMALLEST_SPREAD || hi > LARGEST_BOUND {
         let minor = parts_of_decades(range)
             .filter(|(_, digit)| !matches!(digit, 1 | 2 | 5))
             .map(|(at, _)| at)

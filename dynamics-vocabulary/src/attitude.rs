@@ -11,8 +11,9 @@ use crate::matrix::Mat3;
 use crate::rotation::EulerSequence;
 use crate::vector::Vec3;
 
-/// How far from a rotation a matrix may be that is read as one: largest element of RᵀR − 1.
-const TOLERANCE: f64 = 1e-6;
+/// Largest element of RᵀR − 1 up to which a matrix is read as a rotation. A larger bound accepts data of
+/// fewer digits.
+const ROTATION_TOLERANCE: f64 = 1e-6;
 
 /// A matrix is no rotation.
 #[derive(Clone, Copy, PartialEq)]
@@ -58,12 +59,19 @@ impl EulerAngles {
     /// their angles is determined, and the first is set to 0.
     #[must_use]
     pub fn is_locked(&self) -> bool {
-        self.conditioning <= LOCKED
+        self.conditioning <= LOCKED_CONDITIONING
     }
 }
 
-/// Below, the first angle would be made of rounding errors alone.
-const LOCKED: f64 = 8.0 * f64::EPSILON;
+/// Conditioning at and below which a sequence of angles is locked. The first angle would follow from rounding
+/// errors alone.
+const LOCKED_CONDITIONING: f64 = 8.0 * f64::EPSILON;
+
+/// Change of the largest element at which Newton's iteration for the nearest rotation ends: about 5 ε.
+const CONVERGED: f64 = 1e-15;
+/// Most of its iterations. It converges quadratically, after one halving for each factor of two between the
+/// smallest singular value and 1.
+const MOST_ITERATIONS: usize = 50;
 
 impl Mat3<f64> {
     /// Checks that this is a rotation, to 1e-6.
@@ -72,7 +80,7 @@ impl Mat3<f64> {
     /// What it is instead.
     pub fn check_rotation(self) -> Result<(), NotARotation> {
         let defect = self.orthonormal_defect();
-        if defect > TOLERANCE || defect.is_nan() {
+        if defect > ROTATION_TOLERANCE || defect.is_nan() {
             return Err(NotARotation::NotOrthonormal(defect));
         }
         if self.determinant() < 0.0 { Err(NotARotation::Mirrors) } else { Ok(()) }
@@ -109,7 +117,7 @@ impl Mat3<f64> {
         let largest = self.to_array().into_iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
         // Iterations halve what is large one by one, and the determinant of what is small is none.
         let mut r = if (0.5..=2.0).contains(&largest) || largest == 0.0 { self } else { self / largest };
-        for _ in 0..50 {
+        for _ in 0..MOST_ITERATIONS {
             let determinant = r.determinant();
             if determinant < 0.0 {
                 return Err(NotARotation::Mirrors);
@@ -127,7 +135,7 @@ impl Mat3<f64> {
                 .flatten()
                 .fold(0.0, |m: f64, x| if x.abs() <= m { m } else { x.abs() });
             r = next;
-            if change < 1e-15 || change.is_nan() {
+            if change < CONVERGED || change.is_nan() {
                 break;
             }
         }
@@ -183,7 +191,7 @@ impl Mat3<f64> {
             let across = hypot(r[j][k], r[k][k]);
             (across, (-sign * r[j][k], r[k][k]), atan2(sign * r[i][k], across))
         };
-        let a = if across <= LOCKED { 0.0 } else { atan2(first.0, first.1) };
+        let a = if across <= LOCKED_CONDITIONING { 0.0 } else { atan2(first.0, first.1) };
         // What is left once the first rotation is taken back has the third in its row j: right whatever the
         // first became.
         let row = (Self::about(i, -a) * self).to_array()[j];

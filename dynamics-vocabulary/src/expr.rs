@@ -1,15 +1,15 @@
 //! Time jets: the numbers with which the functions of a model compute when they run.
 //!
-//! An [`Expr`] is a number that knows its value and its first and second time derivatives at one instant,
+//! An [`Expr`] is a number with its first and second time derivatives at one instant,
 //!
 //! ```text
 //! x,   ẋ,   ẍ,
 //! ```
 //!
-//! and every operation carries all three along by the rules of calculus (truncated Taylor arithmetic; A.
-//! Griewank and A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, chapter 13). Positions written with
-//! coordinates therefore know their velocities and accelerations, and [`Expr::dt`] merely shifts: x.dt() is
-//! (ẋ, ẍ, unknown).
+//! and every operation carries all three along by the rules of calculus (truncated Taylor arithmetic;
+//! A. Griewank and A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, chapter 13). Positions written
+//! with coordinates therefore contain their velocities and accelerations, and [`Expr::dt`] merely shifts:
+//! x.dt() is (ẋ, ẍ, unknown).
 //!
 //! **What is not known is NaN, never a wrong number.** The third derivative of a coordinate is not known, so
 //! `q.x.dt().dt().dt()` has the value NaN; so has the rate of an input. Known derivatives stay known: those

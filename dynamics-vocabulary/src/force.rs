@@ -1,7 +1,7 @@
 //! Applied forces of a model.
 //!
-//! The equations of motion need the generalized components Q = (∂r/∂q)ᵀF of a force. They are derived when
-//! the model is compiled. At run time a `Force` knows only its power.
+//! The equations of motion need the generalized components Q = (∂r/∂q)ᵀF of a force. They are derived
+//! when the model is compiled. At run time a `Force` contains only its power.
 
 use core::iter::Sum;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};

@@ -10,7 +10,7 @@ use wide::{bytemuck, f64x4, u64x4};
 
 use crate::sin_cos;
 
-/// How many.
+/// Number of lanes: one vector of four doubles, or two of two.
 pub const COUNT: usize = 4;
 
 /// Four numbers side by side.
@@ -121,7 +121,7 @@ impl Lanes {
     #[inline(always)]
     #[must_use]
     pub fn sin_cos(self) -> (Self, Self) {
-        let near = f64x4::splat(sin_cos::FAR).simd_ge(self.0.abs());
+        let near = f64x4::splat(sin_cos::LARGEST_REDUCED).simd_ge(self.0.abs());
         if ALIKE && near.all() { self.near() } else { self.far(sin_cos::fast) }
     }
 
@@ -157,7 +157,7 @@ impl Lanes {
     /// [`sin_cos::reduce_fused`].
     #[inline(always)]
     fn reduce_fused(self) -> (u64x4, f64x4, f64x4) {
-        let [high, low, rest] = sin_cos::FUSED_PARTS;
+        let [high, low, rest] = sin_cos::FUSED_PARTS_OF_HALF_PI;
         let (x, high, low, rest) = (self.0, f64x4::splat(high), f64x4::splat(low), f64x4::splat(rest));
         let (k, quarter) = nearest_quarter(x);
         let first = (-k).mul_add(high, x);
@@ -171,7 +171,7 @@ impl Lanes {
     /// [`sin_cos::reduce`].
     #[inline(always)]
     fn reduce(self) -> (u64x4, f64x4, f64x4) {
-        let [part1, part2, rest] = sin_cos::PARTS;
+        let [part1, part2, rest] = sin_cos::PARTS_OF_HALF_PI;
         let (x, part1, part2, rest) = (self.0, f64x4::splat(part1), f64x4::splat(part2), f64x4::splat(rest));
         let (k, quarter) = nearest_quarter(x);
         let first = x - k * part1;
@@ -185,7 +185,7 @@ impl Lanes {
 
 #[inline(always)]
 fn nearest_quarter(x: f64x4) -> (f64x4, u64x4) {
-    let round = f64x4::splat(sin_cos::ROUND);
+    let round = f64x4::splat(sin_cos::ROUNDING_SHIFT);
     let shifted = x * f64x4::splat(sin_cos::TWO_OVER_PI) + round;
     (shifted - round, bytemuck::cast(shifted))
 }
@@ -259,7 +259,7 @@ mod tests {
     #[test]
     fn sines_beside_others_are_those_of_one() {
         let mut x = 1.0e-3;
-        while x < sin_cos::FAR {
+        while x < sin_cos::LARGEST_REDUCED {
             let angles = [x, -x, x + 0.7, 2.0 - x];
             let (sines, cosines) = Lanes::new(angles).sin_cos();
             assert_eq!(bits(sines), angles.map(|x| sin_cos::fast(x).0.to_bits()), "{angles:?}");
@@ -280,7 +280,7 @@ mod tests {
             }
             x *= 1.003_7;
         }
-        for far in [f64::NAN, f64::INFINITY, -2e6, sin_cos::FAR, 1e300, -0.0, 5e-324] {
+        for far in [f64::NAN, f64::INFINITY, -2e6, sin_cos::LARGEST_REDUCED, 1e300, -0.0, 5e-324] {
             for at in 0..COUNT {
                 let angles = core::array::from_fn(|i| if i == at { far } else { i as f64 });
                 let ((sines, cosines), one) = (Lanes::new(angles).sin_cos(), angles.map(sin_cos::fast));

@@ -128,11 +128,12 @@ pub struct PrincipalAxes {
     pub rotation: Mat3<f64>,
 }
 
-/// Relative to the largest element: what rounding may be off.
-const TOLERANCE: f64 = 1e-9;
-/// The same where a principal moment exceeds the sum of the others: those of thin plates equal it, and data
-/// of six digits miss that by their last.
-const PLATES: f64 = 1e-5;
+/// Errors of rounding, relative to the largest element, up to which a matrix is symmetric and a moment not
+/// negative.
+const ROUNDING: f64 = 1e-9;
+/// Largest excess of a principal moment over the sum of the others, relative to the largest element. Thin
+/// plates have none, and data of six digits miss that by their last.
+const THIN_PLATE_EXCESS: f64 = 1e-5;
 
 impl MassProperties {
     /// With the center of mass at the origin.
@@ -206,16 +207,16 @@ impl MassProperties {
             return Err(UnphysicalInertia::WithoutMass { inertia: scale });
         }
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-            if (m[i][j] - m[j][i]).abs() > TOLERANCE * scale {
+            if (m[i][j] - m[j][i]).abs() > ROUNDING * scale {
                 return Err(UnphysicalInertia::NotSymmetric { i, j, elements: [m[i][j], m[j][i]] });
             }
         }
         let principal = diagonalised(m);
         let moments = principal.moments;
-        if moments[0] < -TOLERANCE * scale {
+        if moments[0] < -ROUNDING * scale {
             return Err(UnphysicalInertia::NegativeMoment { moments });
         }
-        if moments[2] - moments[0] - moments[1] > PLATES * scale {
+        if moments[2] - moments[0] - moments[1] > THIN_PLATE_EXCESS * scale {
             return Err(UnphysicalInertia::Triangle { moments });
         }
         Ok(principal)

@@ -32,8 +32,9 @@ pub fn accurate(x: f64) -> (f64, f64) {
     }
 }
 
-/// Beyond, k times a part of π/2 would no longer be exact.
-pub(crate) const FAR: f64 = 1_048_576.0;
+/// Largest |x| that is reduced here. Up to it k = 2x/π has at most 20 bits, so that k times a part of π/2
+/// of 33 bits is exact.
+pub(crate) const LARGEST_REDUCED: f64 = 1_048_576.0;
 
 /// Whether the target multiplies and adds in one instruction; where it does not, `f64::mul_add` is a slow
 /// library call.
@@ -52,7 +53,7 @@ pub const FUSED: bool = cfg!(all(
 #[inline(always)]
 #[must_use]
 pub fn fast(x: f64) -> (f64, f64) {
-    if !(-FAR..=FAR).contains(&x) {
+    if !(-LARGEST_REDUCED..=LARGEST_REDUCED).contains(&x) {
         return far(x);
     }
     near(x)
@@ -100,7 +101,7 @@ fn place<const K: usize>(
 fn side_by_side<const K: usize>(x: [f64; K]) -> ([f64; K], [f64; K]) {
     let mut all_near = true;
     for x in x {
-        all_near &= (-FAR..=FAR).contains(&x);
+        all_near &= (-LARGEST_REDUCED..=LARGEST_REDUCED).contains(&x);
     }
     if all_near { each(x, near) } else { far_apart(x) }
 }
@@ -120,7 +121,7 @@ fn each<const K: usize>(x: [f64; K], function: impl Fn(f64) -> (f64, f64)) -> ([
     (sines, cosines)
 }
 
-/// [`fast`] where |x| ≤ [`FAR`].
+/// [`fast`] where |x| ≤ [`LARGEST_REDUCED`].
 #[inline(always)]
 fn near(x: f64) -> (f64, f64) {
     let (quarter, r, c) = if FUSED { reduce_fused(x) } else { reduce(x) };
@@ -134,23 +135,23 @@ fn far(x: f64) -> (f64, f64) {
 }
 
 pub(crate) const TWO_OVER_PI: f64 = core::f64::consts::FRAC_2_PI;
-/// Added to a number below 2⁵¹, it leaves the nearest integer in the last bits.
-pub(crate) const ROUND: f64 = 6_755_399_441_055_744.0;
+/// 1.5·2⁵². Added to a number below 2⁵¹, it leaves the nearest integer in the last bits.
+pub(crate) const ROUNDING_SHIFT: f64 = 6_755_399_441_055_744.0;
 
 /// The nearest integer to 2x/π, as a number and its last bits.
 #[inline(always)]
 fn nearest_quarter(x: f64) -> (f64, u64) {
-    let shifted = x * TWO_OVER_PI + ROUND;
-    (shifted - ROUND, shifted.to_bits())
+    let shifted = x * TWO_OVER_PI + ROUNDING_SHIFT;
+    (shifted - ROUNDING_SHIFT, shifted.to_bits())
 }
 
-/// Parts of π/2 of 53 bits each.
-pub(crate) const FUSED_PARTS: [f64; 3] =
+/// π/2 in three parts of 53 bits each.
+pub(crate) const FUSED_PARTS_OF_HALF_PI: [f64; 3] =
     bits([0x3FF9_21FB_5444_2D18, 0x3C91_A626_3314_5C07, 0xB91F_1976_B7ED_8FBC]);
-/// Parts of π/2 of 33 bits each, and what is left: fdlibm's pio2_1, pio2_2, pio2_2t.
-pub(crate) const PARTS: [f64; 3] =
+/// π/2 in two parts of 33 bits, and what is left: fdlibm's pio2_1, pio2_2, pio2_2t.
+pub(crate) const PARTS_OF_HALF_PI: [f64; 3] =
     bits([0x3FF9_21FB_5440_0000, 0x3DD0_B461_1A60_0000, 0x3BA3_198A_2E03_7073]);
-/// Of r³, r⁵, …
+/// Coefficients of r³, r⁵, … of the sine: fdlibm's S1 to S6.
 pub(crate) const SINE: [f64; 6] = bits([
     0xBFC5_5555_5555_5549,
     0x3F81_1111_1110_F8A6,
@@ -159,7 +160,7 @@ pub(crate) const SINE: [f64; 6] = bits([
     0xBE5A_E5E6_8A2B_9CEB,
     0x3DE5_D93A_5ACF_D57C,
 ]);
-/// Of r⁴, r⁶, …
+/// Coefficients of r⁴, r⁶, … of the cosine: fdlibm's C1 to C6.
 pub(crate) const COSINE: [f64; 6] = bits([
     0x3FA5_5555_5555_554C,
     0xBF56_C16C_16C1_5177,
@@ -182,7 +183,7 @@ const fn bits<const N: usize>(of: [u64; N]) -> [f64; N] {
 /// x = kπ/2 + r + c, with a fused multiply–add. Returns the last bits of k, r and c.
 #[inline(always)]
 pub(crate) fn reduce_fused(x: f64) -> (u64, f64, f64) {
-    let [high, low, rest] = FUSED_PARTS;
+    let [high, low, rest] = FUSED_PARTS_OF_HALF_PI;
     let (k, quarter) = nearest_quarter(x);
     let first = fused(-k, high, x);
     let w = k * low;
@@ -210,7 +211,7 @@ fn fused(a: f64, b: f64, c: f64) -> f64 {
 /// x = kπ/2 + r + c, by products that are exact. Returns the last bits of k, r and c.
 #[inline(always)]
 pub(crate) fn reduce(x: f64) -> (u64, f64, f64) {
-    let [part1, part2, rest] = PARTS;
+    let [part1, part2, rest] = PARTS_OF_HALF_PI;
     let (k, quarter) = nearest_quarter(x);
     let first = x - k * part1;
     let w = k * part2;
@@ -281,7 +282,7 @@ mod tests {
     #[test]
     fn reductions_agree() {
         let mut x = 1.0e-3;
-        while x < FAR {
+        while x < LARGEST_REDUCED {
             for x in [x, -x, x.next_up()] {
                 let ((k, r, c), (k2, r2, c2)) = (reduce_fused(x), reduce(x));
                 assert_eq!(k, k2);
@@ -319,7 +320,7 @@ mod tests {
         for k in 0..200 {
             all(|i| (k * 18 + i) as f64 * 0.017 - 30.0);
         }
-        for far in [f64::NAN, f64::INFINITY, 1e300, -2e6, FAR, -0.0, 5e-324] {
+        for far in [f64::NAN, f64::INFINITY, 1e300, -2e6, LARGEST_REDUCED, -0.0, 5e-324] {
             for at in 0..18 {
                 all(|i| if i == at { far } else { 0.3 * i as f64 });
             }
@@ -336,6 +337,6 @@ mod tests {
         assert_eq!(fast(1e300), accurate(1e300));
         assert_eq!(fast(f64::MIN_POSITIVE), (f64::MIN_POSITIVE, 1.0));
         assert_eq!(fast(5e-324), (5e-324, 1.0));
-        assert!((fast(FAR).0 - accurate(FAR).0).abs() < 1e-15);
+        assert!((fast(LARGEST_REDUCED).0 - accurate(LARGEST_REDUCED).0).abs() < 1e-15);
     }
 }

@@ -38,7 +38,11 @@ macro_rules! arm_of_seven_hinges {
                     } else {
                         -FRAC_PI_2
                     };
-                    frame = frame.frame(self.hinges[k], Mat3::rotation_x(quarter) * Mat3::rotation_z(q.angles[k]));
+                    frame =
+                        frame.frame(
+                            self.hinges[k],
+                            Mat3::rotation_x(quarter) * Mat3::rotation_z(q.angles[k])
+                        );
                 }
                 RigidBody::new(self.masses[i], self.centers[i], self.inertia, frame)
             }
@@ -71,7 +75,11 @@ macro_rules! arm_of_seven_hinges {
                 let mut drawing = Drawing::new().cylinder([0.0; 3], self.link(q, 0).frame.origin(), 0.06);
                 for i in 0..7 {
                     let (frame, width) = (self.link(q, i).frame, 0.04 - 0.003 * i as f64);
-                    let next = if i < 6 { self.link(q, i + 1).frame.origin() } else { frame.point(2.0 * self.centers[i]) };
+                    let next = if i < 6 {
+                        self.link(q, i + 1).frame.origin()
+                    } else {
+                        frame.point(2.0 * self.centers[i])
+                    };
                     drawing = drawing.cylinder(frame.origin(), next, width).disc(frame.origin(), 1.4 * width);
                 }
                 let last = self.link(q, 6).frame;

@@ -80,7 +80,8 @@ mod tests {
         let page =
             "a\n```rust\nfn main() {\n    one();\n    Ok(())\n}\n```\n<!-- pictures::check(\"x\"); -->\nb";
         let expected = format!(
-            "a\n```rust\nfn main() {{\n    one();\npictures::check(\"x\");\n    Ok(())\n}}\n{FUNCTIONS}\n```\nb"
+            "a\n```rust\nfn main() {{\n    one();\npictures::check(\"x\");\n    Ok(())\n}}\n\
+             {FUNCTIONS}\n```\nb"
         );
         assert_eq!(with_calls(page), expected);
         let page = "```rust\nfn main() {\n    one();\n}\n```\n<!-- pictures::check(\"x\"); -->\n";

@@ -28,7 +28,8 @@ pub type FoldCurves<M, F> = PlaneCurve<M, F, OfFolds>;
 ///
 /// ```text
 /// let fold = branch.folds().next().unwrap();
-/// fold_curve(|load, offset| Column { load, offset, ..column.clone() }, fold, 0.01).until(0.0..=20.0, 0.0..=0.1).run()?
+/// let column = |load, offset| Column { load, offset, ..column.clone() };
+/// fold_curve(column, fold, 0.01).until(0.0..=20.0, 0.0..=0.1).run()?
 /// ```
 pub fn fold_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     make: F,

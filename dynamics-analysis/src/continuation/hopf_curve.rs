@@ -34,7 +34,8 @@ pub type HopfCurves<M, F> = PlaneCurve<M, F, OfHopfPoints>;
 ///
 /// ```text
 /// let hopf = branch.special.iter().find(|one| matches!(one.kind, SpecialKind::Hopf { .. })).unwrap();
-/// hopf_curve(|load, damping| Column { load, damping, ..column.clone() }, hopf, 0.1).until(0.0..=6.0, 0.0..=2.0).run()?
+/// let column = |load, damping| Column { load, damping, ..column.clone() };
+/// hopf_curve(column, hopf, 0.1).until(0.0..=6.0, 0.0..=2.0).run()?
 /// ```
 pub fn hopf_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     make: F,

@@ -6,13 +6,13 @@
 //!
 //! ```text
 //! [K  b] [v]   [0]        a fold:          F = 0,        g = 0                      for z, p
-//! [cᵀ 0] [g] = [1]        a branch point:  F + β b = 0,  g = 0,  f = wᵀF_p = 0      for z, p, β;  w from the transposed system, β = 0 in the end
+//! [cᵀ 0] [g] = [1]        a branch point:  F + β b = 0,  g = 0,  f = wᵀF_p = 0      for z, p, β
 //! ```
 //!
-//! (A. Griewank & G. W. Reddien, IMA J. Numer. Anal. 4 (1984) 295; G. Moore, Numer. Funct. Anal. Optim. 2
-//! (1980) 441). Both systems are regular at the points that they solve for, unlike the equations of a branch,
-//! so no digits are lost. g and f are exact except for F_p. Their slopes are differences, which only steer
-//! the iteration.
+//! with w from the transposed system, and β = 0 in the end (A. Griewank & G. W. Reddien, IMA J. Numer. Anal.
+//! 4 (1984) 295; G. Moore, Numer. Funct. Anal. Optim. 2 (1980) 441). Both systems are regular at the points
+//! that they solve for, unlike the equations of a branch, so no digits are lost. g and f are exact except for
+//! F_p. Their slopes are differences, which only steer the iteration.
 
 use alloc::vec::Vec;
 

@@ -5,14 +5,15 @@
 //! (`equilibria/statics.rs`). To first order
 //!
 //! ```text
-//! δq = D δz + P δp + c        P = the dependent coordinates' answer to Φ_p,        c = that to Φ itself: the way back to the constraints
+//! δq = D δz + P δp + c
 //! δF = K δz + F_p δp + Eᵀr_q c        F_p = Eᵀ(r_p + r_q P)
 //! ```
 //!
-//! K, D and Eᵀr_q are exact. The effect of the parameter, r_p and Φ_p, is known to the closure alone. They
-//! are central differences of exact forces and residuals, with Richardson extrapolation and a measured error.
-//! They steer the iteration. F and K alone decide whether a point is in balance and whether its stiffness is
-//! singular.
+//! where P is the response of the dependent coordinates to Φ_p, and c that to Φ itself: the way back to the
+//! constraints. K, D and Eᵀr_q are exact. The effect of the parameter, r_p and Φ_p, is known to the
+//! closure alone. They are central differences of exact forces and residuals, with Richardson extrapolation
+//! and a measured error. They steer the iteration. F and K alone decide whether a point is in balance and
+//! whether its stiffness is singular.
 
 use alloc::vec::Vec;
 

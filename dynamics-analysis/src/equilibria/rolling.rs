@@ -1,14 +1,15 @@
 //! Steady rolling: independent velocities that stay constant, under constraints on velocities.
 //!
 //! ```text
-//! v̇(z, v) = 0        for z, with v as it is given: the lean of a disk that rolls in a circle, with its turning and its spin
+//! v̇(z, v) = 0        for z, with v given
 //! ```
 //!
-//! The dependent velocities and their rates follow from the constraints. These rates need not vanish: the
-//! contact point of a disk goes round. The equations are EᵀM E v̇ = 0 of small motions (`linearize.rs`),
-//! whose stiffness is their exact derivative by z at held v. They do not determine position and heading, so
-//! the shortest steps are taken. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark & N.
-//! A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
+//! An example is the lean of a disk that rolls in a circle, with its turning and its spin given. The
+//! dependent velocities and their rates follow from the constraints. These rates need not vanish: the contact
+//! point of a disk goes round. The equations are EᵀM E v̇ = 0 of small motions (`linearize.rs`), whose
+//! stiffness is their exact derivative by z at held v. They do not determine position and heading, so the
+//! shortest steps are taken. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark &
+//! N. A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
 
 use alloc::vec::Vec;
 

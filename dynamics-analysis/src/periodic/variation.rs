@@ -5,7 +5,8 @@
 //!
 //! ```text
 //! M δq̈ + r_q δq + r_u δq̇ = Φ_qᵀ δλ        Φ_q δq̈ + Φ̈_q δq + Φ̈_u δq̇ = 0
-//! δq̈ = E a + p,  p the dependent part of Φ_q p = −(Φ̈_q δq + Φ̈_u δq̇),   EᵀM E a = −Eᵀ(r_q δq + r_u δq̇ + M p)
+//! δq̈ = E a + p,  p the dependent part of Φ_q p = −(Φ̈_q δq + Φ̈_u δq̇)
+//! EᵀM E a = −Eᵀ(r_q δq + r_u δq̇ + M p)
 //! ```
 //!
 //! E spans the velocities that the rows leave. δλ need not be unique and is not computed.

@@ -28,7 +28,7 @@ impl<M: Simulate> Study<'_, M> {
     /// Adds curves that were measured elsewhere, one JSON object per line:
     ///
     /// ```text
-    /// {"problem":"Pendulum","solver":"heyoka","tolerance":1e-9,"time_us":194.0,"evaluations":1230,"end":[0.1,0.2,-0.3,0.4]}
+    /// {"problem":"Pendulum","solver":"heyoka","tolerance":1e-9,"time_us":194.0,"end":[0.1,0.2,-0.3,0.4]}
     /// {"problem":"Pendulum","solver":"CVODE BDF","tolerance":1e-9,"failure":"error test failures"}
     /// ```
     ///

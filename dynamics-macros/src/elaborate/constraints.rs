@@ -15,7 +15,7 @@ use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{Function, Role};
 
-/// Most switched constraints of a model: as many as a state has modes for.
+/// Most switched constraints of a model: `Modes::MOST` of the runtime, two bits each in 64.
 const MOST_SWITCHED: usize = 32;
 
 /// A constraint that is elaborated.

@@ -12,7 +12,8 @@ use super::values::{Condition, Record, Scalar, Term, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 
-/// Iterations of one loop, or elements of one `[x; n]`.
+/// Most iterations of one loop, and most elements of one `[x; n]`. Loops are unrolled, so that a larger bound
+/// allows larger expansions.
 pub(super) const MAX_ITERATIONS: i128 = 100_000;
 
 type Scopes = Vec<Vec<Variable>>;

@@ -38,7 +38,10 @@ impl Elaborator<'_> {
             .chain(declaration.fields.iter().filter_map(|f| f.unit.as_ref()))
             .chain(declaration.output_units.iter().map(|(_, unit)| unit))
             .collect();
-        let dimensional = |unit: &&UnitText| matches!(Unit::parse_tokens(&unit.tokens()), Ok(Some(unit)) if !unit.dimension.is_one());
+        let dimensional = |unit: &&UnitText| {
+            let parsed = Unit::parse_tokens(&unit.tokens());
+            matches!(parsed, Ok(Some(unit)) if !unit.dimension.is_one())
+        };
         self.dimensions.active = units.iter().any(dimensional);
 
         for quantity in &declaration.coordinates {
@@ -145,7 +148,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Reads a declared unit; unknown where there is none or it cannot be read.
+    /// Reads a declared unit; unknown where none is declared or it cannot be read.
     fn declared(&mut self, unit: Option<&UnitText>) -> DeclaredUnit {
         let unknown = DeclaredUnit { unit: None, text: String::new() };
         let Some(text) = unit else { return unknown };

@@ -15,11 +15,13 @@ use super::values::{Condition, Integer, Value};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 
-/// Expressions within expressions, over all calls. Deeper is a mistake or an attack on the stack.
+/// Most expressions within expressions, over all calls. Deeper nesting is a mistake, or would exhaust the
+/// stack.
 const MAX_DEPTH: usize = 100;
-/// Expressions evaluated in all: a model far above this is beyond the limit on operations anyway.
+/// Most expressions that are evaluated in all. A model far above this exceeds the limit on operations anyway.
 const MAX_STEPS: usize = 1_000_000;
-/// Nodes of the graph that a model may reach before it is derived.
+/// Most nodes of the graph before the equations are derived. Ten times the operations that one emitted
+/// function may have.
 const MAX_NODES: usize = 200_000;
 
 impl<'a> Elaborator<'a> {
@@ -241,7 +243,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Comparisons, `&&`, `||`, and what looks like arithmetic and is none.
+    /// Comparisons, `&&`, `||`, and operators that only look like arithmetic.
     fn logic(&mut self, e: &'a syn::ExprBinary) -> Value {
         use BinOp::{And, BitXor, Eq, Ge, Gt, Le, Lt, Ne, Or};
         if let Some(op) = compound(&e.op) {
@@ -291,7 +293,7 @@ impl<'a> Elaborator<'a> {
             (Value::Integer(i), "f64", _) => self.real(i),
             (Value::Integer(i), _, Some(ty)) => self.integer_cast(i, ty, e.as_token.span),
             (value @ Value::Scalar(_), "f64", _) => value,
-            // Single precision is told wherever it is written.
+            // Single precision is reported where it is written.
             (_, "f32", _) => Value::Poison,
             (value, ..) => {
                 let to = e.ty.to_token_stream();
@@ -425,7 +427,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// A value as a vector of its scalars; poison where a part is none.
+    /// A value as a vector of its scalars; poison where a part is not a scalar.
     pub(super) fn vector_of(&mut self, parts: Vec<(Value, Place)>) -> Value {
         let mut scalars = Vec::new();
         let mut poisoned = false;

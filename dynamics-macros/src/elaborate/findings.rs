@@ -73,15 +73,17 @@ pub(super) fn constraint(fault: &ConstraintFinding) -> (Message, Vec<Origin>) {
     }
 }
 
-/// Most rows that are named.
-const NAMED: usize = 6;
+/// Most rows that a message names. Of more it says how many.
+const MOST_ROWS_NAMED: usize = 6;
 
 /// Rows that cannot hold together.
 fn missed(rows: &[(String, f64)]) -> String {
-    let named =
-        rows.iter().take(NAMED).map(|(name, by)| format!("`{name}` is missed by {}", two_digits(*by)));
+    let named = rows
+        .iter()
+        .take(MOST_ROWS_NAMED)
+        .map(|(name, by)| format!("`{name}` is missed by {}", two_digits(*by)));
     let named = named.collect::<Vec<_>>().join(", ");
-    match rows.len().saturating_sub(NAMED) {
+    match rows.len().saturating_sub(MOST_ROWS_NAMED) {
         0 => named,
         more => format!("{named}, and {more} more"),
     }

@@ -193,8 +193,8 @@ impl Elaborator<'_> {
                 other => return self.fail(*place, &messages::expected_shape("an integer", other.shape())),
             }
         }
-        // A type that is still unknown saturates where `i32` does; that it is none that does so elsewhere is
-        // looked at below.
+        // A type that is still unknown saturates where `i32` does. The check below ensures that it is not a
+        // type that saturates elsewhere.
         let ty = match self.inference.resolved(i.ty) {
             TypeOf::Known(known) => known,
             TypeOf::Inferred(_) => I32,
@@ -230,7 +230,7 @@ impl Elaborator<'_> {
             }
             _ => return self.unknown_method(&Value::Integer(i), name, INTEGER_METHODS),
         };
-        // What saturates knows its type, or every value differs with it.
+        // Saturation depends on the type, which therefore has to be known.
         let decided = matches!(self.inference.resolved(i.ty), TypeOf::Known(_));
         if text.starts_with("saturating") && !decided {
             return self.fail(name.span(), &messages::integer_of_unknown_type(name));
@@ -250,7 +250,9 @@ impl Elaborator<'_> {
                 // A field, a function or a method may have this name.
                 let after_dot =
                     k > 0 && matches!(&trees[k - 1], TokenTree::Punct(dot) if dot.as_char() == '.');
-                let called = matches!(trees.get(k + 1), Some(TokenTree::Group(g)) if g.delimiter() == Delimiter::Parenthesis);
+                let next = trees.get(k + 1);
+                let called =
+                    matches!(next, Some(TokenTree::Group(g)) if g.delimiter() == Delimiter::Parenthesis);
                 let single = match tree {
                     TokenTree::Ident(word) => word == "f32" && !after_dot && !called,
                     TokenTree::Literal(literal) => {

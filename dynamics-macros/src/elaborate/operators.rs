@@ -51,7 +51,7 @@ impl Elaborator<'_> {
         let numbers = known(self, &left) && known(self, &right);
         let value = self.combined(op, left, right, at);
         match &value {
-            // The graph folds numbers unless the result is none.
+            // The graph folds numbers unless the result is not a number.
             Value::Scalar(s) if numbers && self.value_of(s).is_none_or(|x| !x.is_finite()) => {
                 self.fail(at, &messages::not_finite(format!("this `{}`", op.sign())))
             }

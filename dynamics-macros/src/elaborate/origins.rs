@@ -16,9 +16,9 @@ use super::findings;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Origins {
     places: Vec<Place>,
-    /// What is said of constraints.
+    /// Options of constraints.
     options: Vec<(Origin, ConstraintOptions)>,
-    /// What stands in functions with mistakes: nothing is said of what is left of it.
+    /// Declarations in functions with mistakes. Findings about the rest of them are not reported.
     mistaken: BTreeSet<u32>,
 }
 
@@ -29,7 +29,7 @@ impl Origins {
         Origin(self.places.len() as u32 - 1)
     }
 
-    /// A new origin: a constraint, with what is said of it.
+    /// A new origin of a constraint, with its options.
     pub(crate) fn add_constraint(&mut self, function: &Function) -> Origin {
         let origin = self.add(Place::from(function.name.span()));
         self.options.push((origin, function.options));
@@ -98,7 +98,7 @@ impl Origins {
         }
     }
 
-    /// The option that a finding says is in vain.
+    /// The option that has no effect according to a finding.
     fn in_vain(&self, finding: &Finding) -> Option<Place> {
         let options =
             |of: &Origin| self.options.iter().find(|(origin, _)| origin == of).map(|(_, options)| options);
@@ -176,7 +176,7 @@ fn describe(finding: &Finding) -> (Message, Vec<Origin>) {
             (messages::speed_dependent(name, format!("follows from {}", of.join(", "))), vec![*origin])
         }
         Finding::Constraint(fault) => findings::constraint(fault),
-        // The engine may learn to find more than this catalogue knows: better said plainly than not at all.
+        // Findings that this catalogue does not contain are reported as they are.
         other => (messages::finding(format!("{other:?}")), Vec::new()),
     }
 }

@@ -1,7 +1,7 @@
 //! Names: variables, constants, parameters, coordinates.
 //!
-//! What a path outside of the block means, only rustc knows. A path that ends like a constant of std's is
-//! taken for it, and noted: the emitted code asserts where it stands that rustc finds std's there, too
+//! Only rustc can resolve a path outside of the block. A path that ends like a constant of std is taken for
+//! that constant, and noted: emitted code asserts at the same place that rustc resolves it to std's
 //! (`emit/constants.rs`).
 
 use dynamics_symbolic::graph::Number;
@@ -42,10 +42,10 @@ const MATHEMATICS: &[(&str, f64)] = {
     ]
 };
 
-/// Types of the library that the macro knows by their names, beside those of `crate::library`.
+/// Types of the library that the macro recognises by name, beside those of `crate::library`.
 const OF_LIBRARY: &[&str] = &["Expr", "Vec2", "Vec3", "Mat3", "Force", "EulerSequence"];
 
-/// Elements of an array of constants that are compared with what rustc has.
+/// Most elements of an array of constants for which an assertion is emitted that rustc has the same values.
 const MOST_ELEMENTS: usize = 64;
 
 fn is_mathematical(name: &Ident) -> bool {

@@ -1,9 +1,9 @@
-//! What the equations take for granted of bodies and frames: masses that are not negative, inertia that some
-//! body has, matrices that turn or mirror.
+//! Premises of the equations about bodies and frames: masses that are not negative, inertia that a body can
+//! have, matrices that rotate or mirror.
 //!
-//! What numbers alone decide is checked here, at nominal values too. What is so whatever the values are
-//! (turns by angles, Euler parameters whose norm a constraint holds, inertia of solids) is not asked again;
-//! the rest goes to the runtime, which asks it at starts, by the names that it is made of.
+//! Premises about numbers are checked here, at nominal values too. Those that hold for all values (rotations
+//! by angles, Euler parameters with a norm constraint, inertia of solids) are not checked again. The rest is
+//! emitted for the runtime, which checks them at starts and names the values that they contain.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -20,27 +20,33 @@ use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 use crate::syntax::Role;
 
-/// A premise before it is known what constraints there are.
+/// A premise before all constraints are read.
 #[derive(Clone, Debug)]
-pub(super) struct Noted {
+pub(super) struct NotedPremise {
     premise: Premise,
     /// Euler parameters by whose norm it holds.
     by_norm: Option<[Scalar; 4]>,
 }
 
-/// What is so of bodies and frames, and which inertia is that of solids.
+/// Premises of bodies and frames, and the inertias of solids.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Premises {
-    noted: Vec<Noted>,
+    noted: Vec<NotedPremise>,
     solids: BTreeSet<Vec<NodeId>>,
 }
 
-/// Relative to the largest element: what rounding may be off. As the runtime has it.
-const TOLERANCE: f64 = 1e-9;
-/// Where a principal moment exceeds the sum of the others: data of thin plates, with six digits. As the
-/// runtime has it.
-const PLATES: f64 = 1e-5;
-/// States and parameters at which is looked whether a matrix is orthonormal everywhere.
+/// Errors of rounding, relative to the largest element, up to which an inertia matrix is symmetric and a
+/// rotation orthonormal. It equals `ROUNDING` of `dynamics_vocabulary::mass_properties`.
+const ROUNDING: f64 = 1e-9;
+/// Largest excess of a principal moment over the sum of the others, relative to the largest element. Thin
+/// plates have none, and data of six digits miss that by their last. As in
+/// `dynamics_vocabulary::mass_properties`.
+const THIN_PLATE_EXCESS: f64 = 1e-5;
+/// Largest element of RᵀR − 1 with which a matrix is orthonormal at one of the [`TRIALS`]: rounding of a
+/// product of some rotations.
+const ORTHONORMAL: f64 = 1e-12;
+/// Random states and parameters at which a matrix has to be orthonormal to count as orthonormal everywhere.
+/// No other matrix is so by chance.
 const TRIALS: u64 = 4;
 
 impl Elaborator<'_> {
@@ -156,7 +162,7 @@ impl Elaborator<'_> {
         let constant = depends.within(Dependence::PARAMETERS);
         let origin = self.origins.add(self.diagnostics.shown_at(place));
         let premise = Premise { claim, of: self.made_of(&nodes), nodes, within, constant, origin };
-        self.premises.noted.push(Noted { premise, by_norm: None });
+        self.premises.noted.push(NotedPremise { premise, by_norm: None });
     }
 
     /// Declared names that nodes are made of, each once.
@@ -181,7 +187,7 @@ impl Elaborator<'_> {
 
     /// Reports what numbers alone refute, and hands the model what the run has to show.
     pub(super) fn place_premises(&mut self) {
-        for Noted { premise, by_norm } in core::mem::take(&mut self.premises).noted {
+        for NotedPremise { premise, by_norm } in core::mem::take(&mut self.premises).noted {
             let values = self.at_nominal_values(&premise.nodes);
             let graph = &self.model.graph;
             let decided = premise.nodes.iter().all(|node| graph.dependence(*node).within(Dependence::NONE));
@@ -221,7 +227,7 @@ impl Elaborator<'_> {
 
     /// Whether RᵀR = 1 at random values, which it is not by chance.
     fn is_orthonormal_everywhere(&self, rotation: &[NodeId]) -> bool {
-        (0..TRIALS).all(|trial| defect(&self.values(rotation, &random(trial))) < 1e-12)
+        (0..TRIALS).all(|trial| defect(&self.values(rotation, &random(trial))) < ORTHONORMAL)
     }
 }
 
@@ -266,14 +272,14 @@ fn refuted(claim: Claim, values: &[f64], within: &str) -> Option<Message> {
         Claim::Inertia => unphysical(values).map(|why| messages::unphysical_inertia(within, why)),
         Claim::Axis => {
             let off = (values.iter().map(|x| x * x).sum::<f64>() - 1.0).abs();
-            (off > TOLERANCE || off.is_nan()).then(|| messages::not_an_axis(within))
+            (off > ROUNDING || off.is_nan()).then(|| messages::not_an_axis(within))
         }
         // Which attitude is meant the start says.
         Claim::Weld => None,
         Claim::Rotation => {
             let by = defect(values);
             // Not a number is no small one.
-            (by > TOLERANCE || by.is_nan()).then(|| messages::not_a_rotation(within, format!("{by:.1e}")))
+            (by > ROUNDING || by.is_nan()).then(|| messages::not_a_rotation(within, format!("{by:.1e}")))
         }
     }
 }
@@ -284,7 +290,7 @@ fn unphysical(m: &[f64]) -> Option<String> {
     let at = |i: usize, j: usize| m[3 * i + j];
     let scale = m.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-        if (at(i, j) - at(j, i)).abs() > TOLERANCE * scale {
+        if (at(i, j) - at(j, i)).abs() > ROUNDING * scale {
             return Some(format!(
                 "is not symmetric, its elements ({i}, {j}) and ({j}, {i}) are {} and {}",
                 messages::number(at(i, j)),
@@ -294,13 +300,13 @@ fn unphysical(m: &[f64]) -> Option<String> {
     }
     let half = 0.5 * (at(0, 0) + at(1, 1) + at(2, 2));
     let second = |i: usize, j: usize| {
-        if i == j { half + 0.5 * PLATES * scale - at(i, j) } else { -0.5 * (at(i, j) + at(j, i)) }
+        if i == j { half + 0.5 * THIN_PLATE_EXCESS * scale - at(i, j) } else { -0.5 * (at(i, j) + at(j, i)) }
     };
     let minor = |i: usize, j: usize| second(i, i) * second(j, j) - second(i, j) * second(i, j);
     let cofactor = |a: usize, b: usize| second(1, a) * second(2, b) - second(1, b) * second(2, a);
     let determinant =
         second(0, 0) * cofactor(1, 2) - second(0, 1) * cofactor(0, 2) + second(0, 2) * cofactor(0, 1);
-    let negative = |x: f64, degree: i32| x < -TOLERANCE * scale.powi(degree);
+    let negative = |x: f64, degree: i32| x < -ROUNDING * scale.powi(degree);
     let bad = (0..3).any(|i| negative(second(i, i), 1))
         || [(0, 1), (0, 2), (1, 2)].into_iter().any(|(i, j)| negative(minor(i, j), 2))
         || negative(determinant, 3);

@@ -14,9 +14,9 @@ use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{Function, Quantity, Role, UnitText};
 
-/// What every model has beside the user's functions: its builder of states.
+/// The generated function of every model: its builder of states.
 const GENERATED_FUNCTION: &str = "state";
-/// And beside the user's constants: its texts.
+/// The generated constants of every model: its texts.
 const GENERATED_CONSTANTS: &[&str] = &["REPORT", "LISTING", "EQUATIONS", "LATEX"];
 
 /// Whether every model has a function or constant of the name of this one.
@@ -144,8 +144,7 @@ impl<'a> Elaborator<'a> {
             }
             _ => &["Expr"],
         };
-        // A type that is none of the vocabulary's may be the user's alias; arrays have no path. Their value
-        // decides.
+        // A type outside the vocabulary may be the user's alias; arrays have no path. Their value decides.
         const VOCABULARY: &[&str] =
             &["Expr", "Vec2", "Vec3", "Mat3", "Force", "f64", "bool", "usize", "i32", "f32"];
         let fitting = match function.returns() {

@@ -50,7 +50,7 @@ pub(crate) const SCALAR_METHODS: &[&str] = &[
     "signum", "recip", "sin_cos", "powi", "powf", "atan2", "hypot", "min", "max", "clamp", "mul_add", "dt",
 ];
 
-/// Largest power that is multiplied out.
+/// Largest exponent of `powi` that is multiplied out.
 const MAX_POWER: i128 = 1000;
 
 impl Elaborator<'_> {

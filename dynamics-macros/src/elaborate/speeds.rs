@@ -41,7 +41,8 @@ impl Elaborator<'_> {
         };
         let speed = &self.declaration.speeds[of];
         let (mut components, mut units) = (Vec::new(), Vec::new());
-        let flat = !matches!(&value, Value::Array(items) if items.iter().any(|item| !matches!(item, Value::Scalar(_))))
+        let flat = !matches!(&value, Value::Array(items)
+            if items.iter().any(|item| !matches!(item, Value::Scalar(_))))
             && flatten(&value, "", &mut components, &mut units);
         if !flat
             || components.len() != speed.scalars()

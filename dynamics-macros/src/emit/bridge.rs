@@ -2,9 +2,9 @@
 //! tokens; `#[dynamics] impl` calls it with the impl's tokens, and it hands both to `__model!`.
 //!
 //! Types and macros live in different namespaces, so the macro may have the struct's name and is imported
-//! wherever the struct is: struct and impl may stand in different modules. What only the compiler can know,
-//! that there is no such macro or that two blocks call it, it says in its own words; the names of what it
-//! then speaks of are chosen so that these words say what to do.
+//! wherever the struct is: struct and impl may be in different modules. Only the compiler can report that
+//! there is no such macro, or that two blocks call it. The names in its messages are chosen so that they say
+//! what to do.
 
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, format_ident, quote};
@@ -24,8 +24,8 @@ pub(crate) fn dead_bridge(name: &Ident, vis: &Visibility) -> TokenStream {
     define(name, vis, &TokenStream::new())
 }
 
-/// Visible where the struct is, and no further: who imports a private struct is told so, instead of getting
-/// the macro alone. (A macro without `#[macro_export]` cannot be public.)
+/// Visible where the struct is, and no further: an import of a private struct is an error, instead of an
+/// import of the macro alone. (A macro without `#[macro_export]` cannot be public.)
 fn define(name: &Ident, vis: &Visibility, body: &TokenStream) -> TokenStream {
     let vis = if matches!(vis, Visibility::Public(_)) { quote!(pub(crate)) } else { vis.to_token_stream() };
     let hidden = format_ident!("__dynamics_model_{}", name);

@@ -1,10 +1,10 @@
 //! Straight-line programs as Rust.
 //!
 //! One step is one `let` on `f64`. A block of some thousands of `let`s crashes rustc when debug info is on
-//! (rust-lang/rust#122357), so steps stand in nested blocks of at most [`BLOCK`] that return what later
-//! blocks read; above [`SPLIT`] operations a program is cut into functions of about [`PART`] operations,
-//! which halves the compile time of large models for some run time, or, where runs do not ask for it at every
-//! step, made a table (`program/table.rs`).
+//! (rust-lang/rust#122357), so steps stand in nested blocks of at most [`STEPS_OF_BLOCK`] that return what
+//! later blocks read; above [`MOST_UNSPLIT`] operations a program is cut into functions of about
+//! [`OPERATIONS_OF_PART`] operations, which halves the compile time of large models for some run time, or,
+//! where runs do not ask for it at every step, made a table (`program/table.rs`).
 
 mod operand;
 mod parts;
@@ -17,17 +17,17 @@ use dynamics_symbolic::schedule::{Program, Step};
 use proc_macro2::TokenStream;
 use quote::quote;
 
-pub(super) use operand::{Access, WIDTH};
+pub(super) use operand::{Access, LANES_OF_BLOCK};
 pub(super) use parts::{Body, Printed};
 
-/// Most `let`s of one block.
-const BLOCK: usize = 256;
-/// Most angles of one call: two vectors of two doubles, or one of four.
-const LANES: usize = 4;
-/// Operations above which a program is cut into functions.
-const SPLIT: usize = 4_000;
+/// Most `let`s of one block. Blocks of some thousands crash rustc, see the head of the file.
+const STEPS_OF_BLOCK: usize = 256;
+/// Most angles of one call of sine and cosine: two vectors of two doubles, or one of four.
+const ANGLES_OF_CALL: usize = 4;
+/// Operations above which a program is cut into functions. A smaller bound compiles faster and runs slower.
+const MOST_UNSPLIT: usize = 4_000;
 /// Operations of one such function.
-const PART: usize = 1_024;
+const OPERATIONS_OF_PART: usize = 1_024;
 
 /// The nodes that a step defines.
 pub(super) fn defined(step: &Step) -> Vec<NodeId> {
@@ -67,8 +67,9 @@ struct Printer<'a> {
     locals: usize,
 }
 
-/// Deepest nesting of values that are written where they are read.
-const DEPTH: usize = 8;
+/// Deepest nesting of values that are written where they are read. A larger value writes longer expressions
+/// in fewer `let`s.
+const MOST_NESTED: usize = 8;
 
 impl<'a> Printer<'a> {
     fn new(access: &'a Access<'a>) -> Self {
@@ -100,10 +101,10 @@ impl<'a> Printer<'a> {
 
     fn steps(&mut self, steps: &[Step], wanted: &BTreeSet<NodeId>) -> String {
         self.find_inline(steps, wanted);
-        if steps.len() <= BLOCK {
+        if steps.len() <= STEPS_OF_BLOCK {
             return self.lines(steps);
         }
-        let blocks: Vec<&[Step]> = steps.chunks(BLOCK).collect();
+        let blocks: Vec<&[Step]> = steps.chunks(STEPS_OF_BLOCK).collect();
         let mut needed = vec![wanted.clone(); blocks.len()];
         for i in (0..blocks.len() - 1).rev() {
             needed[i] = needed[i + 1].clone();
@@ -118,14 +119,16 @@ impl<'a> Printer<'a> {
         for (i, step) in steps.iter().enumerate() {
             for id in read(self.access.graph, step) {
                 let (count, block) = readers.entry(id).or_default();
-                (*count, *block) = (*count + 1, i / BLOCK);
+                (*count, *block) = (*count + 1, i / STEPS_OF_BLOCK);
             }
         }
         self.inline = steps
             .iter()
             .enumerate()
             .filter_map(|(i, step)| match step {
-                Step::Node(id) if !wanted.contains(id) && readers.get(id) == Some(&(1, i / BLOCK)) => {
+                Step::Node(id)
+                    if !wanted.contains(id) && readers.get(id) == Some(&(1, i / STEPS_OF_BLOCK)) =>
+                {
                     Some(*id)
                 }
                 _ => None,
@@ -173,7 +176,7 @@ impl<'a> Printer<'a> {
             }
             _ => false,
         };
-        steps.iter().take_while(known).take(LANES).count()
+        steps.iter().take_while(known).take(ANGLES_OF_CALL).count()
     }
 
     /// Several angles in one call.
@@ -195,7 +198,7 @@ impl<'a> Printer<'a> {
                 let value = self.operation(*id);
                 let below = self.access.graph.node(*id).children().filter_map(|c| self.depths.get(&c)).max();
                 let depth = below.map_or(1, |depth| depth + 1);
-                if depth <= DEPTH && self.inline.contains(id) {
+                if depth <= MOST_NESTED && self.inline.contains(id) {
                     if let (true, Node::Mul(a, b)) = (self.access.coefficients, self.access.graph.node(*id)) {
                         self.products.insert(*id, [self.value(a), self.value(b)]);
                     }

@@ -151,7 +151,10 @@ fn model_state(surface: &Surface) -> TokenStream {
             type Inputs = #vector<#f64, #m>;
             #[inline]
             fn new(#t: #f64, #q: Self::Vector, #u: Self::Vector, #inputs: Self::Inputs) -> Self {
-                Self { t: #t, q: #q, u: #u, inputs: #inputs, modes: #private::Modes::ALL_HOLD, branches: #private::Branches::FREE }
+                Self {
+                    t: #t, q: #q, u: #u, inputs: #inputs,
+                    modes: #private::Modes::ALL_HOLD, branches: #private::Branches::FREE
+                }
             }
             #[inline]
             fn t(&self) -> #f64 { self.t }

@@ -22,8 +22,9 @@ pub(super) use identity::{Names, named};
 use super::program::{Access, Body, Printed};
 use super::{Surface, at_block, local, only_one, quiet};
 
-/// Most steps of functions that may be inlined.
-const LONG: usize = 600;
+/// Most steps of a function that may be inlined. A longer one takes long to compile in every copy, and its
+/// call takes less time than one evaluation differs from the next.
+const MOST_INLINED: usize = 600;
 
 /// Everything that a compiled model implements.
 pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
@@ -100,7 +101,7 @@ impl Emission<'_> {
     /// program has a copy of what may; a long one makes programs slow to compile, and is called in less time
     /// than one evaluation differs from the next.
     fn inlining(&self, steps: usize) -> TokenStream {
-        if steps > LONG { quote!(#[inline(never)]) } else { quote!(#[inline]) }
+        if steps > MOST_INLINED { quote!(#[inline(never)]) } else { quote!(#[inline]) }
     }
 
     /// Names the parts of the state and the model, as programs read them.
@@ -115,7 +116,8 @@ impl Emission<'_> {
         });
         quote! {
             let #model = self;
-            let (#t, #q, #u, #w) = (#state.t, &#state.q.data.0[0], &#state.u.data.0[0], &#state.inputs.data.0[0]);
+            let (#t, #q, #u, #w) =
+                (#state.t, &#state.q.data.0[0], &#state.u.data.0[0], &#state.inputs.data.0[0]);
             #branches #unsolved
         }
     }
@@ -180,7 +182,11 @@ impl Emission<'_> {
         quote! {
             let #at = [#(#values),*];
             if #private::singular::<#positive, _>(&#at) {
-                return #private::Err(#private::name_singular::<#positive>(&#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES).into());
+                return #private::Err(
+                    #private::name_singular::<#positive>(
+                        &#at, &[#(#coordinates),*], <Self as #private::Dynamics>::COORDINATES
+                    ).into()
+                );
             }
         }
     }

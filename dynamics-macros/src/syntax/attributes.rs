@@ -30,7 +30,7 @@ pub(super) struct Attributes {
 /// Our attributes, for did-you-mean.
 pub(crate) const ATTRIBUTES: &[&str] = &["coordinates", "speeds", "inputs", "units", "nominal", "model"];
 
-/// Reads all attributes of the struct, leaving other people's alone.
+/// Reads all attributes of the struct that belong to this library.
 pub(super) fn read(attributes: &[Attribute], d: &mut Diagnostics) -> Attributes {
     let mut all = Attributes::default();
     let mut seen: Vec<String> = Vec::new();
@@ -332,7 +332,8 @@ fn flatten(shape: &Shape, value: &Expr, values: &mut Vec<f64>) -> bool {
     let each = |inner: &Shape, n: usize, values: &mut Vec<f64>| match value {
         Expr::Array(array) => array.elems.len() == n && array.elems.iter().all(|e| flatten(inner, e, values)),
         Expr::Repeat(repeat) => {
-            matches!(&*repeat.len, Expr::Lit(l) if matches!(&l.lit, Lit::Int(i) if i.base10_parse::<usize>().ok() == Some(n)))
+            let is_n = |l: &Lit| matches!(l, Lit::Int(i) if i.base10_parse::<usize>().ok() == Some(n));
+            matches!(&*repeat.len, Expr::Lit(l) if is_n(&l.lit))
                 && (0..n).all(|_| flatten(inner, &repeat.expr, values))
         }
         _ => false,

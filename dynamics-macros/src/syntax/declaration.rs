@@ -126,7 +126,7 @@ impl Shape {
     }
 }
 
-/// More parameters than this in one field, or coordinates in one model, is a typing error, not a mechanism.
+/// Most parameters of one field, and most coordinates of a model. More are a typing error, not a mechanism.
 pub(crate) const MAX_LENGTH: usize = 10_000;
 
 /// A generalized coordinate, a speed or an input, or an array of them.

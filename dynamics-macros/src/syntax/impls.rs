@@ -3,7 +3,7 @@
 use syn::{FnArg, Ident, ImplItem, ImplItemConst, ImplItemFn, ItemImpl, ReturnType};
 
 use super::conditions;
-use super::roles::{self, ConstraintOptions, Role, Taken};
+use super::roles::{self, ConstraintOptions, FunctionAttributes, Role};
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 
@@ -25,7 +25,7 @@ pub(crate) struct Function {
     pub(crate) role: Role,
     /// The role's attribute.
     pub(crate) role_place: Place,
-    /// What is said of a constraint beside its role.
+    /// Options of a constraint, beside its role.
     pub(crate) options: ConstraintOptions,
     /// The function with the role's attribute taken off.
     pub(crate) item: ImplItemFn,
@@ -98,7 +98,7 @@ pub(crate) fn implementation(mut item: ItemImpl, d: &mut Diagnostics) -> Option<
     for inner in &mut item.items {
         match inner {
             ImplItem::Fn(function) => {
-                let Taken { role, place, options } = roles::take(function, d);
+                let FunctionAttributes { role, place, options } = roles::take(function, d);
                 let (name, item) = (function.sig.ident.clone(), function.clone());
                 functions.push(Function { name, role, role_place: place, options, item });
             }

@@ -5,13 +5,14 @@ use proc_macro2::{TokenStream, TokenTree};
 use crate::diagnostics::Diagnostics;
 use crate::messages;
 
-/// Nesting of delimiters. rustc itself stops at 128 levels of macro recursion; people stop at ten.
-const DEPTH: usize = 64;
-/// Tokens between two separators (`;` or `,`) of one level: bounds the depth of a chain of operators.
-const CHAIN: usize = 4000;
-/// Tokens of one stretch that make a parser recurse to the right: prefix operators, assignments, closures,
-/// generics.
-const RIGHT: usize = 200;
+/// Deepest nesting of delimiters. rustc stops at 128 levels of macro recursion; models use about ten.
+const MOST_NESTED_DELIMITERS: usize = 64;
+/// Most tokens between two separators (`;` or `,`) of one level. They bound the depth of a chain of
+/// operators.
+const LONGEST_CHAIN: usize = 4000;
+/// Most tokens of one stretch that make a parser recurse to the right: prefix operators, assignments,
+/// closures, generics.
+const MOST_RECURSING: usize = 200;
 
 /// Keywords after which an expression, a type or an item goes on inside itself.
 const ENTERING: &[&str] = &[
@@ -43,7 +44,7 @@ pub(crate) fn check_nesting(tokens: &TokenStream, diagnostics: &mut Diagnostics)
                 _ => {}
             }
             arrow = matches!(&tree, TokenTree::Punct(p) if p.as_char() == '-');
-            if depth > DEPTH || chain > CHAIN || right > RIGHT {
+            if depth > MOST_NESTED_DELIMITERS || chain > LONGEST_CHAIN || right > MOST_RECURSING {
                 diagnostics.error(tree.span(), &messages::nested_too_deeply());
                 return None;
             }

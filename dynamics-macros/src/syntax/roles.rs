@@ -61,20 +61,19 @@ pub(super) fn is_drawing(attribute: &syn::Attribute) -> bool {
     attribute.path().is_ident(Role::Drawing.name())
 }
 
-/// What is said of a constraint beside its role.
+/// Options of a constraint, beside its role.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ConstraintOptions {
     /// It is switched on and off while the model runs.
     pub(crate) switched: bool,
-    /// Where it is said that it, or a combination of it with others, can be integrated, and that this is
-    /// meant.
+    /// `integrable`: that the constraint, or a combination of it with others, can be integrated on purpose.
     pub(crate) integrable: Option<Place>,
-    /// `#[redundant]`: where it is said that its repeating others is meant.
+    /// `#[redundant]`: that the constraint repeats others on purpose.
     pub(crate) redundant: Option<Place>,
 }
 
-/// What the attributes of a function say.
-pub(super) struct Taken {
+/// The role of a function, and its options.
+pub(super) struct FunctionAttributes {
     pub(super) role: Role,
     pub(super) place: Place,
     pub(super) options: ConstraintOptions,
@@ -88,7 +87,7 @@ const OPTIONS: &[(&str, &[Role])] =
     &[("switched", &[Role::Holonomic, Role::Nonholonomic]), ("integrable", &[Role::Nonholonomic])];
 
 /// Takes the role's attributes off a function.
-pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> Taken {
+pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> FunctionAttributes {
     let mut found: Option<(Role, Place)> = None;
     let mut options = ConstraintOptions::default();
     for attribute in mem::take(&mut function.attrs) {
@@ -127,10 +126,10 @@ pub(super) fn take(function: &mut ImplItemFn, d: &mut Diagnostics) -> Taken {
     {
         d.error(at, &messages::redundant_without_constraint(&function.sig.ident));
     }
-    Taken { role, place, options }
+    FunctionAttributes { role, place, options }
 }
 
-/// Roles other than constraints have nothing to be said about them.
+/// Roles other than those of constraints have no options.
 fn check_bare(attribute: &Attribute, name: &str, d: &mut Diagnostics) {
     if !matches!(attribute.meta, Meta::Path(_)) {
         d.error(attribute_place(attribute), &messages::role_with_arguments(name));

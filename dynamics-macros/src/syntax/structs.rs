@@ -240,7 +240,8 @@ fn shape(ty: &Type, d: &mut Diagnostics) -> TypeKind {
             let name = last.ident.to_string();
             let of_f64 = match &last.arguments {
                 PathArguments::AngleBracketed(a) => {
-                    matches!(a.args.first(), Some(GenericArgument::Type(Type::Path(t))) if t.path.is_ident("f64"))
+                    let first = a.args.first();
+                    matches!(first, Some(GenericArgument::Type(Type::Path(t))) if t.path.is_ident("f64"))
                         && a.args.len() == 1
                 }
                 _ => false,

@@ -180,7 +180,8 @@ fn only_places_are_drawn() {
         fn kinetic(&self, q: &Coordinates<Self>) -> Expr { 0.5 * self.mass * self.velocity(q).norm_squared() }
         #[potential]
         fn gravity(&self, q: &Coordinates<Self>) -> Expr {
-            -self.weight().dot(2.0 * self.rod(q)[0]) + 0.0 * self.mass * self.g * self.length * self.axes(q)[0][0].x
+            -self.weight().dot(2.0 * self.rod(q)[0])
+                + 0.0 * self.mass * self.g * self.length * self.axes(q)[0][0].x
         }
     }"#;
     let drawn = |units: &str| {

@@ -7,7 +7,8 @@ fn operations(hinges: usize) -> usize {
     let declaration = format!(
         "#[coordinates(angles: [rad; {hinges}])]
         pub struct Arm
-        {{ masses: [f64; {hinges}], centers: [Vec3<f64>; {hinges}], inertia: Mat3<f64>, hinges: [Vec3<f64>; {hinges}], g: f64 }}"
+        {{ masses: [f64; {hinges}], centers: [Vec3<f64>; {hinges}], inertia: Mat3<f64>,
+            hinges: [Vec3<f64>; {hinges}], g: f64 }}"
     );
     let implementation = format!(
         "impl Arm {{

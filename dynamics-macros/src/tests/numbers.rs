@@ -98,7 +98,8 @@ fn the_type_is_inferred_as_rustc_does() {
         "fn f(&self, i: i32) -> f64 \
          { let a = [1.0, 2.0]; let k = 0; let j = k - 1; a[k] + i as f64 + j as f64 }",
         "fn f(&self, _i: i32) -> f64 \
-         { let a = [1.0]; let mut s = 0.0; for (k, v) in a.iter().enumerate() { s += *v * (k - 1) as f64; } s }",
+         { let a = [1.0]; let mut s = 0.0;
+             for (k, v) in a.iter().enumerate() { s += *v * (k - 1) as f64; } s }",
     ] {
         let errors = output(extra, "self.f(0)").unwrap_err();
         assert_eq!(errors.len(), 1, "{extra}: {errors:?}");

@@ -23,7 +23,10 @@ fn faults(family: &Family, n: usize, damped: bool) -> Vec<String> {
     let (item, block) = (tokens(&declaration), tokens(&implementation));
     let emitted = expand::model(quote!({ #item } { #block }));
     let items: Vec<Item> = syn::parse2::<syn::File>(emitted).expect("what is emitted is Rust").items;
-    if items.iter().any(|item| matches!(item, Item::Macro(call) if call.mac.path.segments.last().is_some_and(|s| s.ident == "compile_error"))) {
+    if items.iter().any(|item| {
+        matches!(item, Item::Macro(call)
+            if call.mac.path.segments.last().is_some_and(|s| s.ident == "compile_error"))
+    }) {
         let errors = compile(item, block).map_or_else(|errors| errors, |_| Vec::new());
         let texts: Vec<String> = errors.iter().map(syn::Error::to_string).collect();
         let too_large = texts.len() == 1 && texts[0].contains("the limit is");

@@ -50,7 +50,10 @@ const REST: &str = "#[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr 
     }";
 
 macro_rules! vocabulary {
-    (impl { $($other:tt)* } $(fn $name:ident(&$this:ident, $q:ident: &Coordinates) -> $ty:ty $body:block)*) => {
+    (
+        impl { $($other:tt)* }
+        $(fn $name:ident(&$this:ident, $q:ident: &Coordinates) -> $ty:ty $body:block)*
+    ) => {
         impl Parameters {
             $($other)*
             $(fn $name(&$this, $q: &Coordinates) -> $ty $body)*
@@ -121,21 +124,38 @@ vocabulary! {
         }
     }
     fn trigonometry(&self, q: &Coordinates) -> Expr { q.x.sin() + q.y.cos() * (q.x * 0.3).tan() }
-    fn inverse_trigonometry(&self, q: &Coordinates) -> Expr { (q.x.sin() * 0.9).asin() + (q.y.sin() * 0.9).acos() + q.x.atan() + q.y.atan2(q.x + 3.0) }
+    fn inverse_trigonometry(&self, q: &Coordinates) -> Expr {
+        (q.x.sin() * 0.9).asin() + (q.y.sin() * 0.9).acos()
+            + q.x.atan() + q.y.atan2(q.x + 3.0)
+    }
     fn hyperbolic(&self, q: &Coordinates) -> Expr { q.x.sinh() - q.y.cosh() * q.x.tanh() }
     fn exponentials(&self, q: &Coordinates) -> Expr { q.x.exp() + (q.x * q.x + 1.0).ln() }
     fn roots(&self, q: &Coordinates) -> Expr { (q.x * q.x + 1.0).sqrt() + (q.y * q.y + 2.0).cbrt() }
-    fn powers(&self, q: &Coordinates) -> Expr { q.x.powi(3) + (q.x * q.x + 1.0).powi(-2) + (q.y * q.y + 1.0).powf(1.7) + (q.x * q.x + 1.0).powf(q.y) }
-    fn more_powers(&self, q: &Coordinates) -> Expr { (q.x * q.x + 1.0).powf(0.5) + (q.x * q.x + 1.0).powf(2.0) + (q.x * q.x + 1.0).powf(-1.5) + q.x.powi(0) }
-    fn reciprocals(&self, q: &Coordinates) -> Expr { (q.x * q.x + 0.5).recip() + q.y.hypot(q.x) + q.x.mul_add(self.a, q.y) }
+    fn powers(&self, q: &Coordinates) -> Expr {
+        q.x.powi(3) + (q.x * q.x + 1.0).powi(-2)
+            + (q.y * q.y + 1.0).powf(1.7) + (q.x * q.x + 1.0).powf(q.y)
+    }
+    fn more_powers(&self, q: &Coordinates) -> Expr {
+        (q.x * q.x + 1.0).powf(0.5) + (q.x * q.x + 1.0).powf(2.0)
+            + (q.x * q.x + 1.0).powf(-1.5) + q.x.powi(0)
+    }
+    fn reciprocals(&self, q: &Coordinates) -> Expr {
+        (q.x * q.x + 0.5).recip() + q.y.hypot(q.x) + q.x.mul_add(self.a, q.y)
+    }
     fn both_at_once(&self, q: &Coordinates) -> Expr { let (s, c) = q.x.sin_cos(); s * c + s }
-    fn kinks(&self, q: &Coordinates) -> Expr { q.x.abs() * q.y.signum() + q.x.min(q.y) * q.x.max(0.25) + q.x.clamp(-0.5, 0.5) }
-    fn kinks_with_rates(&self, q: &Coordinates) -> Expr { (q.x.abs() + q.x.min(q.y) * q.x.max(0.25) + q.x.clamp(-0.5, 0.5)).dt() }
+    fn kinks(&self, q: &Coordinates) -> Expr {
+        q.x.abs() * q.y.signum() + q.x.min(q.y) * q.x.max(0.25) + q.x.clamp(-0.5, 0.5)
+    }
+    fn kinks_with_rates(&self, q: &Coordinates) -> Expr {
+        (q.x.abs() + q.x.min(q.y) * q.x.max(0.25) + q.x.clamp(-0.5, 0.5)).dt()
+    }
     fn branches(&self, q: &Coordinates) -> Expr {
         let slope = if q.x > 0.0 { 2.0 * q.x } else if q.y <= q.x { q.y } else { -q.x * q.x };
         slope * q.y
     }
-    fn branch_rates(&self, q: &Coordinates) -> Expr { (if q.x > q.y && q.x > 0.0 || !(q.y == 0.3) { q.x * q.y } else { q.x.sin() }).dt() }
+    fn branch_rates(&self, q: &Coordinates) -> Expr {
+        (if q.x > q.y && q.x > 0.0 || !(q.y == 0.3) { q.x * q.y } else { q.x.sin() }).dt()
+    }
     fn branch_assignments(&self, q: &Coordinates) -> Expr {
         let mut sum = q.x;
         let mut other = q.y * 2.0;
@@ -144,7 +164,8 @@ vocabulary! {
             other = sum * other;
         } else if q.x != q.y {
             sum -= 1.0;
-        }
+
+    }
         sum * other
     }
     fn integer_branches(&self, q: &Coordinates) -> Expr {
@@ -152,7 +173,8 @@ vocabulary! {
         for i in 0..Self::COUNT {
             if i == 1 {
                 continue;
-            }
+
+    }
             if i % 2 == 0 { sum += q.angle[i] * f64::from(i as u32 + 1); }
         }
         sum
@@ -188,7 +210,8 @@ vocabulary! {
         let mut total = Expr::from(0.0);
         for (i, m) in self.list.iter().enumerate() {
             total += *m * self.place(q, i).dt().norm_squared();
-        }
+
+    }
         for length in self.list { total -= length * q.x; }
         for i in (0..self.list.len()).rev() { total *= 1.0 + 0.1 * self.list[i]; }
         total / 2.0
@@ -198,7 +221,8 @@ vocabulary! {
         for i in 0..3 {
             for j in i + 1..3 {
                 sum += (q.angle[i] - q.angle[j]).cos() * (i * 3 + j) as f64;
-            }
+
+    }
         }
         sum
     }
@@ -214,7 +238,8 @@ vocabulary! {
     fn early(&self, q: &Coordinates) -> Expr {
         if Self::COUNT == 3 {
             return q.x * 2.0;
-        }
+
+    }
         q.y
     }
     fn shadows(&self, q: &Coordinates) -> Expr {
@@ -224,14 +249,24 @@ vocabulary! {
         let _ = a;
         a * b - c
     }
-    fn helpers(&self, q: &Coordinates) -> Expr { let (area, v) = self.pair(q); area + v.x - Self::smoothstep(q.y) + Self::kind(2) + Self::kind(0) }
-    fn constants(&self, q: &Coordinates) -> Expr { q.x * core::f64::consts::PI + std::f64::consts::FRAC_PI_2 + Expr::ONE }
+    fn helpers(&self, q: &Coordinates) -> Expr {
+        let (area, v) = self.pair(q);
+        area + v.x - Self::smoothstep(q.y) + Self::kind(2) + Self::kind(0)
+    }
+    fn constants(&self, q: &Coordinates) -> Expr {
+        q.x * core::f64::consts::PI + std::f64::consts::FRAC_PI_2 + Expr::ONE
+    }
     fn time(&self, q: &Coordinates) -> Expr { (q.t * self.a).sin() * q.x + q.t.powi(2) }
     fn explicit_time_rate(&self, q: &Coordinates) -> Expr { ((q.t * self.a).sin() * q.x).dt() }
     fn accelerations(&self, q: &Coordinates) -> Expr { (q.x * q.y).dt().dt() + q.angle[0].sin().dt().dt() }
     fn smooth(&self, q: &Coordinates) -> Expr { self.spring.at(q.x) * q.y + self.spring.at(0.5 * q.y).dt() }
     fn numbers(&self, q: &Coordinates) -> Expr { q.x * 1e-3 + 6.674e-1 * q.y + 1_000.5 }
-    fn upward(&self, q: &Coordinates) -> Expr { let mut v = vec2(q.x, q.y); v.x = q.y * 2.0; v.y += 1.0; v.x * v.y }
+    fn upward(&self, q: &Coordinates) -> Expr {
+        let mut v = vec2(q.x, q.y);
+        v.x = q.y * 2.0;
+        v.y += 1.0;
+        v.x * v.y
+    }
 }
 
 struct State {

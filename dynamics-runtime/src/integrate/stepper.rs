@@ -62,7 +62,8 @@ const CUT_SHORT_PART: f64 = 0.99;
 /// // q̈ = −q
 /// let mut oscillator = |_t: f64, q: &V, _u: &V| Ok::<V, core::convert::Infallible>(-q);
 /// let start = Phase { q: V::new(1.0), u: V::new(0.0) };
-/// let options = StepOptions { tolerances: Tolerances::both(1e-12), fixed: None, first: None, most: f64::INFINITY };
+/// let tolerances = Tolerances::both(1e-12);
+/// let options = StepOptions { tolerances, fixed: None, first: None, most: f64::INFINITY };
 /// let mut stepper = Stepper::<V, Dop853<V>>::new(&mut oscillator, 0.0, start, 10.0, options).unwrap();
 /// while stepper.now().t < 10.0 {
 ///     stepper.step(&mut oscillator, 10.0).unwrap();

@@ -269,7 +269,8 @@ pub enum BranchHold {
 ///
 /// let mut oscillator = OfPositions(|_t: f64, q: &V| Ok::<V, core::convert::Infallible>(-q));
 /// let start = Phase { q: V::new(1.0), u: V::new(0.0) };
-/// let options = StepOptions { tolerances: Tolerances::both(1e-9), fixed: Some(0.1), first: None, most: f64::INFINITY };
+/// let tolerances = Tolerances::both(1e-9);
+/// let options = StepOptions { tolerances, fixed: Some(0.1), first: None, most: f64::INFINITY };
 /// let mut stepper = Stepper::<V, StormerVerlet<V>>::new(&mut oscillator, 0.0, start, 1e4, options).unwrap();
 /// while stepper.now().t < 1e4 {
 ///     stepper.step(&mut oscillator, 1e4).unwrap();

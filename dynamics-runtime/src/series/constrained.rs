@@ -10,6 +10,9 @@ use nalgebra::SVector;
 
 use super::{CauchySums, MOST_ORDER, RECIPROCAL, Rows, WIDTH};
 
+/// Lanes by blocks.
+type Blocks<const B: usize> = [[f64; WIDTH]; B];
+
 /// Left and right factors of B blocks of lanes.
 pub type Factors<const B: usize> = ([[f64; WIDTH]; B], [[f64; WIDTH]; B]);
 
@@ -63,9 +66,9 @@ pub fn expand_constrained<
     ConstrainedMemory { rows, ahead, shared }: &mut ConstrainedMemory<B, A, S>,
     mut recurrences: Recurrences<
         impl FnMut(&[f64; 2], &[[f64; WIDTH]; A]) -> [f64; H],
-        impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[f64; S], &[[f64; WIDTH]; B]) -> ([f64; N], [f64; K]),
+        impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[f64; S], &Blocks<B>) -> ([f64; N], [f64; K]),
         impl FnMut(&[f64; NR]) -> [f64; NR],
-        impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[f64; NR], &[f64; S], &[[f64; WIDTH]; B]) -> Factors<B>,
+        impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[f64; NR], &[f64; S], &Blocks<B>) -> Factors<B>,
         impl FnMut(f64, &[f64; N], &[f64; 2], &[[f64; WIDTH]; A]) -> (Factors<A>, [f64; S]),
     >,
 ) {

@@ -57,10 +57,15 @@ const MOST_ANGLE_SETS: usize = 6;
 /// trait Turned {
 ///     fn set_reference(&mut self, turn: f64);
 /// }
-/// fn tumble<M: Simulate + Turned + Clone>(atlas: &ChartSwitching<M>, start: M::State) -> Result<ChartSwitchingMotion<'_, M>, ChartSwitchingError<M>> {
+/// fn tumble<M: Simulate + Turned + Clone>(
+///     atlas: &ChartSwitching<M>,
+///     start: M::State,
+/// ) -> Result<ChartSwitchingMotion<'_, M>, ChartSwitchingError<M>> {
 ///     atlas.simulate(start).until(200.0).with(|run, _| run.tolerance(1e-10)).run()
 /// }
-/// fn charts<M: Simulate + Turned + Clone>(model: M) -> Result<ChartSwitching<M>, dynamics::simulate::ChartError> {
+/// fn charts<M: Simulate + Turned + Clone>(
+///     model: M,
+/// ) -> Result<ChartSwitching<M>, dynamics::simulate::ChartError> {
 ///     ChartSwitching::new(model).turning("angles[1]", |model, turn| model.set_reference(turn))
 /// }
 /// ```

@@ -49,7 +49,8 @@ pub const fn constraint(name: &'static str, kind: ConstraintKind, first: usize, 
 
 /// Implements the runtime's traits by way of [`Held`].
 macro_rules! held {
-    ($model:ident, $n:literal coordinates $q:expr, $h:literal + $k:literal = $r:literal rows $rows:expr, $constraints:expr,
+    ($model:ident, $n:literal coordinates $q:expr, $h:literal + $k:literal = $r:literal rows $rows:expr,
+        $constraints:expr,
      friction $friction:literal, events $events:expr) => {
         impl Model for $model {
             type Vector = SVector<f64, $n>;
@@ -480,7 +481,8 @@ impl Held<3, 1, 1> for PainleveRod {
     }
 }
 held!(PainleveRod, 3 coordinates ["x", "y", "theta"], 1 + 0 = 1 rows ["floor"],
-    [Constraint { switched: Some(0), ..constraint("floor", ConstraintKind::Holonomic, 0, 1) }], friction true, events []);
+    [Constraint { switched: Some(0), ..constraint("floor", ConstraintKind::Holonomic, 0, 1) }],
+        friction true, events []);
 
 /// [`Rod`] beside ½ (x² + y² − l²)(1 + x) = 0, which repeats it where it holds, and nowhere else.
 #[derive(Clone, Copy, Debug)]

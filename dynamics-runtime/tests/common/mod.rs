@@ -77,7 +77,8 @@ pub trait ByHand<const N: usize, const M: usize> {
 
 /// Implements the runtime's traits by way of [`ByHand`].
 macro_rules! by_hand {
-    ($model:ident, $n:literal, $m:literal, coordinates $q:expr, inputs $inputs:expr, conserved $conserved:expr,
+    ($model:ident, $n:literal, $m:literal, coordinates $q:expr, inputs $inputs:expr,
+        conserved $conserved:expr,
      powers $powers:expr, outputs $outputs:expr, events $events:expr) => {
         impl Model for $model {
             type Vector = SVector<f64, $n>;
@@ -197,7 +198,8 @@ impl ByHand<1, 0> for Oscillator {
         values[0] = s.q[0];
     }
 }
-by_hand!(Oscillator, 1, 0, coordinates ["x"], inputs [], conserved ["energy"], powers [], outputs [], events ["centre"]);
+by_hand!(Oscillator, 1, 0, coordinates ["x"], inputs [], conserved ["energy"],
+    powers [], outputs [], events ["centre"]);
 
 /// ℓ θ̈ = −g sin θ, with the rod's tension as output.
 pub struct Pendulum {
@@ -220,7 +222,8 @@ impl ByHand<1, 0> for Pendulum {
         values[0] = self.m * (self.l * s.u[0] * s.u[0] + self.g * s.q[0].cos());
     }
 }
-by_hand!(Pendulum, 1, 0, coordinates ["theta"], inputs [], conserved ["energy"], powers [], outputs ["tension"], events []);
+by_hand!(Pendulum, 1, 0, coordinates ["theta"], inputs [], conserved ["energy"],
+    powers [], outputs ["tension"], events []);
 
 /// L = ½(ẋ² + ẏ²) + 1/r.
 pub struct Kepler;
@@ -244,7 +247,8 @@ impl ByHand<2, 0> for Kepler {
         values[0] = s.q.dot(&s.u);
     }
 }
-by_hand!(Kepler, 2, 0, coordinates ["x", "y"], inputs [], conserved ["energy", "angular momentum"], powers [], outputs [],
+by_hand!(Kepler, 2, 0, coordinates ["x", "y"], inputs [], conserved ["energy", "angular momentum"],
+    powers [], outputs [],
     events ["apsis"]);
 
 /// Restricted three-body problem in the rotating frame: L = ½[(ẋ − y)² + (ẏ + x)²] + μ'/r₁ + μ/r₂.
@@ -276,7 +280,8 @@ impl ByHand<2, 0> for Arenstorf {
         0.5 * (s.u.norm_squared() - s.q.norm_squared()) - (1.0 - self.mu) / r1.norm() - self.mu / r2.norm()
     }
 }
-by_hand!(Arenstorf, 2, 0, coordinates ["x", "y"], inputs [], conserved ["energy"], powers [], outputs [], events []);
+by_hand!(Arenstorf, 2, 0, coordinates ["x", "y"], inputs [], conserved ["energy"],
+    powers [], outputs [], events []);
 
 /// H = ½(p₁² + p₂²) + ½(q₁² + q₂²) + q₁² q₂ − q₂³/3.
 pub struct HenonHeiles;
@@ -294,7 +299,8 @@ impl ByHand<2, 0> for HenonHeiles {
         0.5 * (s.u.norm_squared() + s.q.norm_squared()) + x * x * y - y * y * y / 3.0
     }
 }
-by_hand!(HenonHeiles, 2, 0, coordinates ["x", "y"], inputs [], conserved ["energy"], powers [], outputs [], events []);
+by_hand!(HenonHeiles, 2, 0, coordinates ["x", "y"], inputs [], conserved ["energy"],
+    powers [], outputs [], events []);
 
 /// Seven bodies in a plane, masses 1 to 7, G = 1; q = (x₁ … x₇, y₁ … y₇).
 pub struct Pleiades;
@@ -369,7 +375,8 @@ impl ByHand<2, 0> for DoublePendulum {
         0.5 * s.u.dot(&(self.mass(s) * s.u)) - (m1 + m2) * g * l1 * s.q[0].cos() - m2 * g * l2 * s.q[1].cos()
     }
 }
-by_hand!(DoublePendulum, 2, 0, coordinates ["theta1", "theta2"], inputs [], conserved ["energy"], powers [], outputs [],
+by_hand!(DoublePendulum, 2, 0, coordinates ["theta1", "theta2"], inputs [], conserved ["energy"],
+    powers [], outputs [],
     events []);
 
 /// m ẍ = −k x − c ẋ + F, F an input.
@@ -397,7 +404,8 @@ impl ByHand<1, 1> for Driven {
         values[0] = s.inputs[0];
     }
 }
-by_hand!(Driven, 1, 1, coordinates ["x"], inputs ["force"], conserved [], powers ["drive", "damper"], outputs ["force"],
+by_hand!(Driven, 1, 1, coordinates ["x"], inputs ["force"], conserved [],
+    powers ["drive", "damper"], outputs ["force"],
     events []);
 
 /// ẍ = −x on a table that an input lifts, which its energy knows.
@@ -436,7 +444,8 @@ impl ByHand<1, 0> for Ball {
         values[1] = s.u[0];
     }
 }
-by_hand!(Ball, 1, 0, coordinates ["y"], inputs [], conserved ["energy"], powers [], outputs [], events ["impact", "apex"]);
+by_hand!(Ball, 1, 0, coordinates ["y"], inputs [], conserved ["energy"],
+    powers [], outputs [], events ["impact", "apex"]);
 
 /// m(q) = 2 R² (1 + cos q): a bead on a cycloid, whose inertia vanishes at the cusps.
 pub struct CycloidBead {
@@ -462,7 +471,8 @@ impl ByHand<1, 0> for CycloidBead {
         self.radius * (self.radius * (1.0 + s.q[0].cos()) * s.u[0] * s.u[0] + self.g * (1.0 - s.q[0].cos()))
     }
 }
-by_hand!(CycloidBead, 1, 0, coordinates ["theta"], inputs [], conserved ["energy"], powers [], outputs [], events []);
+by_hand!(CycloidBead, 1, 0, coordinates ["theta"], inputs [], conserved ["energy"],
+    powers [], outputs [], events []);
 
 /// q̈ = f(t, q, u) for a closure, one coordinate, to provoke failures.
 pub struct Closure(pub fn(f64, f64, f64) -> f64);
@@ -495,4 +505,5 @@ impl ByHand<60, 0> for Sixty {
         0.5 * (s.u.dot(&s.u) + s.q.dot(&s.q))
     }
 }
-by_hand!(Sixty, 60, 0, coordinates ["x"; 60], inputs [], conserved ["energy"], powers [], outputs [], events []);
+by_hand!(Sixty, 60, 0, coordinates ["x"; 60], inputs [], conserved ["energy"],
+    powers [], outputs [], events []);

@@ -10,11 +10,13 @@ use crate::graph::{Graph, NodeId};
 use super::sparse::{SparseMatrix, Values, dot};
 use super::unrolled::{Guard, Guarded};
 
-/// Most unknowns that are solved by cofactors.
-const CORE: usize = 3;
-/// Smallest admissible ratio of a determinant, or a pivot, to the norms of its columns and rows. The general
-/// solver takes over below.
-pub(super) const DEPENDENT: f64 = 1e-3;
+/// Most unknowns of a block that are solved by cofactors, whose number of products grows with the factorial.
+/// Three unknowns take one division and no pivot that could vanish while the determinant does not.
+const MOST_BY_COFACTORS: usize = 3;
+/// Smallest ratio of a determinant, or a pivot, to the norms of its columns and rows at which the solution on
+/// the graph is used. Below it the general solver takes over. A ratio of 1e-3 costs about three of sixteen
+/// digits. A smaller bound would lose more of them, a larger one would call the general solver more often.
+pub(super) const LEAST_DETERMINANT_RATIO: f64 = 1e-3;
 
 /// One step of Gaussian elimination, all numbers being those of the whole system.
 #[derive(Clone, Debug)]
@@ -90,7 +92,7 @@ impl BlockFactors {
     /// as for angular velocities by Euler parameters beside the rate of their norm.
     fn orthogonal(g: &mut Graph, jacobian: &SparseMatrix, rows: &[usize], columns: &[usize]) -> Option<Self> {
         let n = rows.len();
-        if n <= CORE {
+        if n <= MOST_BY_COFACTORS {
             return None;
         }
         let zero = g.zero();
@@ -116,7 +118,7 @@ impl BlockFactors {
                     of: Guarded::Row(rows[i]),
                     pivot: square,
                     scale: square,
-                    tolerance: DEPENDENT,
+                    tolerance: LEAST_DETERMINANT_RATIO,
                 });
             }
             let one = g.one();
@@ -189,7 +191,7 @@ fn next_pivot(g: &Graph, left: &Entries) -> Option<(usize, usize)> {
     let entries = left.iter().flat_map(|(r, row)| row.iter().map(move |(c, x)| (*r, *c, row.len(), *x)));
     let rank = |x: NodeId| if g.as_number(x).is_some() { 0 } else { 1 + u8::from(!g.is_constant(x)) };
     entries
-        .filter(|(.., x)| left.len() > if rank(*x) == 0 { 1 } else { CORE })
+        .filter(|(.., x)| left.len() > if rank(*x) == 0 { 1 } else { MOST_BY_COFACTORS })
         .min_by_key(|(r, c, length, x)| (rank(*x) > 0, (length - 1) * (count[c] - 1), rank(*x), *r, *c))
         .map(|(r, c, ..)| (r, c))
 }
@@ -209,7 +211,7 @@ fn eliminate(
             of: Guarded::Row(row),
             pivot: g.mul(pivot, pivot),
             scale: dot(g, &entries, &entries),
-            tolerance: DEPENDENT * DEPENDENT,
+            tolerance: LEAST_DETERMINANT_RATIO * LEAST_DETERMINANT_RATIO,
         });
     }
     right.remove(&column);
@@ -295,7 +297,12 @@ fn guard(
         scale = g.add(scale, by_rows);
     }
     let pivot = g.mul(determinant, determinant);
-    Guard { of: Guarded::Row(rows[0]), pivot, scale, tolerance: DEPENDENT * DEPENDENT }
+    Guard {
+        of: Guarded::Row(rows[0]),
+        pivot,
+        scale,
+        tolerance: LEAST_DETERMINANT_RATIO * LEAST_DETERMINANT_RATIO,
+    }
 }
 
 /// ‖column j‖², or, where that is a constant and this is not, ‖column j ± another column‖²: the determinant

@@ -1,5 +1,5 @@
-//! Guards against gradients that vanish: at a change point a row of Φ_q may be nothing but rounding, and
-//! pivots that are compared with what else stands in that row see nothing of it.
+//! Guards against gradients that vanish: at a change point a row of Φ_q may be rounding alone, and a pivot
+//! that is compared with the other elements of that row does not show it.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use crate::graph::{Graph, Node, NodeId, Unary};
 use super::sparse::dot;
 use super::unrolled::{Guard, Guarded};
 
-/// Part of its natural size below which a row is taken to have vanished. What a motion knows of its
-/// velocities at a distance d of the place where that happens is ε/d, of its accelerations ε/d²: nothing at
-/// 10⁻⁸.
-const VANISHED: f64 = 1e-8;
+/// Length of a row, relative to its natural size, below which it counts as vanished. At a distance d from the
+/// place where it vanishes, velocities are uncertain by ε/d and accelerations by ε/d². At d = 10⁻⁸ no
+/// digit of an acceleration is left.
+const LEAST_ROW_LENGTH: f64 = 1e-8;
 
 /// ‖row‖² against the sum of the squares of its terms, sines and cosines at their largest: what rounding of
 /// the row is relative to. Rows with an element that never vanishes need none.
@@ -37,7 +37,12 @@ pub(super) fn guards(g: &mut Graph, jacobian: &[Vec<NodeId>], needed: impl Fn(us
             let size = squares(g, x, &mut known);
             scale = g.add(scale, size);
         }
-        guards.push(Guard { of: Guarded::Row(row), pivot, scale, tolerance: VANISHED * VANISHED });
+        guards.push(Guard {
+            of: Guarded::Row(row),
+            pivot,
+            scale,
+            tolerance: LEAST_ROW_LENGTH * LEAST_ROW_LENGTH,
+        });
     }
     guards
 }

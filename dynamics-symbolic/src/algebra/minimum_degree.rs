@@ -11,13 +11,11 @@
 use crate::graph::{Graph, NodeId};
 
 use super::ldl::{Elsewhere, Factors, Rest};
-use super::unrolled::{Guard, Guarded};
+use super::unrolled::{Guard, Guarded, LEAST_INERTIA_RATIO};
 
-/// Below this share of the diagonal a pivot of the inertia is rounding.
-const INERTIA: f64 = 1e-13;
-/// sin² of the smallest angle, in the metric of M⁻¹, between a constraint and those eliminated before: nearer
-/// ones go to the general solver.
-const ROW: f64 = 1e-8;
+/// Smallest sin² of the angle, in the metric of M⁻¹, between a constraint and those eliminated before.
+/// Nearer ones, within 1e-4 rad, go to the general solver.
+const LEAST_SINE_SQUARED: f64 = 1e-8;
 
 /// The factored system.
 #[derive(Clone, Debug)]
@@ -56,10 +54,10 @@ impl MinimumDegree {
             }
             if g.as_number(pivot).is_none() {
                 let (of, scale, tolerance) = match k.checked_sub(n) {
-                    Some(row) => (Guarded::Row(row), given[k], ROW),
+                    Some(row) => (Guarded::Row(row), given[k], LEAST_SINE_SQUARED),
                     // A coordinate without inertia of its own has that of its constraints.
-                    None if g.is_zero(mass[k][k]) => (Guarded::Coordinate(k), given[k], ROW),
-                    None => (Guarded::Coordinate(k), mass[k][k], INERTIA),
+                    None if g.is_zero(mass[k][k]) => (Guarded::Coordinate(k), given[k], LEAST_SINE_SQUARED),
+                    None => (Guarded::Coordinate(k), mass[k][k], LEAST_INERTIA_RATIO),
                 };
                 system.guards.push(Guard { of, pivot, scale, tolerance });
             }

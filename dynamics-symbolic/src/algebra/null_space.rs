@@ -6,22 +6,20 @@
 //! block by block: a loop of a mechanism after the other. λ follows from the transposed blocks in the
 //! opposite order.
 
-use crate::calculus::placeless;
+use crate::calculus::remove_coordinates;
 use crate::graph::{Graph, NodeId};
 
 use super::block::BlockFactors;
 use super::ldl::Factors;
 use super::sparse::{SparseMatrix, Values};
 use super::structure::{Block, blocks};
-use super::unrolled::{Guard, Guarded};
+use super::unrolled::{Guard, Guarded, LEAST_INERTIA_RATIO};
 
-/// Below this share of the diagonal a pivot of the reduced inertia is rounding.
-const INERTIA: f64 = 1e-13;
-
-/// As [`DEPENDENT`](super::block::DEPENDENT), of a block that follows two independent coordinates or more:
-/// its pivot p makes an inertia of 1/p² in common to them, which the elimination takes away again, with the
-/// digits of what they have of their own, and what follows them has 1/p of that: ε/p³ is lost.
-const COUPLED: f64 = 1e-2;
+/// As [`LEAST_DETERMINANT_RATIO`](super::block::LEAST_DETERMINANT_RATIO), of a block that follows two
+/// independent coordinates or more. Its pivot p adds an inertia of 1/p² that they have in common. The
+/// elimination takes it away again, with the digits of their own inertia, and what follows them is off by 1/p
+/// of that: ε/p³ is lost, or 2e-10 at this bound.
+const LEAST_COUPLED_RATIO: f64 = 1e-2;
 
 /// A choice of independent coordinates with the blocks that determine the others, in order.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,13 +93,13 @@ impl NullSpace {
             substitute(g, kinematics, &partition.blocks, &factors, &mut motion, Some(&unit));
             motions.push(motion);
         }
-        // What an inertia that vanishes is told by: the first coordinate that the speed is made of.
+        // The coordinate by which a vanishing inertia is reported: the first one that the speed contains.
         let leader = |r: usize| kinematics.rows[r].keys().next().copied().unwrap_or(0);
         let leaders: Vec<usize> = (0..speeds).map(leader).collect();
         Self::led_by(g, mass, kinematics, (partition, factors), motions, (speeds, &leaders))
     }
 
-    /// Reduces M by the columns `motions` of R, each told by a coordinate of `leaders`.
+    /// Reduces M by the columns `motions` of R. A coordinate of `leaders` names each in reports.
     fn led_by(
         g: &mut Graph,
         mass: &SparseMatrix,
@@ -116,17 +114,17 @@ impl NullSpace {
             let row: Vec<NodeId> =
                 momenta[..=i].iter().map(|momentum| product(g, motion, momentum)).collect();
             // In a body's own axes its inertia is constant.
-            matrix.push(if speeds > 0 { placeless(g, &row) } else { row });
+            matrix.push(if speeds > 0 { remove_coordinates(g, &row) } else { row });
         }
         let reduced = Factors::new(g, &matrix).ok()?;
         let mut guards = Vec::new();
         for ((_, columns), block) in partition.blocks.iter().zip(&blocks) {
             let follows = |motion: &&Values| columns.iter().any(|c| !g.is_zero(motion.get(g, *c)));
             let coupled = motions.iter().filter(follows).count() > 1;
-            let least = if coupled { COUPLED * COUPLED } else { 0.0 };
+            let least = if coupled { LEAST_COUPLED_RATIO * LEAST_COUPLED_RATIO } else { 0.0 };
             guards.extend(block.guards.iter().map(|guard| {
                 let of = match guard.of {
-                    // Speeds are told by what they move.
+                    // Speeds are reported by the coordinates that they move.
                     Guarded::Row(row) if row < speeds => Guarded::Coordinate(columns[0]),
                     Guarded::Row(row) => Guarded::Row(row - speeds),
                     of => of,
@@ -139,7 +137,7 @@ impl NullSpace {
             of: Guarded::Coordinate(leaders[i]),
             pivot,
             scale: matrix[i][i],
-            tolerance: INERTIA,
+            tolerance: LEAST_INERTIA_RATIO,
         }));
         let (mass, jacobian) = (mass.clone(), jacobian.clone());
         Some(Self { partition, speeds, mass, jacobian, blocks, motions, momenta, reduced, guards })
@@ -221,7 +219,7 @@ impl NullSpace {
     pub(super) fn inertia(&self, g: &mut Graph) -> Vec<Vec<NodeId>> {
         let row = |g: &mut Graph, motion: &Values| {
             let row: Vec<NodeId> = self.momenta.iter().map(|momentum| product(g, motion, momentum)).collect();
-            placeless(g, &row)
+            remove_coordinates(g, &row)
         };
         self.motions.iter().map(|motion| row(g, motion)).collect()
     }

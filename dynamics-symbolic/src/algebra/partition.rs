@@ -1,4 +1,4 @@
-//! Which coordinates are independent: candidates whose dependent columns are regular at a random point, the
+//! Which coordinates are independent: candidates whose dependent columns are regular at a random point,
 //! structurally cheap ones first.
 
 use std::collections::BTreeSet;
@@ -10,10 +10,13 @@ use super::null_space::Partition;
 use super::sparse::SparseMatrix;
 use super::structure::{Block, blocks};
 
-/// Up to here all sets of independent coordinates are looked at: degrees of freedom, coordinates.
-const ALL: (usize, usize) = (3, 20);
-/// Most sets that are looked at otherwise.
-const MOST: usize = 300;
+/// Most degrees of freedom, and most coordinates, with which all sets of independent coordinates are priced.
+const LARGEST_EXHAUSTIVE: (usize, usize) = (3, 20);
+/// Most sets of these: three of twenty coordinates can be chosen in 1140 ways.
+const MOST_EXHAUSTIVE_SETS: usize = 1140;
+/// Most sets of independent coordinates that the descent prices, where not all are priced. A smaller bound
+/// may miss the cheapest set, a larger one only takes time.
+const MOST_SETS: usize = 300;
 
 /// What there is to choose from.
 #[derive(Debug)]
@@ -44,8 +47,11 @@ pub(super) fn partitions(g: &Graph, jacobian: &SparseMatrix, coordinates: usize)
         Some((structural_cost(&pattern, &blocks, set), Partition { independent: set.to_vec(), blocks }))
     };
     let first: Vec<usize> = basis.iter().map(|(free, _)| *free).collect();
-    let mut found: Vec<(usize, Partition)> = if freedom == 1 || freedom <= ALL.0 && coordinates <= ALL.1 {
-        subsets(coordinates, freedom).iter().take(MOST.max(1140)).filter_map(|set| priced(set)).collect()
+    let (most_freedom, most_coordinates) = LARGEST_EXHAUSTIVE;
+    let few = freedom == 1 || freedom <= most_freedom && coordinates <= most_coordinates;
+    let mut found: Vec<(usize, Partition)> = if few {
+        let sets = subsets(coordinates, freedom);
+        sets.iter().take(MOST_EXHAUSTIVE_SETS).filter_map(|set| priced(set)).collect()
     } else {
         descend(first, coordinates, &priced)
     };
@@ -67,7 +73,7 @@ fn descend(first: Vec<usize>, coordinates: usize, priced: &PartitionPrice) -> Ve
         let base = best.1.independent.clone();
         for (at, c) in (0..base.len()).flat_map(|at| (0..coordinates).map(move |c| (at, c))) {
             let mut set = base.clone();
-            if seen.len() > MOST || set.contains(&c) {
+            if seen.len() > MOST_SETS || set.contains(&c) {
                 continue;
             }
             set[at] = c;

@@ -1,7 +1,7 @@
 //! M q̈ − Φ_qᵀλ = Q, Φ_q q̈ = γ solved on the graph by the cheaper of two ways: q̈ and λ together in
 //! minimum-degree order, or independent coordinates first, with loops eliminated block by block.
 
-use crate::calculus::{collect, share};
+use crate::calculus::{collect_terms, share_parts};
 use crate::graph::{Bindings, Graph, NodeId, Symbol};
 
 use super::lengths;
@@ -35,15 +35,15 @@ pub struct States<'a> {
     /// one is taken that is best conditioned at the worst of them.
     pub anywhere: &'a [&'a dyn Bindings],
     /// Where motions are likely to begin, the likeliest first: an order that does not apply there is not
-    /// taken while there is another that is not much longer.
+    /// taken while there is another that is at most three times as long.
     pub likely: &'a [&'a dyn Bindings],
-    /// Where some come by: one whose pivots vanish altogether there is not taken while there is another that
-    /// is hardly longer.
+    /// States that motions pass: an order whose pivots vanish altogether there is not taken while there is
+    /// another that is hardly longer.
     pub passed: &'a [&'a dyn Bindings],
 }
 
 impl States<'_> {
-    /// Whether they ask for more than what is short.
+    /// Whether they affect the choice beyond its length.
     fn steer(&self) -> bool {
         !(self.likely.is_empty() && self.passed.is_empty())
     }
@@ -51,7 +51,7 @@ impl States<'_> {
 
 /// Why equations with constraints are not solved on the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stuck {
+pub enum NotUnrolled {
     /// Rows are redundant in every state.
     Redundant,
     /// Every way meets a pivot that is zero in every state.
@@ -62,10 +62,10 @@ pub enum Stuck {
 
 /// The factored equations, for any right-hand side.
 #[derive(Clone, Debug)]
-pub struct Solver(Way);
+pub struct Solver(SolverKind);
 
 #[derive(Clone, Debug)]
-enum Way {
+enum SolverKind {
     MinimumDegree(MinimumDegree),
     Blocks(Box<NullSpace>),
 }
@@ -75,7 +75,7 @@ impl Solver {
     /// state.
     #[must_use]
     pub fn together(g: &mut Graph, mass: &[Vec<NodeId>], jacobian: &[Vec<NodeId>]) -> Option<Self> {
-        MinimumDegree::new(g, mass, jacobian).map(|factors| Self(Way::MinimumDegree(factors)))
+        MinimumDegree::new(g, mass, jacobian).map(|factors| Self(SolverKind::MinimumDegree(factors)))
     }
 
     /// Block by block, the given coordinates independent; `None` where a block or the reduced inertia is
@@ -92,7 +92,8 @@ impl Solver {
         let dependent: Vec<usize> = (0..mass.rows.len()).filter(|c| !independent.contains(c)).collect();
         let blocks = blocks(&jacobian.pattern(), &dependent)?;
         let partition = Partition { independent: independent.to_vec(), blocks };
-        NullSpace::new(g, &mass, &jacobian, &partition).map(|reduced| Self(Way::Blocks(Box::new(reduced))))
+        NullSpace::new(g, &mass, &jacobian, &partition)
+            .map(|reduced| Self(SolverKind::Blocks(Box::new(reduced))))
     }
 
     /// Led by the first `speeds` rows of `kinematics`: the gradients of speeds by the velocities, then Φ_q, N
@@ -108,7 +109,7 @@ impl Solver {
         let (mass, kinematics) =
             (SparseMatrix::new(g, mass, mass.len()), SparseMatrix::new(g, kinematics, mass.len()));
         NullSpace::by_speeds(g, &mass, &kinematics, speeds)
-            .map(|reduced| Self(Way::Blocks(Box::new(reduced))))
+            .map(|reduced| Self(SolverKind::Blocks(Box::new(reduced))))
     }
 
     /// The inertia of what leads, and the columns of the inverse of `kinematics`: what moves where one row is
@@ -116,7 +117,7 @@ impl Solver {
     #[must_use]
     pub fn led(&self, g: &mut Graph) -> (Vec<Vec<NodeId>>, Vec<Vec<NodeId>>) {
         match &self.0 {
-            Way::Blocks(reduced) if reduced.speeds() > 0 => {
+            SolverKind::Blocks(reduced) if reduced.speeds() > 0 => {
                 let inertia = reduced.inertia(g);
                 (inertia, (0..reduced.coordinates()).map(|row| reduced.moved_by(g, row)).collect())
             }
@@ -129,8 +130,8 @@ impl Solver {
     #[must_use]
     pub fn solve(&self, g: &mut Graph, force: &[NodeId], gamma: &[NodeId]) -> (Vec<NodeId>, Vec<NodeId>) {
         match &self.0 {
-            Way::MinimumDegree(factors) => factors.solve(g, force, gamma),
-            Way::Blocks(reduced) => reduced.solve(g, force, gamma),
+            SolverKind::MinimumDegree(factors) => factors.solve(g, force, gamma),
+            SolverKind::Blocks(reduced) => reduced.solve(g, force, gamma),
         }
     }
 
@@ -138,8 +139,8 @@ impl Solver {
     #[must_use]
     pub fn correct(&self, g: &mut Graph, right: &[NodeId]) -> Vec<NodeId> {
         match &self.0 {
-            Way::MinimumDegree(factors) => factors.correct(g, right),
-            Way::Blocks(reduced) => reduced.correct(g, right),
+            SolverKind::MinimumDegree(factors) => factors.correct(g, right),
+            SolverKind::Blocks(reduced) => reduced.correct(g, right),
         }
     }
 
@@ -147,15 +148,15 @@ impl Solver {
     #[must_use]
     pub fn elimination(&self) -> Elimination {
         match &self.0 {
-            Way::MinimumDegree(_) => Elimination::MinimumDegree,
-            Way::Blocks(reduced) if reduced.speeds() > 0 => Elimination::Speeds,
-            Way::Blocks(reduced) => Elimination::Blocks(reduced.blocks().to_vec()),
+            SolverKind::MinimumDegree(_) => Elimination::MinimumDegree,
+            SolverKind::Blocks(reduced) if reduced.speeds() > 0 => Elimination::Speeds,
+            SolverKind::Blocks(reduced) => Elimination::Blocks(reduced.blocks().to_vec()),
         }
     }
 
     /// Whether what a row's pivots are compared with stays where the row vanishes: a constant.
     fn sees_length(&self, g: &Graph, row: usize) -> bool {
-        let Way::Blocks(reduced) = &self.0 else { return false };
+        let SolverKind::Blocks(reduced) = &self.0 else { return false };
         if reduced.speeds() > 0 {
             return false;
         }
@@ -170,31 +171,36 @@ impl Solver {
     #[must_use]
     pub fn guards(&self) -> &[Guard] {
         match &self.0 {
-            Way::MinimumDegree(factors) => &factors.guards,
-            Way::Blocks(reduced) => &reduced.guards,
+            SolverKind::MinimumDegree(factors) => &factors.guards,
+            SolverKind::Blocks(reduced) => &reduced.guards,
         }
     }
 }
 
-/// Partitions that are tried on the graph; the structurally cheapest.
-const TRIED: usize = 12;
-/// Nodes of a graph above which fewer are tried, as every try is on a copy.
-const LARGE: usize = 20_000;
-/// A partition may cost this much more than the cheapest where it is better conditioned.
-const NEARLY: f64 = 1.25;
-/// What applies at likely states may take this many times as many operations as what does not: a bicycle took
-/// as long by the general solver as by five times its own.
-const WORTH: f64 = 3.0;
-/// Likewise where motions only pass: those are few evaluations.
-const PASSED: f64 = 1.1;
-/// A determinant that is this small beside the norms of its columns has vanished, and is rounding.
-const VANISHED: f64 = 1e-7;
-/// Partitions that come nearer to a dead point than this at one of the given states are not taken while there
-/// is another way.
-const POOR: f64 = 1e-3;
-/// Smallest share of its constant that a diagonal element of M may have where it is not written as a sum of
-/// squares: below, the general solver takes over, which has it as it was declared.
-const CANCELLED: f64 = 1e-4;
+/// Most partitions that are tried on the graph, the structurally cheapest first. Every trial is on a copy of
+/// the graph; a larger bound takes time and may find a cheaper solution.
+const MOST_TRIALS: usize = 12;
+/// Nodes of a graph above which only two partitions are tried, as every trial is on a copy.
+const NODES_OF_LARGE_GRAPH: usize = 20_000;
+/// How many times the cost of the cheapest partition a better conditioned one may have.
+const COST_OF_CONDITIONING: f64 = 1.25;
+/// How many times the operations of the cheapest solution one may take that applies at more of the likely
+/// states. A bicycle took as long by the general solver as by five times its own operations.
+const COST_OF_LIKELY_STATES: f64 = 3.0;
+/// The same for states that motions only pass. They are few evaluations, so a tenth more operations is the
+/// most that pays.
+const COST_OF_PASSED_STATES: f64 = 1.1;
+/// Ratio of a determinant to the norms of its columns and rows below which it counts as vanished: what is
+/// left is rounding. The bound decides which partitions are preferred, and calls no general solver.
+const VANISHED_DETERMINANT: f64 = 1e-7;
+/// Ratio of a determinant to the norms of its columns, at the worst of the given states, below which a
+/// partition is taken only if there is no other. Its guard would hand that state to the general solver, as
+/// the bound of guards is the same, [`LEAST_DETERMINANT_RATIO`](super::block::LEAST_DETERMINANT_RATIO).
+const POOR_CONDITIONING: f64 = 1e-3;
+/// Smallest ratio of a diagonal element of M to the constant that it is written with, where it is not written
+/// as a sum of squares. Below, four digits have cancelled, and the general solver takes over, which uses M as
+/// it was declared.
+const LEAST_SHARE_OF_CONSTANT: f64 = 1e-4;
 
 /// Solves the equations with at most `limit` operations, in the order that `states` decide; without them the
 /// coordinates declared first are independent.
@@ -206,8 +212,8 @@ pub fn unroll(
     system: &ConstrainedEquations,
     states: &States,
     limit: usize,
-) -> Result<(Unrolled, Solver), Stuck> {
-    let short = Short::new(g, system);
+) -> Result<(Unrolled, Solver), NotUnrolled> {
+    let short = CollectedEquations::new(g, system);
     let by = |g: &mut Graph, states: &States| {
         let solver = short.solver(g, states)?;
         let solution = solver.solve(g, &short.force, &short.gamma);
@@ -217,7 +223,7 @@ pub fn unroll(
     let mut trial = g.clone();
     match by(&mut trial, states) {
         // What applies at fewer states is better than what applies at none.
-        Err(Stuck::TooLarge(_)) if states.steer() => {
+        Err(NotUnrolled::TooLarge(_)) if states.steer() => {
             by(g, &States { anywhere: states.anywhere, ..States::default() })
         }
         found => {
@@ -238,15 +244,15 @@ pub fn unroll_by_speeds(
     (kinematics, speeds): (&[Vec<NodeId>], usize),
     drift: &[NodeId],
     limit: usize,
-) -> Result<(Unrolled, Solver), Stuck> {
-    let short = Short::new(g, system);
-    let solver = Solver::by_speeds(g, system.mass, kinematics, speeds).ok_or(Stuck::NoPivots)?;
+) -> Result<(Unrolled, Solver), NotUnrolled> {
+    let short = CollectedEquations::new(g, system);
+    let solver = Solver::by_speeds(g, system.mass, kinematics, speeds).ok_or(NotUnrolled::NoPivots)?;
     let solution = solver.solve(g, system.force, &[drift, system.gamma].concat());
     let unrolled = short.finished(g, &solver, solution, system.numbers, limit)?;
     Ok((unrolled, solver))
 }
 
-impl Short {
+impl CollectedEquations {
     /// The solution with its guards, in shared forms.
     fn finished(
         &self,
@@ -255,20 +261,20 @@ impl Short {
         (accelerations, multipliers): (Vec<NodeId>, Vec<NodeId>),
         numbers: &[usize],
         limit: usize,
-    ) -> Result<Unrolled, Stuck> {
+    ) -> Result<Unrolled, NotUnrolled> {
         let (n, r) = (accelerations.len(), multipliers.len());
         let guards = self.guards(g, solver);
         let checked: Vec<NodeId> = guards.iter().flat_map(|guard| [guard.pivot, guard.scale]).collect();
-        let shared = share(g, &[&accelerations[..], &multipliers, &checked].concat());
+        let shared = share_parts(g, &[&accelerations[..], &multipliers, &checked].concat());
         let operations = g.operations(&shared);
         if operations > limit {
-            return Err(Stuck::TooLarge(operations));
+            return Err(NotUnrolled::TooLarge(operations));
         }
         let given: Vec<NodeId> =
             numbers.iter().map(|row| g.symbol(Symbol::Multiplier(*row as u32))).collect();
         let delta = solver.correct(g, &given);
-        // A program of its own: what it shares with the other is no gain to it.
-        let corrected = share(g, &[&delta[..], &checked].concat());
+        // A program of its own: parts that it shares with the other save nothing.
+        let corrected = share_parts(g, &[&delta[..], &checked].concat());
         Ok(Unrolled {
             elimination: solver.elimination(),
             accelerations: shared[..n].to_vec(),
@@ -290,7 +296,7 @@ fn renewed(guards: &[Guard], nodes: &[NodeId]) -> Vec<Guard> {
 }
 
 /// The equations in short forms.
-struct Short {
+struct CollectedEquations {
     mass: Vec<Vec<NodeId>>,
     force: Vec<NodeId>,
     jacobian: Vec<Vec<NodeId>>,
@@ -299,13 +305,13 @@ struct Short {
     squares: Vec<(NodeId, NodeId)>,
 }
 
-impl Short {
+impl CollectedEquations {
     fn new(g: &mut Graph, system: &ConstrainedEquations) -> Self {
         let (n, r) = (system.mass.len(), system.jacobian.len());
         let terms =
             [&system.mass.concat()[..], &system.jacobian.concat(), system.force, system.gamma].concat();
         let diagonal: Vec<NodeId> = (0..n).map(|i| system.mass[i][i]).collect();
-        let short = collect(g, &terms, &diagonal);
+        let short = collect_terms(g, &terms, &diagonal);
         let (rows, vectors) = short.nodes.split_at((n + r) * n);
         let mut mass: Vec<Vec<NodeId>> = rows.chunks(n.max(1)).map(<[NodeId]>::to_vec).collect();
         let jacobian = mass.split_off(n);
@@ -314,15 +320,15 @@ impl Short {
     }
 
     /// The better of all ways.
-    fn solver(&self, g: &mut Graph, states: &States) -> Result<Solver, Stuck> {
+    fn solver(&self, g: &mut Graph, states: &States) -> Result<Solver, NotUnrolled> {
         let n = self.mass.len();
         let (mass, jacobian) = (SparseMatrix::new(g, &self.mass, n), SparseMatrix::new(g, &self.jacobian, n));
         let PartitionChoice::Partitions(candidates) = partitions(g, &jacobian, n) else {
-            return Err(Stuck::Redundant);
+            return Err(NotUnrolled::Redundant);
         };
         let way = |g: &mut Graph, choice: Option<&Partition>| match choice {
             Some(partition) => NullSpace::new(g, &mass, &jacobian, partition)
-                .map(|reduced| Solver(Way::Blocks(Box::new(reduced)))),
+                .map(|reduced| Solver(SolverKind::Blocks(Box::new(reduced)))),
             None => Solver::together(g, &self.mass, &self.jacobian),
         };
         let anywhere = Slopes::at(g, &jacobian, states.anywhere);
@@ -337,22 +343,22 @@ impl Short {
             let guards = self.guards(&mut trial, &solver);
             let vanishing: Vec<Guard> = guards
                 .iter()
-                .map(|guard| Guard { tolerance: guard.tolerance.min(VANISHED.powi(2)), ..*guard })
+                .map(|guard| Guard { tolerance: guard.tolerance.min(VANISHED_DETERMINANT.powi(2)), ..*guard })
                 .collect();
             let applies =
                 [applies(&trial, &guards, states.likely), applies(&trial, &vanishing, states.passed)];
             let conditioning = choice.map_or(1.0, |p| anywhere.conditioning(&jacobian, p));
             Some(PricedSolution { choice, cost, applies, conditioning })
         };
-        let tried = if g.len() > LARGE { 2 } else { TRIED };
+        let tried = if g.len() > NODES_OF_LARGE_GRAPH { 2 } else { MOST_TRIALS };
         let worth = worth_trying(&candidates, &jacobian, (&at, states.likely.len()), tried);
         let found: Vec<PricedSolution> =
             worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
-        let choice = prefer(found).ok_or(Stuck::NoPivots)?;
-        way(g, choice).ok_or(Stuck::NoPivots)
+        let choice = prefer(found).ok_or(NotUnrolled::NoPivots)?;
+        way(g, choice).ok_or(NotUnrolled::NoPivots)
     }
 
-    /// All that stands between the solution and states at which it does not apply.
+    /// The guards outside of which the solution does not apply.
     fn guards(&self, g: &mut Graph, solver: &Solver) -> Vec<Guard> {
         let mut guards = solver.guards().to_vec();
         guards.extend(self.cancelled(g));
@@ -366,7 +372,12 @@ impl Short {
         let diagonal = self.mass.iter().enumerate().map(|(i, row)| (i, row[i]));
         let written = diagonal.filter(|(_, element)| !g.is_constant(*element)).filter_map(|(i, element)| {
             let (_, constant) = self.squares.iter().find(|(square, _)| *square == element)?;
-            Some(Guard { of: Guarded::Coordinate(i), pivot: element, scale: *constant, tolerance: CANCELLED })
+            Some(Guard {
+                of: Guarded::Coordinate(i),
+                pivot: element,
+                scale: *constant,
+                tolerance: LEAST_SHARE_OF_CONSTANT,
+            })
         });
         written.collect()
     }
@@ -392,8 +403,10 @@ fn worth_trying<'a>(
     (at, likely): (&Slopes, usize),
     tried: usize,
 ) -> Vec<&'a Partition> {
-    let mut all: Vec<(Vec<bool>, &Partition)> =
-        candidates.iter().map(|partition| (at.regular(jacobian, partition, VANISHED), partition)).collect();
+    let mut all: Vec<(Vec<bool>, &Partition)> = candidates
+        .iter()
+        .map(|partition| (at.regular(jacobian, partition, VANISHED_DETERMINANT), partition))
+        .collect();
     let cheapest = all.first().map(|(_, partition)| *partition);
     // By what holds where motions begin, and by all; stable, so that the cheapest stay first among equals.
     all.sort_by(|(a, _), (b, _)| b[..likely].cmp(&a[..likely]));
@@ -429,16 +442,17 @@ fn applying(all: Vec<PricedSolution<'_>>, which: usize, times: f64) -> Vec<Price
 /// The partition to be taken, or q̈ and λ together (`Some(None)`) where that is cheaper; `None` where there
 /// is no way at all.
 fn prefer(found: Vec<PricedSolution<'_>>) -> Option<Option<&Partition>> {
-    let is_good = |way: &PricedSolution| way.conditioning > POOR;
+    let is_good = |way: &PricedSolution| way.conditioning > POOR_CONDITIONING;
     let (good, poor): (Vec<PricedSolution>, Vec<PricedSolution>) = found.into_iter().partition(is_good);
     let all = if good.is_empty() { poor } else { good };
-    let applying =
-        [(0, WORTH), (1, PASSED)].into_iter().fold(all, |all, (which, times)| applying(all, which, times));
+    let applying = [(0, COST_OF_LIKELY_STATES), (1, COST_OF_PASSED_STATES)]
+        .into_iter()
+        .fold(all, |all, (which, times)| applying(all, which, times));
     let cost = |way: &&PricedSolution| way.cost;
     let together = applying.iter().find(|way| way.choice.is_none()).map(|way| way.cost);
     let blocks = || applying.iter().filter(|way| way.choice.is_some());
     let cheapest = blocks().min_by_key(cost).map_or(usize::MAX, |way| way.cost);
-    let near = blocks().filter(|way| way.cost as f64 <= NEARLY * cheapest as f64);
+    let near = blocks().filter(|way| way.cost as f64 <= COST_OF_CONDITIONING * cheapest as f64);
     let taken = near.min_by(|a, b| b.conditioning.total_cmp(&a.conditioning).then(a.cost.cmp(&b.cost)));
     match (taken, together) {
         (Some(way), together) if together.is_none_or(|cost| way.cost <= cost) => Some(way.choice),

@@ -186,7 +186,10 @@ mod tests {
             shift in 0usize..9,
         ) {
             let full: Vec<Vec<usize>> = (0..n)
-                .map(|r| (0..n).filter(|c| *c == (r + shift) % n || seed[(r * n + c) % 100] == 0).map(|c| c + 2).collect())
+                .map(|r| {
+                    let entries = (0..n).filter(|c| *c == (r + shift) % n || seed[(r * n + c) % 100] == 0);
+                    entries.map(|c| c + 2).collect()
+                })
                 .collect();
             let columns: Vec<usize> = (2..n + 2).collect();
             let found = blocks(&full, &columns).expect("the shifted diagonal is a matching");

@@ -23,6 +23,10 @@ pub enum Guarded {
     Row(usize),
 }
 
+/// Smallest ratio of a pivot of the inertia to the diagonal element that it came from. It is 450 ε: a smaller
+/// pivot is rounding of the elimination.
+pub(super) const LEAST_INERTIA_RATIO: f64 = 1e-13;
+
 /// A pivot of the unrolled solution, with the size that it is compared with: below `tolerance`·|scale| the
 /// general solver takes over.
 #[derive(Clone, Copy, Debug, PartialEq)]

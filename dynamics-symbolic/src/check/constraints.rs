@@ -1,8 +1,8 @@
 //! Checks of the constraints: one rule per file, called from visible lists.
 //!
-//! A constraint that does nothing, that cannot hold, or that is not what it is declared to be has no motions
-//! or other ones than were meant, and a solver would at best say so in terms of matrices. Here it is said in
-//! terms of the declarations, before anything runs.
+//! A constraint may do nothing, may never hold, or may not be what it is declared to be. The model then has
+//! no motions or unintended ones, and a solver would at best report a singular matrix. These checks report it
+//! in terms of the declarations, before anything runs.
 
 mod analysis;
 pub(super) mod contents;
@@ -26,7 +26,7 @@ use crate::mechanics::{Equations, Model};
 
 use super::finding::Finding;
 
-pub use analysis::{Analysis, LookedAt, Ranks, analyse};
+pub use analysis::{Analysis, RankScope, Ranks, analyse};
 pub use loops::{Loop, loops};
 pub use sample::Sample;
 

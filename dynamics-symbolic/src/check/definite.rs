@@ -8,8 +8,12 @@ use crate::mechanics::{EnergyRole, Equations, Model};
 use super::Finding;
 use super::unused::Reads;
 
-/// Number of random states.
+/// Random states at which M is evaluated. With guessed parameters only an element that is negative in all of
+/// them is reported, so that more states make false reports rarer.
 const STATES: u64 = 8;
+
+/// Ratio of a pivot of LDLᵀ to its diagonal element of M within which it is zero to rounding.
+const VANISHING_PIVOT: f64 = 1e-9;
 
 /// Coordinates whose inertia is negative.
 pub(super) fn definite(model: &Model, equations: &Equations, found: &mut Vec<Finding>) {
@@ -54,11 +58,11 @@ fn negative_pivot(n: usize, m: impl Fn(usize, usize) -> f64) -> Option<usize> {
     let mut rest: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| m(i, j)).collect()).collect();
     for k in 0..n {
         let pivot = rest[k][k];
-        if pivot < -1e-9 * m(k, k).abs() {
+        if pivot < -VANISHING_PIVOT * m(k, k).abs() {
             return Some(k);
         }
         // A vanishing pivot is a singular state, not a wrong sign.
-        if pivot.is_nan() || pivot <= 1e-9 * m(k, k).abs() {
+        if pivot.is_nan() || pivot <= VANISHING_PIVOT * m(k, k).abs() {
             return None;
         }
         for i in k + 1..n {

@@ -1,5 +1,5 @@
-//! Where a model is not smooth, and where it may be undefined: not mistakes, but what a user should know
-//! before a run meets it.
+//! Where a model is not smooth, and where it may be undefined. These are not mistakes, but a user should read
+//! of them before a run meets them.
 
 use crate::graph::{Binary, Comparison, Dependence, FunctionId, Graph, Node, NodeId, Unary};
 use crate::mechanics::{Equations, Model};
@@ -27,7 +27,7 @@ pub struct Kink {
 /// What is known only when the equations are solved.
 const SOLUTION: Dependence = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
 
-/// Most kinks that are followed: as many as `dynamics_runtime::model::MOST_KINKS`.
+/// Most kinks that a run follows. It equals `dynamics_runtime::model::MOST_KINKS`.
 pub const MOST_KINKS: usize = 64;
 
 /// What M, Q, and the constraints contain.
@@ -66,11 +66,11 @@ impl Hazards {
         for id in g.ids().filter(|id| needed[id.index()]) {
             found.look(g, g.node(id));
         }
-        let positive = |id: NodeId| least(g, id, DEPTH) == Some(Sign::Positive);
+        let positive = |id: NodeId| least(g, id, SIGN_DEPTH) == Some(Sign::Positive);
         found.switches.retain(|s| s.right.is_some() || !positive(s.left));
-        found.cuts.retain(|(_, x)| least(g, *x, DEPTH).is_none());
+        found.cuts.retain(|(_, x)| least(g, *x, SIGN_DEPTH).is_none());
         found.denominators.retain(|d| !positive(*d));
-        found.domains.retain(|d| least(g, *d, DEPTH).is_none());
+        found.domains.retain(|d| least(g, *d, SIGN_DEPTH).is_none());
         found
     }
 
@@ -113,7 +113,7 @@ impl Hazards {
         kinks
     }
 
-    /// Whether [`Hazards::kinks`] and [`Hazards::reaction_kinks`] know every change of branch.
+    /// Whether [`Hazards::kinks`] and [`Hazards::reaction_kinks`] contain every change of branch.
     #[must_use]
     pub fn are_followed(&self, g: &Graph) -> bool {
         let on_solution = |id: NodeId| g.dependence(id).on(Dependence::ACCELERATIONS);
@@ -207,8 +207,9 @@ impl Branch {
     }
 }
 
-/// How deep signs are looked for.
-const DEPTH: usize = 12;
+/// Levels of nodes through which the sign of a denominator is followed. The search branches at every level; a
+/// larger value recognises longer denominators as positive, and takes up to twice the time for each level.
+const SIGN_DEPTH: usize = 12;
 
 /// What a value is at least, whatever the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,9 +1,9 @@
-//! Energies do not jump where a choice (`if`, `abs`, `signum`) changes: the velocity of a position with a
-//! corner does, and so do masses that are chosen, and steps of a potential.
+//! Energies do not jump where a choice (`if`, `abs`, `signum`) changes. They do with the velocity of a
+//! position that has a corner, with masses that are chosen, and with steps of a potential.
 //!
-//! Lagrange's equations know of no jump. What is struck there keeps its velocities q̇, and not its momentum
-//! or energy. That is looked for in numbers, on a few random lines across the place where the choice changes;
-//! an energy that comes out the same on both sides, as that of x|x|, has none.
+//! Lagrange's equations contain no jump: a body keeps its velocities q̇ there, and not its momentum or
+//! energy. The check evaluates energies on both sides of the choice, on a few random lines across it. An
+//! energy that is the same on both sides, such as one of x|x|, does not jump.
 
 use crate::graph::{
     Bindings, Dependence, Fingerprint, FunctionId, Node, NodeId, Sampler, Symbol, Tape, Unary,
@@ -12,18 +12,21 @@ use crate::mechanics::{EnergyRole, Model};
 
 use super::Finding;
 
-/// Number of random lines.
+/// Random lines on which a jump is searched. One that crosses the choice and shows the jump is enough.
 const LINES: u64 = 6;
-/// How far a line goes to both sides, in sizes of random coordinates, and in how many parts.
+/// Length of a line to both sides, in sizes of random coordinates. A choice farther away is not found.
 const REACH: f64 = 8.0;
-const PARTS: u32 = 128;
-/// Distance of both sides from where the choice changes.
-const BESIDE: f64 = 1e-11;
-/// What changes by less than this part across it does so by its slope.
-const JUMP: f64 = 1e-4;
-/// A step is as high from a hundred times as far, to this part of it; a logarithm, the slowest of what grows
-/// without bounds, differs by more than that.
-const STEP: f64 = 0.1;
+/// Parts of a line in each of which one change of the choice is found.
+const PARTS_OF_LINE: u32 = 128;
+/// Distance of both sides from where the choice changes, relative to 1 + |s|. Bisection finds that place to
+/// rounding, 1e-16.
+const BESIDE_CHOICE: f64 = 1e-11;
+/// Smallest difference across the choice, relative to the size of the energies, that may be a jump. A slope
+/// changes them by about [`BESIDE_CHOICE`], or a hundred times that.
+const LEAST_JUMP: f64 = 1e-4;
+/// Relative difference between the jumps seen from one and from a hundred distances, up to which they are a
+/// step. A logarithm, the slowest function that grows without bounds, differs by ln 100 of ln 10⁹, or 0.22.
+const STEP_TOLERANCE: f64 = 0.1;
 
 /// Energies that jump. No force is the slope of a step: what passes it would gain or lose its height, or
 /// climb it with no effort.
@@ -60,10 +63,10 @@ fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
     chosen.into_iter().any(|(left, right)| {
         let on =
             |what| g.dependence(left).on(what) || right.is_some_and(|right| g.dependence(right).on(what));
-        // A choice by velocities is none of place.
+        // Choices by velocity are not choices by place.
         let placed = on(Dependence::COORDINATES) || on(Dependence::TIME);
         let by_time = !on(Dependence::COORDINATES);
-        let across = Across { model, energy, left, right, by_time, moving };
+        let across = ChoiceCrossing { model, energy, left, right, by_time, moving };
         // A potential that jumps at some time strikes nothing: it is work from outside.
         placed
             && (moving || !by_time)
@@ -73,34 +76,34 @@ fn jumps_somewhere(model: &Model, energy: NodeId, moving: bool) -> bool {
 }
 
 /// A choice, and an energy in which it is made.
-struct Across<'a> {
+struct ChoiceCrossing<'a> {
     model: &'a Model,
     energy: NodeId,
     left: NodeId,
     right: Option<NodeId>,
     /// Whether time alone decides.
     by_time: bool,
-    /// Whether it is looked at what velocities add.
+    /// Whether the part of the energy that velocities add is examined.
     moving: bool,
 }
 
-impl Across<'_> {
+impl ChoiceCrossing<'_> {
     fn jumps_on(&self, line: u64) -> bool {
         let Some(s) = self.crossing(line) else { return false };
-        let beside = BESIDE * (1.0 + s.abs());
+        let beside = BESIDE_CHOICE * (1.0 + s.abs());
         let [near, far] = [1.0, 100.0].map(|times| self.difference(line, s, times * beside));
-        // A step is as high from farther away. What begins at zero there, as a spring that is met, differs by
-        // less the nearer it is looked at; what is infinite there by more, as 1/|x|, of which both sides are
-        // looked at from slightly different distances.
-        near.zip(far).is_some_and(|(near, far)| (near - far).abs() <= STEP * far)
+        // A step is as high from farther away. A function that begins at zero there, as a spring that is met,
+        // differs by less the nearer it is evaluated. An infinite one, as 1/|x|, differs by more, as both
+        // sides are evaluated at slightly different distances.
+        near.zip(far).is_some_and(|(near, far)| (near - far).abs() <= STEP_TOLERANCE * far)
     }
 
-    /// By how much the energies on both sides of s differ, if it is more than a small part of them.
+    /// The difference of the energies on both sides of s, if it is more than a small part of them.
     fn difference(&self, line: u64, s: f64, beside: f64) -> Option<f64> {
         let sides = [s - beside, s + beside]
             .map(|s| [1.0, 0.0, -1.0].map(|rates| self.value(self.energy, line, s, rates)));
         let [forward, rest, back] = [0, 1, 2].map(|k| sides[1][k] - sides[0][k]);
-        // A spring that begins here is next to nothing on both sides: what it is further away is its size.
+        // A spring that begins here is nearly zero on both sides: its size is that farther away.
         let away = [s - 1.0, s + 1.0]
             .map(|s| self.value(self.energy, line, s, 1.0))
             .into_iter()
@@ -113,7 +116,7 @@ impl Across<'_> {
             (true, false) => (forward - rest).abs().max((back - rest).abs()),
         };
         // Not where anything is infinite or not a number.
-        (size.is_finite() && jump.abs() > JUMP * size).then_some(jump.abs())
+        (size.is_finite() && jump.abs() > LEAST_JUMP * size).then_some(jump.abs())
     }
 
     /// Where on a line the choice changes.
@@ -122,9 +125,9 @@ impl Across<'_> {
             let right = self.right.map_or(0.0, |right| self.value(right, line, s, 0.0));
             self.value(self.left, line, s, 0.0) - right
         };
-        let at = |k: u32| REACH * (2.0 * f64::from(k) / f64::from(PARTS) - 1.0);
+        let at = |k: u32| REACH * (2.0 * f64::from(k) / f64::from(PARTS_OF_LINE) - 1.0);
         let changes = |a: f64, b: f64| a < 0.0 && b >= 0.0 || a >= 0.0 && b < 0.0;
-        let part = (0..PARTS).find(|k| changes(decider(at(*k)), decider(at(k + 1))))?;
+        let part = (0..PARTS_OF_LINE).find(|k| changes(decider(at(*k)), decider(at(k + 1))))?;
         let (mut low, mut high) = (at(part), at(part + 1));
         let first = decider(low);
         for _ in 0..64 {

@@ -38,8 +38,9 @@ pub(super) fn null_space(mut rows: Vec<Vec<Fingerprint>>, n: usize) -> Vec<Vec<F
     free.map(vector).collect()
 }
 
-/// Largest numerator and denominator that a residue is read as.
-const LIMIT: i128 = 1 << 20;
+/// Largest numerator and denominator that a residue is read as. Fractions are unique up to
+/// √(P/2) ≈ 2³⁰. The bound is far below that, so that other values are rarely read as fractions.
+const LARGEST_FRACTION: i128 = 1 << 20;
 
 /// The fraction n/d of small integers that a value stands for; `None` where there is none, or where it
 /// differs from point to point.
@@ -49,13 +50,13 @@ fn fraction(value: Fingerprint) -> Option<(i128, i128)> {
     }
     let (mut r0, mut r1) = (P, i128::from(value.residue(0)));
     let (mut t0, mut t1) = (0i128, 1i128);
-    while r1.abs() > LIMIT {
+    while r1.abs() > LARGEST_FRACTION {
         let quotient = r0 / r1;
         (r0, r1) = (r1, r0 - quotient * r1);
         (t0, t1) = (t1, t0 - quotient * t1);
     }
     let (n, d) = if t1 < 0 { (-r1, -t1) } else { (r1, t1) };
-    (d > 0 && d <= LIMIT).then_some((n, d))
+    (d > 0 && d <= LARGEST_FRACTION).then_some((n, d))
 }
 
 fn gcd(mut a: i128, mut b: i128) -> i128 {
@@ -72,7 +73,7 @@ pub(super) fn integers(vector: &[Fingerprint]) -> Option<Vec<i64>> {
     let mut common = 1i128;
     for (_, d) in &fractions {
         common = common / gcd(common, *d) * d;
-        if common > LIMIT {
+        if common > LARGEST_FRACTION {
             return None;
         }
     }

@@ -1,8 +1,8 @@
-//! What turns frames is a rotation in the states that the constraints leave: Euler parameters have their norm
-//! constraint, nine elements their six.
+//! Matrices that turn frames are rotations in the states that satisfy the constraints: Euler parameters have
+//! their norm constraint, nine elements their six.
 //!
-//! It is looked at in the states that are known to fulfil the constraints, at a random one where there are
-//! none. Matrices that parameters have a part in are left to the run, which knows their values.
+//! The check evaluates them in states that satisfy the constraints, or in a random state without constraints.
+//! Matrices that contain parameters are checked by the run, where the parameters have values.
 
 use crate::graph::{Bindings, Dependence, NodeId};
 use crate::mechanics::{Claim, Model};
@@ -10,8 +10,9 @@ use crate::mechanics::{Claim, Model};
 use super::constraints::{Analysis, Sample};
 use super::finding::Finding;
 
-/// Largest element of RᵀR − 1 that states which fulfil constraints to some digits may have.
-const CLEARLY: f64 = 1e-3;
+/// Largest element of RᵀR − 1 up to which a matrix may be a rotation. States satisfy constraints to 1e-6
+/// or better, so that a rotation stays far below it.
+const CLEARLY_NO_ROTATION: f64 = 1e-3;
 
 /// Matrices that turn frames and are no rotation in any state that is known.
 pub(super) fn rotations(model: &Model, analysis: &Analysis, found: &mut Vec<Finding>) {
@@ -22,7 +23,7 @@ pub(super) fn rotations(model: &Model, analysis: &Analysis, found: &mut Vec<Find
         let of_state = premise.nodes.iter().all(|node| model.graph.dependence(*node).within(moving));
         if of_state
             && !samples.is_empty()
-            && samples.iter().all(|state| defect(model, &premise.nodes, state) > CLEARLY)
+            && samples.iter().all(|state| defect(model, &premise.nodes, state) > CLEARLY_NO_ROTATION)
         {
             let (name, of, origin) = (premise.within.clone(), premise.of.clone(), premise.origin);
             found.push(Finding::NotKeptARotation { name, of, origin });

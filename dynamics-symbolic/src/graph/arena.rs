@@ -214,7 +214,8 @@ impl Graph {
     /// - where it contains sums and `node` does not: 1 − cos² must never stand for sin²;
     /// - where it is made of more kinds of symbols: q̈ − q̈ + q must never stand for q;
     /// - where `node` is a number and it is not;
-    /// - where `node` is a choice and it is none: 0 · NaN of the branch that is not taken must never stand
+    /// - where `node` is a choice and the other is not: 0 · NaN of the branch that is not taken must never
+    ///   stand for 0.
     ///   for 0.
     pub(super) fn known(&self, node: &Node, fingerprint: Fingerprint) -> Option<NodeId> {
         let known =

@@ -3,6 +3,10 @@
 use super::fingerprint::Fingerprint;
 use super::{Dependence, Graph, Node, NodeId, Number, Symbol, Unary};
 
+/// Relative difference up to which two rounded numbers with the same fingerprint are the same number. Sums of
+/// the same literals in another order differ by some ε.
+const SAME_NUMBER: f64 = 1e-9;
+
 impl Graph {
     /// A number.
     pub fn number(&mut self, number: Number) -> NodeId {
@@ -17,7 +21,7 @@ impl Graph {
             // not this number's.
             Number::Float(x) => {
                 match self.known(&Node::Number(number), value).and_then(|id| self.as_number(id)) {
-                    Some(other) if (other.value() - x).abs() > 1e-9 * x.abs() => self.number(number),
+                    Some(other) if (other.value() - x).abs() > SAME_NUMBER * x.abs() => self.number(number),
                     _ => self.intern(Node::Number(number), value),
                 }
             }

@@ -2,7 +2,7 @@
 
 use super::{Comparison, FunctionId, Graph, Node, NodeId, Symbol, functions};
 
-/// Values of what a graph does not know.
+/// Values of symbols and of smooth functions, which a graph does not contain.
 pub trait Bindings {
     /// Value of a symbol.
     fn symbol(&self, symbol: Symbol) -> f64;

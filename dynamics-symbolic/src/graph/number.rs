@@ -45,9 +45,13 @@ fn divide(n: i128, d: i128) -> f64 {
     if n < 0 { -value } else { value }
 }
 
-/// Bound of numerator and denominator: products of two fit into `i128`, and two integers below it differ by
-/// less than the fingerprints' modulus 2⁶¹ − 31, or two of them could be taken for one.
-const LIMIT: i128 = 1 << 60;
+/// Bound of numerator and denominator. Products of two numbers below it fit into `i128`, and two integers
+/// below it differ by less than the modulus of fingerprints, 2⁶¹ − 31: otherwise two of them could have
+/// the same fingerprint.
+const NUMBER_BOUND: i128 = 1 << 60;
+
+/// Integers below it are exact as floats: just under 2⁵³.
+const LARGEST_EXACT_INTEGER: f64 = 9e15;
 
 impl Number {
     /// Zero.
@@ -68,7 +72,11 @@ impl Number {
         let g = gcd(n.unsigned_abs(), d.unsigned_abs()).max(1) as i128;
         let sign = if d < 0 { -1 } else { 1 };
         let (n, d) = (sign * (n / g), sign * (d / g));
-        if n.abs() < LIMIT && d < LIMIT { Self::Rational(n, d) } else { Self::Float(divide(n, d)) }
+        if n.abs() < NUMBER_BOUND && d < NUMBER_BOUND {
+            Self::Rational(n, d)
+        } else {
+            Self::Float(divide(n, d))
+        }
     }
 
     /// Parses a decimal literal as Rust writes it, without suffix: `1`, `0.25`, `6.674e-11`, underscores
@@ -166,7 +174,7 @@ impl Number {
     /// A float as a number, an integer where it is one; `None` where it is not finite.
     #[must_use]
     pub fn finite(x: f64) -> Option<Self> {
-        if x.fract() == 0.0 && x.abs() < 9e15 {
+        if x.fract() == 0.0 && x.abs() < LARGEST_EXACT_INTEGER {
             Some(Self::integer(x as i64))
         } else {
             x.is_finite().then_some(Self::Float(x))

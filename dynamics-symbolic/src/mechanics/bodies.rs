@@ -1,18 +1,17 @@
-//! Rigid bodies that hang on one another: the tree of the steps by which their frames are reached from the
-//! world, and what each step carries.
+//! Rigid bodies as a tree: the steps from the world to their frames, and the inertia that each step carries.
 //!
 //! Two bodies whose frames begin with the same steps share them, so that an arm becomes a chain of links,
-//! however its model says it. What is carried is mass m, first moment h = m c and inertia J about the origin,
-//! in the axes of the link:
+//! however its model is written. A link carries mass m, first moment h = m c and inertia J about the origin,
+//! in its own axes:
 //!
 //!   T = Σ ½ m v² + v·(ω×h) + ½ ω·Jω
 //!
-//! Before anything is derived inertia is moved inward as far as T permits: through steps that stand still all
-//! of it, through a turn about an axis what is the same all round that axis and does not turn with it, (m, h
-//! along the axis, what is equal of J across it), through a shift J. Only parameters take part, so this is
-//! done once per model; what is left outside is what the recursions have to carry, 7 numbers for a link with
-//! a hinge instead of 10: the base parameters of robotics (W. Khalil, E. Dombre, *Modeling, Identification
-//! and Control of Robots*, Hermes Penton 2002, §9.4).
+//! Before anything is derived, inertia is moved toward the world as far as T permits: through steps that do
+//! not move, all of it; through a turn about an axis, the part that the turn does not change (m, h along the
+//! axis, the part of J that is equal across it); through a shift, J. Only parameters are involved, so this is
+//! done once for each model. The rest is what the recursions carry: 7 numbers for a link with a hinge instead
+//! of 10. These are the base parameters of robotics (W. Khalil, E. Dombre, *Modeling, Identification and
+//! Control of Robots*, Hermes Penton 2002, §9.4).
 
 use std::collections::BTreeMap;
 
@@ -55,9 +54,9 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// The tree of a model's bodies beside the rest of T = `kinetic` and V = `potential`; `None` where there
-    /// is none, where steps contain more than coordinates and parameters, or where turns are no rotations
-    /// whatever the coordinates are (Euler parameters off the unit sphere).
+    /// The tree of a model's bodies beside the rest of T = `kinetic` and V = `potential`. `None` without
+    /// bodies, where steps contain more than coordinates and parameters, or where a turn is not a rotation
+    /// for all coordinates (Euler parameters off the unit sphere).
     pub(super) fn of(model: &mut Model, kinetic: NodeId, potential: NodeId) -> Option<Self> {
         if model.bodies.is_empty() {
             return None;

@@ -8,7 +8,7 @@
 //! and a row A q̇ + b of a nonholonomic constraint stands in the place of Φ̇: A its gradient by q̇, b its
 //! value at q̇ = 0, γ = −D(A q̇ + b).
 
-use crate::calculus::{directional, gradient, substitute, timeless};
+use crate::calculus::{directional, gradient, remove_time, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{ConstraintDerivatives, Named};
@@ -50,11 +50,11 @@ impl ConstraintTerms {
         let velocity_offset = offsets(g, places, velocities);
         let jacobian = jacobian(g, places, velocities, n);
         Some(Self {
-            residual: timeless(g, places),
-            velocity_residual: timeless(g, &velocity_residual),
-            jacobian: jacobian.iter().map(|row| timeless(g, row)).collect(),
-            velocity_offset: timeless(g, &velocity_offset),
-            gamma: timeless(g, &gamma),
+            residual: remove_time(g, places),
+            velocity_residual: remove_time(g, &velocity_residual),
+            jacobian: jacobian.iter().map(|row| remove_time(g, row)).collect(),
+            velocity_offset: remove_time(g, &velocity_offset),
+            gamma: remove_time(g, &gamma),
             named,
             holonomic,
         })
@@ -139,7 +139,7 @@ pub(super) fn derivatives(
         for j in 0..n {
             let x = by(j as u32);
             let column = directional(g, roots, &mut |g, s| (s == x).then(|| g.one()));
-            rows.iter_mut().zip(timeless(g, &column)).for_each(|(row, entry)| row[j] = entry);
+            rows.iter_mut().zip(remove_time(g, &column)).for_each(|(row, entry)| row[j] = entry);
             if g.len() - start > MOST_NODES {
                 return Err(g.len() - start);
             }

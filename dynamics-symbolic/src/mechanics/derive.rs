@@ -1,21 +1,22 @@
 //! The pass from a declared model to its equations of motion.
 
-use crate::algebra::Levers;
-use crate::calculus::{directional, gradient, timeless};
+use crate::algebra::ArticulatedForm;
+use crate::calculus::{directional, gradient, remove_time};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
+use super::articulated_bodies::articulated_form;
 use super::bodies::Tree;
 use super::constraints::{self, ConstraintTerms};
 use super::equations::{
-    Aside, ConstraintEquations, Derivation, Equations, Named, Released, Solution, Underivable, Variations,
+    ConstraintEquations, Derivation, Equations, Named, NoSpeedForm, Released, Solution, Underivable,
+    Variations,
 };
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, SweepDirection, residual_by_entries};
 use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
-use super::levers::levers;
 use super::model::{Energy, EnergyRole, Force, Model, Output};
 use super::solution::{Manifold, Solved, with_constraints};
-use super::speeds::{Beside, Speeds};
+use super::speeds::{CoordinateEquations, Speeds};
 use super::velocity_form::VelocityForm;
 
 /// Derives the equations of motion. The conserved quantities are left empty: finding them is a check.
@@ -43,7 +44,9 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         match &rows {
             // With constraints the rest of the work is the same.
             Some(_) => Some([inertia.mass.concat(), inertia.force].concat()),
-            None => Some(Solved::free(g, &inertia, &|g| parts.levers(g, &applied, n)).ok()?.free_results()),
+            None => Some(
+                Solved::free(g, &inertia, &|g| parts.articulated_form(g, &applied, n)).ok()?.free_results(),
+            ),
         }
     });
     parts.rewrite(g, &mut energies);
@@ -55,13 +58,13 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let unsolved = speeds.is_some().then(|| g.clone());
     let solved = match &rows {
         Some(rows) => Solved::constrained(g, &inertia, rows, manifold),
-        None => Solved::free(g, &inertia, &|g| parts.levers(g, &applied, n))?,
+        None => Solved::free(g, &inertia, &|g| parts.articulated_form(g, &applied, n))?,
     };
     let (solved, aside) = match (&speeds, unsolved) {
         (Some(speeds), Some(unsolved)) if !model.constraints.iter().any(|c| c.switched || c.redundant) => {
             let mut before = unsolved;
             let given = energies.given(&mut before, &applied, n);
-            let beside = Beside {
+            let beside = CoordinateEquations {
                 inertia: &inertia,
                 rows: rows.as_ref(),
                 given: given.as_deref(),
@@ -69,7 +72,7 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
             };
             speeds.lead(g, solved, &before, &beside)
         }
-        _ => (solved, Some(Aside::Constraints)),
+        _ => (solved, Some(NoSpeedForm::Constraints)),
     };
     let speeds = speeds.map(|speeds| speeds.into_equations(g, &solved, aside));
     let energy_function = energy_function(g, &inertia.momenta, energies.lagrangian);
@@ -83,7 +86,8 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     let events = model.events.iter().map(|e| named(&e.name, "", e.node)).collect();
     let (outputs, outputs_use_accelerations) = put_in(g, outputs, &solved)?;
     let (events, events_use_accelerations) = put_in(g, events, &solved)?;
-    let energies = energies.apart(&model.energies).map(|(t, v)| (timeless(g, &[t])[0], timeless(g, &[v])[0]));
+    let energies =
+        energies.apart(&model.energies).map(|(t, v)| (remove_time(g, &[t])[0], remove_time(g, &[v])[0]));
     let pivots = solved.pivots(g);
     let accelerations = solved.free_accelerations().map_or_else(Vec::new, <[NodeId]>::to_vec);
     let released = rows
@@ -123,7 +127,7 @@ pub fn momentum_rates(model: &mut Model) -> Vec<NodeId> {
     let own = gradient(g, &[(lagrangian, one)], &coordinates);
     let applied = applied(g, &model.forces, &model.energies, n);
     let all = applied.iter().fold(own, |total, (_, part)| each(g, &total, part, Graph::add));
-    timeless(g, &all)
+    remove_time(g, &all)
 }
 
 /// The equations before they are solved, with symbols for q̈ and λ: M q̈ − Q − Φ_qᵀλ (N), which is inverse
@@ -196,7 +200,7 @@ pub fn output_variations(model: &mut Model) -> Result<Vec<NodeId>, usize> {
 fn energy_function(g: &mut Graph, momenta: &[NodeId], lagrangian: NodeId) -> NodeId {
     let twice = power(g, momenta);
     let energy = g.sub(twice, lagrangian);
-    timeless(g, &[energy])[0]
+    remove_time(g, &[energy])[0]
 }
 
 /// What the rows give; `forces`: Q, and Q without what depends on multipliers.
@@ -245,8 +249,8 @@ impl Energies {
         Self { kinetic, potential, direct, lagrangian: g.add(natural, direct) }
     }
 
-    /// Forces that are no inertia: −∂V/∂q and what is applied; `None` where L is given directly, which tells
-    /// no V.
+    /// Forces without those of inertia: −∂V/∂q and applied forces. `None` where L is given directly, as
+    /// V is then not known.
     fn given(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> Option<Vec<NodeId>> {
         if !g.is_zero(self.direct) {
             return None;
@@ -328,7 +332,7 @@ impl Parts {
         same(&by_entries, &expected) && same(&by_recursion, &expected)
     }
 
-    /// T as the recursion has it, where that is shorter than it was said.
+    /// Replaces T by its form from the recursion, where that is shorter than the declared one.
     fn rewrite(&self, g: &mut Graph, energies: &mut Energies) {
         let Some(tree) = &self.bodies else { return };
         let energy = tree.afresh(g, |g| tree.energy(g));
@@ -362,11 +366,11 @@ impl Parts {
         // A frame that turns at a given rate is in the positions and, where it does not matter, not in the
         // results.
         let inertia = Inertia {
-            mass: inertia.mass.iter().map(|row| timeless(g, row)).collect(),
-            force: timeless(g, &all),
-            momenta: timeless(g, &inertia.momenta),
+            mass: inertia.mass.iter().map(|row| remove_time(g, row)).collect(),
+            force: remove_time(g, &all),
+            momenta: remove_time(g, &inertia.momenta),
         };
-        (inertia, timeless(g, &without))
+        (inertia, remove_time(g, &without))
     }
 
     fn inverse(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
@@ -380,12 +384,17 @@ impl Parts {
         }
     }
 
-    /// T as velocities that are made of one another, where they are.
-    fn levers(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> Option<Levers> {
+    /// T by velocities that are sums of other velocities, where they are.
+    fn articulated_form(
+        &self,
+        g: &mut Graph,
+        applied: &[(String, Vec<NodeId>)],
+        n: usize,
+    ) -> Option<ArticulatedForm> {
         let none = vec![g.zero(); n];
         let applied = applied.iter().fold(none, |total, (_, part)| each(g, &total, part, Graph::add));
         if self.derivation == Derivation::VelocityForm {
-            levers(g, &self.form, self.general, &applied)
+            articulated_form(g, &self.form, self.general, &applied)
         } else {
             None
         }
@@ -457,6 +466,6 @@ fn put_in(g: &mut Graph, named: Vec<Named>, solved: &Solved) -> Result<(Vec<Name
     if let Some(accelerations) = solved.free_accelerations() {
         nodes = inverse::put_in(g, &nodes, accelerations, &[])?;
     }
-    let nodes = timeless(g, &nodes);
+    let nodes = remove_time(g, &nodes);
     Ok((named.into_iter().zip(nodes).map(|(named, node)| Named { node, ..named }).collect(), used))
 }

@@ -128,8 +128,8 @@ impl Variations {
 
 /// Why there are no derivatives of q̈.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Withheld {
-    /// So many nodes had been taken when deriving them was given up.
+pub enum NoDerivatives {
+    /// The number of nodes when deriving them was given up.
     TooLarge(usize),
     /// q̈ is found by the general solver, at run time.
     General,
@@ -161,7 +161,7 @@ pub struct Equations {
     /// combinations.
     pub conserved: Vec<ConservedQuantity>,
     /// Derivatives of q̈, or why there are none.
-    pub jacobians: Result<Jacobians, Withheld>,
+    pub jacobians: Result<Jacobians, NoDerivatives>,
     /// Outputs, flattened, with accelerations replaced by their values.
     pub outputs: Vec<Named>,
     /// Events, with accelerations replaced by their values.
@@ -212,12 +212,12 @@ pub struct SpeedEquations {
     pub offset: Vec<NodeId>,
     /// BᵀM B, S×S, where the equations are solved for ẇ because that takes fewer operations; else why they
     /// are not.
-    pub inertia: Result<Vec<Vec<NodeId>>, Aside>,
+    pub inertia: Result<Vec<Vec<NodeId>>, NoSpeedForm>,
 }
 
 /// Why equations are not solved for the rates of the declared speeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Aside {
+pub enum NoSpeedForm {
     /// Constraints are switched or marked as redundant.
     Constraints,
     /// In coordinates, too, they are left to the general solver.

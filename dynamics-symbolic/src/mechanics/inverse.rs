@@ -4,11 +4,12 @@
 //! With constraints r is joined by Φ_q q̈ − γ = Φ̈, Φ_qᵀλ enters its first part, and the derivatives of q̈
 //! and λ together solve the same system as q̈ and λ themselves.
 
-use crate::calculus::{ZeroDenominator, directional, gradient, substitute, timeless};
+use crate::calculus::{ZeroDenominator, directional, gradient, remove_time, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Jacobians, Variations};
 use super::model::symbols;
+use super::solution::MOST_OPERATIONS;
 
 /// r = M q̈ − Q with symbols for q̈, from the entries of M and Q.
 pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> Vec<NodeId> {
@@ -28,9 +29,9 @@ pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[
 /// A way to write r.
 pub(super) type Residual<'a> = &'a dyn Fn(&mut Graph) -> Vec<NodeId>;
 
-/// Most coordinates for which all ways to derive Jacobians are tried; above, copies of the graph would take
-/// longer than the rest.
-const SMALL: usize = 4;
+/// Most coordinates for which all ways to derive Jacobians are tried and the cheapest is taken. With more,
+/// copying the graph takes longer than everything else.
+const MOST_COORDINATES_COMPARED: usize = 4;
 
 /// Equations that were solved: their solution, and the way to solve them for other right-hand sides.
 pub(super) struct SolvedFor<'a> {
@@ -53,14 +54,14 @@ pub(super) fn jacobians(
 ) -> Result<Jacobians, Failure> {
     let n = solved.accelerations.len();
     let mut best = (usize::MAX, ways[0], sweep);
-    if n <= SMALL {
+    if n <= MOST_COORDINATES_COMPARED {
         for (way, sweep) in
             ways.iter().flat_map(|way| [(way, SweepDirection::Forward), (way, SweepDirection::Reverse)])
         {
             // On a copy, so that what is not taken leaves no trace.
             let mut trial = g.clone();
             let residual = way(&mut trial);
-            let implicit = Implicit { residual: &residual, solved };
+            let implicit = ImplicitDerivatives { residual: &residual, solved };
             let moving = [symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate)].concat();
             let roots = implicit.jacobian(&mut trial, &moving, sweep)?.concat();
             let operations = trial.operations(&[&roots, solved.accelerations].concat());
@@ -71,7 +72,7 @@ pub(super) fn jacobians(
     }
     let (_, way, sweep) = best;
     let residual = way(g);
-    Implicit { residual: &residual, solved }.jacobians(g, sweep, inputs, parameters)
+    ImplicitDerivatives { residual: &residual, solved }.jacobians(g, sweep, inputs, parameters)
 }
 
 /// How ∂r/∂x is swept.
@@ -100,16 +101,16 @@ impl From<ZeroDenominator> for Failure {
 
 /// Nodes after which deriving Jacobians is given up: three for each operation that can be emitted. The
 /// largest model that fits takes half.
-pub(super) const MOST_NODES: usize = 60_000;
+pub(super) const MOST_NODES: usize = 3 * MOST_OPERATIONS;
 
 /// What all derivatives of q̈ need.
-struct Implicit<'a> {
+struct ImplicitDerivatives<'a> {
     /// r with symbols for q̈ and λ.
     residual: &'a [NodeId],
     solved: &'a SolvedFor<'a>,
 }
 
-impl Implicit<'_> {
+impl ImplicitDerivatives<'_> {
     /// All derivatives of a model with so many inputs and parameters.
     fn jacobians(
         &self,
@@ -235,7 +236,7 @@ fn derivatives(g: &mut Graph, roots: &[NodeId], by: &[Symbol], sweep: SweepDirec
             rows
         }
     };
-    rows.iter().map(|row| timeless(g, row)).collect()
+    rows.iter().map(|row| remove_time(g, row)).collect()
 }
 
 /// Replaces the symbols q̈ and λ by their values.

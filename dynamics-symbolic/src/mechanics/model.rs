@@ -25,10 +25,10 @@ pub struct Model {
     pub functions: Vec<Function>,
     /// Energies and dissipation functions.
     pub energies: Vec<Energy>,
-    /// Rigid bodies whose energies are among them, where it is known how their frames are reached: what is
-    /// derived from them is the same, and often shorter.
+    /// Rigid bodies whose energies are among them and whose frames are reached by known steps. The equations
+    /// that are derived from them are the same, and often shorter.
     pub bodies: Vec<Body>,
-    /// What is taken for granted of bodies and frames, and what only a run can show. Not part of the
+    /// Premises of bodies and frames. Some can be checked only during a run. They are not part of the
     /// derivation.
     pub premises: Vec<Premise>,
     /// Applied forces.
@@ -132,7 +132,7 @@ pub struct Body {
     pub weight: Option<([NodeId; 3], NodeId)>,
 }
 
-/// What is taken for granted of some values.
+/// What a premise assumes of some values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Claim {
     /// One value: a mass, not negative.
@@ -149,7 +149,7 @@ pub enum Claim {
     Weld,
 }
 
-/// Something taken for granted: without it the equations are those of no body.
+/// An assumption without which the equations describe no body.
 #[derive(Clone, Debug)]
 pub struct Premise {
     /// What.
@@ -162,7 +162,7 @@ pub struct Premise {
     pub within: String,
     /// Whether the parameters alone decide it.
     pub constant: bool,
-    /// Where it is said.
+    /// Where the model makes it.
     pub origin: Origin,
 }
 

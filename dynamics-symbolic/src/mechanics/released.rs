@@ -10,12 +10,13 @@ use super::equations::Released;
 use super::lagrange::Inertia;
 use super::model::Constraint;
 
-/// Switched constraints up to which every set of them is looked at; of more only all together.
-const EVERY: usize = 3;
-/// Operations that all sets together may always take.
-const ROOM: usize = 1000;
-/// And how many times those with all constraints.
-const TIMES: usize = 2;
+/// Most switched constraints for which every set of them is solved: seven sets. With more, only the release
+/// of all together is solved.
+const MOST_SWITCHED: usize = 3;
+/// Operations that the solutions of all sets together may take in any model.
+const OPERATIONS_ALLOWED: usize = 1000;
+/// How many times the operations of the solution with all constraints they may take in a large one.
+const TIMES_OF_WHOLE: usize = 2;
 
 /// Solutions for the sets of switched constraints that may be released, all of them first, as long as they
 /// have room beside `whole`.
@@ -27,7 +28,7 @@ pub(super) fn released(
     states: &States,
     whole: Option<&Unrolled>,
 ) -> Vec<Released> {
-    let mut room = whole.map_or(0, |whole| TIMES * operations(g, whole)).max(ROOM);
+    let mut room = whole.map_or(0, |whole| TIMES_OF_WHOLE * operations(g, whole)).max(OPERATIONS_ALLOWED);
     let mut found = Vec::new();
     for modes in sets(constraints.iter().filter(|c| c.switched).count()) {
         let held = rows_without(constraints, &modes);
@@ -42,10 +43,10 @@ pub(super) fn released(
     found
 }
 
-/// The sets of modes that are looked at, the largest first.
+/// The sets of modes that are solved, the largest first.
 fn sets(switched: usize) -> Vec<Vec<usize>> {
     let all: Vec<usize> = (0..switched).collect();
-    if switched > EVERY {
+    if switched > MOST_SWITCHED {
         return vec![all];
     }
     let of_bits = |bits: usize| all.iter().copied().filter(|mode| bits >> mode & 1 == 1).collect::<Vec<_>>();

@@ -2,13 +2,14 @@
 //! q̈ = γ by whatever order of elimination is cheapest, on the graph or, where that fails, at run time.
 
 use crate::algebra::{
-    ConstrainedEquations, Factors, Levers, Solver, States, Stationary, Stuck, Unrolled, applies, unroll,
+    ArticulatedForm, ConstrainedEquations, Factors, NotUnrolled, Solver, States, Stationary, Unrolled,
+    applies, unroll,
 };
 use crate::calculus::directional;
 use crate::graph::{Dependence, Graph, NodeId};
 
 use super::constraints::{ConstraintTerms, reaction};
-use super::equations::{General, Jacobians, Pivot, Released, Solution, Underivable, Withheld};
+use super::equations::{General, Jacobians, NoDerivatives, Pivot, Released, Solution, Underivable};
 use super::inverse::{Failure, Residual, SolvedFor, SweepDirection, jacobians, residual_by_entries};
 use super::lagrange::Inertia;
 use super::model::Constraint;
@@ -24,16 +25,17 @@ pub struct Manifold<'a> {
     pub redundant: bool,
 }
 
-/// Operations of an unrolled solution above which the general solver, which works on arrays, takes over: what
-/// can be emitted.
-pub(super) const LIMIT: usize = 20_000;
+/// Most operations of one emitted function. Beyond, rustc takes minutes, and the general solver, which works
+/// on arrays, takes over.
+pub const MOST_OPERATIONS: usize = 20_000;
 
-/// Through levers one joint waits for the next, whereas the columns of M are independent of each other: that
-/// often cheaper they have to be. A cart with ten links took 1.2 times as long through levers, with half of
-/// the operations.
-const LEVERS: f64 = 2.0;
-/// Likewise through rods. They divide by every mass; that is not worth an operation or two.
-const RODS: f64 = 1.5;
+/// How many times cheaper than LDLᵀ of M articulated-body elimination has to be. One joint waits for the
+/// next there, whereas the columns of M are independent of each other: a cart with ten links took 1.2 times
+/// as long, with half of the operations.
+const ARTICULATED_GAIN: f64 = 2.0;
+/// The same for rod-force elimination, which divides by every mass. A gain of one or two operations does not
+/// pay for that.
+const ROD_FORCE_GAIN: f64 = 1.5;
 
 /// The solved equations.
 pub(super) enum Solved {
@@ -54,14 +56,15 @@ pub(super) enum Solved {
 pub(super) type Swept<'a> = (Residual<'a>, SweepDirection);
 
 impl Solved {
-    /// Solves equations without constraints, through `levers` where that is shorter than through M.
+    /// Solves equations without constraints, through the articulated form where that is shorter than through
+    /// M.
     ///
     /// # Errors
     /// A mass matrix that is singular in every state.
     pub(super) fn free(
         g: &mut Graph,
         inertia: &Inertia,
-        levers: &dyn Fn(&mut Graph) -> Option<Levers>,
+        articulated_form: &dyn Fn(&mut Graph) -> Option<ArticulatedForm>,
     ) -> Result<Self, Underivable> {
         let through_mass = |g: &mut Graph| {
             let factors = Factors::new(g, &inertia.mass)?;
@@ -69,8 +72,8 @@ impl Solved {
             let pivots = factors.pivots().map(|(i, pivot)| (i, pivot, inertia.mass[i][i])).collect();
             Ok(Stationary { unknowns, pivots })
         };
-        let through_levers = |g: &mut Graph| levers(g).and_then(|levers| levers.solve(g).ok());
-        let through_rods = |g: &mut Graph| levers(g).and_then(|levers| levers.solve_for_tensions(g));
+        let through_bodies = |g: &mut Graph| articulated_form(g).and_then(|form| form.solve(g).ok());
+        let through_rods = |g: &mut Graph| articulated_form(g).and_then(|form| form.solve_for_rod_forces(g));
         // All on copies, so that what is not taken leaves no trace.
         let weight = |solve: &dyn Fn(&mut Graph) -> Option<Stationary>| {
             let mut trial = g.clone();
@@ -82,10 +85,10 @@ impl Solved {
         let shorter = |weight: Option<usize>, serial: f64| {
             weight.is_some_and(|weight| mass.is_none_or(|mass| serial * (weight as f64) < mass as f64))
         };
-        let solved = if shorter(weight(&through_rods), RODS) {
+        let solved = if shorter(weight(&through_rods), ROD_FORCE_GAIN) {
             through_rods(g)
-        } else if shorter(weight(&through_levers), LEVERS) {
-            through_levers(g)
+        } else if shorter(weight(&through_bodies), ARTICULATED_GAIN) {
+            through_bodies(g)
         } else {
             None
         };
@@ -115,11 +118,11 @@ impl Solved {
             gamma: &rows.gamma,
             numbers: &numbers,
         };
-        match unroll(g, &system, &manifold.states, LIMIT) {
+        match unroll(g, &system, &manifold.states, MOST_OPERATIONS) {
             Ok((unrolled, solver)) => Self::Unrolled(Box::new(unrolled), Box::new(solver)),
-            Err(Stuck::Redundant) => Self::General(General::Redundant),
-            Err(Stuck::NoPivots) => Self::General(General::NoPivots),
-            Err(Stuck::TooLarge(operations)) => Self::General(General::TooLarge(operations)),
+            Err(NotUnrolled::Redundant) => Self::General(General::Redundant),
+            Err(NotUnrolled::NoPivots) => Self::General(General::NoPivots),
+            Err(NotUnrolled::TooLarge(operations)) => Self::General(General::TooLarge(operations)),
         }
     }
 
@@ -224,7 +227,7 @@ impl Solved {
         rows: Option<&ConstraintTerms>,
         (swept, sweep): Swept,
         size: (usize, usize),
-    ) -> Result<Result<Jacobians, Withheld>, Underivable> {
+    ) -> Result<Result<Jacobians, NoDerivatives>, Underivable> {
         match (self, rows) {
             (Self::Free { accelerations, solver: Some(solver), .. }, _) => {
                 let entered: Residual = &|g| residual_by_entries(g, &inertia.mass, &inertia.force);
@@ -256,7 +259,7 @@ impl Solved {
                 let solved = SolvedFor { accelerations, multipliers, solve: &solve };
                 withheld(jacobians(g, &[swept, entered], sweep, &solved, size))
             }
-            _ => Ok(Err(Withheld::General)),
+            _ => Ok(Err(NoDerivatives::General)),
         }
     }
 }
@@ -270,10 +273,10 @@ pub(super) fn with_constraints(g: &mut Graph, motion: Vec<NodeId>, rows: &Constr
 }
 
 /// Jacobians may be missing, denominators may not be zero.
-fn withheld(jacobians: Result<Jacobians, Failure>) -> Result<Result<Jacobians, Withheld>, Underivable> {
+fn withheld(jacobians: Result<Jacobians, Failure>) -> Result<Result<Jacobians, NoDerivatives>, Underivable> {
     match jacobians {
         Ok(jacobians) => Ok(Ok(jacobians)),
-        Err(Failure::TooLarge(nodes)) => Ok(Err(Withheld::TooLarge(nodes))),
+        Err(Failure::TooLarge(nodes)) => Ok(Err(NoDerivatives::TooLarge(nodes))),
         Err(Failure::ZeroDenominator) => Err(Underivable::ZeroDenominator),
     }
 }

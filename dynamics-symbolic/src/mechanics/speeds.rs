@@ -1,37 +1,37 @@
 //! Generalized speeds that need not be derivatives of coordinates, w = Y(q,t) q̇ + y(q,t): components of an
 //! angular velocity in the body, the speed of a skate.
 //!
-//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities: K q̇ + k = (w; 0).
-//! The columns of K⁻¹ are what the velocities are made of, B those of the speeds (Kane's partial velocities),
-//! and since Φ_q B = 0 the reactions drop out of
+//! With the constraints' rows below them, K = (Y; Φ_q; A), they determine all velocities:
+//! K q̇ + k = (w; 0). Velocities are combinations of the columns of K⁻¹. Those of the speeds are B
+//! (Kane's partial velocities), and since Φ_q B = 0 the reactions drop out of
 //!
 //!   (BᵀM B) ẇ = Bᵀ(Q − M s),    K s = (−Ẏq̇ − ẏ; γ),    K q̈ = (ẇ; 0) + (−Ẏq̇ − ẏ; γ).
 //!
-//! The same right-hand side as Boltzmann and Hamel have it, π = (w; 0) for short, f = M̄π with M̄ = K⁻ᵀM K⁻¹
-//! and Q_V what is not of inertia:
+//! The same right-hand side in the form of Boltzmann and Hamel, with π = (w; 0), f = M̄π,
+//! M̄ = K⁻ᵀM K⁻¹ and Q_V the forces without those of inertia:
 //!
 //!   BᵀQ_V − (H B)ᵀf − (Ṁ̄ π)_B + ½ Bᵀ∂(πᵀM̄π)/∂q,    H = K̇ − ∂(K q̇ + k)/∂q at fixed q̇.
 //!
-//! For a body's own components of its angular velocity M̄ is its inertia, H B = ω×, and these are Euler's
-//! equations. Both are built, the second first: where they are equal, by fingerprints, they are one node, in
-//! the form that was built first. What is taken is what is shortest, the solution in coordinates among it.
-//! Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972; T. R. Kane, D. A.
-//! Levinson, *Dynamics: Theory and Applications*, McGraw-Hill 1985, chapters 2 and 6.
+//! For the components of an angular velocity in the body, M̄ is its inertia, H B = ω×, and these are
+//! Euler's equations. Both forms are built, the second first: where they are equal, by fingerprints, they are
+//! one node, in the form that was built first. The shortest solution is taken; the one in coordinates is
+//! among them. Source: Yu. I. Neĭmark, N. A. Fufaev, *Dynamics of Nonholonomic Systems*, AMS 1972;
+//! T. R. Kane, D. A. Levinson, *Dynamics: Theory and Applications*, McGraw-Hill 1985, chapters 2 and 6.
 
 use crate::algebra::{ConstrainedEquations, Guard, Guarded, Solver, States, unroll_by_speeds};
-use crate::calculus::{directional, gradient, placeless, timeless};
+use crate::calculus::{directional, gradient, remove_coordinates, remove_time};
 use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol, Unary};
 
 use super::constraints::{ConstraintTerms, jacobian, offsets};
-use super::equations::{Aside, SpeedEquations};
+use super::equations::{NoSpeedForm, SpeedEquations};
 use super::lagrange::Inertia;
 use super::model::Model;
 use super::model::symbols;
-use super::solution::{LIMIT, Solved};
+use super::solution::{MOST_OPERATIONS, Solved};
 use super::velocity_form::transport;
 
-/// Most coordinates for which the form of Boltzmann and Hamel is tried: its terms grow with the cube.
-const SMALL: usize = 12;
+/// Most coordinates for which the form of Boltzmann and Hamel is tried. Its terms grow with the cube.
+const MOST_COORDINATES: usize = 12;
 
 /// The speeds' own equations; N coordinates, S speeds.
 pub(super) struct Speeds {
@@ -45,13 +45,13 @@ pub(super) struct Speeds {
     drift: Vec<NodeId>,
 }
 
-/// What the solution is led by, beside the speeds.
-pub(super) struct Beside<'a> {
+/// The equations in coordinates, and what the speeds need of them.
+pub(super) struct CoordinateEquations<'a> {
     /// The equations in coordinates.
     pub(super) inertia: &'a Inertia,
     /// The constraints' rows, if there are some; none of them switched.
     pub(super) rows: Option<&'a ConstraintTerms>,
-    /// What of Q is no inertia; `None` where that cannot be told.
+    /// Q without the forces of inertia; `None` where it cannot be separated.
     pub(super) given: Option<&'a [NodeId]>,
     /// Where the solution is to apply.
     pub(super) states: States<'a>,
@@ -81,10 +81,10 @@ impl Speeds {
         let drift: Vec<NodeId> = rates.into_iter().map(|rate| g.neg(rate)).collect();
         let (offset, jacobian) = (offsets(g, &[], &values), jacobian(g, &[], &values, n));
         Some(Self {
-            values: timeless(g, &values),
-            jacobian: jacobian.iter().map(|row| timeless(g, row)).collect(),
-            offset: timeless(g, &offset),
-            drift: timeless(g, &drift),
+            values: remove_time(g, &values),
+            jacobian: jacobian.iter().map(|row| remove_time(g, row)).collect(),
+            offset: remove_time(g, &offset),
+            drift: remove_time(g, &drift),
         })
     }
 
@@ -95,10 +95,10 @@ impl Speeds {
         g: &mut Graph,
         solved: Solved,
         unsolved: &Graph,
-        beside: &Beside,
-    ) -> (Solved, Option<Aside>) {
-        let Some(results) = solved.results() else { return (solved, Some(Aside::General)) };
-        let (mut best, mut aside) = ((g.weight(&results), None), Aside::Longer);
+        beside: &CoordinateEquations,
+    ) -> (Solved, Option<NoSpeedForm>) {
+        let Some(results) = solved.results() else { return (solved, Some(NoSpeedForm::General)) };
+        let (mut best, mut aside) = ((g.weight(&results), None), NoSpeedForm::Longer);
         let needed = solved.applies(g, &beside.states);
         for form in [SpeedForm::Projected, SpeedForm::Drifting, SpeedForm::Hamel] {
             // On a copy from before the solution in coordinates, whose forms would win where values are
@@ -113,7 +113,7 @@ impl Speeds {
             };
             let weight = found.results().map_or(usize::MAX, |results| trial.weight(&results));
             if found.applies(&trial, &beside.states) < needed {
-                aside = if form == SpeedForm::Projected { Aside::Unsafe } else { aside };
+                aside = if form == SpeedForm::Projected { NoSpeedForm::Unsafe } else { aside };
             } else if weight < best.0 && same(g, &solved, &trial, &found) {
                 best = (weight, Some((found, trial)));
             }
@@ -133,14 +133,19 @@ impl Speeds {
         self.jacobian.iter().chain(of_rows).cloned().collect()
     }
 
-    fn solve(&self, g: &mut Graph, beside: &Beside, form: SpeedForm) -> Result<Solved, Aside> {
+    fn solve(
+        &self,
+        g: &mut Graph,
+        beside: &CoordinateEquations,
+        form: SpeedForm,
+    ) -> Result<Solved, NoSpeedForm> {
         let (inertia, kinematics) = (beside.inertia, self.kinematics(beside.rows));
         let (n, speeds) = (inertia.force.len(), self.values.len());
         if kinematics.len() != n {
-            return Err(Aside::Constraints);
+            return Err(NoSpeedForm::Constraints);
         }
         if form == SpeedForm::Hamel {
-            self.hamel(g, beside, &kinematics).ok_or(Aside::Longer)?;
+            self.hamel(g, beside, &kinematics).ok_or(NoSpeedForm::Longer)?;
         }
         let drift: &[NodeId] = if form == SpeedForm::Projected { &[] } else { &self.drift };
         if let Some(rows) = beside.rows {
@@ -152,18 +157,19 @@ impl Speeds {
                 gamma: &rows.gamma,
                 numbers: &numbers,
             };
-            let (unrolled, solver) = unroll_by_speeds(g, &system, (&kinematics, speeds), drift, LIMIT)
-                .map_err(|_| Aside::Longer)?;
+            let (unrolled, solver) =
+                unroll_by_speeds(g, &system, (&kinematics, speeds), drift, MOST_OPERATIONS)
+                    .map_err(|_| NoSpeedForm::Longer)?;
             return Ok(Solved::Unrolled(Box::new(unrolled), Box::new(solver)));
         }
-        let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds).ok_or(Aside::Unsafe)?;
+        let solver = Solver::by_speeds(g, &inertia.mass, &kinematics, speeds).ok_or(NoSpeedForm::Unsafe)?;
         let (led, _) = solver.led(g);
         // No general solver stands behind: it must not fail where M has an inverse. det M = (det K)² det M̄,
         // so that where M̄ and K are finite everywhere K is singular only where M is. That holds for
         // parameters as well: a speed may be counted in one that is 0.
         let entries: Vec<NodeId> = led.iter().chain(&kinematics).flatten().copied().collect();
         if !is_finite(g, &entries, &inertia.mass.concat()) {
-            return Err(Aside::Unsafe);
+            return Err(NoSpeedForm::Unsafe);
         }
         let (accelerations, _) = solver.solve(g, &inertia.force, drift);
         let coordinate = |of| match of {
@@ -175,11 +181,11 @@ impl Speeds {
         Ok(Solved::Free { accelerations, pivots, solver: Some(Box::new(solver)) })
     }
 
-    /// Builds the right-hand side of Boltzmann and Hamel; `None` where there is none, as where T has terms of
-    /// first degree in the speeds.
-    fn hamel(&self, g: &mut Graph, beside: &Beside, kinematics: &[Vec<NodeId>]) -> Option<()> {
+    /// Builds the right-hand side of Boltzmann and Hamel; `None` where it does not exist, for example where T
+    /// has terms of first degree in the speeds.
+    fn hamel(&self, g: &mut Graph, beside: &CoordinateEquations, kinematics: &[Vec<NodeId>]) -> Option<()> {
         let (given, inertia, n) = (beside.given?, beside.inertia, kinematics.len());
-        if n > SMALL {
+        if n > MOST_COORDINATES {
             return None;
         }
         let (_, columns) = Solver::by_speeds(g, &inertia.mass, kinematics, self.values.len())?.led(g);
@@ -190,7 +196,7 @@ impl Speeds {
         let whole: Vec<Vec<NodeId>> = (0..n)
             .map(|i| (0..n).map(|k| dot(g, &columns[i.max(k)], &carried[i.min(k)])).collect())
             .collect();
-        let whole: Vec<Vec<NodeId>> = whole.iter().map(|row| placeless(g, row)).collect();
+        let whole: Vec<Vec<NodeId>> = whole.iter().map(|row| remove_coordinates(g, row)).collect();
         let mut motions = self.values.clone();
         motions.extend(beside.rows.iter().flat_map(|rows| &rows.velocity_residual));
         let momenta: Vec<NodeId> = whole.iter().map(|row| dot(g, row, &motions)).collect();
@@ -226,15 +232,15 @@ impl Speeds {
         Some(())
     }
 
-    /// What is emitted and told; `aside`: why the equations are not solved by the speeds, where they are not.
+    /// The equations of the speeds. `aside` is the reason why they are not solved, where they are not.
     pub(super) fn into_equations(
         self,
         g: &mut Graph,
         solved: &Solved,
-        aside: Option<Aside>,
+        aside: Option<NoSpeedForm>,
     ) -> SpeedEquations {
         let Self { values, jacobian, offset, .. } = self;
-        let inertia = aside.map_or_else(|| solved.led(g).ok_or(Aside::General), Err);
+        let inertia = aside.map_or_else(|| solved.led(g).ok_or(NoSpeedForm::General), Err);
         SpeedEquations { values, jacobian, offset, inertia }
     }
 }

@@ -260,7 +260,7 @@ impl Motion {
         u
     }
 
-    /// U r: what a point has beside a.
+    /// U r: the acceleration of a point relative to a.
     fn carried(&self, g: &mut Graph, r: &V3) -> V3 {
         let u = self.lever(g);
         turned(g, &u, r)

@@ -111,7 +111,7 @@ impl VelocityForm {
     pub(super) fn coriolis(&self, g: &mut Graph, mass: &[Vec<NodeId>]) -> Vec<NodeId> {
         let n = mass.len();
         let stationary = self.velocities.iter().all(|v| !g.dependence(*v).on(Dependence::TIME));
-        if n > Self::SMALL || !stationary {
+        if n > Self::MOST_COORDINATES || !stationary {
             return self.coriolis_by_sweep(g, n);
         }
         // Tried on copies, so that what is not taken leaves no trace.
@@ -126,8 +126,8 @@ impl VelocityForm {
         if multiplied < swept { self.coriolis_by_products(g, n) } else { self.coriolis_by_sweep(g, n) }
     }
 
-    /// Most coordinates for which the products of velocities are tried; their number grows with the cube.
-    const SMALL: usize = 4;
+    /// Most coordinates for which products of velocities are tried. Their number grows with the cube.
+    const MOST_COORDINATES: usize = 4;
 
     fn coriolis_by_sweep(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
         let accelerations = directional(g, &self.velocities, &mut transport);

@@ -95,9 +95,10 @@ impl Groups {
     }
 }
 
-/// Programs with more operations are cut into functions by back ends, which hand over every value that is
-/// needed later: there sines and cosines stay where they are used.
-const TOGETHER: usize = 4_000;
+/// Most operations of a program whose sines and cosines are gathered into levels. Longer programs are cut
+/// into functions by back ends, which hand over every value that is needed later; there sines and cosines
+/// stay where they are used.
+const MOST_OPERATIONS_SORTED: usize = 4_000;
 
 /// Steps for `results`, except what is `done`.
 fn emit(g: &Graph, groups: &Groups, results: &[NodeId], done: &mut [bool]) -> Vec<Step> {
@@ -125,7 +126,7 @@ impl StepOrder<'_> {
     /// only these, and so on. Levels of a single angle are left where they are used.
     fn levels(&self, results: &[NodeId]) -> Vec<Vec<NodeId>> {
         let needed = self.needed(results);
-        if needed.len() > TOGETHER {
+        if needed.len() > MOST_OPERATIONS_SORTED {
             return Vec::new();
         }
         let mut depths: BTreeMap<NodeId, usize> = BTreeMap::new();
@@ -147,7 +148,7 @@ impl StepOrder<'_> {
         levels
     }
 
-    /// What is not done of what `results` need, arguments first.
+    /// The nodes that `results` need and that are not scheduled yet, arguments first.
     fn needed(&self, results: &[NodeId]) -> Vec<NodeId> {
         let mut seen = vec![false; self.g.len()];
         let mut stack = results.to_vec();

@@ -5,7 +5,9 @@
 //!
 //! ```text
 //! ⎡ M₀   −Φ_q₀ᵀ ⎤ ⎡ q̈ₖ ⎤   ⎡ what M q̈ − Q − Φ_qᵀλ is at order k with q̈ₖ = λₖ = 0, negative ⎤
-//! ⎣ Φ_q₀    0   ⎦ ⎣ λₖ ⎦ = ⎣ what Φ is at order K with q_K = 0, negative, over τ²/(K(K−1))  ⎦     q_K = τ²/(K(K−1)) q̈ₖ
+//! ⎣ Φ_q₀    0   ⎦ ⎣ λₖ ⎦ = ⎣ what Φ is at order K with q_K = 0, negative, over τ²/(K(K−1))  ⎦
+//!
+//! q_K = τ²/(K(K−1)) q̈ₖ
 //! ```
 //!
 //! so that Φ = 0 holds in every coefficient, and neither γ nor a product Φ_q q̈ is ever formed. What Φ is
@@ -23,8 +25,10 @@ use crate::graph::{Graph, NodeId, Symbol};
 use crate::mechanics::{ConstraintEquations, reaction};
 use crate::schedule::{Program, Staging, schedule};
 
-use super::recurrence::{Early, Expansion};
-use super::{Compact, LIMIT, Series, Unexpandable, complete, forget, renamed, right_side, short, symbols};
+use super::recurrence::{DetachedExpansion, Expansion};
+use super::{
+    Compact, MOST_OPERATIONS, Series, Unexpandable, complete, forget, renamed, right_side, short, symbols,
+};
 
 /// Programs for N coordinates under R rows of constraints, the first H of them holonomic.
 ///
@@ -71,7 +75,7 @@ pub(super) fn expand(
     let (n, r) = (mass.len(), c.rows.len());
     let (mass, force) = short(graph, mass, force);
     let (mass, force) = (&mass, &force);
-    let ahead = Ahead::new(graph, &c.residual)?;
+    let ahead = TwoOrdersAhead::new(graph, &c.residual)?;
     let reaction = reaction(graph, &c.rows, c.holonomic, n);
     let solver = MinimumDegree::new(graph, mass, &c.jacobian);
     let mut e = Expansion::after(graph, &ahead.early);
@@ -131,7 +135,7 @@ pub(super) fn expand(
     let constrained = Some(constrained);
     let series = Series { start, begin: None, graph: order, next, lanes, chooses, constrained };
     let operations = series.operations().max(series.start.cost.total());
-    if operations > LIMIT { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
+    if operations > MOST_OPERATIONS { Err(Unexpandable::TooLarge(operations)) } else { Ok(series) }
 }
 
 impl Series {
@@ -159,12 +163,12 @@ fn shared_of(symbol: Symbol) -> Option<u32> {
 }
 
 /// What is expanded two orders ahead.
-struct Ahead {
-    early: Early,
+struct TwoOrdersAhead {
+    early: DetachedExpansion,
     residue: Vec<NodeId>,
 }
 
-impl Ahead {
+impl TwoOrdersAhead {
     fn new(graph: &mut Graph, residual: &[NodeId]) -> Result<Self, Unexpandable> {
         let mut e = Expansion::new(graph);
         let mut residue = Vec::with_capacity(residual.len());

@@ -53,7 +53,7 @@ pub(super) struct Expansion<'a> {
 }
 
 /// An expansion without the graph that it expands, while another one of that graph is made.
-pub(super) struct Early {
+pub(super) struct DetachedExpansion {
     order: Graph,
     /// Values at order 0, of which the other one keeps more.
     kept: Vec<NodeId>,
@@ -64,8 +64,8 @@ pub(super) struct Early {
     chooses: bool,
 }
 
-impl Early {
-    /// The expansion again, which has to have computed all that it will be asked for.
+impl DetachedExpansion {
+    /// The expansion again. All coefficients that are read from it have to be computed already.
     pub(super) fn resume(self, base: &mut Graph) -> Expansion<'_> {
         let Self { order, kept, kept_as, coefficients, lanes, lanes_as, chooses } = self;
         Expansion { order, kept, kept_as, coefficients, lanes, lanes_as, chooses, ..Expansion::new(base) }
@@ -99,7 +99,7 @@ impl<'a> Expansion<'a> {
     }
 
     /// An expansion that reads what another one has computed.
-    pub(super) fn after(base: &'a mut Graph, other: &Early) -> Self {
+    pub(super) fn after(base: &'a mut Graph, other: &DetachedExpansion) -> Self {
         let early = other.coefficients.keys().copied();
         // What is given, and what does not change, is at hand.
         let early =
@@ -109,9 +109,9 @@ impl<'a> Expansion<'a> {
     }
 
     /// What is left for others.
-    pub(super) fn leave(self) -> Early {
+    pub(super) fn leave(self) -> DetachedExpansion {
         let Self { order, kept, kept_as, coefficients, lanes, lanes_as, chooses, .. } = self;
-        Early { order, kept, kept_as, coefficients, lanes, lanes_as, chooses }
+        DetachedExpansion { order, kept, kept_as, coefficients, lanes, lanes_as, chooses }
     }
 
     /// The lanes so far.

@@ -6,19 +6,21 @@ use std::rc::Rc;
 use crate::graph::{Graph, NodeId, Number, Symbol};
 use crate::mechanics::{ConstraintEquations, Equations, Model};
 
-use super::expand::{Expanded, TERMS};
+use super::expand::{Expanded, MOST_TERMS};
 use super::formula::{Formula, Formulas, Key, product, sum};
 use super::latex::Latex;
 use super::plain::Plain;
 use super::target::{Target, Text};
 
-/// Terms in all of M and Q up to which the equations are written row by row.
-const ROWS: usize = 80;
-/// Terms up to which an element of M or Q is expanded.
-const ELEMENT: usize = 20;
-/// Longest text; what is beyond is left to the listing.
-const LONGEST: usize = 24_000;
-/// Width of a line.
+/// Most terms in all of M and Q up to which the equations are written row by row. Longer ones are written in
+/// matrix form, with definitions.
+const MOST_TERMS_IN_ROWS: usize = 80;
+/// Most terms of an element of M or Q that is expanded. A longer one is shorter as a formula with
+/// definitions.
+const MOST_TERMS_OF_ELEMENT: usize = 20;
+/// Longest text in bytes. Equations beyond it are left to the listing.
+const LONGEST_TEXT: usize = 24_000;
+/// Columns of a line.
 const WIDTH: usize = 100;
 
 /// The equations as plain text and in LaTeX. May add nodes to the graph.
@@ -94,11 +96,11 @@ impl Page {
             all.iter().map(|x| x.as_ref().map(Expanded::len)).sum::<Option<usize>>()
         };
         let motion = &expanded[..contents.energies];
-        let short = motion.iter().flatten().all(|x| x.len() <= ELEMENT);
-        let rows = short && terms(motion).is_some_and(|terms| terms <= ROWS);
+        let short = motion.iter().flatten().all(|x| x.len() <= MOST_TERMS_OF_ELEMENT);
+        let rows = short && terms(motion).is_some_and(|terms| terms <= MOST_TERMS_IN_ROWS);
         if !rows {
             // What is long is shorter as a formula with definitions.
-            expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= ELEMENT));
+            expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= MOST_TERMS_OF_ELEMENT));
         }
         let wanted =
             |(id, x): (&NodeId, &Option<Expanded>)| x.as_ref().map_or(vec![*id], |x| x.atoms().collect());
@@ -234,13 +236,13 @@ impl Page {
 
 /// Textbook forms where they are short; fewer attempts are made once the whole is not.
 fn expand(model: &mut Model, nodes: &[NodeId]) -> Vec<Option<Expanded>> {
-    let (mut terms, mut limit) = (0, TERMS);
+    let (mut terms, mut limit) = (0, MOST_TERMS);
     let mut all = Vec::new();
     for id in nodes {
         let expanded = Expanded::new(&mut model.graph, *id, limit);
-        terms += expanded.as_ref().map_or(ROWS, Expanded::len);
-        if terms > ROWS {
-            limit = 2 * ELEMENT;
+        terms += expanded.as_ref().map_or(MOST_TERMS_IN_ROWS, Expanded::len);
+        if terms > MOST_TERMS_IN_ROWS {
+            limit = 2 * MOST_TERMS_OF_ELEMENT;
         }
         all.push(expanded);
     }
@@ -399,7 +401,7 @@ impl Limited {
         Self { text, left: 0 }
     }
     fn line(&mut self, line: &str) {
-        if self.left > 0 || self.text.len() + line.len() > LONGEST {
+        if self.left > 0 || self.text.len() + line.len() > LONGEST_TEXT {
             self.left += 1;
         } else {
             self.text.push_str(line);

@@ -15,11 +15,12 @@ use super::formula::{Formula, Formulas, Key, product, sum};
 type Monomial = BTreeMap<NodeId, i32>;
 type NumberPolynomial = BTreeMap<Monomial, Number>;
 
-/// More terms than this, before angles are combined, are not textbook material.
-pub(super) const TERMS: usize = 64;
+/// Most terms of an expanded node before angles are combined. More are not textbook material.
+pub(super) const MOST_TERMS: usize = 64;
 
-/// Higher powers than this are not textbook material either.
-const HIGHEST: i32 = 32;
+/// Highest power of an expanded node. Nobody reads x^1000, and exponents of repeated squares would outgrow
+/// their type.
+const HIGHEST_POWER: i32 = 32;
 
 /// A polynomial in atoms: symbols, functions, denominators.
 #[derive(Clone, Debug)]
@@ -153,7 +154,7 @@ fn multiply(a: &NumberPolynomial, b: &NumberPolynomial, limit: usize) -> Option<
             let mut m = ma.clone();
             mb.iter().for_each(|(atom, e)| shift(&mut m, *atom, *e));
             // Nobody reads x^1000, and exponents of repeated squares would outgrow their type.
-            if m.values().any(|e| e.abs() > HIGHEST) {
+            if m.values().any(|e| e.abs() > HIGHEST_POWER) {
                 return None;
             }
             accumulate(&mut out, m, ca.times(*cb)?)?;
@@ -294,7 +295,7 @@ fn partner(
 
 #[cfg(test)]
 mod tests {
-    use super::{Expanded, Graph, TERMS, Unary};
+    use super::{Expanded, Graph, MOST_TERMS, Unary};
     use crate::graph::Symbol;
 
     #[test]
@@ -309,7 +310,7 @@ mod tests {
         for node in [g.add(cc, ss), g.sub(cc, ss), outside, g.add(sc, cs), g.sub(sc, cs), g.sub(cs, sc)] {
             let product = g.mul(node, a);
             let total = g.add(product, one);
-            let expanded = Expanded::new(&mut g, total, TERMS).expect("short and verified");
+            let expanded = Expanded::new(&mut g, total, MOST_TERMS).expect("short and verified");
             assert_eq!(expanded.len(), 2);
         }
     }
@@ -321,7 +322,7 @@ mod tests {
         for _ in 0..40 {
             x = g.mul(x, x);
         }
-        assert!(Expanded::new(&mut g, x, TERMS).is_none());
+        assert!(Expanded::new(&mut g, x, MOST_TERMS).is_none());
     }
 
     #[test]
@@ -334,9 +335,13 @@ mod tests {
         let (mss, mcc) = (g.mul(ms, s), g.mul(mc, c));
         let x = g.mul(n, mcc);
         let sum = g.add(mss, x);
-        assert_eq!(Expanded::new(&mut g, sum, TERMS).map(|e| e.len()), Some(2), "different factors stay");
+        assert_eq!(
+            Expanded::new(&mut g, sum, MOST_TERMS).map(|e| e.len()),
+            Some(2),
+            "different factors stay"
+        );
         let y = g.mul(n, mss);
         let sum = g.add(x, y);
-        assert_eq!(Expanded::new(&mut g, sum, TERMS).map(|e| e.len()), Some(1));
+        assert_eq!(Expanded::new(&mut g, sum, MOST_TERMS).map(|e| e.len()), Some(1));
     }
 }

@@ -69,10 +69,11 @@ struct Entry {
     weight: usize,
 }
 
-/// A shared formula larger than this is defined once.
-const SHARED: usize = 16;
-/// Any formula larger than this is cut.
-const LARGEST: usize = 120;
+/// Largest formula, in nodes, that is repeated wherever it is used. A larger one is defined once.
+const MOST_REPEATED: usize = 16;
+/// Largest formula in nodes, used once or often. A larger one is cut into definitions; this is some lines of
+/// text.
+const LARGEST_FORMULA: usize = 120;
 
 /// The formulas of some nodes and the definitions that they use.
 #[derive(Clone, Debug)]
@@ -96,13 +97,13 @@ impl Formulas {
     /// Formulas for `roots`, where what is long and shared is defined once.
     #[must_use]
     pub fn new(model: &Model, roots: &[NodeId]) -> Self {
-        Self::sharing(model, roots, SHARED)
+        Self::sharing(model, roots, MOST_REPEATED)
     }
 
     /// The text of one node without definitions; `None` where it is too long for that.
     #[must_use]
     pub fn whole(target: &dyn Target, model: &Model, id: NodeId) -> Option<Text> {
-        let formulas = Self::sharing(model, &[id], LARGEST);
+        let formulas = Self::sharing(model, &[id], LARGEST_FORMULA);
         (formulas.definitions() == 0).then(|| formulas.text(target, model, id))
     }
 
@@ -125,7 +126,7 @@ impl Formulas {
                 continue;
             }
             let mut entry = all.build(g, id);
-            if entry.weight > LARGEST || count > 1 && entry.weight > shared {
+            if entry.weight > LARGEST_FORMULA || count > 1 && entry.weight > shared {
                 all.definitions.push(entry.formula);
                 entry = Entry { formula: Rc::new(Formula::Defined(all.definitions.len() - 1)), weight: 1 };
             }

@@ -8,10 +8,10 @@ use super::plain::Plain;
 use super::program::{Line, Style, lines};
 use super::target::Text;
 
-/// Programs of Jacobians with more operations than this are counted, not printed.
-const PRINTED: usize = 400;
-/// Other programs with more operations than this are counted, not printed.
-const PRINTED_AT_ALL: usize = 4000;
+/// Most operations of a Jacobian that the listing prints. Of longer ones it prints the number alone.
+const MOST_OF_JACOBIAN: usize = 400;
+/// The same for all other programs.
+const MOST_OF_PROGRAM: usize = 4000;
 
 /// The listing of a model's programs.
 #[must_use]
@@ -46,7 +46,7 @@ fn section(out: &mut String, model: &Model, equations: &Equations, program: &Pro
     let jacobian = program.name.ends_with("_jacobian") || program.name == "constraint_derivatives";
     let size = program.cost.total() + program.hoisted_cost.total();
     // M, Q, Φ_q and γ are printed each by itself.
-    if program.name == "terms" || size > if jacobian { PRINTED } else { PRINTED_AT_ALL } {
+    if program.name == "terms" || size > if jacobian { MOST_OF_JACOBIAN } else { MOST_OF_PROGRAM } {
         out.push_str("  (counted only)\n");
         return;
     }

@@ -5,7 +5,7 @@ use crate::check::Analysis;
 use crate::check::hazards::Hazards;
 use crate::check::structure::{Linearity, Pattern, Structure};
 use crate::graph::{Dependence, Graph, Node, NodeId};
-use crate::mechanics::{Aside, Derivation, Equations, Model, Named, SpeedEquations, Withheld};
+use crate::mechanics::{Derivation, Equations, Model, Named, NoDerivatives, NoSpeedForm, SpeedEquations};
 use crate::schedule::Program;
 
 use super::formula::Formulas;
@@ -13,9 +13,10 @@ use super::plain::Plain;
 
 mod constraints;
 
-/// Width of a line, and of the column of headings.
+/// Columns of a line.
 const WIDTH: usize = 96;
-const HEADING: usize = 20;
+/// Columns of the headings at the left.
+const HEADING_WIDTH: usize = 20;
 
 /// The report on a model. `withheld` is the Jacobian that there is not, with the reason.
 #[must_use]
@@ -24,7 +25,7 @@ pub fn report(
     equations: &Equations,
     analysis: &Analysis,
     programs: &[&Program],
-    withheld: Option<(&str, Withheld)>,
+    withheld: Option<(&str, NoDerivatives)>,
 ) -> String {
     let structure = Structure::of(model, equations);
     let mut out = format!("{}\n\n", model.name);
@@ -37,11 +38,11 @@ pub fn report(
     cost(&mut out, programs);
     if let Some((function, why)) = withheld {
         let text = match why {
-            Withheld::TooLarge(operations) => format!(
+            NoDerivatives::TooLarge(operations) => format!(
                 "none: {function} would take some {operations} operations; write velocities in body frames, \
                  or fewer parameters, to make it smaller"
             ),
-            Withheld::General => {
+            NoDerivatives::General => {
                 "none: accelerations are found by the general solver, at run time".to_owned()
             }
         };
@@ -52,13 +53,13 @@ pub fn report(
 
 /// A heading with its text, wrapped under itself.
 pub(super) fn entry(out: &mut String, heading: &str, text: &str) {
-    let mut line = format!("{heading:HEADING$}");
+    let mut line = format!("{heading:HEADING_WIDTH$}");
     let mut empty = true;
     for word in text.split(' ') {
         if !empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
             out.push_str(line.trim_end());
             out.push('\n');
-            line = " ".repeat(HEADING);
+            line = " ".repeat(HEADING_WIDTH);
             empty = true;
         }
         if !empty {
@@ -210,12 +211,12 @@ fn solved_in(model: &Model, speeds: &SpeedEquations) -> String {
 }
 
 /// Why speeds do not lead.
-fn why(aside: Aside) -> &'static str {
+fn why(aside: NoSpeedForm) -> &'static str {
     match aside {
-        Aside::Constraints => "as constraints are switched or redundant",
-        Aside::General => "by the general solver",
-        Aside::Unsafe => "as the speeds could be singular where the mass matrix is not",
-        Aside::Longer => "which takes no more work than the speeds",
+        NoSpeedForm::Constraints => "as constraints are switched or redundant",
+        NoSpeedForm::General => "by the general solver",
+        NoSpeedForm::Unsafe => "as the speeds could be singular where the mass matrix is not",
+        NoSpeedForm::Longer => "which takes no more work than the speeds",
     }
 }
 
@@ -354,7 +355,7 @@ fn rounded(x: f64) -> String {
 /// One line per function.
 fn cost(out: &mut String, programs: &[&Program]) {
     out.push('\n');
-    let width = programs.iter().map(|p| p.name.len()).max().unwrap_or(0).max(HEADING);
+    let width = programs.iter().map(|p| p.name.len()).max().unwrap_or(0).max(HEADING_WIDTH);
     out.push_str(&format!(
         "{:width$}{:>10}{:>10}{:>16}\n",
         "operations", "per call", "sin/cos", "once per model"

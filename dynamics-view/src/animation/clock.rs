@@ -7,18 +7,17 @@ use alloc::vec::Vec;
 use super::Animation;
 use crate::text::{self, readable};
 
-/// Instants per second of playing.
+/// Instants for each second of playing: the rate of usual screens.
 const FRAMES_PER_SECOND: f64 = 60.0;
 
-/// The most instants that a page holds unless it is set: one minute, some 100 kB for a mechanism of a few
-/// links.
+/// Most instants of a page unless it is set: one minute, some 100 kB for a mechanism of a few links.
 const MOST_FRAMES: usize = 3600;
 
-/// Motions shorter than this, in their own time, are slowed down unless the speed is set.
-const SHORT: f64 = 2.0;
+/// Length of a motion, in its own time, below which it is slowed down unless the speed is set.
+const SLOWED_BELOW: f64 = 2.0;
 
-/// Motions longer than this are sped up.
-const LONG: f64 = 60.0;
+/// Length of a motion, in its own time, above which it is sped up to about a minute.
+const SPED_UP_ABOVE: f64 = 60.0;
 
 /// The instants that a page holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +27,7 @@ pub(super) struct Clock {
     pub(super) frames: usize,
     /// Seconds of the motion per second of playing.
     pub(super) speed: f64,
-    /// What the viewer should know about them.
+    /// Notes about them for the viewer.
     pub(super) notes: Vec<String>,
 }
 
@@ -40,8 +39,8 @@ impl Clock {
         let duration = (end - start).abs();
         let speed = animation.speed.unwrap_or_else(|| usual_speed(duration));
         let most = animation.most_frames.unwrap_or(MOST_FRAMES);
-        // Long motions get all the instants there may be: the viewer will want to slow them down.
-        let wanted = if duration > LONG {
+        // Long motions get as many instants as allowed, so that a viewer can slow them down.
+        let wanted = if duration > SPED_UP_ABOVE {
             most as f64
         } else {
             libm::ceil(duration / speed * FRAMES_PER_SECOND) + 1.0
@@ -88,9 +87,9 @@ fn usual_speed(duration: f64) -> f64 {
             .find(|speed| *speed >= least * (1.0 - 1e-9))
             .unwrap_or(least)
     };
-    if duration > LONG {
-        round(duration / LONG)
-    } else if duration > 0.0 && duration < SHORT {
+    if duration > SPED_UP_ABOVE {
+        round(duration / SPED_UP_ABOVE)
+    } else if duration > 0.0 && duration < SLOWED_BELOW {
         round(duration / 12.0)
     } else {
         1.0

@@ -18,14 +18,16 @@ use crate::drawing::{Drawing, Figure, Shape};
 use crate::point::Point;
 use crate::text::{json, json_number};
 
-/// Beyond this a coordinate counts as not finite: its square would overflow.
-const LARGEST: f64 = 1e150;
+/// Coordinate beyond which a point counts as not finite. Its square would overflow from 1e154 on.
+const LARGEST_COORDINATE: f64 = 1e150;
 
-/// Parts of a radian.
+/// Integers to a radian in which pages write angles. At the end of a line of 1000 pixels one is a tenth of a
+/// pixel.
 const PARTS_OF_RADIAN: f64 = 10_000.0;
 
-/// Parts of the view's larger side.
-const PARTS: f64 = 20_000.0;
+/// Integers to the larger side of the view in which pages write places: twenty to a pixel where that side has
+/// 1000 pixels.
+const PARTS_OF_VIEW: f64 = 20_000.0;
 
 /// The box that holds everything.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +42,7 @@ impl Bounds {
     /// A point, and what reaches from it so far along each axis.
     fn include(&mut self, point: [f64; 3], reach: [f64; 3]) {
         let reach = reach.map(f64::abs);
-        if reach.iter().chain(&point).all(|x| x.abs() < LARGEST) {
+        if reach.iter().chain(&point).all(|x| x.abs() < LARGEST_COORDINATE) {
             self.lo = core::array::from_fn(|axis| self.lo[axis].min(point[axis] - reach[axis]));
             self.hi = core::array::from_fn(|axis| self.hi[axis].max(point[axis] + reach[axis]));
         }
@@ -99,14 +101,14 @@ impl Bounds {
         }
         let mut size: [f64; 3] = core::array::from_fn(|axis| self.hi[axis] - self.lo[axis]);
         if !spatial {
-            size[DEPTH] = 0.0;
+            size[DEPTH_AXIS] = 0.0;
         }
         let largest = size.into_iter().fold(0.0, f64::max);
         if largest < 1e-290 {
             // A single point gets a view about it.
             return Grid { origin: self.lo, ..unit };
         }
-        let quantum = largest / PARTS;
+        let quantum = largest / PARTS_OF_VIEW;
         Grid {
             origin: core::array::from_fn(|axis| 0.5 * (self.lo[axis] + self.hi[axis])),
             quantum,
@@ -116,8 +118,8 @@ impl Bounds {
     }
 }
 
-/// The axis that pages without anything of space leave out.
-const DEPTH: usize = 1;
+/// Index of the axis that pages of planar drawings leave out.
+const DEPTH_AXIS: usize = 1;
 
 /// Places as integers, counted from the middle of the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,7 +133,8 @@ pub(super) struct Grid {
 }
 
 /// The grid of the square with side 2 about the origin.
-const UNIT_GRID: Grid = Grid { origin: [0.0; 3], quantum: 2.0 / PARTS, half: [10_000; 3], spatial: false };
+const UNIT_GRID: Grid =
+    Grid { origin: [0.0; 3], quantum: 2.0 / PARTS_OF_VIEW, half: [10_000; 3], spatial: false };
 
 /// What a number of a figure measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +149,7 @@ impl Grid {
     /// The axes that are written.
     pub(super) fn axes(&self) -> impl Iterator<Item = usize> + use<> {
         let spatial = self.spatial;
-        (0..3).filter(move |&axis| spatial || axis != DEPTH)
+        (0..3).filter(move |&axis| spatial || axis != DEPTH_AXIS)
     }
 
     fn integer(&self, value: f64, measure: Measure) -> Option<i64> {

@@ -4,20 +4,20 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::{FONT, MARGIN, measure};
+use super::{FONT_SIZE, MARGIN, measure};
 use crate::chart::{Axis, Chart, Mark, Panel, Scale, Series};
 use crate::color::Color;
 use crate::text::readable;
 use crate::ticks::{self, Range, Ticks};
 
-/// Height of a row of text.
-pub(super) const ROW: f64 = 18.0;
-/// Length of a tick and the space between it and its label.
-pub(super) const TICK: f64 = 5.0;
-/// Length of the sample of a line in the legend.
-pub(super) const SAMPLE: f64 = 26.0;
-/// Space between the panels.
-const BETWEEN: f64 = 12.0;
+/// Height of a row of text in pixels.
+pub(super) const ROW_HEIGHT: f64 = 18.0;
+/// Length in pixels of a tick, and of the space between it and its label.
+pub(super) const TICK_LENGTH: f64 = 5.0;
+/// Length in pixels of the sample of a line in the legend.
+pub(super) const SAMPLE_LENGTH: f64 = 26.0;
+/// Space between panels in pixels.
+const SPACE_BETWEEN_PANELS: f64 = 12.0;
 
 /// A panel with everything decided but its place on the page.
 pub(super) struct Plot<'a> {
@@ -50,7 +50,7 @@ pub(super) struct StyledSeries<'a> {
     pub(super) look: Look,
 }
 
-/// What tells one series from the next: colour, dashes and sign.
+/// What distinguishes one series from the next: colour, dashes and sign.
 #[derive(Clone, Copy)]
 pub(super) struct Look {
     pub(super) color: Color,
@@ -80,14 +80,14 @@ const DASHES: [&str; 4] = ["", "8 4", "8 3 2 3", "2 3"];
 impl Plot<'_> {
     /// Height of the whole panel.
     pub(super) fn height(&self) -> f64 {
-        let below = TICK + ROW + ROW + self.notes.len() as f64 * ROW;
-        self.above() + self.axes_height + below + BETWEEN
+        let below = TICK_LENGTH + ROW_HEIGHT + ROW_HEIGHT + self.notes.len() as f64 * ROW_HEIGHT;
+        self.above() + self.axes_height + below + SPACE_BETWEEN_PANELS
     }
 
     /// Height of what stands above the axes.
     pub(super) fn above(&self) -> f64 {
         // Half a label stands out above the topmost tick.
-        0.5 * FONT + self.legend.len() as f64 * ROW
+        0.5 * FONT_SIZE + self.legend.len() as f64 * ROW_HEIGHT
     }
 }
 
@@ -122,9 +122,9 @@ pub(super) fn plots(chart: &Chart) -> Vec<Plot<'_>> {
     let labels = sides
         .iter()
         .flat_map(|side| &side.ticks.major)
-        .map(|(_, label)| measure::width(label, FONT))
+        .map(|(_, label)| measure::width(label, FONT_SIZE))
         .fold(0.0, f64::max);
-    let left = MARGIN + ROW + labels + TICK + 3.0;
+    let left = MARGIN + ROW_HEIGHT + labels + TICK_LENGTH + 3.0;
     // Half the last label of x stands out on the right.
     let width = chart.width - left - MARGIN - 12.0;
     chart
@@ -142,7 +142,7 @@ pub(super) fn plots(chart: &Chart) -> Vec<Plot<'_>> {
                 .map(|(_, at)| at.iter().map(|at| x.coordinate(*at)).collect())
                 .collect();
             let notes = notes(panel, &x, &y);
-            let notes = notes.iter().flat_map(|note| measure::wrapped(note, FONT, width)).collect();
+            let notes = notes.iter().flat_map(|note| measure::wrapped(note, FONT_SIZE, width)).collect();
             Plot { left, width, axes_height, x, y, curves, instants, legend, notes }
         })
         .collect()
@@ -220,8 +220,9 @@ fn tight(panel: &Panel, padded: Range) -> Range {
     if in_order && hi - lo > 0.9 * (padded.hi - padded.lo) { Range { lo, hi } } else { padded }
 }
 
-/// Part of a vertical axis above its last or below its first label that is long.
-const BARE: f64 = 0.16;
+/// Largest part of a vertical axis above its last or below its first label. Where more of it is bare, finer
+/// ticks are tried, as an axis without a label near its ends does not say how far it goes.
+const MOST_BARE: f64 = 0.16;
 
 /// Ticks of y, a line of text and more apart.
 fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
@@ -229,14 +230,14 @@ fn vertical(axis: &Axis, range: Range, height: f64) -> Side {
     let mut ticks = some_ticks(axis, range, height / 42.0, most);
     // Without a label near its ends an axis does not say how far it goes: a finer step, if there is room for
     // one that does.
-    if axis.scale == Scale::Linear && ticks.bare(range) > BARE {
+    if axis.scale == Scale::Linear && ticks.bare(range) > MOST_BARE {
         let counts = ticks.major.len() + 1..=libm::floor(most) as usize;
         let finer = || counts.clone().map(|count| ticks::linear(range, count));
-        let enough = finer().find(|finer| finer.bare(range) <= BARE);
+        let enough = finer().find(|finer| finer.bare(range) <= MOST_BARE);
         let best = enough.or_else(|| finer().min_by(|a, b| a.bare(range).total_cmp(&b.bare(range))));
         ticks = best.filter(|best| best.bare(range) < ticks.bare(range)).unwrap_or(ticks);
     }
-    side(axis, range, ticks, height + 2.0 * ROW)
+    side(axis, range, ticks, height + 2.0 * ROW_HEIGHT)
 }
 
 /// Ticks of x, farther apart than any label is wide.
@@ -246,7 +247,7 @@ fn horizontal(axis: &Axis, range: Range, width: f64) -> Side {
     // leaves its tick bare.
     let mut end = f64::NEG_INFINITY;
     let (labelled, bare): (Vec<_>, Vec<_>) = ticks.major.into_iter().partition(|(at, label)| {
-        let (middle, half) = (range.part(*at) * width, 0.5 * measure::width(label, FONT));
+        let (middle, half) = (range.part(*at) * width, 0.5 * measure::width(label, FONT_SIZE));
         let free = middle - half > end + 6.0;
         if free {
             end = middle + half;
@@ -273,7 +274,7 @@ fn side(axis: &Axis, range: Range, ticks: Ticks, room: f64) -> Side {
         "" => String::new(),
         factor => format!("  ({factor})"),
     };
-    let title = measure::fitted(&axis.title, FONT, room - measure::width(&factor, FONT));
+    let title = measure::fitted(&axis.title, FONT_SIZE, room - measure::width(&factor, FONT_SIZE));
     Side {
         range,
         log: axis.scale == Scale::Log,
@@ -283,8 +284,9 @@ fn side(axis: &Axis, range: Range, ticks: Ticks, room: f64) -> Side {
     }
 }
 
-/// Dashes on a curve that goes up and down this many times the width of its axes make it a blur.
-const DENSE: f64 = 6.0;
+/// Length of all ups and downs of a curve, in widths of its axes, above which it is drawn solid. Dashes would
+/// make it a blur.
+const DENSE_CLIMB: f64 = 6.0;
 
 fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -> Vec<StyledSeries<'a>> {
     let climb = |series: &Series| -> f64 {
@@ -295,7 +297,7 @@ fn curves<'a>(panel: &'a Panel, x: &Side, y: &Side, [width, height]: [f64; 2]) -
     let forward = |series: &Series| {
         series.points.windows(2).all(|pair| x.coordinate(pair[0][0]) <= x.coordinate(pair[1][0]))
     };
-    let dense = |series: &Series| forward(series) && climb(series) > DENSE * width;
+    let dense = |series: &Series| forward(series) && climb(series) > DENSE_CLIMB * width;
 
     panel
         .series
@@ -331,9 +333,11 @@ fn legend(panel: &Panel, curves: &[StyledSeries<'_>], width: f64) -> Vec<Vec<Ent
     let mut rows: Vec<Vec<Entry>> = Vec::new();
     let mut x = f64::INFINITY;
     for (name, sample) in of_curves.chain(of_instants).filter(|(name, _)| !name.is_empty()) {
-        // What a name ends with tells it from others: it goes on in the next row.
-        for (line, name) in measure::wrapped(name, FONT, width - SAMPLE - 8.0).into_iter().enumerate() {
-            let needs = SAMPLE + 6.0 + measure::width(&name, FONT);
+        // The end of a name distinguishes it from others: it continues in the next row.
+        for (line, name) in
+            measure::wrapped(name, FONT_SIZE, width - SAMPLE_LENGTH - 8.0).into_iter().enumerate()
+        {
+            let needs = SAMPLE_LENGTH + 6.0 + measure::width(&name, FONT_SIZE);
             if line > 0 || x + needs > width {
                 rows.push(Vec::new());
                 x = 0.0;
@@ -347,7 +351,7 @@ fn legend(panel: &Panel, curves: &[StyledSeries<'_>], width: f64) -> Vec<Vec<Ent
     rows
 }
 
-/// What the picture cannot show, said in words.
+/// What the picture cannot show, in words.
 fn notes(panel: &Panel, x: &Side, y: &Side) -> Vec<String> {
     let points = || panel.series.iter().flat_map(|series| &series.points);
     let finite = |point: &&[f64; 2]| point[0].is_finite() && point[1].is_finite();

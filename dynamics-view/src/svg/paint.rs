@@ -5,17 +5,18 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
 
-use super::layout::{Look, Plot, ROW, SAMPLE, Sample, StyledSeries, TICK};
-use super::{FONT, MARGIN};
+use super::layout::{Look, Plot, ROW_HEIGHT, SAMPLE_LENGTH, Sample, StyledSeries, TICK_LENGTH};
+use super::{FONT_SIZE, MARGIN};
 use crate::chart::Mark;
 use crate::reduce;
 use crate::text::{pixel, xml};
 
-/// Pixels beyond which a curve that leaves its axes is as good as at infinity.
-const FAR: f64 = 1e5;
+/// Farthest place of a point in pixels. Beyond, a curve that leaves its axes is as good as at infinity.
+const FARTHEST: f64 = 1e5;
 
-/// The mean distance in pixels below which upright lines hide what they should mark.
-const CROWDED: f64 = 24.0;
+/// Mean distance of upright lines in pixels below which they hide the curves. They are drawn at the upper
+/// edge alone.
+const CROWDED_BELOW: f64 = 24.0;
 
 /// The panel whose upper edge is at `top`.
 pub(super) fn plot(svg: &mut String, plot: &Plot<'_>, top: f64) {
@@ -44,7 +45,7 @@ pub(super) fn plot(svg: &mut String, plot: &Plot<'_>, top: f64) {
 
 fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
     for (row, entries) in plot.legend.iter().enumerate() {
-        let middle = top + (row as f64 + 0.5) * ROW - 2.0;
+        let middle = top + (row as f64 + 0.5) * ROW_HEIGHT - 2.0;
         for entry in entries {
             let x = plot.left + entry.x;
             match entry.sample {
@@ -53,7 +54,7 @@ fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
                 Some(Sample::Instant(kind)) => {
                     let path = format!(
                         "M{},{}V{}",
-                        pixel(x + 0.5 * SAMPLE),
+                        pixel(x + 0.5 * SAMPLE_LENGTH),
                         pixel(middle - 7.0),
                         pixel(middle + 7.0)
                     );
@@ -63,8 +64,8 @@ fn legend(svg: &mut String, plot: &Plot<'_>, top: f64) {
             let _ = writeln!(
                 svg,
                 "<text x=\"{}\" y=\"{}\">{}</text>",
-                pixel(x + SAMPLE + 6.0),
-                pixel(middle + 0.35 * FONT),
+                pixel(x + SAMPLE_LENGTH + 6.0),
+                pixel(middle + 0.35 * FONT_SIZE),
                 xml(&entry.name)
             );
         }
@@ -77,16 +78,20 @@ fn sample(svg: &mut String, look: Look, [x, y]: [f64; 2]) {
         return dots(
             svg,
             look,
-            &[[x + 0.35 * SAMPLE, y - 2.0], [x + 0.5 * SAMPLE, y + 2.0], [x + 0.65 * SAMPLE, y - 1.0]],
+            &[
+                [x + 0.35 * SAMPLE_LENGTH, y - 2.0],
+                [x + 0.5 * SAMPLE_LENGTH, y + 2.0],
+                [x + 0.65 * SAMPLE_LENGTH, y - 1.0],
+            ],
         );
     }
     if look.mark != Mark::Points {
-        let ends = pairs(&[[x, y], [x + SAMPLE, y]]);
+        let ends = pairs(&[[x, y], [x + SAMPLE_LENGTH, y]]);
         let _ =
             writeln!(svg, "<polyline points=\"{ends}\" fill=\"none\" stroke-width=\"2\"{}/>", stroke(look));
     }
     if look.mark != Mark::Line {
-        sign(svg, look, [x + 0.5 * SAMPLE, y], false, None);
+        sign(svg, look, [x + 0.5 * SAMPLE_LENGTH, y], false, None);
     }
 }
 
@@ -96,7 +101,7 @@ fn upright(kind: usize) -> String {
     format!(" stroke=\"#8a94a0\" stroke-width=\"1.2\" stroke-dasharray=\"{dashes}\"")
 }
 
-/// The upright lines of one kind, those that can be told apart.
+/// The upright lines of one kind, as far as they can be distinguished.
 fn instants(svg: &mut String, plot: &Plot<'_>, kind: usize, at: &[f64]) {
     let mut places: Vec<f64> = Vec::new();
     for at in at {
@@ -106,7 +111,7 @@ fn instants(svg: &mut String, plot: &Plot<'_>, kind: usize, at: &[f64]) {
         }
     }
     // Where lines would stand too close to see a curve behind them, they stay at the upper edge.
-    let crowded = places.len() as f64 > plot.width / CROWDED;
+    let crowded = places.len() as f64 > plot.width / CROWDED_BELOW;
     let foot = if crowded { 7.0 } else { plot.axes_height };
     let mut path = String::new();
     for x in places {
@@ -159,12 +164,12 @@ fn grid(svg: &mut String, plot: &Plot<'_>, top: f64) {
     );
     svg.push_str("<g text-anchor=\"middle\" fill=\"#48525e\">\n");
     for (at, label) in &plot.x.ticks.major {
-        let (x, y) = (pixel(at_x(*at)), pixel(bottom + TICK + FONT));
+        let (x, y) = (pixel(at_x(*at)), pixel(bottom + TICK_LENGTH + FONT_SIZE));
         let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y}\">{label}</text>");
     }
     svg.push_str("</g>\n<g text-anchor=\"end\" fill=\"#48525e\">\n");
     for (at, label) in &plot.y.ticks.major {
-        let (x, y) = (pixel(left - TICK), pixel(at_y(*at) + 0.35 * FONT));
+        let (x, y) = (pixel(left - TICK_LENGTH), pixel(at_y(*at) + 0.35 * FONT_SIZE));
         let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y}\">{label}</text>");
     }
     svg.push_str("</g>\n");
@@ -176,10 +181,10 @@ fn titles(svg: &mut String, plot: &Plot<'_>, top: f64) {
         svg,
         "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
         pixel(plot.left + 0.5 * plot.width),
-        pixel(bottom + TICK + ROW + FONT),
+        pixel(bottom + TICK_LENGTH + ROW_HEIGHT + FONT_SIZE),
         xml(&plot.x.title)
     );
-    let (x, y) = (pixel(MARGIN + FONT - 2.0), pixel(top + 0.5 * plot.axes_height));
+    let (x, y) = (pixel(MARGIN + FONT_SIZE - 2.0), pixel(top + 0.5 * plot.axes_height));
     let _ = writeln!(
         svg,
         "<text transform=\"translate({x},{y}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
@@ -190,7 +195,7 @@ fn titles(svg: &mut String, plot: &Plot<'_>, top: f64) {
             svg,
             "<text x=\"{}\" y=\"{}\" font-size=\"11\" fill=\"#a2542a\">{}</text>",
             pixel(plot.left),
-            pixel(bottom + TICK + 2.0 * ROW + (row as f64) * ROW + FONT),
+            pixel(bottom + TICK_LENGTH + 2.0 * ROW_HEIGHT + (row as f64) * ROW_HEIGHT + FONT_SIZE),
             xml(note)
         );
     }
@@ -206,7 +211,7 @@ fn draw(svg: &mut String, plot: &Plot<'_>, curve: &StyledSeries<'_>) {
             let x = plot.x.range.part(plot.x.coordinate(point[0])) * plot.width;
             let y = (1.0 - plot.y.range.part(plot.y.coordinate(point[1]))) * plot.axes_height;
             let place = [x, y];
-            place.iter().all(|p| p.is_finite()).then(|| place.map(|p| p.clamp(-FAR, FAR)))
+            place.iter().all(|p| p.is_finite()).then(|| place.map(|p| p.clamp(-FARTHEST, FARTHEST)))
         })
         .collect();
     if curve.look.mark == Mark::Dots {
@@ -273,7 +278,7 @@ fn line(svg: &mut String, curve: &StyledSeries<'_>, points: &[[f64; 2]]) {
             let (pairs, stroke) = (pairs(points), stroke(look));
             let _ = match curve.series.labels.as_slice() {
                 [] => writeln!(svg, "<polyline points=\"{pairs}\"{stroke}/>"),
-                // Pointed at, it says its name: beside others of its colour that is what tells it.
+                // A tooltip shows its name, which distinguishes it from others of the same colour.
                 _ => writeln!(
                     svg,
                     "<polyline points=\"{pairs}\"{stroke}><title>{}</title></polyline>",

@@ -264,8 +264,11 @@ fn boxes(svg: &str) -> Vec<([f64; 4], &str)> {
             anchor = "start";
         } else if tag.starts_with("text") && !tag.contains("transform") {
             let own = if tag.contains("text-anchor") { attribute(tag, "text-anchor") } else { anchor };
-            let size =
-                if tag.contains("font-size") { attribute(tag, "font-size").parse().unwrap() } else { FONT };
+            let size = if tag.contains("font-size") {
+                attribute(tag, "font-size").parse().unwrap()
+            } else {
+                FONT_SIZE
+            };
             let place = |name: &str| attribute(tag, name).parse::<f64>().unwrap();
             // Real glyphs are narrower than the layout's careful measure.
             let width = 0.93 * measure::width(content, size);
@@ -316,7 +319,7 @@ fn no_text_covers_another_or_leaves_the_page() {
             for upright in svg.split("translate(").skip(1) {
                 let x: f64 = upright.split(',').next().unwrap().parse().unwrap();
                 let left_of_it =
-                    boxes.iter().filter(|(edges, _)| edges[0] < x + 0.2 * FONT && edges[3] > 45.0);
+                    boxes.iter().filter(|(edges, _)| edges[0] < x + 0.2 * FONT_SIZE && edges[3] > 45.0);
                 assert_eq!(left_of_it.count(), 0, "the title of y at {x} is covered");
             }
             for (k, (a, text)) in boxes.iter().enumerate() {

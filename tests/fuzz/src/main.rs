@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --seconds 20
-//! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --case 4711   # one case again, its input printed
+//! # One case again, its input printed.
+//! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --case 4711
 //! ```
 //! `--from N` starts at another case, `--threads N`, `--limit SECONDS` per case, `--stack MEBIBYTES` per
 //! case; `--seeds FOLDER` writes the models for the coverage-guided target.

@@ -82,7 +82,8 @@ fn what_has_no_mass_is_named_with_the_parameter() {
     assert!(coordinates.names().eq(["x", "y"]) && parameters.names().eq(["m"]), "{error}");
     says(
         Err::<(), _>(error),
-        "`x`, `y` have no inertia at this state; give what moves with them a positive mass (parameter `m` is 0)",
+        "`x`, `y` have no inertia at this state; give what moves with them a positive mass (parameter \
+         `m` is 0)",
     );
 }
 

@@ -341,7 +341,9 @@ fn program(cases: &[&Case]) -> String {
         let module = &case.module;
         text += &format!(
             "        (\"{module}\", &judge::Derived \
-             {{ model: {module}::glue::model(), own: {module}::glue::own, slopes: (&judge::Find({module}::glue::model)).slopes(), report: {module}::glue::REPORT, interpreted: {module}::glue::INTERPRETED }}),\n"
+             {{ model: {module}::glue::model(), own: {module}::glue::own, \
+             slopes: (&judge::Find({module}::glue::model)).slopes(), report: {module}::glue::REPORT, \
+             interpreted: {module}::glue::INTERPRETED }}),\n"
         );
     }
     text + "    ]);\n}\n"

@@ -38,7 +38,12 @@ pub fn glue(text: &str, interpreted: &str) -> String {
     // Nothing here may be called anything that the model's names could shadow.
     format!(
         "pub mod glue \
-         {{\n    pub const REPORT: &::core::primitive::str = super::{name}::REPORT;\n    pub const INTERPRETED: &::core::primitive::str = {interpreted:?};\n    pub fn model() -> super::{name} {{ super::{literal} }}\n    pub fn own(model: &super::{name}, q: &::dynamics::model::Coordinates<super::{name}>, own: &mut ::judge::Own) {{\n{calls}    }}\n}}\n"
+         {{\n\
+         \x20   pub const REPORT: &::core::primitive::str = super::{name}::REPORT;\n\
+         \x20   pub const INTERPRETED: &::core::primitive::str = {interpreted:?};\n\
+         \x20   pub fn model() -> super::{name} {{ super::{literal} }}\n\
+         \x20   pub fn own(model: &super::{name}, q: &::dynamics::model::Coordinates<super::{name}>, \
+         own: &mut ::judge::Own) {{\n{calls}    }}\n}}\n"
     )
 }
 

@@ -245,9 +245,12 @@ proptest! {
         let mut compiled = vec![0.0; Words::OUTPUTS.len()];
         model.outputs(&state, &mut compiled).expect("the pitch is away from a right angle");
         let all = [
-            model.frames(&q).flat(), model.rates(&q).flat(), model.accelerations_seen(&q).flat(), model.momenta(&q).flat(),
-            model.plane(&q).flat(), model.planar_body(&q).flat(), model.curvilinear(&q).flat(), model.parameters(&q).flat(),
-            model.solids(&q).flat(), model.hinges(&q).flat(), model.fewer_rows(&q).flat(), model.bolts(&q).flat(),
+            model.frames(&q).flat(), model.rates(&q).flat(), model.accelerations_seen(&q).flat(),
+                model.momenta(&q).flat(),
+            model.plane(&q).flat(), model.planar_body(&q).flat(), model.curvilinear(&q).flat(),
+                model.parameters(&q).flat(),
+            model.solids(&q).flat(), model.hinges(&q).flat(), model.fewer_rows(&q).flat(),
+                model.bolts(&q).flat(),
             model.sliding_planes(&q).flat(), model.wheels(&q).flat(), model.joints_of_the_plane(&q).flat(),
         ].concat();
         prop_assert_eq!(all.len(), compiled.len());
@@ -307,7 +310,10 @@ macro_rules! on_a_joint {
             }
             #[holonomic]
             fn joint(&self, q: &Coordinates<Self>) -> [Expr; $rows] {
-                Joint::$joint(Frame::new(self.anchor, self.axes), self.body(q).frame.frame(self.corner, Mat3::IDENTITY))
+                Joint::$joint(
+                    Frame::new(self.anchor, self.axes),
+                    self.body(q).frame.frame(self.corner, Mat3::IDENTITY)
+                )
             }
         }
         impl $Name {

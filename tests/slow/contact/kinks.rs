@@ -174,7 +174,10 @@ const TOLERANCES: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
 
 /// Runs at every tolerance with every method whose steps follow the error.
 macro_rules! with_all_methods {
-    ($model:expr, $start:expr, $until:expr, |$method:ident, $tolerance:ident, $motion:ident| $check:block) => {
+    (
+        $model:expr, $start:expr, $until:expr,
+        |$method:ident, $tolerance:ident, $motion:ident| $check:block
+    ) => {
         for $tolerance in TOLERANCES {
             let run = || $model.simulate($start).until($until).tolerance($tolerance);
             for ($method, $motion) in [

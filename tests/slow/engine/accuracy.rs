@@ -187,28 +187,44 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn double_pendulum_within_20_eps(q in numbers(2, -10.0, 10.0), u in numbers(2, -5.0, 5.0), p in numbers(4, 0.1, 3.0)) {
+    fn double_pendulum_within_20_eps(
+        q in numbers(2, -10.0, 10.0),
+        u in numbers(2, -5.0, 5.0),
+        p in numbers(4, 0.1, 3.0)
+    ) {
         let c = compile(double_pendulum()).expect("a good model");
         let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };
         check(&c, &links(None, &p[..2], &p[2..], 9.81, &v), &v)?;
     }
 
     #[test]
-    fn spherical_pendulum_within_20_eps(q in numbers(2, -10.0, 10.0), u in numbers(2, -5.0, 5.0), p in numbers(2, 0.1, 3.0)) {
+    fn spherical_pendulum_within_20_eps(
+        q in numbers(2, -10.0, 10.0),
+        u in numbers(2, -5.0, 5.0),
+        p in numbers(2, 0.1, 3.0)
+    ) {
         let c = compile(spherical_pendulum()).expect("a good model");
         let v = Values { q, u, p: vec![p[0], p[1], 9.81], ..Values::default() };
         check(&c, &spherical(&v), &v)?;
     }
 
     #[test]
-    fn cart_pole_within_20_eps(q in numbers(2, -10.0, 10.0), u in numbers(2, -5.0, 5.0), p in numbers(3, 0.5, 2.0)) {
+    fn cart_pole_within_20_eps(
+        q in numbers(2, -10.0, 10.0),
+        u in numbers(2, -5.0, 5.0),
+        p in numbers(3, 0.5, 2.0)
+    ) {
         let c = compile(chain(1)).expect("a good model");
         let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };
         check(&c, &links(Some(p[0]), &p[1..2], &p[2..3], 9.81, &v), &v)?;
     }
 
     #[test]
-    fn chain_of_ten_within_20_eps(q in numbers(11, -10.0, 10.0), u in numbers(11, -5.0, 5.0), p in numbers(21, 0.5, 2.0)) {
+    fn chain_of_ten_within_20_eps(
+        q in numbers(11, -10.0, 10.0),
+        u in numbers(11, -5.0, 5.0),
+        p in numbers(21, 0.5, 2.0)
+    ) {
         let c = compile(chain(10)).expect("a good model");
         let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };
         check(&c, &links(Some(p[0]), &p[1..11], &p[11..21], 9.81, &v), &v)?;
@@ -216,7 +232,11 @@ proptest! {
 
     // Solved through levers, without M.
     #[test]
-    fn chain_of_sixteen_within_20_eps(q in numbers(17, -10.0, 10.0), u in numbers(17, -5.0, 5.0), p in numbers(33, 0.5, 2.0)) {
+    fn chain_of_sixteen_within_20_eps(
+        q in numbers(17, -10.0, 10.0),
+        u in numbers(17, -5.0, 5.0),
+        p in numbers(33, 0.5, 2.0)
+    ) {
         let c = compile(chain(16)).expect("a good model");
         let v = Values { q, u, p: [&p[..], &[9.81]].concat(), ..Values::default() };
         check(&c, &links(Some(p[0]), &p[1..17], &p[17..33], 9.81, &v), &v)?;
@@ -224,7 +244,12 @@ proptest! {
 
     // Solved for the tensions of rods, masses over four decades.
     #[test]
-    fn uneven_chain_of_six_within_20_eps(q in numbers(7, -10.0, 10.0), u in numbers(7, -5.0, 5.0), l in numbers(6, 0.5, 2.0), m in numbers(7, -2.0, 2.0)) {
+    fn uneven_chain_of_six_within_20_eps(
+        q in numbers(7, -10.0, 10.0),
+        u in numbers(7, -5.0, 5.0),
+        l in numbers(6, 0.5, 2.0),
+        m in numbers(7, -2.0, 2.0)
+    ) {
         let c = compile(chain(6)).expect("a good model");
         let m: Vec<f64> = m.into_iter().map(|m| 10f64.powf(m)).collect();
         let v = Values { q, u, p: [&m[..], &l, &[9.81]].concat(), ..Values::default() };

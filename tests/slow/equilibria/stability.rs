@@ -501,7 +501,10 @@ fn what_is_weak_decides_beside_what_is_strong() {
     // Damping of one of two that are not coupled leaves the other; a little of both is enough; a drive takes
     // over.
     let judged = of(&Weak { drag: [0.3, 0.0], ..WEAK });
-    let swings = |verdict| matches!(verdict, StabilityVerdict::Marginal(Undecided::Swings { frequency }) if frequency == 2.0);
+    let swings = |verdict| {
+        matches!(verdict,
+        StabilityVerdict::Marginal(Undecided::Swings { frequency }) if frequency == 2.0)
+    };
     assert!(swings(judged.verdict), "{judged}");
     for (load, drag) in [(0.0, [0.3, 1e-9]), (1e9, [0.3, 1e-9]), (0.0, [1e-9, 1e-9])] {
         let judged = of(&Weak { drag, load, ..WEAK });

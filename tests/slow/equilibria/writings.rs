@@ -156,7 +156,11 @@ fn a_dumbbell_satellite_points_down() {
             );
             if theta != 0.0 {
                 let (place, verdict, _) = judged!(model, start(std::f64::consts::FRAC_PI_2));
-                let grows = matches!(verdict, StabilityVerdict::Divergence { growth, .. } if (growth / rate - 1.7).abs() < 0.1);
+                let grows = matches!(
+                    verdict,
+                    StabilityVerdict::Divergence { growth, .. }
+                    if (growth / rate - 1.7).abs() < 0.1
+                );
                 assert!(grows, "{k} {theta}: {place:?} {verdict:?}");
             }
         }

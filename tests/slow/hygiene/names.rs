@@ -8,7 +8,8 @@ mod lower_case {
     macro_rules! taken {
         ($($name:ident)*) => { $(pub(crate) static $name: u8 = 0;)* };
     }
-    taken!(v0 v1 v2 q u t w a k x z state model lambda branches values value name side i j f error index matrix terms);
+    taken!(v0 v1 v2 q u t w a k x z state model lambda branches values
+        value name side i j f error index matrix terms);
     const modes: u8 = 0;
     const memory: u8 = 0;
     const accelerations: u8 = 0;

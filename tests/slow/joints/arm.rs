@@ -82,14 +82,23 @@ proptest! {
         let mass = model.mass_matrix(&state);
         for k in 0..7 {
             let scale: f64 = (0..7).map(|j| (mass[(k, j)] * found[j]).abs()).sum::<f64>() + 10.0;
-            prop_assert!((needed[k] - motors[k]).abs() < 1e-12 * scale, "{k}: {} for {}", needed[k], motors[k]);
+            prop_assert!(
+                (needed[k] - motors[k]).abs() < 1e-12 * scale,
+                "{k}: {} for {}",
+                needed[k], motors[k]
+            );
         }
         // And asked for by itself, at any accelerations: what the motors have to give beside what they do.
         let wanted: [f64; 7] = core::array::from_fn(|k| motors[6 - k] - q[k]);
-        let (asked, by_hand) = (model.inverse_dynamics(&state, &wanted.into()), torques(&model, q, u, wanted));
+        let (asked, by_hand) =
+            (model.inverse_dynamics(&state, &wanted.into()), torques(&model, q, u, wanted));
         for k in 0..7 {
             let scale: f64 = (0..7).map(|j| (mass[(k, j)] * wanted[j]).abs()).sum::<f64>() + 30.0;
-            prop_assert!((asked[k] - (by_hand[k] - motors[k])).abs() < 1e-12 * scale, "{k}: {} for {}", asked[k], by_hand[k]);
+            prop_assert!(
+                (asked[k] - (by_hand[k] - motors[k])).abs() < 1e-12 * scale,
+                "{k}: {} for {}",
+                asked[k], by_hand[k]
+            );
         }
     }
 }
@@ -133,7 +142,9 @@ macro_rules! twice {
                 fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                     let (frames, mut sum) = (self.frames(q), Expr::ZERO);
                     for i in 0..4 {
-                        sum += RigidBody::new(self.m[i], self.centers[i], self.inertias[i], frames[i]).kinetic_energy();
+                        sum +=
+                            RigidBody::new(self.m[i], self.centers[i], self.inertias[i], frames[i])
+                                .kinetic_energy();
                     }
                     // Something that is no body.
                     sum + 0.5 * self.m[0] * frames[3].origin().dt().norm_squared()
@@ -158,8 +169,10 @@ macro_rules! twice {
                 fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                     let (frames, mut sum) = (self.frames(q), Expr::ZERO);
                     for i in 0..4 {
-                        let (center, omega) = (frames[i].point(self.centers[i]), frames[i].angular_velocity_in_body());
-                        sum += 0.5 * self.m[i] * center.dt().norm_squared() + 0.5 * omega.dot(self.inertias[i] * omega);
+                        let (center, omega) =
+                            (frames[i].point(self.centers[i]), frames[i].angular_velocity_in_body());
+                        sum += 0.5 * self.m[i] * center.dt().norm_squared()
+                            + 0.5 * omega.dot(self.inertias[i] * omega);
                     }
                     sum + 0.5 * self.m[0] * frames[3].origin().dt().norm_squared()
                 }
@@ -179,18 +192,27 @@ macro_rules! twice {
                     q in proptest::array::uniform4(-1.3..1.3_f64),
                     u in proptest::array::uniform4(-2.0..2.0_f64),
                 ) {
-                    prop_assert!(is_derived_from_bodies(Said::REPORT) && !is_derived_from_bodies(Written::REPORT));
+                    prop_assert!(
+                        is_derived_from_bodies(Said::REPORT)
+                        && !is_derived_from_bodies(Written::REPORT)
+                    );
                     let (m, l, tilt, gravity) = ([1.0, 0.7, 1.9, 0.4], 0.8, 0.3, Vec3::new(1.0, -2.0, -9.0));
                     let centers = [1.0, 2.0, 3.0, 4.0].map(|i| Vec3::new(0.1 * i, 0.2 - 0.05 * i, 0.3));
                     let inertias = [1.0, 2.0, 3.0, 4.0].map(|i| {
-                        Mat3::from([[0.9 + 0.1 * i, 0.1, -0.05], [0.1, 0.9, 0.02 * i], [-0.05, 0.02 * i, 0.7]])
+                        Mat3::from([
+                            [0.9 + 0.1 * i, 0.1, -0.05],
+                            [0.1, 0.9, 0.02 * i],
+                            [-0.05, 0.02 * i, 0.7]
+                        ])
                     });
                     let said = Said { m, centers, inertias, l, tilt, gravity };
                     let written = Written { m, centers, inertias, l, tilt, gravity };
-                    let (mut one, mut other) = (said.state().build().expect("finite"), written.state().build().expect("finite"));
+                    let (mut one, mut other) =
+                        (said.state().build().expect("finite"), written.state().build().expect("finite"));
                     (one.q, one.u) = (q.into(), u.into());
                     (other.q, other.u) = (q.into(), u.into());
-                    let (a, b) = (said.accelerations(&one).expect("regular"), written.accelerations(&other).expect("regular"));
+                    let a = said.accelerations(&one).expect("regular");
+                    let b = written.accelerations(&other).expect("regular");
                     prop_assert!((a - b).norm() < 1e-11 * (1.0 + b.norm()), "{a} and {b}");
                     let (a, b) = (said.momenta(&one), written.momenta(&other));
                     prop_assert!((a - b).norm() < 1e-12 * (1.0 + b.norm()), "{a} and {b}");
@@ -309,10 +331,15 @@ proptest! {
         // All turns about z with the body, and no force does: L_z is the momentum of its angle, which comes
         // from T alone, and stays.
         let of_angle = (wings.mass_matrix(&state) * state.u)[0];
-        prop_assert!((momentum.z.value() - of_angle).abs() < 1e-13 * 10.0, "{} and {of_angle}", momentum.z.value());
+        prop_assert!(
+            (momentum.z.value() - of_angle).abs() < 1e-13 * 10.0,
+            "{} and {of_angle}",
+            momentum.z.value()
+        );
         prop_assert!(momentum.z.rate().abs() < 1e-12 * 10.0, "{} is left", momentum.z.rate());
         // R Rᵀω is ω, whatever R mirrors.
-        let back = wings.left(&jets, mirror.into()).frame.vector(Vec3::new(compiled[3], compiled[4], compiled[5]));
+        let back =
+            wings.left(&jets, mirror.into()).frame.vector(Vec3::new(compiled[3], compiled[4], compiled[5]));
         prop_assert!((back.value() - Vec3::new(compiled[0], compiled[1], compiled[2])).norm() < 1e-13);
         for (compiled, seen) in compiled.iter().zip(&seen) {
             prop_assert!((compiled - seen).abs() < 1e-13, "{compiled} and {seen}");

@@ -77,13 +77,18 @@ macro_rules! pair {
     };
 }
 
-pair!(Free, [angles: [rad; 6]], |q, k| Mat3::euler(EulerSequence::Zyx, [q.angles[3 * k], q.angles[3 * k + 1], q.angles[3 * k + 2]]), {});
+pair!(Free, [angles: [rad; 6]], |q, k|
+    Mat3::euler(EulerSequence::Zyx, [q.angles[3 * k], q.angles[3 * k + 1], q.angles[3 * k + 2]]), {});
 
-pair!(Jointed, [e: [_; 8]], |q, k| Mat3::euler_parameters([q.e[4 * k], q.e[4 * k + 1], q.e[4 * k + 2], q.e[4 * k + 3]]), {
+pair!(Jointed, [e: [_; 8]], |q, k|
+    Mat3::euler_parameters([q.e[4 * k], q.e[4 * k + 1], q.e[4 * k + 2], q.e[4 * k + 3]]), {
     #[holonomic]
     fn units(&self, q: &Coordinates<Self>) -> [Expr; 2] {
         let [a, b, c, d, e, f, g, h] = q.e;
-        [EulerParameters::new([a, b, c, d]).norm_constraint(), EulerParameters::new([e, f, g, h]).norm_constraint()]
+        [
+            EulerParameters::new([a, b, c, d]).norm_constraint(),
+            EulerParameters::new([e, f, g, h]).norm_constraint()
+        ]
     }
     /// Hung in each other: universal joints let the motor work on two axes.
     #[holonomic]
@@ -168,7 +173,9 @@ proptest! {
         rates in proptest::array::uniform6(-2.0..2.0_f64),
     ) {
         let model = Free::of_numbers();
-        let state = model.state().place(place).angles(angles).place_rate(velocity).angles_rate(rates).build().expect("finite");
+        let state =
+            model.state().place(place).angles(angles).place_rate(velocity)
+            .angles_rate(rates).build().expect("finite");
         let accelerations = model.accelerations(&state).expect("pitches are away from right angles");
         let q = Free::coordinates_with(&state, &accelerations, &[]);
         let scale = 1.0 + accelerations.norm();
@@ -203,7 +210,8 @@ proptest! {
         for k in 0..2 {
             let (a, b) = (model.body(&q, k), model.body(&seen, k));
             let accelerations = [turn * a.center_of_mass().dt().rate(), b.center_of_mass().dt().rate()];
-            let spins = [a.frame.angular_velocity_in_body().rate(), b.frame.angular_velocity_in_body().rate()];
+            let spins =
+                [a.frame.angular_velocity_in_body().rate(), b.frame.angular_velocity_in_body().rate()];
             for [a, b] in [accelerations, spins] {
                 prop_assert!((a - b).norm() < 1e-10 * (1.0 + a.norm()), "{a:?} and {b:?}");
             }

@@ -59,11 +59,16 @@ macro_rules! held {
 /// A free body with Euler parameters and a joint to the world, beside the same body in minimal coordinates.
 /// The numbers are the coordinates and rates with which it starts.
 macro_rules! joint {
-    ($module:ident, |$a:ident, $b:ident| $joint:expr, $rows:literal, [$($c:ident: $q:expr, $u:expr);*], |$s:ident, $v:ident| $frame:expr) => {
+    (
+        $module:ident, |$a:ident, $b:ident| $joint:expr, $rows:literal,
+        [$($c:ident: $q:expr, $u:expr);*],
+        |$s:ident, $v:ident| $frame:expr
+    ) => {
         mod $module {
             use super::*;
 
-            held!(Jointed, [place: [_; 3], e: [_; 4]], |_s, q| Frame::new(Vec3::from(q.place), EulerParameters::new(q.e).rotation()), {
+            held!(Jointed, [place: [_; 3], e: [_; 4]], |_s, q|
+                Frame::new(Vec3::from(q.place), EulerParameters::new(q.e).rotation()), {
                 #[holonomic]
                 fn unit(&self, q: &Coordinates<Self>) -> Expr {
                     EulerParameters::new(q.e).norm_constraint()
@@ -86,7 +91,8 @@ macro_rules! joint {
                     model.body(&Minimal::coordinates_with(state, &SVector::zeros(), &[])).frame
                 };
                 let at = frame(&minimal, &first);
-                let (place, rotation, w) = (at.origin(), at.rotation().value(), at.angular_velocity_in_body().value());
+                let (place, rotation, w) =
+                    (at.origin(), at.rotation().value(), at.angular_velocity_in_body().value());
                 let e = rotation.to_euler_parameters().expect("a rotation");
                 let v = Vec3::new(e[1], e[2], e[3]);
                 let rate = 0.5 * (e[0] * w + v.cross(w));
@@ -118,7 +124,8 @@ macro_rules! joint {
     };
 }
 
-joint!(revolute, |a, b| Joint::revolute(a, b), 5, [a: 0.3, 1.0], |s, q| Frame::new(s.anchor, s.axes * Mat3::rotation_z(q.a)));
+joint!(revolute, |a, b| Joint::revolute(a, b), 5, [a: 0.3, 1.0],
+    |s, q| Frame::new(s.anchor, s.axes * Mat3::rotation_z(q.a)));
 joint!(cylindrical, |a, b| Joint::cylindrical(a, b), 4, [x: 0.2, -0.5; a: 0.3, 2.0], |s, q| {
     Frame::new(s.anchor, s.axes).frame(vec3(0.0, 0.0, q.x), Mat3::rotation_z(q.a))
 });
@@ -129,7 +136,8 @@ joint!(universal, |a, b| Joint::universal(a, b), 4, [a: 0.3, 1.2; b: -0.8, 0.9],
     let quarter = core::f64::consts::FRAC_PI_2;
     Frame::new(s.anchor, s.axes * Mat3::rotation_z(q.a) * Mat3::rotation_x(-quarter) * Mat3::rotation_z(q.b))
 });
-joint!(spherical, |a, b| Joint::spherical(a, b).to_array(), 3, [a: 0.3, 1.2; b: -0.4, 0.9; c: 0.5, -1.0], |s, q| {
+joint!(spherical, |a, b| Joint::spherical(a, b).to_array(), 3,
+    [a: 0.3, 1.2; b: -0.4, 0.9; c: 0.5, -1.0], |s, q| {
     Frame::new(s.anchor, s.axes * Mat3::euler(EulerSequence::Zyx, [q.a, q.b, q.c]))
 });
 joint!(nut_in_euler_parameters, |a, b| Joint::screw(a, b, 0.4), 5, [a: 0.3, -9.0], |s, q| {
@@ -141,7 +149,8 @@ mod screw {
     use super::*;
 
     // The nut tilts by two angles, which the joint holds at zero, and turns by the third.
-    held!(Jointed, [place: [_; 3], angles: [rad; 3]], |s, q| Frame::new(Vec3::from(q.place), s.axes * Mat3::euler(EulerSequence::Xyz, q.angles)), {
+    held!(Jointed, [place: [_; 3], angles: [rad; 3]], |s, q|
+        Frame::new(Vec3::from(q.place), s.axes * Mat3::euler(EulerSequence::Xyz, q.angles)), {
         #[holonomic]
         fn joint(&self, q: &Coordinates<Self>) -> [Expr; 5] {
             let nut = self.body(q).frame.frame(self.corner, Mat3::IDENTITY);
@@ -186,14 +195,18 @@ mod screw {
 mod weld {
     use super::*;
 
-    held!(Bolted, [place: [_; 3], e: [_; 4]], |_s, q| Frame::new(Vec3::from(q.place), EulerParameters::new(q.e).rotation()), {
+    held!(Bolted, [place: [_; 3], e: [_; 4]], |_s, q|
+        Frame::new(Vec3::from(q.place), EulerParameters::new(q.e).rotation()), {
         #[holonomic]
         fn unit(&self, q: &Coordinates<Self>) -> Expr {
             EulerParameters::new(q.e).norm_constraint()
         }
         #[holonomic]
         fn joint(&self, q: &Coordinates<Self>) -> [Expr; 6] {
-            Joint::weld(Frame::new(self.anchor, self.axes), self.body(q).frame.frame(self.corner, Mat3::IDENTITY))
+            Joint::weld(
+                Frame::new(self.anchor, self.axes),
+                self.body(q).frame.frame(self.corner, Mat3::IDENTITY)
+            )
         }
     });
 

@@ -190,7 +190,9 @@ proptest! {
         let (model, state) = (linkage(), state(&values));
         let solved = solve_once(&model, &model.constants().unwrap(), &state);
         let general = with_workspace::<Linkage, _>(|workspace| solve_general(&model, &state, workspace));
-        let (Ok(solved), Ok(general)) = (solved, general) else { return Err(TestCaseError::reject("singular")) };
+        let (Ok(solved), Ok(general)) = (solved, general) else {
+            return Err(TestCaseError::reject("singular"));
+        };
         let (a, lambda) = (solved.accelerations, solved.multipliers);
         let size = a.norm() + lambda.norm();
         prop_assume!(size < 1e4);
@@ -228,7 +230,9 @@ proptest! {
         };
         let (jacobian, left) = (model.jacobian(&state), model.mass_matrix(&state) * delta);
         // The μ that comes closest.
-        let Some(across) = (jacobian * jacobian.transpose()).try_inverse() else { return Err(TestCaseError::reject("singular")) };
+        let Some(across) = (jacobian * jacobian.transpose()).try_inverse() else {
+            return Err(TestCaseError::reject("singular"));
+        };
         let mu = across * jacobian * left;
         let size = (delta.norm() + mu.norm()) * (1.0 + across.norm());
         prop_assume!(size < 1e4);
@@ -242,7 +246,9 @@ proptest! {
     #[test]
     fn linearisations_agree_with_differences(values in proptest::collection::vec(-1.5..1.5f64, 17)) {
         let (model, state) = (linkage(), state(&values));
-        let Ok(jacobian) = model.state_jacobian(&state) else { return Err(TestCaseError::reject("singular")) };
+        let Ok(jacobian) = model.state_jacobian(&state) else {
+            return Err(TestCaseError::reject("singular"));
+        };
         let a = model.accelerations(&state).unwrap();
         // Where elimination is near a singularity, differences say little.
         prop_assume!(a.norm() < 1e2 && jacobian.by_q.norm() < 1e3);
@@ -270,9 +276,15 @@ proptest! {
     fn terms_are_the_same(values in proptest::collection::vec(-1.5..1.5f64, 17)) {
         let (model, state) = (linkage(), state(&values));
         let (mut mass, mut force, mut jacobian, mut gamma) = ([1.0; 64], [1.0; 8], [1.0; 40], [1.0; 5]);
-        model.terms(&state, &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma });
+        model.terms(&state, &mut Terms {
+            mass: &mut mass,
+            force: &mut force,
+            jacobian: &mut jacobian,
+            gamma: &mut gamma
+        });
         let (m, q, j, g) =
-            (model.mass_matrix(&state), model.generalized_force(&state), model.jacobian(&state), model.gamma(&state));
+            (model.mass_matrix(&state), model.generalized_force(&state),
+                model.jacobian(&state), model.gamma(&state));
         (0..64).for_each(|i| near(mass[i], m[(i / 8, i % 8)], 1.0, "M"));
         (0..8).for_each(|i| near(force[i], q[i], 1.0, "Q"));
         (0..40).for_each(|i| near(jacobian[i], j[(i / 8, i % 8)], 1.0, "Φ_q"));

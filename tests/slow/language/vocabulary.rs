@@ -361,7 +361,8 @@ fn agree(position: [f64; 4], rates: [f64; 4], t: f64) -> Result<(), TestCaseErro
     let mut compiled = vec![0.0; Everything::OUTPUTS.len()];
     model.outputs(&state, &mut compiled).expect("the masses are positive");
     compare!(model, q, compiled;
-        sin cos tan asin acos atan sinh cosh tanh exp ln sqrt cbrt recip abs signum sin_cos powi powf power_of_power
+        sin cos tan asin acos atan sinh cosh tanh
+            exp ln sqrt cbrt recip abs signum sin_cos powi powf power_of_power
         atan2 hypot min max clamp mul_add smooth operators branches loops time vectors whole_vectors matrices
         angular_velocity angular_velocities euler_angles euler_parameters parameters);
 

@@ -18,7 +18,12 @@ pub(crate) trait Windows: Simulate {
 /// coordinates of its centre and its angle; every joint is a pair of rows: 3 (2N + 1) coordinates, 2 (3N + 1)
 /// rows, one degree of freedom, N more where the rods lie in one line.
 macro_rules! windows {
-    ($name:ident, windows: $windows:literal, standing: $standing:literal, rods: $rods:literal, between: $between:literal) => {
+    (
+        $name:ident, windows: $windows:literal,
+        standing: $standing:literal,
+        rods: $rods:literal,
+        between: $between:literal
+    ) => {
         /// N windows in absolute coordinates.
         #[derive(Clone, Debug, Dynamics)]
         #[coordinates(x: [m; $rods], y: [m; $rods], angle: [rad; $rods])]

@@ -269,7 +269,8 @@ fn energy_errors<const K: usize>(method: methods::Taylor, angle: f64, periods: [
     worst
 }
 
-/// |E − E₀| below 10⁻¹³ by the smallest tolerance, and below 10⁻¹³ of the energy itself, which is a twentieth of what T and V go through, in the shorter steps of order 16.
+/// |E − E₀| below 10⁻¹³ by the smallest tolerance, and below 10⁻¹³ of the energy itself, which is
+/// a twentieth of what T and V go through, in the shorter steps of order 16.
 ///
 /// What is left is the rounding of accelerations, once in each step: of twelve ellipses in other directions,
 /// orders by themselves leave 1.0e-13 at most, order 16 leaves 5.6e-14.

@@ -95,9 +95,11 @@ fn names_and_bounds_that_make_no_sense_are_refused() {
     let fit = || model.fit(start).data("x", data(20));
     assert_eq!(fit().run().unwrap_err(), FitError::NothingToFind);
     let error = fit().find(["stifness"]).run().unwrap_err();
-    assert!(
-        matches!(&error, FitError::Variable(VariableError::Unknown { nearest: Some(n), .. }) if n == "stiffness")
-    );
+    assert!(matches!(
+        &error,
+        FitError::Variable(VariableError::Unknown { nearest: Some(n), .. })
+        if n == "stiffness"
+    ));
     let error = model.fit(start).find(["mass"]).data("y", data(20)).run().unwrap_err();
     assert!(matches!(error, FitError::Motion(SensitivityError::UnknownQuantity { .. })), "{error}");
     for bounds in [[50.0, 60.0], [60.0, 40.0], [f64::NAN, 60.0]] {

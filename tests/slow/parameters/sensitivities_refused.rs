@@ -25,9 +25,11 @@ fn names_that_are_none_say_what_may_have_been_meant() {
         found.series("x", "damping").unwrap_err(),
         SensitivityError::NotAsked { name: "damping".into() }
     );
-    assert!(
-        matches!(found.series("pul", "mass"), Err(SensitivityError::UnknownQuantity { nearest: Some(n), .. }) if n == "pull")
-    );
+    assert!(matches!(
+        found.series("pul", "mass"),
+        Err(SensitivityError::UnknownQuantity { nearest: Some(n), .. })
+        if n == "pull"
+    ));
     let error = Oscillator { mass: 0.0, ..model }
         .sensitivities(start)
         .by(["damping"])

@@ -56,7 +56,10 @@ fn the_upright_pendulum_stands_between_the_characteristic_values_of_mathieu() {
         let (a0, b1) = (characteristic(q, true), characteristic(q, false));
         // From below it falls over; above it swings more in every second period.
         let of = |a: f64| judge(&mathieu(a, q)).verdict;
-        let is = |verdict: FloquetVerdict, wanted: Threshold| matches!(verdict, FloquetVerdict::Unstable { threshold, .. } if threshold == wanted);
+        let is = |verdict: FloquetVerdict, wanted: Threshold| {
+            matches!(verdict,
+            FloquetVerdict::Unstable { threshold, .. } if threshold == wanted)
+        };
         assert!(is(of(a0 - 1e-7), Threshold::Fold), "{q}: {}", of(a0 - 1e-7));
         assert_eq!(of(a0 + 1e-7), FloquetVerdict::StableToFirstOrder, "{q}");
         if b1 < 0.0 {

@@ -25,7 +25,8 @@ macro_rules! heavy {
         impl $Name {
             fn body(&self, q: &Coordinates<Self>) -> RigidBody {
                 let [a, b, c] = self.inertia.to_array();
-                let turned = Mat3::$rotation(self.reference) * Mat3::euler(EulerSequence::$Sequence, q.angles);
+                let turned =
+                    Mat3::$rotation(self.reference) * Mat3::euler(EulerSequence::$Sequence, q.angles);
                 RigidBody::new(self.m, self.length * Vec3::Y, Mat3::diagonal(a, b, c), Frame::turned(turned))
             }
             #[kinetic]
@@ -54,18 +55,22 @@ macro_rules! heavy {
                 Self { m: 15.0, length: 1.0, inertia: inertia.into(), g, reference: 0.0 }
             }
             fn atlas(self) -> ChartSwitching<Self> {
-                ChartSwitching::new(self).turning("angles[1]", |model, turn| model.reference = turn).expect("a set with a reference")
+                ChartSwitching::new(self)
+                    .turning("angles[1]", |model, turn| model.reference = turn)
+                    .expect("a set with a reference")
             }
             fn start(&self, rotation: Mat3<f64>, omega: Vec3<f64>) -> State<Self> {
                 let read = rotation.to_euler(EulerSequence::$Sequence).expect("a rotation");
                 // ω is linear in the rates.
-                let state = |rates| self.state().angles(read.angles).angles_rate(rates).build().expect("finite");
+                let state =
+                    |rates| self.state().angles(read.angles).angles_rate(rates).build().expect("finite");
                 let of = |rates: [f64; 3]| {
                     let q = Self::coordinates_with(&state(rates), &nalgebra::SVector::zeros(), &[]);
                     nalgebra::Vector3::from(self.body(&q).frame.angular_velocity().value())
                 };
                 let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(of);
-                let rates = nalgebra::Matrix3::from_columns(&columns).lu().solve(&omega.into()).expect("regular");
+                let columns = nalgebra::Matrix3::from_columns(&columns);
+                let rates = columns.lu().solve(&omega.into()).expect("regular");
                 state(rates.into())
             }
             fn rotation(&self, q: &Coordinates<Self>) -> Mat3<f64> {
@@ -576,9 +581,11 @@ fn closures_that_read_angles_are_refused() {
     let start = CRAFT.state().pitch(0.3).pitch_rate(1.0).motor(0.0).build().expect("finite");
     let run = atlas.simulate(start).until(3.0).with(|run, _| run.event("steep", |state| state.pitch() - 0.7));
     let error = run.run().expect_err("the event depends on the chart");
-    assert!(
-        matches!(&error.kind, ChartSwitchingErrorKind::Chart(ChartError::EventDisagrees { event, .. }) if event == "steep")
-    );
+    assert!(matches!(
+        &error.kind,
+        ChartSwitchingErrorKind::Chart(ChartError::EventDisagrees { event, .. })
+        if event == "steep"
+    ));
     assert!(error.to_string().contains("have it ask the model that `with` gives"), "{error}");
     let place = |model: &Craft, state: &State<Craft>| {
         let q = Craft::coordinates_with(state, &nalgebra::SVector::zeros(), &[]);

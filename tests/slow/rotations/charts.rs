@@ -56,7 +56,8 @@ macro_rules! top {
                     return None;
                 }
                 // ω is linear in the rates: one after another is 1.
-                let state = |rates| model.state().angles(read.angles).angles_rate(rates).build().expect("finite");
+                let state =
+                    |rates| model.state().angles(read.angles).angles_rate(rates).build().expect("finite");
                 let omega = |rates: [f64; 3]| {
                     let q = Self::coordinates_with(&state(rates), &nalgebra::SVector::zeros(), &[]);
                     model.body(&q).frame.angular_velocity_in_body().value()
@@ -231,7 +232,8 @@ proptest! {
                 }
             )*};
         }
-        compare!(BodyXyz BodyXzy BodyYxz BodyYzx BodyZxy BodyZyx BodyXyx BodyXzx BodyYxy BodyYzy BodyZxz BodyZyz);
+        compare!(BodyXyz BodyXzy BodyYxz BodyYzx BodyZxy BodyZyx
+            BodyXyx BodyXzx BodyYxy BodyYzy BodyZxz BodyZyz);
         compare!(SpaceXyz SpaceZxz SpaceYxz SpaceXzx Parametrised);
     }
 }
@@ -286,14 +288,17 @@ proptest! {
         macro_rules! compare {
             ($($Name:ident)*) => {$(
                 if let Some((r, w)) = $Name::later(&case) {
-                    let apart = (r - rotation).to_array().as_flattened().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+                    let difference = (r - rotation).to_array();
+                    let apart = difference.as_flattened().iter()
+                        .fold(0.0, |most: f64, x| most.max(x.abs()));
                     let error = apart + (w - omega).norm();
                     prop_assert!(error < 1e-9, "{}: {error:e} off", stringify!($Name));
                     arrived += 1;
                 }
             )*};
         }
-        compare!(BodyXyz BodyXzy BodyYxz BodyYzx BodyZxy BodyZyx BodyXyx BodyXzx BodyYxy BodyYzy BodyZxz BodyZyz);
+        compare!(BodyXyz BodyXzy BodyYxz BodyYzx BodyZxy BodyZyx
+            BodyXyx BodyXzx BodyYxy BodyYzy BodyZxz BodyZyz);
         compare!(SpaceXyz SpaceZxz SpaceYxz SpaceXzx Parametrised);
         prop_assert!(arrived >= 4, "{arrived} charts are regular here");
     }

@@ -460,16 +460,20 @@ fn changes_that_cannot_be_made_end_the_run_and_say_why() {
         change.state_mut().q[1] += 0.25;
         change.engage("coupling");
     });
-    assert!(
-        matches!(apart, EventActionError::EngagedApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9)
-    );
+    assert!(matches!(
+        apart,
+        EventActionError::EngagedApart { row: "coupling", residual }
+        if (residual - 0.25).abs() < 1e-9
+    ));
     let apart = why(|change| {
         change.state_mut().q[1] += 0.25;
         change.impact("coupling", 0.5);
     });
-    assert!(
-        matches!(apart, EventActionError::ImpactApart { row: "coupling", residual } if (residual - 0.25).abs() < 1e-9)
-    );
+    assert!(matches!(
+        apart,
+        EventActionError::ImpactApart { row: "coupling", residual }
+        if (residual - 0.25).abs() < 1e-9
+    ));
     // The mode alone, without the impact: the velocities do not fit.
     let state = why(|change| change.state_mut().modes_mut().engage(0));
     assert!(matches!(state, EventActionError::State(_)), "{state:?}");

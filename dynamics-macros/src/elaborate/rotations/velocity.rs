@@ -90,10 +90,10 @@ impl Elaborator<'_> {
     /// 2 J (e·ė)², with a third of the trace of the inertia for J: what makes the mass matrix of Euler
     /// parameters regular.
     ///
-    /// Rotations know nothing of the length of e: along e there would be no inertia, and pivots would vanish
-    /// wherever a parameter does. With the norm constraint e·ė is zero on every motion, and so are the term,
-    /// its gradient and what it adds to the equations of motion, 4 J (e·ë + ė·ė) e, as that is half of Φ̈;
-    /// reactions stay what they are, too (after F. E. Udwadia and A. D. Schutte, J. Appl. Mech. 77 (2010)
+    /// Rotations do not depend on the length of e: along e there would be no inertia, and pivots would vanish
+    /// wherever a parameter does. With the norm constraint, e·ė is zero on every motion. So are the term,
+    /// its gradient and its part of the equations of motion, 4 J (e·ë + ė·ė) e, as that is half of Φ̈.
+    /// Reactions do not change either (after F. E. Udwadia and A. D. Schutte, J. Appl. Mech. 77 (2010)
     /// 044505).
     fn energy_along(&mut self, e: &[Scalar; 4], inertia: &Rc<Rows>, name: &Ident) -> Option<Scalar> {
         let at = name.span();

@@ -11,8 +11,8 @@ use quote::quote;
 use super::super::{Surface, local};
 use super::Printer;
 
-/// Lanes of a block of Cauchy sums, as the runtime has it.
-pub(in super::super) const WIDTH: usize = 4;
+/// Lanes of a block of Cauchy sums, as `dynamics_runtime::series::LANES_OF_BLOCK`.
+pub(in super::super) const LANES_OF_BLOCK: usize = 4;
 
 /// Where a function finds what it does not compute.
 pub(in super::super) struct Access<'a> {
@@ -108,7 +108,7 @@ impl<'a> Access<'a> {
             Node::Symbol(Symbol::Input(i)) => format!("__w[{i}]"),
             Node::Symbol(Symbol::Acceleration(i)) => format!("__a[{i}]"),
             Node::Symbol(Symbol::Multiplier(i)) if self.coefficients => {
-                format!("__lambda[{}][{}]", i as usize / WIDTH, i as usize % WIDTH)
+                format!("__lambda[{}][{}]", i as usize / LANES_OF_BLOCK, i as usize % LANES_OF_BLOCK)
             }
             Node::Symbol(Symbol::Multiplier(i)) => format!("__lambda[{i}]"),
             Node::Symbol(Symbol::Mode(i)) => format!("__modes[{i}]"),

@@ -9,7 +9,7 @@ use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::super::{Surface, local};
-use super::{Access, PART, Printer, SPLIT, all_steps, defined, read};
+use super::{Access, MOST_UNSPLIT, OPERATIONS_OF_PART, Printer, all_steps, defined, read};
 
 /// A printed program.
 pub(in super::super) struct Printed {
@@ -41,7 +41,7 @@ impl Body<'_> {
     /// Prints the steps that `results` need.
     pub(in super::super) fn print(&self, program: &Program, steps: &[Step], results: &[NodeId]) -> Printed {
         let wanted: BTreeSet<NodeId> = results.iter().copied().collect();
-        if steps.len() <= SPLIT {
+        if steps.len() <= MOST_UNSPLIT {
             let mut printer = self.printer();
             let statements = printer.statements(steps, &wanted);
             let results = results.iter().map(|id| printer.result(*id)).collect();
@@ -99,7 +99,7 @@ impl Body<'_> {
         wanted: &BTreeSet<NodeId>,
     ) -> Printed {
         let graph = self.access.graph;
-        let parts: Vec<&[Step]> = steps.chunks(PART).collect();
+        let parts: Vec<&[Step]> = steps.chunks(OPERATIONS_OF_PART).collect();
         let mut needed = wanted.clone();
         let mut needs = vec![BTreeSet::new(); parts.len()];
         for i in (0..parts.len()).rev() {
@@ -160,7 +160,8 @@ impl Body<'_> {
         let branches = self.access.chooses().then(|| quote!(#branches: #private::Branches,));
         quote! {
             (
-                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m], #branches #solved #k: &[#f64; #constants],
+                #model: &#name, #t: #f64, #q: &[#f64; #n], #u: &[#f64; #n], #w: &[#f64; #m],
+                #branches #solved #k: &[#f64; #constants],
                 #x: &mut [#f64; #live],
             )
         }

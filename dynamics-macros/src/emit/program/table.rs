@@ -1,9 +1,9 @@
-//! A long program that is seldom asked for as a table, which `dynamics_runtime::generated::table` reads:
-//! compiling code takes time in proportion to its operations, a table is one literal.
+//! A long, seldom evaluated program as a table, which `dynamics_runtime::generated::table` reads. Compiling
+//! code takes time in proportion to its operations; a table is one literal.
 //!
-//! Values stand in one array: what the function is given, then what it computes. Operations of one kind whose
-//! operands are known stand together as runs; next comes the kind of which most are ready. Products that one
-//! sum or difference reads are computed with it, each rounded as if it stood by itself.
+//! Values are in one array: the arguments of the function, then its results. Operations of one kind whose
+//! operands are known form a run. The next kind is the one of which most are ready. Products that one sum or
+//! difference reads are computed with it, each rounded as if it were computed alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +21,7 @@ struct Entry {
     /// The runtime's name of the operation.
     kind: String,
     operands: Vec<NodeId>,
-    /// What it computes; nobody may want one of sine and cosine.
+    /// Its results; one of sine and cosine may be unused.
     values: Vec<Option<NodeId>>,
 }
 

@@ -87,7 +87,9 @@ impl Emission<'_> {
                 fn residual(&self, _: #state) -> Self::Residual { #private::vector([]) }
                 fn velocity_residual(&self, _: #state) -> Self::Rows { #private::vector([]) }
                 fn jacobian(&self, _: #state) -> Self::Jacobian { #private::matrix([[]; #n]) }
-                fn velocity_jacobian(&self, _: #state) -> Self::VelocityJacobian { #private::matrix([[]; #n]) }
+                fn velocity_jacobian(&self, _: #state) -> Self::VelocityJacobian {
+                    #private::matrix([[]; #n])
+                }
                 fn velocity_offset(&self, _: #state) -> Self::VelocityOffset { #private::vector([]) }
                 fn gamma(&self, _: #state) -> Self::Rows { #private::vector([]) }
                 fn terms(&self, #at: #state, #terms: &mut #private::Terms<'_>) {
@@ -99,7 +101,9 @@ impl Emission<'_> {
                 fn solve_unrolled(&self, #k: &Self::Constants, #at: #state) -> #solved {
                     match #private::Dynamics::accelerations_with(self, #k, #at) {
                         #private::Ok(#found) => {
-                            #option::Some(#private::Solved { accelerations: #found, multipliers: #private::vector([]) })
+                            #option::Some(#private::Solved {
+                                accelerations: #found, multipliers: #private::vector([])
+                            })
                         }
                         #private::Err(_) => #option::None,
                     }
@@ -140,7 +144,8 @@ impl Emission<'_> {
         let (private, none, some) = (&self.private, self.none(), self.some());
         let (mut first, mut modes) = (0usize, 0usize..);
         let listed = self.compiled.model.constraints.iter().map(|constraint| {
-            let (name, rows, redundant) = (&constraint.name, constraint.components.len(), constraint.redundant);
+            let (name, rows, redundant) =
+                (&constraint.name, constraint.components.len(), constraint.redundant);
             let kind = match constraint.kind {
                 ConstraintKind::Holonomic => quote!(Holonomic),
                 ConstraintKind::Nonholonomic { .. } => quote!(Nonholonomic),
@@ -151,7 +156,8 @@ impl Emission<'_> {
             first += rows;
             quote! {
                 #private::Constraint {
-                    name: #name, kind: #private::ConstraintKind::#kind, first: #at, rows: #rows, redundant: #redundant,
+                    name: #name, kind: #private::ConstraintKind::#kind,
+                    first: #at, rows: #rows, redundant: #redundant,
                     switched: #switched,
                 }
             }
@@ -210,9 +216,9 @@ impl Emission<'_> {
         let Solution::Unrolled(unrolled) = &equations.solution else { return TokenStream::new() };
         let Elimination::Blocks(blocks) = &unrolled.elimination else { return TokenStream::new() };
         let private = &self.private;
-        let each = blocks.iter().map(
-            |(rows, coordinates)| quote!(#private::Block { rows: &[#(#rows),*], coordinates: &[#(#coordinates),*] }),
-        );
+        let each = blocks.iter().map(|(rows, coordinates)| {
+            quote!(#private::Block { rows: &[#(#rows),*], coordinates: &[#(#coordinates),*] })
+        });
         quote!(const BLOCKS: &'static [#private::Block] = &[#(#each),*];)
     }
 
@@ -339,7 +345,9 @@ impl Emission<'_> {
         let (multipliers, values) = (local("multipliers"), local("values"));
         let Ok(program) = &programs.derivatives else {
             let method = quote! {
-                fn constraint_derivatives(#at_state, _: &Self::Rows, #values: &mut [#f64]) { #values.fill(#f64::NAN); }
+                fn constraint_derivatives(#at_state, _: &Self::Rows, #values: &mut [#f64]) {
+                    #values.fill(#f64::NAN);
+                }
             };
             return (TokenStream::new(), method);
         };

@@ -10,7 +10,7 @@ use super::super::local;
 use super::super::program::{Access, Body};
 use super::Emission;
 use super::solves::Staged;
-use super::unrolled::SHORT;
+use super::unrolled::MOST_STEPS_TWICE;
 
 impl Emission<'_> {
     /// `const HAS_LANES` and `fn accelerations_in_lanes`, where the accelerations are straight-line code
@@ -26,7 +26,7 @@ impl Emission<'_> {
             },
         };
         if program.results.is_empty()
-            || program.body.len() > SHORT
+            || program.body.len() > MOST_STEPS_TWICE
             || self.switched() > 0
             || self.access.chooses()
         {

@@ -1,7 +1,7 @@
 //! Results as vectors, matrices and slices.
 //!
-//! A large matrix is mostly zeros: of one with more than [`SPARSE`] elements only the others are written, and
-//! of a symmetric one half of them.
+//! A large matrix is mostly zeros: of one with more than [`MOST_WRITTEN_DENSE`] elements only the others are
+//! written, and of a symmetric one half of them.
 
 use proc_macro2::{Literal, TokenStream, TokenTree};
 use quote::quote;
@@ -9,10 +9,10 @@ use quote::quote;
 use super::super::local;
 use super::Emission;
 
-/// Most elements that are written one by one whether they are zero or not.
-const SPARSE: usize = 400;
-/// Statements of one block.
-const BLOCK: usize = 256;
+/// Most elements of a matrix that are all written, zero or not. Of a larger one only the others are written.
+const MOST_WRITTEN_DENSE: usize = 400;
+/// Statements of one block. A long chain of them in one block takes rustc long to compile.
+const STATEMENTS_OF_BLOCK: usize = 256;
 
 impl Emission<'_> {
     /// `SVector` of expressions.
@@ -24,7 +24,7 @@ impl Emission<'_> {
     /// `SMatrix` of expressions given by rows.
     pub(super) fn matrix(&self, elements: &[TokenStream], columns: usize) -> TokenStream {
         let private = &self.private;
-        if elements.len() > SPARSE {
+        if elements.len() > MOST_WRITTEN_DENSE {
             let (matrix, rows) = (local("matrix"), elements.len() / columns);
             let places = nonzero(elements).map(|(i, element)| (i / columns, i % columns, element));
             let symmetric = is_symmetric(elements, columns);
@@ -59,7 +59,7 @@ impl Emission<'_> {
     /// Writes expressions to a slice that is at least as long.
     pub(super) fn write(&self, slice: &TokenStream, elements: &[TokenStream]) -> TokenStream {
         let count = elements.len();
-        if count <= SPARSE {
+        if count <= MOST_WRITTEN_DENSE {
             return quote!(#slice[..#count].copy_from_slice(&[#(#elements),*]););
         }
         let places: Vec<_> = nonzero(elements).collect();
@@ -109,5 +109,5 @@ fn nonzero(elements: &[TokenStream]) -> impl Iterator<Item = (usize, &TokenStrea
 
 /// Statements in nested blocks: a long chain of them in one block is hard on the compiler.
 fn blocks(statements: Vec<TokenStream>) -> TokenStream {
-    statements.chunks(BLOCK).map(|block| quote!({ #(#block)* })).collect()
+    statements.chunks(STATEMENTS_OF_BLOCK).map(|block| quote!({ #(#block)* })).collect()
 }

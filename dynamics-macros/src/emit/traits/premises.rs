@@ -30,7 +30,10 @@ impl Emission<'_> {
             };
             let (of, within, constant) = (&premise.of, &premise.within, premise.constant);
             listed.push(quote! {
-                #private::Premise { claim: #private::Claim::#claim, of: &[#(#of),*], within: #within, constant: #constant }
+                #private::Premise {
+                    claim: #private::Claim::#claim,
+                    of: &[#(#of),*], within: #within, constant: #constant
+                }
             });
             let (values, further) = rest.split_at(premise.nodes.len());
             visits.push(quote!(#visit(&[#(#values),*]);));

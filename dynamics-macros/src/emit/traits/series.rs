@@ -7,7 +7,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::local;
-use super::super::program::{Access, Body, Printed, WIDTH};
+use super::super::program::{Access, Body, LANES_OF_BLOCK, Printed};
 use super::Emission;
 use super::solves::{Solved, Staged};
 
@@ -39,7 +39,7 @@ impl Emission<'_> {
         let next = self.coefficients(&access, &series.next);
         let (coefficients, factors) = next.results.split_at(n);
         let (left, right) = factors.split_at(lanes);
-        let blocks = lanes.div_ceil(WIDTH);
+        let blocks = lanes.div_ceil(LANES_OF_BLOCK);
         let [left, right] = [left, right].map(|factors| in_blocks(factors, &quote!(0.0)));
         let (t, q, u, w, z, k, state) =
             (local("t"), local("q"), local("u"), local("w"), local("z"), local("k"), local("state"));
@@ -52,16 +52,25 @@ impl Emission<'_> {
             #begin
             #head {
                 #functions
-                if !#private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begins_at(#memory, #state) && #private::Dynamics::begin_series(self, #k, #state, #memory).is_err() {
+                if !#private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begins_at(
+                    #memory, #state
+                ) && #private::Dynamics::begin_series(self, #k, #state, #memory).is_err()
+                {
                     return false;
                 }
-                let (#z, #memory) = #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::parts(#memory);
+                let (#z, #memory) =
+                    #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::parts(
+                        #memory
+                    );
                 // A copy stays in registers: nothing that is written can change it.
                 let #z = *#z;
-                #private::expand::<#n, #blocks>(&#given.data.0[0], #scale, #rows, #memory, |#t, #q, #u, #w, #lambda| {
-                    #statements
-                    ([#(#coefficients),*], #left, #right)
-                });
+                #private::expand::<#n, #blocks>(
+                    &#given.data.0[0], #scale, #rows, #memory,
+                    |#t, #q, #u, #w, #lambda| {
+                        #statements
+                        ([#(#coefficients),*], #left, #right)
+                    }
+                );
                 true
             }
         }
@@ -71,7 +80,7 @@ impl Emission<'_> {
     fn beginning(&self, series: &Series, staged: &Staged) -> TokenStream {
         let Some(begin) = &series.begin else { return TokenStream::new() };
         let (kept, private) = (begin.results.len() - series.start.results.len(), &self.private);
-        let (count, blocks) = (series.start.results.len(), series.lanes.div_ceil(WIDTH));
+        let (count, blocks) = (series.start.results.len(), series.lanes.div_ceil(LANES_OF_BLOCK));
         let Solved { functions, statements, check, vector, more } =
             self.solved(staged, begin, &begin.results[kept..]);
         let (k, state, memory, prologue) = (local("k"), local("state"), local("memory"), self.prologue());
@@ -86,7 +95,9 @@ impl Emission<'_> {
             ) -> #private::Result<<Self as #private::Model>::Vector, #private::SolveError> {
                 #functions #prologue #statements #check
                 // By path: where the impl stands twice, methods of the type would be errors of their own.
-                #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begin(#memory, *#state, [#(#more),*]);
+                #private::series::Memory::<<Self as #private::Model>::State, #count, #blocks>::begin(
+                    #memory, *#state, [#(#more),*]
+                );
                 #private::Ok(#vector)
             }
         }
@@ -140,7 +151,7 @@ impl Emission<'_> {
         let given = local("accelerations");
         let (coefficients, memory, f64, all) = (local("rows"), local("memory"), self.float(), n + rows);
         let (blocks, ahead_blocks, shared) =
-            (lanes.div_ceil(WIDTH), constrained.lanes.div_ceil(WIDTH), constrained.shared);
+            (lanes.div_ceil(LANES_OF_BLOCK), constrained.lanes.div_ceil(LANES_OF_BLOCK), constrained.shared);
         let (some, none, recurrences) = (self.some(), self.none(), local("recurrences"));
         let released = (self.switched() > 0).then(|| quote!(|| !#state.modes.all_hold()));
         let applies_not = match (&constrained.solve, unguarded) {
@@ -209,7 +220,7 @@ impl Closures<'_> {
 
     fn blocks(&self) -> TokenStream {
         let f64 = self.emission.float();
-        quote!(&[[#f64; #WIDTH]; _])
+        quote!(&[[#f64; #LANES_OF_BLOCK]; _])
     }
 
     fn residue(&self, printed: &Printed) -> TokenStream {
@@ -265,10 +276,10 @@ impl Closures<'_> {
     }
 }
 
-/// An array of arrays of [`WIDTH`], the last one filled up.
+/// An array of arrays of [`LANES_OF_BLOCK`], the last one filled up.
 fn in_blocks(values: &[TokenStream], filler: &TokenStream) -> TokenStream {
-    let blocks = values.chunks(WIDTH).map(|block| {
-        let values = block.iter().chain(core::iter::repeat_n(filler, WIDTH - block.len()));
+    let blocks = values.chunks(LANES_OF_BLOCK).map(|block| {
+        let values = block.iter().chain(core::iter::repeat_n(filler, LANES_OF_BLOCK - block.len()));
         quote!([#(#values),*])
     });
     quote!([#(#blocks),*])

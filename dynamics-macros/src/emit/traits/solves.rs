@@ -88,7 +88,8 @@ impl Emission<'_> {
                 #angle_sets
                 const VELOCITY_FORCES: #private::bool = #velocities;
                 const EXPLICIT_TIME: #private::bool = #time;
-                #parameter #constants #accelerations #lanes #derivatives #mass #force #momenta #rates #energy #conserved #speeds #premises #kinks #series
+                #parameter #constants #accelerations #lanes #derivatives #mass #force #momenta
+                #rates #energy #conserved #speeds #premises #kinks #series
             }
         }
     }

@@ -12,8 +12,8 @@ use super::super::{function, local};
 use super::Emission;
 use super::constraints::Method;
 
-/// Most steps of programs of which a second copy is emitted.
-pub(super) const SHORT: usize = 1000;
+/// Most steps of a program of which a second copy is emitted, for another result or for vectors of lanes.
+pub(super) const MOST_STEPS_TWICE: usize = 1000;
 
 /// A solution on the graph.
 struct Path<'a> {
@@ -72,7 +72,7 @@ impl Emission<'_> {
 
     /// Whether there are solutions on the graph, short enough to be emitted twice.
     fn is_short(&self, equations: &ConstraintEquations) -> bool {
-        !self.solutions(equations).is_empty() && self.steps(equations) <= SHORT
+        !self.solutions(equations).is_empty() && self.steps(equations) <= MOST_STEPS_TWICE
     }
 
     /// `fn correct_unrolled`.
@@ -119,7 +119,10 @@ impl Emission<'_> {
     /// `fn name(&self, k: &Self::Constants, state: &Self::State, ..) -> Option<..>`.
     fn head(&self, name: &str, more: &TokenStream, result: &TokenStream) -> TokenStream {
         let (private, name, k, state) = (&self.private, function(name), local("k"), local("state"));
-        quote!(fn #name(&self, #k: &Self::Constants, #state: &<Self as #private::Model>::State #more) -> #private::Option<#result>)
+        quote!(
+            fn #name(&self, #k: &Self::Constants, #state: &<Self as #private::Model>::State #more)
+                -> #private::Option<#result>
+        )
     }
 
     /// A method of these paths, each of which returns; `None` where none applies.
@@ -193,10 +196,16 @@ impl Emission<'_> {
                 Guarded::Coordinate(i) => (true, i, &pair[0]),
                 Guarded::Row(i) => (false, i, &pair[0]),
             };
-            Some(quote!(if #unguarded { return #private::Err(#private::no_derivatives::<Self>(#coordinate, #index, #pivot)); }))
+            Some(quote!(if #unguarded {
+                return #private::Err(#private::no_derivatives::<Self>(#coordinate, #index, #pivot));
+            }))
         });
         let released = (self.switched() > 0).then(|| {
-            quote!(if let #private::Option::Some(#error) = #private::released::<Self>(#state.modes) { return #private::Err(#error); })
+            quote!(
+                if let #private::Option::Some(#error) = #private::released::<Self>(#state.modes) {
+                    return #private::Err(#error);
+                }
+            )
         });
         (count, quote!(#released #(#checks)*))
     }

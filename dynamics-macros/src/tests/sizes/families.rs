@@ -100,7 +100,8 @@ pub(crate) const FAMILIES: &[Family] = &[
             #[kinetic] fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
                 let mut sum = Expr::ZERO;
                 for i in 0..N {
-                    sum += 0.5 * self.cart * q.x[i].dt().powi(2) + 0.5 * self.bob * self.tip(q, i).dt().norm_squared();
+                    sum += 0.5 * self.cart * q.x[i].dt().powi(2)
+                        + 0.5 * self.bob * self.tip(q, i).dt().norm_squared();
                 }
                 sum
             }

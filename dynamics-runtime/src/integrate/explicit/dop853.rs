@@ -80,7 +80,10 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         self.h = h;
         let k = &mut self.k;
         k[0] = start.derivative();
-        self.twelfth = unrolled_stages!(system, (t, y, h), C, k, [1: A1, 2: A2, 3: A3, 4: A4, 5: A5, 6: A6, 7: A7, 8: A8, 9: A9, 10: A10, 11: A11]);
+        self.twelfth = unrolled_stages!(system, (t, y, h), C, k, [
+            1: A1, 2: A2, 3: A3, 4: A4, 5: A5, 6: A6, 7: A7, 8: A8,
+            9: A9, 10: A10, 11: A11
+        ]);
         Ok(self.end_and_error(y, tolerances))
     }
 

@@ -61,7 +61,10 @@ pub(crate) fn sum_by<V: Vector>(row: &[(usize, f64)], k: &[Phase<V>]) -> Phase<V
 /// Returns the state of the last one. It is unrolled, row by row without the zeros; [`stages`] is the same as
 /// a loop, with equal bits.
 macro_rules! unrolled_stages {
-    ($system:ident, ($t:expr, $y:expr, $h:expr), $nodes:ident, $k:ident, [$($stage:literal: $row:ident),+]) => {{
+    (
+        $system:ident, ($t:expr, $y:expr, $h:expr), $nodes:ident, $k:ident,
+        [$($stage:literal: $row:ident),+]
+    ) => {{
         $(
             let at = $crate::integrate::explicit::tableau::advance($y, $h, &$row, $k);
             $k[$stage] = $system.derivative($t + $nodes[$stage] * $h, &at)?;

@@ -93,9 +93,10 @@ mod tests {
         assert!(matches!(look(|x| 3.0 * x), Departure::Slope { value, .. } if value > 0.0));
         assert!(matches!(look(|x| -3.0 * x + 1e-16), Departure::Slope { value, .. } if value < 0.0));
         // Up and down again within 10⁻⁸ of the step.
-        assert!(
-            matches!(look(|x| 1e-8 * x - x * x), Departure::Slope { theta, value } if value > 0.0 && theta < 1e-8)
-        );
+        assert!(matches!(
+            look(|x| 1e-8 * x - x * x),
+            Departure::Slope { theta, value } if value > 0.0 && theta < 1e-8
+        ));
         // The same above an offset that rounds away a part of it.
         assert!(matches!(look(|x| (5.0 + 1e-3 * x) - 5.0), Departure::Slope { value, .. } if value > 0.0));
         assert!(matches!(look(|x| 1e-6 * x - x * x - 1e-9), Departure::Hidden { sign: 1.0 }));

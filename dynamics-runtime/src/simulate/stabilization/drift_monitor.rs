@@ -3,11 +3,11 @@
 //!
 //! A close look, at both, takes as long as half a step of a high order (Andrews' mechanism, Verner 9(8));
 //! with what follows a tenth of one is left. Most steps are far from where it matters, and one correction
-//! tells: with δ = Φ_q⁺r, rᵢ = |Φᵢ| + h|Φ̇ᵢ| + rounding, no row is missed by more than |δ|, as |rᵢ| = |Φ_q,ᵢ
-//! δ| ≤ ‖Φ_q,ᵢ‖ |δ|, nor its rate by more than |δ|/h. What drift decides is c/(kx)² at a distance x from a
-//! singular position (see [`crate::simulate::diagnosis::singular_position`]), |δ| is c/(kx), and by how much δ
-//! is larger than r is 1/x: the product of both is in proportion to what a close look finds, and foretells
-//! it from the last one.
+//! tells: with δ = Φ_q⁺r, rᵢ = |Φᵢ| + h|Φ̇ᵢ| + rounding, no row is missed by more than |δ|, as
+//! |rᵢ| = |Φ_q,ᵢ δ| ≤ ‖Φ_q,ᵢ‖ |δ|, nor its rate by more than |δ|/h. What drift decides is c/(kx)² at a
+//! distance x from a singular position (see [`crate::simulate::diagnosis::singular_position`]), |δ| is
+//! c/(kx), and by how much δ is larger than r is 1/x: the product of both is in proportion to what a close
+//! look finds, and foretells it from the last one.
 
 use crate::constrain::Gradients;
 use crate::constrain::active_set::active_rows;

@@ -1,28 +1,30 @@
 //! The rows together: which repeat or contradict others, in every state and where the constraints hold.
 //!
-//! Constraints that are always on have to be in order among themselves; every switched one together with
-//! them. Switched ones among each other may exclude each other, or touch where one takes over from another:
-//! which of them are ever on together nobody has said. What all of them at once leave free is told, as a
-//! model starts with all of them on, but no solver is chosen by it.
+//! Constraints that are always on have to be consistent among themselves, and every switched one together
+//! with them. Switched ones may exclude each other, or touch where one takes over from another: models do not
+//! declare which of them are on together. The freedom with all of them on is reported, as a model starts with
+//! all of them on, but it does not decide the solver.
 
 use crate::check::Finding;
 use crate::mechanics::Model;
 
 use super::generic::{Dependent, Samples, Verdict, entangled};
-use super::integrable::{self, Integrability, Unsaid};
+use super::integrable::{self, Integrability, Undeclared};
 use super::likely;
 use super::manifold::{self, RowDependence, SampledManifold};
 use super::rows::ConstraintRows;
 use super::sample::Sample;
 use crate::check::finding::{Combination, ConstraintFinding};
 
-/// A set that no start satisfies is called contradictory, and rows that touch others in all states that were
-/// found tangent, up to this many rows; with more, Newton's method may well have missed the way.
-const CERTAIN: usize = 24;
-/// Switched constraints whose manifolds are looked at one by one.
-const SWITCHED: usize = 8;
+/// Most rows up to which a failed search counts as evidence: a set that no start satisfies is called
+/// contradictory, and rows that touch others in all states found are called tangent. With more rows, Newton's
+/// method may well have missed a branch; then only the report mentions it.
+const MOST_CERTAIN_ROWS: usize = 24;
+/// Most switched constraints for each of which states on the manifold are searched. Every one of them takes a
+/// search of its own; the others are examined in general only.
+const MOST_SWITCHED_SEARCHED: usize = 8;
 
-/// What is known about the constraints of a model.
+/// The results of the checks of a model's constraints.
 #[derive(Clone, Debug, Default)]
 pub struct Analysis {
     /// Mistakes.
@@ -55,23 +57,24 @@ pub struct Analysis {
     /// Rows that depend on others where they hold, and nevertheless hold positions that those leave free: to
     /// second order, so that no reaction holds the velocities.
     pub tangent: Vec<usize>,
-    /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty where none
-    /// was found or looked for.
+    /// States in which the holonomic constraints hold; velocities and the inputs are random. Empty if none
+    /// was found or searched.
     pub samples: Vec<Sample>,
     /// States at nominal values by which a solution may be chosen: the same, or where all constraints at once
     /// are not independent because of switched ones, those in which the others hold. Empty where random
     /// parameters say nothing of where this mechanism moves.
     pub guides: Vec<Sample>,
-    /// Where the holonomic constraints hold and motions are likely to begin, if that is known: a solution is
-    /// to apply there.
+    /// Where the holonomic constraints hold and motions are likely to begin, if known: a solution has to
+    /// apply there.
     pub likely: Option<Sample>,
-    /// Others at which it had better apply: turned, at the origin's other sides, and without guides anywhere.
+    /// Further states at which it should apply: turned, at the origin's other sides, and without guides
+    /// anywhere.
     pub passed: Vec<Sample>,
     /// Whether rows depend on others that are always on together with them, on the branches that are meant:
     /// then the multipliers are not unique and no order of elimination goes through.
     pub redundant: bool,
-    /// What was looked at.
-    pub looked_at: LookedAt,
+    /// Where the rank was determined.
+    pub rank_scope: RankScope,
     /// Nonholonomic rows that can be integrated; `None` where there are too many rows to settle that.
     pub integrable: Option<usize>,
 }
@@ -87,7 +90,7 @@ pub struct Ranks {
 
 /// Where the rank was determined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LookedAt {
+pub enum RankScope {
     /// In general only: there is no holonomic constraint, or random values of the parameters led nowhere.
     #[default]
     General,
@@ -116,11 +119,14 @@ pub fn analyse(model: &Model) -> Analysis {
     let order = RowOrder::of(model, &rows);
     let mut all = Set { model, rows: &rows, samples: &samples, faults: Vec::new(), entangled: Vec::new() };
     let base = all.examine(&order.always, &order.always, true);
-    let mut known =
-        Known { redundant: base.redundant(), guides: base.guides(), tangent: base.tangent().to_vec() };
+    let mut known = SeparateFindings {
+        redundant: base.redundant(),
+        guides: base.guides(),
+        tangent: base.tangent().to_vec(),
+    };
     for (i, switched) in order.switched.iter().enumerate() {
         let together: Vec<usize> = order.always.iter().chain(switched).copied().collect();
-        let look = all.examine(&together, switched, i < SWITCHED);
+        let look = all.examine(&together, switched, i < MOST_SWITCHED_SEARCHED);
         known.redundant |= look.redundant();
         known.tangent.extend(look.tangent());
     }
@@ -158,13 +164,13 @@ pub fn analyse(model: &Model) -> Analysis {
         analysis.integrable = known.map(|k| k.dimension);
     }
     if all.faults.is_empty() {
-        all.redundant_in_vain(analysis.looked_at == LookedAt::Nominal);
+        all.redundant_in_vain(analysis.rank_scope == RankScope::Nominal);
     }
     analysis.findings = all.faults.into_iter().map(Finding::Constraint).collect();
     analysis
 }
 
-/// In which order rows are looked at: those marked as redundant last.
+/// The order in which rows are examined: those marked as redundant last.
 struct RowOrder {
     always: Vec<usize>,
     switched: Vec<Vec<usize>>,
@@ -191,8 +197,8 @@ impl RowOrder {
     }
 }
 
-/// What was found out about some rows.
-struct Look {
+/// The findings about some rows.
+struct RowFindings {
     order: Vec<usize>,
     rank: usize,
     general: Vec<Dependent>,
@@ -202,7 +208,7 @@ struct Look {
     touching: bool,
 }
 
-impl Look {
+impl RowFindings {
     /// Whether rows depend on others in every state, or in all that were found.
     fn redundant(&self) -> bool {
         self.rank < self.order.len()
@@ -220,8 +226,8 @@ impl Look {
         self.manifold.as_ref().map_or(&[], |m| &m.tangent)
     }
 
-    /// Leaves out the states in which rows touch others that do so only while everything is on, as a slot
-    /// takes over from a lock: motions hand over there, and none stays.
+    /// Leaves out the states in which rows are tangent only while everything is on, as where a slot takes
+    /// over from a lock: motions pass such states and do not stay there.
     fn leave_out_where_others_touch(&mut self, rows: &ConstraintRows, known: &[usize]) {
         let Some(manifold) = &mut self.manifold else { return };
         if manifold.tangent.iter().any(|r| !known.contains(r)) {
@@ -232,8 +238,8 @@ impl Look {
     }
 }
 
-/// What is known before all constraints at once are looked at.
-struct Known {
+/// The findings before all constraints are examined together.
+struct SeparateFindings {
     redundant: bool,
     guides: Vec<Sample>,
     tangent: Vec<usize>,
@@ -249,26 +255,26 @@ struct Set<'a> {
 }
 
 impl Set<'_> {
-    fn look(&self, order: &[usize], project: bool) -> Look {
+    fn look(&self, order: &[usize], project: bool) -> RowFindings {
         let (rank, mut general) = self.samples.dependents(self.rows, order);
         let contradicts = |d: &Dependent| d.verdict == Verdict::Contradicts;
         let contradictory = general.iter().any(contradicts);
         // What is declared to repeat others may do so for some values of the parameters alone: the nominal
         // ones decide.
         let meant = general.iter().all(|d| !contradicts(d) || self.redundant(d.row));
-        let possible = project && meant && order.len() <= manifold::LIMIT;
+        let possible = project && meant && order.len() <= manifold::MOST_PROJECTED_ROWS;
         let manifold = possible.then(|| SampledManifold::of(self.model, self.rows, order));
         let manifold = manifold.filter(|m| !contradictory || (m.nominal && !m.samples.is_empty()));
         if manifold.is_some() {
             general.iter_mut().filter(|d| contradicts(d)).for_each(|d| d.verdict = Verdict::Open);
         }
         let ranks = manifold.as_ref().and_then(|m| m.ranks(self.rows, order));
-        Look { order: order.to_vec(), rank, general, manifold, ranks, touching: false }
+        RowFindings { order: order.to_vec(), rank, general, manifold, ranks, touching: false }
     }
 
     /// Constraints whose generalized force is unique though their multipliers are not: their rows span
     /// nothing that the others span.
-    fn joint(&self, look: &Look) -> Vec<usize> {
+    fn joint(&self, look: &RowFindings) -> Vec<usize> {
         let lost: Vec<usize> = match &look.ranks {
             Some(ranks) => ranks.entangled.clone(),
             None => entangled(&look.general),
@@ -290,7 +296,7 @@ impl Set<'_> {
     }
 
     /// Looks at rows and reports the faults of those in `own`.
-    fn examine(&mut self, order: &[usize], own: &[usize], project: bool) -> Look {
+    fn examine(&mut self, order: &[usize], own: &[usize], project: bool) -> RowFindings {
         let look = self.look(order, project);
         self.entangled.extend(entangled(&look.general));
         if let Some(ranks) = &look.ranks {
@@ -308,7 +314,7 @@ impl Set<'_> {
             }
         }
         if self.faults.len() == before && look.ranks.is_none() {
-            // No state tells, and nobody says that the repetition is meant.
+            // No state decides, and the repetition is not declared.
             let open = own_relations().find(|d| d.verdict == Verdict::Open && !self.redundant(d.row));
             let fault = open.map(|d| self.open(&look, d));
             self.faults.extend(fault);
@@ -319,14 +325,15 @@ impl Set<'_> {
         look
     }
 
-    fn on_manifold(&mut self, look: &Look, own: &[usize]) {
+    fn on_manifold(&mut self, look: &RowFindings, own: &[usize]) {
         let Some(manifold) = &look.manifold else { return };
         for r in manifold.vanishing.iter().filter(|r| own.contains(r)) {
             let (name, origin) = self.named(*r);
             self.faults.push(ConstraintFinding::GradientVanishes { name, origin });
         }
-        // A stop that is out of reach may be meant; what always holds has to be able to.
-        let always = own.len() == look.order.len() && look.order.len() <= CERTAIN;
+        // A stop that cannot be reached may be intended. Constraints that are always on have to be
+        // satisfiable.
+        let always = own.len() == look.order.len() && look.order.len() <= MOST_CERTAIN_ROWS;
         if let Some(rows) = manifold.nowhere.as_ref().filter(|_| always)
             && let Some((last, _)) = rows.last()
         {
@@ -348,10 +355,10 @@ impl Set<'_> {
                 self.faults.push(fault);
             } else if !self.redundant(d.row) {
                 let fault = if manifold.tangent.contains(&d.row) {
-                    // A branch on which no row is tangent may have been missed: of many rows the report tells
-                    // alone.
+                    // A branch on which no row is tangent may have been missed: with many rows only the
+                    // report mentions it.
                     let (name, origin) = self.named(d.row);
-                    let certain = look.order.len() <= CERTAIN;
+                    let certain = look.order.len() <= MOST_CERTAIN_ROWS;
                     certain.then_some(ConstraintFinding::Tangent { name, to: of, origin })
                 } else {
                     Some(self.repeats(d.row, of, true))
@@ -380,7 +387,7 @@ impl Set<'_> {
     }
 
     /// A row that repeats others or contradicts them, which no state was found to tell.
-    fn open(&self, look: &Look, d: &Dependent) -> ConstraintFinding {
+    fn open(&self, look: &RowFindings, d: &Dependent) -> ConstraintFinding {
         let (coordinates, rows) =
             (self.rows.coordinates, look.order.iter().filter(|r| !self.redundant(**r)).count());
         if look.rank < coordinates {
@@ -428,21 +435,21 @@ impl Set<'_> {
     }
 }
 
-fn summarise(rows: &ConstraintRows, look: Look) -> Analysis {
+fn summarise(rows: &ConstraintRows, look: RowFindings) -> Analysis {
     let holonomic = |r: &usize| *r < rows.holonomic;
     let mut superfluous: Vec<usize> = look.general.iter().map(|d| d.row).collect();
     let mut not_unique = entangled(&look.general);
     let mut rank = look.rank;
-    let mut looked_at = match &look.manifold {
-        _ if look.touching => LookedAt::Touching,
+    let mut rank_scope = match &look.manifold {
+        _ if look.touching => RankScope::Touching,
         // Of those that are always on it is a finding.
-        _ if look.general.iter().any(|d| d.verdict == Verdict::Contradicts) => LookedAt::Excluding,
-        None if look.order.len() > manifold::LIMIT => LookedAt::TooMany,
-        Some(m) if m.samples.is_empty() && m.nominal => LookedAt::Nowhere,
-        _ => LookedAt::General,
+        _ if look.general.iter().any(|d| d.verdict == Verdict::Contradicts) => RankScope::Excluding,
+        None if look.order.len() > manifold::MOST_PROJECTED_ROWS => RankScope::TooMany,
+        Some(m) if m.samples.is_empty() && m.nominal => RankScope::Nowhere,
+        _ => RankScope::General,
     };
     if let (Some(ranks), Some(manifold)) = (&look.ranks, &look.manifold) {
-        looked_at = if manifold.nominal { LookedAt::Nominal } else { LookedAt::Random };
+        rank_scope = if manifold.nominal { RankScope::Nominal } else { RankScope::Random };
         rank = ranks.rank.1.min(rank);
         superfluous.extend(ranks.dependent.iter().map(|d| d.row));
         // A relation that holds in every state may leave out some of its rows where they hold.
@@ -488,7 +495,7 @@ fn summarise(rows: &ConstraintRows, look: Look) -> Analysis {
         likely: None,
         passed: Vec::new(),
         redundant: false,
-        looked_at,
+        rank_scope,
         integrable: None,
     }
 }
@@ -500,10 +507,10 @@ fn judge_integrability(
     faults: &mut Vec<ConstraintFinding>,
 ) {
     let Some(known) = known else { return };
-    for group in &known.unsaid {
+    for group in &known.undeclared {
         let first = &model.constraints[rows.constraint[group.rows[0]]];
         let names = rows.named(0, group.rows.iter().copied());
-        let Unsaid { integrable, of, determined, .. } = *group;
+        let Undeclared { integrable, of, determined, .. } = *group;
         faults.push(ConstraintFinding::Integrable {
             integrable,
             of,

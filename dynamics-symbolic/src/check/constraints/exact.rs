@@ -62,7 +62,7 @@ impl Echelon {
     /// Adds a row with its right-hand side, unless it depends on those that are there.
     pub(in crate::check) fn add(&mut self, name: usize, row: &SparseVector, right: Fingerprint) -> Outcome {
         let (mut row, mut right, mut made) = (row.clone(), right, vec![(name, Fingerprint::ONE)]);
-        // Entries in front of the one looked at lead no reduced row.
+        // Entries before the current one lead no reduced row.
         let mut at = 0;
         while at < row.len() {
             let (column, value) = row[at];

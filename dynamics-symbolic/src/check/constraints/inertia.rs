@@ -101,6 +101,9 @@ fn rank(rows: impl Iterator<Item = SparseVector>) -> usize {
     echelon.rank()
 }
 
+/// Component of a direction, relative to its largest, up to which a coordinate counts as at rest.
+const AT_REST: f64 = 1e-6;
+
 /// The same in numbers, at states in which the constraints hold: there Φ_q may have a lower rank than in
 /// general. And no free direction has negative inertia.
 fn where_they_hold(
@@ -120,7 +123,7 @@ fn where_they_hold(
     };
     let names = |direction: &[f64]| -> Vec<bool> {
         let largest = direction.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        direction.iter().map(|x| x.abs() > 1e-6 * largest).collect()
+        direction.iter().map(|x| x.abs() > AT_REST * largest).collect()
     };
     let moves: Vec<bool> =
         all.iter().map(|(_, d)| names(d)).fold(vec![false; model.coordinates.len()], |sum, d| {
@@ -130,9 +133,9 @@ fn where_they_hold(
     let list = named(model, |i| moves[i]);
     let direction = if many { format!("a combination of {list}") } else { list };
     let origins = involved(model, |i| moves[i]);
-    if all.iter().all(|(ratio, _)| ratio.abs() < ABSENT) {
+    if all.iter().all(|(ratio, _)| ratio.abs() < ABSENT_INERTIA) {
         found.push(Finding::Constraint(ConstraintFinding::FreeWithoutInertia { direction, origins }));
-    } else if !direct && all.iter().all(|(ratio, _)| *ratio < -ABSENT) {
+    } else if !direct && all.iter().all(|(ratio, _)| *ratio < -ABSENT_INERTIA) {
         let nominal = is_given(model, equations);
         if nominal || has_negative_element(model, equations, &analysis.samples, &moves) {
             found.push(Finding::NegativeInertia { direction, nominal, origins });
@@ -149,23 +152,25 @@ fn is_given(model: &Model, equations: &Equations) -> bool {
     (0..model.parameters.len() as u32).all(|i| given(i) || !reads.symbol(Symbol::Parameter(i)))
 }
 
-/// Times that parameters are guessed.
-const GUESSES: u64 = 8;
+/// How often parameters without nominal values are guessed. Only an element that is negative every time is
+/// reported, so that more guesses make false reports rarer.
+const PARAMETER_GUESSES: u64 = 8;
 
 /// Whether one of the coordinates that move has a negative element on the diagonal of M, however positive
 /// parameters are guessed: then a sign is wrong.
 fn has_negative_element(model: &Model, equations: &Equations, samples: &[Sample], moves: &[bool]) -> bool {
     let diagonal: Vec<NodeId> = equations.mass_matrix.iter().enumerate().map(|(i, row)| row[i]).collect();
     let guesses = samples.iter().flat_map(|sample| {
-        (0..GUESSES)
+        (0..PARAMETER_GUESSES)
             .map(|attempt| Sample { parameters: Sample::parameters(model, attempt), ..sample.clone() })
     });
     let all: Vec<Vec<f64>> = guesses.map(|guess| evaluate(&model.graph, &guess, &diagonal)).collect();
     (0..moves.len()).any(|i| moves[i] && all.iter().all(|values| values[i] < 0.0))
 }
 
-/// Inertia that is none, relative to the largest.
-const ABSENT: f64 = 1e-11;
+/// Ratio of a pivot of NᵀMN to the largest element of M up to which a direction has no inertia. It lies
+/// above the error of states on the manifold, 1e-12.
+const ABSENT_INERTIA: f64 = 1e-11;
 
 /// The least pivot of NᵀMN relative to the largest element of M, N an orthonormal basis of the free
 /// directions, and its direction; `None` where nothing is free, or a pivot is not a number, as where M
@@ -210,7 +215,7 @@ fn least_inertia(
         if ratio < least.0 {
             least = (ratio, own.clone());
         }
-        if ratio.abs() > ABSENT {
+        if ratio.abs() > ABSENT_INERTIA {
             done.push((own, image, square));
         }
     }

@@ -21,9 +21,16 @@ use super::orthogonal::Basis;
 use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
-/// Most rows that are eliminated, and most nodes that brackets may take.
-const ROWS: usize = 16;
-const NODES: usize = 60_000;
+/// Most rows of a group that are eliminated on the graph. With more, which would take too long, integrability
+/// is not determined.
+const MOST_ROWS: usize = 16;
+/// Most nodes that Lie brackets may add to the graph. Beyond, integrability is not determined.
+const MOST_NODES: usize = 60_000;
+
+/// Largest element of a bracket that cancels: rounding errors of sums whose terms are about 1.
+const CANCELLED: f64 = 1e-9;
+/// Component of a unit vector up to which a row takes no part in a combination.
+const NO_PART: f64 = 1e-6;
 
 /// What can be integrated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,13 +39,13 @@ pub(super) struct Integrability {
     pub(super) dimension: usize,
     /// Rows that take part in them.
     pub(super) rows: Vec<usize>,
-    /// Those of which nobody says so, by groups of rows that share coordinates.
-    pub(super) unsaid: Vec<Unsaid>,
+    /// Those that are not declared so, by groups of rows that share coordinates.
+    pub(super) undeclared: Vec<Undeclared>,
 }
 
 /// Combinations that can be integrated and are not declared so.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Unsaid {
+pub(super) struct Undeclared {
     pub(super) integrable: usize,
     /// The number of nonholonomic rows that share coordinates with them.
     pub(super) of: usize,
@@ -83,7 +90,12 @@ pub(super) fn integrability(
             moved.sort_unstable();
             moved.dedup();
             let determined = group.len() >= moved.len();
-            all.unsaid.push(Unsaid { integrable, of: nonholonomic.len(), rows: involved, determined });
+            all.undeclared.push(Undeclared {
+                integrable,
+                of: nonholonomic.len(),
+                rows: involved,
+                determined,
+            });
         }
     }
     Some(all)
@@ -161,7 +173,7 @@ enum Products {
 
 impl<'g> Distribution<'g> {
     fn of(g: &'g mut Graph, rows: &ConstraintRows, group: &[usize]) -> Option<Self> {
-        if group.len() > ROWS {
+        if group.len() > MOST_ROWS {
             return None;
         }
         let mut columns: Vec<usize> = group.iter().flat_map(|r| coordinates(rows, *r)).collect();
@@ -185,7 +197,7 @@ impl<'g> Distribution<'g> {
         let mut read = g.cone(&nodes).into_iter().map(|id| g.node(id));
         let timed = read.any(|n| matches!(n, Node::Symbol(Symbol::Time)))
             || group.iter().any(|r| !g.is_zero(rows.offset[*r]));
-        let limit = g.len() + NODES;
+        let limit = g.len() + MOST_NODES;
         let (pivots, solved) = eliminate(g, matrix.clone())?;
         let free =
             (0..symbols.len()).filter(|j| !pivots.contains(j) && (timed || symbols[*j] != Symbol::Time));
@@ -261,7 +273,7 @@ fn dot(g: &mut Graph, a: &[NodeId], b: &[NodeId]) -> NodeId {
     })
 }
 
-/// Functions that the fingerprints know nothing about.
+/// Functions whose relations fingerprints do not contain.
 fn opaque(node: Node) -> bool {
     match node {
         Node::Unary(f, _) => !matches!(f, Unary::Sin | Unary::Cos | Unary::Tan),
@@ -337,7 +349,7 @@ impl Rank {
                     return None;
                 }
                 // A bracket that cancels leaves rounding errors.
-                let vanishes = row.iter().all(|x| x.abs() < 1e-9);
+                let vanishes = row.iter().all(|x| x.abs() < CANCELLED);
                 Some(!vanishes && basis.add(basis.rank(), &row).is_none())
             }
         }
@@ -376,11 +388,11 @@ impl Closure {
                 let mut basis = Basis::default();
                 for v in fields {
                     let row: Vec<f64> = chosen.iter().map(|r| v[*r]).collect();
-                    if row.iter().any(|x| x.abs() > 1e-9) {
+                    if row.iter().any(|x| x.abs() > CANCELLED) {
                         basis.add(basis.rank(), &row);
                     }
                 }
-                basis.complement(n).iter().map(|v| v.iter().map(|x| x.abs() > 1e-6).collect()).collect()
+                basis.complement(n).iter().map(|v| v.iter().map(|x| x.abs() > NO_PART).collect()).collect()
             }
         };
         let support = (0..n).filter(|i| vectors.iter().any(|v| v[*i])).collect();

@@ -15,19 +15,20 @@ use crate::check::unused::Reads;
 use crate::graph::{NodeId, Symbol};
 use crate::mechanics::Model;
 
-use super::manifold::{LIMIT, coordinate_scales, slopes, typical_length};
+use super::manifold::{MOST_PROJECTED_ROWS, coordinate_scales, slopes, typical_length};
 use super::newton::{ON_MANIFOLD, Projection};
 use super::rows::ConstraintRows;
 use super::sample::Sample;
 
-/// Most coordinates by which directions are given: the first four, as Euler parameters have.
-const TRIED: usize = 4;
-/// What such a coordinate is set to, in parts of its size: a quarter of a turn, as half a turn gives none.
-const ASIDE: f64 = 0.5;
+/// Most coordinates of a row that are moved in turn to give it a direction: four, as Euler parameters have.
+const MOST_COORDINATES_MOVED: usize = 4;
+/// Value of a moved coordinate, as a part of its size. Of an angle it is a quarter of a turn; half a turn
+/// would give no direction either.
+const MOVED_BY: f64 = 0.5;
 
 /// The states, the likeliest first; velocities and inputs are random.
 pub(super) fn likely(model: &Model, rows: &ConstraintRows) -> Vec<Sample> {
-    if rows.holonomic > LIMIT {
+    if rows.holonomic > MOST_PROJECTED_ROWS {
         return Vec::new();
     }
     let chosen: Vec<usize> = (0..rows.holonomic).collect();
@@ -70,9 +71,9 @@ fn with_directions(rows: &ConstraintRows, chosen: &[usize], origin: Sample, scal
     let moved = |k: usize| {
         let mut state = origin.clone();
         for (j, _) in blind.iter().filter_map(|r| rows.jacobian[*r].get(k)) {
-            state.q[*j] = ASIDE * scale[*j];
+            state.q[*j] = MOVED_BY * scale[*j];
         }
         state
     };
-    (0..longest.min(TRIED)).map(moved).collect()
+    (0..longest.min(MOST_COORDINATES_MOVED)).map(moved).collect()
 }

@@ -1,57 +1,66 @@
-//! What holds only where the constraints hold: Φ = 0 is approached from random starts, and the rows of Φ_q
-//! and A are looked at there.
+//! What holds only where the constraints hold: states with Φ = 0 are approached from random starts, and the
+//! rows of Φ_q and A are examined there.
 //!
 //! With nominal values of all parameters that the constraints read, a set that no start satisfies is
-//! contradictory. Without them random values are tried; what holds in all the states found then holds for the
-//! model, and nothing follows where none was found.
+//! contradictory. Without them random values are tried. What holds in all states found then holds for the
+//! model, and nothing follows if none is found.
 
 use crate::check::unused::Reads;
 use crate::graph::{Graph, NodeId, Symbol, Tape};
 use crate::mechanics::Model;
 
-use super::newton::{End, Projection};
+use super::newton::{Projection, ProjectionEnd};
 use super::orthogonal::{Basis, fraction, norm};
 use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
-/// Random starts, and states on the manifold that are enough.
+/// Random starts of Newton's method.
 const STARTS: u64 = 16;
-const ENOUGH: usize = 5;
+/// States on the manifold after which no further start is made. What holds in all of them is taken to hold on
+/// the branch; more states take time and make coincidences rarer.
+const ENOUGH_STATES: usize = 5;
 /// Further starts where rows are tangent in states that were found, and in none all are independent: such
 /// states attract Newton's method. A row of N windows has 3ᴺ branches, and random starts with N = 7 all end
-/// on ones with flat windows. So rows are fulfilled one after another there, each on a branch without tangent
+/// on ones with flat windows. So these starts satisfy one row after another, each on a branch without tangent
 /// rows.
-const ROW_BY_ROW: u64 = 4;
-/// Farther from the manifold than this, relative to the size of the parameters, Newton's method is not just
-/// slow.
-const APART: f64 = 1e-3;
-/// Rows that are missed by less than this part of what the worst is missed by are fulfilled: descents end
-/// there.
-const MISSED: f64 = 1e-2;
-/// Beyond this many times what a row was missed by at the slopes that its last descent began with, it is flat
-/// where it comes closest: value over slope is no distance there.
-const FLAT: f64 = 1e2;
-/// Most rows that are projected: a step takes R³ operations.
-pub(super) const LIMIT: usize = 60;
-/// A gradient is gone where it is this much shorter than one step of this size away, relative to the
-/// coordinates' own: that of Φ² is of the size of Φ, 1e-6 at a state that Newton's method found.
-const VANISHED: f64 = 1e-2;
+const STARTS_ROW_BY_ROW: u64 = 4;
+/// Distance from the manifold, relative to the size of the parameters, beyond which Newton's method has not
+/// just converged slowly: no state satisfies the rows.
+const LEAST_GAP: f64 = 1e-3;
+/// Residual of a row, relative to the largest residual, up to which the row counts as satisfied where a
+/// descent ended. Rows above it are named as excluding each other.
+const MISSED_ROWS: f64 = 1e-2;
+/// Ratio of the distance |Φ|/‖Φ_q‖ at the closest approach to the residual by the slopes that the last
+/// descent began with, beyond which the row is flat there. Value over slope is then no distance: random
+/// models reported 2.4e5. The residual is reported instead.
+const LARGEST_DISTANCE_RATIO: f64 = 1e2;
+/// Most rows that are projected onto the manifold. A step takes R³ operations.
+pub(super) const MOST_PROJECTED_ROWS: usize = 60;
+/// Ratio of a gradient to the largest one nearby, at distances up to [`AWAY`], below which it counts as
+/// vanished. Where Newton's method found Φ² = 0, Φ is 1e-6, and the gradient of Φ² is as small.
+const VANISHED_GRADIENT: f64 = 1e-2;
+/// Largest step to the places where gradients are compared, as a part of the coordinates' sizes.
 const AWAY: f64 = 0.03;
-/// How far to both sides of a state, likewise, gradients are compared: where they are opposite the row has a
-/// kink there.
-const BESIDE: f64 = 1e-3;
-/// A row that is constant where others hold is zero there up to this part of what its terms change it by:
-/// those are found to 1e-12.
-const CONSTANT: f64 = 1e-8;
+/// Step to both sides of a state, as a part of the coordinates' sizes, between which gradients are compared.
+/// Where they are opposite, the row has a kink in between.
+const BESIDE_KINK: f64 = 1e-3;
+/// Value of a row, relative to what its terms change it by, up to which it is zero where the others hold.
+/// States are on the manifold to 1e-12.
+const LARGEST_CONSTANT: f64 = 1e-8;
+
+/// Size of a term, relative to the row or sum that it belongs to, up to which it is rounding or the error of
+/// a state that satisfies Φ² = 0 to 1e-12: coefficients below it take no part in a relation, and offsets
+/// that differ by less agree.
+const NEGLIGIBLE: f64 = 1e-6;
 
 /// The manifold of some rows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SampledManifold {
     /// States on it.
     pub(super) samples: Vec<Sample>,
-    /// At each of them, the number of coordinates less the dimension of the manifold.
+    /// RowsAtSample each of them, the number of coordinates less the dimension of the manifold.
     pub(super) held: Vec<usize>,
-    /// At each of them, whether rows are tangent.
+    /// RowsAtSample each of them, whether rows are tangent.
     places: Vec<bool>,
     /// Rows that at some of them have no direction of their own, though they hold positions that the others
     /// leave free.
@@ -73,14 +82,14 @@ fn largest(residual: &[f64]) -> f64 {
 fn missed(stuck: Vec<(Projection, Sample, Vec<f64>)>, size: f64) -> Vec<(usize, f64)> {
     let approaches = stuck.into_iter().map(|(projection, state, residual)| {
         let before: Vec<f64> = residual.iter().map(|x| x.abs() * size).collect();
-        let is_distance = |x: &f64| x.is_finite() && *x <= FLAT * largest(&before);
+        let is_distance = |x: &f64| x.is_finite() && *x <= LARGEST_DISTANCE_RATIO * largest(&before);
         let closest = projection.closest(state).filter(|distances| distances.iter().all(is_distance));
         let closest = closest.unwrap_or(before);
         (projection.chosen, closest)
     });
     let closest = approaches.min_by(|(_, a), (_, b)| largest(a).total_cmp(&largest(b)));
     let Some((rows, residual)) = closest else { return Vec::new() };
-    let missed = MISSED * largest(&residual);
+    let missed = MISSED_ROWS * largest(&residual);
     let far = rows.into_iter().zip(residual).filter(|(_, x)| *x > missed);
     far.collect()
 }
@@ -121,11 +130,11 @@ impl SampledManifold {
         let mut closest: Option<f64> = None;
         let mut stuck = Vec::new();
         let mut evidence = 0;
-        // Who says that rows repeat others means a branch on which they do, and may have to wait for it.
+        // A declared repetition means a branch on which it holds, which may take more starts to find.
         let mut sought = model.constraints.iter().any(|c| c.redundant);
         let mut independent = false;
-        for start in 0..STARTS + ROW_BY_ROW {
-            let enough = found.samples.len() >= ENOUGH && !sought;
+        for start in 0..STARTS + STARTS_ROW_BY_ROW {
+            let enough = found.samples.len() >= ENOUGH_STATES && !sought;
             if start < STARTS && enough {
                 continue;
             }
@@ -137,11 +146,13 @@ impl SampledManifold {
             let projection = Projection::new(rows, chosen, scale);
             let end = match start < STARTS {
                 true => projection.from(state, start),
-                false => projection.row_by_row(state, start).map_or(End::Stuck(None), End::There),
+                false => projection
+                    .row_by_row(state, start)
+                    .map_or(ProjectionEnd::Stuck(None), ProjectionEnd::OnManifold),
             };
             match end {
-                // Where a slope is not finite nothing can be said.
-                End::There(sample)
+                // A state with a slope that is not finite decides nothing.
+                ProjectionEnd::OnManifold(sample)
                     if slopes(rows, &sample, chosen).iter().flatten().all(|x| x.is_finite()) =>
                 {
                     let sample = found.settled(&projection, rows, sample);
@@ -150,19 +161,19 @@ impl SampledManifold {
                     independent |= rank == chosen.len();
                     found.samples.push(sample);
                 }
-                End::There(_) => {}
-                End::Stuck(Some((residual, state))) => {
+                ProjectionEnd::OnManifold(_) => {}
+                ProjectionEnd::Stuck(Some((residual, state))) => {
                     evidence += 1;
                     let worst = largest(&residual) * size;
                     closest = Some(closest.map_or(worst, |least| least.min(worst)));
                     stuck.push((projection, state, residual));
                 }
-                End::Stuck(None) => {}
+                ProjectionEnd::Stuck(None) => {}
             }
         }
-        // What comes close may only come slowly, as near a singular state.
+        // A small distance may mean slow convergence, as near a singular state.
         if found.samples.is_empty() && nominal && evidence >= STARTS / 2 {
-            let apart = closest.is_some_and(|distance| distance > APART * size);
+            let apart = closest.is_some_and(|distance| distance > LEAST_GAP * size);
             found.nowhere = apart.then(|| missed(stuck, size));
         }
         let scale = coordinate_scales(model, size);
@@ -205,13 +216,13 @@ impl SampledManifold {
     /// Looks at rows in the given order at every sample; rows without a gradient are left out.
     pub(super) fn ranks(&self, rows: &ConstraintRows, order: &[usize]) -> Option<SampledRanks> {
         let order: Vec<usize> = order.iter().copied().filter(|r| !self.vanishing.contains(r)).collect();
-        let all: Vec<At> = self.samples.iter().map(|s| At::of(rows, s, &order)).collect();
+        let all: Vec<RowsAtSample> = self.samples.iter().map(|s| RowsAtSample::of(rows, s, &order)).collect();
         let first = all.first()?;
         let rank = all.iter().fold((usize::MAX, 0), |(low, high), at| (low.min(at.rank), high.max(at.rank)));
         let everywhere = |r: &usize| all.iter().all(|at| at.dependent.iter().any(|d| d.row == *r));
         let rows_found: Vec<usize> = first.dependent.iter().map(|d| d.row).filter(everywhere).collect();
         let dependent = rows_found.into_iter().map(|r| join(r, &all)).collect();
-        let mut entangled: Vec<usize> = all.iter().flat_map(At::entangled).collect();
+        let mut entangled: Vec<usize> = all.iter().flat_map(RowsAtSample::entangled).collect();
         entangled.sort_unstable();
         entangled.dedup();
         Some(SampledRanks { rank, dependent, entangled })
@@ -219,7 +230,7 @@ impl SampledManifold {
 }
 
 /// The rows at one sample.
-struct At {
+struct RowsAtSample {
     rank: usize,
     dependent: Vec<Relation>,
 }
@@ -232,7 +243,7 @@ struct Relation {
     consistent: bool,
 }
 
-impl At {
+impl RowsAtSample {
     fn of(rows: &ConstraintRows, sample: &Sample, order: &[usize]) -> Self {
         let dense = slopes(rows, sample, order);
         let offsets = offsets(rows, sample, order);
@@ -246,13 +257,13 @@ impl At {
                 .into_iter()
                 .filter(|(s, c)| {
                     let other = order.iter().position(|o| o == s).map_or(0.0, |at| norm(&dense[at]));
-                    c.abs() * other > 1e-6 * size
+                    c.abs() * other > NEGLIGIBLE * size
                 })
                 .collect();
             let terms = coefficients.iter().map(|(s, c)| c * offset(*s));
             let (sum, largest) =
                 terms.fold((0.0, offset(*r).abs()), |(sum, large), x| (sum + x, f64::max(large, x.abs())));
-            let consistent = (offset(*r) - sum).abs() <= 1e-6 * (largest + size);
+            let consistent = (offset(*r) - sum).abs() <= NEGLIGIBLE * (largest + size);
             dependent.push(Relation { row: *r, coefficients, consistent });
         }
         Self { rank: basis.rank(), dependent }
@@ -264,7 +275,7 @@ impl At {
 }
 
 /// What is known about a row from all samples.
-fn join(row: usize, all: &[At]) -> RowDependence {
+fn join(row: usize, all: &[RowsAtSample]) -> RowDependence {
     let own = || all.iter().filter_map(|at| at.dependent.iter().find(|d| d.row == row));
     let mut others: Vec<usize> = own().flat_map(|d| d.coefficients.iter().map(|(s, _)| *s)).collect();
     others.sort_unstable();
@@ -273,7 +284,7 @@ fn join(row: usize, all: &[At]) -> RowDependence {
     let constant = others.iter().map(|s| {
         let mut values = own().map(|d| at(&d.coefficients, *s));
         let first = values.next()?;
-        let same = own().count() > 1 && values.all(|x| (x - first).abs() < 1e-6 * (1.0 + first.abs()));
+        let same = own().count() > 1 && values.all(|x| (x - first).abs() < NEGLIGIBLE * (1.0 + first.abs()));
         fraction(first).filter(|_| same).map(|f| (*s, f))
     });
     let constant = constant.collect();
@@ -288,7 +299,7 @@ fn vanishes(rows: &ConstraintRows, sample: &Sample, scale: &[f64], r: usize) -> 
         let mut there = sample.clone();
         let length = norm(&slope);
         for ((q, s), d) in there.q.iter_mut().zip(scale).zip(&slope) {
-            *q += side * BESIDE * s * d / length;
+            *q += side * BESIDE_KINK * s * d / length;
         }
         slopes(rows, &there, &[r]).swap_remove(0)
     };
@@ -305,7 +316,7 @@ fn vanishes(rows: &ConstraintRows, sample: &Sample, scale: &[f64], r: usize) -> 
         }
         norm(&slopes(rows, &away, &[r])[0])
     });
-    here < VANISHED * around.fold(0.0, f64::max)
+    here < VANISHED_GRADIENT * around.fold(0.0, f64::max)
 }
 
 /// Whether a row that depends on others in every state, so that it is constant where these hold, is zero
@@ -320,14 +331,14 @@ pub(super) fn misses(model: &Model, rows: &ConstraintRows, others: &[usize], row
         let (value, slope) =
             (evaluate(&rows.graph, sample, &[rows.values[row]])[0], &slopes(rows, sample, &[row])[0]);
         let size = slope.iter().zip(&sample.q).map(|(d, q)| (d * q).abs()).fold(0.0, f64::max);
-        value.abs() > CONSTANT * size
+        value.abs() > LARGEST_CONSTANT * size
     };
     !found.is_empty() && found.iter().all(off)
 }
 
 /// Rank of some rows at a state.
 pub(super) fn rank(rows: &ConstraintRows, sample: &Sample, chosen: &[usize]) -> usize {
-    At::of(rows, sample, chosen).rank
+    RowsAtSample::of(rows, sample, chosen).rank
 }
 
 /// Rows of Φ_q and A at a state.

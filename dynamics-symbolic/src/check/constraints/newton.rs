@@ -13,20 +13,33 @@ use super::orthogonal::norm;
 use super::rows::ConstraintRows;
 use super::sample::{Sample, random};
 
-/// Iterations of one descent.
-const ITERATIONS: usize = 60;
-/// Descents from one start.
-const THROWS: u64 = 6;
-/// Descents to a closest approach, each with the weights of where the one before had ended.
-const REFINED: usize = 8;
-/// |WΦ| of a state on the manifold. Φ² = 0 is approached at half the distance each time, so that Φ is 1e-6
-/// there.
+/// Most iterations of one descent. Convergence is quadratic on regular manifolds and takes one bit an
+/// iteration where Φ² = 0: Φ² is 1e-12 after 20 of them.
+const MOST_ITERATIONS: usize = 60;
+/// Damping μ of the first step, relative to the weighted rows. It is reduced to |WΦ| where that is smaller.
+const FIRST_DAMPING: f64 = 1e-2;
+/// Damping after a step that failed, at least. It is 45 ε, above the rounding of J D²Jᵀ.
+const LEAST_DAMPING: f64 = 1e-14;
+/// Damping above which a descent ends: steps are then too short to change the state.
+const LARGEST_DAMPING: f64 = 1e8;
+/// Least damping of a step relative to the largest element of J D²Jᵀ: about 5 ε, so that Cholesky's method
+/// does not fail where rows are redundant.
+const REGULARIZATION: f64 = 1e-15;
+/// Residual of a row, relative to the largest, above which its coordinates are drawn anew.
+const UNSATISFIED: f64 = 1e-3;
+/// Most descents from one start; before each but the first the coordinates of unsatisfied rows are drawn
+/// anew. More of them find rarer branches and take time.
+const MOST_DESCENTS: u64 = 6;
+/// Descents to a closest approach, each with the weights of where the one before ended.
+const REFINEMENTS: usize = 8;
+/// Largest |WΦ| of a state on the manifold. Newton's method halves the distance from Φ² = 0 each time, so
+/// that Φ itself is 1e-6 there.
 pub(super) const ON_MANIFOLD: f64 = 1e-12;
 
 /// How a projection ended.
-pub(super) enum End {
+pub(super) enum ProjectionEnd {
     /// On the manifold.
-    There(Sample),
+    OnManifold(Sample),
     /// Away from it: |WΦ| of every row, and where. Not evidence of anything where a value was not finite on
     /// the way.
     Stuck(Option<(Vec<f64>, Sample)>),
@@ -43,7 +56,7 @@ pub(super) struct Projection<'r> {
     plane: Option<Plane>,
 }
 
-/// What is so far from a place in a direction, both by the coordinates' sizes.
+/// The plane at a distance from a place, in a direction; both relative to the coordinates' sizes.
 #[derive(Clone)]
 pub(super) struct Plane {
     pub(super) from: Vec<f64>,
@@ -110,21 +123,23 @@ impl<'r> Projection<'r> {
     }
 
     /// From a random state onto the manifold.
-    pub(super) fn from(&self, mut state: Sample, start: u64) -> End {
+    pub(super) fn from(&self, mut state: Sample, start: u64) -> ProjectionEnd {
         let mut buffer = Vec::new();
         if self.chosen.is_empty() {
-            return End::There(state);
+            return ProjectionEnd::OnManifold(state);
         }
         let mut last = None;
-        for throw in 0..THROWS {
-            let Some(residual) = self.descend(&mut state, &mut buffer) else { return End::Stuck(None) };
+        for throw in 0..MOST_DESCENTS {
+            let Some(residual) = self.descend(&mut state, &mut buffer) else {
+                return ProjectionEnd::Stuck(None);
+            };
             let worst = residual.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             if worst <= ON_MANIFOLD {
-                return End::There(state);
+                return ProjectionEnd::OnManifold(state);
             }
             let stuck = state.clone();
             for (r, own) in self.chosen.iter().zip(&residual) {
-                if own.abs() > 1e-3 * worst {
+                if own.abs() > UNSATISFIED * worst {
                     for (j, _) in &self.rows.jacobian[*r] {
                         let x = random(0x900 + 16 * start + throw, *j as u64);
                         state.q[*j] = self.scale[*j] * (2.0 * x - 1.0);
@@ -133,7 +148,7 @@ impl<'r> Projection<'r> {
             }
             last = Some((residual, stuck));
         }
-        End::Stuck(last)
+        ProjectionEnd::Stuck(last)
     }
 
     /// From where a projection was stuck to where rows are least far away as distances go, |Φ|/‖Φ_q‖ by their
@@ -141,7 +156,7 @@ impl<'r> Projection<'r> {
     /// satisfied there exclude each other, as their gradients depend on each other.
     pub(super) fn closest(&self, mut state: Sample) -> Option<Vec<f64>> {
         let mut buffer = Vec::new();
-        for _ in 0..REFINED {
+        for _ in 0..REFINEMENTS {
             self.descend(&mut state, &mut buffer)?;
         }
         let Local { values, jacobian } = self.local(&state, &mut buffer);
@@ -156,13 +171,13 @@ impl<'r> Projection<'r> {
         let weight = local.weights();
         let mut residual = local.weighted(&weight);
         // As small as the residual, unless such a step failed.
-        let (mut damping, mut failed) = (1e-2, false);
-        for _ in 0..ITERATIONS {
+        let (mut damping, mut failed) = (FIRST_DAMPING, false);
+        for _ in 0..MOST_ITERATIONS {
             let size = norm(&residual);
             if !size.is_finite() {
                 return None;
             }
-            if size <= 0.1 * ON_MANIFOLD || damping > 1e8 {
+            if size <= 0.1 * ON_MANIFOLD || damping > LARGEST_DAMPING {
                 break;
             }
             let used = if failed { damping } else { f64::min(damping, size) };
@@ -173,7 +188,7 @@ impl<'r> Projection<'r> {
             let new = there.weighted(&weight);
             failed = norm(&new).partial_cmp(&size) != Some(Ordering::Less);
             if failed {
-                damping = f64::max(10.0 * used, 1e-14);
+                damping = f64::max(10.0 * used, LEAST_DAMPING);
             } else {
                 (*state, local, residual) = (next, there, new);
                 damping = 0.2 * used;
@@ -190,7 +205,7 @@ impl<'r> Projection<'r> {
         let mut normal: Vec<Vec<f64>> =
             (0..rows.len()).map(|i| (0..=i).map(|j| dot(&rows[i], &rows[j])).collect()).collect();
         let largest = (0..rows.len()).fold(0.0f64, |m, i| m.max(normal[i][i]));
-        (0..rows.len()).for_each(|i| normal[i][i] += f64::max(damping, 1e-15 * largest));
+        (0..rows.len()).for_each(|i| normal[i][i] += f64::max(damping, REGULARIZATION * largest));
         let multipliers = solve(normal, residual)?;
         let mut step = vec![0.0; self.scale.len()];
         for (row, y) in rows.iter().zip(multipliers) {

@@ -1,11 +1,13 @@
 //! Numeric rank of rows in a given order, by Gram–Schmidt with reorthogonalisation.
 //!
-//! Rows are scaled to length one first. What is left of a dependent row is of the size of the rounding errors
-//! or of the error of the projection onto the manifold, 1e-12; of an independent row at a random state it is
-//! rarely below 1e-4. The gap is looked for at 1e-7.
+//! Rows are scaled to length one first. The remainder of a dependent row is of the size of the rounding
+//! errors, or of the error of the projection onto the manifold, 1e-12. That of an independent row at a random
+//! state is rarely below 1e-4. [`DEPENDENT_REST`] lies between them.
 
-/// What is left of a dependent row, at most.
-pub(super) const GAP: f64 = 1e-7;
+/// Largest remainder, of a row of length one, with which the row depends on those before it. It lies between
+/// the errors of rounding and projection, 1e-12, and the remainders of independent rows, which are rarely
+/// below 1e-4.
+pub(super) const DEPENDENT_REST: f64 = 1e-7;
 
 /// Rows in orthonormal form, with what they are made of.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +34,7 @@ impl Basis {
         }
         let (rest, mut made) = self.rest(row);
         let left = norm(&rest);
-        if left > GAP {
+        if left > DEPENDENT_REST {
             made.push(1.0 / length);
             self.vectors.push(rest.iter().map(|x| x / left).collect());
             self.made.push(made.into_iter().map(|c| c / left).collect());
@@ -83,11 +85,21 @@ pub(super) fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// n/d with d ≤ 12 for a number within 1e-6 of it.
+/// Largest denominator of a fraction that is recognised.
+const LARGEST_DENOMINATOR: i64 = 12;
+/// Largest numerator of a fraction that is recognised.
+const LARGEST_NUMERATOR: f64 = 1e3;
+/// Distance from a fraction, in parts of 1/d, below which a number is read as one. Coefficients of dependent
+/// rows are known to about 1e-7, see [`DEPENDENT_REST`].
+const FRACTION_TOLERANCE: f64 = 1e-6;
+
+/// The fraction n/d that a number is within [`FRACTION_TOLERANCE`] of.
 pub(super) fn fraction(x: f64) -> Option<(i64, i64)> {
-    let close =
-        |d: &i64| (x * *d as f64 - (x * *d as f64).round()).abs() < 1e-6 && (x * *d as f64).abs() < 1e3;
-    (1..=12).find(close).map(|d| ((x * d as f64).round() as i64, d))
+    let close = |d: &i64| {
+        let n = x * *d as f64;
+        (n - n.round()).abs() < FRACTION_TOLERANCE && n.abs() < LARGEST_NUMERATOR
+    };
+    (1..=LARGEST_DENOMINATOR).find(close).map(|d| ((x * d as f64).round() as i64, d))
 }
 
 #[cfg(test)]

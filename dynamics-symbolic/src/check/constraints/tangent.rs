@@ -1,37 +1,47 @@
-//! Samples beside a place where rows become tangent to each other.
+//! Samples near a place where rows become tangent to each other.
 //!
 //! Three rods between three beads on one line hold the middle one in its place, but to second order only: Φ
-//! has a double root there. Newton's method comes half as near with every step, and Φ, the square of what is
-//! left, is zero to rounding while rows that depend on each other still look independent. What remains of
-//! such a row without its part along the others, (1 − P)Φ_q, is zero at the root as well, and of first order:
-//! together with Φ it has a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao
-//! 2006).
+//! has a double root there. Newton's method halves the distance with every step. Φ is its square, and is
+//! zero to rounding while dependent rows still look independent. The remainder of such a row without its part
+//! along the others, (1 − P)Φ_q, is zero at the root as well, and of first order. Together with Φ it has
+//! a simple root, which is found to rounding (deflation; Leykin, Verschelde and Zhao 2006).
 
 use super::manifold;
 use super::newton::{ON_MANIFOLD, Plane, Projection, solve};
 use super::orthogonal::{Basis, norm};
 use super::sample::{Sample, random};
 
-/// What is left of a row that may be tangent to others where Φ is 1e-12. Less than that of a row that repeats
-/// others, whose distance is that of Φ.
-const SUSPECT: f64 = 1e-4;
-const EXACT: f64 = 1e-10;
-/// Farther than this, relative to the coordinates' sizes, a root is another one.
-const NEAR: f64 = 1e-2;
-/// Steps towards the root, and of central differences.
-const ITERATIONS: usize = 40;
+/// Largest remainder of a row that may be tangent to others, where Φ is up to 1e-12. The remainder is about
+/// the distance to the place of tangency, which may be 1e-6 where Φ² is 1e-12.
+const SUSPECT_REST: f64 = 1e-4;
+/// Largest remainder of a row that repeats others. It is about the distance to the manifold, 1e-12.
+const REPEATED_REST: f64 = 1e-10;
+/// Distance, relative to the coordinates' sizes, beyond which a root is not the one that the state
+/// approached.
+const FARTHEST_ROOT: f64 = 1e-2;
+/// Most steps of the Gauss–Newton method towards the root.
+const MOST_ITERATIONS: usize = 40;
+/// |f| at which the root is found to rounding, about 5 ε.
+const AT_ROOT: f64 = 1e-15;
+/// Regularisation of SᵀS relative to its largest element. It keeps directions that S does not contain at
+/// rest, and is below the squares of slopes that count, 1e-8.
+const REGULARIZATION: f64 = 1e-12;
+/// Step of central differences, relative to the coordinates' sizes. Their error is about its square, 1e-10.
 const DIFFERENCE: f64 = 1e-5;
-/// What is left at the root. Differences have an error of 1e-10; what is not clearly above holds nothing.
-const LEFT: f64 = 1e-9;
-const HOLDS: f64 = 1e-4;
-/// How far, relative to the coordinates' sizes, a state is looked for on which no row is tangent, and in how
-/// many directions.
+/// Largest remainder of tangent rows at the root. Central differences have an error of 1e-10.
+const LARGEST_REST_AT_ROOT: f64 = 1e-9;
+/// Smallest slope, relative to the largest, that holds a direction at the root. What is not clearly above the
+/// error of differences holds nothing.
+const LEAST_HOLDING_SLOPE: f64 = 1e-4;
+/// Distance from a place of tangency, relative to the coordinates' sizes, at which a regular state is
+/// searched.
 const ASIDE: f64 = 0.1;
+/// Random directions in which it is searched. One that leads to a regular state is enough.
 const DIRECTIONS: u64 = 12;
 
-/// Throws of a row's coordinates until it is fulfilled, not tangent and independent. Of nine windows one
-/// throw in 25 is, for each of the rows that close one.
-const THROWS: u64 = 128;
+/// Most times that the coordinates of a row are drawn until it holds, is not tangent and is independent. With
+/// nine windows one draw in 25 succeeds, for each of the rows that close a window.
+const MOST_DRAWS: u64 = 128;
 
 /// A place where rows are tangent.
 pub(super) struct Tangent {
@@ -56,7 +66,7 @@ impl Projection<'_> {
             let mut thrown = |throw: u64| {
                 let mut next = state.clone();
                 let random = |kind: u64, j: usize| {
-                    random((0xb00 + start) * THROWS + throw, (3 * row as u64 + kind) << 32 | j as u64)
+                    random((0xb00 + start) * MOST_DRAWS + throw, (3 * row as u64 + kind) << 32 | j as u64)
                 };
                 let chosen = coordinates.iter().map(|(j, _)| *j).filter(|j| throw > 0 && random(0, *j) < 0.5);
                 chosen.for_each(|j| next.q[j] = self.scale[j] * (2.0 * random(1, j) - 1.0));
@@ -65,7 +75,7 @@ impl Projection<'_> {
                 (there && part.is_regular(&next)).then_some(next)
             };
             let mut found = None;
-            for next in (0..THROWS).filter_map(&mut thrown) {
+            for next in (0..MOST_DRAWS).filter_map(&mut thrown) {
                 let own = manifold::rank(self.rows, &next, &part.chosen);
                 if found.as_ref().is_none_or(|(most, _)| own > *most) {
                     found = Some((own, next));
@@ -81,16 +91,16 @@ impl Projection<'_> {
 
     /// Whether at a state on the manifold no row is near to being tangent.
     pub(super) fn is_regular(&self, state: &Sample) -> bool {
-        Search::beside(self, state).is_none()
+        TangencySystem::beside(self, state).is_none()
     }
 
-    /// The place where rows are tangent that a state on the manifold is beside; `None` where there is none.
+    /// The place near a state on the manifold where rows are tangent; `None` without such a place.
     pub(super) fn tangent(&self, state: &Sample) -> Option<Tangent> {
-        let mut search = Search::beside(self, state)?;
+        let mut search = TangencySystem::beside(self, state)?;
         let mut place = state.clone();
         let mut values = search.values(&place);
-        for _ in 0..ITERATIONS {
-            if norm(&values) <= 1e-15 {
+        for _ in 0..MOST_ITERATIONS {
+            if norm(&values) <= AT_ROOT {
                 break;
             }
             let slopes = search.slopes(&place);
@@ -105,10 +115,14 @@ impl Projection<'_> {
                 break;
             }
         }
-        let moved =
-            place.q.iter().zip(&state.q).zip(&self.scale).all(|((a, b), d)| (a - b).abs() <= NEAR * d);
+        let moved = place
+            .q
+            .iter()
+            .zip(&state.q)
+            .zip(&self.scale)
+            .all(|((a, b), d)| (a - b).abs() <= FARTHEST_ROOT * d);
         let (own, left) = values.split_at(self.chosen.len());
-        if !moved || norm(own) > ON_MANIFOLD || norm(left) > LEFT {
+        if !moved || norm(own) > ON_MANIFOLD || norm(left) > LARGEST_REST_AT_ROOT {
             return None;
         }
         let held = rank(&search.slopes(&place));
@@ -148,7 +162,7 @@ impl Projection<'_> {
 }
 
 /// Φ and what is left of the rows that may be tangent.
-struct Search<'p, 'r> {
+struct TangencySystem<'p, 'r> {
     projection: &'p Projection<'r>,
     weight: Vec<f64>,
     /// The rows that are independent of those before them by far, by their place among the chosen.
@@ -157,7 +171,7 @@ struct Search<'p, 'r> {
     buffer: Vec<f64>,
 }
 
-impl<'p, 'r> Search<'p, 'r> {
+impl<'p, 'r> TangencySystem<'p, 'r> {
     fn beside(projection: &'p Projection<'r>, state: &Sample) -> Option<Self> {
         let mut buffer = Vec::new();
         let local = projection.local(state, &mut buffer);
@@ -166,10 +180,10 @@ impl<'p, 'r> Search<'p, 'r> {
         let mut basis = Basis::default();
         for (i, row) in local.jacobian.iter().enumerate() {
             let left = norm(&basis.rest(row).0);
-            if left > SUSPECT {
+            if left > SUSPECT_REST {
                 basis.add(i, row);
                 search.independent.push(i);
-            } else if left > EXACT {
+            } else if left > REPEATED_REST {
                 search.tangent.push(i);
             }
         }
@@ -206,7 +220,7 @@ fn least(slopes: &[Vec<f64>], f: &[f64]) -> Option<Vec<f64>> {
     let mut normal: Vec<Vec<f64>> =
         (0..slopes.len()).map(|i| (0..=i).map(|j| dot(&slopes[i], &slopes[j])).collect()).collect();
     let largest = (0..slopes.len()).fold(0.0f64, |m, i| m.max(normal[i][i]));
-    (0..slopes.len()).for_each(|i| normal[i][i] += 1e-12 * largest);
+    (0..slopes.len()).for_each(|i| normal[i][i] += REGULARIZATION * largest);
     let right: Vec<f64> = slopes.iter().map(|s| -dot(s, f)).collect();
     solve(normal, &right)
 }
@@ -215,8 +229,8 @@ fn least(slopes: &[Vec<f64>], f: &[f64]) -> Option<Vec<f64>> {
 fn rank(columns: &[Vec<f64>]) -> usize {
     let largest = columns.iter().map(|c| norm(c)).fold(0.0, f64::max);
     let mut basis = Basis::default();
-    for column in columns.iter().filter(|c| norm(c) > HOLDS * largest) {
-        if norm(&basis.rest(column).0) > HOLDS {
+    for column in columns.iter().filter(|c| norm(c) > LEAST_HOLDING_SLOPE * largest) {
+        if norm(&basis.rest(column).0) > LEAST_HOLDING_SLOPE {
             basis.add(0, column);
         }
     }

@@ -125,7 +125,7 @@ pub(super) fn write_product(factors: &[(&str, Exponent)]) -> String {
 
 type NamedDimensions = &'static [(&'static str, [i32; BASES])];
 
-/// Dimensions that engineers know under a shorter name. One name each: a moment of a force reads `J` too.
+/// Dimensions with a shorter name. Each has one name: a moment of a force is written `J` too.
 const SI_NAMED: NamedDimensions = &[
     ("N", [1, 1, -2, 0, 0, 0, 0]),
     ("J", [2, 1, -2, 0, 0, 0, 0]),

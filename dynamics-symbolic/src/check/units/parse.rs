@@ -79,8 +79,8 @@ impl UnitError {
     }
 }
 
-/// Parentheses within parentheses beyond which parsing gives up, so that it cannot exhaust the stack.
-const DEPTH: usize = 32;
+/// Most parentheses within parentheses. Deeper ones are an error, so that parsing cannot exhaust the stack.
+const MOST_PARENTHESES: usize = 32;
 
 impl Unit {
     /// Parses a text; `None` for `_`, a unit to be inferred.
@@ -178,7 +178,7 @@ impl<'a> Parser<'a> {
     fn atom(&mut self, depth: usize) -> Result<Dimension, UnitError> {
         let token = self.at;
         if self.take("(") {
-            if depth == DEPTH {
+            if depth == MOST_PARENTHESES {
                 return Err(UnitError::Syntax {
                     expected: "fewer parentheses",
                     found: Some("(".to_owned()),

@@ -137,7 +137,7 @@ impl Units {
         Self::default()
     }
 
-    /// The system of the units declared so far; SI where none tells.
+    /// The system of the units declared so far; SI where they do not decide.
     #[must_use]
     pub fn system(&self) -> System {
         self.system.as_ref().map_or(System::Si, |s| s.0)

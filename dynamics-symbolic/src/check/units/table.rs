@@ -145,7 +145,7 @@ pub(super) const SCALED: &[(&str, &str, &str)] = &[
     ("gal", "231/1728 ft^3", "ft^3"),
 ];
 
-/// What people write for a coherent unit.
+/// Common other spellings of coherent units.
 pub(super) const MISSPELLED: &[(&str, &str)] = &[
     ("meter", "m"),
     ("meters", "m"),

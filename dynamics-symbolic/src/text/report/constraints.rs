@@ -2,15 +2,15 @@
 //! reactions, and how it is all solved.
 
 use crate::check::Analysis;
-use crate::check::constraints::{LookedAt, Loop, Ranks, loops};
+use crate::check::constraints::{Loop, RankScope, Ranks, loops};
 use crate::mechanics::{
     Constraint, ConstraintEquations, ConstraintKind, Elimination, Equations, General, Model, Solution,
 };
 
 use super::{counted, entry};
 
-/// Most constraints, loops or rows that are listed by name.
-const LISTED: usize = 12;
+/// Most constraints, loops or rows that the report lists by name. Of more it says how many.
+const MOST_LISTED: usize = 12;
 
 /// The lines on constraints; none without any.
 pub(super) fn constraints(out: &mut String, model: &Model, equations: &Equations, analysis: &Analysis) {
@@ -35,13 +35,13 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
             own.clone().filter(|r| analysis.superfluous.contains(r) && !analysis.tangent.contains(r)).count();
         let branch =
             analysis.branch_meant && c.redundant && own.clone().any(|r| analysis.not_unique.contains(&r));
-        let excludes = c.switched && analysis.looked_at == LookedAt::Excluding;
+        let excludes = c.switched && analysis.rank_scope == RankScope::Excluding;
         let text = class(c, moving, if excludes { 0 } else { repeats }, branch && tangent == 0)
             + &some(tangent, c.components.len(), "tangent to others")
             + &some(if excludes { repeats } else { 0 }, c.components.len(), "excludes others");
         match i {
-            LISTED => entry(out, "", &format!("and {} more", model.constraints.len() - i)),
-            i if i < LISTED => entry(out, if i == 0 { "constraints" } else { "" }, &text),
+            MOST_LISTED => entry(out, "", &format!("and {} more", model.constraints.len() - i)),
+            i if i < MOST_LISTED => entry(out, if i == 0 { "constraints" } else { "" }, &text),
             _ => {}
         }
     }
@@ -194,20 +194,20 @@ fn size(model: &Model, derived: &ConstraintEquations, analysis: &Analysis) -> St
 
 /// Where the rank of the constraints was determined.
 fn seen(derived: &ConstraintEquations, analysis: &Analysis) -> &'static str {
-    match analysis.looked_at {
+    match analysis.rank_scope {
         _ if derived.holonomic == 0 => " in every state",
-        LookedAt::Nominal => ", where they hold, at the nominal values",
-        LookedAt::Random => ", where they hold, with parameters at random; give yours as `#[nominal(..)]`",
-        LookedAt::General => {
+        RankScope::Nominal => ", where they hold, at the nominal values",
+        RankScope::Random => ", where they hold, with parameters at random; give yours as `#[nominal(..)]`",
+        RankScope::General => {
             " in general; no state was found in which they hold, values as `#[nominal(..)]` would help to \
              find one"
         }
-        LookedAt::TooMany => {
+        RankScope::TooMany => {
             " in general; too many rows to find states in which they hold, where fewer may be independent"
         }
-        LookedAt::Nowhere => " in general; no state was found in which they hold",
-        LookedAt::Excluding => " in general; switched ones exclude each other",
-        LookedAt::Touching => {
+        RankScope::Nowhere => " in general; no state was found in which they hold",
+        RankScope::Excluding => " in general; switched ones exclude each other",
+        RankScope::Touching => {
             " in general; where all hold at once switched ones touch each other, and only there"
         }
     }
@@ -246,9 +246,12 @@ fn determined(model: &Model, found: &[Loop]) -> String {
         shortened(&all)
     };
     let one = |l: &Loop| format!("{} for {}", rows_text(model, &l.rows), names(&l.coordinates));
-    let texts: Vec<String> = found.iter().take(LISTED).map(one).collect();
-    let more =
-        if found.len() > LISTED { format!("; and {} more", found.len() - LISTED) } else { String::new() };
+    let texts: Vec<String> = found.iter().take(MOST_LISTED).map(one).collect();
+    let more = if found.len() > MOST_LISTED {
+        format!("; and {} more", found.len() - MOST_LISTED)
+    } else {
+        String::new()
+    };
     format!("{}{more}", texts.join("; "))
 }
 
@@ -285,7 +288,7 @@ fn structural(model: &Model, derived: &ConstraintEquations, analysis: &Analysis)
 /// rest (Wojtyra 2009).
 fn reactions(out: &mut String, model: &Model, analysis: &Analysis) {
     if analysis.not_unique.is_empty() {
-        let touching = analysis.looked_at == LookedAt::Touching;
+        let touching = analysis.rank_scope == RankScope::Touching;
         let but = if touching { ", but where all constraints hold at once" } else { "" };
         return entry(out, "reactions", &format!("all unique{but}"));
     }
@@ -325,7 +328,7 @@ fn rows_text(model: &Model, rows: &[usize]) -> String {
 
 fn shortened(names: &[&str]) -> String {
     match names.len() {
-        n if n <= LISTED => names.join(", "),
+        n if n <= MOST_LISTED => names.join(", "),
         n => format!("{} ... {} ({n})", names[..3].join(", "), names[n - 1]),
     }
 }

@@ -112,7 +112,8 @@ impl Draft<'_> {
                     let zero = format!("{}::ZERO", self.scope.word("Expr"));
                     let (sum, i) = (self.free("sum"), self.free("i"));
                     kinetic.push(format!(
-                        "({{ let mut {sum} = {zero}; for {i} in 0..{length} {{ {sum} += 0.5 * {weight} * q.{}[{i}].dt().powi(2); }} {sum} }})",
+                        "({{ let mut {sum} = {zero}; for {i} in 0..{length} \
+                         {{ {sum} += 0.5 * {weight} * q.{}[{i}].dt().powi(2); }} {sum} }})",
                         c.name
                     ));
                 }

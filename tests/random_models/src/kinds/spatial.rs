@@ -97,7 +97,8 @@ impl Draft<'_> {
         let [a, b] = [(); 2].map(|()| 0.25 + self.r.below(60) as f64 / 100.0);
         let origin = self.vector();
         format!(
-            "self.l * {origin}, Mat3::rotation_x({a:.2}) * Mat3::rotation_y({b:.2}) * Mat3::rotation_z({b:.2})"
+            "self.l * {origin}, \
+             Mat3::rotation_x({a:.2}) * Mat3::rotation_y({b:.2}) * Mat3::rotation_z({b:.2})"
         )
     }
 
@@ -126,7 +127,8 @@ impl Draft<'_> {
         let (frame, body) = (format!("self.{frame}{last}(q)"), format!("self.{body}{last}(q)"));
         if self.r.one_in(2) {
             let spring = format!(
-                "0.5 * self.k * ({frame}.point(self.l * vec3(0.4, 0.7, -0.3)) - self.l * Vec3::X).norm_squared()"
+                "0.5 * self.k * \
+                 ({frame}.point(self.l * vec3(0.4, 0.7, -0.3)) - self.l * Vec3::X).norm_squared()"
             );
             self.function("potential", "spring", "Expr", &spring);
         }

@@ -166,7 +166,11 @@ mod parameters {
         let (claim, why, said) = refused(&Wheel { mount: scaled, ..wheel() });
         assert_eq!(claim, Claim::Rotation);
         assert!(
-            matches!(why, Refuted::Rotation(NotARotation::NotOrthonormal(by)) if (by - 2.001e-3).abs() < 1e-9),
+            matches!(
+                why,
+                Refuted::Rotation(NotARotation::NotOrthonormal(by))
+                if (by - 2.001e-3).abs() < 1e-9
+            ),
             "{said}"
         );
         assert!(said.contains("given by `mount`"), "{said}");
@@ -185,7 +189,11 @@ mod parameters {
         assert!(said.contains("`turned`") && said.contains("`skew`"), "{said}");
         let model = wheel();
         let start = model.state().at_time(-20.0).build();
-        let heavy = matches!(start, Err(StateError::Unphysical { why: Refuted::Body(UnphysicalInertia::Mass(m)), .. }) if m == -1.0);
+        let heavy = matches!(
+            start,
+            Err(StateError::Unphysical { why: Refuted::Body(UnphysicalInertia::Mass(m)), .. })
+            if m == -1.0
+        );
         assert!(heavy, "{start:?}");
     }
 

@@ -49,7 +49,8 @@ impl RoughWave {
     }
 }
 
-/// |λ| has a kink that depends on the solution itself. Estimates missed it: DOP853 was 1,400 tolerances off at 1e-11.
+/// |λ| has a kink that depends on the solution itself. Estimates missed it: DOP853 was 1,400 tolerances off
+/// at 1e-11.
 #[test]
 fn friction_follows_a_reaction_that_changes_its_sign() {
     let wave = RoughWave { m: 0.1, a: 0.5, k: 2.0, mu: 0.2 };

@@ -75,18 +75,32 @@ fn inertia(of: [f64; 6]) -> Mat3<f64> {
 
 proptest! {
     #[test]
-    fn of_a_top(a in 0.5..3.0, b in 0.5..3.0, c in 0.5..3.0, phi in -3.0..3.0, theta in 0.1..3.0, psi in -3.0..3.0, omega in numbers::<3>(4.0)) {
+    fn of_a_top(
+        a in 0.5..3.0, b in 0.5..3.0, c in 0.5..3.0,
+        phi in -3.0..3.0, theta in 0.1..3.0, psi in -3.0..3.0,
+        omega in numbers::<3>(4.0)
+    ) {
         let top = Top { a, b, c, weight: 3.0, height: 0.7 };
         let state = top.state().phi(phi).theta(theta).psi(psi).omega(omega).build().expect("regular");
         check(&top, &state, &omega);
     }
 
     #[test]
-    fn of_a_body_that_flies(of in numbers::<6>(1.0), center in numbers::<3>(0.5), yaw in -3.0..3.0, pitch in -1.3..1.3, roll in -3.0..3.0, moving in numbers::<6>(3.0)) {
+    fn of_a_body_that_flies(
+        of in numbers::<6>(1.0), center in numbers::<3>(0.5),
+        yaw in -3.0..3.0, pitch in -1.3..1.3, roll in -3.0..3.0,
+        moving in numbers::<6>(3.0)
+    ) {
         let center = Vec3::from(center);
-        let aircraft = Aircraft { mass: 2.0, center, inertia: inertia(of), gravity: Vec3::from([0.3, -0.2, -9.81]), drag: 0.8 };
+        let aircraft = Aircraft {
+            mass: 2.0, center, inertia: inertia(of),
+            gravity: Vec3::from([0.3, -0.2, -9.81]), drag: 0.8
+        };
         let [v, omega] = [0, 3].map(|i| [moving[i], moving[i + 1], moving[i + 2]]);
-        let state = aircraft.state().r([0.3, 0.1, 2.0]).angles([yaw, pitch, roll]).v(v).omega(omega).build().expect("regular");
+        let state =
+            aircraft.state()
+                .r([0.3, 0.1, 2.0]).angles([yaw, pitch, roll]).v(v).omega(omega)
+                .build().expect("regular");
         check(&aircraft, &state, &moving);
     }
 
@@ -123,7 +137,10 @@ proptest! {
     #[test]
     fn of_rods_by_their_own_turning(q in numbers::<2>(3.0), moving in numbers::<2>(3.0)) {
         let rods = Rods { m: [1.0, 2.0], l: [0.5, 0.8], g: 9.81, motor: 0.4 };
-        let state = rods.state().shoulder(q[0]).elbow(q[1]).upper(moving[0]).lower(moving[1]).build().expect("regular");
+        let state =
+            rods.state()
+                .shoulder(q[0]).elbow(q[1]).upper(moving[0]).lower(moving[1])
+                .build().expect("regular");
         check(&rods, &state, &moving);
     }
 }

@@ -196,7 +196,10 @@ macro_rules! disk {
             fn body(&self, q: &Coordinates<Self>) -> RigidBody {
                 let across = 0.25 * self.m * self.r.powi(2);
                 let inertia = Mat3::diagonal(across, 2.0 * across, across);
-                RigidBody::new(self.m, Vec3::ZERO, inertia, self.leaning(q).frame(Vec3::ZERO, Mat3::rotation_y(q.spin)))
+                RigidBody::new(
+                    self.m, Vec3::ZERO, inertia,
+                    self.leaning(q).frame(Vec3::ZERO, Mat3::rotation_y(q.spin))
+                )
             }
             $(#[$kinematic])?
             #[allow(dead_code, reason = "nothing reads it of the model in coordinates")]

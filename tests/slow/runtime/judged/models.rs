@@ -68,7 +68,8 @@ macro_rules! free {
                 values.iter_mut().for_each(|value| *value = power);
             }
         }
-        crate::common::by_hand!($model, $n, 0, coordinates $q, inputs [], conserved $conserved, powers $powers,
+        crate::common::by_hand!($model, $n, 0, coordinates $q, inputs [], conserved $conserved,
+            powers $powers,
             outputs [], events []);
     };
 }

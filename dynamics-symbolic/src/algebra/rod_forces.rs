@@ -1,4 +1,5 @@
-//! Levers whose joints hold their bodies at a distance, solved for the forces in the rods.
+//! Rod-force elimination: equations of bodies that rods hold at a distance, solved for the forces in the
+//! rods.
 //!
 //! Where an unknown u moves a point by y₁ = p₁ + b₁u + β₁, y₂ = p₂ + b₂u + β₂ with b₁² + b₂² = D constant, as
 //! an angle does with the end of its rod, the components of y along the lever b and across it take the place
@@ -7,31 +8,31 @@
 //!   y₁ = b₁ w + b₂ η/D    w = u + (b₁(p₁ + β₁) + b₂(p₂ + β₂))/D
 //!   y₂ = b₂ w − b₁ η/D    η = b₂(p₁ + β₁) − b₁(p₂ + β₂)
 //!
-//! w is as free as u was; only η, along the rod, is made of what stands before. With all pairs turned that
-//! way and inertia that is diagonal and constant, ½ zᵀHz − fᵀz under the rows η − Σ c z = κ is stationary
+//! w is as free as u was; only η, along the rod, depends on earlier quantities. With all pairs turned that
+//! way and a diagonal, constant inertia, ½ zᵀHz − fᵀz under the rows η − Σ c z = κ is stationary
 //! where
 //!
 //!   z = H⁻¹(f + Φᵀτ)    (Φ H⁻¹ Φᵀ) τ = κ − Φ H⁻¹ f
 //!
-//! with one force τ for each η: of a chain of points the tensions of its rods, a tridiagonal system. What
-//! cancels in going back to u is found force by force. The pivots are those of Φ H⁻¹ Φᵀ; they vanish where
-//! the rods cannot carry all forces apart.
+//! with one force τ for each η. For a chain of points these are the tensions of its rods, and the system is
+//! tridiagonal. Terms that cancel on the way back to u are cancelled force by force. The pivots are those of
+//! Φ H⁻¹ Φᵀ; they vanish where the rods cannot carry all forces independently.
 
 use std::collections::BTreeMap;
 
 use crate::graph::{Graph, Node, NodeId};
 
+use super::articulated_bodies::{ArticulatedForm, Stationary};
 use super::ldl::Factors;
-use super::levers::{Levers, Stationary};
 
-/// A linear combination; what is known stands under `None`.
+/// A linear combination of quantities; the known part is under `None`.
 type AffineForm = BTreeMap<Option<usize>, NodeId>;
 
-impl Levers {
+impl ArticulatedForm {
     /// Solves for the forces in the rods; `None` where inertia is not diagonal and constant in these terms,
     /// or a pivot is identically zero.
-    pub(super) fn tensions(&self, g: &mut Graph) -> Option<Stationary> {
-        let mut turned = Turned::new(g, self)?;
+    pub(super) fn rod_forces(&self, g: &mut Graph) -> Option<Stationary> {
+        let mut turned = TurnedForm::new(g, self)?;
         let (inverse, force) = turned.diagonal(g, self)?;
         let rows = &turned.rows;
         // H⁻¹ times each row.
@@ -56,7 +57,7 @@ impl Levers {
             .collect();
         let factors = Factors::new(g, &matrix).ok()?;
         let tensions = factors.solve(g, &right);
-        // What each quantity is made of: its own force, and the tensions.
+        // Each quantity: its own force, and its tensions.
         let mut values: Vec<AffineForm> =
             (0..force.len()).map(|v| AffineForm::from([(None, g.mul(inverse[v], force[v]))])).collect();
         for (r, row) in scaled.iter().enumerate() {
@@ -74,7 +75,7 @@ impl Levers {
                 })
             })
             .collect();
-        // Whatever is divided by: inertia, which is constant, and pivots.
+        // All divisors: inertia, which is constant, and pivots.
         let massive = turned.inertia.iter().map(|(of, h)| (*of, *h, *h));
         let pivots =
             massive.chain(factors.pivots().map(|(r, pivot)| (rows[r].of, pivot, matrix[r][r]))).collect();
@@ -92,9 +93,9 @@ struct Row {
     known: NodeId,
 }
 
-/// Levers in terms of w and η. Quantities are numbered as before, w by its unknown and η by the first of its
-/// pair.
-struct Turned {
+/// The form in terms of w and η. Quantities are numbered as before, w by its unknown and η by the first of
+/// its pair.
+struct TurnedForm {
     rows: Vec<Row>,
     /// What intermediate quantities are in these terms.
     forms: BTreeMap<usize, AffineForm>,
@@ -105,10 +106,10 @@ struct Turned {
     size: usize,
 }
 
-impl Turned {
-    fn new(g: &mut Graph, levers: &Levers) -> Option<Self> {
-        let n = levers.unknowns;
-        let size = n + levers.definitions.len();
+impl TurnedForm {
+    fn new(g: &mut Graph, form: &ArticulatedForm) -> Option<Self> {
+        let n = form.unknowns;
+        let size = n + form.definitions.len();
         let mut turned = Self {
             rows: Vec::new(),
             forms: BTreeMap::new(),
@@ -118,30 +119,30 @@ impl Turned {
         };
         // The definitions in which each unknown stands.
         let mut stands: Vec<Vec<usize>> = vec![Vec::new(); n];
-        for (k, definition) in levers.definitions.iter().enumerate() {
+        for (k, definition) in form.definitions.iter().enumerate() {
             definition.terms.iter().filter(|(i, _)| *i < n).for_each(|(i, _)| stands[*i].push(k));
         }
         let inert: Vec<usize> =
-            levers.inertia.iter().flat_map(|(i, j, _)| [*i, *j]).filter(|i| *i < n).collect();
-        for k in 0..levers.definitions.len() {
+            form.inertia.iter().flat_map(|(i, j, _)| [*i, *j]).filter(|i| *i < n).collect();
+        for k in 0..form.definitions.len() {
             if turned.forms.contains_key(&(n + k)) {
                 continue;
             }
             let pair =
-                levers.definitions[k].terms.iter().map(|(i, _)| *i).find_map(|u| match stands.get(u)?[..] {
+                form.definitions[k].terms.iter().map(|(i, _)| *i).find_map(|u| match stands.get(u)?[..] {
                     [first, second] if first == k && !inert.contains(&u) => Some((u, second)),
                     _ => None,
                 });
             let (u, second) = pair?;
-            turned.turn(g, levers, u, [k, second])?;
+            turned.turn(g, form, u, [k, second])?;
         }
         Some(turned)
     }
 
     /// Turns the pair of definitions that u moves.
-    fn turn(&mut self, g: &mut Graph, levers: &Levers, u: usize, pair: [usize; 2]) -> Option<()> {
-        let n = levers.unknowns;
-        let lever = pair.map(|k| levers.definitions[k].terms.iter().find(|(i, _)| *i == u).map(|(_, c)| *c));
+    fn turn(&mut self, g: &mut Graph, form: &ArticulatedForm, u: usize, pair: [usize; 2]) -> Option<()> {
+        let n = form.unknowns;
+        let lever = pair.map(|k| form.definitions[k].terms.iter().find(|(i, _)| *i == u).map(|(_, c)| *c));
         // Each of the two may be written in a unit of its own, such as the length of the rod.
         let [(unit1, b1), (unit2, b2)] = [constant_factor(g, lever[0]?), constant_factor(g, lever[1]?)];
         let squares = [g.mul(b1, b1), g.mul(b2, b2)];
@@ -152,8 +153,8 @@ impl Turned {
         let [along1, along2, across1, across2] =
             [(b1, per1), (b2, per2), (b2, per1), (b1, per2)].map(|(b, per)| g.mul(per, b));
         let against = g.neg(across2);
-        let mut eta = self.combined(g, levers, u, pair.into_iter().zip([across1, against]))?;
-        let along = self.combined(g, levers, u, pair.into_iter().zip([along1, along2]))?;
+        let mut eta = self.combined(g, form, u, pair.into_iter().zip([across1, against]))?;
+        let along = self.combined(g, form, u, pair.into_iter().zip([along1, along2]))?;
         let own = n + pair[0];
         let known = eta.remove(&None).unwrap_or(g.zero());
         let mut coefficients: BTreeMap<usize, NodeId> = BTreeMap::from([(own, one)]);
@@ -181,13 +182,13 @@ impl Turned {
     fn combined(
         &self,
         g: &mut Graph,
-        levers: &Levers,
+        form: &ArticulatedForm,
         u: usize,
         of: impl Iterator<Item = (usize, NodeId)>,
     ) -> Option<AffineForm> {
         let (mut sum, mut known) = (AffineForm::new(), BTreeMap::<NodeId, NodeId>::new());
         for (k, factor) in of {
-            let definition = &levers.definitions[k];
+            let definition = &form.definitions[k];
             for (i, c) in definition.terms.iter().filter(|(i, _)| *i != u) {
                 // An unknown that stands for another since: not what a chain or tree does.
                 if self.back.contains_key(i) {
@@ -212,10 +213,10 @@ impl Turned {
 
     /// 1/Hᵢᵢ and fᵢ; `None` where H is not diagonal and constant, or has no inertia for some quantity that is
     /// kept.
-    fn diagonal(&mut self, g: &mut Graph, levers: &Levers) -> Option<(Vec<NodeId>, Vec<NodeId>)> {
+    fn diagonal(&mut self, g: &mut Graph, form: &ArticulatedForm) -> Option<(Vec<NodeId>, Vec<NodeId>)> {
         let one = g.one();
         let mut inertia: BTreeMap<(usize, usize), NodeId> = BTreeMap::new();
-        for (i, j, h) in &levers.inertia {
+        for (i, j, h) in &form.inertia {
             for (a, x) in form_of(self, *i, one) {
                 for (b, y) in form_of(self, *j, one) {
                     // hᵢⱼ stands for hⱼᵢ as well; on the diagonal it is whole already.
@@ -235,9 +236,9 @@ impl Turned {
             return None;
         }
         let mut force = vec![g.zero(); self.size];
-        for (i, f) in &levers.force {
-            let form = if *i < levers.unknowns { self.back.get(i).cloned() } else { None };
-            for (a, x) in form.unwrap_or_else(|| form_of(self, *i, one)) {
+        for (i, f) in &form.force {
+            let back = if *i < form.unknowns { self.back.get(i).cloned() } else { None };
+            for (a, x) in back.unwrap_or_else(|| form_of(self, *i, one)) {
                 // What is known does no work on what is sought.
                 if let Some(a) = a {
                     let part = g.mul(x, *f);
@@ -245,9 +246,8 @@ impl Turned {
                 }
             }
         }
-        let kept: Vec<usize> = (0..levers.unknowns)
-            .chain(self.rows.iter().flat_map(|r| r.coefficients.keys().copied()))
-            .collect();
+        let kept: Vec<usize> =
+            (0..form.unknowns).chain(self.rows.iter().flat_map(|r| r.coefficients.keys().copied())).collect();
         let mut inverse = vec![g.zero(); self.size];
         for v in kept {
             let own = inertia.get(&(v, v)).copied()?;
@@ -261,7 +261,7 @@ impl Turned {
     }
 }
 
-fn form_of(turned: &Turned, i: usize, one: NodeId) -> AffineForm {
+fn form_of(turned: &TurnedForm, i: usize, one: NodeId) -> AffineForm {
     turned.forms.get(&i).cloned().unwrap_or_else(|| AffineForm::from([(Some(i), one)]))
 }
 

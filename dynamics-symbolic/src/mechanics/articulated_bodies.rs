@@ -1,29 +1,30 @@
-//! The velocities of a velocity form as they are made of one another, for an elimination that never forms M.
+//! The velocities of a velocity form as sums of other velocities, for articulated-body elimination, which
+//! never forms M.
 //!
 //! Gauss's principle: q̈ makes Σ w ẋ ẏ − δW stationary, where ẋ, ẏ are derivatives of true velocities and δW
 //! is the power of the forces along q̈. Velocities are linear in q̇; how they are written says how they share
 //! parts: v₃ = v₂ + l₃ cos θ₃ θ̇₃. Whatever is read more than once, or has weight in T, becomes an
-//! intermediate quantity of [`Levers`], with
+//! intermediate quantity of [`ArticulatedForm`], with
 //!
 //!   v = Σ c v′    ⇒    v̇ = Σ c v̇′ + Σ ċ v′.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::algebra::{Definition, Levers};
+use crate::algebra::{ArticulatedForm, Definition};
 use crate::calculus::{directional, substitute};
 use crate::graph::{Dependence, Graph, Node, NodeId, Symbol};
 
 use super::velocity_form::{VelocityForm, transport};
 
-/// The levers of T = `form`, with the forces of the Lagrangian's rest `general`, free of velocities, and
-/// `applied` by coordinate; `None` where time enters or velocities are not made of one another by sums and
-/// factors.
-pub(super) fn levers(
+/// The articulated form of T = `form`, with the forces of the Lagrangian's rest `general`, free of
+/// velocities, and `applied` by coordinate; `None` where time enters or velocities are not made of one
+/// another by sums and factors.
+pub(super) fn articulated_form(
     g: &mut Graph,
     form: &VelocityForm,
     general: NodeId,
     applied: &[NodeId],
-) -> Option<Levers> {
+) -> Option<ArticulatedForm> {
     let n = applied.len();
     let velocities = form.velocities();
     let moved = |g: &Graph, v: &NodeId| g.dependence(*v).on(Dependence::TIME);
@@ -53,7 +54,7 @@ pub(super) fn levers(
     }
     let mut force: Vec<(usize, NodeId)> = applied.iter().copied().enumerate().collect();
     force.extend(tape.forms.get(&power).into_iter().flatten().map(|(i, c)| (*i, *c)));
-    Some(Levers { unknowns: n, definitions: tape.definitions(g)?, inertia, force })
+    Some(ArticulatedForm { unknowns: n, definitions: tape.definitions(g)?, inertia, force })
 }
 
 /// A linear combination of unknowns and intermediate quantities.

@@ -1,9 +1,9 @@
-//! Shorter forms of a set of results. Inertia that is put together from velocities, m a²cos²φ + m a²sin²φ +
-//! …, does not show that it is a constant or one cosine of a difference: like terms stand apart. Here each
-//! result is written as a polynomial in what is not a sum or product (symbols, sines and cosines, roots),
-//! like terms and squares of sines and cosines are put together, and common factors are taken out. Of every
-//! result the form is kept that makes all of them together the cheapest; chains of links, where sharing is
-//! worth more, stay as they are.
+//! Shorter forms of a set of results. Inertia that is the sum of squares of velocities,
+//! m a²cos²φ + m a²sin²φ + …, does not show that it is a constant or one cosine of a difference, as
+//! like terms are apart. Here each result is written as a polynomial in symbols, sines, cosines and roots.
+//! Like terms and squares of sines and cosines are added up, and common factors are taken out. Of every
+//! result the form is taken that makes all of them together the cheapest. Chains of links, where sharing
+//! saves more, stay as they are.
 
 use std::collections::BTreeMap;
 
@@ -11,14 +11,14 @@ use crate::graph::{Dependence, Graph, Node, NodeId, Unary};
 
 use super::substitute::rebuild;
 
-/// Most terms of a polynomial: more are no short form.
-const TERMS: usize = 96;
-/// Factors of a term, each of which is written down: a square of a square, and so on, has twice as many every
+/// Most terms of a polynomial that is expanded. A longer one is rarely a short form, and expanding takes
 /// time.
-const FACTORS: usize = 64;
-/// Most operations of the results together, and most results that are looked at one by one: beyond, trying
-/// takes too long.
-const MOST: (usize, usize) = (2500, 160);
+const MOST_TERMS: usize = 96;
+/// Most factors of one term. Each is written down, and repeated squaring doubles their number every time.
+const MOST_FACTORS: usize = 64;
+/// Most operations of the results together, and most results, up to which shorter forms are tried one by one.
+/// Beyond, trying takes too long.
+const LARGEST_COLLECTED: (usize, usize) = (2500, 160);
 
 /// Factors in ascending order, repeated for powers; by them the coefficient, which depends on parameters
 /// alone.
@@ -38,13 +38,13 @@ pub struct Collected {
 /// `roots`, rewritten where that makes them cheaper together. Operations that stay are built anew as well, so
 /// that all share their parts. `squares` are those of them that cannot be negative.
 #[must_use]
-pub fn collect(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected {
+pub fn collect_terms(g: &mut Graph, roots: &[NodeId], squares: &[NodeId]) -> Collected {
     let mut distinct = roots.to_vec();
     distinct.sort_unstable();
     distinct.dedup();
     distinct.retain(|r| !g.is_constant(*r));
     let unchanged = Collected { nodes: roots.to_vec(), squares: Vec::new() };
-    if g.operations(&distinct) > MOST.0 || distinct.len() > MOST.1 {
+    if g.operations(&distinct) > LARGEST_COLLECTED.0 || distinct.len() > LARGEST_COLLECTED.1 {
         return unchanged;
     }
     let mut forms: Vec<Vec<NodePolynomial>> = distinct.iter().map(|r| polynomials(g, *r)).collect();
@@ -338,7 +338,7 @@ fn expand(
         }
         _ => Some(atom),
     };
-    let found = found.filter(|p| p.len() <= TERMS);
+    let found = found.filter(|p| p.len() <= MOST_TERMS);
     memo.insert(id, found.clone());
     found
 }
@@ -364,11 +364,11 @@ fn plus(g: &mut Graph, mut a: NodePolynomial, b: NodePolynomial, subtract: bool)
 }
 
 fn times(g: &mut Graph, a: &NodePolynomial, b: &NodePolynomial) -> Option<NodePolynomial> {
-    if a.len() * b.len() > 4 * TERMS {
+    if a.len() * b.len() > 4 * MOST_TERMS {
         return None;
     }
     let degree = |p: &NodePolynomial| p.keys().map(Vec::len).max().unwrap_or(0);
-    if degree(a) + degree(b) > FACTORS {
+    if degree(a) + degree(b) > MOST_FACTORS {
         return None;
     }
     let mut product = NodePolynomial::new();

@@ -1,17 +1,18 @@
-//! Inertia that is carried by velocities which are made of one another: ½ zᵀHz − fᵀz is stationary, where z
-//! are unknowns and intermediate quantities y = Σ c z + β, each made of what stands before it.
+//! Articulated-body elimination: inertia that is carried by velocities which are sums of other velocities.
+//! ½ zᵀHz − fᵀz is stationary, where z are unknowns and intermediate quantities y = Σ c z + β, each defined
+//! by earlier ones.
 //!
-//! Of a chain y are the accelerations of its bodies, each that of the body before plus what its own joint
-//! adds. Instead of M, which couples all joints, the form above is kept, in which every body knows its
-//! neighbours only, and two steps are taken as they become possible:
+//! In a chain, y are the accelerations of its bodies, each that of the body before plus the contribution of
+//! its own joint. Instead of M, which couples all joints, the form above is kept, in which every body is
+//! coupled to its neighbours only. Two steps are taken as they become possible:
 //!
-//! * an intermediate quantity of which no other is made any more is put in by its definition, H ← CᵀHC,
-//! * an unknown of which no intermediate quantity is made any more is eliminated, as in LDLᵀ.
+//! * an intermediate quantity that no remaining definition contains is replaced by its definition, H ← CᵀHC,
+//! * an unknown that no remaining definition contains is eliminated, as in LDLᵀ.
 //!
 //! For a tree this is the recursion of articulated bodies, and the operations grow linearly with the number
-//! of joints. The pivots are those that LDLᵀ of M would meet in the same order: both are what is left of the
-//! inertia of an unknown while the others adapt. Source: R. Featherstone, *Rigid Body Dynamics Algorithms*,
-//! Springer 2008, chapter 7; here found by elimination, without a tree being named.
+//! of joints. The pivots are those of LDLᵀ of M in the same order: both are what remains of the inertia of an
+//! unknown while the others adapt. Source: R. Featherstone, *Rigid Body Dynamics Algorithms*, Springer 2008,
+//! chapter 7. Here the recursion follows from the elimination; no tree is declared.
 
 use crate::graph::{Graph, NodeId};
 
@@ -29,7 +30,7 @@ pub struct Definition {
 
 /// The form ½ zᵀHz − fᵀz.
 #[derive(Clone, Debug)]
-pub struct Levers {
+pub struct ArticulatedForm {
     /// Number of unknowns.
     pub unknowns: usize,
     /// Intermediate quantities in order.
@@ -50,35 +51,35 @@ pub struct Stationary {
     pub pivots: Vec<(usize, NodeId, NodeId)>,
 }
 
-impl Levers {
+impl ArticulatedForm {
     /// Eliminates everything and goes back.
     ///
     /// # Errors
     /// The unknown whose pivot is identically zero.
     pub fn solve(&self, g: &mut Graph) -> Result<Stationary, usize> {
-        // M may stand in the graph already, entry by entry; what is found here step by step is shorter.
+        // M may be in the graph already, entry by entry; the form that is found here step by step is shorter.
         let made_of = g.cone(&self.nodes());
         g.afresh(&made_of, |g| self.eliminate(g))
     }
 
-    /// The same through the forces in the rods; `None` where nothing is held by rods.
+    /// The same by rod-force elimination; `None` where no rod holds a body.
     #[must_use]
-    pub fn solve_for_tensions(&self, g: &mut Graph) -> Option<Stationary> {
+    pub fn solve_for_rod_forces(&self, g: &mut Graph) -> Option<Stationary> {
         let made_of = g.cone(&self.nodes());
-        g.afresh(&made_of, |g| self.tensions(g))
+        g.afresh(&made_of, |g| self.rod_forces(g))
     }
 
-    /// Everything that it is given by.
+    /// All nodes that the form contains.
     fn nodes(&self) -> Vec<NodeId> {
-        let levers = self.definitions.iter().flat_map(|d| {
+        let definitions = self.definitions.iter().flat_map(|d| {
             d.terms.iter().map(|(_, c)| *c).chain(d.offset.iter().flat_map(|(c, speed)| [*c, *speed]))
         });
         let form = self.inertia.iter().map(|(.., h)| *h).chain(self.force.iter().map(|(_, f)| *f));
-        levers.chain(form).collect()
+        definitions.chain(form).collect()
     }
 
     fn eliminate(&self, g: &mut Graph) -> Result<Stationary, usize> {
-        let mut left = Left::new(g, self);
+        let mut left = RemainingForm::new(g, self);
         let mut factors = Factors::empty(g, self.unknowns + self.definitions.len());
         let (mut order, mut pivots) =
             (Vec::with_capacity(left.uses.len()), Vec::with_capacity(self.unknowns));
@@ -110,7 +111,7 @@ impl Definition {
         })
     }
 
-    /// Its value, given those of what it is made of.
+    /// Its value, given the values of its terms.
     fn value(&self, g: &mut Graph, z: &[NodeId]) -> NodeId {
         let offset = self.offset(g);
         self.terms.iter().fold(offset, |sum, (i, c)| {
@@ -120,44 +121,44 @@ impl Definition {
     }
 }
 
-/// What is left of the form.
-struct Left {
+/// The remaining form.
+struct RemainingForm {
     rest: Rest,
     /// The same while every unknown taken out is held: its diagonal is that of M.
     held: Rest,
     force: Vec<NodeId>,
-    /// In how many definitions that are left each quantity stands.
+    /// How many of the remaining definitions contain each quantity.
     uses: Vec<usize>,
 }
 
-impl Left {
-    fn new(g: &mut Graph, levers: &Levers) -> Self {
-        let size = levers.unknowns + levers.definitions.len();
+impl RemainingForm {
+    fn new(g: &mut Graph, form: &ArticulatedForm) -> Self {
+        let size = form.unknowns + form.definitions.len();
         let mut left = Self {
             rest: Rest::new(size),
             held: Rest::new(size),
             force: vec![g.zero(); size],
             uses: vec![0; size],
         };
-        for (i, j, entry) in &levers.inertia {
+        for (i, j, entry) in &form.inertia {
             add(g, &mut left.rest, *i, *j, *entry);
         }
         left.held = left.rest.clone();
-        for (i, part) in &levers.force {
+        for (i, part) in &form.force {
             left.force[*i] = g.add(left.force[*i], *part);
         }
-        for (i, _) in levers.definitions.iter().flat_map(|d| &d.terms) {
+        for (i, _) in form.definitions.iter().flat_map(|d| &d.terms) {
             left.uses[*i] += 1;
         }
         left
     }
 
-    /// What to take next, of what nothing is made any more: the unknown with the fewest neighbours, else the
-    /// quantity defined last, which stands farthest out. Taken by their neighbours, quantities of a tree
-    /// would be put in past unknowns that they still wait for.
-    fn next(&self, levers: &Levers) -> Option<usize> {
+    /// The next step, among quantities that no remaining definition contains: the unknown with the fewest
+    /// neighbours, else the quantity defined last, which is farthest from the root. Chosen by their number of
+    /// neighbours, quantities of a tree would be replaced before unknowns that they still depend on.
+    fn next(&self, form: &ArticulatedForm) -> Option<usize> {
         let ready = |k: usize| self.uses[k] == 0;
-        let unknown = self.rest.fewest_neighbours(|k| k < levers.unknowns && ready(k));
+        let unknown = self.rest.fewest_neighbours(|k| k < form.unknowns && ready(k));
         unknown.or_else(|| self.rest.first(ready, |_| ()))
     }
 
@@ -181,7 +182,7 @@ impl Left {
         replace(g, &mut self.held, k, &definition.terms);
     }
 
-    /// Eliminates an unknown: it, its pivot, and what that was while the others were held.
+    /// Eliminates an unknown. Returns it, its pivot, and the diagonal element that the pivot came from.
     fn eliminate(
         &mut self,
         g: &mut Graph,
@@ -203,7 +204,7 @@ fn add(g: &mut Graph, matrix: &mut Rest, i: usize, j: usize, part: NodeId) {
     matrix.set(g, i, j, sum);
 }
 
-/// Replaces the quantity k by what it is made of.
+/// Replaces the quantity k by its definition.
 fn replace(g: &mut Graph, matrix: &mut Rest, k: usize, terms: &[(usize, NodeId)]) {
     let own = matrix.diagonal(g, k);
     let neighbours = matrix.remove(k);

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use super::substitute::{replace, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Sampler, Symbol};
 
-/// `roots`, with every part that contains time but does not depend on it as it is at t = 0.
+/// `roots`, where every part that contains time but does not depend on it is replaced by its form at t = 0.
 ///
-/// A bead in a turning tube is written as r (cos Ωt, sin Ωt); its centrifugal force m Ω² r (cos² + sin²) has
-/// the value of m Ω² r, which nobody built. At t = 0 it folds to that. Parts that have no value at t = 0 stay
-/// as they are.
+/// A bead in a turning tube is written as r (cos Ωt, sin Ωt). Its centrifugal force
+/// m Ω² r (cos² + sin²) has the value of m Ω² r, but no node of that form exists. At t = 0 it folds to
+/// that. Parts that have no value at t = 0 stay as they are.
 #[must_use]
-pub fn timeless(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
+pub fn remove_time(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
     let mut timed = g.cone(roots);
     timed.retain(|id| g.dependence(*id).on(Dependence::TIME));
     let steady: Vec<NodeId> = {
@@ -63,11 +63,11 @@ mod tests {
         let y = g.mul(r, sin);
         let yy = g.mul(y, y);
         let square = g.add(xx, yy);
-        let new = timeless(&mut g, &[square, x]);
+        let new = remove_time(&mut g, &[square, x]);
         let rr = g.mul(r, r);
         assert_eq!(new, [rr, x]);
         assert!(g.operations(&[square]) > g.operations(&new[..1]));
-        let driven = timeless(&mut g, &[sum])[0];
+        let driven = remove_time(&mut g, &[sum])[0];
         assert!(g.dependence(driven).on(Dependence::TIME), "sin Ωt stays");
         assert_eq!(g.fingerprint(driven), g.fingerprint(sum));
     }
@@ -85,6 +85,6 @@ mod tests {
             g.mul(once, once)
         });
         let square = g.add(parts[0], parts[1]);
-        assert_eq!(timeless(&mut g, &[square]), [square]);
+        assert_eq!(remove_time(&mut g, &[square]), [square]);
     }
 }

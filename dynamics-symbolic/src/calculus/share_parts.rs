@@ -1,8 +1,8 @@
-//! Products and sums put together anew so that they share their parts: p·(c·u²) beside (p·c) costs one
-//! product less as (p·c)·u². Chains of products, and of sums, whose links nothing else reads are taken apart;
-//! the pair that most chains contain becomes a node of its own, as long as there is one that two of them
-//! contain (as in Hosangadi, Fallah & Kastner 2006, for two terms); what is left of a chain is combined in
-//! the order in which its parts are ready, so that long chains do not wait for one another.
+//! Products and sums are rebuilt so that they share parts: p·(c·u²) beside (p·c) costs one product less
+//! as (p·c)·u². Chains of products, and of sums, whose links nothing else reads are taken apart. The pair
+//! that most chains contain becomes a node, as long as two chains contain it (as in Hosangadi, Fallah &
+//! Kastner 2006, for two terms). The rest of a chain is combined in the order in which its parts are ready,
+//! so that long chains do not wait for one another.
 
 use std::collections::BTreeMap;
 
@@ -10,14 +10,14 @@ use crate::graph::{Graph, Node, NodeId, Unary};
 
 use super::substitute::rebuild;
 
-/// Most operations that are looked at: the search takes time with the square of their number.
-const MOST: usize = 6000;
+/// Most operations in which shared parts are searched. The search takes time with the square of their number.
+const MOST_OPERATIONS: usize = 6000;
 
 /// `roots` with the same values to rounding, in fewer operations where that is possible. What depends on
 /// parameters alone stays as it is.
 #[must_use]
-pub fn share(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
-    if g.operations(roots) > MOST {
+pub fn share_parts(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
+    if g.operations(roots) > MOST_OPERATIONS {
         return roots.to_vec();
     }
     let before = g.weight(roots);

@@ -3,14 +3,15 @@
 use super::substitute::substitute;
 use crate::graph::{Dependence, Graph, NodeId, Number, Sampler, Symbol};
 
-/// `roots`, with those of them that contain coordinates but do not depend on them as they are in a place
-/// where that is short.
+/// `roots`, where each that contains coordinates but does not depend on them is replaced by its form at a
+/// place where that is short.
 ///
-/// The inertia of a body in its own axes follows from that in coordinates with all their sines and cosines,
-/// and is, when all is multiplied out, a sum of products of parameters that nobody built. Where coordinates
-/// are 0, or one of them is 1, it folds to that. What has no value in any of these places stays as it is.
+/// The inertia of a body in its own axes follows from that in coordinates, with all their sines and cosines.
+/// Multiplied out, it is a sum of products of parameters, of which no node exists yet. Where coordinates are
+/// 0, or one of them is 1, it folds to that sum. A root that has no value in any of these places stays as it
+/// is.
 #[must_use]
-pub fn placeless(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
+pub fn remove_coordinates(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
     let [here, there] = {
         let sampler = Sampler::new(g, roots);
         let moved = |s| matches!(s, Symbol::Coordinate(_));
@@ -70,7 +71,7 @@ mod tests {
         }
         let moving = g.mul(a, sin);
         assert!(!g.is_constant(sum));
-        let found = placeless(&mut g, &[sum, moving]);
+        let found = remove_coordinates(&mut g, &[sum, moving]);
         assert!(g.is_constant(found[0]) && g.cone(&found[..1]).len() == 3, "a + b");
         assert_eq!(found[1], moving);
     }
