@@ -4,10 +4,10 @@
 //! which no other one is a whole multiple (ω_j ≠ n ω_k). The family begins with the linear mode and is
 //! ordered by energy (A. M. Lyapunov, *The General Problem of the Stability of Motion*, 1892; J. Moser, Comm.
 //! Pure Appl. Math. 29 (1976) 727). Its frequency over its energy is the backbone curve of forced vibration.
-//! The family is followed in s = √(E − E₀), because amplitudes are proportional to s at first. Each closed
-//! motion is predicted by a secant and corrected by shooting with the energy held (`periodic/`; G. Kerschen
-//! et al., Mech. Syst. Signal Process. 23 (2009) 170; M. Peeters et al., ibid. 195). If the energy has a
-//! maximum on the family, the computation ends there and says so.
+//! The family is followed in s = √(E − E₀), because amplitudes are proportional to s at first. Each
+//! closed motion is predicted by a secant and corrected by shooting with the energy held (`periodic/`;
+//! G. Kerschen et al., Mech. Syst. Signal Process. 23 (2009) 170; M. Peeters et al., ibid. 195). If the
+//! energy has a maximum on the family, the computation ends there and says so.
 //!
 //! At internal resonances the motion of another frequency joins. A closed motion that is too far from the
 //! secant belongs to another family and is rejected.

@@ -34,6 +34,8 @@ use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector}
 use nalgebra::DVector;
 
 pub use error::EquilibriumError;
+pub(crate) use factors::Equilibrated;
+pub(crate) use rounding::FORCE_NOISE_FACTOR;
 pub use search::{EquilibriumSearch, EquilibriumSet};
 pub(crate) use stability::judge;
 pub use stability::{Stability, StabilityVerdict, Undecided};
@@ -200,7 +202,7 @@ fn allowed<M: Constraints>(
     state: &M::State,
     statics: &Statics<M::Rows>,
 ) -> Result<DVector<f64>, EquilibriumError> {
-    Ok(statics.noise(model, state)? * rounding::NOISES + statics.force.abs() * 10.0)
+    Ok(statics.noise(model, state)? * rounding::FORCE_NOISE_FACTOR + statics.force.abs() * 10.0)
 }
 
 /// Whether a row on velocities holds.
@@ -301,7 +303,7 @@ fn check_later<M: Constraints>(
             continue;
         }
         // Terms that vanish here may cancel there, as those with the sine of an angle that is 0 now.
-        let allowed = allowed + there.noise(model, &later)? * rounding::NOISES;
+        let allowed = allowed + there.noise(model, &later)? * rounding::FORCE_NOISE_FACTOR;
         if let Some((i, force)) = excess(&there.force, &allowed) {
             let name = M::COORDINATES[rates[i]].name;
             return Err(match moving {

@@ -13,7 +13,7 @@ use crate::{EquilibriumError, Stability};
 pub struct Branch<S: ModelState> {
     /// Its points; never empty.
     pub points: Vec<BranchPoint<S>>,
-    /// Folds, branch points and the beginnings of flutter on it, in the same order.
+    /// Folds, branch points and onsets of flutter on it, in the same order.
     pub special: Vec<Special<S>>,
     /// Why it ends.
     pub end: BranchEnd,
@@ -36,7 +36,7 @@ pub struct BranchPoint<S: ModelState> {
     pub parameter: f64,
     /// The equilibrium, or steady motion.
     pub state: S,
-    /// The length of the branch up to here, with coordinates and the parameter by what they are measured by.
+    /// The length of the branch up to here, in the scales of coordinates and parameter.
     pub arclength: f64,
     /// The verdict, or why there is none.
     pub stability: Result<Stability, EquilibriumError>,
@@ -55,7 +55,7 @@ pub enum Stays {
 }
 
 impl<S: ModelState> BranchPoint<S> {
-    /// Whether it stays there.
+    /// The stability according to linear theory.
     #[must_use]
     pub fn stays(&self) -> Stays {
         match &self.stability {
@@ -66,10 +66,10 @@ impl<S: ModelState> BranchPoint<S> {
     }
 }
 
-/// A point in which the number of equilibria, or their stability, changes.
+/// A point in which the number of equilibria, or their stability, changes: a bifurcation or a fold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Special<S: ModelState> {
-    /// What it is.
+    /// Its kind.
     pub kind: SpecialKind,
     /// The parameter.
     pub parameter: f64,
@@ -83,7 +83,7 @@ pub struct Special<S: ModelState> {
     /// at the onset of flutter.
     pub shape: S::Vector,
     /// Directions of this branch and of the one that crosses it, for branch points.
-    pub(super) ways: Option<[Direction; 2]>,
+    pub(super) directions: Option<[Direction; 2]>,
 }
 
 /// The kind of a special point.
@@ -180,6 +180,6 @@ pub struct Diagram<S: ModelState> {
     pub branches: Vec<Branch<S>>,
     /// Why others could not be followed: the parameter where they leave, and the reason.
     pub failures: Vec<(f64, String)>,
-    /// Branch points at which the limit of branches left no more to be followed.
+    /// The number of branches, or of branch points, that were not followed because of the limit of branches.
     pub left_out: usize,
 }

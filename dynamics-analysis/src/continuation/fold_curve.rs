@@ -13,7 +13,7 @@ use super::ContinuationError;
 use super::branch::Special;
 use super::curve::{CurveOptions, PlaneCurve, TracedCurve};
 use super::followed_curves::FoldCurve;
-use super::newton::Singular;
+use super::newton::SingularityCondition;
 use super::problem::ContinuationPoint;
 
 /// The kind of curve that [`fold_curve`] opens.
@@ -47,7 +47,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
     /// the way.
     pub fn run(self) -> Result<FoldCurve<M::State>, ContinuationError<M::State>> {
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
-        let fold = |balance: &_| Singular::beside(balance, false, None);
+        let fold = |balance: &_| SingularityCondition::near(balance, false, None);
         let found = self.plan.run::<M>(&make, &fold, ContinuationError::NoFold)?;
         let of = |curve: TracedCurve<M::State>| FoldCurve {
             points: curve.points,

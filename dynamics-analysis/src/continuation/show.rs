@@ -275,7 +275,8 @@ fn panel<S: ModelState>(branches: &[Branch<S>], title: &str, of: impl Fn(&S) -> 
     for (stays, color) in
         [(Stays::Stable, Color::Blue), (Stays::Unstable, Color::Red), (Stays::Undecided, Color::Faint)]
     {
-        let points: Vec<(f64, f64)> = branches.iter().flat_map(|branch| pieces(branch, stays, &of)).collect();
+        let points: Vec<(f64, f64)> =
+            branches.iter().flat_map(|branch| lines_of_stability(branch, stays, &of)).collect();
         if points.iter().any(|(x, _)| x.is_finite()) {
             let series = Series::new(stays.to_string(), points).color(color);
             panel = panel.series(if stays == Stays::Stable { series.solid() } else { series.dashed() });
@@ -296,12 +297,16 @@ fn panel<S: ModelState>(branches: &[Branch<S>], title: &str, of: impl Fn(&S) -> 
     panel
 }
 
-/// The pieces of a branch on which it stays, or does not, each up to the special point that ends it; gaps
-/// between.
-fn pieces<S: ModelState>(branch: &Branch<S>, wanted: Stays, of: &impl Fn(&S) -> f64) -> Vec<(f64, f64)> {
+/// The lines of a branch on which it has the wanted stability, each up to the special point that ends it,
+/// with gaps between them.
+fn lines_of_stability<S: ModelState>(
+    branch: &Branch<S>,
+    wanted: Stays,
+    of: &impl Fn(&S) -> f64,
+) -> Vec<(f64, f64)> {
     let mut out: Vec<(f64, f64)> = Vec::new();
     for (from, to, stays) in
-        branch.points.windows(2).flat_map(|pair| stretches(branch, &pair[0], &pair[1], of))
+        branch.points.windows(2).flat_map(|pair| lines_between(branch, &pair[0], &pair[1], of))
     {
         if stays != wanted {
             continue;
@@ -316,17 +321,17 @@ fn pieces<S: ModelState>(branch: &Branch<S>, wanted: Stays, of: &impl Fn(&S) -> 
     out
 }
 
-/// From where to where on a chart, and whether it stays there.
-type Stretch = ((f64, f64), (f64, f64), Stays);
+/// A line on a chart from one point to another, and the stability on it.
+type StabilityLine = ((f64, f64), (f64, f64), Stays);
 
-/// What is drawn between two points: one stretch, or one up to the special points between them and one from
-/// there.
-fn stretches<S: ModelState>(
+/// The lines between two points: one, or one up to the first special point between them, one between the
+/// special points, and one from the last of them.
+fn lines_between<S: ModelState>(
     branch: &Branch<S>,
     before: &BranchPoint<S>,
     after: &BranchPoint<S>,
     of: &impl Fn(&S) -> f64,
-) -> Vec<Stretch> {
+) -> Vec<StabilityLine> {
     let at = |parameter: f64, state: &S| (parameter, of(state));
     let (from, to) = (at(before.parameter, &before.state), at(after.parameter, &after.state));
     let is_between =
@@ -342,7 +347,7 @@ fn stretches<S: ModelState>(
                 (last, to, after.stays())
             ]
         }
-        // Undecided in a single point, as where it leaves another branch, is no stretch.
+        // A single undecided point, as in a branch point, does not make a line undecided.
         _ => {
             let stays = match (before.stays(), after.stays()) {
                 (Stays::Undecided, other) | (other, Stays::Undecided) => other,

@@ -5,8 +5,28 @@ use nalgebra::{DMatrix, DVector, SVD};
 /// Singular values of the balanced K below this, against the largest, are zero.
 const VANISHED: f64 = 1e-13;
 
-/// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with balanced rows and columns, so that soft directions keep their digits beside
-/// stiff ones.
+/// A matrix with balanced rows and columns: R A C, with R and C diagonal, so that the largest element of each
+/// column is 1.
+pub(crate) struct Equilibrated {
+    pub(crate) rows: DVector<f64>,
+    pub(crate) columns: DVector<f64>,
+    pub(crate) matrix: DMatrix<f64>,
+}
+
+impl Equilibrated {
+    pub(crate) fn of(a: &DMatrix<f64>) -> Self {
+        let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
+        let rows = DVector::from_iterator(a.nrows(), a.row_iter().map(|row| inverse(row.amax())));
+        let mut matrix = DMatrix::from_diagonal(&rows) * a;
+        let columns =
+            DVector::from_iterator(a.ncols(), matrix.column_iter().map(|column| inverse(column.amax())));
+        matrix.column_iter_mut().zip(columns.iter()).for_each(|(mut column, c)| column *= *c);
+        Self { rows, columns, matrix }
+    }
+}
+
+/// K = R⁻¹ (U Σ Vᵀ) C⁻¹ with balanced rows and columns, so that soft directions keep their digits
+/// beside stiff ones.
 pub(super) struct BalancedSvd {
     pub(super) rows: DVector<f64>,
     pub(super) columns: DVector<f64>,
@@ -15,13 +35,8 @@ pub(super) struct BalancedSvd {
 
 impl BalancedSvd {
     pub(super) fn of(k: &DMatrix<f64>) -> Option<Self> {
-        let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
-        let rows = DVector::from_iterator(k.nrows(), k.row_iter().map(|row| inverse(row.amax())));
-        let mut balanced = DMatrix::from_diagonal(&rows) * k;
-        let columns =
-            DVector::from_iterator(k.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
-        balanced.column_iter_mut().zip(columns.iter()).for_each(|(mut column, c)| column *= *c);
-        let svd = SVD::try_new(balanced, true, true, f64::EPSILON, 300 * (k.nrows() + k.ncols()))?;
+        let Equilibrated { rows, columns, matrix } = Equilibrated::of(k);
+        let svd = SVD::try_new(matrix, true, true, f64::EPSILON, 300 * (k.nrows() + k.ncols()))?;
         Some(Self { rows, columns, svd })
     }
 

@@ -1,15 +1,16 @@
 //! Newton's method for balance, along the constraints.
 //!
-//! Each iteration solves K δz = −F with the exact K, moves δq = D δz, and returns to the constraints; the
-//! step is halved until ‖F‖ falls as Armijo asks. ‖F‖ is the minimum over λ of the forces, weighted by the
-//! inertias at the start, and K is its derivative (`Statics::covariant`). Both belong to the position, not to
-//! the choice of independent coordinates. For example, with its height as the coordinate, a pendulum has the
-//! same force everywhere, which no Newton step could make smaller. If less than a 32nd of the step is
-//! accepted, K is nearly singular and its direction is of little use. A Levenberg–Marquardt step with
-//! adaptive damping takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3 and §11.2).
-//! It converges to the nearest minimum of ‖F‖. If that is not 0, there is no equilibrium, and K is singular
-//! there: the load is beyond a fold. If ‖F‖ does not fall to first order, it may be at a maximum, as for a
-//! level pendulum. Then points a little beside are tried, first in the direction of the force.
+//! Each iteration solves K δz = −F with the exact K, moves δq = D δz, and returns to the constraints;
+//! the step is halved until ‖F‖ falls as Armijo asks. ‖F‖ is the minimum over λ of the forces,
+//! weighted by the inertias at the start, and K is its derivative (`Statics::covariant`). Both belong to the
+//! position, not to the choice of independent coordinates. For example, with its height as the coordinate, a
+//! pendulum has the same force everywhere, which no Newton step could make smaller. If less than a 32nd of
+//! the step is accepted, K is nearly singular and its direction is of little use. A Levenberg–Marquardt
+//! step with adaptive damping takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3
+//! and §11.2). It converges to the nearest minimum of ‖F‖. If that is not 0, there is no equilibrium,
+//! and K is singular there: the load is beyond a fold. If ‖F‖ does not fall to first order, it may be at
+//! a maximum, as for a level pendulum. Then points a little beside are tried, first in the direction of the
+//! force.
 //!
 //! Near the end every full step is taken until the corrections no longer shrink: to rounding, whatever the
 //! units. Directions in which K vanishes completely (cyclic coordinates) are left alone.
@@ -71,7 +72,8 @@ struct NewtonIteration<'m, M: Constraints> {
     most: f64,
 }
 
-/// F and K in unit vectors of the metric: L⁻¹F and L⁻¹K L⁻ᵀ with L Lᵀ = EᵀG E, and Lᵀ of the coordinates.
+/// F and K in unit vectors of the metric: L⁻¹F and L⁻¹K L⁻ᵀ with L Lᵀ = EᵀG E, and Lᵀ of the
+/// coordinates.
 struct WeightedEquations {
     force: DVector<f64>,
     stiffness: DMatrix<f64>,
@@ -263,8 +265,8 @@ impl<M: Constraints> NewtonIteration<'_, M> {
         None
     }
 
-    /// A point near one that is not in balance, at which ‖F‖ is smaller although it does not fall to first
-    /// order: in the direction of the force, or of the least stiffness.
+    /// A point near one that is not in balance, at which ‖F‖ is smaller although it does not fall to
+    /// first order: in the direction of the force, or of the least stiffness.
     fn downhill(
         &self,
         state: &M::State,

@@ -7,8 +7,8 @@
 //! The dependent velocities and their rates follow from the constraints. These rates need not vanish: the
 //! contact point of a disk goes round. The equations are EᵀM E v̇ = 0 of small motions (`linearize.rs`),
 //! whose stiffness is their exact derivative by z at held v. They do not determine position and heading, so
-//! the shortest steps are taken. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark & N.
-//! A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
+//! the shortest steps are taken. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark &
+//! N. A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
 
 use alloc::vec::Vec;
 
@@ -19,7 +19,7 @@ use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
-use super::rounding::NOISES;
+use super::rounding::FORCE_NOISE_FACTOR;
 use super::statics::excess;
 use super::{Equilibrium, EquilibriumError, conditioning, many_times, vector};
 use crate::linearize::{
@@ -263,7 +263,7 @@ impl<M: Constraints> Rolling<'_, M> {
         let places = measures(&here.tangent.coordinates, &scales(M::COORDINATES, state.q().as_slice()));
         let rates = measures(&here.tangent.rates, state.u().as_slice());
         let usual = here.linear.stiffness.abs() * places + here.linear.damping.abs() * rates;
-        let allowed = (noise + usual * f64::EPSILON) * NOISES;
+        let allowed = (noise + usual * f64::EPSILON) * FORCE_NOISE_FACTOR;
         for after in many_times() {
             let there = self.at(&at_time(state, state.t() + after))?;
             if let Some((i, force)) = excess(&(&there.force - &here.force), &allowed) {

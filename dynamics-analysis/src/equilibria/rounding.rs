@@ -10,8 +10,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::linearize::scales;
 
-/// Forces up to this many times their noise, the most that some moves by last bits show of it, are rounding.
-pub(super) const NOISES: f64 = 1e3;
+/// A force up to this many times its noise counts as zero. Noise is the largest change of the force in eight
+/// moves of the coordinates by last bits, which underestimates the error of long sums and of ill-conditioned
+/// terms. A smaller factor refuses equilibria of models whose terms cancel; a larger one accepts forces that
+/// are small beside those that cancel.
+pub(crate) const FORCE_NOISE_FACTOR: f64 = 1e3;
 /// Elements above this part of the largest are not looked at, all by units of inertia: rounding is smaller by
 /// far.
 const SUSPECT: f64 = 1e-10;

@@ -178,8 +178,8 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquilibriumSet<S: ModelState> {
-    /// Each equilibrium once, by growing coordinates; angles on which the model depends with period 2π within
-    /// (−π, π].
+    /// Each equilibrium once, by growing coordinates; angles on which the model depends with period 2π
+    /// within (−π, π].
     pub equilibria: Vec<Equilibrium<S>>,
     /// The number of starts that led to each.
     pub hits: Vec<usize>,

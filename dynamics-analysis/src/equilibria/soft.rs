@@ -1,8 +1,8 @@
 //! The extent of balance along directions with almost no stiffness.
 //!
 //! If a singular value of K vanishes, K does not bound the error of the position: at a critical load forces
-//! begin with the third power, and within 10⁻⁵ of it they are only rounding. So the direction is followed,
-//! with the stiff directions kept in balance (Lyapunov & Schmidt: M. Golubitsky & D. G. Schaeffer,
+//! begin with the third power, and within 10⁻⁵ of it they are only rounding. So the direction is
+//! followed, with the stiff directions kept in balance (Lyapunov & Schmidt: M. Golubitsky & D. G. Schaeffer,
 //! *Singularities and Groups in Bifurcation Theory* I, chapter VII), until the residual force is larger than
 //! rounding. If it never is, there is a continuum of equilibria. If it is on one side only, the forces have
 //! faded below rounding, like e^(−x) and 1 − tanh²x: a smooth function does not vanish over an interval
@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
 use super::factors::BalancedSvd;
-use super::rounding::NOISES;
+use super::rounding::FORCE_NOISE_FACTOR;
 use super::statics::{Statics, scales};
 
 /// Singular values below this part of the largest are examined.
@@ -124,7 +124,7 @@ impl<M: Constraints> Soft<'_, M> {
             change.iter().zip(self.noise.iter()).any(|(change, noise)| *change > TOLD * noise)
                 // Large coordinates round more.
                 && self.statics.noise_of_sums(self.model, beside).is_ok_and(|noise| {
-                    change.iter().zip(noise.iter()).any(|(change, noise)| *change > NOISES * noise)
+                    change.iter().zip(noise.iter()).any(|(change, noise)| *change > FORCE_NOISE_FACTOR * noise)
                 })
         };
         if SOFT_PROBES[..4].iter().any(|s| changes(&moved(*s))) {

@@ -7,15 +7,15 @@
 //! motions decide. If dampers only take energy out, an equilibrium with positive definite K is stable, too.
 //! It is asymptotically stable unless a mode is undamped (Kelvin, Tait & Chetaev: damping is pervasive if all
 //! eigenvalues are clear of the axis; D. R. Merkin, *Introduction to the Theory of Stability*, §6.4). If
-//! eigenvalues are not clear of the imaginary axis in other cases, linear theory does not decide: I. G.
-//! Malkin, *Theory of Stability of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability
-//! Theory with Mechanical Applications*, chapters 1 and 7.
+//! eigenvalues are not clear of the imaginary axis in other cases, linear theory does not decide:
+//! I. G. Malkin, *Theory of Stability of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter
+//! Stability Theory with Mechanical Applications*, chapters 1 and 7.
 //!
 //! A value is called zero, or not zero, only if rounding could not have caused this. Stiffnesses are compared
 //! with those of nearby positions, whose terms do not cancel, and with their change over the error of the
-//! position: in a fold no stiffness is known. Eigenvalues are compared with the changes |yᵀ||A||x| ε/|yᵀx|
-//! that rounding of each element could cause (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal. Appl. 20
-//! (1998) 493).
+//! position: in a fold no stiffness is known. Eigenvalues are compared with the changes |yᵀ||A||x|
+//! ε/|yᵀx| that rounding of each element could cause (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal.
+//! Appl. 20 (1998) 493).
 
 mod conserved;
 mod show;

@@ -11,8 +11,8 @@ use super::rounding::clear_rounding;
 pub(crate) use crate::linearize::scales;
 use crate::linearize::{LinearizeError, Tangent};
 
-/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr of r = −Q − Φ_qᵀλ at q̈ =
-/// 0, and K = ∂F/∂z.
+/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr of r = −Q −
+/// Φ_qᵀλ at q̈ = 0, and K = ∂F/∂z.
 ///
 /// λ is chosen so that r vanishes on all dependent coordinates. What the change of E would contribute,
 /// (∂E)ᵀr, is then 0, as E is constant on the independent ones: K is the exact derivative of F along the
@@ -146,8 +146,9 @@ impl<R: Vector> Statics<R> {
     }
 
     /// The derivative of F in a metric G that is one number for each coordinate: that of r when λ is chosen
-    /// so that r has the least size rᵀG⁻¹r. With A = EᵀG E the slope of that size, FᵀA⁻¹F, along δz is 2
-    /// FᵀA⁻¹K δz, whichever coordinates are independent; in equilibrium K is [`Self::stiffness`].
+    /// so that r has the least size rᵀG⁻¹r. With A = EᵀG E the slope of that size, FᵀA⁻¹F, along
+    /// δz is 2 FᵀA⁻¹K δz, whichever coordinates are independent; in equilibrium K is
+    /// [`Self::stiffness`].
     pub(super) fn covariant<M: Constraints<Rows = R>>(
         &self,
         model: &M,

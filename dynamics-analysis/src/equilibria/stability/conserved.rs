@@ -174,10 +174,10 @@ fn number(k: usize) -> f64 {
     (0.3 + 0.7 * wave.abs()).copysign(wave)
 }
 
-/// Of a steady motion under rows that move, as φ − Ωt = 0: whether time leaves the equations in independent
-/// coordinates alone, so that with the rows put in they have the energy integral of Jacobi, T₂ + V − T₀ (E.
-/// T. Whittaker, *Analytical Dynamics*, §41). Inertia, forces and what changes them, at rest beside the
-/// motion and moving, are set beside those of the same place before.
+/// Of a steady motion under rows that move, as φ − Ωt = 0: whether time leaves the equations in
+/// independent coordinates alone, so that with the rows put in they have the energy integral of Jacobi, T₂
+/// + V − T₀ (E. T. Whittaker, *Analytical Dynamics*, §41). Inertia, forces and what changes them, at
+/// rest beside the motion and moving, are set beside those of the same place before.
 fn turns_along<M: Constraints>(
     model: &M,
     state: &M::State,
