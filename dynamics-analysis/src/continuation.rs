@@ -54,7 +54,7 @@ use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
 use nalgebra::DMatrix;
 
-pub use branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, Stays};
+pub use branch::{Branch, BranchEnd, Diagram, PointOnBranch, SpecialKind, SpecialPoint, StabilityClass};
 pub use buckling::{Buckling, CriticalLoad};
 pub use curve::PlaneCurve;
 pub use error::ContinuationError;

@@ -12,9 +12,9 @@ use crate::{EquilibriumError, Stability};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch<S: ModelState> {
     /// Its points; never empty.
-    pub points: Vec<BranchPoint<S>>,
+    pub points: Vec<PointOnBranch<S>>,
     /// Folds, branch points and onsets of flutter on it, in the same order.
-    pub special: Vec<Special<S>>,
+    pub special: Vec<SpecialPoint<S>>,
     /// Why it ends.
     pub end: BranchEnd,
     /// What the parameter is called.
@@ -31,7 +31,7 @@ pub struct Branch<S: ModelState> {
 
 /// A point of a branch.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BranchPoint<S: ModelState> {
+pub struct PointOnBranch<S: ModelState> {
     /// The parameter.
     pub parameter: f64,
     /// The equilibrium, or steady motion.
@@ -45,7 +45,7 @@ pub struct BranchPoint<S: ModelState> {
 /// The stability at a point, according to linear theory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Stays {
+pub enum StabilityClass {
     /// Small disturbances stay small.
     Stable,
     /// Some grow.
@@ -54,21 +54,21 @@ pub enum Stays {
     Undecided,
 }
 
-impl<S: ModelState> BranchPoint<S> {
+impl<S: ModelState> PointOnBranch<S> {
     /// The stability according to linear theory.
     #[must_use]
-    pub fn stays(&self) -> Stays {
+    pub fn stability_class(&self) -> StabilityClass {
         match &self.stability {
-            Ok(verdict) if verdict.is_stable() => Stays::Stable,
-            Ok(verdict) if verdict.is_unstable() => Stays::Unstable,
-            _ => Stays::Undecided,
+            Ok(verdict) if verdict.is_stable() => StabilityClass::Stable,
+            Ok(verdict) if verdict.is_unstable() => StabilityClass::Unstable,
+            _ => StabilityClass::Undecided,
         }
     }
 }
 
 /// A point in which the number of equilibria, or their stability, changes: a bifurcation or a fold.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Special<S: ModelState> {
+pub struct SpecialPoint<S: ModelState> {
     /// Its kind.
     pub kind: SpecialKind,
     /// The parameter.
@@ -103,7 +103,7 @@ pub enum SpecialKind {
     /// Branches meet, but their kind is unknown: none could be followed far enough, or both turn round.
     BranchPoint,
     /// Several stiffnesses vanish at once, or too close together to be told apart.
-    Several {
+    MultipleBifurcation {
         /// How many.
         count: usize,
     },
@@ -151,17 +151,17 @@ impl<S: ModelState> Branch<S> {
     pub fn special_where(
         &self,
         is_meant: impl Fn(&SpecialKind) -> bool,
-    ) -> impl Iterator<Item = &Special<S>> {
+    ) -> impl Iterator<Item = &SpecialPoint<S>> {
         self.special.iter().filter(move |one| is_meant(&one.kind))
     }
 
     /// Its folds: limit points.
-    pub fn folds(&self) -> impl Iterator<Item = &Special<S>> {
+    pub fn folds(&self) -> impl Iterator<Item = &SpecialPoint<S>> {
         self.special_where(|kind| matches!(kind, SpecialKind::Fold))
     }
 
     /// Its branch points: pitchforks, transcritical points, and those of unknown kind.
-    pub fn branch_points(&self) -> impl Iterator<Item = &Special<S>> {
+    pub fn branch_points(&self) -> impl Iterator<Item = &SpecialPoint<S>> {
         self.special_where(SpecialKind::is_branch_point)
     }
 

@@ -167,7 +167,7 @@ pub enum ContinuationError<S: ModelState> {
          a symmetry tells none from another; hold one coordinate by a constraint, or make the axes a little \
          different"
     )]
-    Everywhere {
+    ContinuumOfBranches {
         /// The parameter there.
         parameter: f64,
     },

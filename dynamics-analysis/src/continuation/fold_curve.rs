@@ -10,7 +10,7 @@ use alloc::boxed::Box;
 use dynamics_runtime::model::{Constraints, Powers};
 
 use super::ContinuationError;
-use super::branch::Special;
+use super::branch::SpecialPoint;
 use super::curve::{CurveOptions, PlaneCurve, TracedCurve};
 use super::followed_curves::FoldCurve;
 use super::newton::SingularityCondition;
@@ -32,7 +32,7 @@ pub type FoldCurves<M, F> = PlaneCurve<M, F, OfFolds>;
 /// ```
 pub fn fold_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     make: F,
-    fold: &Special<M::State>,
+    fold: &SpecialPoint<M::State>,
     second: f64,
 ) -> FoldCurves<M, F> {
     let place = ContinuationPoint { state: fold.state, p: [fold.parameter, second] };

@@ -11,7 +11,7 @@ use core::cell::Cell;
 use dynamics_runtime::model::{Constraints, Powers};
 
 use super::ContinuationError;
-use super::branch::{BranchEnd, Special, SpecialKind};
+use super::branch::{BranchEnd, SpecialKind, SpecialPoint};
 use super::curve::{CurveOptions, PlaneCurve, TracedCurve};
 use super::followed_curves::HopfCurve;
 use super::hopf_test_function::HopfTest;
@@ -39,7 +39,7 @@ pub type HopfCurves<M, F> = PlaneCurve<M, F, OfHopfPoints>;
 /// ```
 pub fn hopf_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     make: F,
-    hopf: &Special<M::State>,
+    hopf: &SpecialPoint<M::State>,
     second: f64,
 ) -> HopfCurves<M, F> {
     let place = ContinuationPoint { state: hopf.state, p: [hopf.parameter, second] };

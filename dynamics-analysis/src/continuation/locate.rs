@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::model::{Constraints, Powers, Vector};
 
-use super::branch::{Special, SpecialKind};
+use super::branch::{SpecialKind, SpecialPoint};
 use super::newton::SingularityCondition;
 use super::null_space::null_plane;
 use super::problem::{Balance, ContinuationProblem, Direction};
@@ -92,7 +92,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         }
         let (from, to) = (a.place(), b.place());
         let uncertainty = (to.p[0] - from.p[0]).abs();
-        let kind = SpecialKind::Several { count: count.max(1) };
+        let kind = SpecialKind::MultipleBifurcation { count: count.max(1) };
         self.add(kind, &b.balance, uncertainty, None, None);
         true
     }
@@ -313,7 +313,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         directions: Option<[Direction; 2]>,
     ) {
         let place = &balance.place;
-        let special = Special {
+        let special = SpecialPoint {
             kind,
             parameter: place.p[0],
             uncertainty,

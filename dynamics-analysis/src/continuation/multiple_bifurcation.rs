@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::model::{Constraints, Powers};
 
-use super::branch::{Branch, Special, SpecialKind};
+use super::branch::{Branch, SpecialKind, SpecialPoint};
 use super::null_space::null_space;
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
 use super::trace::{Sample, Tracer};
@@ -56,11 +56,11 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         &self,
         problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
-        at: &Special<M::State>,
+        at: &SpecialPoint<M::State>,
     ) -> Result<Arms<M::State>, ContinuationError<M::State>> {
         let parameter = at.parameter;
         let count = match at.kind {
-            SpecialKind::Several { count } => count,
+            SpecialKind::MultipleBifurcation { count } => count,
             kind if kind.is_branch_point() => 1,
             _ => return Err(ContinuationError::NoBranchPoint { parameter }),
         };
@@ -73,7 +73,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
             let tracer = Tracer::new(problem, &self.options, periodic);
             let (samples, successes) = find_arms(&tracer, &balance, &space, h);
             if is_continuum(samples.len(), successes, &space) {
-                return Err(ContinuationError::Everywhere { parameter });
+                return Err(ContinuationError::ContinuumOfBranches { parameter });
             }
             if samples.len() > found.len() {
                 found = samples;

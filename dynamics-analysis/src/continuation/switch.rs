@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::model::{Constraints, ModelState, Powers};
 
-use super::branch::{Branch, Diagram, Special, SpecialKind};
+use super::branch::{Branch, Diagram, SpecialKind, SpecialPoint};
 use super::branch_classification::probe_distances;
 use super::problem::{ContinuationPoint, ContinuationProblem, is_range};
 use super::trace::{Sample, Tracer};
@@ -37,7 +37,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// branch, with what was computed.
     pub fn switch(
         &self,
-        at: &Special<M::State>,
+        at: &SpecialPoint<M::State>,
     ) -> Result<[Branch<M::State>; 2], ContinuationError<M::State>> {
         self.with_problem(|problem, periodic| {
             let [plus, minus] = self.crossing_arms(problem, periodic, at)?;
@@ -53,7 +53,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// As [`Continuation::switch`]; a continuum of branches that a symmetry maps into each other.
     pub fn switch_all(
         &self,
-        at: &Special<M::State>,
+        at: &SpecialPoint<M::State>,
     ) -> Result<Vec<Branch<M::State>>, ContinuationError<M::State>> {
         self.with_problem(|problem, periodic| self.all_arms(problem, periodic, at)?.into_iter().collect())
     }
@@ -73,10 +73,10 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
             if inside && diagram.branches[0].end != super::BranchEnd::Closed {
                 diagram.branches.push(self.run_direction(problem, periodic, !forward)?);
             }
-            let mut known: Vec<Special<M::State>> = Vec::new();
+            let mut known: Vec<SpecialPoint<M::State>> = Vec::new();
             let mut next = 0;
             while next < diagram.branches.len() {
-                let is_one = |one: &&Special<M::State>| one.kind.is_branch_point() || is_multiple(one);
+                let is_one = |one: &&SpecialPoint<M::State>| one.kind.is_branch_point() || is_multiple(one);
                 let points: Vec<_> = diagram.branches[next].special.iter().filter(is_one).cloned().collect();
                 for point in points {
                     if known.iter().any(|other| {
@@ -102,7 +102,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         &self,
         problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
-        point: &Special<M::State>,
+        point: &SpecialPoint<M::State>,
         limit: usize,
         diagram: &mut Diagram<M::State>,
     ) {
@@ -142,7 +142,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         &self,
         problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
-        at: &Special<M::State>,
+        at: &SpecialPoint<M::State>,
     ) -> Result<[Result<Branch<M::State>, ContinuationError<M::State>>; 2], ContinuationError<M::State>> {
         let parameter = at.parameter;
         let Some([_, other]) = &at.directions else {
@@ -170,11 +170,11 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
 }
 
 /// Whether a special point is a multiple bifurcation.
-fn is_multiple<S: ModelState>(at: &Special<S>) -> bool {
-    matches!(at.kind, SpecialKind::Several { .. })
+fn is_multiple<S: ModelState>(at: &SpecialPoint<S>) -> bool {
+    matches!(at.kind, SpecialKind::MultipleBifurcation { .. })
 }
 
-fn place<S: ModelState>(special: &Special<S>) -> ContinuationPoint<S> {
+fn place<S: ModelState>(special: &SpecialPoint<S>) -> ContinuationPoint<S> {
     ContinuationPoint { state: special.state, p: [special.parameter, 0.0] }
 }
 

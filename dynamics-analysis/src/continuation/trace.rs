@@ -16,7 +16,7 @@ use core::f64::consts::TAU;
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
 use dynamics_runtime::progress::Progress;
 
-use super::branch::{Branch, BranchEnd, BranchPoint, Special};
+use super::branch::{Branch, BranchEnd, PointOnBranch, SpecialPoint};
 use super::error::ContinuationError;
 use super::newton::{CorrectorError, SingularityCondition};
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
@@ -83,8 +83,8 @@ pub(super) struct Tracer<'t, M: Constraints> {
     pub(super) problem: &'t ContinuationProblem<'t, M>,
     pub(super) options: &'t ContinuationOptions,
     pub(super) periodic: &'t [bool],
-    pub(super) points: Vec<BranchPoint<M::State>>,
-    pub(super) special: Vec<Special<M::State>>,
+    pub(super) points: Vec<PointOnBranch<M::State>>,
+    pub(super) special: Vec<SpecialPoint<M::State>>,
     rejected: usize,
     derivative_error: f64,
     progress: Progress,
@@ -369,7 +369,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             .for_each(|(q, _)| *q -= TAU * (*q / TAU).round());
         let arclength = last.arclength + self.problem.norm(&by);
         let state = self.problem.moved(here, &by).state;
-        self.points.push(BranchPoint { arclength, state, ..first });
+        self.points.push(PointOnBranch { arclength, state, ..first });
     }
 
     /// Appends a point, at this distance from the last one, and judges its stability.
@@ -378,7 +378,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let (place, model) = (sample.place(), &sample.balance.model);
         self.derivative_error = self.derivative_error.max(sample.balance.derivative_error);
         let stability = judge(model, &place.state);
-        self.points.push(BranchPoint { parameter: place.p[0], state: place.state, arclength, stability });
+        self.points.push(PointOnBranch { parameter: place.p[0], state: place.state, arclength, stability });
     }
 
     /// The length of the branch up to a point beside its last one.
