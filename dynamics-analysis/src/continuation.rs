@@ -50,7 +50,6 @@ use alloc::borrow::ToOwned;
 use alloc::string::String;
 use core::ops::RangeInclusive;
 
-use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
 use nalgebra::DMatrix;
 
@@ -62,7 +61,7 @@ pub use fold_curve::{FoldCurves, OfFolds, fold_curve};
 pub use followed_curves::{FoldCurve, HopfCurve};
 pub use hopf_curve::{HopfCurves, OfHopfPoints, hopf_curve};
 
-use super::equilibria::{EquilibriumOptions, find, periodic, scales};
+use super::equilibria::{EquilibriumOptions, find, has_nonholonomic_rows, periodic, scales};
 use null_space::null_plane;
 use problem::{ContinuationPoint, ContinuationProblem, Direction, is_range};
 use trace::{ContinuationOptions, Sample, Tracer, check_near};
@@ -223,7 +222,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         if self.options.points < 2 {
             return Err(ContinuationError::Points { count: self.options.points });
         }
-        if rolls::<M>(&self.start) {
+        if has_nonholonomic_rows::<M>(&self.start) {
             return Err(ContinuationError::Nonholonomic);
         }
         let make = |p: [f64; 2]| (self.make)(p[0]);
@@ -336,11 +335,6 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         };
         (0..coordinates.len()).filter(nothing).map(|k| coordinates[k]).collect()
     }
-}
-
-/// Whether a nonholonomic constraint is active, which leaves more positions than velocities.
-fn rolls<M: Constraints>(state: &M::State) -> bool {
-    active_rows::<M>(state.modes(), false).any(|row| row >= M::Residual::LEN)
 }
 
 /// The direction of length zero.

@@ -14,7 +14,7 @@ use super::branch::BranchEnd;
 use super::newton::{CorrectedPoint, CorrectorError, SingularityCondition};
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction, is_range};
 use super::step_control::{MAX_TURN, length_ratio};
-use crate::equilibria::{EquilibriumError, scales};
+use crate::equilibria::{EquilibriumError, has_nonholonomic_rows, scales};
 
 /// Shortest step along a curve. If a shorter one would be needed, the curve cannot be followed any further.
 const MIN_STEP: f64 = 1e-9;
@@ -104,7 +104,7 @@ impl<S: ModelState> CurveOptions<S> {
         if !(self.longest.is_finite() && self.longest > 0.0) {
             return Err(ContinuationError::Option { name: "longest_step", value: self.longest });
         }
-        if super::rolls::<M>(&self.place.state) {
+        if has_nonholonomic_rows::<M>(&self.place.state) {
             return Err(ContinuationError::Nonholonomic);
         }
         let widths = self.ranges.map(|[lo, hi]| hi - lo);

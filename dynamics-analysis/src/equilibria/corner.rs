@@ -5,21 +5,22 @@
 //! method ends where it began, because a constant force does not become smaller. So the search goes downhill
 //! until the branch changes and the force drives back.
 
-use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::model::{Constraints, Kink, MOST_KINKS, ModelState, Vector};
 use nalgebra::DVector;
 
 use super::EquilibriumError;
+use super::displacement::{displaced, projected};
 use super::statics::{Statics, scales};
 
-/// The first distance that is looked at, in what coordinates are measured by, and how often it is doubled.
-const FIRST: f64 = 1e-9;
-const DOUBLED: usize = 34;
-/// Halvings up to where a choice changes.
-const HALVED: usize = 60;
+/// The first distance downhill, in the scales of the coordinates.
+const FIRST_DISTANCE: f64 = 1e-9;
+/// How often it is doubled: up to 8.6 scales.
+const MAX_DOUBLINGS: usize = 34;
+/// Largest number of bisections that enclose the change of branch; 52 exhaust the digits.
+const MAX_BISECTIONS: usize = 60;
 
 /// The error that names the corner, if downhill from a place there is one.
-pub(super) fn beside<M: Constraints>(
+pub(super) fn downhill_corner<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
@@ -31,33 +32,27 @@ pub(super) fn beside<M: Constraints>(
     let Some(mass) = statics.mass.clone().cholesky() else { return Ok(None) };
     let scales = scales(M::COORDINATES, state.q().as_slice());
     // As it would begin to move: F = −Q − Φ_qᵀλ.
-    let way = &statics.tangent.velocities * mass.solve(&-&statics.force);
-    let size = way.iter().zip(&scales).fold(0.0, |most: f64, (x, scale)| most.max(x.abs() / scale));
+    let direction = &statics.tangent.velocities * mass.solve(&-&statics.force);
+    let size = direction.iter().zip(&scales).fold(0.0, |most: f64, (x, scale)| most.max(x.abs() / scale));
     if size <= 0.0 || !size.is_finite() {
         return Ok(None);
     }
-    let way = way / size;
-    let at = |s: f64| {
-        let mut beside = *state;
-        beside.q_mut().as_mut_slice().iter_mut().zip(way.iter()).for_each(|(q, d)| *q += s * d);
-        let placed =
-            with_workspace::<M, _>(|memory| project_positions(model, constants, &mut beside, memory));
-        placed.ok().map(|_| beside)
-    };
+    let direction = direction / size;
+    let at = |s: f64| projected(model, constants, displaced(state, &(&direction * s)));
     let side = |beside: &M::State| {
         let mut kinks = [Kink::NONE; MOST_KINKS];
         model.kinks(beside, &mut kinks);
         kinks.map(|kink| kink.decides && kink.value < 0.0)
     };
     let here = side(state);
-    let Some((mut lo, mut hi)) = (0..DOUBLED).find_map(|k| {
-        let s = FIRST * f64::powi(2.0, k as i32);
+    let Some((mut lo, mut hi)) = (0..MAX_DOUBLINGS).find_map(|k| {
+        let s = FIRST_DISTANCE * f64::powi(2.0, k as i32);
         let changed = at(s).is_some_and(|beside| side(&beside) != here);
         changed.then_some((if k == 0 { 0.0 } else { 0.5 * s }, s))
     }) else {
         return Ok(None);
     };
-    for _ in 0..HALVED {
+    for _ in 0..MAX_BISECTIONS {
         let middle = 0.5 * (lo + hi);
         match at(middle) {
             Some(beside) if side(&beside) == here => lo = middle,
@@ -71,7 +66,7 @@ pub(super) fn beside<M: Constraints>(
         Ok(Statics::of(model, beside, &statics.tangent.coordinates)?.force)
     };
     let (before, after) = (force(&before)?, force(&after)?);
-    let along = way.select_rows(&statics.tangent.rates);
+    let along = direction.select_rows(&statics.tangent.rates);
     if before.len() != along.len()
         || after.len() != along.len()
         || before.dot(&along) >= 0.0

@@ -8,10 +8,10 @@ use core::fmt;
 
 use dynamics_runtime::constrain::assemble::positions_of;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::model::{Constraints, ModelState, Terms, Vector};
+use dynamics_runtime::model::{Constraints, ModelState, Vector};
 
-use super::statics::scales;
-use super::{Equilibrium, EquilibriumError, EquilibriumOptions, find_holding};
+use super::statics::{model_terms, scales};
+use super::{Equilibrium, EquilibriumError, EquilibriumOptions, fastest, find_holding};
 use crate::linearize::indices;
 use crate::numbers::Numbers;
 
@@ -109,7 +109,7 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
             hits: Vec::new(),
             failures: Vec::new(),
             random: self.random,
-            lone: 0,
+            found_once: 0,
         };
         let ranges = if self.random > 0 { self.ranges(&periodic)? } else { Vec::new() };
         let asked = EquilibriumOptions { frozen: self.frozen, moving: self.moving };
@@ -131,8 +131,8 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
             let placed = positions_of(self.model, start, &alloc::vec![false; M::Vector::LEN]);
             found.add(placed.map_err(Into::into).and_then(|start| find(&start)), &periodic);
         }
-        found.lone = found.hits[given..].iter().filter(|hits| **hits == 1).count();
-        found.settle()
+        found.found_once = found.hits[given..].iter().filter(|hits| **hits == 1).count();
+        found.sorted()
     }
 
     /// The range of every coordinate.
@@ -186,7 +186,7 @@ pub struct EquilibriumSet<S: ModelState> {
     /// Why other starts led to none.
     pub failures: Vec<EquilibriumError>,
     random: usize,
-    lone: usize,
+    found_once: usize,
 }
 
 impl<S: ModelState> EquilibriumSet<S> {
@@ -195,7 +195,7 @@ impl<S: ModelState> EquilibriumSet<S> {
     /// without random starts. No search of this kind proves that it found all.
     #[must_use]
     pub fn unseen(&self) -> Option<f64> {
-        (self.random > 0).then(|| self.lone as f64 / self.random as f64)
+        (self.random > 0).then(|| self.found_once as f64 / self.random as f64)
     }
 
     fn add(&mut self, result: Result<Equilibrium<S>, EquilibriumError>, periodic: &[bool]) {
@@ -222,7 +222,7 @@ impl<S: ModelState> EquilibriumSet<S> {
         }
     }
 
-    fn settle(mut self) -> Result<Self, EquilibriumError> {
+    fn sorted(mut self) -> Result<Self, EquilibriumError> {
         if self.equilibria.is_empty() {
             if let Some(error) = self.failures.into_iter().next() {
                 return Err(error);
@@ -232,7 +232,7 @@ impl<S: ModelState> EquilibriumSet<S> {
                 hits: Vec::new(),
                 failures: Vec::new(),
                 random: 0,
-                lone: 0,
+                found_once: 0,
             });
         }
         let mut order: Vec<usize> = (0..self.hits.len()).collect();
@@ -278,7 +278,7 @@ impl<S: ModelState> fmt::Display for EquilibriumSet<S> {
 fn same<S: ModelState>(a: &Equilibrium<S>, b: &Equilibrium<S>, periodic: &[bool]) -> bool {
     let scales = scales(a.coordinates, a.state.q().as_slice());
     let rates = a.state.u().as_slice().iter().zip(b.state.u().as_slice());
-    let fastest = a.state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    let fastest = fastest(&a.state);
     rates.into_iter().all(|(u, w)| (u - w).abs() <= 1e-6 * fastest)
         && (0..scales.len()).all(|i| {
             let apart = (a.state.q().as_slice()[i] - b.state.q().as_slice()[i]).abs();
@@ -297,14 +297,9 @@ fn principal(angle: f64) -> f64 {
 /// Coordinates that are angles (rad, or without unit) on which mass, forces and constraints depend with
 /// period 2π: at three random states, a turn leaves all of them as they are, to rounding.
 pub(crate) fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool> {
-    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut found: Vec<bool> = M::COORDINATES.iter().map(|q| q.unit == "rad" || q.unit.is_empty()).collect();
     let read = |state: &M::State| {
-        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
-        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms =
-            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
-        model.terms(state, &mut terms);
+        let [mass, force, jacobian, gamma] = model_terms(model, state);
         let (positions, rates) = (model.residual(state), model.velocity_residual(state));
         [mass, force, jacobian, gamma, positions.as_slice().to_vec(), rates.as_slice().to_vec()]
     };

@@ -1,6 +1,6 @@
 //! Stability of equilibria and steady motions.
 //!
-//! If energy is conserved, dead loads included (`conserved.rs`), an equilibrium with positive definite
+//! If energy is conserved, dead loads included (`energy_change.rs`), an equilibrium with positive definite
 //! stiffness K is stable, whatever the gyroscopic terms are (Lagrange, Dirichlet). K belongs to the effective
 //! potential, with rotating frames and reactions, in the directions that the constraints leave. Cyclic
 //! coordinates are eliminated with their momenta held (Routh). In other cases the eigenvalues of small
@@ -17,25 +17,25 @@
 //! ε/|yᵀx| that rounding of each element could cause (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal.
 //! Appl. 20 (1998) 493).
 
-mod conserved;
+mod energy_change;
 mod show;
 mod verdict;
 
 use alloc::vec::Vec;
 use core::ops::AddAssign;
 
-use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::error::SolveError;
-use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Terms, Vector};
+use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use nalgebra::{Complex, DMatrix, DVector};
 
-use conserved::{Energy, energy};
+use energy_change::{EnergyChange, energy_change};
 pub use verdict::{Stability, StabilityVerdict, Undecided};
 
-use super::newton::distance;
+use super::displacement::{displaced, projected};
+use super::newton::position_uncertainty;
 use super::rounding::clear_rounding;
-use super::statics::{Statics, scales};
-use super::{EquilibriumError, check_stays};
+use super::statics::{Statics, model_terms, scales};
+use super::{EquilibriumError, check_persists};
 use crate::linearize::{Linearization, LinearizeError, eigenvector, general, linearize};
 
 /// M v̇ + D v + K z = 0, ż = v, and the names of z.
@@ -44,7 +44,7 @@ struct SecondOrderSystem {
     damping: DMatrix<f64>,
     stiffness: DMatrix<f64>,
     /// The uncertainty of each element of the stiffness.
-    unsure: DMatrix<f64>,
+    uncertainty: DMatrix<f64>,
     names: Vec<Quantity>,
 }
 
@@ -56,15 +56,16 @@ pub(crate) fn judge<M: Constraints + Powers>(
     if let Some(reason) = linear.unsteady {
         return Err(reason.into());
     }
-    clear(model, state, &mut linear);
-    check_stays(model, state)?;
-    refuse_pole(model, state)?;
+    clear_rounded_elements(model, state, &mut linear);
+    check_persists(model, state)?;
+    check_no_pole(model, state)?;
     let ignorable = ignorable(model, state, &linear);
     let mut found = match routh(model, state, &linear, &ignorable)? {
-        Some(reduced) => {
-            of_second_order(&reduced, energy(model, state, &indices::<M>(&linear), &linear.damping))?
-        }
-        None => of_first_order(&linear, &ignorable)?,
+        Some(reduced) => judge_second_order(
+            &reduced,
+            energy_change(model, state, &indices::<M>(&linear), &linear.damping),
+        )?,
+        None => judge_first_order(&linear, &ignorable)?,
     };
     found.ignorable = ignorable.iter().map(|j| linear.coordinates[*j]).collect();
     if found.eigenvalues.is_empty() {
@@ -79,7 +80,7 @@ pub(crate) fn judge<M: Constraints + Powers>(
 
 /// Sets stiffnesses and dampings that are only rounding to 0, so that the result does not depend on how the
 /// model is written.
-fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization) {
+fn clear_rounded_elements<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization) {
     let of_rows = linear.mass.diagonal();
     let of_columns = linear.coordinates.iter().map(|coordinate| {
         let rate = linear.velocities.iter().position(|velocity| velocity == coordinate);
@@ -100,7 +101,7 @@ fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization
 /// Refuses to judge rotation at a pole of the coordinates, or within rounding of it, such as an upright
 /// spherical pendulum. The momentum of a coordinate without inertia has no effect, and the same position at
 /// rest may be unstable.
-fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
+fn check_no_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
     if state.u().as_slice().iter().all(|u| *u == 0.0) {
         return Ok(());
     }
@@ -108,13 +109,11 @@ fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equili
     let constants = model.constants().map_err(SolveError::from)?;
     let scales = scales(M::COORDINATES, state.q().as_slice());
     for part in [0.1, -0.17] {
-        let mut beside = *state;
         let spread = |i: usize| part * (1.0 + 0.618 * i as f64).sin();
-        beside.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += scales[i] * spread(i));
-        let placed =
-            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
-        // Without a position there is no information.
-        let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &[]).ok()) else { continue };
+        let step = DVector::from_fn(scales.len(), |i, _| scales[i] * spread(i));
+        // Where no position fulfils the constraints, there is no sample.
+        let there = projected(model, &constants, displaced(state, &step));
+        let Some(there) = there.and_then(|at| Statics::of(model, &at, &[]).ok()) else { continue };
         if let Some(along) = here.pole(&there) {
             return Err(EquilibriumError::Pole { coordinate: M::COORDINATES[along.iamax()].name });
         }
@@ -132,15 +131,6 @@ fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
 /// amount, mass, forces and constraints do not change.
 fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization) -> Vec<usize> {
     let order = indices::<M>(linear);
-    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let read = |state: &M::State| {
-        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
-        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms =
-            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
-        model.terms(state, &mut terms);
-        [mass, force, jacobian, gamma]
-    };
     // A nearby state in motion, so that no symmetry hides a dependence.
     let mut beside = *state;
     let spread = |i: usize| 0.1 + 0.7 * (1.0 + 0.618 * i as f64).sin();
@@ -153,14 +143,14 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
     beside.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
     // Terms that cancel here, as forces in balance do, do not cancel there.
     let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let (near, far) = (read(state), read(&beside));
+    let (near, far) = (model_terms(model, state), model_terms(model, &beside));
     let sizes: Vec<f64> = near.iter().zip(&far).map(|(a, b)| most(a).max(most(b))).collect();
     let depends = |at: &M::State, i: usize| {
-        let here = read(at);
+        let here = model_terms(model, at);
         [0.37, -1.71, 2.93].into_iter().any(|by| {
             let mut moved = *at;
             moved.q_mut().as_mut_slice()[i] += by;
-            here.iter().zip(&read(&moved)).zip(&sizes).any(|((a, b), size)| {
+            here.iter().zip(&model_terms(model, &moved)).zip(&sizes).any(|((a, b), size)| {
                 a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-13 * size || (x - y).is_nan())
             })
         })
@@ -193,8 +183,8 @@ fn routh<M: Constraints>(
     if !ignorable.is_empty() && is_lost {
         return Ok(None);
     }
-    let mut unsure = unsure(model, state, linear)?;
-    unsure = part(&unsure, &kept, &kept);
+    let mut uncertainty = stiffness_uncertainty(model, state, linear)?;
+    uncertainty = part(&uncertainty, &kept, &kept);
     // v = −m⁻¹ (M v + D z) of what is left out.
     let inertia = part(m, ignorable, ignorable).cholesky().ok_or(LinearizeError::Inertia)?;
     let by_v = inertia.solve(&part(m, ignorable, &kept));
@@ -204,14 +194,14 @@ fn routh<M: Constraints>(
         mass: part(m, &kept, &kept) - &m_out * &by_v,
         damping: part(d, &kept, &kept) - &m_out * &by_z - &d_out * &by_v,
         stiffness: part(k, &kept, &kept) - &d_out * &by_z,
-        unsure: unsure + (d_out.abs() * by_z.abs()) * (8.0 * f64::EPSILON),
+        uncertainty: uncertainty + (d_out.abs() * by_z.abs()) * (8.0 * f64::EPSILON),
         names: kept.iter().map(|j| linear.coordinates[*j]).collect(),
     }))
 }
 
 /// The uncertainty of the elements of K. It has two parts: rounding of terms that cancel here, measured at
 /// nearby positions where they do not, and the uncertainty of the position.
-fn unsure<M: Constraints>(
+fn stiffness_uncertainty<M: Constraints>(
     model: &M,
     state: &M::State,
     linear: &Linearization,
@@ -221,7 +211,7 @@ fn unsure<M: Constraints>(
     if here.tangent.coordinates != order {
         return Ok(linear.stiffness.abs() * (16.0 * f64::EPSILON));
     }
-    let distance = distance(model, state, &here)?;
+    let distance = position_uncertainty(model, state, &here)?;
     let constants = model.constants().map_err(SolveError::from)?;
     let scales = scales(M::COORDINATES, state.q().as_slice());
     let (mut sizes, mut drift) = (here.stiffness.abs(), here.stiffness.map(|_| 0.0));
@@ -231,13 +221,11 @@ fn unsure<M: Constraints>(
         let reach = if M::COORDINATES[*coordinate].unit == "rad" { 1.0 } else { 0.5 };
         for part in [-reach, -0.3, -0.01, 0.01, 0.3, reach] {
             let step = part * scales[*coordinate];
-            let mut beside = *state;
-            let change = here.tangent.positions.column(j) * step;
-            beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
-            let placed =
-                with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
-            // Where there is no position, or no force, nothing is learnt.
-            let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &order).ok()) else {
+            let beside = displaced(state, &(here.tangent.positions.column(j) * step));
+            // Where no position fulfils the constraints, or no force is finite, there is no sample.
+            let there =
+                projected(model, &constants, beside).and_then(|at| Statics::of(model, &at, &order).ok());
+            let Some(there) = there else {
                 continue;
             };
             if there.tangent.coordinates != order {
@@ -255,20 +243,23 @@ fn unsure<M: Constraints>(
 }
 
 /// The verdict on M v̇ + D v + K z = 0.
-fn of_second_order(linear: &SecondOrderSystem, energy: Energy) -> Result<Stability, EquilibriumError> {
-    let conservative = energy == Energy::Kept;
+fn judge_second_order(
+    linear: &SecondOrderSystem,
+    change: EnergyChange,
+) -> Result<Stability, EquilibriumError> {
+    let conservative = change == EnergyChange::Conserved;
     let n = linear.mass.nrows();
-    let squares = squares(linear)?;
+    let squares = squared_frequencies(linear)?;
     let is_rest = linear.damping.iter().all(|x| *x == 0.0);
     let mut a = DMatrix::zeros(2 * n, 2 * n);
     let factors = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
     a.view_mut((0, n), (n, n)).fill_with_identity();
     a.view_mut((n, 0), (n, n)).copy_from(&-factors.solve(&linear.stiffness));
     a.view_mut((n, n), (n, n)).copy_from(&-factors.solve(&linear.damping));
-    let mut off = rounding(&a);
+    let mut off = rounding_of_elements(&a);
     let inverse = factors.solve(&DMatrix::identity(n, n)).abs();
-    off.view_mut((n, 0), (n, n)).add_assign(inverse * &linear.unsure);
-    let spectrum = if conservative && is_rest { undamped(&squares) } else { spectrum(&a, &off)? };
+    off.view_mut((n, 0), (n, n)).add_assign(inverse * &linear.uncertainty);
+    let spectrum = if conservative && is_rest { undamped_spectrum(&squares) } else { spectrum(&a, &off)? };
     let along = |shape: &DVector<f64>| {
         let weigh = |i: usize| shape[i].abs() * linear.mass[(i, i)].sqrt();
         let most = (0..n).fold(0, |best, i| if weigh(i) > weigh(best) { i } else { best });
@@ -278,20 +269,20 @@ fn of_second_order(linear: &SecondOrderSystem, energy: Energy) -> Result<Stabili
     // With follower forces the symmetric part of K may vanish although K does not, so zero eigenvalues are
     // checked.
     let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
-    let is_even = skew.iter().zip(linear.unsure.iter()).all(|(x, off)| *x <= 4.0 * off);
-    let soft = match is_even {
-        true => squares.iter().find(|one| one.value.abs() <= one.unsure).map(|one| along(&one.shape)),
+    let is_symmetric = skew.iter().zip(linear.uncertainty.iter()).all(|(x, off)| *x <= 4.0 * off);
+    let soft = match is_symmetric {
+        true => squares.iter().find(|one| one.value.abs() <= one.uncertainty).map(|one| along(&one.shape)),
         false => spectrum
             .iter()
-            .find(|one| one.value.norm() <= one.unsure)
+            .find(|one| one.value.norm() <= one.uncertainty)
             .map(|one| along(&one.shape.rows(0, n).into())),
     };
     // The two zero eigenvalues of a direction without stiffness are as near to zero as the iteration leaves
     // them, whatever the uncertainty of the elements is.
     let zero = if soft.is_some() { 16.0 * n as f64 * f64::EPSILON * a.norm() } else { 0.0 };
-    let worst = spectrum.iter().filter(|one| one.value.re > one.unsure.max(zero));
+    let worst = spectrum.iter().filter(|one| one.value.re > one.uncertainty.max(zero));
     let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
-    let definite = squares.iter().all(|one| one.value > one.unsure);
+    let definite = squares.iter().all(|one| one.value > one.uncertainty);
     let verdict = if conservative && definite {
         StabilityVerdict::Stable
     } else if let Some(one) = worst {
@@ -299,63 +290,65 @@ fn of_second_order(linear: &SecondOrderSystem, energy: Energy) -> Result<Stabili
         unstable(one, coordinate)
     } else if let Some(coordinate) = soft {
         StabilityVerdict::Marginal(Undecided::NothingResists { coordinate })
-    } else if let Some(one) = undamped_mode(&spectrum).filter(|_| definite && energy == Energy::Falls) {
+    } else if let Some(one) =
+        undamped_mode(&spectrum).filter(|_| definite && change == EnergyChange::Dissipated)
+    {
         let coordinate = along(&one.shape.rows(0, n).into_owned());
         StabilityVerdict::PartlyDamped { frequency: one.value.im.abs(), coordinate }
     } else {
-        on_the_axis(&spectrum, conservative)
+        judge_without_growth(&spectrum, conservative)
     };
     Ok(Stability::new(verdict, least, &spectrum))
 }
 
 /// The mode of least damping, if it does not certainly die out to first order.
 fn undamped_mode(spectrum: &[Eigenvalue]) -> Option<&Eigenvalue> {
-    let on_axis = spectrum.iter().filter(|one| one.value.re >= -one.unsure);
-    on_axis.max_by(|x, y| (x.value.re / x.unsure).total_cmp(&(y.value.re / y.unsure)))
+    let on_axis = spectrum.iter().filter(|one| one.value.re >= -one.uncertainty);
+    on_axis.max_by(|x, y| (x.value.re / x.uncertainty).total_cmp(&(y.value.re / y.uncertainty)))
 }
 
 /// The verdict on ẋ = A x without cyclic coordinates.
-fn of_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stability, EquilibriumError> {
+fn judge_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stability, EquilibriumError> {
     let c = linear.coordinates.len();
     let kept: Vec<usize> = (0..c + linear.velocities.len()).filter(|j| !ignorable.contains(j)).collect();
     let a = linear.state_matrix()?.select_rows(&kept).select_columns(&kept);
     // Elements that should cancel leave the rounding of the others' terms.
-    let off = rounding(&a).add_scalar(16.0 * f64::EPSILON * a.amax());
+    let off = rounding_of_elements(&a).add_scalar(16.0 * f64::EPSILON * a.amax());
     let spectrum = spectrum(&a, &off)?;
     let name = |k: usize| match kept[k].checked_sub(c) {
         None => linear.coordinates[kept[k]].name,
         Some(v) => linear.velocities[v].name,
     };
-    let worst = spectrum.iter().filter(|one| one.value.re > one.unsure);
+    let worst = spectrum.iter().filter(|one| one.value.re > one.uncertainty);
     let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
-    let zero = spectrum.iter().find(|one| one.value.norm() <= one.unsure);
+    let zero = spectrum.iter().find(|one| one.value.norm() <= one.uncertainty);
     let verdict = match (worst, zero) {
         (Some(one), _) => unstable(one, name(one.shape.iamax())),
         (None, Some(zero)) => {
             StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: name(zero.shape.iamax()) })
         }
-        (None, None) => on_the_axis(&spectrum, false),
+        (None, None) => judge_without_growth(&spectrum, false),
     };
     Ok(Stability::new(verdict, None, &spectrum))
 }
 
 fn unstable(one: &Eigenvalue, coordinate: &'static str) -> StabilityVerdict {
     let Complex { re: growth, im } = one.value;
-    match im.abs() <= one.unsure {
+    match im.abs() <= one.uncertainty {
         true => StabilityVerdict::Divergence { growth, coordinate },
         false => StabilityVerdict::Flutter { growth, frequency: im.abs(), coordinate },
     }
 }
 
 /// Nothing grows, and every direction has stiffness.
-fn on_the_axis(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict {
-    if spectrum.iter().all(|one| one.value.re < -one.unsure) {
+fn judge_without_growth(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict {
+    if spectrum.iter().all(|one| one.value.re < -one.uncertainty) {
         return StabilityVerdict::AsymptoticallyStable;
     }
-    let on_axis = spectrum.iter().filter(|one| one.value.re.abs() <= one.unsure);
+    let on_axis = spectrum.iter().filter(|one| one.value.re.abs() <= one.uncertainty);
     let worst = on_axis.max_by(|x, y| x.conditioning.total_cmp(&y.conditioning));
     let (frequency, conditioning) = worst.map_or((0.0, 1.0), |one| (one.value.im.abs(), one.conditioning));
-    if conditioning > COALESCED {
+    if conditioning > DEFECTIVE_CONDITIONING {
         return StabilityVerdict::Marginal(Undecided::FrequenciesMeet { frequency, conditioning });
     }
     match conservative {
@@ -364,13 +357,14 @@ fn on_the_axis(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict 
     }
 }
 
-/// An eigenvalue that moves by this many times more than the matrix is a defective double one.
-const COALESCED: f64 = 1e6;
+/// Eigenvalues that move by this many times more than the elements of the matrix belong to a defective pair:
+/// two frequencies meet. Rounding of elements then moves them by more than 10⁻¹⁰ of their size.
+const DEFECTIVE_CONDITIONING: f64 = 1e6;
 
 /// An eigenvalue, or a square of a frequency, with its uncertainty.
 struct EigenvalueEstimate<T> {
     value: T,
-    unsure: f64,
+    uncertainty: f64,
     conditioning: f64,
     shape: DVector<f64>,
 }
@@ -378,7 +372,7 @@ struct EigenvalueEstimate<T> {
 type Eigenvalue = EigenvalueEstimate<Complex<f64>>;
 
 /// ω² of the symmetric part of K against M, ascending.
-fn squares(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstimate<f64>>, EquilibriumError> {
+fn squared_frequencies(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstimate<f64>>, EquilibriumError> {
     let n = linear.mass.nrows();
     if n == 0 {
         return Ok(Vec::new());
@@ -397,24 +391,24 @@ fn squares(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstimate<f64>>, E
         let v = vector.abs();
         let shape = lower.tr_solve_lower_triangular(&vector.into_owned()).ok_or(LinearizeError::Inertia)?;
         // Rounding of the iteration, and the uncertainty of K, on shapes of unit inertia.
-        let of_k = shape.abs().dot(&(&linear.unsure * shape.abs()));
-        let unsure = n as f64 * 4.0 * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
-        found.push(EigenvalueEstimate { value: *value, unsure, conditioning: 1.0, shape });
+        let of_k = shape.abs().dot(&(&linear.uncertainty * shape.abs()));
+        let uncertainty = n as f64 * 4.0 * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
+        found.push(EigenvalueEstimate { value: *value, uncertainty, conditioning: 1.0, shape });
     }
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
     Ok(found)
 }
 
 /// Eigenvalues ±√(−ω²), exact pairs.
-fn undamped(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
+fn undamped_spectrum(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
     let pair = |one: &EigenvalueEstimate<f64>| {
         let root = one.value.abs().sqrt();
         // √(ω² ± δ) is off by δ/2ω, and by √δ at most.
-        let unsure = (one.unsure / (2.0 * root).max(f64::MIN_POSITIVE)).min(one.unsure.sqrt());
+        let uncertainty = (one.uncertainty / (2.0 * root).max(f64::MIN_POSITIVE)).min(one.uncertainty.sqrt());
         let value = if one.value < 0.0 { Complex::new(root, 0.0) } else { Complex::new(0.0, root) };
         [value, -value].map(|value| EigenvalueEstimate {
             value,
-            unsure,
+            uncertainty,
             conditioning: 1.0,
             shape: one.shape.clone(),
         })
@@ -424,7 +418,7 @@ fn undamped(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
 
 /// What rounding makes of each element of a matrix whose elements are known to rounding, and of the
 /// iteration.
-fn rounding(a: &DMatrix<f64>) -> DMatrix<f64> {
+fn rounding_of_elements(a: &DMatrix<f64>) -> DMatrix<f64> {
     a.abs() * (8.0 * a.nrows() as f64 * f64::EPSILON)
 }
 
@@ -441,14 +435,14 @@ fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, Equ
         // Eigenvalues that meet are off by a root of that; beyond it the vectors say nothing (Elsner, Linear
         // Algebra Appl. 71 (1985) 77).
         let part = 1.0 / n as f64;
-        let unsure = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
+        let uncertainty = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
         let largest =
             right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
         let shape = right.map(|x| (x / largest).norm());
         // Of relative changes of elements, so that it is the same in all units.
         let size = of(&left).dot(&(a.abs() * of(&right)));
         let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
-        found.push(EigenvalueEstimate { value, unsure, conditioning, shape });
+        found.push(EigenvalueEstimate { value, uncertainty, conditioning, shape });
     }
     Ok(found)
 }

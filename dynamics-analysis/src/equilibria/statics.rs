@@ -37,10 +37,22 @@ pub(crate) struct Statics<R> {
     pub(super) rounding: DVector<f64>,
 }
 
-/// Inertia of less than this part has vanished.
-const POLE: f64 = 1e-12;
+/// Inertia along a direction below this share of its value where the search began has vanished: the direction
+/// is a pole of the coordinates. Near a pole inertia is r², so that this is within 10⁻⁶ of it in the
+/// scale of r. A larger value refuses equilibria close to a pole.
+const VANISHED_INERTIA_SHARE: f64 = 1e-12;
 
-/// M, Q and the rows of Φ_q that hold.
+/// M, Q, Φ_q and γ of a model at a state, matrices by rows.
+pub(super) fn model_terms<M: Constraints>(model: &M, state: &M::State) -> [Vec<f64>; 4] {
+    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
+    let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
+    let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
+    let mut terms = Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
+    model.terms(state, &mut terms);
+    [mass, force, jacobian, gamma]
+}
+
+/// M, Q and the active rows of Φ_q.
 struct StaticTerms {
     mass: DMatrix<f64>,
     force: DVector<f64>,
@@ -51,12 +63,8 @@ struct StaticTerms {
 impl StaticTerms {
     fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, EquilibriumError> {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
-        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms =
-            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
-        model.terms(state, &mut terms);
-        finite::<M>(state, &force)?;
+        let [mass, force, jacobian, _] = model_terms(model, state);
+        check_finite::<M>(state, &force)?;
         if !mass.iter().chain(&jacobian).all(|x| x.is_finite()) {
             return Err(LinearizeError::NotFinite.into());
         }
@@ -70,8 +78,8 @@ impl StaticTerms {
     }
 }
 
-/// That forces are numbers, or which input is missing.
-fn finite<M: Constraints>(state: &M::State, force: &[f64]) -> Result<(), EquilibriumError> {
+/// Refuses forces that are not finite, with the input that has no value if that is why.
+fn check_finite<M: Constraints>(state: &M::State, force: &[f64]) -> Result<(), EquilibriumError> {
     let Some(bad) = force.iter().position(|x| !x.is_finite()) else { return Ok(()) };
     match state.inputs().as_slice().iter().position(|x| x.is_nan()) {
         Some(input) => Err(EquilibriumError::InputNotSet { input: M::INPUTS[input].name }),
@@ -113,13 +121,13 @@ impl<R: Vector> Statics<R> {
         preferred: &[usize],
     ) -> Result<Self, EquilibriumError> {
         let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
-        let read = StaticTerms::of(model, state)?;
-        let holonomic = read.rows.iter().filter(|row| **row < M::Residual::LEN).count();
-        let tangent = Tangent::new(&read.jacobian, holonomic, &read.mass, [preferred, preferred]);
-        let rows = read.rows.len();
-        let of_rows = tangent.particular(&DMatrix::identity(rows, rows)).tr_mul(&read.force);
+        let terms = StaticTerms::of(model, state)?;
+        let holonomic = terms.rows.iter().filter(|row| **row < M::Residual::LEN).count();
+        let tangent = Tangent::new(&terms.jacobian, holonomic, &terms.mass, [preferred, preferred]);
+        let rows = terms.rows.len();
+        let of_rows = tangent.particular(&DMatrix::identity(rows, rows)).tr_mul(&terms.force);
         let mut multipliers = M::Rows::zeros();
-        read.rows.iter().zip(of_rows.iter()).for_each(|(row, x)| multipliers[*row] = *x);
+        terms.rows.iter().zip(of_rows.iter()).for_each(|(row, x)| multipliers[*row] = *x);
         let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
         if !model.variations(state, &M::Vector::zeros(), &multipliers, &mut values) {
             return Err(LinearizeError::NoDerivatives.into());
@@ -129,16 +137,16 @@ impl<R: Vector> Statics<R> {
             return Err(LinearizeError::NotFinite.into());
         }
         let (d, e) = (&tangent.positions, &tangent.velocities);
-        let sizes = read.force.abs() + read.jacobian.abs().tr_mul(&of_rows.abs());
-        let mass = e.tr_mul(&(&read.mass * e));
+        let sizes = terms.force.abs() + terms.jacobian.abs().tr_mul(&of_rows.abs());
+        let mass = e.tr_mul(&(&terms.mass * e));
         let by_all = e.tr_mul(&by_q);
         Ok(Self {
-            force: -e.tr_mul(&read.force),
+            force: -e.tr_mul(&terms.force),
             stiffness: e.tr_mul(&(by_q * d)),
             by_all,
             inertia: mass.diagonal(),
             mass,
-            masses: read.mass.diagonal(),
+            masses: terms.mass.diagonal(),
             rounding: e.abs().tr_mul(&sizes) * f64::EPSILON,
             multipliers,
             tangent,
@@ -177,9 +185,9 @@ impl<R: Vector> Statics<R> {
         let (d, e) = (&self.tangent.positions, &self.tangent.velocities);
         let metric = DMatrix::from_diagonal(&DVector::from_column_slice(metric));
         let square = e.tr_mul(&(&metric * e));
-        let read = StaticTerms::of(model, state)?;
+        let terms = StaticTerms::of(model, state)?;
         let held = DVector::from_iterator(rows.len(), rows.iter().map(|row| self.multipliers[*row]));
-        let left = -(&read.force + read.jacobian.tr_mul(&held));
+        let left = -(&terms.force + terms.jacobian.tr_mul(&held));
         let along = square.cholesky().ok_or(LinearizeError::Inertia)?.solve(&self.force);
         let tangential = metric * (e * along);
         let by =
@@ -204,10 +212,10 @@ impl<R: Vector> Statics<R> {
         model: &M,
         state: &M::State,
     ) -> Result<DVector<f64>, EquilibriumError> {
-        let read = StaticTerms::of(model, state)?;
+        let terms = StaticTerms::of(model, state)?;
         let held =
-            DVector::from_iterator(read.rows.len(), read.rows.iter().map(|row| self.multipliers[*row]));
-        Ok(-self.tangent.velocities.tr_mul(&(read.force + read.jacobian.tr_mul(&held))))
+            DVector::from_iterator(terms.rows.len(), terms.rows.iter().map(|row| self.multipliers[*row]));
+        Ok(-self.tangent.velocities.tr_mul(&(terms.force + terms.jacobian.tr_mul(&held))))
     }
 
     /// The uncertainty of F from rounding of the coordinates and of its terms, measured by moving the
@@ -284,7 +292,9 @@ impl<R: Vector> Statics<R> {
             at.is_some_and(|at| first.inertia[at] > 0.0)
         };
         let usual = |k: usize| first.tangent.rates.iter().position(|i| *i == self.tangent.rates[k]);
-        let gone = |k: &usize| usual(*k).is_some_and(|at| self.inertia[*k] <= POLE * first.inertia[at]);
+        let gone = |k: &usize| {
+            usual(*k).is_some_and(|at| self.inertia[*k] <= VANISHED_INERTIA_SHARE * first.inertia[at])
+        };
         let heavy: Vec<usize> = (0..self.inertia.len()).filter(had).collect();
         if let Some(k) = heavy.iter().copied().find(gone) {
             return Some(self.tangent.velocities.column(k).into_owned());
@@ -300,7 +310,7 @@ impl<R: Vector> Statics<R> {
         let least = eigen.eigenvalues.imin();
         let mut along = DVector::zeros(self.inertia.len());
         heavy.iter().enumerate().for_each(|(i, k)| along[*k] = eigen.eigenvectors[(i, least)] * scale(i));
-        (eigen.eigenvalues[least] <= POLE).then(|| &self.tangent.velocities * along)
+        (eigen.eigenvalues[least] <= VANISHED_INERTIA_SHARE).then(|| &self.tangent.velocities * along)
     }
 
     /// The largest |F| and the coordinate it acts on.

@@ -106,7 +106,7 @@ impl Stability {
             verdict,
             least_omega_squared,
             abscissa: worst.map_or(f64::NAN, |one| one.value.re),
-            uncertainty: worst.map_or(0.0, |one| one.unsure),
+            uncertainty: worst.map_or(0.0, |one| one.uncertainty),
             conditioning: spectrum.iter().map(|one| one.conditioning).fold(1.0, f64::max),
             eigenvalues,
             ignorable: Vec::new(),

@@ -16,100 +16,103 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
 use nalgebra::{DMatrix, DVector};
 
+use super::super::displacement::{displaced, projected};
+use super::super::fastest;
 use super::super::statics::{Statics, scales};
 
-/// Parts of what coordinates are measured by: positions near and far.
-const AROUND: [f64; 4] = [1e-2, -0.1, 0.4, -0.9];
-/// Rounding of powers, against the largest, and of elements of matrices, against each other.
-const ROUNDED: f64 = 1e-13;
+/// Displacements of the positions at which forces are tested, in the scales of the coordinates: near and far,
+/// to both sides. A model whose forces have no potential passes at all of them only by chance.
+const POSITION_OFFSETS: [f64; 4] = [1e-2, -0.1, 0.4, -0.9];
+/// Powers below this share of the largest one, and differences of elements below this share of their size,
+/// are rounding. It is 450 rounding units. A smaller value refuses conservative models, a larger one
+/// overlooks weak dampers beside strong ones.
+const ROUNDING_SHARE: f64 = 1e-13;
 
-/// Likewise of what is turned.
-const TURNED: f64 = 1e-12;
-/// Sizes of velocities, in 1/s, at which power is looked at.
-const SPEEDS: [f64; 3] = [1e-3, 0.1, 1.0];
+/// The same for terms that are rotated: sums of sines and cosines that differ at each time.
+const TURNED_ROUNDING_SHARE: f64 = 1e-12;
+/// Magnitudes of the velocities, in 1/s, at which the power is tested: dampers of higher order than the first
+/// matter at large ones only.
+const SPEED_SAMPLES: [f64; 3] = [1e-3, 0.1, 1.0];
 
 /// What becomes of energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Energy {
-    Kept,
+pub(super) enum EnergyChange {
+    Conserved,
     /// Energy is lost or conserved, and never gained.
-    Falls,
+    Dissipated,
     Unknown,
 }
 
 /// Of a model all of whose independent velocities are rates of these coordinates.
-pub(super) fn energy<M: Constraints + Powers>(
+pub(super) fn energy_change<M: Constraints + Powers>(
     model: &M,
     state: &M::State,
     order: &[usize],
     damping: &DMatrix<f64>,
-) -> Energy {
+) -> EnergyChange {
     if M::CONSERVED.iter().any(|quantity| quantity.kind.is_energy()) {
-        return Energy::Kept;
+        return EnergyChange::Conserved;
     }
-    let undamped = undamped(damping);
-    let mut found = if is_even(damping, -1.0) { Energy::Kept } else { Energy::Falls };
+    let undamped = undamped_directions(damping);
+    let mut found =
+        if has_symmetry(damping, -1.0) { EnergyChange::Conserved } else { EnergyChange::Dissipated };
     // Of motions only the power of disturbances counts, which is not told apart from that of the motion; and
     // what damps now may drive later.
     let changes = M::EXPLICIT_TIME || state.u().as_slice().iter().any(|u| *u != 0.0);
-    if found == Energy::Falls && (changes || undamped.is_none()) {
-        return Energy::Unknown;
+    if found == EnergyChange::Dissipated && (changes || undamped.is_none()) {
+        return EnergyChange::Unknown;
     }
-    let Ok(constants) = model.constants() else { return Energy::Unknown };
+    let Ok(constants) = model.constants() else { return EnergyChange::Unknown };
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    let Ok(here) = Statics::of(model, state, order) else { return Energy::Unknown };
-    let mut looked = 0;
-    for (sample, part) in AROUND.into_iter().enumerate() {
-        let step = DVector::from_fn(order.len(), |k, _| part * scales[order[k]] * number(7 * sample + k));
-        let change = &here.tangent.positions * step;
-        let mut beside = at_time(state, state.t() + 0.73 * (1 + sample) as f64);
-        beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
-        let placed =
-            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
-        // Where the mechanism cannot go nothing is to be asked.
-        if placed.is_err() {
-            continue;
-        }
-        let Ok(there) = Statics::of(model, &beside, order) else { return Energy::Unknown };
+    let Ok(here) = Statics::of(model, state, order) else { return EnergyChange::Unknown };
+    let mut tested = 0;
+    for (sample, part) in POSITION_OFFSETS.into_iter().enumerate() {
+        let step =
+            DVector::from_fn(order.len(), |k, _| part * scales[order[k]] * fixed_number(7 * sample + k));
+        let later = at_time(state, state.t() + 0.73 * (1 + sample) as f64);
+        let beside = displaced(&later, &(&here.tangent.positions * step));
+        // Positions that the mechanism cannot reach are left out.
+        let Some(beside) = projected(model, &constants, beside) else { continue };
+        let Ok(there) = Statics::of(model, &beside, order) else { return EnergyChange::Unknown };
         let Ok(before) = Statics::of(model, &at_time(&beside, state.t()), order) else {
-            return Energy::Unknown;
+            return EnergyChange::Unknown;
         };
-        if !is_same(&before, &there) {
-            return Energy::Unknown;
+        if !are_same(&before, &there) {
+            return EnergyChange::Unknown;
         }
         let k = &there.stiffness;
         if there.tangent.coordinates != order || !k.is_square() {
             continue;
         }
-        if !is_even(k, 1.0)
-            || (moves(model, &beside) && !turns_along(model, state, (&beside, &there), sample))
+        if !has_symmetry(k, 1.0)
+            || (has_moving_rows(model, &beside)
+                && !has_jacobi_integral(model, state, (&beside, &there), sample))
         {
-            return Energy::Unknown;
+            return EnergyChange::Unknown;
         }
         let velocities = &there.tangent.velocities;
         // What no damper reaches is asked by itself.
-        let unreached = undamped.as_ref().map(|free| velocities * free);
-        let power = Power { model, state: &beside, velocities, unreached, sample };
+        let undamped_basis = undamped.as_ref().map(|free| velocities * free);
+        let power = Power { model, state: &beside, velocities, undamped_basis, sample };
         // Damping that begins with a higher power than the first is none in the matrix.
-        if found == Energy::Kept && !power.is_linear() {
-            found = if changes { Energy::Unknown } else { Energy::Falls };
+        if found == EnergyChange::Conserved && !power.is_linear() {
+            found = if changes { EnergyChange::Unknown } else { EnergyChange::Dissipated };
         }
-        if found == Energy::Unknown || (found == Energy::Falls && !power.falls()) {
-            return Energy::Unknown;
+        if found == EnergyChange::Unknown || (found == EnergyChange::Dissipated && !power.is_dissipative()) {
+            return EnergyChange::Unknown;
         }
-        looked += 1;
+        tested += 1;
     }
-    if looked >= 2 { found } else { Energy::Unknown }
+    if tested >= 2 { found } else { EnergyChange::Unknown }
 }
 
 /// Directions that a damping matrix does nothing in, by columns, if its symmetric part takes out energy in
 /// all others: if in what is damped by itself no eigenvalue is negative, each element beside the diagonal
 /// ones of its row and column.
-fn undamped(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+fn undamped_directions(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = damping.nrows();
     let c = 0.5 * (damping + damping.transpose());
     // An element that gyroscopic terms of both sides cancel in leaves rounding of these.
@@ -146,21 +149,22 @@ fn undamped(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 
 /// Whether a matrix is symmetric (sign 1) or skew (−1), element by element, so that soft elements count
 /// beside stiff ones.
-fn is_even(m: &DMatrix<f64>, sign: f64) -> bool {
+fn has_symmetry(m: &DMatrix<f64>, sign: f64) -> bool {
     let pair = |i: usize, j: usize| {
         let (x, y) = (m[(i, j)], sign * m[(j, i)]);
         let size = if i == j { m.row(i).amax() } else { x.abs().max(y.abs()) };
-        (x - y).abs() <= ROUNDED * size + 16.0 * f64::EPSILON * (m[(i, i)] * m[(j, j)]).abs().sqrt()
+        (x - y).abs() <= ROUNDING_SHARE * size + 16.0 * f64::EPSILON * (m[(i, i)] * m[(j, j)]).abs().sqrt()
     };
     (0..m.nrows()).all(|i| (0..=i).all(|j| pair(i, j)))
 }
 
 /// Whether forces and stiffnesses at two times are the same, each element beside its own size.
-fn is_same<R: Vector>(one: &Statics<R>, other: &Statics<R>) -> bool {
+fn are_same<R: Vector>(one: &Statics<R>, other: &Statics<R>) -> bool {
     let force =
         |i: usize| (one.force[i] - other.force[i]).abs() <= 16.0 * (one.rounding[i] + other.rounding[i]);
     let (k, l) = (&one.stiffness, &other.stiffness);
-    let stiffness = |(i, j): (usize, usize)| (k[(i, j)] - l[(i, j)]).abs() <= ROUNDED * k.row(i).amax();
+    let stiffness =
+        |(i, j): (usize, usize)| (k[(i, j)] - l[(i, j)]).abs() <= ROUNDING_SHARE * k.row(i).amax();
     let elements = (0..k.nrows()).flat_map(|i| (0..k.ncols()).map(move |j| (i, j)));
     one.force.len() == other.force.len()
         && k.shape() == l.shape()
@@ -169,7 +173,7 @@ fn is_same<R: Vector>(one: &Statics<R>, other: &Statics<R>) -> bool {
 }
 
 /// Numbers in ±(0.3, 1), the same always.
-fn number(k: usize) -> f64 {
+fn fixed_number(k: usize) -> f64 {
     let wave = (1.7 + 2.399_963 * k as f64).sin();
     (0.3 + 0.7 * wave.abs()).copysign(wave)
 }
@@ -178,16 +182,16 @@ fn number(k: usize) -> f64 {
 /// independent coordinates alone, so that with the rows put in they have the energy integral of Jacobi, T₂
 /// + V − T₀ (E. T. Whittaker, *Analytical Dynamics*, §41). Inertia, forces and what changes them, at
 /// rest beside the motion and moving, are set beside those of the same place before.
-fn turns_along<M: Constraints>(
+fn has_jacobi_integral<M: Constraints>(
     model: &M,
     state: &M::State,
     (later, there): (&M::State, &Statics<M::Rows>),
     sample: usize,
 ) -> bool {
     let rates = model.velocity_residual(later);
-    let fastest = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    let fastest = fastest(state);
     if active_rows::<M>(state.modes(), false)
-        .any(|row| row >= M::Residual::LEN || rates[row].abs() > ROUNDED * fastest)
+        .any(|row| row >= M::Residual::LEN || rates[row].abs() > ROUNDING_SHARE * fastest)
     {
         return false;
     }
@@ -199,12 +203,12 @@ fn turns_along<M: Constraints>(
         let missed = model.residual(&before);
         let rows = active_rows::<M>(state.modes(), false).map(|row| missed[row]);
         let change = here.tangent.particular(&DMatrix::from_iterator(here.tangent.row_count(), 1, rows));
-        before.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
+        before = displaced(&before, &change.column(0).into_owned());
     }
     let moving = |at: &M::State| {
         let mut at = *at;
         let e = &there.tangent.velocities;
-        let by = e * DVector::from_fn(e.ncols(), |k, _| number(13 * sample + k));
+        let by = e * DVector::from_fn(e.ncols(), |k, _| fixed_number(13 * sample + k));
         at.u_mut().as_mut_slice().iter_mut().zip(by.iter()).for_each(|(u, d)| *u += d);
         Statics::of(model, &at, order)
     };
@@ -218,7 +222,7 @@ fn turns_along<M: Constraints>(
     let holds = active_rows::<M>(state.modes(), false).all(|row| {
         let jacobian = model.jacobian(&before);
         let along: f64 = scales.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size).sum();
-        rows[row].abs() <= ROUNDED * along
+        rows[row].abs() <= ROUNDING_SHARE * along
     });
     // What turns is added up of terms that cancel, by sines and cosines that are others at each time: a
     // motion by 1 per second is the measure.
@@ -229,17 +233,20 @@ fn turns_along<M: Constraints>(
             k.row(i).amax().max(size(i)) * order.iter().fold(1.0, |most: f64, j| most.max(scales[*j]))
         };
         (0..order.len()).all(|i| {
-            let inertia = (one.mass.row(i) - other.mass.row(i)).amax() <= TURNED * one.mass.row(i).amax();
-            let stiffness =
-                (k.row(i) - other.stiffness.row(i)).amax() <= TURNED * k.row(i).amax().max(size(i));
-            inertia && stiffness && (one.force[i] - other.force[i]).abs() <= TURNED * resists(i)
+            let inertia = (one.mass.row(i) - other.mass.row(i)).amax()
+                <= TURNED_ROUNDING_SHARE * one.mass.row(i).amax();
+            let stiffness = (k.row(i) - other.stiffness.row(i)).amax()
+                <= TURNED_ROUNDING_SHARE * k.row(i).amax().max(size(i));
+            inertia
+                && stiffness
+                && (one.force[i] - other.force[i]).abs() <= TURNED_ROUNDING_SHARE * resists(i)
         })
     };
     holds && alike(&here, there) && alike(&swift, &swift_later)
 }
 
 /// Whether a row that holds moves while everything rests.
-fn moves<M: Constraints>(model: &M, state: &M::State) -> bool {
+fn has_moving_rows<M: Constraints>(model: &M, state: &M::State) -> bool {
     let mut rest = *state;
     rest.u_mut().as_mut_slice().fill(0.0);
     let rates = model.velocity_residual(&rest);
@@ -253,14 +260,14 @@ struct Power<'a, M: Constraints + Powers> {
     /// A basis of admissible velocities.
     velocities: &'a DMatrix<f64>,
     /// Of those that the damping matrix does nothing to.
-    unreached: Option<DMatrix<f64>>,
+    undamped_basis: Option<DMatrix<f64>>,
     sample: usize,
 }
 
 impl<M: Constraints + Powers> Power<'_, M> {
     fn velocity(&self, first: usize) -> DVector<f64> {
         let e = self.velocities;
-        e * DVector::from_fn(e.ncols(), |k, _| number(31 * self.sample + first + k))
+        e * DVector::from_fn(e.ncols(), |k, _| fixed_number(31 * self.sample + first + k))
     }
 
     /// At a velocity, and the largest of its parts.
@@ -282,14 +289,14 @@ impl<M: Constraints + Powers> Power<'_, M> {
     /// Whether it is linear in admissible velocities.
     fn is_linear(&self) -> bool {
         let (u, w) = (self.velocity(3), self.velocity(17));
-        self.adds_up(&u, &w, |u| self.at(u)) && {
+        self.is_linear_function(&u, &w, |u| self.at(u)) && {
             let ((p, size), (q, _)) = (self.at(&u), self.at(&-&u));
-            (p + q).abs() <= ROUNDED * size
+            (p + q).abs() <= ROUNDING_SHARE * size
         }
     }
 
     /// Whether a function of velocities is linear, by two of them.
-    fn adds_up(
+    fn is_linear_function(
         &self,
         u: &DVector<f64>,
         w: &DVector<f64>,
@@ -298,36 +305,39 @@ impl<M: Constraints + Powers> Power<'_, M> {
         let ((of_u, a), (of_w, b), (of_both, c), (of_more, d)) =
             (power(u), power(w), power(&(u + w)), power(&(3.0 * w)));
         let size = a.max(b).max(c).max(d);
-        (of_both - of_u - of_w).abs() <= ROUNDED * size && (of_more - 3.0 * of_w).abs() <= ROUNDED * size
+        (of_both - of_u - of_w).abs() <= ROUNDING_SHARE * size
+            && (of_more - 3.0 * of_w).abs() <= ROUNDING_SHARE * size
     }
 
     /// Whether its odd part is linear, as that of dead loads, and its even part takes energy out, or does
     /// nothing.
-    fn falls(&self) -> bool {
+    fn is_dissipative(&self) -> bool {
         let odd = |u: &DVector<f64>| {
             let ((p, a), (q, b)) = (self.at(u), self.at(&-u));
             (0.5 * (p - q), a.max(b))
         };
-        let takes = |u: &DVector<f64>| {
+        let is_taken_out = |u: &DVector<f64>| {
             let ((p, a), (q, b)) = (self.at(u), self.at(&-u));
-            p + q <= ROUNDED * a.max(b)
+            p + q <= ROUNDING_SHARE * a.max(b)
         };
-        SPEEDS.into_iter().enumerate().all(|(k, speed)| {
+        SPEED_SAMPLES.into_iter().enumerate().all(|(k, speed)| {
             let (u, w) = (self.velocity(3 + 5 * k) * speed, self.velocity(17 + 7 * k) * speed);
-            let each =
-                core::iter::once(self.velocities).chain(&self.unreached).filter(|basis| basis.ncols() > 0);
+            let each = core::iter::once(self.velocities)
+                .chain(&self.undamped_basis)
+                .filter(|basis| basis.ncols() > 0);
             let each = each.flat_map(|basis| {
-                let mixed = basis * DVector::from_fn(basis.ncols(), |k, _| number(11 * self.sample + k));
+                let mixed =
+                    basis * DVector::from_fn(basis.ncols(), |k, _| fixed_number(11 * self.sample + k));
                 basis
                     .column_iter()
                     .map(|column| column / column.amax())
                     .chain([&mixed / mixed.amax()])
                     .collect::<Vec<_>>()
             });
-            self.adds_up(&u, &w, odd)
-                && takes(&u)
-                && takes(&w)
-                && each.into_iter().all(|u| takes(&(u * speed)))
+            self.is_linear_function(&u, &w, odd)
+                && is_taken_out(&u)
+                && is_taken_out(&w)
+                && each.into_iter().all(|u| is_taken_out(&(u * speed)))
         })
     }
 }

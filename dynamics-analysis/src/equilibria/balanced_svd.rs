@@ -1,9 +1,10 @@
-//! The singular value decomposition of the stiffness, and the displacements that forces cause.
+//! The singular value decomposition of a balanced stiffness matrix, and the displacements that forces cause.
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-/// Singular values of the balanced K below this, against the largest, are zero.
-const VANISHED: f64 = 1e-13;
+/// Singular values of the balanced K below this share of the largest are zero. Rounding leaves about
+/// 10⁻¹⁶ times the number of coordinates.
+const ZERO_SINGULAR_VALUE: f64 = 1e-13;
 
 /// A matrix with balanced rows and columns: R A C, with R and C diagonal, so that the largest element of each
 /// column is 1.
@@ -40,38 +41,38 @@ impl BalancedSvd {
         Some(Self { rows, columns, svd })
     }
 
-    /// δz of least size with K δz = `right`, where directions that vanish stand still.
+    /// δz of least size with K δz = `right`. Along directions without stiffness it is zero.
     pub(super) fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
         let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
             return DVector::zeros(self.columns.len());
         };
         let along = u.tr_mul(&right.component_mul(&self.rows));
-        let least = VANISHED * self.svd.singular_values.amax();
+        let least = ZERO_SINGULAR_VALUE * self.svd.singular_values.amax();
         let sigma = &self.svd.singular_values;
         let scaled = along.zip_map(sigma, |x, sigma| if sigma > least { x / sigma } else { 0.0 });
         v_t.tr_mul(&scaled).component_mul(&self.columns)
     }
 
-    /// What forces make of δz along directions whose singular values are above this part of the largest, but
-    /// for one.
-    pub(super) fn without(&self, part: f64, one: usize) -> DMatrix<f64> {
+    /// The pseudo-inverse of K on the directions whose singular values are above this share of the largest,
+    /// except for one direction.
+    pub(super) fn inverse_without(&self, share: f64, one: usize) -> DMatrix<f64> {
         let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
             return DMatrix::zeros(self.columns.len(), self.rows.len());
         };
-        let least = part * self.svd.singular_values.amax();
+        let least = share * self.svd.singular_values.amax();
         let mut inverse = self.svd.singular_values.map(|sigma| if sigma > least { 1.0 / sigma } else { 0.0 });
         inverse[one] = 0.0;
         let balanced = v_t.tr_mul(&(DMatrix::from_diagonal(&inverse) * u.transpose()));
         DMatrix::from_diagonal(&self.columns) * balanced * DMatrix::from_diagonal(&self.rows)
     }
 
-    /// The largest |δz| that forces of these sizes could cause, along directions that do not vanish.
+    /// The largest |δz| that forces of these magnitudes can cause, along directions with stiffness.
     pub(super) fn reach(&self, forces: &DVector<f64>) -> DVector<f64> {
         let (Some(u), Some(v_t)) = (&self.svd.u, &self.svd.v_t) else {
             return DVector::zeros(self.columns.len());
         };
         let along = u.abs().tr_mul(&forces.component_mul(&self.rows));
-        let least = VANISHED * self.svd.singular_values.amax();
+        let least = ZERO_SINGULAR_VALUE * self.svd.singular_values.amax();
         let scaled = along.zip_map(&self.svd.singular_values, |x, s| if s > least { x / s } else { 0.0 });
         v_t.abs().tr_mul(&scaled).component_mul(&self.columns)
     }

@@ -1,0 +1,22 @@
+//! States with displaced coordinates, and their return to the constraints.
+
+use dynamics_runtime::constrain::{project_positions, with_workspace};
+use dynamics_runtime::model::{Constraints, ModelState, Vector};
+use nalgebra::DVector;
+
+/// The state whose coordinates are displaced by a step, with all else as it is.
+pub(super) fn displaced<S: ModelState>(state: &S, step: &DVector<f64>) -> S {
+    let mut beside = *state;
+    beside.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
+    beside
+}
+
+/// The state whose positions are projected onto the constraints; `None` if that fails.
+pub(super) fn projected<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    mut state: M::State,
+) -> Option<M::State> {
+    let projection = with_workspace::<M, _>(|memory| project_positions(model, constants, &mut state, memory));
+    projection.ok().map(|_| state)
+}
