@@ -49,8 +49,8 @@ pub(super) use search::periodic;
 use statics::excess;
 pub(super) use statics::{Statics, scales};
 
-/// Displacements along a direction without inertia at which balance is checked, for a largest element of 1: in
-/// rad for polar angles, so that they are no symmetric positions.
+/// Displacements along a direction without inertia at which balance is checked, for a largest element of 1:
+/// in rad for polar angles, so that they are no symmetric positions.
 const POLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
 /// Later times at which balance at rest is checked, in s. They are no multiples of usual periods, so that a
 /// periodic force is at another phase.
@@ -235,8 +235,8 @@ fn check_persists<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equ
     check_later(model, state, EquilibriumOptions { moving: true, frozen: false }, &statics, &allowed)
 }
 
-/// Checks balance at a pole of the coordinates. Along the direction without inertia, coordinates differ but the
-/// position does not. So the residual force has to be within the allowed one there, too.
+/// Checks balance at a pole of the coordinates. Along the direction without inertia, coordinates differ but
+/// the position does not. So the residual force has to be within the allowed one there, too.
 fn check_pole<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -309,8 +309,8 @@ fn check_later<M: Constraints>(
         if excess(&there.force, &allowed).is_none() {
             continue;
         }
-        // Terms that vanish here may cancel there, such as those with the sine of an angle that is 0 now. So the
-        // noise there counts, too.
+        // Terms that vanish here may cancel there, such as those with the sine of an angle that is 0 now. So
+        // the noise there counts, too.
         let allowed = allowed + there.noise(model, &later)? * FORCE_NOISE_FACTOR;
         if let Some((i, force)) = excess(&there.force, &allowed) {
             let name = M::COORDINATES[rates[i]].name;
@@ -364,8 +364,8 @@ fn check_all_times<M: Constraints>(
     Ok(())
 }
 
-/// Checks that forces of a model with explicit time balance at later times: at three of them, or at `all` times
-/// that [`find`] samples.
+/// Checks that forces of a model with explicit time balance at later times: at three of them, or at `all`
+/// times that [`find`] samples.
 pub(super) fn check_time<M: Constraints>(
     model: &M,
     state: &M::State,

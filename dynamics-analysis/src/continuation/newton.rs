@@ -1,8 +1,8 @@
 //! Newton's method for points on a branch, and for its singular points.
 //!
-//! A point on a branch is the intersection of F = 0 with a plane ⟨n, x − x₀⟩ = 0 of x = (q, p) (H. B. Keller, in
-//! *Applications of Bifurcation Theory*, 1977; E. L. Allgower & K. Georg, *Introduction to Numerical
-//! Continuation Methods*). K is singular where g = 0 in the bordered system
+//! A point on a branch is the intersection of F = 0 with a plane ⟨n, x − x₀⟩ = 0 of x = (q, p)
+//! (H. B. Keller, in *Applications of Bifurcation Theory*, 1977; E. L. Allgower & K. Georg, *Introduction to
+//! Numerical Continuation Methods*). K is singular where g = 0 in the bordered system
 //!
 //! ```text
 //! [K  b] [v]   [0]        a fold:          F = 0,        g = 0                      for z, p

@@ -1,9 +1,9 @@
-//! Rest in a corner of the potential: a branch of the model changes there, and the forces on both sides drive
-//! toward it.
+//! Rest in a corner of the potential: a switching function of the model is zero there, and the forces on both
+//! sides drive toward it.
 //!
-//! An example is the minimum of |x|, where no slope exists. No position has its forces in balance. Newton's
-//! method ends where it began, because a constant force does not become smaller. So the search goes downhill
-//! until the branch changes and the force drives back.
+//! An example is the minimum of |x|, where no slope exists. Forces balance nowhere. Newton's method ends
+//! where it began, because a constant force does not become smaller. So the search goes along the
+//! acceleration until a branch of the model changes, and compares the forces on both sides.
 
 use dynamics_runtime::model::{Constraints, Kink, MOST_KINKS, ModelState, Vector};
 use nalgebra::DVector;
@@ -16,10 +16,12 @@ use super::statics::{Statics, scales};
 const FIRST_DISTANCE: f64 = 1e-9;
 /// How often it is doubled: up to 8.6 scales.
 const MAX_DOUBLINGS: usize = 34;
+/// Forces are compared at this distance to both sides of a corner, relative to the distance of the corner.
+const CORNER_MARGIN: f64 = 1e-9;
 /// Largest number of bisections that enclose the change of branch; 52 exhaust the digits.
 const MAX_BISECTIONS: usize = 60;
 
-/// The error that names the corner, if downhill from a place there is one.
+/// The error that names the corner, if there is one downhill from a position.
 pub(super) fn downhill_corner<M: Constraints>(
     model: &M,
     constants: &M::Constants,
@@ -31,7 +33,7 @@ pub(super) fn downhill_corner<M: Constraints>(
     }
     let Some(mass) = statics.mass.clone().cholesky() else { return Ok(None) };
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    // As it would begin to move: F = −Q − Φ_qᵀλ.
+    // The direction of the acceleration from rest: M v̇ = −F.
     let direction = &statics.tangent.velocities * mass.solve(&-&statics.force);
     let size = direction.iter().zip(&scales).fold(0.0, |most: f64, (x, scale)| most.max(x.abs() / scale));
     if size <= 0.0 || !size.is_finite() {
@@ -39,6 +41,7 @@ pub(super) fn downhill_corner<M: Constraints>(
     }
     let direction = direction / size;
     let at = |s: f64| projected(model, constants, displaced(state, &(&direction * s)));
+    // The first change of a branch along it, by doubling and bisection.
     let side = |beside: &M::State| {
         let mut kinks = [Kink::NONE; MOST_KINKS];
         model.kinks(beside, &mut kinks);
@@ -59,9 +62,10 @@ pub(super) fn downhill_corner<M: Constraints>(
             _ => hi = middle,
         }
     }
-    // A little to both sides of it, for what rounds in between.
-    let far = (hi - lo).max(1e-9 * hi);
+    // Positions to both sides of it, at a distance that exceeds rounding.
+    let far = (hi - lo).max(CORNER_MARGIN * hi);
     let (Some(before), Some(after)) = (at(lo - far), at(hi + far)) else { return Ok(None) };
+    // A corner of rest: the force drives ahead before it and back behind it.
     let force = |beside: &M::State| -> Result<DVector<f64>, EquilibriumError> {
         Ok(Statics::of(model, beside, &statics.tangent.coordinates)?.force)
     };

@@ -1,16 +1,16 @@
 //! Newton's method for balance, along the constraints.
 //!
 //! Each iteration solves K δz = −F with the exact K, moves δq = D δz, and returns to the constraints;
-//! the step is halved until ‖F‖ falls by Armijo's condition. ‖F‖ is the minimum over λ of the forces,
-//! weighted by the inertias at the start, and K is its derivative (`Statics::covariant`). Both belong to the
-//! position, not to the choice of independent coordinates. For example, with its height as the coordinate, a
-//! pendulum has the same force everywhere, which no Newton step could make smaller. If less than a 32nd of
-//! the step is accepted, K is nearly singular and its direction is of little use. A Levenberg–Marquardt
-//! step with adaptive damping takes its place (J. Nocedal & S. J. Wright, *Numerical Optimization*, §10.3
-//! and §11.2). It converges to the nearest minimum of ‖F‖. If that is not 0, there is no equilibrium,
-//! and K is singular there: the load is beyond a fold. If ‖F‖ does not fall to first order, it may be at
-//! a maximum, as for a level pendulum. Then points a little beside are tried, first in the direction of the
-//! force.
+//! the step is halved until ‖F‖ falls by Armijo's condition. ‖F‖ is the minimum over λ of the
+//! forces, weighted by the inertias at the start, and K is its derivative (`Statics::covariant`). Both belong
+//! to the position, not to the choice of independent coordinates. For example, with its height as the
+//! coordinate, a pendulum has the same force everywhere, which no Newton step could make smaller. If less
+//! than a 32nd of the step is accepted, K is nearly singular and its direction is of little use. A
+//! Levenberg–Marquardt step with adaptive damping takes its place (J. Nocedal & S. J. Wright, *Numerical
+//! Optimization*, §10.3 and §11.2). It converges to the nearest minimum of ‖F‖. If that is not 0, there
+//! is no equilibrium, and K is singular there: the load is beyond a fold. If ‖F‖ does not fall to first
+//! order, it may be at a maximum, as for a level pendulum. Then points a little beside are tried, first in
+//! the direction of the force.
 //!
 //! Near the end every full step is taken until the corrections no longer shrink: to rounding, whatever the
 //! units. Directions in which K vanishes completely (cyclic coordinates) are left alone.
@@ -65,14 +65,15 @@ const MIN_DAMPING: f64 = 1e-12;
 const MAX_DAMPING_TRIALS: usize = 80;
 /// A damped step is accepted if ‖F‖² falls by more than this share of what the linear model predicts.
 const MIN_GAIN_RATIO: f64 = 1e-3;
-/// A share s of a Newton step is accepted if ‖F‖² falls by more than this times s, relative: twice Armijo's
-/// usual constant of 10⁻⁴, because ‖F‖² falls twice as fast as ‖F‖.
+/// A share s of a Newton step is accepted if ‖F‖² falls by more than this times s, relative: twice
+/// Armijo's usual constant of 10⁻⁴, because ‖F‖² falls twice as fast as ‖F‖.
 const ARMIJO_DECREASE: f64 = 2e-4;
 /// Longest step of an angle, in rad.
 const MAX_ANGLE_STEP: f64 = 1.0;
 /// Longest step of other coordinates, in their scales.
 const MAX_STEP_IN_SCALES: f64 = 10.0;
-/// Inertias below this share of the largest are not positive, up to rounding. The metric has 1 in their place.
+/// Inertias below this share of the largest are not positive, up to rounding. The metric has 1 in their
+/// place.
 const MIN_INERTIA_SHARE: f64 = 1e-12;
 /// A last correction up to this length, in the scales of the coordinates, is rounding if it takes all of the
 /// force.
@@ -104,8 +105,8 @@ struct NewtonIteration<'m, M: Constraints> {
     initial_force: f64,
 }
 
-/// F and K in orthonormal vectors of the metric: L⁻¹F and L⁻¹K L⁻ᵀ with L Lᵀ = EᵀG E, and Lᵀ of the
-/// coordinates.
+/// F and K in orthonormal vectors of the metric: L⁻¹F and L⁻¹K L⁻ᵀ with L Lᵀ = EᵀG E, and Lᵀ
+/// of the coordinates.
 struct WeightedEquations {
     force: DVector<f64>,
     stiffness: DMatrix<f64>,
@@ -126,8 +127,8 @@ fn coordinate_uncertainty<M: Constraints>(
     factors: &BalancedSvd,
     noise: &DVector<f64>,
 ) -> Result<DVector<f64>, EquilibriumError> {
-    // At folds and pitchforks each correction takes a half or a third of the error, so that what remains is up
-    // to three times the last one.
+    // At folds and pitchforks each correction takes a half or a third of the error, so that what remains is
+    // up to three times the last one.
     let uncertainty = factors.reach(noise) + 3.0 * factors.solve(&statics.force).abs();
     let soft = SoftDirections { model, state, statics, factors, noise }.reach()?;
     Ok(uncertainty.zip_map(&soft, f64::max))
@@ -251,8 +252,8 @@ impl<M: Constraints> NewtonIteration<'_, M> {
         Some(force.norm_squared()).filter(|merit| merit.is_finite())
     }
 
-    /// A share of Newton's step with a sufficient decrease of ‖F‖, or a Levenberg–Marquardt step. `None` if
-    /// neither makes ‖F‖ smaller.
+    /// A share of Newton's step with a sufficient decrease of ‖F‖, or a Levenberg–Marquardt step.
+    /// `None` if neither makes ‖F‖ smaller.
     fn newton_step(
         &mut self,
         state: &M::State,
@@ -316,8 +317,9 @@ impl<M: Constraints> NewtonIteration<'_, M> {
         None
     }
 
-    /// A point near one that is not in balance, at which ‖F‖ is smaller although it does not fall to
-    /// first order: in the direction of the force, or of the least stiffness.
+    /// For a stalled search that is not in balance, a point nearby with a smaller ‖F‖, in the direction
+    /// of the force or of the least stiffness. There may be one although ‖F‖ does not fall to first
+    /// order.
     fn probe_beside(
         &self,
         state: &M::State,

@@ -1,14 +1,14 @@
-//! Steady rolling: independent velocities that stay constant, under constraints on velocities.
+//! Steady motions under nonholonomic constraints: independent velocities that stay constant.
 //!
 //! ```text
-//! v̇(z, v) = 0        for z, with v as it is given: the lean of a disk that rolls in a circle, with its turning and its spin
+//! v̇(z, v) = 0        for z at given v: the lean of a disk that rolls in a circle, from its turning and its spin
 //! ```
 //!
 //! The dependent velocities and their rates follow from the constraints. These rates need not vanish: the
-//! contact point of a disk goes round. The equations are EᵀM E v̇ = 0 of small motions (`linearize.rs`),
-//! whose stiffness is their exact derivative by z at held v. They do not determine position and heading, so
-//! the shortest steps are taken. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007) 1955; Yu. I. Neimark &
-//! N. A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
+//! contact point of a disk goes round. The equations EᵀM E v̇ = 0 are those of small motions
+//! (`linearize.rs`), whose stiffness is their exact derivative by z at constant v. They do not determine
+//! position and heading, so the shortest steps are taken. J. P. Meijaard et al., Proc. R. Soc. A 463 (2007)
+//! 1955; Yu. I. Neimark & N. A. Fufaev, *Dynamics of Nonholonomic Systems*, chapter VI.
 
 use alloc::vec::Vec;
 
@@ -45,14 +45,21 @@ const MAX_UNCHECKED_STEP: f64 = 0.2;
 /// determined.
 const ZERO_SINGULAR_VALUE_SHARE: f64 = 1e-11;
 
-/// A motion under constraints, with the coordinates that are to be independent.
+/// Longest step, in the scales of the coordinates, if forces have to decrease.
+const MAX_CHECKED_STEP: f64 = 0.5;
+/// Smallest share of a Newton step that is tried.
+const MIN_STEP_SHARE: f64 = 1e-6;
+/// Largest final projection, after the dependent coordinates were corrected.
+const MAX_PROJECTION: f64 = 1e-6;
+
+/// A model with the coordinates that are preferred as independent ones.
 struct Rolling<'m, M: Constraints> {
     model: &'m M,
     constants: M::Constants,
     preferred: Vec<usize>,
 }
 
-/// What is known at a state.
+/// The equations of small motions at a state.
 struct RollingEquations {
     linear: Linearization,
     tangent: Tangent,
@@ -60,8 +67,8 @@ struct RollingEquations {
     force: DVector<f64>,
 }
 
-/// The steady motion near a state that rolls; the velocities of `held` coordinates stay, or those that are
-/// chosen where there are none.
+/// The steady motion near the state of a rolling system. The velocities of `held` coordinates are kept, or of
+/// the first of [`velocity_choices`] that leads to a steady motion if there are none.
 pub(super) fn find<M: Constraints>(
     model: &M,
     start: &M::State,
@@ -74,7 +81,7 @@ pub(super) fn find<M: Constraints>(
     let mut why = None;
     for preferred in all {
         rolling.preferred = preferred;
-        // Those that are independent at first stay so.
+        // Coordinates that are independent at the start remain so.
         let rates = rolling.equations(start)?.tangent.rates;
         if let Some(dependent) = held.iter().find(|i| !rates.contains(i)) {
             return Err(LinearizeError::Dependent { name: M::COORDINATES[*dependent].name }.into());
@@ -90,7 +97,8 @@ pub(super) fn find<M: Constraints>(
     Err(why.unwrap_or(EquilibriumError::NotSteady { name: M::COORDINATES[0].name, left: f64::NAN }))
 }
 
-/// Velocities that may stay: of angles, then those that no force changes now, then whichever.
+/// Coordinates whose velocities may be kept: the angles, then those that move at the start, then whichever
+/// the constraints leave independent.
 fn velocity_choices<M: Constraints>(start: &M::State) -> [Vec<usize>; 3] {
     let angles = (0..M::Vector::LEN).filter(|i| M::COORDINATES[*i].unit == "rad").collect();
     let moving = (0..M::Vector::LEN).filter(|i| start.u().as_slice()[*i] != 0.0).collect();
@@ -153,10 +161,10 @@ impl<M: Constraints> Rolling<'_, M> {
                 break;
             }
         }
-        // What is left is rounding, unless that went too far.
+        // The rest is rounding. A longer way back means that the corrections failed.
         let taken =
             with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, state, memory))?;
-        if taken.change > 1e-6 {
+        if taken.change > MAX_PROJECTION {
             let (row, distance) = (M::ROWS[0].name, taken.change);
             return Err(
                 SolveError::OffConstraint { what: "positions", row, residual: distance, distance }.into()
@@ -165,8 +173,8 @@ impl<M: Constraints> Rolling<'_, M> {
         Ok(())
     }
 
-    /// Newton's method, with steps halved until forces become smaller, or, where that leads nowhere, only so
-    /// far that angles move by a fifth of a radian.
+    /// Newton's method. If `must_decrease`, steps are halved until forces become smaller. Otherwise they are
+    /// only limited in length.
     fn search(
         &self,
         start: &M::State,
@@ -188,7 +196,8 @@ impl<M: Constraints> Rolling<'_, M> {
                 return self.accept(state, &here, iterations, &newton);
             }
             last = if change <= CONVERGED_CORRECTION { change } else { f64::INFINITY };
-            let mut part = (if must_decrease { 0.5 } else { MAX_UNCHECKED_STEP } / change).min(1.0);
+            let longest = if must_decrease { MAX_CHECKED_STEP } else { MAX_UNCHECKED_STEP };
+            let mut part = (longest / change).min(1.0);
             let norm = here.force.norm();
             state = loop {
                 let next = self.moved(&state, &here, &(&newton * part));
@@ -200,7 +209,7 @@ impl<M: Constraints> Rolling<'_, M> {
                     break next;
                 }
                 part *= 0.5;
-                if part < 1e-6 {
+                if part < MIN_STEP_SHARE {
                     return Err(self.not_steady(&here));
                 }
             };
@@ -210,7 +219,8 @@ impl<M: Constraints> Rolling<'_, M> {
 
     /// The shortest δz with K δz = force.
     fn solve(&self, here: &RollingEquations, force: &DVector<f64>) -> DVector<f64> {
-        // Of coordinates on which nothing depends, as its place, columns are rounding: they stand still.
+        // Columns of coordinates that no force depends on, such as the position, are rounding and are set to
+        // zero.
         let mut stiffness = here.linear.stiffness.clone();
         let most = stiffness.amax();
         stiffness
@@ -228,7 +238,7 @@ impl<M: Constraints> Rolling<'_, M> {
         change.iter().zip(scales).fold(0.0, |most, (d, scale)| most.max(d.abs() / scale))
     }
 
-    /// What goes on for ever is a steady motion: its coefficients do not change either.
+    /// The steady motion at a state where the iteration converged. Its linearisation has to be steady, too.
     fn accept(
         &self,
         state: M::State,
@@ -296,6 +306,7 @@ impl<M: Constraints> Rolling<'_, M> {
         Ok(())
     }
 
+    /// The error if independent velocities change.
     fn not_steady(&self, here: &RollingEquations) -> EquilibriumError {
         let i = here.force.iamax();
         EquilibriumError::NotSteady { name: M::COORDINATES[here.tangent.rates[i]].name, left: here.force[i] }

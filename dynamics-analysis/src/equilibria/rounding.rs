@@ -1,9 +1,10 @@
 //! Elements of stiffness or damping that are only rounding: they would be 0 if their terms cancelled exactly.
 //!
-//! The remainder depends on how the model is written. A cyclic angle about the vertical has stiffnesses of
-//! exactly 0 if only its rate appears, and of about 1e-17 if positions are rotated by it. If coordinates
-//! change in their last bits, the remainder of terms that cancel changes by its own size. A real stiffness,
-//! however weak, does not (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292).
+//! What remains of terms that cancel depends on how the model is written. A cyclic angle about the vertical
+//! has stiffnesses of exactly 0 if only its rate appears, and of about 1e-17 if positions are rotated by it.
+//! If coordinates change in their last bits, the remainder of terms that cancel changes by its own size. A
+//! real stiffness, however weak, does not (after J. J. Moré & S. M. Wild, SIAM J. Sci. Comput. 33 (2011)
+//! 1292).
 
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
@@ -30,8 +31,8 @@ const SAMPLE_COUNT: u32 = 8;
 /// sums with large terms absorb the last ones.
 const MAX_LAST_BITS: u32 = 16;
 
-/// Sets the elements of a matrix to 0 that are rounding; `inertias` of its rows and of its columns make
-/// elements of different units comparable, and `beside` gives the matrix at another state, where it can.
+/// Sets those elements of a matrix to 0 that are rounding. `inertias` of its rows and of its columns make
+/// elements of different units comparable. `beside` gives the matrix at another state, or `None`.
 pub(super) fn clear_rounding<M: Constraints>(
     matrix: &mut DMatrix<f64>,
     inertias: [&DVector<f64>; 2],
@@ -43,7 +44,7 @@ pub(super) fn clear_rounding<M: Constraints>(
     let size = |i: usize, j: usize| matrix[(i, j)].abs() / (of_rows[i] * of_columns[j]);
     let sizes = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), size);
     let most = if sizes.is_empty() { 0.0 } else { sizes.amax() };
-    // How much each suspect changes; NaN marks what is none, and stays.
+    // The largest change of each small element. NaN marks the others.
     let mut changes = matrix
         .zip_map(&sizes, |x, size| if x != 0.0 && size <= SUSPECT_SHARE * most { 0.0 } else { f64::NAN });
     if changes.iter().all(|change| change.is_nan()) {
@@ -63,7 +64,7 @@ pub(super) fn clear_rounding<M: Constraints>(
     });
 }
 
-/// A state whose coordinates differ by some last bits, those that are 0 by bits of what they are measured by.
+/// A state whose coordinates differ by some last bits. Those that are 0 differ by last bits of their scale.
 fn by_last_bits<M: Constraints>(state: &M::State, sample: u32) -> M::State {
     let scales = scales(M::COORDINATES, state.q().as_slice());
     let mut beside = *state;

@@ -15,6 +15,17 @@ use super::{Equilibrium, EquilibriumError, EquilibriumOptions, fastest, find_hol
 use crate::linearize::indices;
 use crate::numbers::Numbers;
 
+/// Velocities of one steady motion differ by at most this share of the fastest.
+const SAME_VELOCITY: f64 = 1e-6;
+/// Positions of one equilibrium differ by at most this share of their scale, in addition to ten times their
+/// uncertainties. Equilibria closer than that, beside a fold, are reported as one.
+const SAME_POSITION: f64 = 1e-7;
+/// Angles within this distance of −π, in rad, are given as π: rounding would otherwise choose the sign.
+const HALF_TURN_TOLERANCE: f64 = 1e-9;
+/// Mass, forces and constraints that change by at most this share of their largest element in a full turn do
+/// not depend on the number of turns. Sines of angles that are larger by 2π differ by some 10⁻¹⁶.
+const PERIOD_TOLERANCE: f64 = 1e-12;
+
 /// A search for equilibria with its options, before it runs.
 #[must_use = "a search does nothing until `.run()`"]
 pub struct EquilibriumSearch<'m, M: Constraints> {
@@ -135,7 +146,7 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
         found.sorted()
     }
 
-    /// The range of every coordinate.
+    /// The range of random values of every coordinate.
     fn ranges(&self, periodic: &[bool]) -> Result<Vec<[f64; 2]>, EquilibriumError> {
         let usual = |p: &bool| (*p && !self.moving).then_some([-PI, PI]);
         let mut ranges: Vec<Option<[f64; 2]>> = periodic.iter().map(usual).collect();
@@ -198,6 +209,7 @@ impl<S: ModelState> EquilibriumSet<S> {
         (self.random > 0).then(|| self.found_once as f64 / self.random as f64)
     }
 
+    /// Adds the result of a start: a new equilibrium, a hit of a known one, or a failure.
     fn add(&mut self, result: Result<Equilibrium<S>, EquilibriumError>, periodic: &[bool]) {
         let mut one = match result {
             Ok(one) => one,
@@ -222,6 +234,7 @@ impl<S: ModelState> EquilibriumSet<S> {
         }
     }
 
+    /// The set in ascending order of coordinates, or the first failure if it is empty.
     fn sorted(mut self) -> Result<Self, EquilibriumError> {
         if self.equilibria.is_empty() {
             if let Some(error) = self.failures.into_iter().next() {
@@ -252,7 +265,7 @@ impl<S: ModelState> EquilibriumSet<S> {
     }
 }
 
-/// How many there are, and what is known of their being all.
+/// A line for each equilibrium, their number, and the estimated share of starts that lead to others.
 impl<S: ModelState> fmt::Display for EquilibriumSet<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (one, hits) in self.equilibria.iter().zip(&self.hits) {
@@ -274,24 +287,24 @@ impl<S: ModelState> fmt::Display for EquilibriumSet<S> {
     }
 }
 
-/// Whether two results are one equilibrium, for all that is known of their accuracy.
+/// Whether two results are one equilibrium, within their uncertainties.
 fn same<S: ModelState>(a: &Equilibrium<S>, b: &Equilibrium<S>, periodic: &[bool]) -> bool {
     let scales = scales(a.coordinates, a.state.q().as_slice());
     let rates = a.state.u().as_slice().iter().zip(b.state.u().as_slice());
     let fastest = fastest(&a.state);
-    rates.into_iter().all(|(u, w)| (u - w).abs() <= 1e-6 * fastest)
+    rates.into_iter().all(|(u, w)| (u - w).abs() <= SAME_VELOCITY * fastest)
         && (0..scales.len()).all(|i| {
             let apart = (a.state.q().as_slice()[i] - b.state.q().as_slice()[i]).abs();
             let apart = if periodic[i] { apart.min((apart - TAU).abs()) } else { apart };
             let uncertain = a.uncertainty.as_slice()[i] + b.uncertainty.as_slice()[i];
-            apart <= 1e-7 * scales[i] + 10.0 * uncertain
+            apart <= SAME_POSITION * scales[i] + 10.0 * uncertain
         })
 }
 
-/// In (−π, π]. What is −π to rounding is π.
+/// The angle within (−π, π]. An angle that is −π to rounding becomes π.
 fn principal(angle: f64) -> f64 {
     let turned = angle - TAU * ((angle + PI) / TAU).floor();
-    if turned <= -PI + 1e-9 { turned + TAU } else { turned }
+    if turned <= -PI + HALF_TURN_TOLERANCE { turned + TAU } else { turned }
 }
 
 /// Coordinates that are angles (rad, or without unit) on which mass, forces and constraints depend with
@@ -314,7 +327,7 @@ pub(crate) fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool
             turned.q_mut().as_mut_slice()[j] += TAU;
             *found = here.iter().zip(&read(&turned)).all(|(a, b)| {
                 let size = a.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-                a.iter().zip(b).all(|(x, y)| (x - y).abs() <= 1e-12 * size)
+                a.iter().zip(b).all(|(x, y)| (x - y).abs() <= PERIOD_TOLERANCE * size)
             });
         }
     }

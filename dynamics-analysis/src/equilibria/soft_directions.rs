@@ -124,9 +124,9 @@ impl<M: Constraints> SoftDirections<'_, M> {
         EquilibriumError::Faded { coordinate: M::COORDINATES[i].name, value: self.state.q().as_slice()[i] }
     }
 
-    /// Whether no force changes nearby along the direction `all`, but one changes far away, without a change of
-    /// branch in between. The search goes along a straight line without corrections, so that it leaves a curved
-    /// continuum of equilibria at once.
+    /// Whether no force changes nearby along the direction `all`, but one changes far away, without a change
+    /// of branch in between. The search goes along a straight line without corrections, so that it leaves a
+    /// curved continuum of equilibria at once.
     fn depends_far_away(&self, all: &DVector<f64>) -> Result<bool, EquilibriumError> {
         let moved = |s: f64| displaced(self.state, &(all * s));
         let here = self.statics.force_beside(self.model, self.state)?;

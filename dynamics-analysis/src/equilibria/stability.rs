@@ -38,7 +38,16 @@ use super::statics::{Statics, model_terms, scales};
 use super::{EquilibriumError, check_persists};
 use crate::linearize::{Linearization, LinearizeError, eigenvector, general, linearize};
 
-/// M v̇ + D v + K z = 0, ż = v, and the names of z.
+/// Displacements of a coordinate at which its ignorability is tested: in rad for angles, no parts of a turn.
+const IGNORABLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
+/// Terms that change by at most this share of their largest element do not depend on a coordinate.
+const IGNORABLE_TOLERANCE: f64 = 1e-13;
+/// Error of an element of a matrix from rounding, relative to the size of its terms: 16 rounding units.
+const ELEMENT_ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Relative displacements at which the size of the terms of K is measured, beside the full one.
+const STIFFNESS_PROBES: [f64; 2] = [0.3, 0.01];
+
+/// M v̇ + D v + K z = 0 with ż = v, and the coordinates z.
 struct SecondOrderSystem {
     mass: DMatrix<f64>,
     damping: DMatrix<f64>,
@@ -48,6 +57,7 @@ struct SecondOrderSystem {
     names: Vec<Quantity>,
 }
 
+/// See [`Analyze::stability`](crate::Analyze::stability).
 pub(crate) fn judge<M: Constraints + Powers>(
     model: &M,
     state: &M::State,
@@ -69,7 +79,7 @@ pub(crate) fn judge<M: Constraints + Powers>(
     };
     found.ignorable = ignorable.iter().map(|j| linear.coordinates[*j]).collect();
     if found.eigenvalues.is_empty() {
-        // Nothing is left that could be stable, or nothing moves at all.
+        // All coordinates are cyclic, or the constraints leave no freedom.
         found.verdict = match found.ignorable.first() {
             Some(free) => StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: free.name }),
             None => StabilityVerdict::Stable,
@@ -78,8 +88,8 @@ pub(crate) fn judge<M: Constraints + Powers>(
     Ok(found)
 }
 
-/// Sets stiffnesses and dampings that are only rounding to 0, so that the result does not depend on how the
-/// model is written.
+/// Sets elements of stiffness and damping that are only rounding to 0, so that the result does not depend on
+/// how the model is written.
 fn clear_rounded_elements<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization) {
     let of_rows = linear.mass.diagonal();
     let of_columns = linear.coordinates.iter().map(|coordinate| {
@@ -121,7 +131,7 @@ fn check_no_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equi
     Ok(())
 }
 
-/// The independent coordinates among all.
+/// The indices of the independent coordinates among all.
 fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
     let index = |q: &Quantity| M::COORDINATES.iter().position(|known| known == q);
     linear.coordinates.iter().filter_map(index).collect()
@@ -131,7 +141,7 @@ fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
 /// amount, mass, forces and constraints do not change.
 fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization) -> Vec<usize> {
     let order = indices::<M>(linear);
-    // A nearby state in motion, so that no symmetry hides a dependence.
+    // A nearby state in motion: no symmetry hides a dependence there.
     let mut beside = *state;
     let spread = |i: usize| 0.1 + 0.7 * (1.0 + 0.618 * i as f64).sin();
     beside
@@ -141,17 +151,17 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
         .enumerate()
         .for_each(|(i, q)| *q += 0.01 * spread(i) * (1.0 + q.abs()));
     beside.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
-    // Terms that cancel here, as forces in balance do, do not cancel there.
+    // Terms that cancel here, such as forces in balance, do not cancel there and give the size of rounding.
     let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let (near, far) = (model_terms(model, state), model_terms(model, &beside));
     let sizes: Vec<f64> = near.iter().zip(&far).map(|(a, b)| most(a).max(most(b))).collect();
     let depends = |at: &M::State, i: usize| {
         let here = model_terms(model, at);
-        [0.37, -1.71, 2.93].into_iter().any(|by| {
+        IGNORABLE_PROBES.into_iter().any(|by| {
             let mut moved = *at;
             moved.q_mut().as_mut_slice()[i] += by;
             here.iter().zip(&model_terms(model, &moved)).zip(&sizes).any(|((a, b), size)| {
-                a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-13 * size || (x - y).is_nan())
+                a.iter().zip(b).any(|(x, y)| (x - y).abs() > IGNORABLE_TOLERANCE * size || (x - y).is_nan())
             })
         })
     };
@@ -185,7 +195,8 @@ fn routh<M: Constraints>(
     }
     let mut uncertainty = stiffness_uncertainty(model, state, linear)?;
     uncertainty = part(&uncertainty, &kept, &kept);
-    // v = −m⁻¹ (M v + D z) of what is left out.
+    // Conserved momenta give the cyclic velocities: v_c = −M_cc⁻¹ (M_ck v_k + D_ck z_k), with c for
+    // cyclic and k for kept coordinates.
     let inertia = part(m, ignorable, ignorable).cholesky().ok_or(LinearizeError::Inertia)?;
     let by_v = inertia.solve(&part(m, ignorable, &kept));
     let by_z = inertia.solve(&part(d, ignorable, &kept));
@@ -209,7 +220,7 @@ fn stiffness_uncertainty<M: Constraints>(
     let order = indices::<M>(linear);
     let here = Statics::of(model, state, &order)?;
     if here.tangent.coordinates != order {
-        return Ok(linear.stiffness.abs() * (16.0 * f64::EPSILON));
+        return Ok(linear.stiffness.abs() * ELEMENT_ROUNDING);
     }
     let distance = position_uncertainty(model, state, &here)?;
     let constants = model.constants().map_err(SolveError::from)?;
@@ -217,9 +228,10 @@ fn stiffness_uncertainty<M: Constraints>(
     let (mut sizes, mut drift) = (here.stiffness.abs(), here.stiffness.map(|_| 0.0));
     for (j, coordinate) in order.iter().enumerate() {
         let mut slope = here.stiffness.map(|_| 0.0);
-        // Not so far that a radius reaches zero, where its force has a pole.
+        // Half of a length: a radius does not reach zero, where forces have a pole.
         let reach = if M::COORDINATES[*coordinate].unit == "rad" { 1.0 } else { 0.5 };
-        for part in [-reach, -0.3, -0.01, 0.01, 0.3, reach] {
+        let [middle, near] = STIFFNESS_PROBES;
+        for part in [-reach, -middle, -near, near, middle, reach] {
             let step = part * scales[*coordinate];
             let beside = displaced(state, &(here.tangent.positions.column(j) * step));
             // Where no position fulfils the constraints, or no force is finite, there is no sample.
@@ -239,10 +251,10 @@ fn stiffness_uncertainty<M: Constraints>(
         }
         drift += slope * distance[j];
     }
-    Ok(sizes * (16.0 * f64::EPSILON) + drift)
+    Ok(sizes * ELEMENT_ROUNDING + drift)
 }
 
-/// The verdict on M v̇ + D v + K z = 0.
+/// The verdict on M v̇ + D v + K z = 0, by energy or by eigenvalues.
 fn judge_second_order(
     linear: &SecondOrderSystem,
     change: EnergyChange,
@@ -250,24 +262,26 @@ fn judge_second_order(
     let conservative = change == EnergyChange::Conserved;
     let n = linear.mass.nrows();
     let squares = squared_frequencies(linear)?;
-    let is_rest = linear.damping.iter().all(|x| *x == 0.0);
+    let is_undamped = linear.damping.iter().all(|x| *x == 0.0);
+    // The state matrix A of (z, v), and the errors of its elements.
     let mut a = DMatrix::zeros(2 * n, 2 * n);
     let factors = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
     a.view_mut((0, n), (n, n)).fill_with_identity();
     a.view_mut((n, 0), (n, n)).copy_from(&-factors.solve(&linear.stiffness));
     a.view_mut((n, n), (n, n)).copy_from(&-factors.solve(&linear.damping));
-    let mut off = rounding_of_elements(&a);
+    let mut errors = rounding_of_elements(&a);
     let inverse = factors.solve(&DMatrix::identity(n, n)).abs();
-    off.view_mut((n, 0), (n, n)).add_assign(inverse * &linear.uncertainty);
-    let spectrum = if conservative && is_rest { undamped_spectrum(&squares) } else { spectrum(&a, &off)? };
+    errors.view_mut((n, 0), (n, n)).add_assign(inverse * &linear.uncertainty);
+    let spectrum =
+        if conservative && is_undamped { undamped_spectrum(&squares) } else { spectrum(&a, &errors)? };
     let along = |shape: &DVector<f64>| {
         let weigh = |i: usize| shape[i].abs() * linear.mass[(i, i)].sqrt();
         let most = (0..n).fold(0, |best, i| if weigh(i) > weigh(best) { i } else { best });
         linear.names[most].name
     };
     let least = squares.first().map(|one| one.value);
-    // With follower forces the symmetric part of K may vanish although K does not, so zero eigenvalues are
-    // checked.
+    // A direction without stiffness. With follower forces the symmetric part of K may vanish along a
+    // direction although K does not. Then a zero eigenvalue of A is looked for.
     let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
     let is_symmetric = skew.iter().zip(linear.uncertainty.iter()).all(|(x, off)| *x <= 4.0 * off);
     let soft = match is_symmetric {
@@ -277,11 +291,12 @@ fn judge_second_order(
             .find(|one| one.value.norm() <= one.uncertainty)
             .map(|one| along(&one.shape.rows(0, n).into())),
     };
-    // The two zero eigenvalues of a direction without stiffness are as near to zero as the iteration leaves
-    // them, whatever the uncertainty of the elements is.
+    // A direction without stiffness has a double zero eigenvalue. The iteration leaves it at the rounding of
+    // the whole matrix, which can be more than the errors of the elements say.
     let zero = if soft.is_some() { 16.0 * n as f64 * f64::EPSILON * a.norm() } else { 0.0 };
     let worst = spectrum.iter().filter(|one| one.value.re > one.uncertainty.max(zero));
     let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
+    // The verdict: energy, then growth, then zero stiffness, then damping.
     let definite = squares.iter().all(|one| one.value > one.uncertainty);
     let verdict = if conservative && definite {
         StabilityVerdict::Stable
@@ -312,9 +327,9 @@ fn judge_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stab
     let c = linear.coordinates.len();
     let kept: Vec<usize> = (0..c + linear.velocities.len()).filter(|j| !ignorable.contains(j)).collect();
     let a = linear.state_matrix()?.select_rows(&kept).select_columns(&kept);
-    // Elements that should cancel leave the rounding of the others' terms.
-    let off = rounding_of_elements(&a).add_scalar(16.0 * f64::EPSILON * a.amax());
-    let spectrum = spectrum(&a, &off)?;
+    // Elements that should cancel have errors of the size of the terms of others.
+    let errors = rounding_of_elements(&a).add_scalar(ELEMENT_ROUNDING * a.amax());
+    let spectrum = spectrum(&a, &errors)?;
     let name = |k: usize| match kept[k].checked_sub(c) {
         None => linear.coordinates[kept[k]].name,
         Some(v) => linear.velocities[v].name,
@@ -332,6 +347,7 @@ fn judge_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stab
     Ok(Stability::new(verdict, None, &spectrum))
 }
 
+/// The verdict of an eigenvalue that grows.
 fn unstable(one: &Eigenvalue, coordinate: &'static str) -> StabilityVerdict {
     let Complex { re: growth, im } = one.value;
     match im.abs() <= one.uncertainty {
@@ -340,7 +356,7 @@ fn unstable(one: &Eigenvalue, coordinate: &'static str) -> StabilityVerdict {
     }
 }
 
-/// Nothing grows, and every direction has stiffness.
+/// The verdict if no eigenvalue certainly grows, and every direction has stiffness.
 fn judge_without_growth(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict {
     if spectrum.iter().all(|one| one.value.re < -one.uncertainty) {
         return StabilityVerdict::AsymptoticallyStable;
@@ -403,7 +419,7 @@ fn squared_frequencies(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstim
 fn undamped_spectrum(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
     let pair = |one: &EigenvalueEstimate<f64>| {
         let root = one.value.abs().sqrt();
-        // √(ω² ± δ) is off by δ/2ω, and by √δ at most.
+        // The error of √(ω² ± δ) is δ/2ω, and √δ at most.
         let uncertainty = (one.uncertainty / (2.0 * root).max(f64::MIN_POSITIVE)).min(one.uncertainty.sqrt());
         let value = if one.value < 0.0 { Complex::new(root, 0.0) } else { Complex::new(0.0, root) };
         [value, -value].map(|value| EigenvalueEstimate {
@@ -416,14 +432,14 @@ fn undamped_spectrum(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
     squares.iter().flat_map(pair).collect()
 }
 
-/// What rounding makes of each element of a matrix whose elements are known to rounding, and of the
-/// iteration.
+/// The errors of the elements of a matrix that is known to rounding, with those of the iteration for its
+/// eigenvalues.
 fn rounding_of_elements(a: &DMatrix<f64>) -> DMatrix<f64> {
     a.abs() * (8.0 * a.nrows() as f64 * f64::EPSILON)
 }
 
-/// Eigenvalues of a matrix whose elements may be `off`.
-fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, EquilibriumError> {
+/// The eigenvalues of a matrix with these errors of its elements.
+fn spectrum(a: &DMatrix<f64>, errors: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, EquilibriumError> {
     let n = a.nrows();
     let mut found = Vec::with_capacity(n);
     for (k, value) in general(a.clone())?.into_iter().enumerate() {
@@ -431,15 +447,15 @@ fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, Equ
         let left = eigenvector(&a.transpose(), value.conj(), k)?;
         let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
         let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
-        let bound = of(&left).dot(&(off * of(&right))) / product;
-        // Eigenvalues that meet are off by a root of that; beyond it the vectors say nothing (Elsner, Linear
-        // Algebra Appl. 71 (1985) 77).
+        let bound = of(&left).dot(&(errors * of(&right))) / product;
+        // Where eigenvalues meet, this bound is infinite. Their error is at most a root of that of the matrix
+        // (L. Elsner, Linear Algebra Appl. 71 (1985) 77).
         let part = 1.0 / n as f64;
-        let uncertainty = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
+        let uncertainty = bound.min(a.norm().powf(1.0 - part) * errors.norm().powf(part));
         let largest =
             right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
         let shape = right.map(|x| (x / largest).norm());
-        // Of relative changes of elements, so that it is the same in all units.
+        // For relative changes of the elements, so that it does not depend on units.
         let size = of(&left).dot(&(a.abs() * of(&right)));
         let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
         found.push(EigenvalueEstimate { value, uncertainty, conditioning, shape });

@@ -11,7 +11,7 @@ use super::rounding::clear_rounding;
 pub(crate) use crate::linearize::scales;
 use crate::linearize::{LinearizeError, Tangent};
 
-/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr of r = −Q −
+/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr, where r = −Q −
 /// Φ_qᵀλ at q̈ = 0, and K = ∂F/∂z.
 ///
 /// λ is chosen so that r vanishes on all dependent coordinates. What the change of E would contribute,
@@ -19,24 +19,29 @@ use crate::linearize::{LinearizeError, Tangent};
 /// constraints at every position, not only in equilibrium.
 pub(crate) struct Statics<R> {
     pub(crate) tangent: Tangent,
-    /// F, one for each velocity that is independent.
+    /// F, an element for each independent velocity.
     pub(crate) force: DVector<f64>,
-    /// K: a row for each of these, a column for each independent coordinate.
+    /// K: a row for each independent velocity, a column for each independent coordinate.
     pub(crate) stiffness: DMatrix<f64>,
-    /// Eᵀ ∂r/∂q by all coordinates: what is left of them where they leave the constraints.
+    /// Eᵀ ∂r/∂q by all coordinates, also along those directions that violate the constraints.
     pub(crate) by_all: DMatrix<f64>,
-    /// λ, 0 in rows that are released.
+    /// λ, zero in inactive rows.
     pub(super) multipliers: R,
     /// EᵀM E of the independent velocities.
     pub(crate) mass: DMatrix<f64>,
-    /// Its diagonal.
+    /// The diagonal of EᵀM E.
     pub(super) inertia: DVector<f64>,
-    /// That of M, of all coordinates: what forces of different units are weighed by.
+    /// The diagonal of M, of all coordinates. It makes forces of different units comparable.
     pub(super) masses: DVector<f64>,
-    /// What rounding of Eᵀ(Q + Φ_qᵀλ) leaves, from the sizes of what is added up.
+    /// The error of Eᵀ(Q + Φ_qᵀλ) from rounding, by the magnitudes of its terms.
     pub(super) rounding: DVector<f64>,
 }
 
+/// Number of displaced states by which the noise of forces is measured: the eight combinations of signs of
+/// three patterns.
+const NOISE_SAMPLES: u32 = 8;
+/// Largest displacement of a coordinate for the noise of forces, in units of its last bit.
+const MAX_NOISE_BITS: u32 = 4;
 /// Inertia along a direction below this share of its value where the search began has vanished: the direction
 /// is a pole of the coordinates. Near a pole inertia is r², so that this is within 10⁻⁶ of it in the
 /// scale of r. A larger value refuses equilibria close to a pole.
@@ -88,8 +93,8 @@ fn check_finite<M: Constraints>(state: &M::State, force: &[f64]) -> Result<(), E
 }
 
 impl<R: Vector> Statics<R> {
-    /// Of a position on the constraints, at the velocities of the state; `preferred` coordinates are
-    /// independent where they can be. Stiffnesses that are rounding are 0.
+    /// The balance at a position on the constraints, at the velocities of the state. `preferred` coordinates
+    /// are independent if possible. Stiffnesses that are rounding are set to 0.
     pub(crate) fn of<M: Constraints<Rows = R>>(
         model: &M,
         state: &M::State,
@@ -102,7 +107,7 @@ impl<R: Vector> Statics<R> {
         Ok(found)
     }
 
-    /// A stiffness matrix without elements that are rounding; `beside` gives it at another state.
+    /// A stiffness matrix in which elements that are rounding are 0. `beside` gives it at another state.
     fn without_rounding<M: Constraints>(
         &self,
         mut stiffness: DMatrix<f64>,
@@ -115,6 +120,7 @@ impl<R: Vector> Statics<R> {
         stiffness
     }
 
+    /// As [`Self::of`], with the stiffness as it is computed.
     fn as_computed<M: Constraints<Rows = R>>(
         model: &M,
         state: &M::State,
@@ -153,10 +159,9 @@ impl<R: Vector> Statics<R> {
         })
     }
 
-    /// The derivative of F in a metric G that is one number for each coordinate: that of r when λ is chosen
-    /// so that r has the least size rᵀG⁻¹r. With A = EᵀG E the slope of that size, FᵀA⁻¹F, along
-    /// δz is 2 FᵀA⁻¹K δz, whichever coordinates are independent; in equilibrium K is
-    /// [`Self::stiffness`].
+    /// The derivative K of F in a diagonal metric G, given by its diagonal. λ is chosen so that rᵀG⁻¹r
+    /// is least. With A = EᵀG E this least value is FᵀA⁻¹F, and its derivative along δz is 2
+    /// FᵀA⁻¹K δz, whichever coordinates are independent. In equilibrium K is [`Self::stiffness`].
     pub(super) fn covariant<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -174,6 +179,7 @@ impl<R: Vector> Statics<R> {
         }))
     }
 
+    /// As [`Self::covariant`], with the elements as they are computed.
     fn covariant_as_computed<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -205,8 +211,7 @@ impl<R: Vector> Statics<R> {
         Ok(e.tr_mul(&(by_q * d)))
     }
 
-    /// F at another state, in the directions and with the reactions of this one: what small changes make of
-    /// it.
+    /// F at another state nearby, with E and λ of this one.
     pub(crate) fn force_beside<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -228,8 +233,8 @@ impl<R: Vector> Statics<R> {
         self.noise_by(model, state, state.q().as_slice())
     }
 
-    /// As [`Self::noise`], where coordinates are added to others of their unit, whose last bits are then
-    /// theirs: far out along one of them.
+    /// As [`Self::noise`], if coordinates are added to larger ones of their unit: each then moves by last
+    /// bits of the largest one.
     pub(super) fn noise_of_sums<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -238,7 +243,7 @@ impl<R: Vector> Statics<R> {
         self.noise_by(model, state, &scales(M::COORDINATES, state.q().as_slice()))
     }
 
-    /// What F changes by where each coordinate moves by the last bits of a number of this size.
+    /// The largest change of F if each coordinate moves by last bits of a number of this size.
     fn noise_by<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -247,12 +252,12 @@ impl<R: Vector> Statics<R> {
     ) -> Result<DVector<f64>, EquilibriumError> {
         let here = self.force_beside(model, state)?;
         let mut most = self.rounding.clone();
-        for sample in 0..8_u32 {
+        for sample in 0..NOISE_SAMPLES {
             let mut beside = *state;
             for (j, (q, size)) in beside.q_mut().as_mut_slice().iter_mut().zip(sizes).enumerate() {
                 // Signs of a Walsh function, so that no two samples are alike, and different numbers of bits.
                 let sign = if (sample >> (j % 3)).is_multiple_of(2) { 1.0 } else { -1.0 };
-                *q += sign * f64::from(1 + (sample + j as u32) % 4) * f64::EPSILON * size;
+                *q += sign * f64::from(1 + (sample + j as u32) % MAX_NOISE_BITS) * f64::EPSILON * size;
             }
             let change = (self.force_beside(model, &beside)? - &here).abs();
             most.zip_apply(&change, |most, change| *most = most.max(change));
@@ -260,8 +265,8 @@ impl<R: Vector> Statics<R> {
         Ok(most)
     }
 
-    /// The force by which a branch that changes at this very state differs most from balance, against what is
-    /// allowed: the index of a coordinate, and the force.
+    /// If a switching function of the model is zero at this very state, the residual force on one of its
+    /// sides that exceeds the allowed one by most: the index of the coordinate, and the force.
     pub(super) fn at_corners<M: Constraints<Rows = R>>(
         &self,
         model: &M,
@@ -284,8 +289,8 @@ impl<R: Vector> Statics<R> {
         Ok(None)
     }
 
-    /// The direction along which inertia vanishes here and did not where the search began, by all
-    /// coordinates: forces do so there too, whatever acts.
+    /// A direction in all coordinates along which inertia vanishes here, but not at `first`, where the search
+    /// began. Generalized forces vanish along it, too, whatever forces act.
     pub(super) fn pole(&self, first: &Self) -> Option<DVector<f64>> {
         let had = |k: &usize| {
             let at = first.tangent.rates.iter().position(|i| *i == self.tangent.rates[*k]);
@@ -323,12 +328,13 @@ impl<R: Vector> Statics<R> {
     }
 }
 
+/// The element of the largest magnitude and its index.
 fn largest(force: &DVector<f64>) -> (usize, f64) {
     let one = |best: (usize, f64), (i, x): (usize, &f64)| if x.abs() > best.1.abs() { (i, *x) } else { best };
     force.iter().enumerate().fold((0, 0.0), one)
 }
 
-/// The force that exceeds by most what is allowed of it: its index, and the force.
+/// The element that exceeds its allowed magnitude by the largest factor: its index, and the force.
 pub(super) fn excess(force: &DVector<f64>, allowed: &DVector<f64>) -> Option<(usize, f64)> {
     let beyond =
         force.iter().zip(allowed.iter()).enumerate().filter(|(_, (force, allowed))| force.abs() > **allowed);

@@ -37,16 +37,23 @@ const TURNED_ROUNDING_SHARE: f64 = 1e-12;
 /// matter at large ones only.
 const SPEED_SAMPLES: [f64; 3] = [1e-3, 0.1, 1.0];
 
-/// What becomes of energy.
+/// Number of corrections to the earlier position. They converge quadratically.
+const MAX_CORRECTIONS: usize = 8;
+/// Least number of positions that the mechanism can reach and at which forces have to pass the test.
+const MIN_POSITIONS: usize = 2;
+
+/// How energy changes along motions near a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum EnergyChange {
+    /// Energy is conserved, with the work of dead loads included.
     Conserved,
     /// Energy is lost or conserved, and never gained.
     Dissipated,
     Unknown,
 }
 
-/// Of a model all of whose independent velocities are rates of these coordinates.
+/// How energy changes near a state of a model, whose independent velocities are the rates of the coordinates
+/// `order`, with the damping matrix of small motions.
 pub(super) fn energy_change<M: Constraints + Powers>(
     model: &M,
     state: &M::State,
@@ -59,8 +66,8 @@ pub(super) fn energy_change<M: Constraints + Powers>(
     let undamped = undamped_directions(damping);
     let mut found =
         if has_symmetry(damping, -1.0) { EnergyChange::Conserved } else { EnergyChange::Dissipated };
-    // Of motions only the power of disturbances counts, which is not told apart from that of the motion; and
-    // what damps now may drive later.
+    // In a steady motion only the power of disturbances counts, and it cannot be separated from that of the
+    // motion. With explicit time, a force that damps now may drive later.
     let changes = M::EXPLICIT_TIME || state.u().as_slice().iter().any(|u| *u != 0.0);
     if found == EnergyChange::Dissipated && (changes || undamped.is_none()) {
         return EnergyChange::Unknown;
@@ -94,10 +101,10 @@ pub(super) fn energy_change<M: Constraints + Powers>(
             return EnergyChange::Unknown;
         }
         let velocities = &there.tangent.velocities;
-        // What no damper reaches is asked by itself.
+        // The power of velocities that the damping matrix does not reach is tested separately.
         let undamped_basis = undamped.as_ref().map(|free| velocities * free);
         let power = Power { model, state: &beside, velocities, undamped_basis, sample };
-        // Damping that begins with a higher power than the first is none in the matrix.
+        // Damping of higher order than the first does not appear in the damping matrix.
         if found == EnergyChange::Conserved && !power.is_linear() {
             found = if changes { EnergyChange::Unknown } else { EnergyChange::Dissipated };
         }
@@ -106,16 +113,16 @@ pub(super) fn energy_change<M: Constraints + Powers>(
         }
         tested += 1;
     }
-    if tested >= 2 { found } else { EnergyChange::Unknown }
+    if tested >= MIN_POSITIONS { found } else { EnergyChange::Unknown }
 }
 
-/// Directions that a damping matrix does nothing in, by columns, if its symmetric part takes out energy in
-/// all others: if in what is damped by itself no eigenvalue is negative, each element beside the diagonal
-/// ones of its row and column.
+/// The directions without damping, by columns, if the damping matrix takes out energy in all others. `None`
+/// if it puts energy in: the symmetric part C needs diagonal elements that are positive, or zero with a row
+/// of zeros, and C_ij/√(C_ii C_jj) no negative eigenvalue.
 fn undamped_directions(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = damping.nrows();
     let c = 0.5 * (damping + damping.transpose());
-    // An element that gyroscopic terms of both sides cancel in leaves rounding of these.
+    // Gyroscopic terms cancel in the symmetric part, up to rounding.
     let rounding = |i: usize, j: usize| 4.0 * f64::EPSILON * damping[(i, j)].abs().max(damping[(j, i)].abs());
     let is_clean =
         |i: usize| c[(i, i)] > 0.0 || (c[(i, i)] == 0.0 && (0..n).all(|j| c[(i, j)].abs() <= rounding(i, j)));
@@ -147,8 +154,8 @@ fn undamped_directions(damping: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(if free.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&free) })
 }
 
-/// Whether a matrix is symmetric (sign 1) or skew (−1), element by element, so that soft elements count
-/// beside stiff ones.
+/// Whether a matrix is symmetric (sign 1) or skew (−1). Elements are compared one by one, so that soft ones
+/// count beside stiff ones.
 fn has_symmetry(m: &DMatrix<f64>, sign: f64) -> bool {
     let pair = |i: usize, j: usize| {
         let (x, y) = (m[(i, j)], sign * m[(j, i)]);
@@ -158,7 +165,7 @@ fn has_symmetry(m: &DMatrix<f64>, sign: f64) -> bool {
     (0..m.nrows()).all(|i| (0..=i).all(|j| pair(i, j)))
 }
 
-/// Whether forces and stiffnesses at two times are the same, each element beside its own size.
+/// Whether forces and stiffnesses at two times are the same, each element relative to its own size.
 fn are_same<R: Vector>(one: &Statics<R>, other: &Statics<R>) -> bool {
     let force =
         |i: usize| (one.force[i] - other.force[i]).abs() <= 16.0 * (one.rounding[i] + other.rounding[i]);
@@ -172,16 +179,16 @@ fn are_same<R: Vector>(one: &Statics<R>, other: &Statics<R>) -> bool {
         && elements.into_iter().all(stiffness)
 }
 
-/// Numbers in ±(0.3, 1), the same always.
+/// The k-th of a fixed sequence of numbers in ±(0.3, 1).
 fn fixed_number(k: usize) -> f64 {
     let wave = (1.7 + 2.399_963 * k as f64).sin();
     (0.3 + 0.7 * wave.abs()).copysign(wave)
 }
 
-/// Of a steady motion under rows that move, as φ − Ωt = 0: whether time leaves the equations in
-/// independent coordinates alone, so that with the rows put in they have the energy integral of Jacobi, T₂
-/// + V − T₀ (E. T. Whittaker, *Analytical Dynamics*, §41). Inertia, forces and what changes them, at
-/// rest beside the motion and moving, are set beside those of the same place before.
+/// Whether a steady motion under moving constraints, such as φ − Ωt = 0, has Jacobi's energy integral
+/// T₂ + V − T₀ (E. T. Whittaker, *Analytical Dynamics*, §41): whether time vanishes from the equations
+/// in independent coordinates. Inertia, forces and stiffness at a position, at rest relative to the motion
+/// and moving, are compared with those at the same position earlier.
 fn has_jacobi_integral<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -195,10 +202,10 @@ fn has_jacobi_integral<M: Constraints>(
     {
         return false;
     }
-    // The place where the independent coordinates are the same: the others follow from the rows.
+    // The earlier position with the same independent coordinates. The others follow from the constraints.
     let order = &there.tangent.coordinates;
     let mut before = at_time(later, state.t());
-    for _ in 0..8 {
+    for _ in 0..MAX_CORRECTIONS {
         let Ok(here) = Statics::of(model, &before, order) else { return false };
         let missed = model.residual(&before);
         let rows = active_rows::<M>(state.modes(), false).map(|row| missed[row]);
@@ -224,8 +231,8 @@ fn has_jacobi_integral<M: Constraints>(
         let along: f64 = scales.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size).sum();
         rows[row].abs() <= ROUNDING_SHARE * along
     });
-    // What turns is added up of terms that cancel, by sines and cosines that are others at each time: a
-    // motion by 1 per second is the measure.
+    // Rotated terms are sums in which sines and cosines cancel, differently at each time. Their size is that
+    // of a motion by at least 1 per second.
     let rate = fastest.max(1.0);
     let alike = |one: &Statics<M::Rows>, other: &Statics<M::Rows>| {
         let (k, size) = (&one.stiffness, |i: usize| one.mass.row(i).amax() * rate * rate);
@@ -245,7 +252,7 @@ fn has_jacobi_integral<M: Constraints>(
     holds && alike(&here, there) && alike(&swift, &swift_later)
 }
 
-/// Whether a row that holds moves while everything rests.
+/// Whether an active constraint moves while all coordinates rest.
 fn has_moving_rows<M: Constraints>(model: &M, state: &M::State) -> bool {
     let mut rest = *state;
     rest.u_mut().as_mut_slice().fill(0.0);
@@ -259,24 +266,26 @@ struct Power<'a, M: Constraints + Powers> {
     state: &'a M::State,
     /// A basis of admissible velocities.
     velocities: &'a DMatrix<f64>,
-    /// Of those that the damping matrix does nothing to.
+    /// A basis of those that the damping matrix does not reach.
     undamped_basis: Option<DMatrix<f64>>,
+    /// Selects the numbers of the sampled velocities.
     sample: usize,
 }
 
 impl<M: Constraints + Powers> Power<'_, M> {
+    /// A generic admissible velocity.
     fn velocity(&self, first: usize) -> DVector<f64> {
         let e = self.velocities;
         e * DVector::from_fn(e.ncols(), |k, _| fixed_number(31 * self.sample + first + k))
     }
 
-    /// At a velocity, and the largest of its parts.
+    /// The power at a velocity, and the largest magnitude of its parts.
     fn at(&self, u: &DVector<f64>) -> (f64, f64) {
         let mut values = alloc::vec![0.0; M::POWERS.len()];
         let mut moving = *self.state;
         moving.u_mut().as_mut_slice().copy_from_slice(u.as_slice());
         self.model.powers(&moving, &mut values);
-        // Rows that move are turned along with: their power is none of the disturbance.
+        // Moving constraints turn along with the motion. Their power is not that of a disturbance.
         let is_row = |name: &str| M::CONSTRAINTS.iter().any(|constraint| constraint.name == name);
         values
             .iter_mut()
@@ -286,7 +295,7 @@ impl<M: Constraints + Powers> Power<'_, M> {
         (values.iter().sum(), values.iter().fold(0.0, |most: f64, x| most.max(x.abs())))
     }
 
-    /// Whether it is linear in admissible velocities.
+    /// Whether the power is linear in admissible velocities.
     fn is_linear(&self) -> bool {
         let (u, w) = (self.velocity(3), self.velocity(17));
         self.is_linear_function(&u, &w, |u| self.at(u)) && {
@@ -295,7 +304,7 @@ impl<M: Constraints + Powers> Power<'_, M> {
         }
     }
 
-    /// Whether a function of velocities is linear, by two of them.
+    /// Whether a function of velocities is linear, tested with two of them.
     fn is_linear_function(
         &self,
         u: &DVector<f64>,
@@ -309,8 +318,7 @@ impl<M: Constraints + Powers> Power<'_, M> {
             && (of_more - 3.0 * of_w).abs() <= ROUNDING_SHARE * size
     }
 
-    /// Whether its odd part is linear, as that of dead loads, and its even part takes energy out, or does
-    /// nothing.
+    /// Whether the odd part of the power is linear, as that of dead loads, and its even part never positive.
     fn is_dissipative(&self) -> bool {
         let odd = |u: &DVector<f64>| {
             let ((p, a), (q, b)) = (self.at(u), self.at(&-u));
