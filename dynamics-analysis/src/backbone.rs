@@ -290,11 +290,11 @@ fn joined<S: ModelState>(state: &S) -> DVector<f64> {
 
 /// Whether a motion is near the secant, and so belongs to the same family.
 fn belongs<S: ModelState>(here: &Member, step: &DVector<f64>, period: f64, orbit: &PeriodicOrbit<S>) -> bool {
-    let off = joined(&orbit.start) - &here.start - step;
+    let deviation = joined(&orbit.start) - &here.start - step;
     let n = step.len() / 2;
     // Velocities are divided by the frequency, so that they compare with coordinates.
     let rate = TAU / period;
     let size = |x: &DVector<f64>| x.rows(0, n).norm().hypot(x.rows(n, n).norm() / rate);
-    size(&off) <= MAX_DEVIATION_FROM_SECANT * size(step).max(1e-6)
+    size(&deviation) <= MAX_DEVIATION_FROM_SECANT * size(step).max(1e-6)
         && (orbit.period / period - 1.0).abs() < MAX_PERIOD_CHANGE
 }

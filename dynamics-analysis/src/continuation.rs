@@ -319,8 +319,8 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
                 true => of_q * self.scale_of(balance, j) / (1.0 + j as f64),
                 false => of_p * self.widths[j - balance.size()],
             });
-            let beside = self.moved(&balance.place, &balance.direction(&by, self.count));
-            places.extend(self.projected(&beside, &balance.statics));
+            let nearby = self.moved(&balance.place, &balance.direction(&by, self.count));
+            places.extend(self.projected(&nearby, &balance.statics));
         }
         let there: alloc::vec::Vec<_> =
             places.iter().filter_map(|place| self.balance(place, coordinates).ok()).collect();

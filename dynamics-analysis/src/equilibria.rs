@@ -352,7 +352,7 @@ fn check_all_times<M: Constraints>(
     let moving = state.u().as_slice().iter().any(|u| *u != 0.0);
     for after in sample_times() {
         let later = after_time(state, after);
-        let force = statics.force_beside(model, &later)?;
+        let force = statics.force_nearby(model, &later)?;
         let Some((i, force)) = excess(&force, allowed) else { continue };
         // Angles that have grown are rounded more coarsely.
         if moving && force.abs() <= allowed[i] + FORCE_NOISE_FACTOR * statics.noise(model, &later)?[i] {

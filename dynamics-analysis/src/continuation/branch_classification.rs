@@ -67,8 +67,9 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         // more.
         let h = (bent.place().p[0] - balance.place.p[0]) / slope;
         match self.point_on_arm(balance, &straight.scaled(h.signum()), h.abs()) {
-            Some(beside) => SpecialKind::Pitchfork {
-                supercritical: bent.test_functions.negative_count() < beside.test_functions.negative_count(),
+            Some(straight_point) => SpecialKind::Pitchfork {
+                supercritical: bent.test_functions.negative_count()
+                    < straight_point.test_functions.negative_count(),
             },
             None => SpecialKind::BranchPoint,
         }

@@ -136,8 +136,8 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let push = stiffness * self.displacement_scale(&best.balance);
         let length = self.distance_ahead(a, b);
         let is_between = |balance: &Balance<M>| {
-            let gone = self.problem.dot(&a.tangent, &self.problem.between(a.place(), &balance.place));
-            (-INTERVAL_TOLERANCE * length..=(1.0 + INTERVAL_TOLERANCE) * length).contains(&gone)
+            let distance = self.problem.dot(&a.tangent, &self.problem.between(a.place(), &balance.place));
+            (-INTERVAL_TOLERANCE * length..=(1.0 + INTERVAL_TOLERANCE) * length).contains(&distance)
         };
         let polished =
             polished.filter(|found| found.beta.abs() <= MAX_UNFOLDING * push && is_between(&found.balance));
@@ -150,8 +150,9 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             None => (best.balance, uncertainty),
         };
         // A point that is known already is not the one that was looked for.
-        let gone = self.arclength(&balance.place);
-        if self.special.last().is_some_and(|last| (last.arclength - gone).abs() <= SAME_POINT_ARCLENGTH) {
+        let arclength = self.arclength(&balance.place);
+        if self.special.last().is_some_and(|last| (last.arclength - arclength).abs() <= SAME_POINT_ARCLENGTH)
+        {
             return false;
         }
         // 4. Classify it, by the branches that leave it.

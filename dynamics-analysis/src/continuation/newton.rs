@@ -277,8 +277,9 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             matrix
                 .view_mut((n + tests, 0), (1, n + count))
                 .copy_from(&self.plane_row(normal, balance).transpose());
-            let gone = self.between(through, &balance.place);
-            right[n + tests] = self.dot(normal, &Direction { q: &gone.q + &balance.offset, p: gone.p });
+            let from_plane = self.between(through, &balance.place);
+            right[n + tests] =
+                self.dot(normal, &Direction { q: &from_plane.q + &balance.offset, p: from_plane.p });
         }
         Some((matrix, right))
     }

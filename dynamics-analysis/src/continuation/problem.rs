@@ -189,8 +189,9 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         let n = free.len();
         let rows: Vec<usize> = active_rows::<M>(place.state.modes(), false).collect();
         let residual = model.residual(&place.state);
-        let left = |values: &M::Residual| DMatrix::from_fn(rows.len(), 1, |i, _| values.as_slice()[rows[i]]);
-        let offset = statics.tangent.particular(&left(&residual)).column(0).into_owned();
+        let column =
+            |values: &M::Residual| DMatrix::from_fn(rows.len(), 1, |i, _| values.as_slice()[rows[i]]);
+        let offset = statics.tangent.particular(&column(&residual)).column(0).into_owned();
         // The residual force, corrected to first order by the return to the constraints.
         let mut force = &statics.force + &statics.by_all * &offset;
         force = DVector::from_fn(n, |i, _| force[free[i]]);
@@ -211,10 +212,10 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             };
             let of_rows = difference(place.p[k], self.widths[k], |value| {
                 let moved = at(value)?.residual(&place.state);
-                Some(left(&moved).column(0).into_owned())
+                Some(column(&moved).column(0).into_owned())
             })?;
             let of_force = difference(place.p[k], self.widths[k], |value| {
-                statics.force_beside(&at(value)?, &place.state).ok()
+                statics.force_nearby(&at(value)?, &place.state).ok()
             })?;
             let dependent =
                 statics.tangent.particular(&DMatrix::from_columns(&[of_rows.0])).column(0).into_owned();
@@ -350,8 +351,8 @@ pub(super) fn difference(
             continue;
         }
         let size = found.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let off = (&found - &fine).iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let error = if size > 0.0 { off / size } else { 0.0 };
+        let difference = (&found - &fine).iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let error = if size > 0.0 { difference / size } else { 0.0 };
         if best.as_ref().is_none_or(|(_, least)| error < *least) {
             best = Some((found, error));
         }

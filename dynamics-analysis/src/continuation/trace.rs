@@ -47,6 +47,14 @@ const MAX_DEVIATION_FROM_CUBIC: f64 = 0.01;
 /// nearer than this would be taken for its beginning.
 const CLOSURE_DISTANCE: f64 = 1e-6;
 
+/// Largest distance of a given start from the equilibrium, in the scales of the coordinates, in addition to ten
+/// times the uncertainty of the equilibrium. It allows for starts that were written with six digits.
+const MAX_START_ERROR: f64 = 1e-6;
+/// Distance beyond the last point at which the model is evaluated, to report why the branch ends there.
+const MODEL_PROBE_DISTANCE: f64 = 1e-4;
+/// Steps that needed more corrections than this are followed by shorter ones.
+const MAX_EASY_CORRECTIONS: usize = 6;
+
 /// How a branch is followed.
 #[derive(Clone, Debug)]
 pub(super) struct ContinuationOptions {
@@ -202,13 +210,13 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
                 continue;
             }
             // The next point is accepted, and the branch ends if it is closed or at an end of the range.
-            let gone = self.problem.distance(here.place(), middle.place())
+            let distance = self.problem.distance(here.place(), middle.place())
                 + self.problem.distance(middle.place(), next.place());
             if !last && self.passes_start(&origin, &direction, &here, &next) {
                 self.append_start(here.place());
                 return self.finish_if_time_independent(BranchEnd::Closed);
             }
-            self.push_point(&next, gone);
+            self.push_point(&next, distance);
             if !leaving {
                 self.find_flutter_onset(&here, &next);
             }
@@ -227,8 +235,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let slope = here.tangent.p[0];
         let bound = if slope > 0.0 { hi } else { lo };
         // The predictor ends at the end of the range if that is nearer than h along the tangent.
-        let left = if slope == 0.0 { f64::INFINITY } else { (bound - p(here)) / slope };
-        let (mut s, mut last) = if left <= h { (left.max(0.0), true) } else { (h, false) };
+        let remaining = if slope == 0.0 { f64::INFINITY } else { (bound - p(here)) / slope };
+        let (mut s, mut last) = if remaining <= h { (remaining.max(0.0), true) } else { (h, false) };
         let mut found = None;
         // The corrector. A step that bends out of the range is cut at its end.
         if !last {
@@ -263,7 +271,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             return Ok(StepOutcome::Last(Box::new(middle), Box::new(next)));
         }
         let by_angle = length_ratio(angle);
-        let by_effort = if iterations > 6 { 0.5 } else { 2.0 };
+        let by_effort = if iterations > MAX_EASY_CORRECTIONS { 0.5 } else { 2.0 };
         let after = if leaving { h } else { h * by_angle.min(by_effort) };
         Ok(StepOutcome::Taken(Box::new(middle), Box::new(next), after))
     }
@@ -281,14 +289,15 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let to = self.problem.between(here.place(), middle.place());
         let (a, b) = (&here.tangent, &next.tangent);
         let cubic = |c: f64, a: f64, b: f64| 0.5 * c + 0.125 * length * (a - b);
-        let off = Direction {
+        let deviation = Direction {
             q: &to.q - &chord.q * 0.5 - (&a.q - &b.q) * (0.125 * length),
             p: [to.p[0] - cubic(chord.p[0], a.p[0], b.p[0]), 0.0],
         };
         // The middle lies in a plane normal to the first tangent, a little before or after that of the cubic.
         // So only the part normal to the branch counts.
-        let along = self.problem.dot(&off, &middle.tangent);
-        (self.problem.dot(&off, &off) - along * along).max(0.0).sqrt() > MAX_DEVIATION_FROM_CUBIC * length
+        let along = self.problem.dot(&deviation, &middle.tangent);
+        (self.problem.dot(&deviation, &deviation) - along * along).max(0.0).sqrt()
+            > MAX_DEVIATION_FROM_CUBIC * length
     }
 
     /// The point at the end `bound` of the range, which is at about the distance `s` along the tangent.
@@ -324,14 +333,14 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         if self.points.len() < 4 || self.problem.dot(direction, &next.tangent) < 0.5 {
             return false;
         }
-        let gone = |to: &Sample<M>| {
+        let from_origin = |to: &Sample<M>| {
             let mut by = self.problem.between(origin, to.place());
             for (q, _) in by.q.iter_mut().zip(self.periodic).filter(|(_, periodic)| **periodic) {
                 *q -= TAU * (*q / TAU).round();
             }
             by
         };
-        let (before, after) = (gone(here), gone(next));
+        let (before, after) = (from_origin(here), from_origin(next));
         let (a, b) = (self.problem.dot(direction, &before), self.problem.dot(direction, &after));
         let length = self.problem.distance(here.place(), next.place());
         if !(a < 0.0 && b >= 0.0) || self.problem.norm(&after) > 2.0 * length {
@@ -349,12 +358,12 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let Ok((there, _)) = self.point_at(here, part * self.distance_ahead(here, next), 0.5 * length) else {
             return false;
         };
-        let back = there.tangent.scaled(-self.problem.dot(&there.tangent, &gone(&there)));
-        let left = gone(&there);
-        let missed = Direction { q: &left.q + &back.q, p: [left.p[0] + back.p[0], 0.0] };
+        let back = there.tangent.scaled(-self.problem.dot(&there.tangent, &from_origin(&there)));
+        let rest = from_origin(&there);
+        let missed_by = Direction { q: &rest.q + &back.q, p: [rest.p[0] + back.p[0], 0.0] };
         let along = self.problem.norm(&back);
         // The tangential part is removed to first order; curvature leaves its square.
-        self.problem.norm(&missed) <= CLOSURE_DISTANCE + along * along / length
+        self.problem.norm(&missed_by) <= CLOSURE_DISTANCE + along * along / length
     }
 
     /// Appends the first point once more, as the last one of a closed branch.
@@ -373,8 +382,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     }
 
     /// Appends a point, at this distance from the last one, and judges its stability.
-    pub(super) fn push_point(&mut self, sample: &Sample<M>, gone: f64) {
-        let arclength = self.points.last().map_or(0.0, |last| last.arclength) + gone;
+    pub(super) fn push_point(&mut self, sample: &Sample<M>, distance: f64) {
+        let arclength = self.points.last().map_or(0.0, |last| last.arclength) + distance;
         let (place, model) = (sample.place(), &sample.balance.model);
         self.derivative_error = self.derivative_error.max(sample.balance.derivative_error);
         let stability = judge(model, &place.state);
@@ -469,7 +478,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
                 branch: Box::new(branch),
             };
         }
-        let beyond = self.problem.moved(here.place(), &here.tangent.scaled(1e-4));
+        let beyond = self.problem.moved(here.place(), &here.tangent.scaled(MODEL_PROBE_DISTANCE));
         let failure =
             self.problem.balance(&beyond, here.coordinates()).err().map_or(failure, CorrectorError::Model);
         let branch = Box::new(self.finish(BranchEnd::Points));
@@ -511,11 +520,16 @@ pub(super) fn check_near<S: ModelState>(
     uncertainty: &[f64],
     names: &'static [dynamics_runtime::model::Quantity],
 ) -> Result<(), ContinuationError<S>> {
-    let off = |i: usize| (start.q().as_slice()[i] - found.q().as_slice()[i]).abs();
-    let worst = (0..scales.len()).max_by(|i, j| (off(*i) / scales[*i]).total_cmp(&(off(*j) / scales[*j])));
+    let distance = |i: usize| (start.q().as_slice()[i] - found.q().as_slice()[i]).abs();
+    let worst =
+        (0..scales.len()).max_by(|i, j| (distance(*i) / scales[*i]).total_cmp(&(distance(*j) / scales[*j])));
     match worst {
-        Some(i) if off(i) > 1e-6 * scales[i] + 10.0 * uncertainty[i] => {
-            Err(ContinuationError::NotInBalance { coordinate: names[i].name, off: off(i), nearest: *found })
+        Some(i) if distance(i) > MAX_START_ERROR * scales[i] + 10.0 * uncertainty[i] => {
+            Err(ContinuationError::NotInBalance {
+                coordinate: names[i].name,
+                off: distance(i),
+                nearest: *found,
+            })
         }
         _ => Ok(()),
     }

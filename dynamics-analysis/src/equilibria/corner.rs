@@ -42,15 +42,15 @@ pub(super) fn downhill_corner<M: Constraints>(
     let direction = direction / size;
     let at = |s: f64| projected(model, constants, displaced(state, &(&direction * s)));
     // The first change of a branch along it, by doubling and bisection.
-    let side = |beside: &M::State| {
+    let side = |nearby: &M::State| {
         let mut kinks = [Kink::NONE; MOST_KINKS];
-        model.kinks(beside, &mut kinks);
+        model.kinks(nearby, &mut kinks);
         kinks.map(|kink| kink.decides && kink.value < 0.0)
     };
     let here = side(state);
     let Some((mut lo, mut hi)) = (0..MAX_DOUBLINGS).find_map(|k| {
         let s = FIRST_DISTANCE * f64::powi(2.0, k as i32);
-        let changed = at(s).is_some_and(|beside| side(&beside) != here);
+        let changed = at(s).is_some_and(|nearby| side(&nearby) != here);
         changed.then_some((if k == 0 { 0.0 } else { 0.5 * s }, s))
     }) else {
         return Ok(None);
@@ -58,7 +58,7 @@ pub(super) fn downhill_corner<M: Constraints>(
     for _ in 0..MAX_BISECTIONS {
         let middle = 0.5 * (lo + hi);
         match at(middle) {
-            Some(beside) if side(&beside) == here => lo = middle,
+            Some(nearby) if side(&nearby) == here => lo = middle,
             _ => hi = middle,
         }
     }
@@ -66,8 +66,8 @@ pub(super) fn downhill_corner<M: Constraints>(
     let far = (hi - lo).max(CORNER_MARGIN * hi);
     let (Some(before), Some(after)) = (at(lo - far), at(hi + far)) else { return Ok(None) };
     // A corner of rest: the force drives ahead before it and back behind it.
-    let force = |beside: &M::State| -> Result<DVector<f64>, EquilibriumError> {
-        Ok(Statics::of(model, beside, &statics.tangent.coordinates)?.force)
+    let force = |nearby: &M::State| -> Result<DVector<f64>, EquilibriumError> {
+        Ok(Statics::of(model, nearby, &statics.tangent.coordinates)?.force)
     };
     let (before, after) = (force(&before)?, force(&after)?);
     let along = direction.select_rows(&statics.tangent.rates);

@@ -6,9 +6,9 @@ use nalgebra::DVector;
 
 /// The state whose coordinates are displaced by a step, with all else as it is.
 pub(super) fn displaced<S: ModelState>(state: &S, step: &DVector<f64>) -> S {
-    let mut beside = *state;
-    beside.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
-    beside
+    let mut nearby = *state;
+    nearby.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
+    nearby
 }
 
 /// The state whose positions are projected onto the constraints; `None` if that fails.

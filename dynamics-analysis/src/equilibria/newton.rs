@@ -378,11 +378,11 @@ impl<M: Constraints> NewtonIteration<'_, M> {
             .all(|(force, noise)| force.abs() <= FORCE_NOISE_FACTOR * noise);
         // Or the last correction was rounding, and took all of the force.
         let left = &statics.force + &statics.stiffness * factors.solve(&-&statics.force);
-        let gone = left
+        let takes_all = left
             .iter()
             .zip(statics.force.iter())
             .all(|(left, force)| left.abs() <= REMAINING_FORCE_SHARE * force.abs());
-        rounded || (gone && change <= ROUNDED_CORRECTION)
+        rounded || (takes_all && change <= ROUNDED_CORRECTION)
     }
 
     /// The equilibrium at a state in balance to rounding, or the reason why there is none.

@@ -254,12 +254,12 @@ impl<M: Constraints> Rolling<'_, M> {
         }
         let mut noise = here.force.abs();
         for sample in 0..4_u32 {
-            let mut beside = state;
-            for (j, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+            let mut nearby = state;
+            for (j, q) in nearby.q_mut().as_mut_slice().iter_mut().enumerate() {
                 let sign = if (sample >> (j % 2)).is_multiple_of(2) { 1.0 } else { -1.0 };
                 *q += sign * f64::from(1 + (sample + j as u32) % 4) * f64::EPSILON * *q;
             }
-            let change = (self.equations(&beside)?.force - &here.force).abs();
+            let change = (self.equations(&nearby)?.force - &here.force).abs();
             noise.zip_apply(&change, |most, change| *most = most.max(change));
         }
         self.check_times(&state, here, &noise)?;

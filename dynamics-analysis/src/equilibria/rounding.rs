@@ -32,12 +32,12 @@ const SAMPLE_COUNT: u32 = 8;
 const MAX_LAST_BITS: u32 = 16;
 
 /// Sets those elements of a matrix to 0 that are rounding. `inertias` of its rows and of its columns make
-/// elements of different units comparable. `beside` gives the matrix at another state, or `None`.
+/// elements of different units comparable. `matrix_at` gives the matrix at another state, or `None`.
 pub(super) fn clear_rounding<M: Constraints>(
     matrix: &mut DMatrix<f64>,
     inertias: [&DVector<f64>; 2],
     state: &M::State,
-    beside: impl Fn(&M::State) -> Option<DMatrix<f64>>,
+    matrix_at: impl Fn(&M::State) -> Option<DMatrix<f64>>,
 ) {
     let [of_rows, of_columns] =
         inertias.map(|of| of.map(|inertia| if inertia > 0.0 { inertia.sqrt() } else { 1.0 }));
@@ -50,7 +50,7 @@ pub(super) fn clear_rounding<M: Constraints>(
     if changes.iter().all(|change| change.is_nan()) {
         return;
     }
-    for there in (0..SAMPLE_COUNT).filter_map(|sample| beside(&by_last_bits::<M>(state, sample))) {
+    for there in (0..SAMPLE_COUNT).filter_map(|sample| matrix_at(&by_last_bits::<M>(state, sample))) {
         if there.shape() == matrix.shape() {
             changes.zip_zip_apply(matrix, &there, |change, x, y| {
                 *change = if change.is_nan() { *change } else { change.max((x - y).abs()) };
@@ -67,12 +67,12 @@ pub(super) fn clear_rounding<M: Constraints>(
 /// A state whose coordinates differ by some last bits. Those that are 0 differ by last bits of their scale.
 fn by_last_bits<M: Constraints>(state: &M::State, sample: u32) -> M::State {
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    let mut beside = *state;
-    for (j, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+    let mut nearby = *state;
+    for (j, q) in nearby.q_mut().as_mut_slice().iter_mut().enumerate() {
         // Signs of a Walsh function, so that no two samples are alike, and different numbers of bits.
         let sign = if (sample >> (j % 3)).is_multiple_of(2) { 1.0 } else { -1.0 };
         let bits = f64::from(1 + (7 * sample + 5 * j as u32) % MAX_LAST_BITS);
         *q += sign * bits * f64::EPSILON * if *q == 0.0 { scales[j] } else { *q };
     }
-    beside
+    nearby
 }

@@ -129,14 +129,14 @@ impl<M: Constraints> SoftDirections<'_, M> {
     /// curved continuum of equilibria at once.
     fn depends_far_away(&self, all: &DVector<f64>) -> Result<bool, EquilibriumError> {
         let moved = |s: f64| displaced(self.state, &(all * s));
-        let here = self.statics.force_beside(self.model, self.state)?;
+        let here = self.statics.force_nearby(self.model, self.state)?;
         // A force that is not finite gives no information.
-        let changes = |beside: &M::State| -> bool {
-            let Ok(there) = self.statics.force_beside(self.model, beside) else { return false };
+        let changes = |nearby: &M::State| -> bool {
+            let Ok(there) = self.statics.force_nearby(self.model, nearby) else { return false };
             let change = (&there - &here).abs();
             change.iter().zip(self.noise.iter()).any(|(change, noise)| *change > SIGNIFICANT_FORCE_FACTOR * noise)
                 // Large coordinates are rounded more coarsely.
-                && self.statics.noise_of_sums(self.model, beside).is_ok_and(|noise| {
+                && self.statics.noise_of_sums(self.model, nearby).is_ok_and(|noise| {
                     change.iter().zip(noise.iter()).any(|(change, noise)| *change > FORCE_NOISE_FACTOR * noise)
                 })
         };
@@ -151,7 +151,7 @@ impl<M: Constraints> SoftDirections<'_, M> {
         let places = sizes.flat_map(|size| [size, -size]).map(|place| moved((place - from) / along));
         Ok(places
             .into_iter()
-            .any(|beside| changes(&beside) && smooth_intervals(self.model, &beside) == intervals_here))
+            .any(|nearby| changes(&nearby) && smooth_intervals(self.model, &nearby) == intervals_here))
     }
 
     /// How far the force along a direction is only rounding, to both sides.
@@ -205,10 +205,10 @@ impl<M: Constraints> SoftDirections<'_, M> {
         let mut last = f64::INFINITY;
         for _ in 0..MAX_CORRECTIONS {
             let all = &self.statics.tangent.positions * &step;
-            let Some(beside) = projected(self.model, &constants, displaced(self.state, &all)) else {
+            let Some(nearby) = projected(self.model, &constants, displaced(self.state, &all)) else {
                 return Ok(None);
             };
-            let Ok(there) = Statics::of(self.model, &beside, &self.statics.tangent.coordinates) else {
+            let Ok(there) = Statics::of(self.model, &nearby, &self.statics.tangent.coordinates) else {
                 return Ok(None);
             };
             if there.tangent.coordinates != self.statics.tangent.coordinates {
@@ -217,7 +217,7 @@ impl<M: Constraints> SoftDirections<'_, M> {
             let correction = stiff * &there.force;
             let size = correction.amax();
             if size == 0.0 || size >= 0.5 * last {
-                return Ok(Some((left.dot(&there.force), beside)));
+                return Ok(Some((left.dot(&there.force), nearby)));
             }
             last = size;
             step -= correction;

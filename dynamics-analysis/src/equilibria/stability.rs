@@ -98,13 +98,15 @@ fn clear_rounded_elements<M: Constraints>(model: &M, state: &M::State, linear: &
     });
     let of_columns = DVector::from_iterator(linear.coordinates.len(), of_columns);
     let names: Vec<&str> = linear.coordinates.iter().map(|coordinate| coordinate.name).collect();
-    let beside = |state: &M::State| {
+    let linearized_at = |state: &M::State| {
         let there = linearize(model, state, &names).ok()?;
         (there.velocities == linear.velocities && there.coordinates == linear.coordinates).then_some(there)
     };
     let (mut stiffness, mut damping) = (linear.stiffness.clone(), linear.damping.clone());
-    clear_rounding::<M>(&mut stiffness, [&of_rows, &of_columns], state, |at| Some(beside(at)?.stiffness));
-    clear_rounding::<M>(&mut damping, [&of_rows, &of_rows], state, |at| Some(beside(at)?.damping));
+    clear_rounding::<M>(&mut stiffness, [&of_rows, &of_columns], state, |at| {
+        Some(linearized_at(at)?.stiffness)
+    });
+    clear_rounding::<M>(&mut damping, [&of_rows, &of_rows], state, |at| Some(linearized_at(at)?.damping));
     (linear.stiffness, linear.damping) = (stiffness, damping);
 }
 
@@ -142,18 +144,18 @@ fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
 fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization) -> Vec<usize> {
     let order = indices::<M>(linear);
     // A nearby state in motion: no symmetry hides a dependence there.
-    let mut beside = *state;
+    let mut nearby = *state;
     let spread = |i: usize| 0.1 + 0.7 * (1.0 + 0.618 * i as f64).sin();
-    beside
+    nearby
         .q_mut()
         .as_mut_slice()
         .iter_mut()
         .enumerate()
         .for_each(|(i, q)| *q += 0.01 * spread(i) * (1.0 + q.abs()));
-    beside.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
+    nearby.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
     // Terms that cancel here, such as forces in balance, do not cancel there and give the size of rounding.
     let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let (near, far) = (model_terms(model, state), model_terms(model, &beside));
+    let (near, far) = (model_terms(model, state), model_terms(model, &nearby));
     let sizes: Vec<f64> = near.iter().zip(&far).map(|(a, b)| most(a).max(most(b))).collect();
     let depends = |at: &M::State, i: usize| {
         let here = model_terms(model, at);
@@ -169,7 +171,7 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
         let i = order[*j];
         let alone = linear.shape.column(*j).iter().enumerate().all(|(k, x)| (k == i) == (*x != 0.0));
         let resists = linear.stiffness.column(*j).iter().any(|x| *x != 0.0);
-        alone && !resists && !depends(state, i) && !depends(&beside, i)
+        alone && !resists && !depends(state, i) && !depends(&nearby, i)
     };
     (0..linear.coordinates.len()).filter(free).collect()
 }
@@ -233,10 +235,10 @@ fn stiffness_uncertainty<M: Constraints>(
         let [middle, near] = STIFFNESS_PROBES;
         for part in [-reach, -middle, -near, near, middle, reach] {
             let step = part * scales[*coordinate];
-            let beside = displaced(state, &(here.tangent.positions.column(j) * step));
+            let nearby = displaced(state, &(here.tangent.positions.column(j) * step));
             // Where no position fulfils the constraints, or no force is finite, there is no sample.
             let there =
-                projected(model, &constants, beside).and_then(|at| Statics::of(model, &at, &order).ok());
+                projected(model, &constants, nearby).and_then(|at| Statics::of(model, &at, &order).ok());
             let Some(there) = there else {
                 continue;
             };
@@ -283,7 +285,7 @@ fn judge_second_order(
     // A direction without stiffness. With follower forces the symmetric part of K may vanish along a
     // direction although K does not. Then a zero eigenvalue of A is looked for.
     let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
-    let is_symmetric = skew.iter().zip(linear.uncertainty.iter()).all(|(x, off)| *x <= 4.0 * off);
+    let is_symmetric = skew.iter().zip(linear.uncertainty.iter()).all(|(x, error)| *x <= 4.0 * error);
     let soft = match is_symmetric {
         true => squares.iter().find(|one| one.value.abs() <= one.uncertainty).map(|one| along(&one.shape)),
         false => spectrum

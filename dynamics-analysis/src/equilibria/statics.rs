@@ -101,22 +101,22 @@ impl<R: Vector> Statics<R> {
         preferred: &[usize],
     ) -> Result<Self, EquilibriumError> {
         let mut found = Self::as_computed(model, state, preferred)?;
-        found.stiffness = found.without_rounding::<M>(found.stiffness.clone(), state, |beside| {
-            Self::as_computed(model, beside, &found.tangent.coordinates).ok().map(|there| there.stiffness)
+        found.stiffness = found.without_rounding::<M>(found.stiffness.clone(), state, |nearby| {
+            Self::as_computed(model, nearby, &found.tangent.coordinates).ok().map(|there| there.stiffness)
         });
         Ok(found)
     }
 
-    /// A stiffness matrix in which elements that are rounding are 0. `beside` gives it at another state.
+    /// A stiffness matrix in which elements that are rounding are 0. `stiffness_at` gives it at another state.
     fn without_rounding<M: Constraints>(
         &self,
         mut stiffness: DMatrix<f64>,
         state: &M::State,
-        beside: impl Fn(&M::State) -> Option<DMatrix<f64>>,
+        stiffness_at: impl Fn(&M::State) -> Option<DMatrix<f64>>,
     ) -> DMatrix<f64> {
         let of_columns = self.tangent.coordinates.iter().map(|i| self.masses[*i]);
         let of_columns = DVector::from_iterator(self.tangent.coordinates.len(), of_columns);
-        clear_rounding::<M>(&mut stiffness, [&self.inertia, &of_columns], state, beside);
+        clear_rounding::<M>(&mut stiffness, [&self.inertia, &of_columns], state, stiffness_at);
         stiffness
     }
 
@@ -173,9 +173,9 @@ impl<R: Vector> Statics<R> {
             return Ok(self.stiffness.clone());
         }
         let here = self.covariant_as_computed(model, state, metric, &rows)?;
-        Ok(self.without_rounding::<M>(here, state, |beside| {
-            let there = Self::as_computed(model, beside, &self.tangent.coordinates).ok()?;
-            there.covariant_as_computed(model, beside, metric, &rows).ok()
+        Ok(self.without_rounding::<M>(here, state, |nearby| {
+            let there = Self::as_computed(model, nearby, &self.tangent.coordinates).ok()?;
+            there.covariant_as_computed(model, nearby, metric, &rows).ok()
         }))
     }
 
@@ -212,7 +212,7 @@ impl<R: Vector> Statics<R> {
     }
 
     /// F at another state nearby, with E and λ of this one.
-    pub(crate) fn force_beside<M: Constraints<Rows = R>>(
+    pub(crate) fn force_nearby<M: Constraints<Rows = R>>(
         &self,
         model: &M,
         state: &M::State,
@@ -250,16 +250,16 @@ impl<R: Vector> Statics<R> {
         state: &M::State,
         sizes: &[f64],
     ) -> Result<DVector<f64>, EquilibriumError> {
-        let here = self.force_beside(model, state)?;
+        let here = self.force_nearby(model, state)?;
         let mut most = self.rounding.clone();
         for sample in 0..NOISE_SAMPLES {
-            let mut beside = *state;
-            for (j, (q, size)) in beside.q_mut().as_mut_slice().iter_mut().zip(sizes).enumerate() {
+            let mut nearby = *state;
+            for (j, (q, size)) in nearby.q_mut().as_mut_slice().iter_mut().zip(sizes).enumerate() {
                 // Signs of a Walsh function, so that no two samples are alike, and different numbers of bits.
                 let sign = if (sample >> (j % 3)).is_multiple_of(2) { 1.0 } else { -1.0 };
                 *q += sign * f64::from(1 + (sample + j as u32) % MAX_NOISE_BITS) * f64::EPSILON * size;
             }
-            let change = (self.force_beside(model, &beside)? - &here).abs();
+            let change = (self.force_nearby(model, &nearby)? - &here).abs();
             most.zip_apply(&change, |most, change| *most = most.max(change));
         }
         Ok(most)
@@ -280,7 +280,7 @@ impl<R: Vector> Statics<R> {
                 let (mut held, mut branches) = (*state, Branches::FREE);
                 branches.hold(index, below);
                 held.hold(branches);
-                let force = self.force_beside(model, &held)?;
+                let force = self.force_nearby(model, &held)?;
                 if let Some((i, force)) = excess(&force, allowed) {
                     return Ok(Some((self.tangent.rates[i], force)));
                 }
@@ -297,11 +297,11 @@ impl<R: Vector> Statics<R> {
             at.is_some_and(|at| first.inertia[at] > 0.0)
         };
         let usual = |k: usize| first.tangent.rates.iter().position(|i| *i == self.tangent.rates[k]);
-        let gone = |k: &usize| {
+        let has_vanished = |k: &usize| {
             usual(*k).is_some_and(|at| self.inertia[*k] <= VANISHED_INERTIA_SHARE * first.inertia[at])
         };
         let heavy: Vec<usize> = (0..self.inertia.len()).filter(had).collect();
-        if let Some(k) = heavy.iter().copied().find(gone) {
+        if let Some(k) = heavy.iter().copied().find(has_vanished) {
             return Some(self.tangent.velocities.column(k).into_owned());
         }
         let scale = |k: usize| 1.0 / self.inertia[heavy[k]].sqrt();

@@ -80,11 +80,11 @@ pub(super) fn energy_change<M: Constraints + Powers>(
         let step =
             DVector::from_fn(order.len(), |k, _| part * scales[order[k]] * fixed_number(7 * sample + k));
         let later = at_time(state, state.t() + 0.73 * (1 + sample) as f64);
-        let beside = displaced(&later, &(&here.tangent.positions * step));
+        let nearby = displaced(&later, &(&here.tangent.positions * step));
         // Positions that the mechanism cannot reach are left out.
-        let Some(beside) = projected(model, &constants, beside) else { continue };
-        let Ok(there) = Statics::of(model, &beside, order) else { return EnergyChange::Unknown };
-        let Ok(before) = Statics::of(model, &at_time(&beside, state.t()), order) else {
+        let Some(nearby) = projected(model, &constants, nearby) else { continue };
+        let Ok(there) = Statics::of(model, &nearby, order) else { return EnergyChange::Unknown };
+        let Ok(before) = Statics::of(model, &at_time(&nearby, state.t()), order) else {
             return EnergyChange::Unknown;
         };
         if !are_same(&before, &there) {
@@ -95,15 +95,15 @@ pub(super) fn energy_change<M: Constraints + Powers>(
             continue;
         }
         if !has_symmetry(k, 1.0)
-            || (has_moving_rows(model, &beside)
-                && !has_jacobi_integral(model, state, (&beside, &there), sample))
+            || (has_moving_rows(model, &nearby)
+                && !has_jacobi_integral(model, state, (&nearby, &there), sample))
         {
             return EnergyChange::Unknown;
         }
         let velocities = &there.tangent.velocities;
         // The power of velocities that the damping matrix does not reach is tested separately.
         let undamped_basis = undamped.as_ref().map(|free| velocities * free);
-        let power = Power { model, state: &beside, velocities, undamped_basis, sample };
+        let power = Power { model, state: &nearby, velocities, undamped_basis, sample };
         // Damping of higher order than the first does not appear in the damping matrix.
         if found == EnergyChange::Conserved && !power.is_linear() {
             found = if changes { EnergyChange::Unknown } else { EnergyChange::Dissipated };
