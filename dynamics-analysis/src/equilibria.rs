@@ -168,6 +168,7 @@ fn find_holding<M: Constraints>(
     options: EquilibriumOptions,
     held: &[usize],
 ) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    // Refuse models and starts for which there is no answer.
     if M::FRICTION {
         return Err(LinearizeError::Friction.into());
     }
@@ -180,10 +181,13 @@ fn find_holding<M: Constraints>(
     if has_nonholonomic_rows::<M>(&start) && start.u().as_slice().iter().any(|u| *u != 0.0) {
         return rolling::find(model, &start, held);
     }
+    // Newton's method, from the start projected onto the constraints.
     let constants = model.constants().map_err(SolveError::from)?;
     with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut start, memory))?;
     let first = Statics::of(model, &start, &[])?;
     let EquilibriumSolution { state, statics, iterations, uncertainty } = newton::solve(model, start)?;
+    // Check that balance is real: no pole of the coordinates, no corner of the forces, and no change with
+    // time.
     let allowed = allowed_forces(model, &state, &statics)?;
     if let Some(along) = statics.pole(&first) {
         check_pole(model, &state, &along, &allowed)?;
@@ -292,6 +296,7 @@ fn check_later<M: Constraints>(
     let after = if moving { LATER_IN_MOTION.map(|after| after / rate) } else { LATER_AT_REST };
     for after in after {
         let later = after_time(state, after);
+        // Constraints.
         if let Some((row, missed)) = violated_row::<M>(model, &later, rate) {
             return Err(match moving {
                 true => EquilibriumError::NotSteady { name: row, left: missed },
@@ -301,6 +306,7 @@ fn check_later<M: Constraints>(
         if options.frozen {
             continue;
         }
+        // Forces, with the allowed ones of the coordinates that were independent at first.
         let there = Statics::of(model, &later, &statics.tangent.coordinates)?;
         let rates = &there.tangent.rates;
         let known = |i: &usize| statics.tangent.rates.iter().position(|j| j == i);

@@ -119,6 +119,7 @@ fn critical_loads<M: Constraints>(
         return Err(none("the start is a fold"));
     }
     let direction = direction.scaled(1.0 / direction.p[0]);
+    // K₀, and the stiffness along the branch.
     let n = balance.size();
     let here = balance.stiffness();
     // The straight continuation of the branch, back on the constraints.
@@ -147,6 +148,7 @@ fn critical_loads<M: Constraints>(
     let reduced = solve(&symmetric_part(&slope)).and_then(|half| solve(&half.transpose()));
     let reduced = symmetric_part(&reduced.ok_or_else(|| none("the start is singular"))?);
     let eigen = reduced.symmetric_eigen();
+    // Loads in the wanted direction, with their modes.
     let most = eigen.eigenvalues.amax();
     let mut loads = Vec::new();
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {

@@ -107,6 +107,7 @@ impl<S: ModelState> CurveOptions<S> {
         if has_nonholonomic_rows::<M>(&self.place.state) {
             return Err(ContinuationError::Nonholonomic);
         }
+        // The problem, with the scales of its unknowns.
         let widths = self.ranges.map(|[lo, hi]| hi - lo);
         let scales = scales(M::COORDINATES, self.place.state.q().as_slice());
         let mut problem = ContinuationProblem { make, count: 2, scales, widths, fixed: Vec::new() };

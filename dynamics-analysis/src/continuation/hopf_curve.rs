@@ -68,12 +68,14 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
             Some(SingularityCondition::imaginary_pair(balance, HopfTest { frequency: now, undamped }))
         };
         let (curve, lost) = self.plan.run::<M>(&make, &hopf, ContinuationError::NoHopf)?;
+        // The frequency at each point, near that at the point before.
         let mut frequencies = Vec::with_capacity(curve.points.len());
         let mut now = frequency;
         for (p, state) in &curve.points {
             now = HopfTest { frequency: now, undamped }.frequency(&make(*p), state).unwrap_or(f64::NAN);
             frequencies.push(now);
         }
+        // A curve that ends with a small and falling frequency ends where the frequency is zero.
         let most = frequencies.iter().fold(0.0, |most: f64, x| most.max(*x));
         let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < MAX_RATIO_AT_ZERO_FREQUENCY * most);
         let of = |curve: TracedCurve<M::State>, end| HopfCurve {

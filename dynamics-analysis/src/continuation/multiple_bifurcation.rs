@@ -29,8 +29,8 @@ const MIN_GUESSES_PER_DIMENSION: usize = 60;
 /// of Newton's method. Arms that only few guesses lead to may be missed then.
 const MAX_GUESSES_PER_DIMENSION: usize = 40 * MIN_GUESSES_PER_DIMENSION;
 /// The search ends after this many guesses in a row, for each known arm, without a new arm. If n arms are
-/// known and another one attracts an equal share of the guesses, it is missed with probability (n/(n +
-/// 1))^(10 n): 10⁻³ for one known arm, 5·10⁻⁵ for many.
+/// known and another one attracts an equal share of the guesses, it is missed with probability
+/// (n/(n+1))^(10n): 10⁻³ for one known arm, 5·10⁻⁵ for many.
 const VAIN_GUESSES_PER_ARM: usize = 10;
 /// Arms whose directions differ by less than this angle, in rad, are one arm. Guesses on different planes
 /// reach an arm at slightly different places, and its curvature turns the chord to them. A larger value
@@ -126,6 +126,7 @@ fn find_arms<M: Constraints + Powers>(
         if !(0.1..=1.0).contains(&size) {
             continue;
         }
+        // A point in balance near it, if Newton's method finds one.
         let guess = combination(space, &parts, size);
         let Some(sample) = tracer.point_on_arm(balance, &guess, h) else {
             in_vain += 1;
@@ -133,6 +134,7 @@ fn find_arms<M: Constraints + Powers>(
         };
         (successes, in_vain) = (successes + 1, in_vain + 1);
         let to = direction(&sample);
+        // It is a new arm if its direction is new.
         let is_known = directions.iter().any(|known| problem.angle(known, &to) < SAME_ARM_ANGLE);
         if !is_known && problem.distance(&balance.place, sample.place()) > MIN_RELATIVE_DISTANCE * h {
             directions.push(to);

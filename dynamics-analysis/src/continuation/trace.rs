@@ -47,8 +47,8 @@ const MAX_DEVIATION_FROM_CUBIC: f64 = 0.01;
 /// nearer than this would be taken for its beginning.
 const CLOSURE_DISTANCE: f64 = 1e-6;
 
-/// Largest distance of a given start from the equilibrium, in the scales of the coordinates, in addition to ten
-/// times the uncertainty of the equilibrium. It allows for starts that were written with six digits.
+/// Largest distance of a given start from the equilibrium, in the scales of the coordinates, in addition to
+/// ten times the uncertainty of the equilibrium. It allows for starts that were written with six digits.
 const MAX_START_ERROR: f64 = 1e-6;
 /// Distance beyond the last point at which the model is evaluated, to report why the branch ends there.
 const MODEL_PROBE_DISTANCE: f64 = 1e-4;

@@ -333,7 +333,8 @@ impl<M: Constraints> NewtonIteration<'_, M> {
         }
         let weighted = self.weighted_equations(statics, stiffness)?;
         let here = weighted.force.norm_squared();
-        let falls = statics
+        // Directions: the acceleration first, then those of growing stiffness.
+        let acceleration = statics
             .mass
             .clone()
             .cholesky()
@@ -345,7 +346,8 @@ impl<M: Constraints> NewtonIteration<'_, M> {
             let along = weighted.upper.solve_upper_triangular(&square.eigenvectors.column(k).into_owned())?;
             Some(&statics.tangent.positions * along)
         });
-        for direction in falls.into_iter().chain(soft) {
+        // The first point, to either side of one of them, at which ‖F‖ is smaller.
+        for direction in acceleration.into_iter().chain(soft) {
             let size = self.relative_change(state, &direction);
             if size <= 0.0 || !size.is_finite() {
                 continue;

@@ -195,6 +195,8 @@ impl<M: Constraints> Rolling<'_, M> {
             {
                 return self.accept(state, &here, iterations, &newton);
             }
+            // A share of the Newton step that fulfils the constraints and, if asked for, makes forces
+            // smaller.
             last = if change <= CONVERGED_CORRECTION { change } else { f64::INFINITY };
             let longest = if must_decrease { MAX_CHECKED_STEP } else { MAX_UNCHECKED_STEP };
             let mut part = (longest / change).min(1.0);

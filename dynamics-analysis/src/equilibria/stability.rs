@@ -227,6 +227,8 @@ fn stiffness_uncertainty<M: Constraints>(
     let distance = position_uncertainty(model, state, &here)?;
     let constants = model.constants().map_err(SolveError::from)?;
     let scales = scales(M::COORDINATES, state.q().as_slice());
+    // The largest elements nearby are the sizes of the terms. The slope of the elements times the uncertainty
+    // of the position is their drift.
     let (mut sizes, mut drift) = (here.stiffness.abs(), here.stiffness.map(|_| 0.0));
     for (j, coordinate) in order.iter().enumerate() {
         let mut slope = here.stiffness.map(|_| 0.0);

@@ -107,7 +107,8 @@ impl<R: Vector> Statics<R> {
         Ok(found)
     }
 
-    /// A stiffness matrix in which elements that are rounding are 0. `stiffness_at` gives it at another state.
+    /// A stiffness matrix in which elements that are rounding are 0. `stiffness_at` gives it at another
+    /// state.
     fn without_rounding<M: Constraints>(
         &self,
         mut stiffness: DMatrix<f64>,

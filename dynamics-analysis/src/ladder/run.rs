@@ -143,6 +143,7 @@ fn report(
         }
         differences.push(difference);
     }
+    // Its cost.
     let size = rung.size();
     Ok(RungReport {
         name: rung.name().to_string(),

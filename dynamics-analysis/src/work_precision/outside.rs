@@ -98,6 +98,7 @@ impl<M: Simulate> Study<'_, M> {
             Some(JsonValue::Text(text)) => Ok(text.clone()),
             _ => Err(format!("`{name}` is no text")),
         };
+        // Which run the line is about.
         if of_text("problem")? != self.problem {
             return Ok(None);
         }
@@ -109,6 +110,7 @@ impl<M: Simulate> Study<'_, M> {
         if field("failure").is_some() {
             return Ok(Some(Line { solver, tolerance, outcome: Err(of_text("failure")?) }));
         }
+        // Its cost.
         let number = |name: &str| match field(name) {
             None | Some(JsonValue::Null) => Ok(None),
             Some(JsonValue::Number(number)) if *number >= 0.0 => Ok(Some(*number)),
@@ -116,6 +118,7 @@ impl<M: Simulate> Study<'_, M> {
         };
         let time = number("time_us")?.filter(|time| *time > 0.0).ok_or("`time_us` is missing or 0")?;
         let time = Duration::try_from_secs_f64(time * 1e-6).map_err(|_| "`time_us` is too large")?;
+        // Its errors, from the end if that is given.
         let end = match field("end") {
             None => None,
             Some(JsonValue::Numbers(values)) => Some(self.end_of(values)?),

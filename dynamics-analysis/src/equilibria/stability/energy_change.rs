@@ -75,6 +75,7 @@ pub(super) fn energy_change<M: Constraints + Powers>(
     let Ok(constants) = model.constants() else { return EnergyChange::Unknown };
     let scales = scales(M::COORDINATES, state.q().as_slice());
     let Ok(here) = Statics::of(model, state, order) else { return EnergyChange::Unknown };
+    // Test forces at several positions.
     let mut tested = 0;
     for (sample, part) in POSITION_OFFSETS.into_iter().enumerate() {
         let step =
@@ -87,6 +88,7 @@ pub(super) fn energy_change<M: Constraints + Powers>(
         let Ok(before) = Statics::of(model, &at_time(&nearby, state.t()), order) else {
             return EnergyChange::Unknown;
         };
+        // They must not depend on time, and must have a potential.
         if !are_same(&before, &there) {
             return EnergyChange::Unknown;
         }
@@ -100,6 +102,7 @@ pub(super) fn energy_change<M: Constraints + Powers>(
         {
             return EnergyChange::Unknown;
         }
+        // Their power must be linear in the velocities, or dissipative.
         let velocities = &there.tangent.velocities;
         // The power of velocities that the damping matrix does not reach is tested separately.
         let undamped_basis = undamped.as_ref().map(|free| velocities * free);
