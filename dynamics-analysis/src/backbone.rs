@@ -49,6 +49,19 @@ const MAX_RELATIVE_DAMPING: f64 = 1e-9;
 /// multiple of the period.
 const MAX_PERIOD_CHANGE: f64 = 0.1;
 
+/// The last motion is reached within this share of its s.
+const END_TOLERANCE: f64 = 1e-12;
+/// Steps shorter than this, as lengths in coordinates, count as this long where deviations are compared with
+/// them: shooting is accurate to less.
+const MIN_SECANT: f64 = 1e-6;
+/// The first amplitude of the linear mode, in the smallest scale of a coordinate. It is then adapted to the
+/// energy.
+const FIRST_AMPLITUDE: f64 = 1e-3;
+/// Least number of motions that a family is asked for.
+const MIN_POINTS: usize = 4;
+/// Number of motions unless given.
+const DEFAULT_POINTS: usize = 40;
+
 /// A family of closed motions with its options, before it is followed.
 #[must_use = "a nonlinear mode is not followed until `.run()`"]
 pub struct Backbone<'m, M: Simulate> {
@@ -61,7 +74,7 @@ pub struct Backbone<'m, M: Simulate> {
 
 impl<'m, M: Simulate> Backbone<'m, M> {
     pub(crate) fn new(model: &'m M, rest: M::State, mode: usize) -> Self {
-        Self { model, rest, mode, energy: f64::NAN, points: 40 }
+        Self { model, rest, mode, energy: f64::NAN, points: DEFAULT_POINTS }
     }
 }
 
@@ -127,7 +140,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
     /// not conserved. If the family could not be followed up to the energy, the error contains what was
     /// computed.
     pub fn run(self) -> Result<BackboneCurve<M::State>, BackboneError<M::State>> {
-        if !(self.energy.is_finite() && self.energy > 0.0) || self.points < 4 {
+        if !(self.energy.is_finite() && self.energy > 0.0) || self.points < MIN_POINTS {
             return Err(BackboneError::Option { energy: self.energy, points: self.points });
         }
         let mode = self.linear_mode()?;
@@ -148,7 +161,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
         // The others, in steps of s, halved where none is found and lengthened after each success.
         let mut h = last / (self.points - 1) as f64;
         while let Some(here) = known.last().cloned() {
-            if here.s >= last * (1.0 - 1e-12) {
+            if here.s >= last * (1.0 - END_TOLERANCE) {
                 return Ok(curve);
             }
             let before = if known.len() < 2 { &resting } else { &known[known.len() - 2] };
@@ -195,7 +208,7 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
     ) -> Result<M::State, BackboneError<M::State>> {
         let scales = scales(M::COORDINATES, self.rest.q().as_slice());
         let measure = scales.iter().fold(f64::INFINITY, |least: f64, x| least.min(*x));
-        let mut size = 1e-3 * measure;
+        let mut size = FIRST_AMPLITUDE * measure;
         let mut state = self.rest;
         for _ in 0..4 {
             state = self.rest;
@@ -295,6 +308,6 @@ fn belongs<S: ModelState>(here: &Member, step: &DVector<f64>, period: f64, orbit
     // Velocities are divided by the frequency, so that they compare with coordinates.
     let rate = TAU / period;
     let size = |x: &DVector<f64>| x.rows(0, n).norm().hypot(x.rows(n, n).norm() / rate);
-    size(&deviation) <= MAX_DEVIATION_FROM_SECANT * size(step).max(1e-6)
+    size(&deviation) <= MAX_DEVIATION_FROM_SECANT * size(step).max(MIN_SECANT)
         && (orbit.period / period - 1.0).abs() < MAX_PERIOD_CHANGE
 }

@@ -66,6 +66,17 @@ use null_space::null_plane;
 use problem::{ContinuationPoint, ContinuationProblem, Direction, is_range};
 use trace::{ContinuationOptions, Sample, Tracer, check_near};
 
+/// The first step unless given. A branch whose scales are right begins with a few steps of this length; a
+/// longer one would often be halved.
+const DEFAULT_FIRST_STEP: f64 = 0.01;
+/// The longest step unless given: a branch along which the parameter crosses its range has twenty points at
+/// least, which draw a chart.
+const DEFAULT_LONGEST_STEP: f64 = 0.05;
+/// The shortest step. If a shorter one would be needed, the branch cannot be followed any further. Points are
+/// accurate to some 10⁻¹⁵, so that the tangent over a step is known to six digits.
+const SHORTEST_STEP: f64 = 1e-9;
+/// Largest number of points of a branch unless given. It ends branches that never leave the range.
+const DEFAULT_POINTS: usize = 2000;
 /// If the ratio of the smallest to the largest singular value of [K, F_p] at the start is below this, in
 /// scales of coordinates and with forces weighted by inertia, the branch has no unique direction. Rounding
 /// leaves about 10⁻¹⁶, differences by the parameter 10⁻¹³. A larger value refuses starts near branch
@@ -103,10 +114,10 @@ impl<F> Family<F> {
         let options = ContinuationOptions {
             name: "parameter".to_owned(),
             range: [f64::NAN; 2],
-            first: 0.01,
-            longest: 0.05,
-            shortest: 1e-9,
-            points: 2000,
+            first: DEFAULT_FIRST_STEP,
+            longest: DEFAULT_LONGEST_STEP,
+            shortest: SHORTEST_STEP,
+            points: DEFAULT_POINTS,
             load_control: false,
             #[cfg(feature = "progress")]
             progress: false,

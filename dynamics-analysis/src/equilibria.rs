@@ -49,6 +49,12 @@ pub(super) use search::periodic;
 use statics::excess;
 pub(super) use statics::{Statics, scales};
 
+/// Residual forces that may be left at another time, as a multiple of those that the search left.
+const RESIDUAL_FACTOR: f64 = 10.0;
+/// Up to this time after a state, in s, forces are sampled every twentieth of a second.
+const DENSE_UNTIL: f64 = 100.0;
+/// Up to about this time after a state, in s, forces are sampled.
+const SAMPLED_UNTIL: f64 = 1e6;
 /// Displacements along a direction without inertia at which balance is checked, for a largest element of 1:
 /// in rad for polar angles, so that they are no symmetric positions.
 const POLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
@@ -219,7 +225,7 @@ fn allowed_forces<M: Constraints>(
     state: &M::State,
     statics: &Statics<M::Rows>,
 ) -> Result<DVector<f64>, EquilibriumError> {
-    Ok(statics.noise(model, state)? * FORCE_NOISE_FACTOR + statics.force.abs() * 10.0)
+    Ok(statics.noise(model, state)? * FORCE_NOISE_FACTOR + statics.force.abs() * RESIDUAL_FACTOR)
 }
 
 /// Whether a nonholonomic constraint is active, which leaves more positions than velocities.
@@ -344,7 +350,7 @@ fn fastest<S: ModelState>(state: &S) -> f64 {
 /// Times after a state, in s, at which forces are sampled: every twentieth of a second up to 100 s, then in
 /// steps of a fiftieth of the time up to 10⁶ s.
 fn sample_times() -> impl Iterator<Item = f64> {
-    let late = core::iter::successors(Some(100.0), |t: &f64| (*t < 1e6).then_some(1.02 * t));
+    let late = core::iter::successors(Some(DENSE_UNTIL), |t: &f64| (*t < SAMPLED_UNTIL).then_some(1.02 * t));
     (1..2000).map(|k| 0.05 * f64::from(k)).chain(late)
 }
 

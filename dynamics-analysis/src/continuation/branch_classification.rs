@@ -17,7 +17,7 @@ use dynamics_runtime::model::{Constraints, Powers};
 
 use super::branch::SpecialKind;
 use super::problem::{Balance, Direction};
-use super::trace::{Sample, Tracer};
+use super::trace::{MAX_CORRECTION_AT_BRANCH_POINT, Sample, Tracer};
 
 /// First distance from the branch point at which an arm is examined, in the scales of coordinates and
 /// parameter.
@@ -135,8 +135,10 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
     ) -> Option<Sample<M>> {
         let guess = self.problem.moved(&balance.place, &direction.scaled(h));
         let coordinates = &balance.statics.tangent.coordinates;
-        let corrected =
-            self.problem.solve(&guess, coordinates, Some((direction, &guess)), None, 3.0 * h).ok()?;
+        let corrected = self
+            .problem
+            .solve(&guess, coordinates, Some((direction, &guess)), None, MAX_CORRECTION_AT_BRANCH_POINT * h)
+            .ok()?;
         self.sample(corrected.balance, direction).ok()
     }
 }

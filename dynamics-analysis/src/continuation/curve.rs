@@ -16,6 +16,16 @@ use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction,
 use super::step_control::{MAX_TURN, length_ratio};
 use crate::equilibria::{EquilibriumError, has_nonholonomic_rows, scales};
 
+/// The longest step unless given, as along branches.
+const DEFAULT_LONGEST_STEP: f64 = 0.05;
+/// Largest number of points unless given. Points of curves cost more than those of branches, because slopes
+/// of the test function are differences.
+const DEFAULT_POINTS: usize = 1000;
+/// The first step, as a share of the longest.
+const FIRST_STEP_SHARE: f64 = 0.2;
+/// Largest distance of the given special point from the first point of the curve. A point of a family that
+/// differs from that of the branch is refused.
+const MAX_START_CORRECTION: f64 = 1e-2;
 /// Shortest step along a curve. If a shorter one would be needed, the curve cannot be followed any further.
 const MIN_STEP: f64 = 1e-9;
 /// How far beyond the last point the model is evaluated, to report why the curve ends there.
@@ -82,7 +92,13 @@ pub(super) type Followed<S> = (TracedCurve<S>, Option<Option<EquilibriumError>>)
 
 impl<S: ModelState> CurveOptions<S> {
     pub(super) fn at(place: ContinuationPoint<S>) -> Self {
-        Self { place, ranges: [[f64::NAN; 2]; 2], longest: 0.05, points: 1000, backward: false }
+        Self {
+            place,
+            ranges: [[f64::NAN; 2]; 2],
+            longest: DEFAULT_LONGEST_STEP,
+            points: DEFAULT_POINTS,
+            backward: false,
+        }
     }
 
     /// Follows the curve. `not_found` is the error if the start is no such point.
@@ -118,7 +134,13 @@ impl<S: ModelState> CurveOptions<S> {
         let mut along = super::zero_direction(M::Vector::LEN);
         along.p[1] = if self.backward { -widths[1] } else { widths[1] };
         // The first point, at the given value of the second parameter.
-        let start = problem.solve(&self.place, &[], Some((&along, &self.place)), Some(&singular), 1e-2);
+        let start = problem.solve(
+            &self.place,
+            &[],
+            Some((&along, &self.place)),
+            Some(&singular),
+            MAX_START_CORRECTION,
+        );
         let Ok(start) = start else { return Err(not_found) };
         let Some(tangent) = problem.tangent(&start.balance, &along, Some(&singular)) else {
             return Err(not_found);
@@ -138,7 +160,7 @@ impl<S: ModelState> CurveOptions<S> {
         let mut here = start.balance;
         let mut curve = TracedCurve { points: Vec::new(), turns: Vec::new(), end: BranchEnd::Points };
         curve.points.push((here.place.p, here.place.state));
-        let (mut h, mut failure) = (0.2 * self.longest, None);
+        let (mut h, mut failure) = (FIRST_STEP_SHARE * self.longest, None);
         while curve.points.len() < self.points {
             let (next, along) = match step(problem, &here, &tangent, h, condition) {
                 Ok(taken) => taken,

@@ -29,6 +29,15 @@ const EIGENVALUE_ERROR_IN_EPSILONS: f64 = 16.0;
 /// Distance from the enclosed onset at which growth is measured once more. The ratio of both growth rates
 /// gives the distance of a square-root onset, so that it need not be small.
 const ONSET_PROBE_DISTANCE: f64 = 1e-5;
+/// Largest distance between the predictor and the point of that probe. The step is short, so that only a
+/// sharp bend of the branch needs it.
+const MAX_PROBE_CORRECTION: f64 = 1e-2;
+/// Bisections that enclose an onset; 50 exhaust the digits of a step.
+const MAX_BISECTIONS: usize = 50;
+/// Largest number of secant steps to the imaginary axis. They converge superlinearly.
+const MAX_SECANT_STEPS: usize = 12;
+/// The first secant step, out of flutter.
+const FIRST_SECANT_STEP: f64 = 1e-6;
 /// Dissipative terms below this share of all velocity terms are rounding.
 const DISSIPATION_ROUNDING: f64 = 1e-12;
 /// Largest distance along the branch between the place where growth exceeds rounding and the crossing of the
@@ -126,7 +135,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let (mut lo, mut hi) = (0.0, self.distance_ahead(a, b));
         let begins = counts[1] > counts[0];
         let mut flutter = self.duplicate(if begins { b } else { a })?;
-        for _ in 0..50 {
+        for _ in 0..MAX_BISECTIONS {
             let s = 0.5 * (lo + hi);
             if s <= lo || s >= hi {
                 break;
@@ -156,7 +165,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             let all = spectrum(sample)?;
             all.iter().filter(|x| x.im > 0.0 && grows(x, found.least_growth)).map(&of).reduce(f64::min)
         };
-        let ends = self.point_at(&found.flutter, found.inward * on, 1e-2).ok();
+        let ends = self.point_at(&found.flutter, found.inward * on, MAX_PROBE_CORRECTION).ok();
         let ends = ends.and_then(|(further, _)| Some([at(&found.flutter)?, at(&further)?]));
         ends.map_or(on, |[here, there]| {
             on * here * here / (there * there - here * here).max(f64::MIN_POSITIVE)
@@ -167,9 +176,9 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
     /// error along the branch. It starts beside the axis, where growth exceeds rounding.
     fn on_axis(&self, found: Enclosed<M>, first: Complex<f64>) -> (Sample<M>, f64, f64) {
         let from = found.flutter;
-        let (mut x, mut f) = ([0.0, -1e-6 * found.inward], first.re);
+        let (mut x, mut f) = ([0.0, -FIRST_SECANT_STEP * found.inward], first.re);
         let mut best: Option<(Sample<M>, f64, f64)> = None;
-        for _ in 0..12 {
+        for _ in 0..MAX_SECANT_STEPS {
             let Ok((sample, _)) = self.point_at(&from, x[1], MAX_DISTANCE_TO_AXIS) else { break };
             let Some(value) = spectrum(&sample).and_then(|all| nearest_pair(&all, first)) else { break };
             let slope = (value.re - f) / (x[1] - x[0]);

@@ -14,6 +14,10 @@ use nalgebra::{DMatrix, DVector};
 use super::null_space::null_plane;
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem};
 
+/// A unit whose coordinates are all below this at the start has only zeros there, up to rounding.
+const ZERO_SIZE: f64 = 1e-12;
+/// The scale of such coordinates, as a share of their linear change over the range of the parameter.
+const SHARE_OF_LINEAR_CHANGE: f64 = 0.1;
 /// Trial displacements are these numbers times the powers of ten of [`TRIAL_DECADES`]: a length scale is
 /// needed to a factor of three.
 const TRIAL_MANTISSAS: [f64; 2] = [1.0, 3.0];
@@ -55,15 +59,16 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             let same = (0..q.len()).filter(|j| M::COORDINATES[*j].unit == M::COORDINATES[i].unit);
             same.map(f).fold(0.0, f64::max)
         };
-        let is_zero = |i: &usize| M::COORDINATES[*i].unit != "rad" && of_unit(*i, &|j| q[j].abs()) < 1e-12;
+        let is_zero =
+            |i: &usize| M::COORDINATES[*i].unit != "rad" && of_unit(*i, &|j| q[j].abs()) < ZERO_SIZE;
         let zeros: Vec<usize> = (0..q.len()).filter(is_zero).collect();
         let direction = null_plane(self, balance)
             .map(|[direction, _]| direction)
             .filter(|_| self.fold_extent(balance).is_none());
         let moves = |i: usize| {
-            direction
-                .as_ref()
-                .map_or(0.0, |direction| 0.1 * (direction.q[i] / direction.p[0] * self.widths[0]).abs())
+            direction.as_ref().map_or(0.0, |direction| {
+                SHARE_OF_LINEAR_CHANGE * (direction.q[i] / direction.p[0] * self.widths[0]).abs()
+            })
         };
         let found: Vec<f64> = zeros.iter().map(|i| of_unit(*i, &moves)).collect();
         zeros

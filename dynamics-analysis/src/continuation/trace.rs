@@ -52,6 +52,17 @@ const CLOSURE_DISTANCE: f64 = 1e-6;
 const MAX_START_ERROR: f64 = 1e-6;
 /// Distance beyond the last point at which the model is evaluated, to report why the branch ends there.
 const MODEL_PROBE_DISTANCE: f64 = 1e-4;
+/// Largest distance between the predictor and the corrected point, as a share of the step: farther away the
+/// corrector has found another branch.
+const MAX_CORRECTION: f64 = 0.5;
+/// The same for the first step from a branch point, in steps. Its direction is known less accurately, because
+/// branches bend away from the null space.
+pub(super) const MAX_CORRECTION_AT_BRANCH_POINT: f64 = 3.0;
+/// A closed branch has more points than this.
+const MIN_POINTS_BEFORE_CLOSURE: usize = 3;
+/// A chord passes the first point of a closed branch within this share of the step: steps in which the
+/// tangent turns by less than 0.35 rad deviate from their chord by half of that.
+const MAX_CHORD_DISTANCE: f64 = 0.1;
 /// Steps that needed more corrections than this are followed by shorter ones.
 const MAX_EASY_CORRECTIONS: usize = 6;
 
@@ -230,6 +241,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
 
     /// One step of length h, or up to the end of the range.
     fn step(&self, here: &Sample<M>, h: f64, leaving: bool) -> Result<StepOutcome<M>, CorrectorError> {
+        let ratio = if leaving { MAX_CORRECTION_AT_BRANCH_POINT } else { MAX_CORRECTION };
         let [lo, hi] = self.options.range;
         let p = |sample: &Sample<M>| sample.place().p[0];
         let slope = here.tangent.p[0];
@@ -240,7 +252,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let mut found = None;
         // The corrector. A step that bends out of the range is cut at its end.
         if !last {
-            let reach = if leaving { 3.0 * s } else { 0.5 * s };
+            let reach = ratio * s;
             let (next, iterations) = match self.options.load_control {
                 true => self.point_at_parameter(here, s, reach)?,
                 false => self.point_at(here, s, reach)?,
@@ -253,14 +265,12 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         }
         let (mut next, iterations) = match found {
             Some(found) => found,
-            None => self.to_bound(here, s, bound, 0.5 * h)?,
+            None => self.to_bound(here, s, bound, MAX_CORRECTION * h)?,
         };
         if last {
             next.balance.place.p[0] = bound;
         }
-        let middle = self
-            .point_at(here, 0.5 * self.distance_ahead(here, &next), if leaving { 3.0 * s } else { 0.5 * s })?
-            .0;
+        let middle = self.point_at(here, 0.5 * self.distance_ahead(here, &next), ratio * s)?.0;
         let angle = self.problem.angle(&here.tangent, &next.tangent);
         if !leaving && (angle > MAX_TURN || self.deviates_from_cubic(here, &middle, &next)) {
             return Err(CorrectorError::NotConverged);
@@ -330,7 +340,8 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         here: &Sample<M>,
         next: &Sample<M>,
     ) -> bool {
-        if self.points.len() < 4 || self.problem.dot(direction, &next.tangent) < 0.5 {
+        if self.points.len() <= MIN_POINTS_BEFORE_CLOSURE || self.problem.dot(direction, &next.tangent) < 0.5
+        {
             return false;
         }
         let from_origin = |to: &Sample<M>| {
@@ -351,7 +362,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let mix = |x: [f64; 2], k: usize| (1.0 - part) * x[0] + part * if k == 0 { x[1] } else { 0.0 };
         let q = &before.q * (1.0 - part) + &after.q * part;
         let p = [mix([before.p[0], after.p[0]], 0), 0.0];
-        if self.problem.norm(&Direction { q, p }) > 0.1 * length {
+        if self.problem.norm(&Direction { q, p }) > MAX_CHORD_DISTANCE * length {
             return false;
         }
         // The branch itself passes through the first point. Otherwise this is another piece of it nearby.

@@ -15,6 +15,9 @@ use super::{Equilibrium, EquilibriumError, EquilibriumOptions, fastest, find_hol
 use crate::linearize::indices;
 use crate::numbers::Numbers;
 
+/// Equilibria are sorted by coordinates in units of the inverse of this, so that rounding does not change
+/// their order.
+const SORTED_RESOLUTION: f64 = 1e9;
 /// Velocities of one steady motion differ by at most this share of the fastest.
 const SAME_VELOCITY: f64 = 1e-6;
 /// Positions of one equilibrium differ by at most this share of their scale, in addition to ten times their
@@ -249,8 +252,9 @@ impl<S: ModelState> EquilibriumSet<S> {
             });
         }
         let mut order: Vec<usize> = (0..self.hits.len()).collect();
-        let key =
-            |i: &usize| self.equilibria[*i].state.q().as_slice().iter().map(|q| (q * 1e9).round() + 0.0);
+        let key = |i: &usize| {
+            self.equilibria[*i].state.q().as_slice().iter().map(|q| (q * SORTED_RESOLUTION).round() + 0.0)
+        };
         order.sort_by(|i, j| {
             key(i)
                 .zip(key(j))

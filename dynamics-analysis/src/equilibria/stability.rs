@@ -38,6 +38,9 @@ use super::statics::{Statics, model_terms, scales};
 use super::{EquilibriumError, check_persists};
 use crate::linearize::{Linearization, LinearizeError, eigenvector, general, linearize};
 
+/// Displacements, in the scales of the coordinates, with whose inertia that of a state is compared to find a
+/// pole.
+const POLE_PROBES: [f64; 2] = [0.1, -0.17];
 /// Displacements of a coordinate at which its ignorability is tested: in rad for angles, no parts of a turn.
 const IGNORABLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
 /// Terms that change by at most this share of their largest element do not depend on a coordinate.
@@ -120,7 +123,7 @@ fn check_no_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equi
     let here = Statics::of(model, state, &[])?;
     let constants = model.constants().map_err(SolveError::from)?;
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    for part in [0.1, -0.17] {
+    for part in POLE_PROBES {
         let spread = |i: usize| part * (1.0 + 0.618 * i as f64).sin();
         let step = DVector::from_fn(scales.len(), |i, _| scales[i] * spread(i));
         // Where no position fulfils the constraints, there is no sample.
