@@ -1,7 +1,7 @@
 //! Buckling loads as an eigenvalue problem.
 //!
-//! Along the branch through the start the stiffness is K₀ + (p − p₀) K₁ to first order, with K₁ =
-//! dK/dp along the branch. It vanishes along x if
+//! Along the branch through the start the stiffness is K₀ + (p − p₀) K₁ to first order, with
+//! K₁ = dK/dp along the branch. It vanishes along x if
 //!
 //! ```text
 //! K₀ x = −(p − p₀) K₁ x

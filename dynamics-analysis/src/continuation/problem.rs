@@ -1,7 +1,7 @@
 //! Balance as equations for coordinates and parameters together.
 //!
-//! At a point (q, p) that need not be in balance, nor exactly on the constraints, the equations are F = Eᵀr
-//! = 0 for the independent coordinates z and the parameters, with r = −Q − Φ_qᵀλ at q̈ = 0
+//! At a point (q, p) that need not be in balance, nor exactly on the constraints, the equations are
+//! F = Eᵀr = 0 for the independent coordinates z and the parameters, with r = −Q − Φ_qᵀλ at q̈ = 0
 //! (`equilibria/statics.rs`). To first order
 //!
 //! ```text

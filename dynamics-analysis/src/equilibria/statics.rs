@@ -11,8 +11,8 @@ use super::rounding::clear_rounding;
 pub(crate) use crate::linearize::scales;
 use crate::linearize::{LinearizeError, Tangent};
 
-/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr, where r = −Q −
-/// Φ_qᵀλ at q̈ = 0, and K = ∂F/∂z.
+/// Balance in the independent coordinates z and velocities v of a position: F = Eᵀr, where
+/// r = −Q − Φ_qᵀλ at q̈ = 0, and K = ∂F/∂z.
 ///
 /// λ is chosen so that r vanishes on all dependent coordinates. What the change of E would contribute,
 /// (∂E)ᵀr, is then 0, as E is constant on the independent ones: K is the exact derivative of F along the
