@@ -9,7 +9,7 @@ use dynamics_runtime::model::{Constraints, Kink, MOST_KINKS, ModelState, Vector}
 use nalgebra::DVector;
 
 use super::EquilibriumError;
-use super::displacement::{displaced, projected};
+use super::displacement::{displaced, projected, size_in_scales};
 use super::statics::{Statics, scales};
 
 /// The first distance downhill, in the scales of the coordinates.
@@ -35,7 +35,7 @@ pub(super) fn downhill_corner<M: Constraints>(
     let scales = scales(M::COORDINATES, state.q().as_slice());
     // The direction of the acceleration from rest: M v̇ = −F.
     let direction = &statics.tangent.velocities * mass.solve(&-&statics.force);
-    let size = direction.iter().zip(&scales).fold(0.0, |most: f64, (x, scale)| most.max(x.abs() / scale));
+    let size = size_in_scales(&direction, &scales);
     if size <= 0.0 || !size.is_finite() {
         return Ok(None);
     }

@@ -11,6 +11,11 @@ pub(super) fn displaced<S: ModelState>(state: &S, step: &DVector<f64>) -> S {
     nearby
 }
 
+/// The largest element of a displacement, each relative to the scale of its coordinate.
+pub(super) fn size_in_scales(step: &DVector<f64>, scales: &[f64]) -> f64 {
+    step.iter().zip(scales).fold(0.0, |most: f64, (d, scale)| most.max(d.abs() / scale))
+}
+
 /// The state whose positions are projected onto the constraints; `None` if that fails.
 pub(super) fn projected<M: Constraints>(
     model: &M,

@@ -23,7 +23,7 @@ use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
 use super::balanced_svd::BalancedSvd;
-use super::displacement::displaced;
+use super::displacement::{displaced, size_in_scales};
 use super::rounding::FORCE_NOISE_FACTOR;
 use super::soft_directions::SoftDirections;
 use super::statics::{Statics, scales};
@@ -222,8 +222,7 @@ impl<M: Constraints> NewtonIteration<'_, M> {
 
     /// The largest change of a coordinate, in its scale.
     fn relative_change(&self, state: &M::State, change: &DVector<f64>) -> f64 {
-        let scales = scales(M::COORDINATES, state.q().as_slice());
-        change.iter().zip(scales).fold(0.0, |most, (d, scale)| most.max(d.abs() / scale))
+        size_in_scales(change, &scales(M::COORDINATES, state.q().as_slice()))
     }
 
     /// The position after a change of the independent coordinates. `None` if the projection onto the

@@ -19,7 +19,7 @@ use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
-use super::displacement::displaced;
+use super::displacement::{displaced, size_in_scales};
 use super::rounding::FORCE_NOISE_FACTOR;
 use super::statics::excess;
 use super::{Equilibrium, EquilibriumError, conditioning, sample_times, vector};
@@ -235,9 +235,9 @@ impl<M: Constraints> Rolling<'_, M> {
             .unwrap_or_else(|_| DVector::zeros(here.tangent.coordinates.len()))
     }
 
+    /// The largest change of a coordinate, in its scale.
     fn relative_change(&self, state: &M::State, change: &DVector<f64>) -> f64 {
-        let scales = scales(M::COORDINATES, state.q().as_slice());
-        change.iter().zip(scales).fold(0.0, |most, (d, scale)| most.max(d.abs() / scale))
+        size_in_scales(change, &scales(M::COORDINATES, state.q().as_slice()))
     }
 
     /// The steady motion at a state where the iteration converged. Its linearisation has to be steady, too.

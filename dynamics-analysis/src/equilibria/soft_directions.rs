@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
 use super::balanced_svd::BalancedSvd;
-use super::displacement::{displaced, projected};
+use super::displacement::{displaced, projected, size_in_scales};
 use super::rounding::FORCE_NOISE_FACTOR;
 use super::statics::{Statics, scales};
 
@@ -84,6 +84,8 @@ pub(super) struct SoftDirections<'a, M: Constraints> {
 impl<M: Constraints> SoftDirections<'_, M> {
     /// The uncertainty of the independent coordinates along all soft directions.
     pub(super) fn reach(&self) -> Result<DVector<f64>, EquilibriumError> {
+        use RoundingExtent::{Ends, Unbounded};
+
         let mut reach = DVector::zeros(self.statics.stiffness.ncols());
         let sigma = &self.factors.svd.singular_values;
         let (Some(u), Some(v_t)) = (&self.factors.svd.u, &self.factors.svd.v_t) else { return Ok(reach) };
@@ -92,28 +94,27 @@ impl<M: Constraints> SoftDirections<'_, M> {
             let left = u.column(k).component_mul(&self.factors.rows);
             let along = v_t.row(k).transpose().component_mul(&self.factors.columns);
             let all = &self.statics.tangent.positions * &along;
-            let size = all.iter().zip(&scales).fold(0.0, |most: f64, (x, scale)| most.max(x.abs() / scale));
+            let size = size_in_scales(&all, &scales);
             // If K is zero, all directions are soft.
             let is_soft = sigma[k] <= SOFT_SINGULAR_VALUE * sigma.amax()
                 || left.abs().dot(self.noise) / sigma[k] * size > MAX_TRUSTED_DISPLACEMENT;
             if !is_soft || size <= 0.0 || !size.is_finite() {
                 continue;
             }
-            let extents = self.extents(&left, &(&along / size), k)?;
-            let far = match extents {
-                [RoundingExtent::Unbounded, RoundingExtent::Unbounded]
-                    if self.depends_far_away(&(&all / size))? =>
-                {
+            let extent = match self.extents(&left, &(&along / size), k)? {
+                // A continuum of equilibria, unless forces act far away.
+                [Unbounded, Unbounded] if self.depends_far_away(&(&all / size))? => {
                     return Err(self.faded(&all, &scales));
                 }
-                [RoundingExtent::Unbounded, RoundingExtent::Unbounded] => 0.0,
-                [RoundingExtent::Ends(a, _), RoundingExtent::Ends(b, _)] => a.max(b),
-                [RoundingExtent::Ends(_, true), _] | [_, RoundingExtent::Ends(_, true)] => {
-                    return Err(self.faded(&all, &scales));
-                }
-                [RoundingExtent::Ends(a, _), _] | [_, RoundingExtent::Ends(a, _)] => a,
+                [Unbounded, Unbounded] => 0.0,
+                // An isolated equilibrium.
+                [Ends(a, _), Ends(b, _)] => a.max(b),
+                // Forces act to one side only, without a change of branch: to the other side they have faded.
+                [Ends(_, true), _] | [_, Ends(_, true)] => return Err(self.faded(&all, &scales)),
+                // Another branch of the model begins to one side.
+                [Ends(a, _), _] | [_, Ends(a, _)] => a,
             };
-            reach += along.abs() * (far / size);
+            reach += along.abs() * (extent / size);
         }
         Ok(reach)
     }

@@ -251,7 +251,7 @@ fn stiffness_uncertainty<M: Constraints>(
                 continue;
             }
             sizes.zip_apply(&there.stiffness, |size, x| *size = size.max(x.abs()));
-            if part.abs() < 0.1 {
+            if part.abs() == near {
                 let change = (&there.stiffness - &here.stiffness).abs() / step.abs();
                 slope.zip_apply(&change, |slope, x| *slope = f64::max(*slope, x));
             }

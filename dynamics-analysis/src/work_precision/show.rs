@@ -120,10 +120,8 @@ impl<M: Simulate> Study<'_, M> {
         let both = |part| [Cost::Time, Cost::Evaluations].map(|cost| self.panel(part, cost));
         // Parts whose errors are all 0, such as multipliers of inactive constraints, have no place on a
         // logarithmic axis.
-        let runs = || {
-            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
-        };
-        let shown = |part: &ErrorOf| runs().any(|run| run.errors.of(*part).is_some_and(|error| error > 0.0));
+        let shown =
+            |part: &ErrorOf| self.runs().any(|run| run.errors.of(*part).is_some_and(|error| error > 0.0));
         self.parts().into_iter().filter(shown).flat_map(both).collect()
     }
 
@@ -237,10 +235,7 @@ impl<M: Simulate> Study<'_, M> {
             let value = self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
             let _ = write!(text, "{} {} in {part}", if i == 0 { "" } else { "," }, readable(value, 2));
         }
-        let repeats = || {
-            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
-        };
-        let _ = write!(text, "; {}", repeated(repeats().filter_map(|run| run.repeats)));
+        let _ = write!(text, "; {}", repeated(self.runs().filter_map(|run| run.repeats)));
         text
     }
 

@@ -119,6 +119,12 @@ impl<M: Simulate> Study<'_, M> {
         self.cost_of(self.curve(curve)?, part, error, cost)
     }
 
+    /// All runs that succeeded.
+    pub(super) fn runs(&self) -> impl Iterator<Item = &RunMeasurement> {
+        let points = self.curves.iter().flat_map(|curve| &curve.points);
+        points.filter_map(|point| point.outcome.as_ref().ok())
+    }
+
     /// See [`Study::cost`].
     pub(super) fn cost_of(
         &self,

@@ -25,10 +25,7 @@ const MIN_UNCERTAINTIES_APART: f64 = 10.0;
 impl<M: Simulate> Study<'_, M> {
     /// Refuses a study that is not valid.
     pub(super) fn check(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
-        let runs = || {
-            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
-        };
-        if runs().next().is_none() {
+        if self.runs().next().is_none() {
             let first = self.curves.iter().find_map(|curve| Some((curve, curve.points.first()?)));
             let (method, reason) = first.map_or_else(Default::default, |(curve, point)| {
                 (curve.name.clone(), point.outcome.as_ref().err().cloned().unwrap_or_default())
@@ -36,7 +33,7 @@ impl<M: Simulate> Study<'_, M> {
             return Err(WorkPrecisionError::NoRunSucceeded { method, reason });
         }
         let Errors { positions, velocities, .. } = self.reference.uncertainty;
-        if !runs().any(|run| run.errors.positions > positions || run.errors.velocities > velocities) {
+        if !self.runs().any(|run| run.errors.positions > positions || run.errors.velocities > velocities) {
             return Err(WorkPrecisionError::NothingToBelieve { uncertainty: positions });
         }
         // A reference that was found has shorter steps than any run, and is not in doubt.
@@ -49,12 +46,7 @@ impl<M: Simulate> Study<'_, M> {
 
     /// Whether two runs are much nearer to each other than to the end that was given.
     fn is_suspicious(&self) -> bool {
-        let runs = self
-            .curves
-            .iter()
-            .flat_map(|curve| &curve.points)
-            .filter_map(|point| point.outcome.as_ref().ok());
-        let runs: Vec<&RunMeasurement> = runs.collect();
+        let runs: Vec<&RunMeasurement> = self.runs().collect();
         (1..runs.len())
             .any(|k| runs[..k].iter().any(|other| self.agree(runs[k], other, SUSPICIOUS_RATIO).is_some()))
     }
