@@ -274,13 +274,13 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         let model = problem.model([self.value, 0.0])?;
         let place = self.start_in_balance(&model, problem)?;
         let balance = problem.balance(&place, &[])?;
-        let lost = || ContinuationError::NotIsolated { coordinate: M::COORDINATES[0].name };
-        let [direction, _] = null_plane(problem, &balance).ok_or_else(lost)?;
+        let not_isolated = || ContinuationError::NotIsolated { coordinate: M::COORDINATES[0].name };
+        let [direction, _] = null_plane(problem, &balance).ok_or_else(not_isolated)?;
         let along = direction.scaled(if direction.p[0] * sign < 0.0 { -1.0 } else { 1.0 });
         let tracer = Tracer::new(problem, &self.options, &[]);
         tracer.sample(balance, &along).map_err(|missed| match missed {
             newton::CorrectorError::Model(error) => ContinuationError::Start(error),
-            newton::CorrectorError::NotConverged => lost(),
+            newton::CorrectorError::NotConverged => not_isolated(),
         })
     }
 }

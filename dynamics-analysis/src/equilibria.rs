@@ -273,8 +273,8 @@ fn vector<V: Vector>(values: &[f64]) -> V {
 
 fn conditioning<M: Constraints>(state: &M::State, uncertainty: &[f64]) -> f64 {
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    let lost = uncertainty.iter().zip(scales).map(|(error, scale)| error / (f64::EPSILON * scale));
-    lost.fold(1.0, f64::max)
+    let ratios = uncertainty.iter().zip(scales).map(|(error, scale)| error / (f64::EPSILON * scale));
+    ratios.fold(1.0, f64::max)
 }
 
 /// Checks that the velocities fulfil the constraints. At rest, no constraint may move.

@@ -123,7 +123,7 @@ fn critical_loads<M: Constraints>(
     let n = balance.size();
     let here = balance.stiffness();
     // The straight continuation of the branch, back on the constraints.
-    let at = |change: f64| {
+    let stiffness_at = |change: f64| {
         let place =
             problem.projected(&problem.moved(&balance.place, &direction.scaled(change)), &balance.statics)?;
         let there = problem.statics(&place, &balance.statics.tangent.coordinates).ok()?;
@@ -132,7 +132,7 @@ fn critical_loads<M: Constraints>(
     };
     // K₁, a difference along the branch.
     let column = |k: DMatrix<f64>| DVector::from_column_slice(k.as_slice());
-    let (slope, _) = difference(0.0, problem.widths[0], |change| at(change).map(column))?;
+    let (slope, _) = difference(0.0, problem.widths[0], |change| stiffness_at(change).map(column))?;
     let slope = DMatrix::from_column_slice(n, n, slope.as_slice());
     let is_asymmetric = |k: &DMatrix<f64>| (k - k.transpose()).amax() > MAX_ASYMMETRY * k.amax();
     if is_asymmetric(&here) || is_asymmetric(&slope) {
@@ -157,7 +157,7 @@ fn critical_loads<M: Constraints>(
             continue;
         }
         let Some(x) = lower.tr_solve_lower_triangular(&vector.into_owned()) else { continue };
-        let nonlinearity = at(change).map_or(f64::NAN, |k| (k * &x).amax() / (&here * &x).amax());
+        let nonlinearity = stiffness_at(change).map_or(f64::NAN, |k| (k * &x).amax() / (&here * &x).amax());
         let mut unknowns = DVector::zeros(n + problem.count);
         unknowns.rows_mut(0, n).copy_from(&x);
         let mode: Direction = balance.direction(&unknowns, problem.count);

@@ -86,9 +86,9 @@ pub(super) struct TracedCurve<S> {
 /// The further equation g = 0 near a point; `None` if there is none.
 type Condition<'c, M> = dyn Fn(&Balance<M>) -> Option<SingularityCondition> + 'c;
 
-/// A curve. If it could not be followed to its end, the second value is `Some`, with the error of the model
-/// beyond if the model is the reason.
-pub(super) type Followed<S> = (TracedCurve<S>, Option<Option<EquilibriumError>>);
+/// A curve, and the error if it could not be followed to its end: what is wrong with the model beyond, if
+/// that is the reason.
+pub(super) type Followed<S> = (TracedCurve<S>, Result<(), Option<EquilibriumError>>);
 
 impl<S: ModelState> CurveOptions<S> {
     pub(super) fn at(place: ContinuationPoint<S>) -> Self {
@@ -170,7 +170,7 @@ impl<S: ModelState> CurveOptions<S> {
                     if h < MIN_STEP {
                         // Near the end of a model slopes do not exist. The model beyond it says why.
                         let beyond = problem.moved(&here.place, &tangent.scaled(MODEL_PROBE_DISTANCE));
-                        return (curve, Some(failure.or_else(|| problem.balance(&beyond, &[]).err())));
+                        return (curve, Err(failure.or_else(|| problem.balance(&beyond, &[]).err())));
                     }
                     continue;
                 }
@@ -193,7 +193,7 @@ impl<S: ModelState> CurveOptions<S> {
                     curve.points.push((place.p, place.state));
                 }
                 curve.end = BranchEnd::Range;
-                return (curve, None);
+                return (curve, Ok(()));
             }
             let of_parameters =
                 |k: usize| tangent.p[k] * along.p[k] / (problem.widths[k] * problem.widths[k]);
@@ -205,7 +205,7 @@ impl<S: ModelState> CurveOptions<S> {
             (here, tangent, failure) = (next.balance, along, None);
             curve.points.push((here.place.p, here.place.state));
         }
-        (curve, None)
+        (curve, Ok(()))
     }
 }
 
@@ -213,18 +213,18 @@ impl<S: ModelState> CurveOptions<S> {
 /// a change, all points are checked.
 fn cut_where_time_matters<M: Constraints>(
     problem: &ContinuationProblem<'_, M>,
-    (mut curve, lost): Followed<M::State>,
+    (mut curve, end): Followed<M::State>,
 ) -> Followed<M::State> {
-    let at = |(p, state): &([f64; 2], M::State)| {
+    let time_error_at = |(p, state): &([f64; 2], M::State)| {
         let found = problem.check_times(&ContinuationPoint { state: *state, p: *p });
         found.err().filter(EquilibriumError::is_of_time)
     };
-    let Some(of_last) = curve.points.last().and_then(at) else { return (curve, lost) };
-    let first = curve.points.iter().enumerate().find_map(|(k, point)| Some((k, at(point)?)));
+    let Some(of_last) = curve.points.last().and_then(time_error_at) else { return (curve, end) };
+    let first = curve.points.iter().enumerate().find_map(|(k, point)| Some((k, time_error_at(point)?)));
     let (known, reason) = first.unwrap_or((curve.points.len() - 1, of_last));
     curve.points.truncate(known);
     curve.turns.retain(|turn| *turn < known);
-    (curve, Some(Some(reason)))
+    (curve, Err(Some(reason)))
 }
 
 /// One step of length h: the next point and the tangent there.

@@ -160,15 +160,15 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
     /// The distance along the branch from the enclosed point back to the onset, of a quantity that begins as
     /// a square root of the distance, by its values there and a little farther on.
     fn distance_to_onset(&self, found: &Enclosed<M>, of: impl Fn(&Complex<f64>) -> f64) -> f64 {
-        let on = ONSET_PROBE_DISTANCE;
-        let at = |sample: &Sample<M>| {
+        let least_value = |sample: &Sample<M>| {
             let all = spectrum(sample)?;
             all.iter().filter(|x| x.im > 0.0 && grows(x, found.least_growth)).map(&of).reduce(f64::min)
         };
-        let ends = self.point_at(&found.flutter, found.inward * on, MAX_PROBE_CORRECTION).ok();
-        let ends = ends.and_then(|(further, _)| Some([at(&found.flutter)?, at(&further)?]));
-        ends.map_or(on, |[here, there]| {
-            on * here * here / (there * there - here * here).max(f64::MIN_POSITIVE)
+        let ends =
+            self.point_at(&found.flutter, found.inward * ONSET_PROBE_DISTANCE, MAX_PROBE_CORRECTION).ok();
+        let ends = ends.and_then(|(further, _)| Some([least_value(&found.flutter)?, least_value(&further)?]));
+        ends.map_or(ONSET_PROBE_DISTANCE, |[here, there]| {
+            ONSET_PROBE_DISTANCE * here * here / (there * there - here * here).max(f64::MIN_POSITIVE)
         })
     }
 

@@ -49,18 +49,18 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
         let fold = |balance: &_| SingularityCondition::near(balance, false, None);
         let found = self.plan.run::<M>(&make, &fold, ContinuationError::NoFold)?;
-        let of = |curve: TracedCurve<M::State>| FoldCurve {
+        let result = |curve: TracedCurve<M::State>| FoldCurve {
             points: curve.points,
             cusps: curve.turns,
             end: curve.end,
             coordinates: M::COORDINATES,
         };
         match found {
-            (curve, None) => Ok(of(curve)),
-            (curve, Some(reason)) => Err(ContinuationError::FoldCurve {
+            (curve, Ok(())) => Ok(result(curve)),
+            (curve, Err(reason)) => Err(ContinuationError::FoldCurve {
                 at: curve.points.last().map_or([f64::NAN; 2], |(p, _)| *p),
                 reason,
-                curve: Box::new(of(curve)),
+                curve: Box::new(result(curve)),
             }),
         }
     }

@@ -67,7 +67,7 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
             last.set(now);
             Some(SingularityCondition::imaginary_pair(balance, HopfTest { frequency: now, undamped }))
         };
-        let (curve, lost) = self.plan.run::<M>(&make, &hopf, ContinuationError::NoHopf)?;
+        let (curve, outcome) = self.plan.run::<M>(&make, &hopf, ContinuationError::NoHopf)?;
         // The frequency at each point, near that at the point before.
         let mut frequencies = Vec::with_capacity(curve.points.len());
         let mut now = frequency;
@@ -78,22 +78,22 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
         // A curve that ends with a small and falling frequency ends where the frequency is zero.
         let most = frequencies.iter().fold(0.0, |most: f64, x| most.max(*x));
         let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < MAX_RATIO_AT_ZERO_FREQUENCY * most);
-        let of = |curve: TracedCurve<M::State>, end| HopfCurve {
+        let result = |curve: TracedCurve<M::State>, end| HopfCurve {
             points: curve.points,
             frequencies,
             end,
             coordinates: M::COORDINATES,
         };
-        match lost {
-            None => {
+        match outcome {
+            Ok(()) => {
                 let end = curve.end;
-                Ok(of(curve, end))
+                Ok(result(curve, end))
             }
-            Some(None) if slow => Ok(of(curve, BranchEnd::ZeroFrequency)),
-            Some(reason) => Err(ContinuationError::HopfCurve {
+            Err(None) if slow => Ok(result(curve, BranchEnd::ZeroFrequency)),
+            Err(reason) => Err(ContinuationError::HopfCurve {
                 at: curve.points.last().map_or([f64::NAN; 2], |(p, _)| *p),
                 reason,
-                curve: Box::new(of(curve, BranchEnd::Points)),
+                curve: Box::new(result(curve, BranchEnd::Points)),
             }),
         }
     }

@@ -208,26 +208,26 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         crossing: Option<usize>,
         is_fold: bool,
     ) -> f64 {
-        let own = f64::EPSILON * balance.place.p[0].abs();
+        let own_rounding = f64::EPSILON * balance.place.p[0].abs();
         let (Some(singular), Ok(noise)) = (
             SingularityCondition::near(balance, false, None),
             balance.statics.noise(&balance.model, &balance.place.state),
         ) else {
-            return own;
+            return own_rounding;
         };
         if is_fold {
             let Some(left) = balance.mass().cholesky().map(|mass| mass.solve(&singular.borders[0])) else {
-                return own;
+                return own_rounding;
             };
             let noise: f64 = balance.free.iter().zip(left.iter()).map(|(k, x)| noise[*k] * x.abs()).sum();
-            return own + noise / left.dot(&balance.by_parameter(0)).abs().max(f64::MIN_POSITIVE);
+            return own_rounding + noise / left.dot(&balance.by_parameter(0)).abs().max(f64::MIN_POSITIVE);
         }
         let change = |k: usize| {
             Some(a.test_functions.matching(k, &b.test_functions)? - a.test_functions.stiffnesses[k])
         };
         let per_stiffness =
             crossing.and_then(change).map_or(0.0, |d| ((b.place().p[0] - a.place().p[0]) / d).abs());
-        own + 8.0 * f64::EPSILON * a.test_functions.stiffest().map_or(0.0, f64::abs) * per_stiffness
+        own_rounding + 8.0 * f64::EPSILON * a.test_functions.stiffest().map_or(0.0, f64::abs) * per_stiffness
     }
 
     /// The largest scale of a displacement, in units of √inertia.

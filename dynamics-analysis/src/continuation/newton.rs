@@ -208,10 +208,10 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             let n = balance.size();
             let step = linear(&matrix, &-&right).ok_or(CorrectorError::NotConverged)?;
             let scales = DVector::from_fn(n + self.count, |j, _| self.scale_of(&balance, j));
-            let by = balance.direction(&step, self.count);
-            let by = Direction { q: &by.q + &balance.offset, ..by };
-            let change = self.norm(&by);
-            let away = self.distance(guess, &self.moved(&place, &by));
+            let correction = balance.direction(&step, self.count);
+            let correction = Direction { q: &correction.q + &balance.offset, ..correction };
+            let change = self.norm(&correction);
+            let away = self.distance(guess, &self.moved(&place, &correction));
             if !(change.is_finite() && away <= reach) {
                 return Err(CorrectorError::NotConverged);
             }
@@ -232,7 +232,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
                 return Ok(CorrectedPoint {
                     balance,
                     iterations,
-                    parameter_error: by.p[0].abs() * series,
+                    parameter_error: correction.p[0].abs() * series,
                     beta,
                 });
             }
@@ -240,7 +240,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             if singular.is_some_and(|singular| singular.branching) {
                 beta += step[n + self.count];
             }
-            place = self.moved(&place, &by);
+            place = self.moved(&place, &correction);
         }
         Err(CorrectorError::NotConverged)
     }

@@ -115,8 +115,9 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         a: &ContinuationPoint<M::State>,
         b: &ContinuationPoint<M::State>,
     ) -> Direction {
-        let of = |place: &ContinuationPoint<M::State>| DVector::from_column_slice(place.state.q().as_slice());
-        Direction { q: of(b) - of(a), p: [b.p[0] - a.p[0], b.p[1] - a.p[1]] }
+        let coordinates =
+            |place: &ContinuationPoint<M::State>| DVector::from_column_slice(place.state.q().as_slice());
+        Direction { q: coordinates(b) - coordinates(a), p: [b.p[0] - a.p[0], b.p[1] - a.p[1]] }
     }
 
     /// The scalar product of two directions, in the scales of coordinates and parameters.
@@ -205,17 +206,17 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         let mut derivative_error: f64 = 0.0;
         // F_p and P of each parameter, by differences.
         for k in 0..self.count {
-            let at = |value: f64| {
+            let model_at = |value: f64| {
                 let mut p = place.p;
                 p[k] = value;
                 self.model(p).ok()
             };
             let of_rows = difference(place.p[k], self.widths[k], |value| {
-                let moved = at(value)?.residual(&place.state);
+                let moved = model_at(value)?.residual(&place.state);
                 Some(column(&moved).column(0).into_owned())
             })?;
             let of_force = difference(place.p[k], self.widths[k], |value| {
-                statics.force_nearby(&at(value)?, &place.state).ok()
+                statics.force_nearby(&model_at(value)?, &place.state).ok()
             })?;
             let dependent =
                 statics.tangent.particular(&DMatrix::from_columns(&[of_rows.0])).column(0).into_owned();

@@ -153,11 +153,11 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
     /// The largest stiffness per inertia at a position, over the range of the parameter.
     fn largest_stiffness(&self, balance: &Balance<M>) -> Option<f64> {
         let here = balance.stiffness_per_inertia()?.1.amax();
-        let at = |p: f64| {
+        let stiffness_at = |p: f64| {
             let moved = ContinuationPoint { p: [p, balance.place.p[1]], ..balance.place };
             Some(self.stiffness_per_inertia_at(&self.projected(&moved, &balance.statics)?, balance)?.amax())
         };
-        let ends = [-0.5, 0.5].map(|part| at(balance.place.p[0] + part * self.widths[0]));
+        let ends = [-0.5, 0.5].map(|part| stiffness_at(balance.place.p[0] + part * self.widths[0]));
         Some(ends.into_iter().flatten().filter(|x| x.is_finite()).fold(here, f64::max))
     }
 

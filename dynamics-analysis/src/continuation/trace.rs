@@ -440,16 +440,22 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
 
     /// The number of points before forces change with time, and the reason.
     fn first_change_in_time(&self) -> Option<(usize, EquilibriumError)> {
-        let at = |state: M::State, parameter: f64| {
+        let time_error_at = |state: M::State, parameter: f64| {
             let found = self.problem.check_times(&ContinuationPoint { state, p: [parameter, 0.0] });
             found.err().filter(EquilibriumError::is_of_time)
         };
-        let last = self.points.last().and_then(|point| at(point.state, point.parameter));
-        let special =
-            || self.special.iter().find_map(|one| Some((one.arclength, at(one.state, one.parameter)?)));
+        let last = self.points.last().and_then(|point| time_error_at(point.state, point.parameter));
+        let special = || {
+            self.special
+                .iter()
+                .find_map(|one| Some((one.arclength, time_error_at(one.state, one.parameter)?)))
+        };
         let (arclength, reason) = last.map(|reason| (f64::INFINITY, reason)).or_else(special)?;
-        let first =
-            self.points.iter().enumerate().find_map(|(k, one)| Some((k, at(one.state, one.parameter)?)));
+        let first = self
+            .points
+            .iter()
+            .enumerate()
+            .find_map(|(k, one)| Some((k, time_error_at(one.state, one.parameter)?)));
         let before = self.points.iter().filter(|point| point.arclength <= arclength).count();
         Some(first.filter(|(k, _)| *k <= before).unwrap_or((before, reason)))
     }

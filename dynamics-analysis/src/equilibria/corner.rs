@@ -40,7 +40,7 @@ pub(super) fn downhill_corner<M: Constraints>(
         return Ok(None);
     }
     let direction = direction / size;
-    let at = |s: f64| projected(model, constants, displaced(state, &(&direction * s)));
+    let state_at = |s: f64| projected(model, constants, displaced(state, &(&direction * s)));
     // The first change of a branch along it, by doubling and bisection.
     let side = |nearby: &M::State| {
         let mut kinks = [Kink::NONE; MOST_KINKS];
@@ -50,21 +50,21 @@ pub(super) fn downhill_corner<M: Constraints>(
     let here = side(state);
     let Some((mut lo, mut hi)) = (0..MAX_DOUBLINGS).find_map(|k| {
         let s = FIRST_DISTANCE * f64::powi(2.0, k as i32);
-        let changed = at(s).is_some_and(|nearby| side(&nearby) != here);
+        let changed = state_at(s).is_some_and(|nearby| side(&nearby) != here);
         changed.then_some((if k == 0 { 0.0 } else { 0.5 * s }, s))
     }) else {
         return Ok(None);
     };
     for _ in 0..MAX_BISECTIONS {
         let middle = 0.5 * (lo + hi);
-        match at(middle) {
+        match state_at(middle) {
             Some(nearby) if side(&nearby) == here => lo = middle,
             _ => hi = middle,
         }
     }
     // Positions to both sides of it, at a distance that exceeds rounding.
     let far = (hi - lo).max(CORNER_MARGIN * hi);
-    let (Some(before), Some(after)) = (at(lo - far), at(hi + far)) else { return Ok(None) };
+    let (Some(before), Some(after)) = (state_at(lo - far), state_at(hi + far)) else { return Ok(None) };
     // A corner of rest: the force drives ahead before it and back behind it.
     let force = |nearby: &M::State| -> Result<DVector<f64>, EquilibriumError> {
         Ok(Statics::of(model, nearby, &statics.tangent.coordinates)?.force)

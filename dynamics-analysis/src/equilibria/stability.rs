@@ -453,8 +453,8 @@ fn spectrum(a: &DMatrix<f64>, errors: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, 
         let right = eigenvector(a, value, k)?;
         let left = eigenvector(&a.transpose(), value.conj(), k)?;
         let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
-        let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
-        let bound = of(&left).dot(&(errors * of(&right))) / product;
+        let magnitudes = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
+        let bound = magnitudes(&left).dot(&(errors * magnitudes(&right))) / product;
         // Where eigenvalues meet, this bound is infinite. Their error is at most a root of that of the matrix
         // (L. Elsner, Linear Algebra Appl. 71 (1985) 77).
         let part = 1.0 / n as f64;
@@ -463,7 +463,7 @@ fn spectrum(a: &DMatrix<f64>, errors: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, 
             right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
         let shape = right.map(|x| (x / largest).norm());
         // For relative changes of the elements, so that it does not depend on units.
-        let size = of(&left).dot(&(a.abs() * of(&right)));
+        let size = magnitudes(&left).dot(&(a.abs() * magnitudes(&right)));
         let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
         found.push(EigenvalueEstimate { value, uncertainty, conditioning, shape });
     }
