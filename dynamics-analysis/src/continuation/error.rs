@@ -1,4 +1,4 @@
-//! Why a branch could not be followed, and how far it went.
+//! Errors of continuations, with the branch or the curve that was computed.
 
 use alloc::boxed::Box;
 use alloc::string::String;

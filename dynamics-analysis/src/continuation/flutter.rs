@@ -1,4 +1,4 @@
-//! Where flutter begins and ends.
+//! Onset and end of flutter along a branch.
 //!
 //! With damping a pair of eigenvalues passes the imaginary axis, a Hopf point. Without damping, two pairs on
 //! the axis meet there and leave it. The growth rate then begins as the square root of the distance. Rounding

@@ -1,4 +1,4 @@
-//! Why no equilibrium was found.
+//! Errors of searches for equilibria and steady motions.
 
 use alloc::string::String;
 use alloc::vec::Vec;

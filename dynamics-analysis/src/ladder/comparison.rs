@@ -1,4 +1,4 @@
-//! What a ladder found.
+//! The result of a comparison: outputs, differences and costs.
 
 use alloc::string::String;
 use alloc::vec::Vec;

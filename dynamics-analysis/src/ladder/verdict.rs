@@ -1,4 +1,4 @@
-//! Which rung suffices.
+//! The plainest rung that suffices for an accuracy.
 
 use alloc::format;
 use alloc::string::String;

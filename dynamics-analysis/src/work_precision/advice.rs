@@ -1,4 +1,4 @@
-//! Which method to take, in words.
+//! Sentences that name the cheapest methods for an error.
 
 use alloc::format;
 use alloc::string::String;

@@ -1,4 +1,4 @@
-//! What a study found.
+//! The result of a study: curves of error against cost.
 
 use alloc::string::String;
 use alloc::vec::Vec;
