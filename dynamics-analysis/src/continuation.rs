@@ -11,9 +11,9 @@
 //! A closure makes the model from a value of the parameter. The parameter can be any field or several
 //! together, a length as well as a load. Along the branch the equilibria are those of [`super::Equilibria`],
 //! constraints and reactions included, with the same coordinates and exact derivatives. Only the closure
-//! knows the parameter, so derivatives by it are differences of exact forces, with a measured error. They
-//! steer steps and give the directions of branches. The place of an equilibrium, and of a singular stiffness,
-//! is computed from forces and stiffness alone.
+//! depends on the parameter, so derivatives by it are differences of exact forces, with a measured error.
+//! They steer steps and give the directions of branches. Equilibria and points of singular stiffness are
+//! computed from forces and stiffness alone.
 //!
 //! Time is held. If forces change with time, even at later times alone, there is no equilibrium, and branches
 //! and curves end. Forces are sampled at three times in each point, and at all times of
@@ -25,6 +25,7 @@
 //! Continuation Methods*.
 
 mod branch;
+mod branch_classification;
 mod buckling;
 mod curve;
 mod error;
@@ -34,25 +35,25 @@ mod followed_curves;
 mod hopf_curve;
 mod hopf_test_function;
 mod locate;
-mod measure;
-mod meet;
+mod multiple_bifurcation;
 mod newton;
+mod null_space;
 mod problem;
-mod several;
+mod scaling;
 mod show;
+mod step_control;
 mod switch;
+mod test_functions;
 mod trace;
-mod watch;
 
 use alloc::borrow::ToOwned;
 use alloc::string::String;
 use core::ops::RangeInclusive;
 
-use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
 use nalgebra::DMatrix;
 
-pub use branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, Stays};
+pub use branch::{Branch, BranchEnd, Diagram, PointOnBranch, SpecialKind, SpecialPoint, StabilityClass};
 pub use buckling::{Buckling, CriticalLoad};
 pub use curve::PlaneCurve;
 pub use error::ContinuationError;
@@ -60,10 +61,33 @@ pub use fold_curve::{FoldCurves, OfFolds, fold_curve};
 pub use followed_curves::{FoldCurve, HopfCurve};
 pub use hopf_curve::{HopfCurves, OfHopfPoints, hopf_curve};
 
-use super::equilibria::{EquilibriumOptions, find, periodic, scales};
-use locate::null_plane;
+use super::equilibria::{EquilibriumOptions, find, has_nonholonomic_rows, periodic, scales};
+use null_space::null_plane;
 use problem::{ContinuationPoint, ContinuationProblem, Direction, is_range};
 use trace::{ContinuationOptions, Sample, Tracer, check_near};
+
+/// The first step unless given. A branch whose scales are right begins with a few steps of this length; a
+/// longer one would often be halved.
+const DEFAULT_FIRST_STEP: f64 = 0.01;
+/// The longest step unless given: a branch along which the parameter crosses its range has twenty points at
+/// least, which draw a chart.
+const DEFAULT_LONGEST_STEP: f64 = 0.05;
+/// The shortest step. If a shorter one would be needed, the branch cannot be followed any further. Points are
+/// accurate to some 10⁻¹⁵, so that the tangent over a step is known to six digits.
+const SHORTEST_STEP: f64 = 1e-9;
+/// Largest number of points of a branch unless given. It ends branches that never leave the range.
+const DEFAULT_POINTS: usize = 2000;
+/// If the ratio of the smallest to the largest singular value of [K, F_p] at the start is below this, in
+/// scales of coordinates and with forces weighted by inertia, the branch has no unique direction. Rounding
+/// leaves about 10⁻¹⁶, differences by the parameter 10⁻¹³. A larger value refuses starts near branch
+/// points.
+const RANK_TOLERANCE_AT_START: f64 = 1e-12;
+/// Where ignorable coordinates are looked for beside the start: changes of the coordinates in their scales,
+/// and of the parameter in its range. No symmetry of a model maps these points to each other or to the start.
+const PROBES_OF_IGNORABLE: [[f64; 2]; 2] = [[0.037, 1e-3], [-0.071, -1e-3]];
+/// Rows and columns of [K, F_p] below this share of the largest element are zero, up to rounding. A
+/// coordinate with a real stiffness below that is taken for an ignorable one, and stands still.
+const IGNORABLE_SHARE: f64 = 1e-14;
 
 /// A family of models: one for each value of a parameter.
 #[must_use = "a family does nothing by itself; go on with `.from(&start, value)`"]
@@ -90,10 +114,10 @@ impl<F> Family<F> {
         let options = ContinuationOptions {
             name: "parameter".to_owned(),
             range: [f64::NAN; 2],
-            first: 0.01,
-            longest: 0.05,
-            shortest: 1e-9,
-            points: 2000,
+            first: DEFAULT_FIRST_STEP,
+            longest: DEFAULT_LONGEST_STEP,
+            shortest: SHORTEST_STEP,
+            points: DEFAULT_POINTS,
             load_control: false,
             #[cfg(feature = "progress")]
             progress: false,
@@ -114,8 +138,8 @@ pub struct Continuation<M: Constraints, F> {
 }
 
 impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
-    /// The range of the parameter: the branch ends exactly at its ends. Its width is what the parameter is
-    /// measured by.
+    /// The range of the parameter. The branch ends exactly at its ends. Its width is the scale of the
+    /// parameter.
     pub fn until(mut self, range: RangeInclusive<f64>) -> Self {
         self.options.range = [*range.start(), *range.end()];
         self
@@ -135,9 +159,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         self
     }
 
-    /// The longest step, 0.05 unless given: lengths as parts of the parameter's range, angles in rad, other
-    /// coordinates by the largest of their unit at the start, or, if that is no measure, by how far they move
-    /// until the stiffness has changed noticeably.
+    /// The longest step, 0.05 unless given. Its length adds up changes of the parameter in parts of its
+    /// range, of angles in rad, and of other coordinates in the largest value of their unit at the start. If
+    /// that value is no scale, the distance counts over which the stiffness changes noticeably.
     pub fn longest_step(mut self, length: f64) -> Self {
         self.options.longest = length;
         self
@@ -178,21 +202,22 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// there.
     pub fn run(self) -> Result<Branch<M::State>, ContinuationError<M::State>> {
         let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
-        self.traced(|problem, periodic| self.one_way(problem, periodic, forward))
+        self.with_problem(|problem, periodic| self.run_direction(problem, periodic, forward))
     }
 
-    fn one_way(
+    fn run_direction(
         &self,
         problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
         forward: bool,
     ) -> Result<Branch<M::State>, ContinuationError<M::State>> {
         let tracer = Tracer::new(problem, &self.options, periodic);
-        tracer.run(self.begin(problem, if forward { 1.0 } else { -1.0 })?, false)
+        tracer.run(self.first_sample(problem, if forward { 1.0 } else { -1.0 })?, false)
     }
 
-    /// With the problem that the options pose.
-    fn traced<R>(
+    /// Checks the options, and calls `f` with the problem that they pose and with which coordinates are
+    /// periodic.
+    fn with_problem<R>(
         &self,
         f: impl FnOnce(&ContinuationProblem<'_, M>, &[bool]) -> Result<R, ContinuationError<M::State>>,
     ) -> Result<R, ContinuationError<M::State>> {
@@ -208,7 +233,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         if self.options.points < 2 {
             return Err(ContinuationError::Points { count: self.options.points });
         }
-        if rolls::<M>(&self.start) {
+        if has_nonholonomic_rows::<M>(&self.start) {
             return Err(ContinuationError::Nonholonomic);
         }
         let make = |p: [f64; 2]| (self.make)(p[0]);
@@ -219,16 +244,16 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
             count: 1,
             scales,
             widths: [hi - lo, 1.0],
-            held: alloc::vec::Vec::new(),
+            fixed: alloc::vec::Vec::new(),
         };
-        let place = self.settled(&model, &problem)?;
+        let place = self.start_in_balance(&model, &problem)?;
         let periodic = periodic(&model, &place.state);
         problem.prepare(&place)?;
         f(&problem, &periodic)
     }
 
-    /// The start, in balance to rounding.
-    fn settled(
+    /// The equilibrium at the start, to rounding. A start that is not near it is refused.
+    fn start_in_balance(
         &self,
         model: &M,
         problem: &ContinuationProblem<'_, M>,
@@ -240,96 +265,90 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         Ok(ContinuationPoint { state: found.state, p: [self.value, 0.0] })
     }
 
-    /// The first point, with its direction.
-    fn begin(
+    /// The first point of the branch, with the tangent along which the parameter changes by this sign.
+    fn first_sample(
         &self,
         problem: &ContinuationProblem<'_, M>,
         sign: f64,
     ) -> Result<Sample<M>, ContinuationError<M::State>> {
         let model = problem.model([self.value, 0.0])?;
-        let place = self.settled(&model, problem)?;
+        let place = self.start_in_balance(&model, problem)?;
         let balance = problem.balance(&place, &[])?;
-        let lost = || ContinuationError::NotIsolated { coordinate: M::COORDINATES[0].name };
-        let [way, _] = null_plane(problem, &balance).ok_or_else(lost)?;
-        let along = way.scaled(if way.p[0] * sign < 0.0 { -1.0 } else { 1.0 });
+        let not_isolated = || ContinuationError::NotIsolated { coordinate: M::COORDINATES[0].name };
+        let [direction, _] = null_plane(problem, &balance).ok_or_else(not_isolated)?;
+        let along = direction.scaled(if direction.p[0] * sign < 0.0 { -1.0 } else { 1.0 });
         let tracer = Tracer::new(problem, &self.options, &[]);
         tracer.sample(balance, &along).map_err(|missed| match missed {
-            newton::Missed::Model(error) => ContinuationError::Start(error),
-            newton::Missed::Far => lost(),
+            newton::CorrectorError::Model(error) => ContinuationError::Start(error),
+            newton::CorrectorError::NotConverged => not_isolated(),
         })
     }
 }
 
 impl<M: Constraints> ContinuationProblem<'_, M> {
-    /// Finds what stands still, and what coordinates are measured by that are 0 at the start.
+    /// Finds the coordinates that no force depends on, and the scales of the others.
     fn prepare(&mut self, place: &ContinuationPoint<M::State>) -> Result<(), ContinuationError<M::State>> {
         let balance = self.balance(place, &[])?;
-        self.held = self.ignorable(&balance);
+        self.fixed = self.ignorable(&balance);
         let balance = self.balance(place, &[])?;
         if balance.size() == 0 {
             return Err(ContinuationError::NothingMoves);
         }
-        let (_, singular) = self.singular_values(&balance);
-        if let Some(soft) = singular {
-            return Err(ContinuationError::NotIsolated { coordinate: M::COORDINATES[soft].name });
+        if let Some(singular) = self.rank_deficiency(&balance) {
+            return Err(ContinuationError::NotIsolated { coordinate: M::COORDINATES[singular].name });
         }
-        let still = self.measure_zeros(place, &balance);
-        self.measure_lengths(&balance, &still);
+        let unmoved = self.set_scales_of_zeros(place, &balance);
+        self.set_length_scales(&balance, &unmoved);
         Ok(())
     }
 
-    /// The smallest singular value of [K, F_p], weighed by inertia, against the largest, and the coordinate
-    /// that it lets move where that is none.
-    fn singular_values(&self, balance: &problem::Balance<M>) -> (f64, Option<usize>) {
-        let Some(weighed) = balance.weighed() else { return (0.0, None) };
-        let (n, unknowns) = weighed.shape();
-        let scaled = DMatrix::from_fn(n, unknowns, |i, j| weighed[(i, j)] * self.measure(balance, j));
+    /// The coordinate that moves most in the null space of the forces, if [K, F_p] has not full rank: then
+    /// equilibria are a continuum at one value of the parameter, or the start is a branch point.
+    fn rank_deficiency(&self, balance: &problem::Balance<M>) -> Option<usize> {
+        let weighted = balance.jacobian_per_inertia()?;
+        let (n, unknowns) = weighted.shape();
+        let scaled = DMatrix::from_fn(n, unknowns, |i, j| weighted[(i, j)] * self.scale_of(balance, j));
         if !scaled.iter().all(|x| x.is_finite()) {
-            return (0.0, None);
+            return None;
         }
         let values = scaled.clone().svd(false, false).singular_values;
-        let part = values.min() / values.max().max(f64::MIN_POSITIVE);
-        let soft = (part <= 1e-12).then(|| {
+        let ratio = values.min() / values.max().max(f64::MIN_POSITIVE);
+        (ratio <= RANK_TOLERANCE_AT_START).then(|| {
             let square = (&scaled * scaled.transpose()).symmetric_eigen();
             let left = square.eigenvectors.column(square.eigenvalues.imin()).iamax();
             balance.statics.tangent.coordinates[balance.free[left]]
-        });
-        (part, soft)
+        })
     }
 
-    /// Independent coordinates along and on which no force acts, here and elsewhere, whatever the parameter.
+    /// Independent coordinates that no force depends on and on which none acts, at the start and at two
+    /// positions beside it, whatever the parameter.
     fn ignorable(&self, balance: &problem::Balance<M>) -> alloc::vec::Vec<usize> {
         let coordinates = &balance.statics.tangent.coordinates;
         let mut places = alloc::vec![balance.place];
-        for (part, of_p) in [(0.037, 1e-3), (-0.071, -1e-3)] {
+        for [of_q, of_p] in PROBES_OF_IGNORABLE {
             let by = nalgebra::DVector::from_fn(balance.lift.ncols(), |j, _| match j < balance.size() {
-                true => part * self.measure(balance, j) / (1.0 + j as f64),
+                true => of_q * self.scale_of(balance, j) / (1.0 + j as f64),
                 false => of_p * self.widths[j - balance.size()],
             });
-            let beside = self.moved(&balance.place, &balance.direction(&by, self.count));
-            places.extend(self.placed(&beside, &balance.statics));
+            let nearby = self.moved(&balance.place, &balance.direction(&by, self.count));
+            places.extend(self.projected(&nearby, &balance.statics));
         }
         let there: alloc::vec::Vec<_> =
             places.iter().filter_map(|place| self.balance(place, coordinates).ok()).collect();
         let nothing = |k: &usize| {
             there.len() >= 2
                 && there.iter().all(|one| {
-                    let most = one.jacobian.amax();
+                    let zero = IGNORABLE_SHARE * one.jacobian.amax();
                     one.statics.tangent.coordinates == *coordinates
-                        && one.jacobian.row(*k).amax() <= 1e-14 * most
-                        && one.jacobian.column(*k).amax() <= 1e-14 * most
+                        && one.jacobian.row(*k).amax() <= zero
+                        && one.jacobian.column(*k).amax() <= zero
                 })
         };
         (0..coordinates.len()).filter(nothing).map(|k| coordinates[k]).collect()
     }
 }
 
-/// Whether a row on velocities holds, which leaves more positions than velocities.
-fn rolls<M: Constraints>(state: &M::State) -> bool {
-    active_rows::<M>(state.modes(), false).any(|row| row >= M::Residual::LEN)
-}
-
-/// No direction at all.
-fn none(n: usize) -> Direction {
+/// The direction of length zero.
+fn zero_direction(n: usize) -> Direction {
     Direction { q: nalgebra::DVector::zeros(n), p: [0.0; 2] }
 }

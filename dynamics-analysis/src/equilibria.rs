@@ -1,4 +1,4 @@
-//! Where a system rests, and whether it stays there.
+//! Equilibria and steady motions, and their stability.
 //!
 //! ```text
 //! // The one that Newton's method finds from a start.
@@ -15,14 +15,15 @@
 //! motions (`newton.rs`). Rows that repeat others are allowed. Unilateral constraints keep the on/off state
 //! that they have at the start.
 
+mod balanced_svd;
 mod corner;
+mod displacement;
 mod error;
-mod factors;
 mod newton;
 mod rolling;
 mod rounding;
 mod search;
-mod soft;
+mod soft_directions;
 mod stability;
 mod statics;
 
@@ -36,17 +37,37 @@ use dynamics_runtime::error::{SolveError, StateError};
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use nalgebra::DVector;
 
+pub(crate) use balanced_svd::Equilibrated;
 pub use error::EquilibriumError;
+pub(crate) use rounding::FORCE_NOISE_FACTOR;
 pub use search::{EquilibriumSearch, EquilibriumSet};
 pub(crate) use stability::judge;
 pub use stability::{Stability, StabilityVerdict, Undecided};
 
 use crate::LinearizeError;
 use crate::linearize::indices;
-use newton::{Settled, settle};
+use displacement::displaced;
+use newton::EquilibriumSolution;
 pub(super) use search::periodic;
 use statics::excess;
 pub(super) use statics::{Statics, scales};
+
+/// Residual forces that may be left at another time, as a multiple of those that the search left.
+const RESIDUAL_FACTOR: f64 = 10.0;
+/// Up to this time after a state, in s, forces are sampled every twentieth of a second.
+const DENSE_UNTIL: f64 = 100.0;
+/// Up to about this time after a state, in s, forces are sampled.
+const SAMPLED_UNTIL: f64 = 1e6;
+/// Displacements along a direction without inertia at which balance is checked, for a largest element of 1:
+/// in rad for polar angles, so that they are no symmetric positions.
+const POLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
+/// Later times at which balance at rest is checked, in s. They are no multiples of usual periods, so that a
+/// periodic force is at another phase.
+const LATER_AT_REST: [f64; 3] = [0.7310, 97.31, 1.1317e4];
+/// Later times at which a steady motion is checked, in the time in which its fastest coordinate moves by 1.
+const LATER_IN_MOTION: [f64; 3] = [0.0173, 0.1731, 0.7310];
+/// Residuals and rates of constraints up to this share of the sizes of their terms are rounding.
+const ROW_TOLERANCE: f64 = 1e-9;
 
 /// A position in which forces and reactions balance, or a steady motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,12 +119,12 @@ impl<S: ModelState> fmt::Display for Equilibrium<S> {
     }
 }
 
-/// What is asked for.
+/// Options of a single search.
 #[derive(Clone, Copy)]
 pub(super) struct EquilibriumOptions {
-    /// Velocities of the start stay.
+    /// Velocities of the start are kept. Otherwise they are set to zero.
     pub(super) moving: bool,
-    /// Time stands still.
+    /// Forces are taken at the time of the start, and may change later.
     pub(super) frozen: bool,
 }
 
@@ -144,35 +165,39 @@ pub(crate) fn steady_in<M: Constraints + Powers>(
 pub(super) fn find<M: Constraints>(
     model: &M,
     start: &M::State,
-    asked: EquilibriumOptions,
+    options: EquilibriumOptions,
 ) -> Result<Equilibrium<M::State>, EquilibriumError> {
-    find_holding(model, start, asked, &[])
+    find_holding(model, start, options, &[])
 }
 
-/// As [`find`]; of what rolls the velocities of these coordinates stay, if there are any.
+/// As [`find`]. In rolling systems, the velocities of the `held` coordinates are kept, if any are given.
 fn find_holding<M: Constraints>(
     model: &M,
     start: &M::State,
-    asked: EquilibriumOptions,
+    options: EquilibriumOptions,
     held: &[usize],
 ) -> Result<Equilibrium<M::State>, EquilibriumError> {
+    // Refuse models and starts for which there is no answer.
     if M::FRICTION {
         return Err(LinearizeError::Friction.into());
     }
     StateError::check_parameters(model)?;
     StateError::check::<M>(start)?;
     let mut start = *start;
-    if !asked.moving {
+    if !options.moving {
         start.u_mut().as_mut_slice().fill(0.0);
     }
-    if rolls::<M>(&start) && start.u().as_slice().iter().any(|u| *u != 0.0) {
+    if has_nonholonomic_rows::<M>(&start) && start.u().as_slice().iter().any(|u| *u != 0.0) {
         return rolling::find(model, &start, held);
     }
+    // Newton's method, from the start projected onto the constraints.
     let constants = model.constants().map_err(SolveError::from)?;
     with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut start, memory))?;
     let first = Statics::of(model, &start, &[])?;
-    let Settled { state, statics, iterations, uncertainty } = settle(model, start)?;
-    let allowed = allowed(model, &state, &statics)?;
+    let EquilibriumSolution { state, statics, iterations, uncertainty } = newton::solve(model, start)?;
+    // Check that balance is real: no pole of the coordinates, no corner of the forces, and no change with
+    // time.
+    let allowed = allowed_forces(model, &state, &statics)?;
     if let Some(along) = statics.pole(&first) {
         check_pole(model, &state, &along, &allowed)?;
     }
@@ -180,8 +205,8 @@ fn find_holding<M: Constraints>(
         return Err(EquilibriumError::Corner { coordinate: M::COORDINATES[i].name, force });
     }
     check_rest(model, &state)?;
-    check_later(model, &state, asked, &statics, &allowed)?;
-    if M::EXPLICIT_TIME && !asked.frozen {
+    check_later(model, &state, options, &statics, &allowed)?;
+    if M::EXPLICIT_TIME && !options.frozen {
         check_all_times(model, &state, &statics, &allowed)?;
     }
     Ok(Equilibrium {
@@ -196,35 +221,35 @@ fn find_holding<M: Constraints>(
     })
 }
 
-/// The forces up to which what was in balance still is, each beside what it is made of: rounding, and what
-/// was left.
-fn allowed<M: Constraints>(
+/// The largest force on each coordinate at which balance still holds: a multiple of its noise and of what the
+/// search left.
+fn allowed_forces<M: Constraints>(
     model: &M,
     state: &M::State,
     statics: &Statics<M::Rows>,
 ) -> Result<DVector<f64>, EquilibriumError> {
-    Ok(statics.noise(model, state)? * rounding::NOISES + statics.force.abs() * 10.0)
+    Ok(statics.noise(model, state)? * FORCE_NOISE_FACTOR + statics.force.abs() * RESIDUAL_FACTOR)
 }
 
-/// Whether a row on velocities holds.
-fn rolls<M: Constraints>(state: &M::State) -> bool {
+/// Whether a nonholonomic constraint is active, which leaves more positions than velocities.
+pub(super) fn has_nonholonomic_rows<M: Constraints>(state: &M::State) -> bool {
     active_rows::<M>(state.modes(), false).any(|row| row >= M::Residual::LEN)
 }
 
-/// That a state stays where it is, or goes on as it does, of models in which nothing else would say so.
-fn check_stays<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
-    if rolls::<M>(state) && state.u().as_slice().iter().any(|u| *u != 0.0) {
-        // What rolls was followed a little way when it was linearised.
+/// Checks that a state is an equilibrium or a steady motion a little later, too.
+fn check_persists<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
+    if has_nonholonomic_rows::<M>(state) && state.u().as_slice().iter().any(|u| *u != 0.0) {
+        // Rolling motions were followed a little way when they were linearised.
         return check_rest(model, state);
     }
     let statics = Statics::of(model, state, &[])?;
-    let allowed = allowed(model, state, &statics)?;
+    let allowed = allowed_forces(model, state, &statics)?;
     check_rest(model, state)?;
     check_later(model, state, EquilibriumOptions { moving: true, frozen: false }, &statics, &allowed)
 }
 
-/// That what balances in a pole of the coordinates does so in truth: they are of one place all along the
-/// direction without inertia, and at each of them no more than the allowed force may be left.
+/// Checks balance at a pole of the coordinates. Along the direction without inertia, coordinates differ but
+/// the position does not. So the residual force has to be within the allowed one there, too.
 fn check_pole<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -232,12 +257,10 @@ fn check_pole<M: Constraints>(
     allowed: &DVector<f64>,
 ) -> Result<(), EquilibriumError> {
     let coordinate = M::COORDINATES[along.iamax()].name;
-    for part in [0.37, -1.71, 2.93] {
-        let mut moved = *state;
-        let step = along * (part / along.amax());
-        moved.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
+    for part in POLE_PROBES {
+        let moved = displaced(state, &(along * (part / along.amax())));
         let left = Statics::of(model, &moved, &[])?.force.amax();
-        // Beside all that may be left here: which coordinates are independent is a matter of the place.
+        // The largest allowed force counts, because other coordinates may be independent there.
         if left > allowed.amax().max(f64::EPSILON * f64::EPSILON) {
             return Err(EquilibriumError::Pole { coordinate });
         }
@@ -253,48 +276,46 @@ fn vector<V: Vector>(values: &[f64]) -> V {
 
 fn conditioning<M: Constraints>(state: &M::State, uncertainty: &[f64]) -> f64 {
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    let lost = uncertainty.iter().zip(scales).map(|(error, scale)| error / (f64::EPSILON * scale));
-    lost.fold(1.0, f64::max)
+    let ratios = uncertainty.iter().zip(scales).map(|(error, scale)| error / (f64::EPSILON * scale));
+    ratios.fold(1.0, f64::max)
 }
 
-/// That the velocities are those of the constraints: 0 where nothing moves.
+/// Checks that the velocities fulfil the constraints. At rest, no constraint may move.
 fn check_rest<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
     let rates = model.velocity_residual(state);
-    let size = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-    let stays = |row: &usize| rates[*row].abs() <= 1e-9 * size;
-    match active_rows::<M>(state.modes(), false).find(|row| !stays(row)) {
+    let size = fastest(state);
+    let holds = |row: &usize| rates[*row].abs() <= ROW_TOLERANCE * size;
+    match active_rows::<M>(state.modes(), false).find(|row| !holds(row)) {
         Some(row) => Err(EquilibriumError::Moving { row: M::ROWS[row].name, rate: rates[row] }),
         None => Ok(()),
     }
 }
 
-/// That what balances does so later, too, where the motion has gone by then: that no more than the allowed
-/// force is left there.
+/// Checks that the constraints hold and forces balance at three later times, at the positions that the motion
+/// has reached by then.
 fn check_later<M: Constraints>(
     model: &M,
     state: &M::State,
-    asked: EquilibriumOptions,
+    options: EquilibriumOptions,
     statics: &Statics<M::Rows>,
     allowed: &DVector<f64>,
 ) -> Result<(), EquilibriumError> {
-    let rate = state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    let rate = fastest(state);
     let moving = rate > 0.0;
-    // In seconds, or in the time in which the fastest moves by 1: times that no period divides, from short to
-    // long.
-    let after =
-        if moving { [0.0173, 0.1731, 0.7310].map(|after| after / rate) } else { [0.7310, 97.31, 1.1317e4] };
+    let after = if moving { LATER_IN_MOTION.map(|after| after / rate) } else { LATER_AT_REST };
     for after in after {
-        let mut later = at_time(state, state.t() + after);
-        later.q_mut().as_mut_slice().iter_mut().zip(state.u().as_slice()).for_each(|(q, u)| *q += after * u);
-        if let Some((row, missed)) = left::<M>(model, &later, rate) {
+        let later = after_time(state, after);
+        // Constraints.
+        if let Some((row, missed)) = violated_row::<M>(model, &later, rate) {
             return Err(match moving {
                 true => EquilibriumError::NotSteady { name: row, left: missed },
                 false => EquilibriumError::Moving { row, rate: missed / after },
             });
         }
-        if asked.frozen {
+        if options.frozen {
             continue;
         }
+        // Forces, with the allowed ones of the coordinates that were independent at first.
         let there = Statics::of(model, &later, &statics.tangent.coordinates)?;
         let rates = &there.tangent.rates;
         let known = |i: &usize| statics.tangent.rates.iter().position(|j| j == i);
@@ -303,8 +324,9 @@ fn check_later<M: Constraints>(
         if excess(&there.force, &allowed).is_none() {
             continue;
         }
-        // Terms that vanish here may cancel there, as those with the sine of an angle that is 0 now.
-        let allowed = allowed + there.noise(model, &later)? * rounding::NOISES;
+        // Terms that vanish here may cancel there, such as those with the sine of an angle that is 0 now. So
+        // the noise there counts, too.
+        let allowed = allowed + there.noise(model, &later)? * FORCE_NOISE_FACTOR;
         if let Some((i, force)) = excess(&there.force, &allowed) {
             let name = M::COORDINATES[rates[i]].name;
             return Err(match moving {
@@ -316,14 +338,26 @@ fn check_later<M: Constraints>(
     Ok(())
 }
 
-/// How long after it balance is looked at: every twentieth of a second of the first hundred, then at a
-/// fiftieth of the time more each up to 10⁶.
-fn many_times() -> impl Iterator<Item = f64> {
-    let late = core::iter::successors(Some(100.0), |t: &f64| (*t < 1e6).then_some(1.02 * t));
+/// The state after a time in which velocities stay as they are.
+fn after_time<S: ModelState>(state: &S, after: f64) -> S {
+    let mut later = at_time(state, state.t() + after);
+    later.q_mut().as_mut_slice().iter_mut().zip(state.u().as_slice()).for_each(|(q, u)| *q += after * u);
+    later
+}
+
+/// The largest magnitude of a velocity.
+fn fastest<S: ModelState>(state: &S) -> f64 {
+    state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()))
+}
+
+/// Times after a state, in s, at which forces are sampled: every twentieth of a second up to 100 s, then in
+/// steps of a fiftieth of the time up to 10⁶ s.
+fn sample_times() -> impl Iterator<Item = f64> {
+    let late = core::iter::successors(Some(DENSE_UNTIL), |t: &f64| (*t < SAMPLED_UNTIL).then_some(1.02 * t));
     (1..2000).map(|k| 0.05 * f64::from(k)).chain(late)
 }
 
-/// That forces which balance do so at many times, where the motion has gone by then.
+/// Checks that forces balance at [`sample_times`], at the positions that the motion has reached by then.
 fn check_all_times<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -331,13 +365,12 @@ fn check_all_times<M: Constraints>(
     allowed: &DVector<f64>,
 ) -> Result<(), EquilibriumError> {
     let moving = state.u().as_slice().iter().any(|u| *u != 0.0);
-    for after in many_times() {
-        let mut later = at_time(state, state.t() + after);
-        later.q_mut().as_mut_slice().iter_mut().zip(state.u().as_slice()).for_each(|(q, u)| *q += after * u);
-        let force = statics.force_beside(model, &later)?;
+    for after in sample_times() {
+        let later = after_time(state, after);
+        let force = statics.force_nearby(model, &later)?;
         let Some((i, force)) = excess(&force, allowed) else { continue };
-        // Angles that have grown are known to fewer digits.
-        if moving && force.abs() <= allowed[i] + 1e3 * statics.noise(model, &later)?[i] {
+        // Angles that have grown are rounded more coarsely.
+        if moving && force.abs() <= allowed[i] + FORCE_NOISE_FACTOR * statics.noise(model, &later)?[i] {
             continue;
         }
         let coordinate = M::COORDINATES[statics.tangent.rates[i]].name;
@@ -346,8 +379,8 @@ fn check_all_times<M: Constraints>(
     Ok(())
 }
 
-/// That what balances does so at other times, too, of models in which time stands: at three of them, or at
-/// `all` that [`find`] looks at.
+/// Checks that forces of a model with explicit time balance at later times: at three of them, or at `all`
+/// times that [`find`] samples.
 pub(super) fn check_time<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -357,14 +390,14 @@ pub(super) fn check_time<M: Constraints>(
     if !M::EXPLICIT_TIME {
         return Ok(());
     }
-    let allowed = allowed(model, state, statics)?;
+    let allowed = allowed_forces(model, state, statics)?;
     check_rest(model, state)?;
     check_later(model, state, EquilibriumOptions { moving: true, frozen: false }, statics, &allowed)?;
     if all { check_all_times(model, state, statics, &allowed) } else { Ok(()) }
 }
 
-/// A row that does not hold at a state, by more than rounding, and by how much.
-fn left<M: Constraints>(model: &M, state: &M::State, rate: f64) -> Option<(&'static str, f64)> {
+/// A constraint row that does not hold at a state, to rounding, and its residual.
+fn violated_row<M: Constraints>(model: &M, state: &M::State, rate: f64) -> Option<(&'static str, f64)> {
     let sizes = scales(M::COORDINATES, state.q().as_slice());
     let (rows, rates, jacobian) =
         (model.residual(state), model.velocity_residual(state), model.jacobian(state));
@@ -373,7 +406,7 @@ fn left<M: Constraints>(model: &M, state: &M::State, rate: f64) -> Option<(&'sta
         let missed = position.max(rates[row].abs());
         let along: f64 =
             sizes.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size.max(rate)).sum();
-        let holds = missed <= 1e-9 * along;
+        let holds = missed <= ROW_TOLERANCE * along;
         (!holds).then_some((M::ROWS[row].name, missed))
     })
 }

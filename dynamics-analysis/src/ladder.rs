@@ -9,21 +9,21 @@
 //! rung is given by its maximum and its root mean square over time. The cost of a rung is given as well: its
 //! coordinates, operations of an evaluation, evaluations, and time (the median of repeats that keep nothing).
 //!
-//! # What is believed
+//! # Which differences are significant
 //!
 //! Every rung runs twice, the second time at a hundredth of the tolerance and in steps of a five-hundredth of
 //! the motion at most. The difference of its outputs is its numerical error. The sum of the errors of two
 //! rungs is the *uncertainty* of their difference. A difference below the uncertainty only shows that the
-//! models agree so far (as minimal and redundant coordinates of one model do): tables say `<`, markers are
-//! hollow. If a difference is uncertain by more than a thousandth of the output and by more than half of
-//! itself, as in chaotic motions, the result is an error.
+//! models agree to that accuracy (as minimal and redundant coordinates of one model do): tables say `<`,
+//! markers are hollow. If a difference is uncertain by more than a thousandth of the output and by more than
+//! half of itself, as in chaotic motions, the result is an error.
 //!
-//! The comparison cannot see what the last rung leaves out. It says which model suffices in place of the
-//! fullest, not that the fullest is right.
+//! The comparison does not show effects that the last rung leaves out. It says which model suffices in place
+//! of the fullest, not that the fullest is right.
 
-mod climb;
 mod comparison;
 mod error;
+mod run;
 mod rung;
 mod show;
 mod verdict;
@@ -42,14 +42,17 @@ use dynamics_runtime::simulate::Simulate;
 
 use rung::AnyRung;
 
-/// That of simulations.
-const TOLERANCE: f64 = 1e-9;
-/// A hundredth of it is still a tolerance that methods keep.
-const FINEST: f64 = 1e-12;
-/// Time for the repeats of each rung, unless it is set.
-const EFFORT: Duration = Duration::from_millis(60);
-/// Intervals of the common times beside the steps: enough for a chart.
-const INTERVALS: usize = 1000;
+/// Tolerance of the runs unless it is set: the default of simulations.
+const DEFAULT_TOLERANCE: f64 = 1e-9;
+/// The tightest tolerance of a comparison: a hundredth of it, 10⁻¹⁴, is still a tolerance that methods
+/// keep.
+const MIN_TOLERANCE: f64 = 1e-12;
+/// Time for the repeats of each rung unless it is set: some dozens of runs of a millisecond, and no wait that
+/// one notices for a few rungs.
+const DEFAULT_EFFORT: Duration = Duration::from_millis(60);
+/// Number of equal intervals of the common times unless it is set: a chart shows no more points. The steps of
+/// all runs join them, so that no peak is missed.
+const DEFAULT_INTERVALS: usize = 1000;
 
 /// Opens a comparison of models of one scene; rungs follow from the plainest to the fullest, [`Ladder::run`]
 /// runs them.
@@ -71,9 +74,9 @@ pub fn compare<'m>(scene: impl Into<String>) -> Ladder<'m> {
         wanted: Vec::new(),
         scales: Vec::new(),
         end: None,
-        tolerance: TOLERANCE,
-        intervals: INTERVALS,
-        effort: EFFORT,
+        tolerance: DEFAULT_TOLERANCE,
+        intervals: DEFAULT_INTERVALS,
+        effort: DEFAULT_EFFORT,
     }
 }
 
@@ -138,10 +141,10 @@ impl<'m> Ladder<'m> {
     pub fn run(self) -> Result<Comparison, LadderError> {
         let (start, end) = self.check()?;
         let outputs = self.compared()?;
-        climb::climb(&self, outputs, (start, end))
+        run::run(&self, outputs, (start, end))
     }
 
-    /// Rejects what makes no sense. Returns start and end.
+    /// Rejects invalid options. Returns start and end.
     fn check(&self) -> Result<(f64, f64), LadderError> {
         let end = self.end.ok_or(LadderError::NoEnd)?;
         let [first, .., _] = &*self.rungs else {
@@ -160,7 +163,7 @@ impl<'m> Ladder<'m> {
         if !end.is_finite() || end == start {
             return Err(LadderError::End { end });
         }
-        if !(FINEST..1.0).contains(&self.tolerance) {
+        if !(MIN_TOLERANCE..1.0).contains(&self.tolerance) {
             return Err(LadderError::Tolerance { tolerance: self.tolerance });
         }
         if !(1..=10_000_000).contains(&self.intervals) {
@@ -188,7 +191,7 @@ impl<'m> Ladder<'m> {
                 continue;
             }
             let unit = self.unit(&name)?;
-            // The largest value is known when the rungs have run.
+            // NaN: the largest value on the last rung, which is known after the runs.
             let scale =
                 self.scales.iter().rev().find(|(output, _)| *output == name).map_or(f64::NAN, |(_, s)| *s);
             outputs.push(Compared { name, unit, scale });
@@ -203,7 +206,7 @@ impl<'m> Ladder<'m> {
         first.outputs().into_iter().filter(|name| others.iter().all(|rung| has(&**rung, name))).collect()
     }
 
-    /// The unit of an output, where some rung knows it: all that do have the same.
+    /// The unit of an output; empty if no rung declares it. Rungs that declare it must agree.
     fn unit(&self, output: &str) -> Result<String, LadderError> {
         let mut found: Option<(&str, &str)> = None;
         for rung in &self.rungs {

@@ -35,9 +35,9 @@ mod work_precision;
 pub use analyze::Analyze;
 pub use backbone::{Backbone, BackboneCurve, BackboneError, BackbonePoint};
 pub use continuation::{
-    Branch, BranchEnd, BranchPoint, Buckling, Continuation, ContinuationError, CriticalLoad, Diagram, Family,
-    FoldCurve, FoldCurves, HopfCurve, HopfCurves, OfFolds, OfHopfPoints, PlaneCurve, Special, SpecialKind,
-    Stays, continuation, fold_curve, hopf_curve,
+    Branch, BranchEnd, Buckling, Continuation, ContinuationError, CriticalLoad, Diagram, Family, FoldCurve,
+    FoldCurves, HopfCurve, HopfCurves, OfFolds, OfHopfPoints, PlaneCurve, PointOnBranch, SpecialKind,
+    SpecialPoint, StabilityClass, continuation, fold_curve, hopf_curve,
 };
 pub use equilibria::{
     Equilibrium, EquilibriumError, EquilibriumSearch, EquilibriumSet, Stability, StabilityVerdict, Undecided,

@@ -9,7 +9,7 @@
 //! machine that changes its speed changes it for all of them. *Evaluations* of the accelerations: what does
 //! not depend on the machine.
 //!
-//! # What is believed
+//! # Which errors are significant
 //!
 //! The reference is the end of three runs: a method at a tolerance near rounding, the same method at ten
 //! times that, and a second method of another family, none with steps longer than a five-hundredth of the
@@ -29,7 +29,7 @@ mod outside;
 mod reference;
 mod show;
 mod study;
-mod trust;
+mod validity;
 
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
@@ -59,10 +59,12 @@ struct Candidate<'m, M: Simulate> {
     settings: Option<Vec<f64>>,
 }
 
-/// Chosen where no tolerances are given: from a sketch to all digits but one or two.
-const DECADES: core::ops::RangeInclusive<i32> = 3..=13;
-/// Time for the repeats of one run, unless it is set.
-const EFFORT: Duration = Duration::from_millis(60);
+/// Negative decimal exponents of the tolerances unless they are set: from a sketch to all digits but one or
+/// two.
+const DEFAULT_TOLERANCE_DECADES: core::ops::RangeInclusive<i32> = 3..=13;
+/// Time for the repeats of one run unless it is set. A study has some forty runs, so that they take a few
+/// seconds.
+const DEFAULT_EFFORT: Duration = Duration::from_millis(60);
 
 /// A study of methods on one motion, with its options, before it runs.
 ///
@@ -82,8 +84,8 @@ pub struct WorkPrecision<'m, M: Simulate> {
     end: Option<f64>,
     problem: String,
     candidates: Vec<Candidate<'m, M>>,
-    /// A list of methods was given that has none.
-    named_none: bool,
+    /// An empty list of methods was given.
+    empty_list: bool,
     tolerances: Option<Vec<f64>>,
     steps: Vec<f64>,
     options: Option<StudyRunSetup<'m, M>>,
@@ -99,12 +101,12 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
             end: None,
             problem: M::NAME.to_string(),
             candidates: Vec::new(),
-            named_none: false,
+            empty_list: false,
             tolerances: None,
             steps: Vec::new(),
             options: None,
             reference: None,
-            effort: EFFORT,
+            effort: DEFAULT_EFFORT,
         }
     }
 
@@ -145,7 +147,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
             options: None,
             settings: settings.clone(),
         }));
-        self.named_none |= self.candidates.len() == before;
+        self.empty_list |= self.candidates.len() == before;
         self
     }
 
@@ -180,7 +182,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         self
     }
 
-    /// What errors are measured against; without this three runs near rounding: see [`Reference`].
+    /// The reference for errors. Without this, three runs near rounding: see [`Reference`].
     pub fn reference(mut self, reference: Reference<M>) -> Self {
         self.reference = Some(reference);
         self
@@ -204,8 +206,8 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         Ok(study)
     }
 
-    /// A simulation with the options for all; one of the reference with short steps, and so many at most,
-    /// where no option says otherwise.
+    /// A simulation with the options for all. `reference` is the largest number of steps of a run of the
+    /// reference, which has short steps, too. Options may change both.
     fn simulation(&self, end: f64, method: &Any<M>, reference: Option<u64>) -> Simulation<'m, M> {
         let simulation = self.model.simulate(self.start).until(end).method(method);
         let simulation = match reference {
@@ -218,24 +220,25 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         }
     }
 
-    /// Adds what was left to the tool and rejects what makes no sense. Returns the end.
+    /// Adds default methods and tolerances, and rejects invalid options. Returns the end.
     fn check(&mut self) -> Result<f64, WorkPrecisionError> {
         let end = self.end.ok_or(WorkPrecisionError::NoEnd)?;
         if !end.is_finite() || end == self.start.t() {
             return Err(WorkPrecisionError::End { end });
         }
-        if self.named_none {
+        if self.empty_list {
             return Err(WorkPrecisionError::NoMethods);
         }
-        self.choose();
+        self.add_default_methods();
         for (i, candidate) in self.candidates.iter().enumerate() {
             if self.candidates[..i].iter().any(|other| other.name == candidate.name) {
                 return Err(WorkPrecisionError::SameName { name: candidate.name.clone() });
             }
         }
         let unused = self.unused();
-        let tolerances =
-            self.tolerances.get_or_insert_with(|| DECADES.map(|k| libm::pow(10.0, f64::from(-k))).collect());
+        let tolerances = self.tolerances.get_or_insert_with(|| {
+            DEFAULT_TOLERANCE_DECADES.map(|k| libm::pow(10.0, f64::from(-k))).collect()
+        });
         for (settings, what) in [(&*tolerances, "tolerances"), (&self.steps, "steps")] {
             if let Some(&value) = settings.iter().find(|value| !is_setting(**value)) {
                 return Err(WorkPrecisionError::Setting { what, value });
@@ -257,8 +260,8 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         }
     }
 
-    /// Without a wish, the methods that simulations choose by themselves.
-    fn choose(&mut self) {
+    /// Adds the methods that simulations choose by themselves, if none were named.
+    fn add_default_methods(&mut self) {
         if self.candidates.is_empty() {
             let methods: [Any<M>; 4] = [Dop853.into(), Verner9.into(), Tsit5.into(), Radau5.into()];
             self.candidates.extend(methods.map(|method| Candidate {
@@ -270,7 +273,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         }
     }
 
-    /// Settings that were given and that no method runs with.
+    /// Settings that were given and that no method uses.
     fn unused(&self) -> Option<&'static str> {
         let given =
             [("tolerances", self.tolerances.is_some(), true), ("steps", !self.steps.is_empty(), false)];

@@ -1,4 +1,4 @@
-//! Why a nonlinear mode could not be followed, and how far it went.
+//! Errors of nonlinear modes, with the part of the family that was computed.
 
 use alloc::boxed::Box;
 use core::fmt;

@@ -1,4 +1,4 @@
-//! A family of closed motions as text and as lines of a chart.
+//! A family of closed motions as text and as a chart of frequency over energy.
 
 use alloc::format;
 use alloc::vec::Vec;

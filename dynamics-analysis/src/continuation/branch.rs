@@ -12,9 +12,9 @@ use crate::{EquilibriumError, Stability};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch<S: ModelState> {
     /// Its points; never empty.
-    pub points: Vec<BranchPoint<S>>,
-    /// Folds, branch points and the beginnings of flutter on it, in the same order.
-    pub special: Vec<Special<S>>,
+    pub points: Vec<PointOnBranch<S>>,
+    /// Folds, branch points and onsets of flutter on it, in the same order.
+    pub special: Vec<SpecialPoint<S>>,
     /// Why it ends.
     pub end: BranchEnd,
     /// What the parameter is called.
@@ -31,12 +31,12 @@ pub struct Branch<S: ModelState> {
 
 /// A point of a branch.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BranchPoint<S: ModelState> {
+pub struct PointOnBranch<S: ModelState> {
     /// The parameter.
     pub parameter: f64,
     /// The equilibrium, or steady motion.
     pub state: S,
-    /// The length of the branch up to here, with coordinates and the parameter by what they are measured by.
+    /// The length of the branch up to here, in the scales of coordinates and parameter.
     pub arclength: f64,
     /// The verdict, or why there is none.
     pub stability: Result<Stability, EquilibriumError>,
@@ -45,7 +45,7 @@ pub struct BranchPoint<S: ModelState> {
 /// The stability at a point, according to linear theory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Stays {
+pub enum StabilityClass {
     /// Small disturbances stay small.
     Stable,
     /// Some grow.
@@ -54,22 +54,22 @@ pub enum Stays {
     Undecided,
 }
 
-impl<S: ModelState> BranchPoint<S> {
-    /// Whether it stays there.
+impl<S: ModelState> PointOnBranch<S> {
+    /// The stability according to linear theory.
     #[must_use]
-    pub fn stays(&self) -> Stays {
+    pub fn stability_class(&self) -> StabilityClass {
         match &self.stability {
-            Ok(verdict) if verdict.is_stable() => Stays::Stable,
-            Ok(verdict) if verdict.is_unstable() => Stays::Unstable,
-            _ => Stays::Undecided,
+            Ok(verdict) if verdict.is_stable() => StabilityClass::Stable,
+            Ok(verdict) if verdict.is_unstable() => StabilityClass::Unstable,
+            _ => StabilityClass::Undecided,
         }
     }
 }
 
-/// A point in which the number of equilibria, or their stability, changes.
+/// A point in which the number of equilibria, or their stability, changes: a bifurcation or a fold.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Special<S: ModelState> {
-    /// What it is.
+pub struct SpecialPoint<S: ModelState> {
+    /// Its kind.
     pub kind: SpecialKind,
     /// The parameter.
     pub parameter: f64,
@@ -83,7 +83,7 @@ pub struct Special<S: ModelState> {
     /// at the onset of flutter.
     pub shape: S::Vector,
     /// Directions of this branch and of the one that crosses it, for branch points.
-    pub(super) ways: Option<[Direction; 2]>,
+    pub(super) directions: Option<[Direction; 2]>,
 }
 
 /// The kind of a special point.
@@ -103,7 +103,7 @@ pub enum SpecialKind {
     /// Branches meet, but their kind is unknown: none could be followed far enough, or both turn round.
     BranchPoint,
     /// Several stiffnesses vanish at once, or too close together to be told apart.
-    Several {
+    MultipleBifurcation {
         /// How many.
         count: usize,
     },
@@ -151,17 +151,17 @@ impl<S: ModelState> Branch<S> {
     pub fn special_where(
         &self,
         is_meant: impl Fn(&SpecialKind) -> bool,
-    ) -> impl Iterator<Item = &Special<S>> {
+    ) -> impl Iterator<Item = &SpecialPoint<S>> {
         self.special.iter().filter(move |one| is_meant(&one.kind))
     }
 
     /// Its folds: limit points.
-    pub fn folds(&self) -> impl Iterator<Item = &Special<S>> {
+    pub fn folds(&self) -> impl Iterator<Item = &SpecialPoint<S>> {
         self.special_where(|kind| matches!(kind, SpecialKind::Fold))
     }
 
     /// Its branch points: pitchforks, transcritical points, and those of unknown kind.
-    pub fn branch_points(&self) -> impl Iterator<Item = &Special<S>> {
+    pub fn branch_points(&self) -> impl Iterator<Item = &SpecialPoint<S>> {
         self.special_where(SpecialKind::is_branch_point)
     }
 
@@ -180,6 +180,6 @@ pub struct Diagram<S: ModelState> {
     pub branches: Vec<Branch<S>>,
     /// Why others could not be followed: the parameter where they leave, and the reason.
     pub failures: Vec<(f64, String)>,
-    /// Branch points at which the limit of branches left no more to be followed.
+    /// The number of branches, or of branch points, that were not followed because of the limit of branches.
     pub left_out: usize,
 }

@@ -1,4 +1,4 @@
-//! Why a branch could not be followed, and how far it went.
+//! Errors of continuations, with the branch or the curve that was computed.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -167,7 +167,7 @@ pub enum ContinuationError<S: ModelState> {
          a symmetry tells none from another; hold one coordinate by a constraint, or make the axes a little \
          different"
     )]
-    Everywhere {
+    ContinuumOfBranches {
         /// The parameter there.
         parameter: f64,
     },

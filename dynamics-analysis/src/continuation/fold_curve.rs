@@ -10,10 +10,10 @@ use alloc::boxed::Box;
 use dynamics_runtime::model::{Constraints, Powers};
 
 use super::ContinuationError;
-use super::branch::Special;
+use super::branch::SpecialPoint;
 use super::curve::{CurveOptions, PlaneCurve, TracedCurve};
 use super::followed_curves::FoldCurve;
-use super::newton::Singular;
+use super::newton::SingularityCondition;
 use super::problem::ContinuationPoint;
 
 /// The kind of curve that [`fold_curve`] opens.
@@ -33,7 +33,7 @@ pub type FoldCurves<M, F> = PlaneCurve<M, F, OfFolds>;
 /// ```
 pub fn fold_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     make: F,
-    fold: &Special<M::State>,
+    fold: &SpecialPoint<M::State>,
     second: f64,
 ) -> FoldCurves<M, F> {
     let place = ContinuationPoint { state: fold.state, p: [fold.parameter, second] };
@@ -48,20 +48,20 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> FoldCurves<M, F> {
     /// the way.
     pub fn run(self) -> Result<FoldCurve<M::State>, ContinuationError<M::State>> {
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
-        let fold = |balance: &_| Singular::beside(balance, false, None);
+        let fold = |balance: &_| SingularityCondition::near(balance, false, None);
         let found = self.plan.run::<M>(&make, &fold, ContinuationError::NoFold)?;
-        let of = |curve: TracedCurve<M::State>| FoldCurve {
+        let result = |curve: TracedCurve<M::State>| FoldCurve {
             points: curve.points,
             cusps: curve.turns,
             end: curve.end,
             coordinates: M::COORDINATES,
         };
         match found {
-            (curve, None) => Ok(of(curve)),
-            (curve, Some(reason)) => Err(ContinuationError::FoldCurve {
+            (curve, Ok(())) => Ok(result(curve)),
+            (curve, Err(reason)) => Err(ContinuationError::FoldCurve {
                 at: curve.points.last().map_or([f64::NAN; 2], |(p, _)| *p),
                 reason,
-                curve: Box::new(of(curve)),
+                curve: Box::new(result(curve)),
             }),
         }
     }

@@ -1,8 +1,8 @@
 //! The onset of flutter as a second parameter changes: the edge of a region in which oscillations grow.
 //!
 //! On it the forces balance, and the test function of `hopf_test_function.rs` is zero. A curve of Hopf points
-//! ends where its frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974; R. I.
-//! Bogdanov, 1975).
+//! ends where its frequency becomes zero, on a curve of folds or branch points (F. Takens, 1974;
+//! R. I. Bogdanov, 1975).
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -11,16 +11,17 @@ use core::cell::Cell;
 use dynamics_runtime::model::{Constraints, Powers};
 
 use super::ContinuationError;
-use super::branch::{BranchEnd, Special, SpecialKind};
+use super::branch::{BranchEnd, SpecialKind, SpecialPoint};
 use super::curve::{CurveOptions, PlaneCurve, TracedCurve};
 use super::followed_curves::HopfCurve;
-use super::hopf_test_function::Swings;
-use super::newton::Singular;
+use super::hopf_test_function::HopfTest;
+use super::newton::SingularityCondition;
 use super::problem::{Balance, ContinuationPoint};
 
-/// A curve that cannot be followed any further, whose frequency is below this part of its largest and falls,
-/// ends where the frequency is zero.
-const SLOW: f64 = 0.1;
+/// A curve that cannot be followed any further ends where the frequency is zero if the last frequency is
+/// below this share of the largest, and falling. Near that end the frequency is a square root of the
+/// distance, so that a tenth of it is reached at about a hundredth of the curve.
+const MAX_RATIO_AT_ZERO_FREQUENCY: f64 = 0.1;
 
 /// The kind of curve that [`hopf_curve`] opens.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +40,7 @@ pub type HopfCurves<M, F> = PlaneCurve<M, F, OfHopfPoints>;
 /// ```
 pub fn hopf_curve<M: Constraints + Powers, F: Fn(f64, f64) -> M>(
     make: F,
-    hopf: &Special<M::State>,
+    hopf: &SpecialPoint<M::State>,
     second: f64,
 ) -> HopfCurves<M, F> {
     let place = ContinuationPoint { state: hopf.state, p: [hopf.parameter, second] };
@@ -53,45 +54,47 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
     /// Ranges that are empty or without the start; no Hopf point at the start; a curve that cannot be
     /// followed any further before its frequency is zero.
     pub fn run(self) -> Result<HopfCurve<M::State>, ContinuationError<M::State>> {
-        let (frequency, meet) = match self.kind.0 {
+        let (frequency, undamped) = match self.kind.0 {
             SpecialKind::Hopf { frequency } => (frequency, false),
             SpecialKind::FrequenciesMeet { frequency } => (frequency, true),
             _ => return Err(ContinuationError::NoHopf),
         };
         let make = |p: [f64; 2]| (self.make)(p[0], p[1]);
-        // The frequency of the last place: the next one is near it.
+        // The frequency at the last point: that at the next one is near it.
         let last = Cell::new(frequency);
-        let swings = |balance: &Balance<M>| {
-            let now =
-                Swings { frequency: last.get(), meet }.frequency(&balance.model, &balance.place.state)?;
+        let hopf = |balance: &Balance<M>| {
+            let now = HopfTest { frequency: last.get(), undamped }
+                .frequency(&balance.model, &balance.place.state)?;
             last.set(now);
-            Some(Singular::swinging(balance, Swings { frequency: now, meet }))
+            Some(SingularityCondition::imaginary_pair(balance, HopfTest { frequency: now, undamped }))
         };
-        let (curve, lost) = self.plan.run::<M>(&make, &swings, ContinuationError::NoHopf)?;
+        let (curve, outcome) = self.plan.run::<M>(&make, &hopf, ContinuationError::NoHopf)?;
+        // The frequency at each point, near that at the point before.
         let mut frequencies = Vec::with_capacity(curve.points.len());
         let mut now = frequency;
         for (p, state) in &curve.points {
-            now = Swings { frequency: now, meet }.frequency(&make(*p), state).unwrap_or(f64::NAN);
+            now = HopfTest { frequency: now, undamped }.frequency(&make(*p), state).unwrap_or(f64::NAN);
             frequencies.push(now);
         }
+        // A curve that ends with a small and falling frequency ends where the frequency is zero.
         let most = frequencies.iter().fold(0.0, |most: f64, x| most.max(*x));
-        let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < SLOW * most);
-        let of = |curve: TracedCurve<M::State>, end| HopfCurve {
+        let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < MAX_RATIO_AT_ZERO_FREQUENCY * most);
+        let result = |curve: TracedCurve<M::State>, end| HopfCurve {
             points: curve.points,
             frequencies,
             end,
             coordinates: M::COORDINATES,
         };
-        match lost {
-            None => {
+        match outcome {
+            Ok(()) => {
                 let end = curve.end;
-                Ok(of(curve, end))
+                Ok(result(curve, end))
             }
-            Some(None) if slow => Ok(of(curve, BranchEnd::ZeroFrequency)),
-            Some(reason) => Err(ContinuationError::HopfCurve {
+            Err(None) if slow => Ok(result(curve, BranchEnd::ZeroFrequency)),
+            Err(reason) => Err(ContinuationError::HopfCurve {
                 at: curve.points.last().map_or([f64::NAN; 2], |(p, _)| *p),
                 reason,
-                curve: Box::new(of(curve, BranchEnd::Points)),
+                curve: Box::new(result(curve, BranchEnd::Points)),
             }),
         }
     }

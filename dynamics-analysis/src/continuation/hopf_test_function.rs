@@ -7,8 +7,9 @@
 //! without any:        Re (σ₁ − σ₂)² = 0, which is −(ω₁ − ω₂)² before        where two frequencies meet
 //! ```
 //!
-//! The second passes zero with a finite slope, but σ₁ − σ₂ itself begins as a square root (A. P. Seyranian &
-//! A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*, chapters 2 and 4).
+//! The second passes zero with a finite slope, but σ₁ − σ₂ itself begins as a square root
+//! (A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability Theory with Mechanical Applications*,
+//! chapters 2 and 4).
 
 use alloc::vec::Vec;
 
@@ -17,45 +18,47 @@ use nalgebra::Complex;
 
 use crate::linearize::{ModelDerivatives, Tangent, assemble, matrix_eigenvalues};
 
-/// A pair next to another one may be so far from it, as a part of its frequency.
-const NEXT: f64 = 0.5;
+/// Eigenvalues farther from the frequency of the previous point than this share of it belong to other modes.
+const EIGENVALUE_SEARCH_RADIUS: f64 = 0.5;
 
-/// Which eigenvalues are asked for, and what of them.
+/// The eigenvalues whose test function vanishes on a curve of Hopf points.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Swings {
-    /// The frequency nearby.
+pub(super) struct HopfTest {
+    /// The frequency at the previous point, in rad/s: eigenvalues near it are meant.
     pub(super) frequency: f64,
-    /// Whether two frequencies meet: without damping.
-    pub(super) meet: bool,
+    /// Without damping two frequencies meet, with damping a real part vanishes.
+    pub(super) undamped: bool,
 }
 
-impl Swings {
-    /// What vanishes on the curve, in 1/s or 1/s².
+impl HopfTest {
+    /// The test function, in 1/s with damping and in 1/s² without.
     pub(super) fn test<M: Constraints>(&self, model: &M, state: &M::State) -> Option<f64> {
-        let near = self.near(model, state)?;
-        match (self.meet, &near[..]) {
+        let near = self.nearby_eigenvalues(model, state)?;
+        match (self.undamped, &near[..]) {
             (false, [first, ..]) => Some(first.re),
             (true, [first, second, ..]) => Some(((first - second) * (first - second)).re),
             _ => None,
         }
     }
 
-    /// The eigenvalues that swing, nearest to the frequency first.
-    fn near<M: Constraints>(&self, model: &M, state: &M::State) -> Option<Vec<Complex<f64>>> {
+    /// The eigenvalues with positive imaginary part near the frequency, the nearest first.
+    fn nearby_eigenvalues<M: Constraints>(&self, model: &M, state: &M::State) -> Option<Vec<Complex<f64>>> {
         let read = ModelDerivatives::of(model, state).ok()?;
         let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, [&[]; 2]);
         let all = matrix_eigenvalues(assemble::<M>(&read, &tangent).state_matrix().ok()?).ok()?;
         let to = Complex::new(0.0, self.frequency);
-        let mut swing: Vec<_> =
-            all.into_iter().filter(|x| x.im > 0.0 && (x - to).norm() < NEXT * self.frequency).collect();
-        swing.sort_by(|a, b| (a - to).norm().total_cmp(&(b - to).norm()));
-        Some(swing)
+        let mut oscillating: Vec<_> = all
+            .into_iter()
+            .filter(|x| x.im > 0.0 && (x - to).norm() < EIGENVALUE_SEARCH_RADIUS * self.frequency)
+            .collect();
+        oscillating.sort_by(|a, b| (a - to).norm().total_cmp(&(b - to).norm()));
+        Some(oscillating)
     }
 
-    /// The frequency at a place.
+    /// The frequency of these eigenvalues, in rad/s.
     pub(super) fn frequency<M: Constraints>(&self, model: &M, state: &M::State) -> Option<f64> {
-        let near = self.near(model, state)?;
-        match (self.meet, &near[..]) {
+        let near = self.nearby_eigenvalues(model, state)?;
+        match (self.undamped, &near[..]) {
             (false, [first, ..]) => Some(first.im),
             (true, [first, second, ..]) => Some(0.5 * (first.im + second.im)),
             _ => None,

@@ -1,8 +1,8 @@
 //! Newton's method for points on a branch, and for its singular points.
 //!
-//! A point on a branch is where F = 0 meets a plane ⟨n, x − x₀⟩ = 0 of x = (q, p) (H. B. Keller, in
-//! *Applications of Bifurcation Theory*, 1977; E. L. Allgower & K. Georg, *Introduction to Numerical
-//! Continuation Methods*). A singular K is recognised by g of the bordered system
+//! A point on a branch is the intersection of F = 0 with a plane ⟨n, x − x₀⟩ = 0 of x = (q, p)
+//! (H. B. Keller, in *Applications of Bifurcation Theory*, 1977; E. L. Allgower & K. Georg, *Introduction to
+//! Numerical Continuation Methods*). K is singular where g = 0 in the bordered system
 //!
 //! ```text
 //! [K  b] [v]   [0]        a fold:          F = 0,        g = 0                      for z, p
@@ -19,41 +19,57 @@ use alloc::vec::Vec;
 use dynamics_runtime::model::Constraints;
 use nalgebra::{DMatrix, DVector};
 
-use super::hopf_test_function::Swings;
+use super::hopf_test_function::HopfTest;
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
-use crate::equilibria::EquilibriumError;
+use crate::equilibria::{Equilibrated, EquilibriumError};
 use crate::linearize::matrix_eigenvalues;
 
-/// Most corrections. More than eight mean that the step was too long.
-const MOST_CORRECTIONS: usize = 12;
-/// Corrections from here on are the last ones.
-const LAST_CORRECTION: f64 = 1e-8;
-/// What coordinates and parameters are moved by for slopes of g and f, of what they are measured by.
-const ASIDE: f64 = 1e-5;
+/// Largest number of corrections. The iteration converges quadratically from a guess at the distance of a
+/// step, so that more than eight corrections mean a step that was too long. The rest is for roots of
+/// multiplicity three, where each correction takes a third of the error.
+const MAX_CORRECTIONS: usize = 12;
+/// From corrections of this length on, in the scales of the unknowns, the iteration ends as soon as a
+/// correction is more than half of the last. Quadratic convergence makes the next one 10⁻¹⁶, which is
+/// rounding.
+const CONVERGED_CORRECTION: f64 = 1e-8;
+/// Step of the central differences for the slopes of g and f, in the scales of the unknowns. It is near the
+/// cube root of the rounding unit, 6·10⁻⁶, where truncation and rounding are alike. The slopes only
+/// steer the iteration.
+const SLOPE_STEP: f64 = 1e-5;
 
-/// What is asked of a place beside balance: that K is singular.
-pub(super) struct Singular {
-    /// Whether F_p is to lie in the range of K, too: a branch point.
+/// Largest value of a test at a computed point, relative to its change over the scale of an unknown. Slopes
+/// are central differences with an error of some 10⁻¹⁰, so that a converged test is far below this.
+const MAX_TEST_RESIDUAL: f64 = 1e-7;
+/// If the ratio of the smallest to the largest pivot of a balanced matrix is below this, the system is solved
+/// by singular values instead of by elimination: fewer than four digits would be left.
+const MIN_PIVOT_RATIO: f64 = 1e-12;
+/// Singular values of a balanced matrix below this are zero. Its elements are at most 1, so that rounding
+/// leaves about 10⁻¹⁶ times its size.
+const ZERO_SINGULAR_VALUE: f64 = 1e-13;
+
+/// A further equation for a point beside balance: K is singular, or has eigenvalues on the imaginary axis.
+pub(super) struct SingularityCondition {
+    /// A branch point: F_p lies in the range of K, too.
     pub(super) branching: bool,
-    /// Instead of a singular K, a pair of eigenvalues on the imaginary axis.
-    pub(super) swings: Option<Swings>,
-    /// b and c.
+    /// If given, a pair of eigenvalues on the imaginary axis is asked for instead of a singular K.
+    pub(super) hopf: Option<HopfTest>,
+    /// The borders b and c.
     pub(super) borders: [DVector<f64>; 2],
-    /// Independent coordinates of all this.
+    /// The independent coordinates that b, c, and all slopes belong to.
     pub(super) coordinates: Vec<usize>,
 }
 
-impl Singular {
-    /// With the borders that suit a place near which K is singular: the shapes, by columns and by rows, of
-    /// the stiffness per inertia μ that is nearest to `soft`, to zero if none is given. They are those of
-    /// forces and displacements weighed by inertia, so that units play no part, and what is soft is told from
-    /// what vanishes.
-    pub(super) fn beside<M: Constraints>(
+impl SingularityCondition {
+    /// The condition that K is singular, with borders for a point near the singular one. They are the left
+    /// and the right singular vector of the eigenvalue μ of the stiffness per inertia that is nearest to
+    /// `soft`, or to zero if `soft` is `None`. Forces and displacements are weighted by inertia, so that the
+    /// result does not depend on units, and a soft direction is not mistaken for a singular one.
+    pub(super) fn near<M: Constraints>(
         balance: &Balance<M>,
         branching: bool,
         soft: Option<f64>,
     ) -> Option<Self> {
-        let (lower, k) = balance.per_inertia()?;
+        let (lower, k) = balance.stiffness_per_inertia()?;
         let n = k.nrows();
         let real = matrix_eigenvalues(k.clone()).ok()?.into_iter().filter(|x| x.im == 0.0).map(|x| x.re);
         let wanted = soft.unwrap_or(0.0);
@@ -62,22 +78,22 @@ impl Singular {
         let least = svd.singular_values.imin();
         let (left, right) = (svd.u?.column(least).into_owned(), svd.v_t?.row(least).transpose());
         let coordinates = balance.statics.tangent.coordinates.clone();
-        Some(Self { branching, swings: None, borders: [&lower * left, lower * right], coordinates })
+        Some(Self { branching, hopf: None, borders: [&lower * left, lower * right], coordinates })
     }
 
-    /// That a pair of eigenvalues lies on the imaginary axis, or two of them are one.
-    pub(super) fn swinging<M: Constraints>(balance: &Balance<M>, swings: Swings) -> Self {
+    /// The condition that a pair of eigenvalues lies on the imaginary axis, or that two pairs are equal.
+    pub(super) fn imaginary_pair<M: Constraints>(balance: &Balance<M>, hopf: HopfTest) -> Self {
         let none = DVector::zeros(balance.size());
         let coordinates = balance.statics.tangent.coordinates.clone();
-        Self { branching: false, swings: Some(swings), borders: [none.clone(), none], coordinates }
+        Self { branching: false, hopf: Some(hopf), borders: [none.clone(), none], coordinates }
     }
 
-    /// How many equations this adds.
+    /// The number of equations that the condition adds.
     fn count(&self) -> usize {
         1 + usize::from(self.branching)
     }
 
-    /// g, and f.
+    /// g, and f at branch points, from the bordered system of the stiffness `k`.
     fn tests(&self, k: &DMatrix<f64>, by_p: impl Fn() -> Option<DVector<f64>>) -> Option<Vec<f64>> {
         let (n, [b, c]) = (k.nrows(), &self.borders);
         let mut bordered = DMatrix::zeros(n + 1, n + 1);
@@ -94,13 +110,14 @@ impl Singular {
         Some(found)
     }
 
-    fn at<M: Constraints>(
+    /// The same at another point; `None` if its independent coordinates are others.
+    fn tests_at<M: Constraints>(
         &self,
         problem: &ContinuationProblem<'_, M>,
         place: &ContinuationPoint<M::State>,
     ) -> Option<Vec<f64>> {
-        if let Some(swings) = &self.swings {
-            return Some(alloc::vec![swings.test(&problem.model(place.p).ok()?, &place.state)?]);
+        if let Some(hopf) = &self.hopf {
+            return Some(alloc::vec![hopf.test(&problem.model(place.p).ok()?, &place.state)?]);
         }
         if self.branching {
             let there = problem.balance(place, &self.coordinates).ok()?;
@@ -114,63 +131,55 @@ impl Singular {
         }
     }
 
-    /// g and f, and a row of slopes by all unknowns for each.
-    pub(super) fn rows<M: Constraints>(
+    /// g and f, and a row of their slopes by all unknowns.
+    pub(super) fn values_and_slopes<M: Constraints>(
         &self,
         problem: &ContinuationProblem<'_, M>,
         balance: &Balance<M>,
     ) -> Option<(Vec<f64>, DMatrix<f64>)> {
-        let here = match &self.swings {
-            Some(swings) => alloc::vec![swings.test(&balance.model, &balance.place.state)?],
+        let here = match &self.hopf {
+            Some(hopf) => alloc::vec![hopf.test(&balance.model, &balance.place.state)?],
             None => self.tests(&balance.stiffness(), || Some(balance.by_parameter(0)))?,
         };
         let unknowns = balance.lift.ncols();
         let mut slopes = DMatrix::zeros(self.count(), unknowns);
         for j in 0..unknowns {
             let mut unit = DVector::zeros(unknowns);
-            unit[j] = ASIDE * problem.measure(balance, j);
-            let aside = |sign: f64| {
+            unit[j] = SLOPE_STEP * problem.scale_of(balance, j);
+            let moved = |sign: f64| {
                 let by = balance.direction(&(&unit * sign), problem.count);
-                let place = problem.placed(&problem.moved(&balance.place, &by), &balance.statics)?;
-                self.at(problem, &place)
+                let place = problem.projected(&problem.moved(&balance.place, &by), &balance.statics)?;
+                self.tests_at(problem, &place)
             };
-            let (above, below) = (aside(1.0)?, aside(-1.0)?);
+            let (above, below) = (moved(1.0)?, moved(-1.0)?);
             (0..self.count()).for_each(|i| slopes[(i, j)] = (above[i] - below[i]) / (2.0 * unit[j]));
         }
         Some((here, slopes))
     }
 }
 
-/// Where Newton's method arrived.
-pub(super) struct Arrived<M: Constraints> {
+/// A point that Newton's method computed.
+pub(super) struct CorrectedPoint<M: Constraints> {
     pub(super) balance: Balance<M>,
     pub(super) iterations: usize,
-    /// The last change of the first parameter, and all that would follow if corrections went on falling as
-    /// slowly as at last.
-    pub(super) change: f64,
-    /// β.
+    /// The error of the first parameter: its last change, and the sum of the further ones if corrections go
+    /// on falling as slowly as at last.
+    pub(super) parameter_error: f64,
+    /// β, the push that a branch point needs to be in balance: zero if branches meet.
     pub(super) beta: f64,
 }
 
-/// Why it did not.
+/// Why Newton's method computed no point.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Missed {
+pub(super) enum CorrectorError {
     /// The iteration did not converge, or went too far.
-    Far,
-    /// The model has no forces or constraints that can be followed.
+    NotConverged,
+    /// The model has no finite forces there, or its constraints cannot be followed.
     Model(EquilibriumError),
 }
 
 impl<M: Constraints> ContinuationProblem<'_, M> {
-    /// What the j-th unknown is measured by.
-    pub(super) fn measure(&self, balance: &Balance<M>, j: usize) -> f64 {
-        match j.checked_sub(balance.size()) {
-            Some(k) => self.widths[k],
-            None => self.scales[balance.statics.tangent.coordinates[balance.free[j]]],
-        }
-    }
-
-    /// ⟨n, ·⟩ of the unknowns.
+    /// The row ⟨n, ·⟩ of the plane with normal n, by the unknowns.
     pub(super) fn plane_row(&self, normal: &Direction, balance: &Balance<M>) -> DVector<f64> {
         let n = balance.size();
         DVector::from_fn(n + self.count, |j, _| {
@@ -180,64 +189,73 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         })
     }
 
-    /// From a guess to balance on a plane through `through`, and to a singular K if that is asked for; no
-    /// farther than `reach` from the guess.
+    /// Newton's method from a guess to a point in balance. `plane` is a normal and a point of the plane in
+    /// which it lies. `singular` is a further condition. Points farther than `reach` from the guess are
+    /// refused.
     pub(super) fn solve(
         &self,
         guess: &ContinuationPoint<M::State>,
         preferred: &[usize],
         plane: Option<(&Direction, &ContinuationPoint<M::State>)>,
-        singular: Option<&Singular>,
+        singular: Option<&SingularityCondition>,
         reach: f64,
-    ) -> Result<Arrived<M>, Missed> {
+    ) -> Result<CorrectedPoint<M>, CorrectorError> {
         let (mut place, mut last, mut beta) = (*guess, f64::INFINITY, 0.0);
-        for iterations in 0..MOST_CORRECTIONS {
-            let balance = self.balance(&place, preferred).map_err(Missed::Model)?;
-            let (matrix, right) = self.system(&balance, plane, singular, beta).ok_or(Missed::Far)?;
+        for iterations in 0..MAX_CORRECTIONS {
+            let balance = self.balance(&place, preferred).map_err(CorrectorError::Model)?;
+            let (matrix, right) =
+                self.system(&balance, plane, singular, beta).ok_or(CorrectorError::NotConverged)?;
             let n = balance.size();
-            let step = linear(&matrix, &-&right).ok_or(Missed::Far)?;
-            let scales = DVector::from_fn(n + self.count, |j, _| self.measure(&balance, j));
-            let by = balance.direction(&step, self.count);
-            let by = Direction { q: &by.q + &balance.offset, ..by };
-            let change = self.norm(&by);
-            let away = self.distance(guess, &self.moved(&place, &by));
+            let step = linear(&matrix, &-&right).ok_or(CorrectorError::NotConverged)?;
+            let scales = DVector::from_fn(n + self.count, |j, _| self.scale_of(&balance, j));
+            let correction = balance.direction(&step, self.count);
+            let correction = Direction { q: &correction.q + &balance.offset, ..correction };
+            let change = self.norm(&correction);
+            let away = self.distance(guess, &self.moved(&place, &correction));
             if !(change.is_finite() && away <= reach) {
-                return Err(Missed::Far);
+                return Err(CorrectorError::NotConverged);
             }
-            if change <= LAST_CORRECTION && (change <= 4.0 * f64::EPSILON || change >= 0.5 * last) {
-                // What is left is rounding.
-                if !balance.is_balanced(change).map_err(Missed::Model)? {
-                    return Err(Missed::Far);
+            if change <= CONVERGED_CORRECTION && (change <= 4.0 * f64::EPSILON || change >= 0.5 * last) {
+                // Corrections no longer shrink. The point is accepted if the residuals are rounding, too.
+                if !balance.is_balanced(change).map_err(CorrectorError::Model)? {
+                    return Err(CorrectorError::NotConverged);
                 }
-                if singular
-                    .is_some_and(|singular| !settled(&matrix, &right, n..n + singular.count(), &scales))
-                {
-                    return Err(Missed::Far);
+                if singular.is_some_and(|singular| {
+                    !tests_are_zero(&matrix, &right, n..n + singular.count(), &scales)
+                }) {
+                    return Err(CorrectorError::NotConverged);
                 }
                 let rate = change / last;
-                // At a root of multiplicity three or less, which this is where it creeps.
-                let on = if rate > 0.5 && rate < 1.0 { 3.0 / (1.0 - rate) } else { 1.0 };
-                return Ok(Arrived { balance, iterations, change: by.p[0].abs() * on, beta });
+                // Linear convergence means a multiple root. For multiplicity three, the largest expected,
+                // the error is up to three times the geometric sum of the corrections.
+                let series = if rate > 0.5 && rate < 1.0 { 3.0 / (1.0 - rate) } else { 1.0 };
+                return Ok(CorrectedPoint {
+                    balance,
+                    iterations,
+                    parameter_error: correction.p[0].abs() * series,
+                    beta,
+                });
             }
             last = change;
             if singular.is_some_and(|singular| singular.branching) {
                 beta += step[n + self.count];
             }
-            place = self.moved(&place, &by);
+            place = self.moved(&place, &correction);
         }
-        Err(Missed::Far)
+        Err(CorrectorError::NotConverged)
     }
 
-    /// The equations for a step of all unknowns, scaled by nothing yet: matrix, and what is left.
+    /// Matrix and residual of the equations for a step of all unknowns: the n equations of balance, the
+    /// tests of `singular`, and the plane. The unknowns are z, the parameters, and β at branch points.
     fn system(
         &self,
         balance: &Balance<M>,
         plane: Option<(&Direction, &ContinuationPoint<M::State>)>,
-        singular: Option<&Singular>,
+        singular: Option<&SingularityCondition>,
         beta: f64,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let (n, count) = (balance.size(), self.count);
-        let tests = singular.map_or(0, Singular::count);
+        let tests = singular.map_or(0, SingularityCondition::count);
         let unknowns = n + count + usize::from(tests == 2);
         let mut matrix = DMatrix::zeros(unknowns, unknowns);
         let mut right = DVector::zeros(unknowns);
@@ -247,7 +265,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             if balance.statics.tangent.coordinates != singular.coordinates {
                 return None;
             }
-            let (values, slopes) = singular.rows(self, balance)?;
+            let (values, slopes) = singular.values_and_slopes(self, balance)?;
             matrix.view_mut((n, 0), (tests, n + count)).copy_from(&slopes);
             right.rows_mut(n, tests).copy_from_slice(&values);
             if singular.branching {
@@ -259,25 +277,25 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             matrix
                 .view_mut((n + tests, 0), (1, n + count))
                 .copy_from(&self.plane_row(normal, balance).transpose());
-            let gone = self.between(through, &balance.place);
-            right[n + tests] = self.dot(normal, &Direction { q: &gone.q + &balance.offset, p: gone.p });
+            let from_plane = self.between(through, &balance.place);
+            right[n + tests] =
+                self.dot(normal, &Direction { q: &from_plane.q + &balance.offset, p: from_plane.p });
         }
         Some((matrix, right))
     }
 
-    /// The direction of the branch at a place, of unit length, nearest to a direction in which it was
-    /// followed.
+    /// The tangent of the branch at a point, of unit length, on the side of the direction `along`.
     pub(super) fn tangent(
         &self,
         balance: &Balance<M>,
         along: &Direction,
-        singular: Option<&Singular>,
+        singular: Option<&SingularityCondition>,
     ) -> Option<Direction> {
         let (mut matrix, mut right) = self.system(balance, Some((along, &balance.place)), singular, 0.0)?;
         let last = right.len() - 1;
         right.fill(0.0);
         right[last] = 1.0;
-        // The plane goes through the place itself; what is off the constraints plays no part.
+        // The plane goes through the point itself, so that its row only normalises the direction.
         let size = matrix.row(last).amax();
         matrix.row_mut(last).unscale_mut(size);
         let found = balance.direction(&linear(&matrix, &right)?, self.count);
@@ -286,9 +304,9 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
     }
 }
 
-/// Whether these equations are fulfilled to the accuracy of their slopes. If a slope does not exist, as near
-/// a corner, small steps prove nothing.
-fn settled(
+/// Whether the tests are zero to the accuracy of their slopes. Near a corner of the forces a slope does not
+/// exist, and a small step does not prove that a test is zero.
+fn tests_are_zero(
     matrix: &DMatrix<f64>,
     right: &DVector<f64>,
     rows: core::ops::Range<usize>,
@@ -296,26 +314,21 @@ fn settled(
 ) -> bool {
     rows.into_iter().all(|i| {
         let slope = (0..scales.len()).fold(0.0, |most: f64, j| most.max((matrix[(i, j)] * scales[j]).abs()));
-        right[i].abs() <= 1e-7 * slope
+        right[i].abs() <= MAX_TEST_RESIDUAL * slope
     })
 }
 
-/// The solution of a square system, rows and columns balanced; directions in which it is singular stand
-/// still.
+/// The solution of a square system with balanced rows and columns. In directions in which the matrix is
+/// singular, the solution is zero.
 pub(super) fn linear(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let inverse = |most: f64| if most >= f64::MIN_POSITIVE { 1.0 / most } else { 1.0 };
-    let rows = DVector::from_iterator(matrix.nrows(), matrix.row_iter().map(|row| inverse(row.amax())));
-    let mut balanced = DMatrix::from_diagonal(&rows) * matrix;
-    let columns =
-        DVector::from_iterator(matrix.ncols(), balanced.column_iter().map(|column| inverse(column.amax())));
-    balanced.column_iter_mut().zip(columns.iter()).for_each(|(mut column, c)| column *= *c);
+    let Equilibrated { rows, columns, matrix: balanced } = Equilibrated::of(matrix);
     let right = right.component_mul(&rows);
     let lu = balanced.clone().lu();
     let pivots = lu.u().diagonal().abs();
-    let solution = (pivots.min() > 1e-12 * pivots.max()).then(|| lu.solve(&right)).flatten();
+    let solution = (pivots.min() > MIN_PIVOT_RATIO * pivots.max()).then(|| lu.solve(&right)).flatten();
     let solution = match solution {
         Some(found) => found,
-        None => balanced.try_svd(true, true, f64::EPSILON, 1000)?.solve(&right, 1e-13).ok()?,
+        None => balanced.try_svd(true, true, f64::EPSILON, 1000)?.solve(&right, ZERO_SINGULAR_VALUE).ok()?,
     };
     solution.iter().all(|x| x.is_finite()).then(|| solution.component_mul(&columns))
 }

@@ -14,7 +14,7 @@ use dynamics_view::file::{self, FileError};
 use dynamics_view::text::{exact, readable};
 use dynamics_view::{Axis, Chart, Color, Mark, Panel, Series};
 
-use super::branch::{Branch, BranchEnd, BranchPoint, Diagram, Special, SpecialKind, Stays};
+use super::branch::{Branch, BranchEnd, Diagram, PointOnBranch, SpecialKind, SpecialPoint, StabilityClass};
 use super::buckling::Buckling;
 use crate::page::{Page, PageSection};
 use crate::table::columns;
@@ -40,7 +40,7 @@ impl Page {
 impl fmt::Display for SpecialKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Several { count } => write!(f, "{count} stiffnesses vanish together"),
+            Self::MultipleBifurcation { count } => write!(f, "{count} stiffnesses vanish together"),
             Self::Hopf { frequency } => write!(f, "Hopf point at {} rad/s", readable(*frequency, 7)),
             Self::FrequenciesMeet { frequency } => {
                 write!(f, "frequencies meet at {} rad/s", readable(*frequency, 7))
@@ -63,7 +63,7 @@ impl SpecialKind {
             Self::Pitchfork { supercritical: false } => "pitchfork, subcritical",
             Self::Transcritical => "transcritical point",
             Self::BranchPoint => "branch point",
-            Self::Several { .. } => "several branch points",
+            Self::MultipleBifurcation { .. } => "several branch points",
             Self::Hopf { .. } => "Hopf point",
             Self::FrequenciesMeet { .. } => "frequencies meet",
             Self::FlutterDivergence { .. } => "flutter meets divergence",
@@ -71,7 +71,7 @@ impl SpecialKind {
     }
 }
 
-impl fmt::Display for Stays {
+impl fmt::Display for StabilityClass {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Stable => "stable",
@@ -105,12 +105,16 @@ impl<S: ModelState> Branch<S> {
         };
         let (first, last) = (self.points.first(), self.points.last());
         rows.extend(
-            first.map(|point| row(format!("from, {}", point.stays()), point.parameter, &point.state)),
+            first.map(|point| {
+                row(format!("from, {}", point.stability_class()), point.parameter, &point.state)
+            }),
         );
         for special in &self.special {
             rows.push(row(special.kind.to_string(), special.parameter, &special.state));
         }
-        rows.extend(last.map(|point| row(format!("to, {}", point.stays()), point.parameter, &point.state)));
+        rows.extend(
+            last.map(|point| row(format!("to, {}", point.stability_class()), point.parameter, &point.state)),
+        );
         rows
     }
 }
@@ -203,7 +207,8 @@ impl<S: ModelState> Branch<S> {
                 let _ = write!(out, ",{}", exact(*q));
             });
             let growth = point.stability.as_ref().map_or(f64::NAN, |stability| stability.abscissa);
-            let _ = writeln!(out, ",{},{},{},", exact(point.arclength), point.stays(), exact(growth));
+            let _ =
+                writeln!(out, ",{},{},{},", exact(point.arclength), point.stability_class(), exact(growth));
         }
         for special in &self.special {
             let _ = write!(out, "{number},{}", exact(special.parameter));
@@ -272,13 +277,20 @@ fn head(parameter: &str, names: impl Iterator<Item = &'static str>) -> String {
 fn panel<S: ModelState>(branches: &[Branch<S>], title: &str, of: impl Fn(&S) -> f64) -> Panel {
     let name = branches.first().map_or("parameter", |branch| &branch.parameter);
     let mut panel = Panel::new(Axis::new(name), Axis::new(title));
-    for (stays, color) in
-        [(Stays::Stable, Color::Blue), (Stays::Unstable, Color::Red), (Stays::Undecided, Color::Faint)]
-    {
-        let points: Vec<(f64, f64)> = branches.iter().flat_map(|branch| pieces(branch, stays, &of)).collect();
+    for (stability, color) in [
+        (StabilityClass::Stable, Color::Blue),
+        (StabilityClass::Unstable, Color::Red),
+        (StabilityClass::Undecided, Color::Faint),
+    ] {
+        let points: Vec<(f64, f64)> =
+            branches.iter().flat_map(|branch| lines_of_stability(branch, stability, &of)).collect();
         if points.iter().any(|(x, _)| x.is_finite()) {
-            let series = Series::new(stays.to_string(), points).color(color);
-            panel = panel.series(if stays == Stays::Stable { series.solid() } else { series.dashed() });
+            let series = Series::new(stability.to_string(), points).color(color);
+            panel = panel.series(if stability == StabilityClass::Stable {
+                series.solid()
+            } else {
+                series.dashed()
+            });
         }
     }
     let mut kinds: Vec<&'static str> = Vec::new();
@@ -289,21 +301,25 @@ fn panel<S: ModelState>(branches: &[Branch<S>], title: &str, of: impl Fn(&S) -> 
         }
     }
     for (k, kind) in kinds.into_iter().enumerate() {
-        let place = |special: &Special<S>| (special.parameter, of(&special.state));
+        let place = |special: &SpecialPoint<S>| (special.parameter, of(&special.state));
         let points = all().filter(|special| special.kind.name() == kind).map(place);
         panel = panel.series(Series::new(kind, points).mark(Mark::Points).color(Color::Ink).sign(k));
     }
     panel
 }
 
-/// The pieces of a branch on which it stays, or does not, each up to the special point that ends it; gaps
-/// between.
-fn pieces<S: ModelState>(branch: &Branch<S>, wanted: Stays, of: &impl Fn(&S) -> f64) -> Vec<(f64, f64)> {
+/// The lines of a branch on which it has the wanted stability, each up to the special point that ends it,
+/// with gaps between them.
+fn lines_of_stability<S: ModelState>(
+    branch: &Branch<S>,
+    wanted: StabilityClass,
+    of: &impl Fn(&S) -> f64,
+) -> Vec<(f64, f64)> {
     let mut out: Vec<(f64, f64)> = Vec::new();
-    for (from, to, stays) in
-        branch.points.windows(2).flat_map(|pair| stretches(branch, &pair[0], &pair[1], of))
+    for (from, to, stability) in
+        branch.points.windows(2).flat_map(|pair| lines_between(branch, &pair[0], &pair[1], of))
     {
-        if stays != wanted {
+        if stability != wanted {
             continue;
         }
         if out.last() != Some(&from) {
@@ -316,39 +332,40 @@ fn pieces<S: ModelState>(branch: &Branch<S>, wanted: Stays, of: &impl Fn(&S) -> 
     out
 }
 
-/// From where to where on a chart, and whether it stays there.
-type Stretch = ((f64, f64), (f64, f64), Stays);
+/// A line on a chart from one point to another, and the stability on it.
+type StabilityLine = ((f64, f64), (f64, f64), StabilityClass);
 
-/// What is drawn between two points: one stretch, or one up to the special points between them and one from
-/// there.
-fn stretches<S: ModelState>(
+/// The lines between two points: one, or one up to the first special point between them, one between the
+/// special points, and one from the last of them.
+fn lines_between<S: ModelState>(
     branch: &Branch<S>,
-    before: &BranchPoint<S>,
-    after: &BranchPoint<S>,
+    before: &PointOnBranch<S>,
+    after: &PointOnBranch<S>,
     of: &impl Fn(&S) -> f64,
-) -> Vec<Stretch> {
+) -> Vec<StabilityLine> {
     let at = |parameter: f64, state: &S| (parameter, of(state));
     let (from, to) = (at(before.parameter, &before.state), at(after.parameter, &after.state));
-    let is_between =
-        |special: &&Special<S>| special.arclength > before.arclength && special.arclength <= after.arclength;
+    let is_between = |special: &&SpecialPoint<S>| {
+        special.arclength > before.arclength && special.arclength <= after.arclength
+    };
     let mut between = branch.special.iter().filter(is_between);
     let (first, last) = (between.next(), branch.special.iter().rfind(is_between));
     match (first, last) {
         (Some(first), Some(last)) => {
             let [first, last] = [first, last].map(|special| at(special.parameter, &special.state));
             alloc::vec![
-                (from, first, before.stays()),
-                (first, last, after.stays()),
-                (last, to, after.stays())
+                (from, first, before.stability_class()),
+                (first, last, after.stability_class()),
+                (last, to, after.stability_class())
             ]
         }
-        // Undecided in a single point, as where it leaves another branch, is no stretch.
+        // A single undecided point, as in a branch point, does not make a line undecided.
         _ => {
-            let stays = match (before.stays(), after.stays()) {
-                (Stays::Undecided, other) | (other, Stays::Undecided) => other,
+            let stability = match (before.stability_class(), after.stability_class()) {
+                (StabilityClass::Undecided, other) | (other, StabilityClass::Undecided) => other,
                 (_, later) => later,
             };
-            alloc::vec![(from, to, stays)]
+            alloc::vec![(from, to, stability)]
         }
     }
 }

@@ -1,21 +1,33 @@
-//! Branch switching at the points in which other branches meet this one.
+//! Branch switching in branch points, and diagrams of all branches that are reached from a start.
+//!
+//! The other branch is sought in the plane normal to its direction in the null space (`locate.rs`), at
+//! decreasing distances from the branch point. In a multiple bifurcation all arms are sought
+//! (`multiple_bifurcation.rs`).
 
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
 use dynamics_runtime::model::{Constraints, ModelState, Powers};
 
-use super::branch::{Branch, Diagram, Special, SpecialKind};
-use super::meet::aside;
+use super::branch::{Branch, Diagram, SpecialKind, SpecialPoint};
+use super::branch_classification::probe_distances;
 use super::problem::{ContinuationPoint, ContinuationProblem, is_range};
 use super::trace::{Sample, Tracer};
 use super::{Continuation, ContinuationError};
 
-/// Branch points nearer than this, in what coordinates and parameters are measured by, are one.
-const SAME: f64 = 1e-5;
-/// A point nearer than this to a chord of another branch, as a part of the chord, lies on it: chords leave
-/// their branch by less.
-const ON_CHORD: f64 = 0.05;
+/// Branch points nearer than this, in the scales of coordinates and parameter, are one. Most are computed to
+/// rounding. Those that were only enclosed are known to 10⁻⁴ of a step, 5·10⁻⁶ with the longest step
+/// of 0.05.
+const SAME_BRANCH_POINT_DISTANCE: f64 = 1e-5;
+/// A point nearer than this to a chord of another branch, as a share of the chord, lies on that branch. An
+/// arc that turns by 0.35 rad, the most within a step, leaves its chord by 0.044 of it.
+const MAX_DEVIATION_FROM_CHORD: f64 = 0.05;
+
+/// A point may lie beyond the end of a chord by this share of it, for points at the corner of two chords.
+const CHORD_END_TOLERANCE: f64 = 0.01;
+/// Number of points after the branch point that have to lie on another branch for a branch to be the same. A
+/// single one may lie on it by chance.
+const COMPARED_POINTS: usize = 5;
 
 impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// The two halves of the branch that crosses the one on which this branch point was found.
@@ -25,10 +37,10 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// branch, with what was computed.
     pub fn switch(
         &self,
-        at: &Special<M::State>,
+        at: &SpecialPoint<M::State>,
     ) -> Result<[Branch<M::State>; 2], ContinuationError<M::State>> {
-        self.traced(|problem, periodic| {
-            let [plus, minus] = self.arms(problem, periodic, at)?;
+        self.with_problem(|problem, periodic| {
+            let [plus, minus] = self.crossing_arms(problem, periodic, at)?;
             Ok([plus?, minus?])
         })
     }
@@ -41,9 +53,9 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// As [`Continuation::switch`]; a continuum of branches that a symmetry maps into each other.
     pub fn switch_all(
         &self,
-        at: &Special<M::State>,
+        at: &SpecialPoint<M::State>,
     ) -> Result<Vec<Branch<M::State>>, ContinuationError<M::State>> {
-        self.traced(|problem, periodic| self.halves(problem, periodic, at)?.into_iter().collect())
+        self.with_problem(|problem, periodic| self.all_arms(problem, periodic, at)?.into_iter().collect())
     }
 
     /// All branches that are reached from the start through branch points, up to `limit` of them, each once:
@@ -53,28 +65,30 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     /// Only the errors of the branch through the start. The result says why other branches ended, with what
     /// was computed of them.
     pub fn branches(&self, limit: usize) -> Result<Diagram<M::State>, ContinuationError<M::State>> {
-        self.traced(|problem, periodic| {
+        self.with_problem(|problem, periodic| {
             let mut diagram = Diagram { branches: Vec::new(), failures: Vec::new(), left_out: 0 };
             let forward = self.forward.unwrap_or(self.value < self.options.range[1]);
-            diagram.branches.push(self.one_way(problem, periodic, forward)?);
+            diagram.branches.push(self.run_direction(problem, periodic, forward)?);
             let inside = self.value > self.options.range[0] && self.value < self.options.range[1];
             if inside && diagram.branches[0].end != super::BranchEnd::Closed {
-                diagram.branches.push(self.one_way(problem, periodic, !forward)?);
+                diagram.branches.push(self.run_direction(problem, periodic, !forward)?);
             }
-            let mut known: Vec<Special<M::State>> = Vec::new();
+            let mut known: Vec<SpecialPoint<M::State>> = Vec::new();
             let mut next = 0;
             while next < diagram.branches.len() {
-                let is_one = |one: &&Special<M::State>| one.kind.is_branch_point() || is_multiple(one);
+                let is_one = |one: &&SpecialPoint<M::State>| one.kind.is_branch_point() || is_multiple(one);
                 let points: Vec<_> = diagram.branches[next].special.iter().filter(is_one).cloned().collect();
                 for point in points {
-                    if known.iter().any(|other| problem.distance(&place(other), &place(&point)) <= SAME) {
+                    if known.iter().any(|other| {
+                        problem.distance(&place(other), &place(&point)) <= SAME_BRANCH_POINT_DISTANCE
+                    }) {
                         continue;
                     }
                     if diagram.branches.len() >= limit {
                         diagram.left_out += 1;
                         continue;
                     }
-                    self.leave(problem, periodic, &point, limit, &mut diagram);
+                    self.add_branches_from(problem, periodic, &point, limit, &mut diagram);
                     known.push(point);
                 }
                 next += 1;
@@ -83,18 +97,18 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         })
     }
 
-    /// Adds the branches that leave from a point, unless they are known.
-    fn leave(
+    /// Adds the branches that leave from a point, unless they are in the diagram.
+    fn add_branches_from(
         &self,
         problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
-        point: &Special<M::State>,
+        point: &SpecialPoint<M::State>,
         limit: usize,
         diagram: &mut Diagram<M::State>,
     ) {
         let arms = match is_multiple(point) {
-            true => self.halves(problem, periodic, point),
-            false => self.arms(problem, periodic, point).map(Vec::from),
+            true => self.all_arms(problem, periodic, point),
+            false => self.crossing_arms(problem, periodic, point).map(Vec::from),
         };
         let arms = match arms {
             Ok(arms) => arms,
@@ -124,27 +138,29 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
 
     /// Both halves of the other branch, or the error of each.
     #[expect(clippy::type_complexity, reason = "two results in one")]
-    fn arms(
+    fn crossing_arms(
         &self,
         problem: &ContinuationProblem<'_, M>,
         periodic: &[bool],
-        at: &Special<M::State>,
+        at: &SpecialPoint<M::State>,
     ) -> Result<[Result<Branch<M::State>, ContinuationError<M::State>>; 2], ContinuationError<M::State>> {
         let parameter = at.parameter;
-        let Some([_, other]) = &at.ways else { return Err(ContinuationError::NoBranchPoint { parameter }) };
+        let Some([_, other]) = &at.directions else {
+            return Err(ContinuationError::NoBranchPoint { parameter });
+        };
         if !is_range(self.options.range, parameter) {
             return Err(ContinuationError::Range { range: self.options.range, start: parameter });
         }
         let begin = |sign: f64| -> Option<Sample<M>> {
             let tracer = Tracer::new(problem, &self.options, periodic);
             let balance = problem.balance(&place(at), &[]).ok()?;
-            // The first step is along the direction that the other branch has a little way on.
-            let way = other.scaled(sign);
-            let aside = aside().find_map(|h| tracer.arm(&balance, &way, h))?;
-            let chord = problem.between(&balance.place, aside.place());
+            // The first tangent is the chord to a point of the other branch nearby.
+            let direction = other.scaled(sign);
+            let sample = probe_distances().find_map(|h| tracer.point_on_arm(&balance, &direction, h))?;
+            let chord = problem.between(&balance.place, sample.place());
             let tangent = chord.scaled(1.0 / problem.norm(&chord));
-            let watch = aside.watch;
-            Some(Sample { balance, tangent, watch })
+            let test_functions = sample.test_functions;
+            Some(Sample { balance, tangent, test_functions })
         };
         let [Some(plus), Some(minus)] = [begin(1.0), begin(-1.0)] else {
             return Err(ContinuationError::NoOtherBranch { parameter });
@@ -153,17 +169,16 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
     }
 }
 
-/// Whether several stiffnesses vanish at once.
-fn is_multiple<S: ModelState>(at: &Special<S>) -> bool {
-    matches!(at.kind, SpecialKind::Several { .. })
+/// Whether a special point is a multiple bifurcation.
+fn is_multiple<S: ModelState>(at: &SpecialPoint<S>) -> bool {
+    matches!(at.kind, SpecialKind::MultipleBifurcation { .. })
 }
 
-fn place<S: ModelState>(special: &Special<S>) -> ContinuationPoint<S> {
+fn place<S: ModelState>(special: &SpecialPoint<S>) -> ContinuationPoint<S> {
     ContinuationPoint { state: special.state, p: [special.parameter, 0.0] }
 }
 
-/// Whether a branch goes where another one went: its first points after the one in which they meet all lie on
-/// that.
+/// Whether a branch is a part of another one: if its first points after the branch point all lie on it.
 fn lies_on<M: Constraints>(
     problem: &ContinuationProblem<'_, M>,
     branch: &Branch<M::State>,
@@ -174,9 +189,11 @@ fn lies_on<M: Constraints>(
         .iter()
         .map(|point| ContinuationPoint { state: point.state, p: [point.parameter, 0.0] })
         .collect();
-    points.len() > 1 && points.iter().take(6).skip(1).all(|point| on_chord(problem, point, other))
+    points.len() > 1
+        && points.iter().skip(1).take(COMPARED_POINTS).all(|point| on_chord(problem, point, other))
 }
 
+/// Whether a point lies on a chord between neighbouring points of a branch.
 fn on_chord<M: Constraints>(
     problem: &ContinuationProblem<'_, M>,
     point: &ContinuationPoint<M::State>,
@@ -189,6 +206,7 @@ fn on_chord<M: Constraints>(
         let length = problem.norm(&chord);
         let along = problem.dot(&chord, &to) / (length * length);
         let left = (problem.dot(&to, &to) - (along * length).powi(2)).max(0.0).sqrt();
-        (-0.01..=1.01).contains(&along) && left <= ON_CHORD * length
+        (-CHORD_END_TOLERANCE..=1.0 + CHORD_END_TOLERANCE).contains(&along)
+            && left <= MAX_DEVIATION_FROM_CHORD * length
     })
 }

@@ -1,25 +1,28 @@
-//! Rest in a corner of the potential: a branch of the model changes there, and the forces on both sides drive
-//! toward it.
+//! Rest in a corner of the potential: a switching function of the model is zero there, and the forces on both
+//! sides drive toward it.
 //!
-//! An example is the minimum of |x|, where no slope exists. No position has its forces in balance. Newton's
-//! method ends where it began, because a constant force does not become smaller. So the search goes downhill
-//! until the branch changes and the force drives back.
+//! An example is the minimum of |x|, where no slope exists. Forces balance nowhere. Newton's method ends
+//! where it began, because a constant force does not become smaller. So the search goes along the
+//! acceleration until a branch of the model changes, and compares the forces on both sides.
 
-use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::model::{Constraints, Kink, MOST_KINKS, ModelState, Vector};
 use nalgebra::DVector;
 
 use super::EquilibriumError;
+use super::displacement::{displaced, projected, size_in_scales};
 use super::statics::{Statics, scales};
 
-/// The first distance that is looked at, in what coordinates are measured by, and how often it is doubled.
-const FIRST: f64 = 1e-9;
-const DOUBLED: usize = 34;
-/// Halvings up to where a choice changes.
-const HALVED: usize = 60;
+/// The first distance downhill, in the scales of the coordinates.
+const FIRST_DISTANCE: f64 = 1e-9;
+/// How often it is doubled: up to 8.6 scales.
+const MAX_DOUBLINGS: usize = 34;
+/// Forces are compared at this distance to both sides of a corner, relative to the distance of the corner.
+const CORNER_MARGIN: f64 = 1e-9;
+/// Largest number of bisections that enclose the change of branch; 52 exhaust the digits.
+const MAX_BISECTIONS: usize = 60;
 
-/// The error that names the corner, if downhill from a place there is one.
-pub(super) fn beside<M: Constraints>(
+/// The error that names the corner, if there is one downhill from a position.
+pub(super) fn downhill_corner<M: Constraints>(
     model: &M,
     constants: &M::Constants,
     state: &M::State,
@@ -30,48 +33,44 @@ pub(super) fn beside<M: Constraints>(
     }
     let Some(mass) = statics.mass.clone().cholesky() else { return Ok(None) };
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    // As it would begin to move: F = −Q − Φ_qᵀλ.
-    let way = &statics.tangent.velocities * mass.solve(&-&statics.force);
-    let size = way.iter().zip(&scales).fold(0.0, |most: f64, (x, scale)| most.max(x.abs() / scale));
+    // The direction of the acceleration from rest: M v̇ = −F.
+    let direction = &statics.tangent.velocities * mass.solve(&-&statics.force);
+    let size = size_in_scales(&direction, &scales);
     if size <= 0.0 || !size.is_finite() {
         return Ok(None);
     }
-    let way = way / size;
-    let at = |s: f64| {
-        let mut beside = *state;
-        beside.q_mut().as_mut_slice().iter_mut().zip(way.iter()).for_each(|(q, d)| *q += s * d);
-        let placed =
-            with_workspace::<M, _>(|memory| project_positions(model, constants, &mut beside, memory));
-        placed.ok().map(|_| beside)
-    };
-    let side = |beside: &M::State| {
+    let direction = direction / size;
+    let state_at = |s: f64| projected(model, constants, displaced(state, &(&direction * s)));
+    // The first change of a branch along it, by doubling and bisection.
+    let side = |nearby: &M::State| {
         let mut kinks = [Kink::NONE; MOST_KINKS];
-        model.kinks(beside, &mut kinks);
+        model.kinks(nearby, &mut kinks);
         kinks.map(|kink| kink.decides && kink.value < 0.0)
     };
     let here = side(state);
-    let Some((mut lo, mut hi)) = (0..DOUBLED).find_map(|k| {
-        let s = FIRST * f64::powi(2.0, k as i32);
-        let changed = at(s).is_some_and(|beside| side(&beside) != here);
+    let Some((mut lo, mut hi)) = (0..MAX_DOUBLINGS).find_map(|k| {
+        let s = FIRST_DISTANCE * f64::powi(2.0, k as i32);
+        let changed = state_at(s).is_some_and(|nearby| side(&nearby) != here);
         changed.then_some((if k == 0 { 0.0 } else { 0.5 * s }, s))
     }) else {
         return Ok(None);
     };
-    for _ in 0..HALVED {
+    for _ in 0..MAX_BISECTIONS {
         let middle = 0.5 * (lo + hi);
-        match at(middle) {
-            Some(beside) if side(&beside) == here => lo = middle,
+        match state_at(middle) {
+            Some(nearby) if side(&nearby) == here => lo = middle,
             _ => hi = middle,
         }
     }
-    // A little to both sides of it, for what rounds in between.
-    let far = (hi - lo).max(1e-9 * hi);
-    let (Some(before), Some(after)) = (at(lo - far), at(hi + far)) else { return Ok(None) };
-    let force = |beside: &M::State| -> Result<DVector<f64>, EquilibriumError> {
-        Ok(Statics::of(model, beside, &statics.tangent.coordinates)?.force)
+    // Positions to both sides of it, at a distance that exceeds rounding.
+    let far = (hi - lo).max(CORNER_MARGIN * hi);
+    let (Some(before), Some(after)) = (state_at(lo - far), state_at(hi + far)) else { return Ok(None) };
+    // A corner of rest: the force drives ahead before it and back behind it.
+    let force = |nearby: &M::State| -> Result<DVector<f64>, EquilibriumError> {
+        Ok(Statics::of(model, nearby, &statics.tangent.coordinates)?.force)
     };
     let (before, after) = (force(&before)?, force(&after)?);
-    let along = way.select_rows(&statics.tangent.rates);
+    let along = direction.select_rows(&statics.tangent.rates);
     if before.len() != along.len()
         || after.len() != along.len()
         || before.dot(&along) >= 0.0

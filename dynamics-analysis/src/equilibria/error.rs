@@ -1,4 +1,4 @@
-//! Why no equilibrium was found.
+//! Errors of searches for equilibria and steady motions.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -43,10 +43,10 @@ pub enum EquilibriumError {
     Moving {
         /// The row.
         row: &'static str,
-        /// Φ̇, or A q̇ + b, of it at the velocities that were to stay.
+        /// Φ̇, or A q̇ + b, of the row at the given velocities.
         rate: f64,
     },
-    /// Forces change with time, so a balance now is none later.
+    /// Forces change with time: they balance now, but not later.
     #[error(
         "forces change with time (at another time {force:.3e} are left on `{coordinate}`); ask for the \
          balance of one instant with `.equilibria(..).at(t)`, or take the time out of the model"
@@ -188,7 +188,7 @@ pub enum EquilibriumError {
 }
 
 impl EquilibriumError {
-    /// Whether it says that what balances now does not later.
+    /// Whether the reason is that forces or constraints change with time.
     pub(crate) fn is_of_time(&self) -> bool {
         matches!(self, Self::DependsOnTime { .. } | Self::Moving { .. } | Self::NotSteady { .. })
     }

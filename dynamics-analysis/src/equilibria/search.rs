@@ -8,12 +8,26 @@ use core::fmt;
 
 use dynamics_runtime::constrain::assemble::positions_of;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::model::{Constraints, ModelState, Terms, Vector};
+use dynamics_runtime::model::{Constraints, ModelState, Vector};
 
-use super::statics::scales;
-use super::{Equilibrium, EquilibriumError, EquilibriumOptions, find_holding};
+use super::statics::{model_terms, scales};
+use super::{Equilibrium, EquilibriumError, EquilibriumOptions, fastest, find_holding};
 use crate::linearize::indices;
 use crate::random_numbers::RandomNumbers;
+
+/// Equilibria are sorted by coordinates in units of the inverse of this, so that rounding does not change
+/// their order.
+const SORTED_RESOLUTION: f64 = 1e9;
+/// Velocities of one steady motion differ by at most this share of the fastest.
+const SAME_VELOCITY: f64 = 1e-6;
+/// Positions of one equilibrium differ by at most this share of their scale, in addition to ten times their
+/// uncertainties. Equilibria closer than that, beside a fold, are reported as one.
+const SAME_POSITION: f64 = 1e-7;
+/// Angles within this distance of −π, in rad, are given as π: rounding would otherwise choose the sign.
+const HALF_TURN_TOLERANCE: f64 = 1e-9;
+/// Mass, forces and constraints that change by at most this share of their largest element in a full turn do
+/// not depend on the number of turns. Sines of angles that are larger by 2π differ by some 10⁻¹⁶.
+const PERIOD_TOLERANCE: f64 = 1e-12;
 
 /// A search for equilibria with its options, before it runs.
 #[must_use = "a search does nothing until `.run()`"]
@@ -109,7 +123,7 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
             hits: Vec::new(),
             failures: Vec::new(),
             random: self.random,
-            lone: 0,
+            found_once: 0,
         };
         let ranges = if self.random > 0 { self.ranges(&periodic)? } else { Vec::new() };
         let asked = EquilibriumOptions { frozen: self.frozen, moving: self.moving };
@@ -131,11 +145,11 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
             let placed = positions_of(self.model, start, &alloc::vec![false; M::Vector::LEN]);
             found.add(placed.map_err(Into::into).and_then(|start| find(&start)), &periodic);
         }
-        found.lone = found.hits[given..].iter().filter(|hits| **hits == 1).count();
-        found.settle()
+        found.found_once = found.hits[given..].iter().filter(|hits| **hits == 1).count();
+        found.sorted()
     }
 
-    /// The range of every coordinate.
+    /// The range of random values of every coordinate.
     fn ranges(&self, periodic: &[bool]) -> Result<Vec<[f64; 2]>, EquilibriumError> {
         let usual = |p: &bool| (*p && !self.moving).then_some([-PI, PI]);
         let mut ranges: Vec<Option<[f64; 2]>> = periodic.iter().map(usual).collect();
@@ -178,15 +192,15 @@ impl<'m, M: Constraints> EquilibriumSearch<'m, M> {
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquilibriumSet<S: ModelState> {
-    /// Each equilibrium once, by growing coordinates; angles on which the model depends with period 2π within
-    /// (−π, π].
+    /// Each equilibrium once, by growing coordinates; angles on which the model depends with period 2π
+    /// within (−π, π].
     pub equilibria: Vec<Equilibrium<S>>,
     /// The number of starts that led to each.
     pub hits: Vec<usize>,
     /// Why other starts led to none.
     pub failures: Vec<EquilibriumError>,
     random: usize,
-    lone: usize,
+    found_once: usize,
 }
 
 impl<S: ModelState> EquilibriumSet<S> {
@@ -195,9 +209,10 @@ impl<S: ModelState> EquilibriumSet<S> {
     /// without random starts. No search of this kind proves that it found all.
     #[must_use]
     pub fn unseen(&self) -> Option<f64> {
-        (self.random > 0).then(|| self.lone as f64 / self.random as f64)
+        (self.random > 0).then(|| self.found_once as f64 / self.random as f64)
     }
 
+    /// Adds the result of a start: a new equilibrium, a hit of a known one, or a failure.
     fn add(&mut self, result: Result<Equilibrium<S>, EquilibriumError>, periodic: &[bool]) {
         let mut one = match result {
             Ok(one) => one,
@@ -222,7 +237,8 @@ impl<S: ModelState> EquilibriumSet<S> {
         }
     }
 
-    fn settle(mut self) -> Result<Self, EquilibriumError> {
+    /// The set in ascending order of coordinates, or the first failure if it is empty.
+    fn sorted(mut self) -> Result<Self, EquilibriumError> {
         if self.equilibria.is_empty() {
             if let Some(error) = self.failures.into_iter().next() {
                 return Err(error);
@@ -232,12 +248,13 @@ impl<S: ModelState> EquilibriumSet<S> {
                 hits: Vec::new(),
                 failures: Vec::new(),
                 random: 0,
-                lone: 0,
+                found_once: 0,
             });
         }
         let mut order: Vec<usize> = (0..self.hits.len()).collect();
-        let key =
-            |i: &usize| self.equilibria[*i].state.q().as_slice().iter().map(|q| (q * 1e9).round() + 0.0);
+        let key = |i: &usize| {
+            self.equilibria[*i].state.q().as_slice().iter().map(|q| (q * SORTED_RESOLUTION).round() + 0.0)
+        };
         order.sort_by(|i, j| {
             key(i)
                 .zip(key(j))
@@ -252,7 +269,7 @@ impl<S: ModelState> EquilibriumSet<S> {
     }
 }
 
-/// How many there are, and what is known of their being all.
+/// A line for each equilibrium, their number, and the estimated share of starts that lead to others.
 impl<S: ModelState> fmt::Display for EquilibriumSet<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (one, hits) in self.equilibria.iter().zip(&self.hits) {
@@ -274,37 +291,32 @@ impl<S: ModelState> fmt::Display for EquilibriumSet<S> {
     }
 }
 
-/// Whether two results are one equilibrium, for all that is known of their accuracy.
+/// Whether two results are one equilibrium, within their uncertainties.
 fn same<S: ModelState>(a: &Equilibrium<S>, b: &Equilibrium<S>, periodic: &[bool]) -> bool {
     let scales = scales(a.coordinates, a.state.q().as_slice());
     let rates = a.state.u().as_slice().iter().zip(b.state.u().as_slice());
-    let fastest = a.state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-    rates.into_iter().all(|(u, w)| (u - w).abs() <= 1e-6 * fastest)
+    let fastest = fastest(&a.state);
+    rates.into_iter().all(|(u, w)| (u - w).abs() <= SAME_VELOCITY * fastest)
         && (0..scales.len()).all(|i| {
             let apart = (a.state.q().as_slice()[i] - b.state.q().as_slice()[i]).abs();
             let apart = if periodic[i] { apart.min((apart - TAU).abs()) } else { apart };
             let uncertain = a.uncertainty.as_slice()[i] + b.uncertainty.as_slice()[i];
-            apart <= 1e-7 * scales[i] + 10.0 * uncertain
+            apart <= SAME_POSITION * scales[i] + 10.0 * uncertain
         })
 }
 
-/// In (−π, π]. What is −π to rounding is π.
+/// The angle within (−π, π]. An angle that is −π to rounding becomes π.
 fn principal(angle: f64) -> f64 {
     let turned = angle - TAU * ((angle + PI) / TAU).floor();
-    if turned <= -PI + 1e-9 { turned + TAU } else { turned }
+    if turned <= -PI + HALF_TURN_TOLERANCE { turned + TAU } else { turned }
 }
 
 /// Coordinates that are angles (rad, or without unit) on which mass, forces and constraints depend with
 /// period 2π: at three random states, a turn leaves all of them as they are, to rounding.
 pub(crate) fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool> {
-    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut found: Vec<bool> = M::COORDINATES.iter().map(|q| q.unit == "rad" || q.unit.is_empty()).collect();
     let read = |state: &M::State| {
-        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
-        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms =
-            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
-        model.terms(state, &mut terms);
+        let [mass, force, jacobian, gamma] = model_terms(model, state);
         let (positions, rates) = (model.residual(state), model.velocity_residual(state));
         [mass, force, jacobian, gamma, positions.as_slice().to_vec(), rates.as_slice().to_vec()]
     };
@@ -319,7 +331,7 @@ pub(crate) fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool
             turned.q_mut().as_mut_slice()[j] += TAU;
             *found = here.iter().zip(&read(&turned)).all(|(a, b)| {
                 let size = a.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-                a.iter().zip(b).all(|(x, y)| (x - y).abs() <= 1e-12 * size)
+                a.iter().zip(b).all(|(x, y)| (x - y).abs() <= PERIOD_TOLERANCE * size)
             });
         }
     }

@@ -1,53 +1,66 @@
 //! Stability of equilibria and steady motions.
 //!
-//! If energy is conserved, dead loads included (`conserved.rs`), an equilibrium with positive definite
+//! If energy is conserved, dead loads included (`energy_change.rs`), an equilibrium with positive definite
 //! stiffness K is stable, whatever the gyroscopic terms are (Lagrange, Dirichlet). K belongs to the effective
 //! potential, with rotating frames and reactions, in the directions that the constraints leave. Cyclic
 //! coordinates are eliminated with their momenta held (Routh). In other cases the eigenvalues of small
 //! motions decide. If dampers only take energy out, an equilibrium with positive definite K is stable, too.
 //! It is asymptotically stable unless a mode is undamped (Kelvin, Tait & Chetaev: damping is pervasive if all
 //! eigenvalues are clear of the axis; D. R. Merkin, *Introduction to the Theory of Stability*, §6.4). If
-//! eigenvalues are not clear of the imaginary axis in other cases, linear theory does not decide: I. G.
-//! Malkin, *Theory of Stability of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter Stability
-//! Theory with Mechanical Applications*, chapters 1 and 7.
+//! eigenvalues are not clear of the imaginary axis in other cases, linear theory does not decide:
+//! I. G. Malkin, *Theory of Stability of Motion*; A. P. Seyranian & A. A. Mailybaev, *Multiparameter
+//! Stability Theory with Mechanical Applications*, chapters 1 and 7.
 //!
 //! A value is called zero, or not zero, only if rounding could not have caused this. Stiffnesses are compared
 //! with those of nearby positions, whose terms do not cancel, and with their change over the error of the
-//! position: in a fold no stiffness is known. Eigenvalues are compared with the changes |yᵀ||A||x| ε/|yᵀx|
-//! that rounding of each element could cause (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal. Appl. 20
-//! (1998) 493).
+//! position: in a fold no stiffness is known. Eigenvalues are compared with the changes |yᵀ||A||x|
+//! ε/|yᵀx| that rounding of each element could cause (D. J. Higham & N. J. Higham, SIAM J. Matrix Anal.
+//! Appl. 20 (1998) 493).
 
-mod conserved;
+mod energy_change;
 mod show;
 mod verdict;
 
 use alloc::vec::Vec;
 use core::ops::AddAssign;
 
-use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::error::SolveError;
-use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Terms, Vector};
+use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use nalgebra::{Complex, DMatrix, DVector};
 
-use conserved::{Energy, energy};
+use energy_change::{EnergyChange, energy_change};
 pub use verdict::{Stability, StabilityVerdict, Undecided};
 
-use super::newton::distance;
+use super::displacement::{displaced, projected};
+use super::newton::position_uncertainty;
 use super::rounding::clear_rounding;
-use super::statics::{Statics, scales};
-use super::{EquilibriumError, check_stays};
+use super::statics::{Statics, model_terms, scales};
+use super::{EquilibriumError, check_persists};
 use crate::linearize::{Linearization, LinearizeError, eigenvector, linearize, matrix_eigenvalues};
 
-/// M v̇ + D v + K z = 0, ż = v, and the names of z.
+/// Displacements, in the scales of the coordinates, with whose inertia that of a state is compared to find a
+/// pole.
+const POLE_PROBES: [f64; 2] = [0.1, -0.17];
+/// Displacements of a coordinate at which its ignorability is tested: in rad for angles, no parts of a turn.
+const IGNORABLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
+/// Terms that change by at most this share of their largest element do not depend on a coordinate.
+const IGNORABLE_TOLERANCE: f64 = 1e-13;
+/// Error of an element of a matrix from rounding, relative to the size of its terms: 16 rounding units.
+const ELEMENT_ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Relative displacements at which the size of the terms of K is measured, beside the full one.
+const STIFFNESS_PROBES: [f64; 2] = [0.3, 0.01];
+
+/// M v̇ + D v + K z = 0 with ż = v, and the coordinates z.
 struct SecondOrderSystem {
     mass: DMatrix<f64>,
     damping: DMatrix<f64>,
     stiffness: DMatrix<f64>,
     /// The uncertainty of each element of the stiffness.
-    unsure: DMatrix<f64>,
+    uncertainty: DMatrix<f64>,
     names: Vec<Quantity>,
 }
 
+/// See [`Analyze::stability`](crate::Analyze::stability).
 pub(crate) fn judge<M: Constraints + Powers>(
     model: &M,
     state: &M::State,
@@ -56,19 +69,20 @@ pub(crate) fn judge<M: Constraints + Powers>(
     if let Some(reason) = linear.unsteady {
         return Err(reason.into());
     }
-    clear(model, state, &mut linear);
-    check_stays(model, state)?;
-    refuse_pole(model, state)?;
+    clear_rounded_elements(model, state, &mut linear);
+    check_persists(model, state)?;
+    check_no_pole(model, state)?;
     let ignorable = ignorable(model, state, &linear);
     let mut found = match routh(model, state, &linear, &ignorable)? {
-        Some(reduced) => {
-            of_second_order(&reduced, energy(model, state, &indices::<M>(&linear), &linear.damping))?
-        }
-        None => of_first_order(&linear, &ignorable)?,
+        Some(reduced) => judge_second_order(
+            &reduced,
+            energy_change(model, state, &indices::<M>(&linear), &linear.damping),
+        )?,
+        None => judge_first_order(&linear, &ignorable)?,
     };
     found.ignorable = ignorable.iter().map(|j| linear.coordinates[*j]).collect();
     if found.eigenvalues.is_empty() {
-        // Nothing is left that could be stable, or nothing moves at all.
+        // All coordinates are cyclic, or the constraints leave no freedom.
         found.verdict = match found.ignorable.first() {
             Some(free) => StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: free.name }),
             None => StabilityVerdict::Stable,
@@ -77,9 +91,9 @@ pub(crate) fn judge<M: Constraints + Powers>(
     Ok(found)
 }
 
-/// Sets stiffnesses and dampings that are only rounding to 0, so that the result does not depend on how the
-/// model is written.
-fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization) {
+/// Sets elements of stiffness and damping that are only rounding to 0, so that the result does not depend on
+/// how the model is written.
+fn clear_rounded_elements<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization) {
     let of_rows = linear.mass.diagonal();
     let of_columns = linear.coordinates.iter().map(|coordinate| {
         let rate = linear.velocities.iter().position(|velocity| velocity == coordinate);
@@ -87,34 +101,34 @@ fn clear<M: Constraints>(model: &M, state: &M::State, linear: &mut Linearization
     });
     let of_columns = DVector::from_iterator(linear.coordinates.len(), of_columns);
     let names: Vec<&str> = linear.coordinates.iter().map(|coordinate| coordinate.name).collect();
-    let beside = |state: &M::State| {
+    let linearized_at = |state: &M::State| {
         let there = linearize(model, state, &names).ok()?;
         (there.velocities == linear.velocities && there.coordinates == linear.coordinates).then_some(there)
     };
     let (mut stiffness, mut damping) = (linear.stiffness.clone(), linear.damping.clone());
-    clear_rounding::<M>(&mut stiffness, [&of_rows, &of_columns], state, |at| Some(beside(at)?.stiffness));
-    clear_rounding::<M>(&mut damping, [&of_rows, &of_rows], state, |at| Some(beside(at)?.damping));
+    clear_rounding::<M>(&mut stiffness, [&of_rows, &of_columns], state, |at| {
+        Some(linearized_at(at)?.stiffness)
+    });
+    clear_rounding::<M>(&mut damping, [&of_rows, &of_rows], state, |at| Some(linearized_at(at)?.damping));
     (linear.stiffness, linear.damping) = (stiffness, damping);
 }
 
 /// Refuses to judge rotation at a pole of the coordinates, or within rounding of it, such as an upright
 /// spherical pendulum. The momentum of a coordinate without inertia has no effect, and the same position at
 /// rest may be unstable.
-fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
+fn check_no_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), EquilibriumError> {
     if state.u().as_slice().iter().all(|u| *u == 0.0) {
         return Ok(());
     }
     let here = Statics::of(model, state, &[])?;
     let constants = model.constants().map_err(SolveError::from)?;
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    for part in [0.1, -0.17] {
-        let mut beside = *state;
+    for part in POLE_PROBES {
         let spread = |i: usize| part * (1.0 + 0.618 * i as f64).sin();
-        beside.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += scales[i] * spread(i));
-        let placed =
-            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
-        // Without a position there is no information.
-        let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &[]).ok()) else { continue };
+        let step = DVector::from_fn(scales.len(), |i, _| scales[i] * spread(i));
+        // Where no position fulfils the constraints, there is no sample.
+        let there = projected(model, &constants, displaced(state, &step));
+        let Some(there) = there.and_then(|at| Statics::of(model, &at, &[]).ok()) else { continue };
         if let Some(along) = here.pole(&there) {
             return Err(EquilibriumError::Pole { coordinate: M::COORDINATES[along.iamax()].name });
         }
@@ -122,7 +136,7 @@ fn refuse_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equili
     Ok(())
 }
 
-/// The independent coordinates among all.
+/// The indices of the independent coordinates among all.
 fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
     let index = |q: &Quantity| M::COORDINATES.iter().position(|known| known == q);
     linear.coordinates.iter().filter_map(index).collect()
@@ -132,36 +146,27 @@ fn indices<M: Constraints>(linear: &Linearization) -> Vec<usize> {
 /// amount, mass, forces and constraints do not change.
 fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization) -> Vec<usize> {
     let order = indices::<M>(linear);
-    let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let read = |state: &M::State| {
-        let (mut mass, mut force) = (alloc::vec![0.0; n * n], alloc::vec![0.0; n]);
-        let (mut jacobian, mut gamma) = (alloc::vec![0.0; r * n], alloc::vec![0.0; r]);
-        let mut terms =
-            Terms { mass: &mut mass, force: &mut force, jacobian: &mut jacobian, gamma: &mut gamma };
-        model.terms(state, &mut terms);
-        [mass, force, jacobian, gamma]
-    };
-    // A nearby state in motion, so that no symmetry hides a dependence.
-    let mut beside = *state;
+    // A nearby state in motion: no symmetry hides a dependence there.
+    let mut nearby = *state;
     let spread = |i: usize| 0.1 + 0.7 * (1.0 + 0.618 * i as f64).sin();
-    beside
+    nearby
         .q_mut()
         .as_mut_slice()
         .iter_mut()
         .enumerate()
         .for_each(|(i, q)| *q += 0.01 * spread(i) * (1.0 + q.abs()));
-    beside.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
-    // Terms that cancel here, as forces in balance do, do not cancel there.
+    nearby.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += spread(2 * i + 1));
+    // Terms that cancel here, such as forces in balance, do not cancel there and give the size of rounding.
     let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let (near, far) = (read(state), read(&beside));
+    let (near, far) = (model_terms(model, state), model_terms(model, &nearby));
     let sizes: Vec<f64> = near.iter().zip(&far).map(|(a, b)| most(a).max(most(b))).collect();
     let depends = |at: &M::State, i: usize| {
-        let here = read(at);
-        [0.37, -1.71, 2.93].into_iter().any(|by| {
+        let here = model_terms(model, at);
+        IGNORABLE_PROBES.into_iter().any(|by| {
             let mut moved = *at;
             moved.q_mut().as_mut_slice()[i] += by;
-            here.iter().zip(&read(&moved)).zip(&sizes).any(|((a, b), size)| {
-                a.iter().zip(b).any(|(x, y)| (x - y).abs() > 1e-13 * size || (x - y).is_nan())
+            here.iter().zip(&model_terms(model, &moved)).zip(&sizes).any(|((a, b), size)| {
+                a.iter().zip(b).any(|(x, y)| (x - y).abs() > IGNORABLE_TOLERANCE * size || (x - y).is_nan())
             })
         })
     };
@@ -169,7 +174,7 @@ fn ignorable<M: Constraints>(model: &M, state: &M::State, linear: &Linearization
         let i = order[*j];
         let alone = linear.shape.column(*j).iter().enumerate().all(|(k, x)| (k == i) == (*x != 0.0));
         let resists = linear.stiffness.column(*j).iter().any(|x| *x != 0.0);
-        alone && !resists && !depends(state, i) && !depends(&beside, i)
+        alone && !resists && !depends(state, i) && !depends(&nearby, i)
     };
     (0..linear.coordinates.len()).filter(free).collect()
 }
@@ -193,9 +198,10 @@ fn routh<M: Constraints>(
     if !ignorable.is_empty() && is_lost {
         return Ok(None);
     }
-    let mut unsure = unsure(model, state, linear)?;
-    unsure = part(&unsure, &kept, &kept);
-    // v = −m⁻¹ (M v + D z) of what is left out.
+    let mut uncertainty = stiffness_uncertainty(model, state, linear)?;
+    uncertainty = part(&uncertainty, &kept, &kept);
+    // Conserved momenta give the cyclic velocities: v_c = −M_cc⁻¹ (M_ck v_k + D_ck z_k), with c for
+    // cyclic and k for kept coordinates.
     let inertia = part(m, ignorable, ignorable).cholesky().ok_or(LinearizeError::Inertia)?;
     let by_v = inertia.solve(&part(m, ignorable, &kept));
     let by_z = inertia.solve(&part(d, ignorable, &kept));
@@ -204,14 +210,14 @@ fn routh<M: Constraints>(
         mass: part(m, &kept, &kept) - &m_out * &by_v,
         damping: part(d, &kept, &kept) - &m_out * &by_z - &d_out * &by_v,
         stiffness: part(k, &kept, &kept) - &d_out * &by_z,
-        unsure: unsure + (d_out.abs() * by_z.abs()) * (8.0 * f64::EPSILON),
+        uncertainty: uncertainty + (d_out.abs() * by_z.abs()) * (8.0 * f64::EPSILON),
         names: kept.iter().map(|j| linear.coordinates[*j]).collect(),
     }))
 }
 
 /// The uncertainty of the elements of K. It has two parts: rounding of terms that cancel here, measured at
 /// nearby positions where they do not, and the uncertainty of the position.
-fn unsure<M: Constraints>(
+fn stiffness_uncertainty<M: Constraints>(
     model: &M,
     state: &M::State,
     linear: &Linearization,
@@ -219,79 +225,86 @@ fn unsure<M: Constraints>(
     let order = indices::<M>(linear);
     let here = Statics::of(model, state, &order)?;
     if here.tangent.coordinates != order {
-        return Ok(linear.stiffness.abs() * (16.0 * f64::EPSILON));
+        return Ok(linear.stiffness.abs() * ELEMENT_ROUNDING);
     }
-    let distance = distance(model, state, &here)?;
+    let distance = position_uncertainty(model, state, &here)?;
     let constants = model.constants().map_err(SolveError::from)?;
     let scales = scales(M::COORDINATES, state.q().as_slice());
+    // The largest elements nearby are the sizes of the terms. The slope of the elements times the uncertainty
+    // of the position is their drift.
     let (mut sizes, mut drift) = (here.stiffness.abs(), here.stiffness.map(|_| 0.0));
     for (j, coordinate) in order.iter().enumerate() {
         let mut slope = here.stiffness.map(|_| 0.0);
-        // Not so far that a radius reaches zero, where its force has a pole.
+        // Half of a length: a radius does not reach zero, where forces have a pole.
         let reach = if M::COORDINATES[*coordinate].unit == "rad" { 1.0 } else { 0.5 };
-        for part in [-reach, -0.3, -0.01, 0.01, 0.3, reach] {
+        let [middle, near] = STIFFNESS_PROBES;
+        for part in [-reach, -middle, -near, near, middle, reach] {
             let step = part * scales[*coordinate];
-            let mut beside = *state;
-            let change = here.tangent.positions.column(j) * step;
-            beside.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
-            let placed =
-                with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut beside, memory));
-            // Where there is no position, or no force, nothing is learnt.
-            let Some(there) = placed.ok().and_then(|_| Statics::of(model, &beside, &order).ok()) else {
+            let nearby = displaced(state, &(here.tangent.positions.column(j) * step));
+            // Where no position fulfils the constraints, or no force is finite, there is no sample.
+            let there =
+                projected(model, &constants, nearby).and_then(|at| Statics::of(model, &at, &order).ok());
+            let Some(there) = there else {
                 continue;
             };
             if there.tangent.coordinates != order {
                 continue;
             }
             sizes.zip_apply(&there.stiffness, |size, x| *size = size.max(x.abs()));
-            if part.abs() < 0.1 {
+            if part.abs() == near {
                 let change = (&there.stiffness - &here.stiffness).abs() / step.abs();
                 slope.zip_apply(&change, |slope, x| *slope = f64::max(*slope, x));
             }
         }
         drift += slope * distance[j];
     }
-    Ok(sizes * (16.0 * f64::EPSILON) + drift)
+    Ok(sizes * ELEMENT_ROUNDING + drift)
 }
 
-/// The verdict on M v̇ + D v + K z = 0.
-fn of_second_order(linear: &SecondOrderSystem, energy: Energy) -> Result<Stability, EquilibriumError> {
-    let conservative = energy == Energy::Kept;
+/// The verdict on M v̇ + D v + K z = 0, by energy or by eigenvalues.
+fn judge_second_order(
+    linear: &SecondOrderSystem,
+    change: EnergyChange,
+) -> Result<Stability, EquilibriumError> {
+    let conservative = change == EnergyChange::Conserved;
     let n = linear.mass.nrows();
-    let squares = squares(linear)?;
-    let is_rest = linear.damping.iter().all(|x| *x == 0.0);
+    let squares = squared_frequencies(linear)?;
+    let is_undamped = linear.damping.iter().all(|x| *x == 0.0);
+    // The state matrix A of (z, v), and the errors of its elements.
     let mut a = DMatrix::zeros(2 * n, 2 * n);
     let factors = linear.mass.clone().cholesky().ok_or(LinearizeError::Inertia)?;
     a.view_mut((0, n), (n, n)).fill_with_identity();
     a.view_mut((n, 0), (n, n)).copy_from(&-factors.solve(&linear.stiffness));
     a.view_mut((n, n), (n, n)).copy_from(&-factors.solve(&linear.damping));
-    let mut off = rounding(&a);
+    let mut errors = rounding_of_elements(&a);
     let inverse = factors.solve(&DMatrix::identity(n, n)).abs();
-    off.view_mut((n, 0), (n, n)).add_assign(inverse * &linear.unsure);
-    let spectrum = if conservative && is_rest { undamped(&squares) } else { spectrum(&a, &off)? };
+    errors.view_mut((n, 0), (n, n)).add_assign(inverse * &linear.uncertainty);
+    let spectrum =
+        if conservative && is_undamped { undamped_spectrum(&squares) } else { spectrum(&a, &errors)? };
     let along = |shape: &DVector<f64>| {
         let weigh = |i: usize| shape[i].abs() * linear.mass[(i, i)].sqrt();
         let most = (0..n).fold(0, |best, i| if weigh(i) > weigh(best) { i } else { best });
         linear.names[most].name
     };
     let least = squares.first().map(|one| one.value);
-    // With follower forces the symmetric part of K may vanish although K does not, so zero eigenvalues are
-    // checked.
+    // A direction without stiffness. With follower forces the symmetric part of K may vanish along a
+    // direction although K does not. Then a zero eigenvalue of A is looked for.
     let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
-    let is_even = skew.iter().zip(linear.unsure.iter()).all(|(x, off)| *x <= 4.0 * off);
-    let soft = match is_even {
-        true => squares.iter().find(|one| one.value.abs() <= one.unsure).map(|one| along(&one.shape)),
+    let is_symmetric = skew.iter().zip(linear.uncertainty.iter()).all(|(x, error)| *x <= 4.0 * error);
+    let soft = match is_symmetric {
+        true => squares.iter().find(|one| one.value.abs() <= one.uncertainty).map(|one| along(&one.shape)),
         false => spectrum
             .iter()
-            .find(|one| one.value.norm() <= one.unsure)
+            .find(|one| one.value.norm() <= one.uncertainty)
             .map(|one| along(&one.shape.rows(0, n).into())),
     };
-    // The two zero eigenvalues of a direction without stiffness are as near to zero as the iteration leaves
-    // them, whatever the uncertainty of the elements is.
+    // A direction without stiffness has a double zero eigenvalue. The iteration leaves it at the rounding of
+    // the whole matrix, which can be more than the errors of the elements say.
     let zero = if soft.is_some() { 16.0 * n as f64 * f64::EPSILON * a.norm() } else { 0.0 };
-    let worst = spectrum.iter().filter(|one| one.value.re > one.unsure.max(zero));
+    let worst = spectrum.iter().filter(|one| one.value.re > one.uncertainty.max(zero));
     let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
-    let definite = squares.iter().all(|one| one.value > one.unsure);
+    // The verdict: energy, then growth, then zero stiffness, then damping.
+    let definite = squares.iter().all(|one| one.value > one.uncertainty);
     let verdict = if conservative && definite {
         StabilityVerdict::Stable
     } else if let Some(one) = worst {
@@ -299,63 +312,66 @@ fn of_second_order(linear: &SecondOrderSystem, energy: Energy) -> Result<Stabili
         unstable(one, coordinate)
     } else if let Some(coordinate) = soft {
         StabilityVerdict::Marginal(Undecided::NothingResists { coordinate })
-    } else if let Some(one) = undamped_mode(&spectrum).filter(|_| definite && energy == Energy::Falls) {
+    } else if let Some(one) =
+        undamped_mode(&spectrum).filter(|_| definite && change == EnergyChange::Dissipated)
+    {
         let coordinate = along(&one.shape.rows(0, n).into_owned());
         StabilityVerdict::PartlyDamped { frequency: one.value.im.abs(), coordinate }
     } else {
-        on_the_axis(&spectrum, conservative)
+        judge_without_growth(&spectrum, conservative)
     };
     Ok(Stability::new(verdict, least, &spectrum))
 }
 
 /// The mode of least damping, if it does not certainly die out to first order.
 fn undamped_mode(spectrum: &[Eigenvalue]) -> Option<&Eigenvalue> {
-    let on_axis = spectrum.iter().filter(|one| one.value.re >= -one.unsure);
-    on_axis.max_by(|x, y| (x.value.re / x.unsure).total_cmp(&(y.value.re / y.unsure)))
+    let on_axis = spectrum.iter().filter(|one| one.value.re >= -one.uncertainty);
+    on_axis.max_by(|x, y| (x.value.re / x.uncertainty).total_cmp(&(y.value.re / y.uncertainty)))
 }
 
 /// The verdict on ẋ = A x without cyclic coordinates.
-fn of_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stability, EquilibriumError> {
+fn judge_first_order(linear: &Linearization, ignorable: &[usize]) -> Result<Stability, EquilibriumError> {
     let c = linear.coordinates.len();
     let kept: Vec<usize> = (0..c + linear.velocities.len()).filter(|j| !ignorable.contains(j)).collect();
     let a = linear.state_matrix()?.select_rows(&kept).select_columns(&kept);
-    // Elements that should cancel leave the rounding of the others' terms.
-    let off = rounding(&a).add_scalar(16.0 * f64::EPSILON * a.amax());
-    let spectrum = spectrum(&a, &off)?;
+    // Elements that should cancel have errors of the size of the terms of others.
+    let errors = rounding_of_elements(&a).add_scalar(ELEMENT_ROUNDING * a.amax());
+    let spectrum = spectrum(&a, &errors)?;
     let name = |k: usize| match kept[k].checked_sub(c) {
         None => linear.coordinates[kept[k]].name,
         Some(v) => linear.velocities[v].name,
     };
-    let worst = spectrum.iter().filter(|one| one.value.re > one.unsure);
+    let worst = spectrum.iter().filter(|one| one.value.re > one.uncertainty);
     let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
-    let zero = spectrum.iter().find(|one| one.value.norm() <= one.unsure);
+    let zero = spectrum.iter().find(|one| one.value.norm() <= one.uncertainty);
     let verdict = match (worst, zero) {
         (Some(one), _) => unstable(one, name(one.shape.iamax())),
         (None, Some(zero)) => {
             StabilityVerdict::Marginal(Undecided::NothingResists { coordinate: name(zero.shape.iamax()) })
         }
-        (None, None) => on_the_axis(&spectrum, false),
+        (None, None) => judge_without_growth(&spectrum, false),
     };
     Ok(Stability::new(verdict, None, &spectrum))
 }
 
+/// The verdict of an eigenvalue that grows.
 fn unstable(one: &Eigenvalue, coordinate: &'static str) -> StabilityVerdict {
     let Complex { re: growth, im } = one.value;
-    match im.abs() <= one.unsure {
+    match im.abs() <= one.uncertainty {
         true => StabilityVerdict::Divergence { growth, coordinate },
         false => StabilityVerdict::Flutter { growth, frequency: im.abs(), coordinate },
     }
 }
 
-/// Nothing grows, and every direction has stiffness.
-fn on_the_axis(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict {
-    if spectrum.iter().all(|one| one.value.re < -one.unsure) {
+/// The verdict if no eigenvalue certainly grows, and every direction has stiffness.
+fn judge_without_growth(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict {
+    if spectrum.iter().all(|one| one.value.re < -one.uncertainty) {
         return StabilityVerdict::AsymptoticallyStable;
     }
-    let on_axis = spectrum.iter().filter(|one| one.value.re.abs() <= one.unsure);
+    let on_axis = spectrum.iter().filter(|one| one.value.re.abs() <= one.uncertainty);
     let worst = on_axis.max_by(|x, y| x.conditioning.total_cmp(&y.conditioning));
     let (frequency, conditioning) = worst.map_or((0.0, 1.0), |one| (one.value.im.abs(), one.conditioning));
-    if conditioning > COALESCED {
+    if conditioning > DEFECTIVE_CONDITIONING {
         return StabilityVerdict::Marginal(Undecided::FrequenciesMeet { frequency, conditioning });
     }
     match conservative {
@@ -364,13 +380,14 @@ fn on_the_axis(spectrum: &[Eigenvalue], conservative: bool) -> StabilityVerdict 
     }
 }
 
-/// An eigenvalue that moves by this many times more than the matrix is a defective double one.
-const COALESCED: f64 = 1e6;
+/// Eigenvalues that move by this many times more than the elements of the matrix belong to a defective pair:
+/// two frequencies meet. Rounding of elements then moves them by more than 10⁻¹⁰ of their size.
+const DEFECTIVE_CONDITIONING: f64 = 1e6;
 
 /// An eigenvalue, or a square of a frequency, with its uncertainty.
 struct EigenvalueEstimate<T> {
     value: T,
-    unsure: f64,
+    uncertainty: f64,
     conditioning: f64,
     shape: DVector<f64>,
 }
@@ -378,7 +395,7 @@ struct EigenvalueEstimate<T> {
 type Eigenvalue = EigenvalueEstimate<Complex<f64>>;
 
 /// ω² of the symmetric part of K against M, ascending.
-fn squares(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstimate<f64>>, EquilibriumError> {
+fn squared_frequencies(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstimate<f64>>, EquilibriumError> {
     let n = linear.mass.nrows();
     if n == 0 {
         return Ok(Vec::new());
@@ -397,24 +414,24 @@ fn squares(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstimate<f64>>, E
         let v = vector.abs();
         let shape = lower.tr_solve_lower_triangular(&vector.into_owned()).ok_or(LinearizeError::Inertia)?;
         // Rounding of the iteration, and the uncertainty of K, on shapes of unit inertia.
-        let of_k = shape.abs().dot(&(&linear.unsure * shape.abs()));
-        let unsure = n as f64 * 4.0 * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
-        found.push(EigenvalueEstimate { value: *value, unsure, conditioning: 1.0, shape });
+        let of_k = shape.abs().dot(&(&linear.uncertainty * shape.abs()));
+        let uncertainty = n as f64 * 4.0 * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
+        found.push(EigenvalueEstimate { value: *value, uncertainty, conditioning: 1.0, shape });
     }
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
     Ok(found)
 }
 
 /// Eigenvalues ±√(−ω²), exact pairs.
-fn undamped(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
+fn undamped_spectrum(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
     let pair = |one: &EigenvalueEstimate<f64>| {
         let root = one.value.abs().sqrt();
-        // √(ω² ± δ) is off by δ/2ω, and by √δ at most.
-        let unsure = (one.unsure / (2.0 * root).max(f64::MIN_POSITIVE)).min(one.unsure.sqrt());
+        // The error of √(ω² ± δ) is δ/2ω, and √δ at most.
+        let uncertainty = (one.uncertainty / (2.0 * root).max(f64::MIN_POSITIVE)).min(one.uncertainty.sqrt());
         let value = if one.value < 0.0 { Complex::new(root, 0.0) } else { Complex::new(0.0, root) };
         [value, -value].map(|value| EigenvalueEstimate {
             value,
-            unsure,
+            uncertainty,
             conditioning: 1.0,
             shape: one.shape.clone(),
         })
@@ -422,33 +439,33 @@ fn undamped(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
     squares.iter().flat_map(pair).collect()
 }
 
-/// What rounding makes of each element of a matrix whose elements are known to rounding, and of the
-/// iteration.
-fn rounding(a: &DMatrix<f64>) -> DMatrix<f64> {
+/// The errors of the elements of a matrix that is known to rounding, with those of the iteration for its
+/// eigenvalues.
+fn rounding_of_elements(a: &DMatrix<f64>) -> DMatrix<f64> {
     a.abs() * (8.0 * a.nrows() as f64 * f64::EPSILON)
 }
 
-/// Eigenvalues of a matrix whose elements may be `off`.
-fn spectrum(a: &DMatrix<f64>, off: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, EquilibriumError> {
+/// The eigenvalues of a matrix with these errors of its elements.
+fn spectrum(a: &DMatrix<f64>, errors: &DMatrix<f64>) -> Result<Vec<Eigenvalue>, EquilibriumError> {
     let n = a.nrows();
     let mut found = Vec::with_capacity(n);
     for (k, value) in matrix_eigenvalues(a.clone())?.into_iter().enumerate() {
         let right = eigenvector(a, value, k)?;
         let left = eigenvector(&a.transpose(), value.conj(), k)?;
         let product = left.dotc(&right).norm().max(f64::MIN_POSITIVE);
-        let of = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
-        let bound = of(&left).dot(&(off * of(&right))) / product;
-        // Eigenvalues that meet are off by a root of that; beyond it the vectors say nothing (Elsner, Linear
-        // Algebra Appl. 71 (1985) 77).
+        let magnitudes = |x: &DVector<Complex<f64>>| x.map(|x| x.norm());
+        let bound = magnitudes(&left).dot(&(errors * magnitudes(&right))) / product;
+        // Where eigenvalues meet, this bound is infinite. Their error is at most a root of that of the matrix
+        // (L. Elsner, Linear Algebra Appl. 71 (1985) 77).
         let part = 1.0 / n as f64;
-        let unsure = bound.min(a.norm().powf(1.0 - part) * off.norm().powf(part));
+        let uncertainty = bound.min(a.norm().powf(1.0 - part) * errors.norm().powf(part));
         let largest =
             right.iter().fold(Complex::new(0.0, 0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
         let shape = right.map(|x| (x / largest).norm());
-        // Of relative changes of elements, so that it is the same in all units.
-        let size = of(&left).dot(&(a.abs() * of(&right)));
+        // For relative changes of the elements, so that it does not depend on units.
+        let size = magnitudes(&left).dot(&(a.abs() * magnitudes(&right)));
         let conditioning = size / (product * value.norm().max(f64::MIN_POSITIVE));
-        found.push(EigenvalueEstimate { value, unsure, conditioning, shape });
+        found.push(EigenvalueEstimate { value, uncertainty, conditioning, shape });
     }
     Ok(found)
 }

@@ -1,4 +1,4 @@
-//! What a ladder found.
+//! The result of a comparison: outputs, differences and costs.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -20,7 +20,7 @@ pub struct Compared {
 pub struct Difference {
     /// The largest at any of the common times.
     pub largest: f64,
-    /// When that was.
+    /// Its time.
     pub at: f64,
     /// Root of the mean square over time.
     pub rms: f64,
@@ -78,7 +78,7 @@ impl RungReport {
     }
 }
 
-/// Models of one scene beside each other.
+/// A comparison of models of one scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     pub(super) scene: String,
@@ -90,7 +90,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// What the scene is called.
+    /// The name of the scene.
     #[must_use]
     pub fn scene(&self) -> &str {
         &self.scene
@@ -108,7 +108,7 @@ impl Comparison {
         &self.times
     }
 
-    /// What is compared.
+    /// The outputs that are compared.
     #[must_use]
     pub fn outputs(&self) -> &[Compared] {
         &self.outputs

@@ -1,4 +1,4 @@
-//! Why there is no comparison.
+//! Errors of a comparison of models.
 
 use alloc::string::String;
 use core::fmt;

@@ -1,4 +1,4 @@
-//! One model of a ladder.
+//! One model of a ladder: a rung with its start and its outputs.
 
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
@@ -62,27 +62,28 @@ impl<'m, M: Simulate> Rung<'m, M> {
         }
     }
 
-    fn own(&self, output: &str) -> Option<&Output<'m, M>> {
+    /// The closure of an output that was added; the last one of this name counts.
+    fn closure(&self, output: &str) -> Option<&Output<'m, M>> {
         self.outputs.iter().rev().find(|(name, _)| name == output).map(|(_, value)| value)
     }
 }
 
-/// What does not depend on how it runs.
-pub(super) struct Facts {
+/// The size of a model.
+pub(super) struct ModelSize {
     pub(super) coordinates: usize,
     pub(super) constraints: usize,
     pub(super) operations: Option<usize>,
 }
 
-/// A rung of whatever model.
+/// A rung with its type of model erased.
 pub(super) trait AnyRung {
     fn name(&self) -> &str;
-    /// When it starts.
+    /// The time of its start.
     fn start(&self) -> f64;
-    fn facts(&self) -> Facts;
-    /// The outputs that it has.
+    fn size(&self) -> ModelSize;
+    /// The names of its outputs.
     fn outputs(&self) -> Vec<String>;
-    /// The unit of one of them, empty where it is not known.
+    /// The unit of an output; empty if it is not declared.
     fn unit(&self, output: &str) -> Result<&'static str, LadderError>;
     /// Runs it.
     fn run(
@@ -91,11 +92,11 @@ pub(super) trait AnyRung {
         tolerance: f64,
         short_steps: bool,
     ) -> Result<Box<dyn AnyMotion + '_>, LadderError>;
-    /// Runs it, keeps nothing and takes the time.
+    /// The time of a run that keeps nothing.
     fn time(&self, end: f64, tolerance: f64) -> Option<Duration>;
 }
 
-/// What a rung did.
+/// The motion of a rung with its type of model erased.
 pub(super) trait AnyMotion {
     fn counts(&self) -> Counts;
     /// The times of its steps.
@@ -105,7 +106,7 @@ pub(super) trait AnyMotion {
 }
 
 /// The motion of a rung.
-struct Moved<'a, 'm, M: Simulate> {
+struct RungMotion<'a, 'm, M: Simulate> {
     rung: &'a Rung<'m, M>,
     motion: Motion<'m, M>,
 }
@@ -119,8 +120,8 @@ impl<M: Simulate> AnyRung for Rung<'_, M> {
         self.start.t()
     }
 
-    fn facts(&self) -> Facts {
-        Facts { coordinates: M::Vector::LEN, constraints: M::ROWS.len(), operations: M::OPERATIONS }
+    fn size(&self) -> ModelSize {
+        ModelSize { coordinates: M::Vector::LEN, constraints: M::ROWS.len(), operations: M::OPERATIONS }
     }
 
     fn outputs(&self) -> Vec<String> {
@@ -134,7 +135,7 @@ impl<M: Simulate> AnyRung for Rung<'_, M> {
     }
 
     fn unit(&self, output: &str) -> Result<&'static str, LadderError> {
-        if self.own(output).is_some() {
+        if self.closure(output).is_some() {
             return Ok("");
         }
         let declared = M::OUTPUTS.iter().find(|declared| declared.name == output);
@@ -154,7 +155,7 @@ impl<M: Simulate> AnyRung for Rung<'_, M> {
         let motion =
             self.simulation(end, tolerance, short_steps).run().map_err(|error| failed(first_line(&error)))?;
         check_end(&motion.end(), end).map_err(failed)?;
-        Ok(Box::new(Moved { rung: self, motion }))
+        Ok(Box::new(RungMotion { rung: self, motion }))
     }
 
     fn time(&self, end: f64, tolerance: f64) -> Option<Duration> {
@@ -162,13 +163,13 @@ impl<M: Simulate> AnyRung for Rung<'_, M> {
     }
 }
 
-/// Where the value of an output comes from.
+/// The source of the value of an output.
 enum Source<'a, 'm, M: Simulate> {
     Closure(&'a Output<'m, M>),
     Declared(usize),
 }
 
-impl<M: Simulate> AnyMotion for Moved<'_, '_, M> {
+impl<M: Simulate> AnyMotion for RungMotion<'_, '_, M> {
     fn counts(&self) -> Counts {
         self.motion.counts()
     }
@@ -180,8 +181,8 @@ impl<M: Simulate> AnyMotion for Moved<'_, '_, M> {
     fn sample(&self, times: &[f64], outputs: &[&str]) -> Result<Vec<Vec<f64>>, LadderError> {
         let source = |output: &&str| {
             let declared = || M::OUTPUTS.iter().position(|declared| declared.name == *output);
-            let own = self.rung.own(output).map(Source::Closure);
-            own.or_else(|| declared().map(Source::Declared)).expect("every rung has every output")
+            let added = self.rung.closure(output).map(Source::Closure);
+            added.or_else(|| declared().map(Source::Declared)).expect("every rung has every output")
         };
         let sources: Vec<Source<'_, '_, M>> = outputs.iter().map(source).collect();
         let asks_model = sources.iter().any(|source| matches!(source, Source::Declared(_)));

@@ -17,18 +17,18 @@ use crate::page::{Page, PageSection};
 use crate::runs::repeats_in_words;
 use crate::table::columns;
 
-/// Accuracies that a page has sentences for.
-const ASKED: [f64; 3] = [0.1, 0.01, 0.001];
-/// Differences below this part of their uncertainty stand at it: how far below is not known, and rounding
-/// would stretch the axis.
-const LOWEST: f64 = 0.1;
+/// Accuracies for which a page says which rung suffices.
+const ASKED_ACCURACIES: [f64; 3] = [0.1, 0.01, 0.001];
+/// Differences below this share of their uncertainty are drawn at it. How far below they are is not known,
+/// and rounding would stretch the axis.
+const PLOT_FLOOR_SHARE: f64 = 0.1;
 
 const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; it stands at its own \
     numerical error. Hollow signs lie below the numerical errors of the runs: there the models agree as far \
     as can be told.";
 
 impl Page {
-    /// Adds models beside each other.
+    /// Adds a comparison of models.
     #[must_use]
     pub fn comparison(self, comparison: &Comparison) -> Self {
         let mut section = PageSection::new(comparison.scene(), &comparison.heading(), COMPARISON_LEGEND)
@@ -53,7 +53,7 @@ impl Comparison {
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let mut sentences = Vec::new();
-        for accuracy in ASKED {
+        for accuracy in ASKED_ACCURACIES {
             let verdicts = self.outputs.iter().map(|output| self.sufficient_for(&output.name, accuracy));
             let mut verdicts: Vec<Result<Verdict, LadderError>> = verdicts.collect();
             let rung = |verdict: &Result<Verdict, LadderError>| {
@@ -101,7 +101,7 @@ impl Comparison {
         Page::new(format!("{}: models beside each other", self.scene)).comparison(self).write_html(path)
     }
 
-    /// In words, what is compared with what.
+    /// What is compared with what, in words.
     fn heading(&self) -> String {
         let (start, end) = self.interval;
         format!(
@@ -144,7 +144,7 @@ impl Comparison {
         rows
     }
 
-    /// What a reader should know about the differences: those that are there at the start already.
+    /// Notes on differences that exist at the start already.
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         for rung in &self.rungs {
@@ -167,7 +167,7 @@ impl Comparison {
         Series::new(self.rungs[k].name.clone(), points).color(Color::cycle(k)).sign(k).solid()
     }
 
-    /// Units of outputs are of one coherent system, in which time is in seconds.
+    /// The title of the time axis. Units of outputs are of one coherent system, in which time is in seconds.
     fn time_title(&self) -> String {
         let known = self.outputs.iter().any(|output| !output.unit.is_empty());
         with_unit("time", if known { "s" } else { "" })
@@ -191,7 +191,7 @@ impl Comparison {
         let plainer = self.rungs[..self.rungs.len() - 1].iter().enumerate();
         plainer
             .map(|(k, rung)| {
-                let lowest = LOWEST * rung.differences[o].uncertainty;
+                let lowest = PLOT_FLOOR_SHARE * rung.differences[o].uncertainty;
                 let apart = rung.values[o].iter().zip(full).map(|(a, b)| (a - b).abs().max(lowest));
                 self.series(k, self.times.iter().copied().zip(apart))
             })

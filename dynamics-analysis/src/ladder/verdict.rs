@@ -1,4 +1,4 @@
-//! Which rung suffices.
+//! The plainest rung that suffices for an accuracy.
 
 use alloc::format;
 use alloc::string::String;
@@ -59,6 +59,7 @@ impl Comparison {
         self.judge([index].into(), accuracy)
     }
 
+    /// The plainest rung that suffices for these outputs.
     fn judge(&self, outputs: Vec<usize>, accuracy: f64) -> Result<Verdict, LadderError> {
         if !(accuracy > 0.0 && accuracy.is_finite()) {
             return Err(LadderError::Accuracy { accuracy });
@@ -75,7 +76,8 @@ impl Comparison {
                 first = k;
                 break;
             }
-            // One that is far off is known to be so all the same.
+            // If the uncertainty hides whether the rung suffices, there is no verdict. A rung that is
+            // certainly too far off is passed over.
             let uncertainty = most(rung, |difference| difference.uncertainty);
             if uncertainty > 0.5 * accuracy && most(rung, |d| d.largest - d.uncertainty) <= accuracy {
                 return Err(LadderError::TooFine { accuracy, rung: rung.name.clone(), uncertainty });

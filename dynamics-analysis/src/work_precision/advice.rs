@@ -1,4 +1,4 @@
-//! Which method to take, in words.
+//! Sentences that name the cheapest methods for an error.
 
 use alloc::format;
 use alloc::string::String;
@@ -10,10 +10,11 @@ use dynamics_view::text::readable;
 use super::errors::ErrorOf;
 use super::study::{Cost, Study, WorkPrecisionCurve};
 
-/// Errors that are asked about.
-const ASKED: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
-/// Times that differ by less than a tenth are alike: machines differ from themselves by as much.
-const ALIKE: f64 = 1.1;
+/// Errors for which a sentence names the fastest method.
+const ASKED_ERRORS: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
+/// Times that differ by less than this factor are alike: repeated measurements on one machine differ by as
+/// much.
+const SIMILAR_TIME_RATIO: f64 = 1.1;
 
 impl<M: Simulate> Study<'_, M> {
     /// What is fastest here to errors of 1e-3, 1e-6, 1e-9 and 1e-12 in positions and velocities, and what
@@ -22,7 +23,7 @@ impl<M: Simulate> Study<'_, M> {
     /// evaluations, of which they need none.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
-        ASKED.into_iter().filter_map(|error| self.sentence(error)).collect()
+        ASKED_ERRORS.into_iter().filter_map(|error| self.sentence(error)).collect()
     }
 
     fn sentence(&self, error: f64) -> Option<String> {
@@ -37,7 +38,7 @@ impl<M: Simulate> Study<'_, M> {
         );
         let alike: Vec<String> = fastest[1..]
             .iter()
-            .take_while(|(_, other)| *other < ALIKE * time)
+            .take_while(|(_, other)| *other < SIMILAR_TIME_RATIO * time)
             .map(|(curve, other)| format!("{} with {}", named(curve), readable(1e6 * other, 3)))
             .collect();
         if !alike.is_empty() {
@@ -53,7 +54,7 @@ impl<M: Simulate> Study<'_, M> {
         Some(text)
     }
 
-    /// The curves that get so far, from the cheapest on.
+    /// The curves that reach this error with their costs, from the cheapest on.
     fn cheapest(&self, error: f64, cost: Cost) -> Vec<(&WorkPrecisionCurve, f64)> {
         let costs = self.curves.iter().map(|curve| (curve, self.cost_of(curve, ErrorOf::State, error, cost)));
         let mut costs: Vec<_> = costs.filter_map(|(curve, cost)| Some((curve, cost?))).collect();

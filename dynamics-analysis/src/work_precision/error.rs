@@ -1,4 +1,4 @@
-//! Why there is no study, or an outside measurement is not taken.
+//! Errors of studies, and of measurements that were made elsewhere.
 
 use alloc::string::String;
 use core::fmt;

@@ -6,7 +6,7 @@ use dynamics_runtime::constrain;
 use dynamics_runtime::model::{ModelState, Modes, Vector};
 use dynamics_runtime::simulate::Simulate;
 
-/// What an error is an error of.
+/// The part of a state that an error is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ErrorOf {
     /// Generalized coordinates.
@@ -41,7 +41,7 @@ impl Errors {
         match part {
             ErrorOf::Positions => Some(self.positions),
             ErrorOf::Velocities => Some(self.velocities),
-            // Velocities that were not measured do not hide positions that were.
+            // If velocities were not measured, positions alone count.
             ErrorOf::State if self.velocities.is_nan() => Some(self.positions),
             ErrorOf::State => Some(self.positions.max(self.velocities)),
             ErrorOf::Multipliers => self.multipliers,
@@ -63,14 +63,15 @@ impl Errors {
     }
 }
 
-/// The end of a motion with all that is compared.
+/// The end of a motion, with all quantities that are compared.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct End {
     pub(super) q: Vec<f64>,
     pub(super) u: Vec<f64>,
     pub(super) multipliers: Vec<f64>,
     pub(super) energy: f64,
-    /// What multipliers and energy depend on besides, for ends of which only q and u are known.
+    /// Inputs and active constraints, on which multipliers and energy depend, too. Ends of which only q and u
+    /// are known take them from the reference.
     pub(super) inputs: Vec<f64>,
     pub(super) modes: Modes,
 }
@@ -92,7 +93,7 @@ impl End {
         Self { q, u, multipliers, energy: model.energy_function(state), inputs, modes }
     }
 
-    /// Largest differences.
+    /// The largest differences from another end.
     pub(super) fn errors(&self, other: &Self) -> Errors {
         Errors {
             positions: largest(&self.q, &other.q),
@@ -103,6 +104,7 @@ impl End {
         }
     }
 
+    /// The largest magnitudes: the differences from zero.
     pub(super) fn size(&self) -> Errors {
         let zero = |v: &Vec<f64>| alloc::vec![0.0; v.len()];
         let [q, u, multipliers] = [&self.q, &self.u, &self.multipliers].map(zero);
@@ -110,7 +112,7 @@ impl End {
     }
 }
 
-/// Largest |difference|; NaN where there is one.
+/// The largest |difference|; NaN if any is NaN.
 pub(super) fn largest(a: &[f64], b: &[f64]) -> f64 {
     a.iter()
         .zip(b)

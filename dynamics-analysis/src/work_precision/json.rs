@@ -4,7 +4,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// What a name stands for.
+/// The value of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum JsonValue {
     Null,
@@ -14,7 +14,7 @@ pub(super) enum JsonValue {
     Numbers(Vec<f64>),
 }
 
-/// Names and values of an object, in their order; what is wrong otherwise.
+/// The names and values of an object, in their order; the reason if the line is no such object.
 pub(super) fn object(line: &str) -> Result<Vec<(String, JsonValue)>, String> {
     let mut rest = Reader { rest: line };
     rest.expect('{')?;
@@ -106,7 +106,7 @@ impl Reader<'_> {
     fn number(&mut self) -> Result<f64, String> {
         let ends = |c: char| !(c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E'));
         let (digits, rest) = self.rest.split_at(self.rest.find(ends).unwrap_or(self.rest.len()));
-        // What `f64` reads beyond JSON's numbers (`.5`, `+1`) does no harm.
+        // `f64` also reads `.5` and `+1`, which JSON does not allow. Accepting them does no harm.
         match digits.parse::<f64>() {
             Ok(number) if number.is_finite() => {
                 self.rest = rest;
@@ -132,7 +132,7 @@ impl Reader<'_> {
                     'u' => {
                         let code =
                             chars.as_str().get(..4).and_then(|digits| u32::from_str_radix(digits, 16).ok());
-                        // Halves of surrogate pairs become the sign of a character that is not known.
+                        // Halves of surrogate pairs become the replacement character.
                         text.push(
                             char::from_u32(code.ok_or("`\\u` without four digits")?).unwrap_or('\u{fffd}'),
                         );
@@ -148,7 +148,7 @@ impl Reader<'_> {
     }
 }
 
-/// The beginning of what was found.
+/// The beginning of a text, for messages.
 fn shortened(text: &str) -> &str {
     let text = text.trim_end();
     text.char_indices().nth(12).map_or(text, |(at, _)| &text[..at])

@@ -1,4 +1,4 @@
-//! The runs, and how long they take.
+//! The runs of a study: their errors, and the medians of their times.
 
 use alloc::format;
 use alloc::string::String;
@@ -56,7 +56,7 @@ fn simulation<'m, M: Simulate>(
     }
 }
 
-/// The run that tells errors and counts.
+/// The run that gives errors and counts.
 fn first_run<'m, M: Simulate>(
     study: &WorkPrecision<'m, M>,
     candidate: &Candidate<'m, M>,
@@ -72,7 +72,7 @@ fn first_run<'m, M: Simulate>(
         errors: reached.errors(&reference.end),
         time: counts.wall_time.unwrap_or_default(),
         repeats: Some(0),
-        // A series is worth many evaluations and counts as none.
+        // A Taylor series costs as much as many evaluations, so that their number says nothing.
         evaluations: (motion.method() != Method::Taylor).then_some(counts.evaluations),
         steps: Some(counts.steps),
         rejected: Some(counts.rejected),
@@ -81,8 +81,8 @@ fn first_run<'m, M: Simulate>(
     })
 }
 
-/// Sets the time of every run that succeeded to the median of its repeats. What ends elsewhere when it is
-/// repeated, by more than the reference can be wrong, has no error that could be told: it failed.
+/// Sets the time of every run that succeeded to the median of its repeats. A run whose repeats end elsewhere,
+/// by more than the uncertainty of the reference, is not reproducible and has failed.
 fn time<M: Simulate>(
     study: &WorkPrecision<'_, M>,
     end: f64,
@@ -94,7 +94,8 @@ fn time<M: Simulate>(
         .zip(&study.candidates)
         .flat_map(|(curve, candidate)| curve.points.iter().map(move |point| (candidate, point.setting)))
         .collect();
-    // The first run kept its motion and met cold memory; it says about how long one takes, no more.
+    // The first run kept its motion and met cold memory, so that its time only determines the number of
+    // repeats.
     let about: Vec<Option<Duration>> = curves
         .iter()
         .flat_map(|curve| &curve.points)
@@ -105,34 +106,38 @@ fn time<M: Simulate>(
         .flat_map(|curve| &curve.points)
         .map(|point| point.outcome.as_ref().ok().and_then(|run| run.end.clone()))
         .collect();
-    let mut strayed: Vec<Option<String>> = alloc::vec![None; runs.len()];
+    let mut differing: Vec<Option<String>> = alloc::vec![None; runs.len()];
     let medians = runs::medians(&about, study.effort, |i| {
         let (candidate, setting) = runs[i];
         let again = runs::timed_run(simulation(study, candidate, setting, end));
-        if strayed[i].is_none() {
+        if differing[i].is_none() {
             let again = again.as_ref().map(|(_, state)| state);
-            strayed[i] = first[i].as_ref().and_then(|first| strays(first, again, reference));
+            differing[i] = first[i].as_ref().and_then(|first| not_reproduced(first, again, reference));
         }
         again.map(|(time, _)| time)
     });
-    for ((point, median), strayed) in
-        curves.iter_mut().flat_map(|curve| &mut curve.points).zip(medians).zip(strayed)
+    for ((point, median), differing) in
+        curves.iter_mut().flat_map(|curve| &mut curve.points).zip(medians).zip(differing)
     {
         if let (Ok(measured), Some(median)) = (&mut point.outcome, median) {
             (measured.time, measured.repeats) = (median.time, Some(median.repeats));
         }
-        if let Some(reason) = strayed {
+        if let Some(reason) = differing {
             point.outcome = Err(reason);
         }
     }
 }
 
-/// Why a repeat is not the run that it repeats.
-fn strays<S: ModelState>(first: &End, again: Option<&S>, reference: &ReferenceSolution) -> Option<String> {
+/// The reason if a repeat ends elsewhere than the run.
+fn not_reproduced<S: ModelState>(
+    first: &End,
+    again: Option<&S>,
+    reference: &ReferenceSolution,
+) -> Option<String> {
     const REMEDY: &str = "let what the run calls depend on time and state alone";
     let Some(again) = again else { return Some(format!("it fails when it is repeated; {REMEDY}")) };
     let by = [largest(&first.q, again.q().as_slice()), largest(&first.u, again.u().as_slice())];
     let most = [reference.uncertainty.positions, reference.uncertainty.velocities];
-    let told = by.iter().zip(most).find(|(by, most)| by.is_nan() || **by > *most)?;
-    Some(format!("it ends elsewhere when it is repeated, by {:.1e}; {REMEDY}", told.0))
+    let significant = by.iter().zip(most).find(|(by, most)| by.is_nan() || **by > *most)?;
+    Some(format!("it ends elsewhere when it is repeated, by {:.1e}; {REMEDY}", significant.0))
 }

@@ -1,4 +1,4 @@
-//! Measurements of other solvers, and our own in the same format.
+//! Measurements of other solvers, one JSON object per line, and those of a study in the same format.
 
 use alloc::format;
 use alloc::string::String;
@@ -90,7 +90,7 @@ impl<M: Simulate> Study<'_, M> {
         out
     }
 
-    /// What a line says; `None` where it is about another problem.
+    /// Reads a line; `None` if it belongs to another problem.
     fn line(&self, text: &str) -> Result<Option<Line>, String> {
         let fields = object(text)?;
         let field = |name: &str| fields.iter().find(|(other, _)| other == name).map(|(_, value)| value);
@@ -98,6 +98,7 @@ impl<M: Simulate> Study<'_, M> {
             Some(JsonValue::Text(text)) => Ok(text.clone()),
             _ => Err(format!("`{name}` is no text")),
         };
+        // Which run the line is about.
         if of_text("problem")? != self.problem {
             return Ok(None);
         }
@@ -109,6 +110,7 @@ impl<M: Simulate> Study<'_, M> {
         if field("failure").is_some() {
             return Ok(Some(Line { solver, tolerance, outcome: Err(of_text("failure")?) }));
         }
+        // Its cost.
         let number = |name: &str| match field(name) {
             None | Some(JsonValue::Null) => Ok(None),
             Some(JsonValue::Number(number)) if *number >= 0.0 => Ok(Some(*number)),
@@ -116,6 +118,7 @@ impl<M: Simulate> Study<'_, M> {
         };
         let time = number("time_us")?.filter(|time| *time > 0.0).ok_or("`time_us` is missing or 0")?;
         let time = Duration::try_from_secs_f64(time * 1e-6).map_err(|_| "`time_us` is too large")?;
+        // Its errors, from the end if that is given.
         let end = match field("end") {
             None => None,
             Some(JsonValue::Numbers(values)) => Some(self.end_of(values)?),
@@ -148,7 +151,7 @@ impl<M: Simulate> Study<'_, M> {
         Ok(Some(Line { solver, tolerance, outcome: Ok(run) }))
     }
 
-    /// What is compared, of q and u in one list.
+    /// The end with these coordinates and velocities, in one list.
     fn end_of(&self, values: &[f64]) -> Result<End, String> {
         let n = M::Vector::LEN;
         if values.len() != 2 * n {
@@ -161,7 +164,7 @@ impl<M: Simulate> Study<'_, M> {
             M::State::new(self.interval.1, M::Vector::zeros(), M::Vector::zeros(), *self.start.inputs());
         state.q_mut().as_mut_slice().copy_from_slice(&values[..n]);
         state.u_mut().as_mut_slice().copy_from_slice(&values[n..]);
-        // The motion is the same: at its end its inputs are, and what holds.
+        // The motion is that of the reference, and so are its inputs and active constraints at the end.
         state.inputs_mut().as_mut_slice().copy_from_slice(&self.reference.end.inputs);
         *state.modes_mut() = self.reference.end.modes;
         Ok(End::of(self.model, &state))

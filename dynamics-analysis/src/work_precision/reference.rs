@@ -12,18 +12,20 @@ use super::error::WorkPrecisionError;
 use super::errors::{End, Errors};
 use crate::runs::{check_end, first_line};
 
-/// Where the runs of the reference take their tolerance from, unless it is given: near rounding, but not so
-/// near that a method rejects its steps for rounding's sake.
-const TIGHT: f64 = 1e-14;
-/// Where it takes it from by and by where runs at that fail: where constraints nearly lose rank, rounding
-/// counts for more than such tolerances permit.
-const LOOSER: [f64; 4] = [1e-13, 1e-12, 1e-11, 1e-10];
-/// Most steps of a run of the reference: minutes for a small model, and it keeps none of them.
-const MOST_STEPS: u64 = 50_000_000;
-/// The same with constraints, while there are other references to be tried.
-const CONSTRAINED: u64 = 1_000_000;
-/// The part of a quantity that its uncertainty may be at most: three digits.
-const THREE_DIGITS: f64 = 1e-3;
+/// Tolerance of the runs of the reference unless it is given: near rounding, but not so near that a method
+/// rejects its steps because of rounding.
+const REFERENCE_TOLERANCE: f64 = 1e-14;
+/// Tolerances that are tried in turn if runs at [`REFERENCE_TOLERANCE`] fail. Where constraints nearly lose
+/// rank, rounding causes errors above tighter tolerances.
+const FALLBACK_TOLERANCES: [f64; 4] = [1e-13, 1e-12, 1e-11, 1e-10];
+/// Largest number of steps of a run of the reference: minutes for a small model. No step is kept in memory.
+const MAX_REFERENCE_STEPS: u64 = 50_000_000;
+/// Largest number of steps in the first attempt with constraints. Beside a singular position steps may shrink
+/// to nothing, and other references are tried then.
+const MAX_STEPS_WITH_CONSTRAINTS: u64 = 1_000_000;
+/// Largest uncertainty of the reference, relative to the largest position or velocity at start and end: three
+/// digits. With fewer, hardly any error of a run is significant.
+const MAX_RELATIVE_UNCERTAINTY: f64 = 1e-3;
 
 /// What errors are measured against.
 pub struct Reference<M: Simulate>(ReferenceKind<M>);
@@ -61,7 +63,7 @@ impl<M: Simulate> Reference<M> {
         Self(ReferenceKind::Known { end, uncertainty })
     }
 
-    /// Runs what has to be run.
+    /// Runs what the reference needs.
     pub(super) fn find(
         self,
         study: &WorkPrecision<'_, M>,
@@ -70,7 +72,7 @@ impl<M: Simulate> Reference<M> {
         match self.0 {
             ReferenceKind::Chosen => chosen(study, end),
             ReferenceKind::Runs { methods, tolerance } => {
-                by_runs(study, end, &methods, tolerance, MOST_STEPS)
+                by_runs(study, end, &methods, tolerance, MAX_REFERENCE_STEPS)
             }
             ReferenceKind::Known { end: state, uncertainty } => {
                 if !(uncertainty >= 0.0 && uncertainty.is_finite()) {
@@ -86,20 +88,21 @@ impl<M: Simulate> Reference<M> {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ReferenceSolution {
     pub(super) end: End,
-    /// In each of its parts.
+    /// The uncertainty of each part.
     pub(super) uncertainty: Errors,
     /// How it was found, in words.
     pub(super) how: String,
-    /// It was given, and nobody has seen how it was found.
+    /// Whether the end was given: then it may belong to another motion.
     pub(super) given: bool,
 }
 
 impl ReferenceSolution {
-    /// Rejects a reference of fewer than three digits. No uncertainty is below what is rounded in so many
-    /// steps: half a last place in each, all to one side, as equal steps of an even motion do.
+    /// Raises the uncertainty to the rounding of the steps, and rejects a reference of fewer than three
+    /// digits. Rounding is half a last place in each step, all to one side, as in equal steps of a uniform
+    /// motion.
     fn checked(mut self, start: &End, span: f64, steps: u64) -> Result<Self, WorkPrecisionError> {
         let scale = self.end.size().zip(start.size(), f64::max);
-        // What starts and ends at rest moved nevertheless.
+        // A motion that starts and ends at rest had velocities in between.
         let scale = Errors { velocities: scale.velocities.max(scale.positions / span), ..scale };
         let rounding = f64::EPSILON * (0.5 * steps as f64).max(1.0);
         self.uncertainty = self.uncertainty.zip(scale.map(|x| rounding * x), f64::max);
@@ -107,7 +110,7 @@ impl ReferenceSolution {
         for (what, uncertainty, scale) in
             [("positions", positions, scale.positions), ("velocities", velocities, scale.velocities)]
         {
-            if uncertainty.is_nan() || uncertainty > THREE_DIGITS * scale {
+            if uncertainty.is_nan() || uncertainty > MAX_RELATIVE_UNCERTAINTY * scale {
                 return Err(WorkPrecisionError::NotConverged { what, uncertainty, scale });
             }
         }
@@ -115,19 +118,18 @@ impl ReferenceSolution {
     }
 }
 
-/// The first of some references whose runs do not fail.
+/// The default reference: the first of some whose runs do not fail.
 pub(super) fn chosen<M: Simulate>(
     study: &WorkPrecision<'_, M>,
     end: f64,
 ) -> Result<ReferenceSolution, WorkPrecisionError> {
-    // Beside a change point steps may shrink to nothing.
-    let most_steps = if M::ROWS.is_empty() { MOST_STEPS } else { CONSTRAINED };
-    let found = by_runs(study, end, &[Dop853.into(), DormandPrince5.into()], TIGHT, most_steps);
+    let most_steps = if M::ROWS.is_empty() { MAX_REFERENCE_STEPS } else { MAX_STEPS_WITH_CONSTRAINTS };
+    let found = by_runs(study, end, &[Dop853.into(), DormandPrince5.into()], REFERENCE_TOLERANCE, most_steps);
     let Err(WorkPrecisionError::ReferenceFails { method, tolerance: tight, .. }) = &found else {
         return found;
     };
-    for tolerance in LOOSER {
-        match by_runs(study, end, &[Verner9.into(), Dop853.into()], tolerance, MOST_STEPS) {
+    for tolerance in FALLBACK_TOLERANCES {
+        match by_runs(study, end, &[Verner9.into(), Dop853.into()], tolerance, MAX_REFERENCE_STEPS) {
             Err(WorkPrecisionError::ReferenceFails { .. }) => {}
             Err(error) => return Err(error),
             Ok(found) => {
@@ -139,6 +141,8 @@ pub(super) fn chosen<M: Simulate>(
     found
 }
 
+/// The reference by two methods, one of them at two tolerances. Its uncertainty is twice the largest
+/// difference between the three ends.
 fn by_runs<M: Simulate>(
     study: &WorkPrecision<'_, M>,
     end: f64,
@@ -175,11 +179,13 @@ fn by_runs<M: Simulate>(
     )
 }
 
-/// The larger one; NaN wins, so that it is seen.
+/// The larger one; NaN if either is NaN, so that it is not lost.
 fn larger(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }
 
+/// A given end as the reference. The uncertainty of multipliers and energy is the sum of their changes as
+/// each coordinate and velocity moves by its own.
 fn known<M: Simulate>(
     study: &WorkPrecision<'_, M>,
     end: f64,

@@ -17,12 +17,12 @@ use crate::page::{Page, PageSection};
 use crate::runs::repeats_in_words;
 use crate::table::columns;
 
-/// Errors below this part of the uncertainty stand at it: how far below is not known, and rounding would
-/// stretch the axis.
-const LOWEST: f64 = 0.1;
+/// Errors below this share of the uncertainty are drawn at it. How far below they are is not known, and
+/// rounding would stretch the axis.
+const PLOT_FLOOR_SHARE: f64 = 0.1;
 
 /// Errors of the table that compares curves.
-const COMPARED: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
+const COMPARED_ERRORS: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];
 
 const STUDY_LEGEND: &str = "Further to the left is faster, further down is more accurate. Solid curves are \
     this library's, dashed ones were measured with other solvers. The grey line is what the reference itself \
@@ -41,7 +41,7 @@ impl Page {
             (ErrorOf::State, Cost::Evaluations),
             (ErrorOf::Positions, Cost::Time),
         ] {
-            let (caption, rows) = study.compared(part, cost, &COMPARED);
+            let (caption, rows) = study.compared(part, cost, &COMPARED_ERRORS);
             section = section.text(&caption).table(&rows);
         }
         self.section(section.folded_table("all runs", &study.rows()))
@@ -86,15 +86,15 @@ impl<M: Simulate> Study<'_, M> {
         let mut series = Vec::new();
         for (k, curve) in self.curves.iter().enumerate() {
             let (points, labels): (Vec<_>, Vec<_>) = self.points(curve, part, cost, unit).into_iter().unzip();
-            // What is not measured has no place here; what failed has one in the legend, or it would seem not
-            // to have been tried.
+            // Curves whose part was not measured are left out. Curves whose runs all failed stay in the
+            // legend, or they would seem not to have been tried.
             if points.is_empty() && curve.points.iter().any(|point| point.outcome.is_ok()) {
                 continue;
             }
             ends = points.iter().fold(ends, |(lo, hi), (x, _)| (lo.min(*x), hi.max(*x)));
             let line =
                 Series::new(name_with_failures(curve), points).mark(Mark::LineAndPoints).hollow_below(floor);
-            // Each curve has its colour in all panels, and after a round of colours another sign.
+            // Each curve has its colour in all panels. After a round of colours, signs change.
             let line = line.color(Color::cycle(k)).sign(k + k / 8).labels(labels);
             series.push(if curve.outside { line.dashed() } else { line.solid() });
         }
@@ -118,12 +118,10 @@ impl<M: Simulate> Study<'_, M> {
     /// Each part of the error against time, and beside it against evaluations.
     fn panels(&self) -> Vec<Panel> {
         let both = |part| [Cost::Time, Cost::Evaluations].map(|cost| self.panel(part, cost));
-        // What is exact everywhere, as the multipliers of constraints that are released, has no place on a
+        // Parts whose errors are all 0, such as multipliers of inactive constraints, have no place on a
         // logarithmic axis.
-        let runs = || {
-            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
-        };
-        let shown = |part: &ErrorOf| runs().any(|run| run.errors.of(*part).is_some_and(|error| error > 0.0));
+        let shown =
+            |part: &ErrorOf| self.runs().any(|run| run.errors.of(*part).is_some_and(|error| error > 0.0));
         self.parts().into_iter().filter(shown).flat_map(both).collect()
     }
 
@@ -154,7 +152,7 @@ impl<M: Simulate> Study<'_, M> {
         columns(&rows)
     }
 
-    /// [`Study::comparison`] as what it is called and rows of text, the errors first.
+    /// [`Study::comparison`] as its caption and rows of text, with the errors in the first row.
     fn compared(&self, part: ErrorOf, cost: Cost, errors: &[f64]) -> (String, Vec<Vec<String>>) {
         let (what, unit) = match cost {
             Cost::Time => ("µs", 1e6),
@@ -169,7 +167,7 @@ impl<M: Simulate> Study<'_, M> {
         };
         let cost = |curve: &WorkPrecisionCurve, error: f64| {
             let found = unit * self.cost_of(curve, part, error, cost)?;
-            // Between two runs counts are no whole numbers.
+            // Counts that are interpolated between two runs are rounded.
             Some(if cost == Cost::Evaluations { found.round() } else { found })
         };
         let mut rows = alloc::vec![row("", &|error| readable(error, 2))];
@@ -223,7 +221,7 @@ impl<M: Simulate> Study<'_, M> {
         rows
     }
 
-    /// In words, what the errors are measured against.
+    /// What the errors are measured against, in words.
     fn heading(&self) -> String {
         let (start, end) = self.interval;
         let mut text = format!(
@@ -237,14 +235,11 @@ impl<M: Simulate> Study<'_, M> {
             let value = self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
             let _ = write!(text, "{} {} in {part}", if i == 0 { "" } else { "," }, readable(value, 2));
         }
-        let repeats = || {
-            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
-        };
-        let _ = write!(text, "; {}", repeats_in_words(repeats().filter_map(|run| run.repeats)));
+        let _ = write!(text, "; {}", repeats_in_words(self.runs().filter_map(|run| run.repeats)));
         text
     }
 
-    /// (cost, error) of the runs that succeeded and are measured in both, with what is said of each.
+    /// (cost, error) of the runs that succeeded and have both, with the label of each.
     fn points(
         &self,
         curve: &WorkPrecisionCurve,
@@ -252,17 +247,17 @@ impl<M: Simulate> Study<'_, M> {
         cost: Cost,
         unit: f64,
     ) -> Vec<((f64, f64), String)> {
-        let lowest = LOWEST * self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
+        let lowest = PLOT_FLOOR_SHARE * self.reference.uncertainty.of(part).unwrap_or(f64::NAN);
         let place = |point: &Point| {
             let run = point.outcome.as_ref().ok()?;
-            // `max` would pass over NaN, and what was not measured is no small error.
+            // `max` would replace NaN by the floor: an error that was not measured is no small error.
             let error = run.errors.of(part).filter(|error| error.is_finite())?;
             Some(((unit * run.cost(cost)?, error.max(lowest)), self.label(curve, point.setting, run, part)))
         };
         curve.points.iter().filter_map(place).collect()
     }
 
-    /// A run in a line.
+    /// The label of a run, in one line.
     fn label(&self, curve: &WorkPrecisionCurve, setting: f64, run: &RunMeasurement, part: ErrorOf) -> String {
         let setting =
             if curve.adaptive { format!("tolerance {setting:e}") } else { format!("h = {setting:e}") };

@@ -1,4 +1,4 @@
-//! What a study found.
+//! The result of a study: curves of error against cost.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -9,7 +9,7 @@ use dynamics_runtime::simulate::Simulate;
 use super::errors::{End, ErrorOf, Errors};
 use super::reference::ReferenceSolution;
 
-/// What accuracy costs.
+/// The measure of cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cost {
     /// Time in seconds.
@@ -18,14 +18,14 @@ pub enum Cost {
     Evaluations,
 }
 
-/// What one run reached and cost.
+/// The errors and the cost of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunMeasurement {
     /// Differences from the reference at the end.
     pub errors: Errors,
     /// Median of the repeats.
     pub time: Duration,
-    /// How many there were, where known.
+    /// The number of repeats, if known.
     pub repeats: Option<usize>,
     /// Evaluations of the accelerations, where known, and where they are what a step costs: not of Taylor
     /// series.
@@ -34,7 +34,7 @@ pub struct RunMeasurement {
     pub steps: Option<u64>,
     /// Rejected steps, where known.
     pub rejected: Option<u64>,
-    /// When the problem was found stiff for the method.
+    /// The time at which the problem was found stiff for the method.
     pub stiff_at: Option<f64>,
     pub(super) end: Option<End>,
 }
@@ -82,7 +82,7 @@ pub struct Study<'m, M: Simulate> {
 }
 
 impl<M: Simulate> Study<'_, M> {
-    /// What the problem is called.
+    /// The name of the problem.
     #[must_use]
     pub fn problem(&self) -> &str {
         &self.problem
@@ -94,7 +94,7 @@ impl<M: Simulate> Study<'_, M> {
         self.interval
     }
 
-    /// What the reference may be wrong by; errors below it are not believed.
+    /// The uncertainty of the reference. Errors below it are not significant.
     #[must_use]
     pub fn uncertainty(&self) -> Errors {
         self.reference.uncertainty
@@ -119,6 +119,13 @@ impl<M: Simulate> Study<'_, M> {
         self.cost_of(self.curve(curve)?, part, error, cost)
     }
 
+    /// All runs that succeeded.
+    pub(super) fn runs(&self) -> impl Iterator<Item = &RunMeasurement> {
+        let points = self.curves.iter().flat_map(|curve| &curve.points);
+        points.filter_map(|point| point.outcome.as_ref().ok())
+    }
+
+    /// See [`Study::cost`].
     pub(super) fn cost_of(
         &self,
         curve: &WorkPrecisionCurve,

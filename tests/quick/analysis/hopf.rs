@@ -1,6 +1,6 @@
 //! Curves of Hopf points over two parameters, against Hurwitz determinants.
 
-use dynamics::analysis::{BranchEnd, ContinuationError, Special, SpecialKind, continuation, hopf_curve};
+use dynamics::analysis::{BranchEnd, ContinuationError, SpecialKind, SpecialPoint, continuation, hopf_curve};
 use dynamics::prelude::*;
 
 use crate::ziegler::Ziegler;
@@ -17,11 +17,11 @@ fn polynomial(p: f64, c: f64, follows: f64) -> [f64; 5] {
 }
 
 /// The first flutter of the column by its load.
-fn first(c: f64, follows: f64) -> Special<State<Ziegler>> {
+fn first(c: f64, follows: f64) -> SpecialPoint<State<Ziegler>> {
     let family = |p: f64| column(p, c, follows);
     let start = family(0.0).state().build().unwrap();
     let branch = continuation(family).from(&start, 0.0).until(0.0..=6.0).run().unwrap();
-    let flutter = |one: &&Special<_>| {
+    let flutter = |one: &&SpecialPoint<_>| {
         matches!(one.kind, SpecialKind::Hopf { .. } | SpecialKind::FrequenciesMeet { .. })
     };
     branch.special.iter().find(flutter).cloned().unwrap()

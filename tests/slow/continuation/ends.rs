@@ -130,7 +130,7 @@ fn coordinates_take_turns_in_being_independent() {
         let (x, z) = (point.state.x(), point.state.z());
         let wanted = [0.5 * point.parameter.sin(), -0.5 * point.parameter.cos()];
         assert!((x - wanted[0]).abs() < 1e-13 && (z - wanted[1]).abs() < 1e-13, "{point:?}");
-        assert_eq!(point.stays(), Stays::Stable, "{point:?}");
+        assert_eq!(point.stability_class(), StabilityClass::Stable, "{point:?}");
     }
     // The end where one of them says next to nothing.
     for beside in [1e-5, 1e-7, -1e-8] {
@@ -141,7 +141,7 @@ fn coordinates_take_turns_in_being_independent() {
             (last.state.x() - 0.5 * end.sin()).abs() < 1e-15
                 && (last.state.z() + 0.5 * end.cos()).abs() < 1e-15
         );
-        assert_eq!(last.stays(), Stays::Stable, "{last:?}");
+        assert_eq!(last.stability_class(), StabilityClass::Stable, "{last:?}");
     }
 }
 
@@ -195,7 +195,7 @@ fn what_rolls_is_refused() {
     assert_eq!(error, ContinuationError::Nonholonomic);
 }
 
-type BranchPoint = dynamics::analysis::BranchPoint<<Circle as dynamics::model::Model>::State>;
+type BranchPoint = dynamics::analysis::PointOnBranch<<Circle as dynamics::model::Model>::State>;
 
 #[test]
 fn from_the_very_fold_a_branch_goes_to_both_sides() {

@@ -24,7 +24,7 @@ mod turned_hoop;
 #[path = "../../models/ziegler.rs"]
 mod ziegler;
 
-use dynamics::analysis::{BranchEnd, ContinuationError, Stays, continuation, fold_curve};
+use dynamics::analysis::{BranchEnd, ContinuationError, StabilityClass, continuation, fold_curve};
 use dynamics::output::Chart;
 use dynamics::prelude::*;
 use models::*;
@@ -58,8 +58,12 @@ fn a_truss_through_both_limit_points() {
         }
         // Between the folds it does not stay.
         for point in &branch.points {
-            let wanted = if point.state.z().abs() < LIMIT[1] { Stays::Unstable } else { Stays::Stable };
-            assert_eq!(point.stays(), wanted, "{point:?}");
+            let wanted = if point.state.z().abs() < LIMIT[1] {
+                StabilityClass::Unstable
+            } else {
+                StabilityClass::Stable
+            };
+            assert_eq!(point.stability_class(), wanted, "{point:?}");
         }
         assert!(branch.derivative_error < 1e-9, "{}", branch.derivative_error);
     }

@@ -34,7 +34,8 @@ fn a_hoop_has_a_pitchfork() {
         for point in &arm.points[1..] {
             let cosine = g / (radius * point.parameter.powi(2));
             assert!(
-                (point.state.theta().cos() - cosine).abs() < 1e-14 && point.stays() == Stays::Stable,
+                (point.state.theta().cos() - cosine).abs() < 1e-14
+                    && point.stability_class() == StabilityClass::Stable,
                 "{point:?}"
             );
         }
@@ -113,7 +114,7 @@ fn what_passes_zero_to_opposite_sides_in_one_step_is_seen() {
     let start = family(0.0).state().build().unwrap();
     let column = continuation(family).from(&start, 0.0).until(0.0..=3.0);
     let branch = column.clone().run().unwrap();
-    assert_eq!(kinds(&branch), [SpecialKind::Several { count: 2 }], "{branch}");
+    assert_eq!(kinds(&branch), [SpecialKind::MultipleBifurcation { count: 2 }], "{branch}");
     let point = &branch.special[0];
     assert!((point.parameter - 1.0).abs() <= point.uncertainty.max(1e-9), "{point:?}");
     assert_eq!(
@@ -138,8 +139,8 @@ fn a_bar_that_gives_way_to_one_side() {
             let load = (1.0 - 1.0 / (1.0 + theta.sin()).sqrt()) / theta.tan();
             assert!((point.parameter - load).abs() < 1e-12, "{point:?}");
             // Stability changes over.
-            let stays = if load > 0.5 { Stays::Stable } else { Stays::Unstable };
-            assert_eq!(point.stays(), stays, "{point:?}");
+            let stability = if load > 0.5 { StabilityClass::Stable } else { StabilityClass::Unstable };
+            assert_eq!(point.stability_class(), stability, "{point:?}");
         }
     }
     let sides: Vec<bool> = arms.iter().map(|arm| arm.points[3].parameter > 0.5).collect();
@@ -156,7 +157,10 @@ fn a_bar_that_gives_way_to_both_sides() {
     for arm in bar.switch(&trunk.special[0]).unwrap() {
         for point in &arm.points[1..] {
             assert!((point.parameter - point.state.theta().cos()).abs() < 1e-14, "{point:?}");
-            assert!(point.parameter < 0.1 || point.stays() == Stays::Unstable, "{point:?}");
+            assert!(
+                point.parameter < 0.1 || point.stability_class() == StabilityClass::Unstable,
+                "{point:?}"
+            );
         }
     }
     // Imperfect ones have a fold instead: by the two-thirds law to both sides, by the square root where it

@@ -53,7 +53,7 @@ fn two_equal_axes_have_eight_ways_to_lean() {
     let trunk = mast.clone().run().unwrap();
     let [point] = &trunk.special[..] else { panic!("{trunk}") };
     assert!(
-        point.kind == SpecialKind::Several { count: 2 } && (point.parameter - 1.0).abs() < 1e-8,
+        point.kind == SpecialKind::MultipleBifurcation { count: 2 } && (point.parameter - 1.0).abs() < 1e-8,
         "{trunk}"
     );
     assert!(matches!(mast.switch(point), Err(ContinuationError::NoBranchPoint { .. })));
@@ -99,7 +99,7 @@ fn what_leans_every_way_is_told() {
     let round = continuation(family).from(&start, 0.0).until(0.0..=2.0);
     let trunk = round.clone().run().unwrap();
     let error = round.switch_all(&trunk.special[0]).unwrap_err();
-    assert!(matches!(error, ContinuationError::Everywhere { .. }), "{error}");
+    assert!(matches!(error, ContinuationError::ContinuumOfBranches { .. }), "{error}");
     let diagram = round.branches(10).unwrap();
     assert!(diagram.failures[0].1.contains("every direction"), "{:?}", diagram.failures);
 }
@@ -134,7 +134,7 @@ fn none_of_many_halves_is_left_out() {
         let start = family(0.0).state().build().unwrap();
         let cube = continuation(family).from(&start, 0.0).until(0.0..=1.5);
         let trunk = cube.clone().run().unwrap();
-        assert_eq!(trunk.special[0].kind, SpecialKind::Several { count: 3 });
+        assert_eq!(trunk.special[0].kind, SpecialKind::MultipleBifurcation { count: 3 });
         let halves = cube.switch_all(&trunk.special[0]).unwrap();
         let mut signs: Vec<[i32; 4]> = halves
             .iter()

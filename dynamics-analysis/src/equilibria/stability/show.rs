@@ -1,4 +1,4 @@
-//! Verdicts in plain words.
+//! Verdicts of stability as text.
 
 use core::fmt;
 

@@ -29,7 +29,7 @@ pub struct Stability {
     pub ignorable: Vec<Quantity>,
 }
 
-/// The fate of small disturbances.
+/// What becomes of small disturbances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StabilityVerdict {
@@ -52,12 +52,12 @@ pub enum StabilityVerdict {
     Marginal(Undecided),
     /// They grow without oscillation: a real eigenvalue is positive.
     Divergence {
-        /// It, in 1/s.
+        /// The eigenvalue, in 1/s.
         growth: f64,
         /// The coordinate that moves most.
         coordinate: &'static str,
     },
-    /// They grow swinging.
+    /// They oscillate and grow.
     Flutter {
         /// The real part, in 1/s.
         growth: f64,
@@ -88,7 +88,7 @@ pub enum Undecided {
     FrequenciesMeet {
         /// The frequency, in rad/s.
         frequency: f64,
-        /// How many times more it moves than the matrix.
+        /// The relative change of the eigenvalue over that of the matrix.
         conditioning: f64,
     },
 }
@@ -106,7 +106,7 @@ impl Stability {
             verdict,
             least_omega_squared,
             abscissa: worst.map_or(f64::NAN, |one| one.value.re),
-            uncertainty: worst.map_or(0.0, |one| one.unsure),
+            uncertainty: worst.map_or(0.0, |one| one.uncertainty),
             conditioning: spectrum.iter().map(|one| one.conditioning).fold(1.0, f64::max),
             eigenvalues,
             ignorable: Vec::new(),

@@ -13,13 +13,15 @@ use super::rung::AnyMotion;
 use super::{AnyRung, Ladder};
 use crate::runs::{self, Median};
 
-/// Tolerance of the runs that measure errors, relative to that of the others.
-const TIGHTER: f64 = 1e-2;
-/// An uncertainty below this part of an output is always acceptable: three digits.
-const THREE_DIGITS: f64 = 1e-3;
+/// Tolerance of the runs that measure errors, relative to that of the others. Their own errors are then about
+/// a hundredth, so that the difference is the error of the others to a percent.
+const TIGHTER_TOLERANCE_RATIO: f64 = 1e-2;
+/// An uncertainty of a difference below this share of the output is always accepted, even if it hides the
+/// difference: the models then agree to three digits.
+const ACCEPTED_UNCERTAINTY_SHARE: f64 = 1e-3;
 
-/// One rung as it ran.
-struct Ran {
+/// The runs of one rung.
+struct RungRun {
     counts: Counts,
     /// Outputs at the common times, from the run at the tighter tolerance.
     values: Vec<Vec<f64>>,
@@ -28,11 +30,12 @@ struct Ran {
 }
 
 /// Runs all rungs and compares them.
-pub(super) fn climb(
+pub(super) fn run(
     ladder: &Ladder<'_>,
     mut outputs: Vec<Compared>,
     interval: (f64, f64),
 ) -> Result<Comparison, LadderError> {
+    // First runs, whose steps belong to the common times; then runs at a tighter tolerance.
     let runs: Vec<Box<dyn AnyMotion + '_>> = ladder
         .rungs
         .iter()
@@ -40,13 +43,16 @@ pub(super) fn climb(
         .collect::<Result<_, _>>()?;
     let times = common_times(interval, ladder.intervals, runs.iter().flat_map(|run| run.knots()));
     let names: Vec<&str> = outputs.iter().map(|output| output.name.as_str()).collect();
-    let ran: Vec<Ran> = ladder
+    let measured: Vec<RungRun> = ladder
         .rungs
         .iter()
         .zip(&runs)
-        .map(|(rung, run)| ran(&**rung, &**run, interval.1, TIGHTER * ladder.tolerance, &times, &names))
+        .map(|(rung, run)| {
+            error_run(&**rung, &**run, interval.1, TIGHTER_TOLERANCE_RATIO * ladder.tolerance, &times, &names)
+        })
         .collect::<Result<_, _>>()?;
-    let [.., full] = &*ran else { return Err(LadderError::TooFew { rungs: 0 }) };
+    let [.., full] = &*measured else { return Err(LadderError::TooFew { rungs: 0 }) };
+    // Scales of relative differences: the largest values on the last rung.
     for (output, values) in outputs.iter_mut().zip(&full.values) {
         if output.scale.is_nan() {
             output.scale = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -55,13 +61,14 @@ pub(super) fn climb(
             return Err(LadderError::NoScale { output: output.name.clone() });
         }
     }
+    // Times, by repeats.
     let about: Vec<Option<Duration>> =
-        ran.iter().map(|ran| Some(ran.counts.wall_time.unwrap_or_default())).collect();
+        measured.iter().map(|one| Some(one.counts.wall_time.unwrap_or_default())).collect();
     let medians =
         runs::medians(&about, ladder.effort, |i| ladder.rungs[i].time(interval.1, ladder.tolerance));
-    let mut rungs = Vec::with_capacity(ran.len());
-    for (k, (rung, own)) in ladder.rungs.iter().zip(&ran).enumerate() {
-        let is_full = k + 1 == ran.len();
+    let mut rungs = Vec::with_capacity(measured.len());
+    for (k, (rung, own)) in ladder.rungs.iter().zip(&measured).enumerate() {
+        let is_full = k + 1 == measured.len();
         let once = Median { time: own.counts.wall_time.unwrap_or_default(), repeats: 0 };
         let time = medians[k].unwrap_or(once);
         rungs.push(report(&**rung, own, full, is_full, &times, &outputs, time)?);
@@ -89,14 +96,15 @@ fn common_times((start, end): (f64, f64), intervals: usize, knots: impl Iterator
     times
 }
 
-fn ran(
+/// Runs a rung once more at a tighter tolerance, and measures the errors of its first run.
+fn error_run(
     rung: &dyn AnyRung,
     run: &dyn AnyMotion,
     end: f64,
     tighter: f64,
     times: &[f64],
     outputs: &[&str],
-) -> Result<Ran, LadderError> {
+) -> Result<RungRun, LadderError> {
     let loose = run.sample(times, outputs)?;
     let values = rung.run(end, tighter, true)?.sample(times, outputs)?;
     let apart =
@@ -104,13 +112,14 @@ fn ran(
     let rounding =
         |values: &Vec<f64>| f64::EPSILON * values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let errors = loose.iter().zip(&values).map(|pair| apart(pair).max(rounding(pair.1))).collect();
-    Ok(Ran { counts: run.counts(), values, errors })
+    Ok(RungRun { counts: run.counts(), values, errors })
 }
 
+/// The report of a rung: its cost, and its differences from the last one.
 fn report(
     rung: &dyn AnyRung,
-    own: &Ran,
-    full: &Ran,
+    own: &RungRun,
+    full: &RungRun,
     is_full: bool,
     times: &[f64],
     outputs: &[Compared],
@@ -120,8 +129,10 @@ fn report(
     for (o, output) in outputs.iter().enumerate() {
         let uncertainty = if is_full { own.errors[o] } else { own.errors[o] + full.errors[o] };
         let difference = difference(times, &own.values[o], &full.values[o], uncertainty);
+        // Differences that are uncertain by more than half of themselves and by three digits of the output
+        // are not converged.
         let hidden = difference.uncertainty > 0.5 * difference.largest;
-        if hidden && difference.uncertainty > THREE_DIGITS * output.scale {
+        if hidden && difference.uncertainty > ACCEPTED_UNCERTAINTY_SHARE * output.scale {
             return Err(LadderError::NotConverged {
                 rung: rung.name().to_string(),
                 output: output.name.clone(),
@@ -132,12 +143,13 @@ fn report(
         }
         differences.push(difference);
     }
-    let facts = rung.facts();
+    // Its cost.
+    let size = rung.size();
     Ok(RungReport {
         name: rung.name().to_string(),
-        coordinates: facts.coordinates,
-        constraints: facts.constraints,
-        operations: facts.operations,
+        coordinates: size.coordinates,
+        constraints: size.constraints,
+        operations: size.operations,
         evaluations: own.counts.evaluations,
         steps: own.counts.steps,
         time: median.time,
@@ -147,6 +159,7 @@ fn report(
     })
 }
 
+/// The difference of an output from that of the last rung: its largest value and its root mean square.
 fn difference(times: &[f64], own: &[f64], full: &[f64], uncertainty: f64) -> Difference {
     let apart: Vec<f64> = own.iter().zip(full).map(|(a, b)| a - b).collect();
     let (mut largest, mut at) = (0.0, times[0]);
@@ -155,7 +168,7 @@ fn difference(times: &[f64], own: &[f64], full: &[f64], uncertainty: f64) -> Dif
             (largest, at) = (d.abs(), *t);
         }
     }
-    // Straight lines between the times: the integral of their squares is exact.
+    // The difference is linear between the times, and the integral of its square is exact for that.
     let square = |d: &[f64]| (d[0] * d[0] + d[0] * d[1] + d[1] * d[1]) / 3.0;
     let integral: f64 =
         times.windows(2).zip(apart.windows(2)).map(|(t, d)| (t[1] - t[0]).abs() * square(d)).sum();

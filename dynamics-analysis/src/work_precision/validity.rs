@@ -1,4 +1,5 @@
-//! When there is no study: all runs failed, no error is significant, or the runs contradict the known end.
+//! Whether a study is valid: it is not if all runs failed, no error is significant, or runs contradict the
+//! given end.
 
 use alloc::vec::Vec;
 
@@ -11,23 +12,20 @@ use super::reference::chosen;
 use super::study::{RunMeasurement, Study};
 use super::{Candidate, WorkPrecision};
 
-/// Two methods whose ends agree to this part of their distance from the end that was given have found another
-/// one: errors of methods that have nothing in common are so much alike by chance in one of some hundred
-/// thousand pairs.
-const AGREED: f64 = 1e-5;
-/// Two runs that are this much nearer to each other than to the given end may have found another end, or have
-/// the same error. Runs near rounding decide.
-const ALIKE: f64 = 0.3;
-/// Distances below so many uncertainties contradict nothing: those are estimates.
-const UNCERTAINTIES_APART: f64 = 10.0;
+/// If the ends of two methods agree to this share of their distance from the given end, they have found
+/// another end. Errors of unrelated methods are so nearly equal by chance in one of some hundred thousand
+/// pairs.
+const AGREEMENT_RATIO: f64 = 1e-5;
+/// Two runs that are nearer to each other than this share of their distance from the given end have found
+/// another end, or have similar errors. A reference run near rounding decides.
+const SUSPICIOUS_RATIO: f64 = 0.3;
+/// Distances below this many uncertainties contradict nothing, because uncertainties are estimates.
+const MIN_UNCERTAINTIES_APART: f64 = 10.0;
 
 impl<M: Simulate> Study<'_, M> {
-    /// Refuses what cannot be trusted.
+    /// Refuses a study that is not valid.
     pub(super) fn check(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
-        let runs = || {
-            self.curves.iter().flat_map(|curve| &curve.points).filter_map(|point| point.outcome.as_ref().ok())
-        };
-        if runs().next().is_none() {
+        if self.runs().next().is_none() {
             let first = self.curves.iter().find_map(|curve| Some((curve, curve.points.first()?)));
             let (method, reason) = first.map_or_else(Default::default, |(curve, point)| {
                 (curve.name.clone(), point.outcome.as_ref().err().cloned().unwrap_or_default())
@@ -35,10 +33,10 @@ impl<M: Simulate> Study<'_, M> {
             return Err(WorkPrecisionError::NoRunSucceeded { method, reason });
         }
         let Errors { positions, velocities, .. } = self.reference.uncertainty;
-        if !runs().any(|run| run.errors.positions > positions || run.errors.velocities > velocities) {
+        if !self.runs().any(|run| run.errors.positions > positions || run.errors.velocities > velocities) {
             return Err(WorkPrecisionError::NothingToBelieve { uncertainty: positions });
         }
-        // Ends that were found have seen more of the motion than any run.
+        // A reference that was found has shorter steps than any run, and is not in doubt.
         if !self.reference.given {
             return Ok(());
         }
@@ -48,13 +46,9 @@ impl<M: Simulate> Study<'_, M> {
 
     /// Whether two runs are much nearer to each other than to the end that was given.
     fn is_suspicious(&self) -> bool {
-        let runs = self
-            .curves
-            .iter()
-            .flat_map(|curve| &curve.points)
-            .filter_map(|point| point.outcome.as_ref().ok());
-        let runs: Vec<&RunMeasurement> = runs.collect();
-        (1..runs.len()).any(|k| runs[..k].iter().any(|other| self.agree(runs[k], other, ALIKE).is_some()))
+        let runs: Vec<&RunMeasurement> = self.runs().collect();
+        (1..runs.len())
+            .any(|k| runs[..k].iter().any(|other| self.agree(runs[k], other, SUSPICIOUS_RATIO).is_some()))
     }
 
     /// Whether runs near rounding contradict the known end by more than their uncertainty. If they fail or
@@ -67,7 +61,7 @@ impl<M: Simulate> Study<'_, M> {
             ("positions", distance.positions, may.positions, found.uncertainty.positions),
             ("velocities", distance.velocities, may.velocities, found.uncertainty.velocities),
         ] {
-            if distance > UNCERTAINTIES_APART * may {
+            if distance > MIN_UNCERTAINTIES_APART * may {
                 return Err(WorkPrecisionError::OtherEnd { how: found.how, what, distance, uncertainty });
             }
         }
@@ -83,7 +77,7 @@ impl<M: Simulate> Study<'_, M> {
         let finest: Vec<(Method, &str, &RunMeasurement)> = finest.collect();
         for (k, (method, name, run)) in finest.iter().enumerate() {
             for (_, other, second) in finest[..k].iter().filter(|(other, ..)| other != method) {
-                if let Some((what, distance, apart)) = self.agree(run, second, AGREED) {
+                if let Some((what, distance, apart)) = self.agree(run, second, AGREEMENT_RATIO) {
                     let methods = [(*other).into(), (*name).into()];
                     return Err(WorkPrecisionError::Contradicted { methods, what, distance, apart });
                 }
@@ -92,9 +86,9 @@ impl<M: Simulate> Study<'_, M> {
         Ok(())
     }
 
-    /// In what two runs are nearer to each other, by this part, than to the reference: how far they are from
-    /// it and from each other.
-    fn agree(&self, a: &RunMeasurement, b: &RunMeasurement, part: f64) -> Option<(&'static str, f64, f64)> {
+    /// The part (positions or velocities) in which two runs are nearer to each other than `ratio` times their
+    /// distance from the reference, with this distance and the one between them.
+    fn agree(&self, a: &RunMeasurement, b: &RunMeasurement, ratio: f64) -> Option<(&'static str, f64, f64)> {
         let apart = a.end.as_ref()?.errors(b.end.as_ref()?);
         let uncertainty = self.reference.uncertainty;
         let parts = [
@@ -106,9 +100,9 @@ impl<M: Simulate> Study<'_, M> {
                 uncertainty.velocities,
             ),
         ];
-        let told = parts.into_iter().find(|(_, apart, distance, uncertainty)| {
-            *distance > UNCERTAINTIES_APART * uncertainty && *apart < part * distance
+        let agreed = parts.into_iter().find(|(_, apart, distance, uncertainty)| {
+            *distance > MIN_UNCERTAINTIES_APART * uncertainty && *apart < ratio * distance
         });
-        told.map(|(what, apart, distance, _)| (what, distance, apart))
+        agreed.map(|(what, apart, distance, _)| (what, distance, apart))
     }
 }

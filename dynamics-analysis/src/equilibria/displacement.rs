@@ -1,0 +1,27 @@
+//! States with displaced coordinates, and their return to the constraints.
+
+use dynamics_runtime::constrain::{project_positions, with_workspace};
+use dynamics_runtime::model::{Constraints, ModelState, Vector};
+use nalgebra::DVector;
+
+/// The state whose coordinates are displaced by a step, with all else as it is.
+pub(super) fn displaced<S: ModelState>(state: &S, step: &DVector<f64>) -> S {
+    let mut nearby = *state;
+    nearby.q_mut().as_mut_slice().iter_mut().zip(step.iter()).for_each(|(q, d)| *q += d);
+    nearby
+}
+
+/// The largest element of a displacement, each relative to the scale of its coordinate.
+pub(super) fn size_in_scales(step: &DVector<f64>, scales: &[f64]) -> f64 {
+    step.iter().zip(scales).fold(0.0, |most: f64, (d, scale)| most.max(d.abs() / scale))
+}
+
+/// The state whose positions are projected onto the constraints; `None` if that fails.
+pub(super) fn projected<M: Constraints>(
+    model: &M,
+    constants: &M::Constants,
+    mut state: M::State,
+) -> Option<M::State> {
+    let projection = with_workspace::<M, _>(|memory| project_positions(model, constants, &mut state, memory));
+    projection.ok().map(|_| state)
+}
