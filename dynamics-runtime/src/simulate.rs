@@ -30,7 +30,7 @@ pub use charts::{
 };
 pub use erased_method::AnyMethod;
 pub use events::action::{EventAction, Impact};
-pub use events::location::Flow;
+pub use events::rules::Flow;
 pub use failure::event_action::EventActionError;
 pub use failure::gimbal_lock::GimbalLock;
 pub use failure::{Jumping, Met, MotionError, OptionError, Over, SimulationErrorKind};

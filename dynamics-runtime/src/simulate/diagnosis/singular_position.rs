@@ -19,7 +19,7 @@ use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::simulate::diagnosis::RunMethod;
 use crate::simulate::failure::{Met, SimulationErrorKind as Kind};
-use crate::simulate::stabilization::singular_start::SINGULAR;
+use crate::simulate::stabilization::singular_start::SINGULAR_CONDITION;
 
 /// Up to here the size of a coordinate counts: angles count revolutions.
 const TURNS: f64 = 10.0;
@@ -58,8 +58,8 @@ pub(crate) fn explain<M: Constraints>(
         return kind;
     }
     let found = weakest_ahead(state, h, &kind, |state| weakness(model, state));
-    let worse =
-        found.condition >= SINGULAR || found.condition >= WORSE * condition_of(model, start).min(USUAL);
+    let worse = found.condition >= SINGULAR_CONDITION
+        || found.condition >= WORSE * condition_of(model, start).min(USUAL);
     // A single row shows it against the length that it had.
     let (worse, found) = if worse {
         (true, found)

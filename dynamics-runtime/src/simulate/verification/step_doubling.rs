@@ -173,7 +173,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             Some(step.end)
         };
         let end = make();
-        *room = rhs.stabilization.into_memory();
+        *room = rhs.stabilization.into_workspace();
         end
     }
 
