@@ -2,7 +2,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | functions that are watched, and their values | `functions.rs`; of contacts and stick–slip `unilateral.rs` |
+//! | functions that are watched, and their values | `functions.rs`, `unilateral.rs` |
 //! | the side to which a function leaves zero at a start | `restart.rs`, `lift_off.rs` |
 //! | crossings within a step | `location.rs`, on the interpolant; `integrate/events/` finds the roots |
 //! | functions that a constraint holds at zero | `masked.rs` |

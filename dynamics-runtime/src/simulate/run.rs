@@ -117,6 +117,7 @@ struct RunState<'f, 'r, 'm, M: SimulationModel> {
 }
 
 impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
+    /// Runs to the end. Monitors add to an error what they found of its reason.
     fn execute(mut self, sink: &mut dyn Sink<M>) -> Result<RunEnd<M::State>, RunFailure> {
         let result = self.step_to_end(sink);
         result.map_err(|mut failure| {
@@ -136,9 +137,11 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
             if statistics.t == self.plan.end {
                 return Ok(RunEnd::Finished);
             }
+            // A step of the method, ended before a corner of a unilateral constraint.
             self.before_step(&statistics)?;
             let mut step = self.advance()?;
             let corner = self.end_before_corner(&mut step)?;
+            // Record it, up to the first event with an action, or up to where a monitor objects.
             let flow = match self.after_attempt(&step) {
                 Ok(()) => self.accept(sink, step)?,
                 Err(objection) => match self.accept_valid_part(sink, &step, objection)? {
@@ -153,6 +156,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
                 }
                 _ => flow,
             };
+            // Continue, stop, or change the method.
             let ends = flow == Flow::Stop || self.stepper.now().t == self.plan.end;
             let advice = self.after_step(sink, ends)?;
             if flow == Flow::Stop {
@@ -215,6 +219,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
     #[cold]
     fn valid_part(&mut self, step: &Step<M::Vector>, valid: Valid) -> Option<Step<M::Vector>> {
         let theta = match valid {
+            // The end of the step becomes the last record, see `run`.
             Valid::Whole => return None,
             Valid::UpTo(theta) => theta,
             Valid::Nothing => 0.0,
@@ -262,6 +267,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         (&mut self.monitors, Watched { plan: self.plan, stepper: self.stepper })
     }
 
+    /// Asks the monitors before a step.
     #[inline]
     fn before_step(&mut self, statistics: &StepStatistics) -> Result<(), RunFailure> {
         let (monitors, mut watched) = self.watched();
@@ -269,6 +275,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         asked.map_err(|kind| RunFailure { kind, h: statistics.proposed })
     }
 
+    /// Asks the monitors about a step as the method made it.
     #[inline]
     fn after_attempt(&mut self, step: &Step<M::Vector>) -> Result<(), Objection> {
         let (monitors, mut watched) = self.watched();

@@ -200,7 +200,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Declares an event function in addition to those of the model: its zero crossings are located and listed.
+    /// Declares an event function in addition to those of the model: its zero crossings are located and
+    /// listed.
     pub fn event(mut self, name: &str, function: impl Fn(&M::State) -> f64 + 'm) -> Self {
         self.added_events.push(AddedEvent { name: name.into(), function: Box::new(function) });
         self

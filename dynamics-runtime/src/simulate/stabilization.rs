@@ -8,7 +8,7 @@
 //! | projected, embedded | ends of steps, or stages too, are moved onto the constraints | `projection.rs` |
 //! | Baumgarte | γ − 2αΦ̇ − β²Φ at every evaluation | [`Stabilization::accelerations`] |
 //! | Baumgarte, tied gains | a correction that is constant within a step | `adaptive_gain.rs` |
-//! | augmented, Baumgarte | the drift is watched, and its influence near singular positions | `drift_monitor.rs` |
+//! | augmented, Baumgarte | the drift and its influence on the motion are watched | `drift_monitor.rs` |
 //!
 //! `initial_consistency.rs` checks starts and what actions leave. `contacts.rs` decides which contacts take
 //! part in an impact. `singular_start.rs` finds accelerations where rank is lost. The tolerance reaches the
@@ -43,8 +43,8 @@ use crate::simulate::failure::SimulationErrorKind;
 use crate::simulate::options::formulation::Formulation;
 use crate::simulate::stabilization::adaptive_gain::CorrectionTime;
 
-/// Difference between the limit of the accelerations along a branch and those of least norm, relative to
-/// |q̈| + |q̇|², above which the limit is taken. The limit has fewer digits: at a distance x from the singular
+/// Difference between the limit of the accelerations along a branch and those of least norm above which the
+/// limit is taken, in parts of |q̈| + |q̇|². The limit has fewer digits: at a distance x from the singular
 /// position its rounding is ε/x³. A smaller bound would replace good accelerations by their noisy limit; a
 /// larger one would keep accelerations that belong to no branch.
 const BRANCH_LIMIT_DIFFERENCE: f64 = 1e-5;

@@ -29,7 +29,7 @@ use alloc::vec::Vec;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::simulate::events::action::EventAction;
 use crate::simulate::events::functions::{AddedEvent, EventFunctions};
-use crate::simulate::events::restart::{Departure, departure_from_zero};
+use crate::simulate::events::restart::{Departure, SignState, departure_from_zero};
 use crate::simulate::events::rules::{Action, Flow, Rule, calls_for_action};
 use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
 use crate::simulate::failure::SimulationErrorKind as Kind;
@@ -57,18 +57,9 @@ const AT_ZERO: f64 = 1e-13;
 /// this and still lifts off. With a smaller bound formulations that let constraints drift would end there.
 const LIFT_OFF_DRIFT: f64 = 1e-9;
 
-/// The sign of a function at the start of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum SignState {
-    /// 1 or −1.
-    Sign(f64),
-    /// It is zero at the start of the motion.
-    ZeroAtStart,
-    /// It is zero after a reset at a crossing in this direction.
-    JustFired(Direction),
-    /// It is zero for another reason.
-    Zero,
-}
+/// Parts of a step at which a function has to be held at zero to be masked: its ends and two parts between,
+/// at unequal distances, so that a function that is zero at one of them by chance is not masked.
+const MASK_PROBES: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 
 /// Locates the events of a run, and applies their rules.
 pub(crate) struct EventLocator<'m, M: SimulationModel> {
@@ -166,9 +157,8 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
     /// Determines the signs at the start of the motion, or where it restarts.
     pub(crate) fn start_at(&mut self, start: &M::State) -> Result<(), Kind> {
         self.evaluate(start)?;
-        for (signs_at_start, value) in self.signs_at_start.iter_mut().zip(&self.values) {
-            *signs_at_start =
-                if *value == 0.0 { SignState::ZeroAtStart } else { SignState::Sign(value.signum()) };
+        for (sign, value) in self.signs_at_start.iter_mut().zip(&self.values) {
+            *sign = if *value == 0.0 { SignState::ZeroAtStart } else { SignState::Sign(value.signum()) };
         }
         for index in self.functions.first_unilateral()..self.functions.count() {
             if self.values[index] < 0.0 && !self.functions.holds(index, start) {
@@ -187,10 +177,13 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         parts: usize,
         state: impl Fn(f64) -> M::State,
     ) -> Result<(), Kind> {
+        // Samples of all functions, and the rounding errors of their values.
         self.found.clear();
         let size = self.sample(parts, &state)?;
         let resolution = 4.0 * f64::EPSILON * (1.0f64).max(step.start.t.abs() / step.h.abs());
         let rounding = EVENT_ROUNDING * size + rounding_near_start(&step.start, false);
+        // Function by function, up to the first crossing so far that calls for an action. An error counts
+        // only if it is met before that.
         let (mut horizon, mut first_error) = (1.0, None);
         for index in 0..self.signs_at_start.len() {
             let departure = self.departure(index, &step.start, &state);
@@ -219,7 +212,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         }
         sort(&mut self.found);
         match first_error {
-            Some((theta, first_error)) if theta <= horizon => Err(first_error),
+            Some((theta, error)) if theta <= horizon => Err(error),
             _ => Ok(()),
         }
     }
@@ -230,7 +223,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         if M::IS_FREE || index >= self.functions.first_unilateral() {
             return Ok(false);
         }
-        for theta in [0.0, 0.3, 0.6, 1.0] {
+        for theta in MASK_PROBES {
             if !self.functions.is_masked(index, &state(theta), &mut self.values)? {
                 return Ok(false);
             }
@@ -292,7 +285,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         }
         let followed = scan.follow(column, &mut function, &mut take);
         followed.map_err(|error| match error {
-            ScanError::Function(first_error) => first_error,
+            ScanError::Function(error) => error,
             ScanError::Unresolved => Kind::EventUnresolved { event: functions.name(index).into() },
         })
     }
@@ -302,7 +295,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
     fn departure(
         &mut self,
         index: usize,
-        knot: &StepNode<M::Vector>,
+        start_node: &StepNode<M::Vector>,
         state: &impl Fn(f64) -> M::State,
     ) -> Result<(Option<(f64, f64)>, f64), Kind> {
         let value = self.start_values[index];
@@ -314,7 +307,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         }
         let Self { functions, values, .. } = self;
         let is_gap = functions.is_open_gap(index, &state(0.0));
-        let noise = rounding_near_start(knot, is_gap);
+        let noise = rounding_near_start(start_node, is_gap);
         let departure =
             departure_from_zero(value, noise, &mut |theta| functions.value(index, &state(theta), values))?;
         if is_gap
@@ -328,7 +321,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
                     LiftOff::Falls(theta) => theta,
                     LiftOff::Stays => 1.0,
                 };
-            self.functions.note_grazing(index, knot.t, state(until).t());
+            self.functions.note_grazing(index, start_node.t, state(until).t());
         }
         let (Departure::Slope { theta, value: now } | Departure::Tangent { theta, value: now }) = departure
         else {
@@ -439,8 +432,8 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
 
     /// The step had no action: the next one starts with the signs at its end.
     pub(crate) fn continue_without_action(&mut self) {
-        for (signs_at_start, sign) in self.signs_at_start.iter_mut().zip(&self.signs_at_end) {
-            *signs_at_start = if *sign == 0.0 { SignState::Zero } else { SignState::Sign(*sign) };
+        for (sign_at_start, sign) in self.signs_at_start.iter_mut().zip(&self.signs_at_end) {
+            *sign_at_start = if *sign == 0.0 { SignState::Zero } else { SignState::Sign(*sign) };
         }
     }
 

@@ -2,10 +2,9 @@
 //! or drift.
 //!
 //! A function g is masked where its gradient is a combination of the gradients of the constraints that hold,
-//! and
-//! |g| is no more than rounding or the drift of these constraints explains. `location.rs` asks at four states of a
-//! step, as this may be so at an instant by chance. For functions of positions alone the gradient by
-//! coordinates counts, for others the gradient by velocities. The summary lists masked events.
+//! and its value is no more than rounding or the drift of these constraints explains. `location.rs` asks at
+//! four states of a step, as this may be so at an instant by chance. For functions of positions alone the
+//! gradient by coordinates counts, for others the gradient by velocities. The summary lists masked events.
 
 use alloc::vec;
 use alloc::vec::Vec;

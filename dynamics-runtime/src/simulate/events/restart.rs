@@ -7,7 +7,21 @@
 //! chance, so changes below the noise do not count. What happens behind an eighth of the step is left to the
 //! scan in `location.rs`.
 
+use crate::integrate::Direction;
 use crate::simulate::failure::SimulationErrorKind as Kind;
+
+/// The sign of a function at the start of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum SignState {
+    /// 1 or −1.
+    Sign(f64),
+    /// It is zero at the start of the motion.
+    ZeroAtStart,
+    /// It is zero after a reset at a crossing in this direction.
+    JustFired(Direction),
+    /// It is zero for another reason.
+    Zero,
+}
 
 /// How a function leaves zero.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -270,8 +270,8 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         self.continue_after_actions(sink, (behind, after_events), events, (0, Some(&place), h))
     }
 
-    /// What unilateral constraints do at a corner between two states. `None` if a constraint without a rule jumps
-    /// there, which the next step reports.
+    /// What unilateral constraints do at a corner between two states. `None` if a constraint without a rule
+    /// jumps there, which the next step reports.
     fn corner_events(&mut self, now: &M::State, behind: &M::State) -> Option<Vec<CornerEvent>> {
         let RunPlan { rhs, locator, .. } = &mut *self.plan;
         let mut corner_events = Vec::new();

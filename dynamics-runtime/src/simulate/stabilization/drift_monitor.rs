@@ -43,8 +43,8 @@ const CONFIRMED_PREDICTION: f64 = 3.0;
 /// was the same with [`MIN_STEPS_UNINSPECTED`] steps at most. Without the age one step would have deserved
 /// the warning.
 const INSPECTED_INFLUENCE: f64 = 1e-6;
-/// Lengths of gradients above this part of those at the inspection, and below [`MAX_SIMILAR_LENGTH`] times the
-/// reference, are similar: reference lengths of the inspection are then still valid.
+/// Lengths of gradients above this part of those at the inspection, and below [`MAX_SIMILAR_LENGTH`] times
+/// the reference, are similar: reference lengths of the inspection are then still valid.
 const MIN_SIMILAR_LENGTH: f64 = 0.5;
 /// See [`MIN_SIMILAR_LENGTH`].
 const MAX_SIMILAR_LENGTH: f64 = 2.0;
